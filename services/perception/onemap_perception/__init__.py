@@ -1,0 +1,1 @@
+"""OneMap perception service."""

@@ -1,0 +1,1 @@
+"""OneMap planner service."""

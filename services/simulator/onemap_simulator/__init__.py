@@ -1,0 +1,1 @@
+"""OneMap simulator service."""

@@ -1,0 +1,135 @@
+"""Rigid transforms, the pinhole camera and unprojection.
+
+Frames: map and body are x forward, y left, z up; camera optical is x right,
+y down, z forward. A transform is named by both ends, destination first:
+``T_map_camera`` takes points in the camera frame to the map frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+F64 = NDArray[np.float64]
+F32 = NDArray[np.float32]
+U8 = NDArray[np.uint8]
+U16 = NDArray[np.uint16]
+I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
+Bool = NDArray[np.bool_]
+
+# Columns: the camera's x (right), y (down), z (forward) axes in body axes.
+R_BODY_CAMERA_LEVEL: F64 = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+
+MAX_RIGID_ERROR = 1e-3  # largest |R R^T - I| entry still accepted: float32 poses from robots
+MAX_COORDINATE_M = 1e5  # 100 km: beyond this a pose is a unit error, not a place
+
+
+@dataclass(frozen=True, slots=True)
+class Intrinsics:
+    """A pinhole camera in pixels; pixel centres lie at half-integer coordinates.
+
+    Pixel column ``u`` (0-based) looks along x = (u + 0.5 - cx) / fx at depth 1.
+    """
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+    def __post_init__(self) -> None:
+        values = (self.fx, self.fy, self.cx, self.cy)
+        if not np.isfinite(values).all() or self.fx <= 0 or self.fy <= 0:
+            raise ValueError(
+                f"intrinsics fx={self.fx} fy={self.fy} cx={self.cx} cy={self.cy}: "
+                "focal lengths must be positive and all values finite"
+            )
+
+    @classmethod
+    def from_fov(cls, width: int, height: int, horizontal_fov_rad: float) -> Intrinsics:
+        """The camera with square pixels whose image spans ``horizontal_fov_rad``."""
+        focal = 0.5 * width / np.tan(0.5 * horizontal_fov_rad)
+        return cls(float(focal), float(focal), width / 2, height / 2)
+
+    def scaled(self, scale_x: float, scale_y: float) -> Intrinsics:
+        """The same camera after its image was resized by these factors."""
+        return Intrinsics(
+            self.fx * scale_x, self.fy * scale_y, self.cx * scale_x, self.cy * scale_y
+        )
+
+
+def check_rigid(T: F64, name: str) -> F64:
+    """Return ``T`` (4, 4) as float64, or raise ValueError with what is wrong."""
+    T = np.asarray(T, dtype=np.float64)
+    if T.shape != (4, 4):
+        raise ValueError(f"{name} has shape {T.shape}; a rigid transform is (4, 4)")
+    if not np.isfinite(T).all():
+        raise ValueError(f"{name} contains NaN or infinity")
+    R = T[:3, :3]
+    error = float(np.abs(R @ R.T - np.eye(3)).max())
+    if error > MAX_RIGID_ERROR:
+        raise ValueError(
+            f"{name} is not rigid: rotation departs from orthonormal by {error:.3g}, "
+            f"limit {MAX_RIGID_ERROR}"
+        )
+    if np.linalg.det(R) < 0:
+        raise ValueError(f"{name} is a reflection (determinant -1), not a rotation")
+    if float(np.abs(T[3] - [0.0, 0.0, 0.0, 1.0]).max()) > MAX_RIGID_ERROR:
+        raise ValueError(f"{name} has last row {T[3].tolist()}; it must be [0, 0, 0, 1]")
+    if float(np.abs(T[:3, 3]).max()) > MAX_COORDINATE_M:
+        raise ValueError(f"{name} lies beyond {MAX_COORDINATE_M:g} m: are its units metres?")
+    return T
+
+
+def pose_2d(x_m: float, y_m: float, yaw_rad: float) -> F64:
+    """T_map_body (4, 4) of a robot standing on the floor."""
+    c, s = np.cos(yaw_rad), np.sin(yaw_rad)
+    return np.array([[c, -s, 0, x_m], [s, c, 0, y_m], [0, 0, 1, 0], [0, 0, 0, 1]], dtype=np.float64)
+
+
+def camera_mount(x_m: float, z_m: float, pitch_down_rad: float) -> F64:
+    """T_body_camera (4, 4) of a camera on the body's x axis, tilted down by the given angle."""
+    c, s = np.cos(pitch_down_rad), np.sin(pitch_down_rad)
+    R_pitch = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    T = np.eye(4)
+    T[:3, :3] = R_pitch @ R_BODY_CAMERA_LEVEL
+    T[:3, 3] = (x_m, 0.0, z_m)
+    return T
+
+
+def inverse(T_a_b: F64) -> F64:
+    """T_b_a from the rigid T_a_b (4, 4)."""
+    T = np.eye(4)
+    R = T_a_b[:3, :3]
+    T[:3, :3] = R.T
+    T[:3, 3] = -R.T @ T_a_b[:3, 3]
+    return T
+
+
+def transform(T_a_b: F64, points_b: F64) -> F64:
+    """Points (..., 3) of frame b in frame a."""
+    return points_b @ T_a_b[:3, :3].T + T_a_b[:3, 3]
+
+
+def yaw_of(T_map_body: F64) -> float:
+    """Heading in radians, (-pi, pi], of the body's x axis seen from above."""
+    return float(np.arctan2(T_map_body[1, 0], T_map_body[0, 0]))
+
+
+def wrap_angle(angle_rad: float) -> float:
+    """The same angle in [-pi, pi)."""
+    return float((angle_rad + np.pi) % (2 * np.pi) - np.pi)
+
+
+def unproject(depth_m: F32, intrinsics: Intrinsics) -> F32:
+    """Camera-frame points (H, W, 3) float32 in metres from z-depth (H, W); depth 0 gives the origin."""
+    height, width = depth_m.shape
+    x = (np.arange(width, dtype=np.float32) + np.float32(0.5 - intrinsics.cx)) / intrinsics.fx
+    y = (np.arange(height, dtype=np.float32) + np.float32(0.5 - intrinsics.cy)) / intrinsics.fy
+    points = np.empty((height, width, 3), np.float32)
+    points[..., 0] = depth_m * x
+    points[..., 1] = depth_m * y[:, None]
+    points[..., 2] = depth_m
+    return points

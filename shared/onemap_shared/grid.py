@@ -1,0 +1,64 @@
+"""GridSpec: the only place where world coordinates become cells.
+
+Every grid array in OneMap is indexed ``[ix, iy]`` with shape (nx, ny): the
+first axis follows the map's x, the second its y. Cell (ix, iy) of an array
+is cell ``origin_cell + (ix, iy)`` of the world, and world cell i covers
+[i * cell_size, (i + 1) * cell_size): floor, for negative coordinates too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from onemap_shared.geometry import F64, I64, Bool
+
+
+@dataclass(frozen=True, slots=True)
+class GridSpec:
+    """A rectangle of square cells in the map frame.
+
+    ``origin_cell`` is the world index of array element [0, 0]; ``shape`` is (nx, ny).
+    """
+
+    cell_size_m: float
+    origin_cell: tuple[int, int]
+    shape: tuple[int, int]
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.cell_size_m) and self.cell_size_m > 0):
+            raise ValueError(f"cell_size_m is {self.cell_size_m}; it must be positive")
+        if min(self.shape) < 0:
+            raise ValueError(f"grid shape {self.shape} must not be negative")
+
+    def cells(self, points: F64) -> I64:
+        """Array indices (..., 2) int64 of points (..., 2 or more) in metres; may lie outside."""
+        world = np.floor(np.asarray(points)[..., :2] / self.cell_size_m).astype(np.int64)
+        return world - np.asarray(self.origin_cell, dtype=np.int64)
+
+    def centres(self, cells: I64) -> F64:
+        """Map coordinates (..., 2) in metres of the centres of array indices (..., 2)."""
+        return (np.asarray(cells) + np.asarray(self.origin_cell) + 0.5) * self.cell_size_m
+
+    def contains(self, cells: I64) -> Bool:
+        """Whether array indices (..., 2) lie inside the grid."""
+        cells = np.asarray(cells)
+        inside: Bool = ((cells >= 0) & (cells < np.asarray(self.shape))).all(axis=-1)
+        return inside
+
+    @property
+    def bounds_m(self) -> tuple[float, float, float, float]:
+        """(x_min, y_min, x_max, y_max) in metres."""
+        (ox, oy), (nx, ny), size = self.origin_cell, self.shape, self.cell_size_m
+        return (ox * size, oy * size, (ox + nx) * size, (oy + ny) * size)
+
+    @classmethod
+    def covering(
+        cls, cell_size_m: float, lower_m: tuple[float, float], upper_m: tuple[float, float]
+    ) -> GridSpec:
+        """The smallest grid that contains both corner points (metres)."""
+        lower = np.floor(np.asarray(lower_m) / cell_size_m).astype(int)
+        upper = np.floor(np.asarray(upper_m) / cell_size_m).astype(int) + 1
+        shape = np.maximum(upper - lower, 0)
+        return cls(cell_size_m, (int(lower[0]), int(lower[1])), (int(shape[0]), int(shape[1])))

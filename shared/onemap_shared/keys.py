@@ -1,0 +1,82 @@
+"""All keys on the bus, with the types and the delivery that belong to them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Generic, TypeVar
+
+from onemap_shared import messages as m
+
+M = TypeVar("M")
+Q = TypeVar("Q")
+R = TypeVar("R")
+
+
+class Delivery(Enum):
+    """How a topic travels."""
+
+    FRAME = "frame"  # large and frequent: low priority, dropped when the link is full
+    STATE = "state"  # small: reliable in practice, dropped only under congestion
+    COMMAND = "command"  # a session of its own, real-time priority, express
+
+
+@dataclass(frozen=True, slots=True)
+class Topic(Generic[M]):
+    """A stream of messages of one type. Latched: late joiners get the last one."""
+
+    key: str
+    message: type[M]
+    delivery: Delivery = Delivery.STATE
+    latched: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Procedure(Generic[Q, R]):
+    """A question of type Q that one service answers with an R."""
+
+    key: str
+    request: type[Q]
+    reply: type[R]
+
+
+ROBOT_RGBD = Topic("robot/rgbd/v1", m.RgbdFrame, Delivery.FRAME)
+ROBOT_ODOMETRY = Topic("robot/odometry/v1", m.Odometry)
+ROBOT_CMD_VEL = Topic("robot/cmd_vel/v1", m.VelocityCommand, Delivery.COMMAND)
+ROBOT_TRUTH = Procedure("robot/truth/v1", m.TruthRequest, m.Truth)
+
+FIELD = Topic("perception/field/v1", m.FeatureField, Delivery.FRAME)
+DETECTIONS = Topic("perception/detections/v1", m.Detections)
+EMBED_TEXT = Procedure("perception/embed_text/v1", m.TextRequest, m.TextEmbeddings)
+
+MAP_REVISION = Topic("map/revision/v1", m.MapRevision, latched=True)
+MAP_SIMILARITY = Procedure("map/similarity/v1", m.SimilarityRequest, m.SimilarityReply)
+MAP_SEARCH_VIEW = Procedure("map/search_view/v1", m.SearchViewRequest, m.SearchView)
+MAP_SEARCH_RESET = Procedure("map/search_reset/v1", m.SearchReset, m.MapSummary)
+MAP_SAVE = Procedure("map/save/v1", m.MapFile, m.MapSummary)
+MAP_LOAD = Procedure("map/load/v1", m.MapFile, m.MapSummary)
+MAP_CLEAR = Procedure("map/clear/v1", m.MapClear, m.MapSummary)
+
+SEARCH_STATE = Topic("search/state/v1", m.SearchStatus, latched=True)
+SEARCH_PATH = Topic("search/path/v1", m.PlannedPath)
+SEARCH_START = Procedure("search/start/v1", m.SearchRequest, m.SearchStatus)
+SEARCH_CANCEL = Procedure("search/cancel/v1", m.SearchId, m.SearchStatus)
+SEARCH_GET = Procedure("search/get/v1", m.SearchId, m.SearchStatus)
+
+SERVICES = ("simulator", "replay", "perception", "mapper", "planner", "gateway")
+
+
+def heartbeat(service: str) -> Topic[m.Heartbeat]:
+    """The heartbeat topic of a service."""
+    return Topic(f"health/{service}/heartbeat/v1", m.Heartbeat)
+
+
+ALL_HEARTBEATS = Topic("health/*/heartbeat/v1", m.Heartbeat)
+
+
+def liveliness(service: str, instance: str) -> str:
+    """The key of a process's liveliness token."""
+    return f"health/{service}/alive/{instance}"
+
+
+ALL_LIVELINESS = "health/*/alive/*"
