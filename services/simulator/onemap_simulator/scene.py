@@ -1,0 +1,89 @@
+"""A scene: triangles with textures that belong to named objects, and light.
+
+Generators and file loaders make one, the renderer and the collision map read
+it. Frame: map, z up, metres, the floor at z = 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from onemap_shared.geometry import F32, I32, U8
+
+STRUCTURE = frozenset({"floor", "wall", "ceiling", "door", "window"})
+
+
+@dataclass(frozen=True, slots=True)
+class SceneObject:
+    """One thing with a name. ``room`` is empty where the scene knows no rooms."""
+
+    category: str
+    room: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """An axis-aligned room: kind (kitchen, bathroom, ...) and x_min, y_min, x_max, y_max in metres."""
+
+    kind: str
+    bounds_m: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Light:
+    """A point light (3,) metres with colour (3,) intensity; ``ambient`` lives in the scene."""
+
+    position_m: tuple[float, float, float]
+    colour: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """All triangles of a world.
+
+    vertices (V, 3) float32 metres; faces (F, 3) int32; face_object (F,) int32 index into
+    ``objects``; face_texture (F,) int32 index into ``textures``; face_uv (F, 3, 2) float32
+    texture coordinates of the corners, repeating outside [0, 1), v = 0 at the image's first
+    row. textures: (h, w, 3) uint8 RGB each, albedo. ``start`` is x, y, yaw of the robot.
+    """
+
+    name: str
+    vertices: F32
+    faces: I32
+    face_object: I32
+    face_texture: I32
+    face_uv: F32
+    textures: tuple[U8, ...]
+    objects: tuple[SceneObject, ...]
+    lights: tuple[Light, ...]
+    ambient: tuple[float, float, float]
+    rooms: tuple[Room, ...]
+    start: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        count = len(self.faces)
+        shapes = {
+            "faces": (self.faces.shape, (count, 3)),
+            "face_object": (self.face_object.shape, (count,)),
+            "face_texture": (self.face_texture.shape, (count,)),
+            "face_uv": (self.face_uv.shape, (count, 3, 2)),
+        }
+        for name, (have, want) in shapes.items():
+            if have != want:
+                raise ValueError(f"scene {self.name}: {name} has shape {have}, expected {want}")
+        if count == 0:
+            raise ValueError(f"scene {self.name} has no triangles")
+        if not np.isfinite(self.vertices).all():
+            raise ValueError(f"scene {self.name} has vertices that are NaN or infinite")
+
+    @property
+    def categories(self) -> tuple[str, ...]:
+        """All category names in the scene, sorted."""
+        return tuple(sorted({thing.category for thing in self.objects}))
+
+    def object_vertices(self, index: int) -> F32:
+        """Vertices (N, 3) of the object's triangles, with repeats."""
+        corners: F32 = self.vertices[self.faces[self.face_object == index]].reshape(-1, 3)
+        return corners
