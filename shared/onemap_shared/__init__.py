@@ -1,1 +1,1 @@
-"""What two or more OneMap services share: geometry, grids, messages, the bus, configuration, the runner."""
+"""What services share: geometry, grids, messages, the bus, configuration, the runner."""

@@ -110,7 +110,8 @@ def inverse(T_a_b: F64) -> F64:
 
 def transform(T_a_b: F64, points_b: F64) -> F64:
     """Points (..., 3) of frame b in frame a."""
-    return points_b @ T_a_b[:3, :3].T + T_a_b[:3, 3]
+    points_a: F64 = points_b @ T_a_b[:3, :3].T + T_a_b[:3, 3]
+    return points_a
 
 
 def yaw_of(T_map_body: F64) -> float:
@@ -124,7 +125,7 @@ def wrap_angle(angle_rad: float) -> float:
 
 
 def unproject(depth_m: F32, intrinsics: Intrinsics) -> F32:
-    """Camera-frame points (H, W, 3) float32 in metres from z-depth (H, W); depth 0 gives the origin."""
+    """Camera-frame points (H, W, 3) float32, metres, of z-depth (H, W); depth 0 is the origin."""
     height, width = depth_m.shape
     x = (np.arange(width, dtype=np.float32) + np.float32(0.5 - intrinsics.cx)) / intrinsics.fx
     y = (np.arange(height, dtype=np.float32) + np.float32(0.5 - intrinsics.cy)) / intrinsics.fy

@@ -39,13 +39,15 @@ class GridSpec:
 
     def centres(self, cells: I64) -> F64:
         """Map coordinates (..., 2) in metres of the centres of array indices (..., 2)."""
-        return (np.asarray(cells) + np.asarray(self.origin_cell) + 0.5) * self.cell_size_m
+        world = np.asarray(cells) + np.asarray(self.origin_cell)
+        centres: F64 = (world + 0.5) * self.cell_size_m
+        return centres
 
     def contains(self, cells: I64) -> Bool:
         """Whether array indices (..., 2) lie inside the grid."""
         cells = np.asarray(cells)
-        inside: Bool = ((cells >= 0) & (cells < np.asarray(self.shape))).all(axis=-1)
-        return inside
+        inside = (cells >= 0) & (cells < np.asarray(self.shape))
+        return np.asarray(inside.all(axis=-1))
 
     @property
     def bounds_m(self) -> tuple[float, float, float, float]:

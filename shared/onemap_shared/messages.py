@@ -225,7 +225,9 @@ class TextRequest:
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.texts) <= 256:
-            raise ValueError(f"{len(self.texts)} texts in one request; between 1 and 256 are allowed")
+            raise ValueError(
+                f"{len(self.texts)} texts in one request; between 1 and 256 are allowed"
+            )
         for text in self.texts:
             check_text(text)
 

@@ -7,13 +7,18 @@ nobody there is ``NoReply``, silence is ``QueryTimeout``.
 
 from __future__ import annotations
 
+import logging
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from dataclasses import dataclass, replace
+from typing import Generic, Protocol, TypeVar
 
 from onemap_shared.keys import Procedure, Topic
+from onemap_shared.wire import Packet, WireError, decode, encode
+
+LOG = logging.getLogger("onemap.bus")
 
 M = TypeVar("M")
 Q = TypeVar("Q")
@@ -56,8 +61,9 @@ class Refusal(Exception):
 class Counters:
     """What became of a subscription's messages so far.
 
-    received: decoded; missed: gaps in the sequence numbers; skipped: replaced by a newer one
-    before they were taken; refused: not decodable, the last reason in ``last_problem``.
+    received: decoded; missed: gaps in the sequence numbers, the skipped ones included;
+    skipped: replaced by a newer one before they were taken; refused: not decodable, the
+    last reason in ``last_problem``.
     """
 
     received: int = 0
@@ -127,25 +133,83 @@ class Worker(Protocol):
     def close(self) -> None: ...
 
 
-class Mailbox:
-    """The newest ``capacity`` items, handed from transport threads to one consumer."""
+class Inbox(Generic[M]):
+    """The newest ``capacity`` packets of one topic, handed from transport threads to one consumer.
 
-    def __init__(self, capacity: int) -> None:
-        self._items: deque[object] = deque(maxlen=capacity)
+    Packets are decoded when they are taken, in the consumer's thread, so that a skipped
+    frame costs nothing; a bad one is counted and passed over.
+    """
+
+    def __init__(self, message: type[M], capacity: int) -> None:
+        self._message = message
+        self._packets: deque[Packet | Callable[[], Packet]] = deque()
+        self._capacity = capacity
         self._arrived = threading.Condition()
-        self.skipped = 0
+        self._counters = Counters()
+        self._last_sequence: int | None = None
 
-    def put(self, item: object) -> None:
-        """Add an item, dropping the oldest if full; never blocks for long."""
+    def put(self, packet: Packet | Callable[[], Packet]) -> None:
+        """Add a packet, or a function that copies it out of the transport, dropping the oldest."""
         with self._arrived:
-            if len(self._items) == self._items.maxlen:
-                self.skipped += 1
-            self._items.append(item)
+            if len(self._packets) == self._capacity:
+                self._packets.popleft()
+                self._count(skipped=1)
+            self._packets.append(packet)
             self._arrived.notify()
 
-    def take(self, timeout_s: float) -> object | None:
-        """The oldest item, or None after ``timeout_s``."""
+    def take(self, timeout_s: float) -> M | None:
+        """See ``Subscription``."""
+        deadline = time.monotonic() + timeout_s
+        while True:
+            with self._arrived:
+                if not self._packets:
+                    self._arrived.wait(max(deadline - time.monotonic(), 0.0))
+                if not self._packets:
+                    return None
+                packet = self._packets.popleft()
+            message = self._decode(packet() if callable(packet) else packet)
+            if message is not None:
+                return message
+
+    def _decode(self, packet: Packet) -> M | None:
+        try:
+            message = decode(self._message, packet)
+        except WireError as problem:
+            with self._arrived:
+                self._count(refused=1, last_problem=str(problem))
+            return None
+        sequence = getattr(message, "sequence", None)
+        missed = 0
+        if sequence is not None:
+            if self._last_sequence is not None and sequence > self._last_sequence:
+                missed = sequence - self._last_sequence - 1
+            self._last_sequence = sequence
         with self._arrived:
-            if not self._items:
-                self._arrived.wait(timeout_s)
-            return self._items.popleft() if self._items else None
+            self._count(received=1, missed=missed)
+        return message
+
+    def _count(self, *, last_problem: str = "", **more: int) -> None:
+        now = self._counters
+        self._counters = replace(
+            now,
+            last_problem=last_problem or now.last_problem,
+            **{name: getattr(now, name) + count for name, count in more.items()},
+        )
+
+    @property
+    def counters(self) -> Counters:
+        """What became of the packets so far."""
+        return self._counters
+
+
+def answer(procedure: Procedure[Q, R], handler: Callable[[Q], R], packet: Packet) -> Packet:
+    """Run a handler on an encoded request; raises ``RemoteError`` with what to tell the caller."""
+    try:
+        return encode(handler(decode(procedure.request, packet)))
+    except Refusal as refusal:
+        raise RemoteError(refusal.code, str(refusal)) from refusal
+    except ValueError as problem:
+        raise RemoteError("invalid", str(problem)) from problem
+    except Exception as problem:
+        LOG.exception("%s failed", procedure.key)
+        raise RemoteError("internal", f"{type(problem).__name__}: {problem}") from problem

@@ -1,0 +1,292 @@
+"""The bus over Zenoh: the only module that imports it.
+
+Every service is a client of one router; discovery by multicast or gossip is
+off. Velocity commands travel in a session of their own so that no image can
+delay them. Callbacks hand a reference to an inbox and return; handlers of
+procedures run in a thread each.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import Any, Generic, TypeVar
+
+import zenoh
+
+from onemap_shared.config import BusConfig
+from onemap_shared.keys import ALL_LIVELINESS, Delivery, Procedure, Topic, liveliness
+from onemap_shared.transport import (
+    CALL_TIMEOUT_S,
+    Inbox,
+    NoReply,
+    Publisher,
+    QueryTimeout,
+    RemoteError,
+    Subscription,
+    answer,
+)
+from onemap_shared.wire import Packet, decode, encode, schema
+
+M = TypeVar("M")
+Q = TypeVar("Q")
+R = TypeVar("R")
+LOG = logging.getLogger("onemap.bus")
+
+LEASE_MS = 2000  # a dead link is noticed after this; Zenoh's own default is 10 s
+DROP_PATIENCE_US = 400_000  # a 1.2 MB frame needs 0.1 s on 100 Mbit/s; the default loses it whole
+RETRY_MS = (200, 2000)  # first and longest pause between attempts to reach the router
+MAX_MESSAGE_BYTES = 72 * 2**20  # above wire.MAX_BODY_BYTES: wire refuses first, with a reason
+
+PRIORITIES = {
+    Delivery.FRAME: zenoh.Priority.DATA_LOW,
+    Delivery.STATE: zenoh.Priority.DATA,
+    Delivery.COMMAND: zenoh.Priority.REAL_TIME,
+}
+
+
+def _settings(mode: str, *, connect: tuple[str, ...], listen: tuple[str, ...]) -> zenoh.Config:
+    settings: dict[str, Any] = {
+        "mode": mode,
+        "connect/endpoints": list(connect),
+        "listen/endpoints": list(listen),
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "connect/timeout_ms": 0,
+        "connect/retry": {
+            "period_init_ms": RETRY_MS[0],
+            "period_max_ms": RETRY_MS[1],
+            "period_increase_factor": 2,
+        },
+        "transport/link/tx/lease": LEASE_MS,
+        "transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments": (
+            DROP_PATIENCE_US
+        ),
+        "transport/link/rx/max_message_size": MAX_MESSAGE_BYTES,
+        # TCP on loopback carries 1 GB/s; shared memory would leave segments behind a SIGKILL.
+        "transport/shared_memory/enabled": False,
+    }
+    config: zenoh.Config = zenoh.Config()
+    for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    return config
+
+
+def open_bus(
+    config: BusConfig, service: str, instance: str, stop: threading.Event
+) -> ZenohBus | None:
+    """Join the router, retrying until it is there; None if ``stop`` was set before."""
+    settings = _settings("client", connect=config.connect, listen=())
+    if config.namespace:
+        settings.insert_json5("namespace", json.dumps(config.namespace))
+    pause_s, told = RETRY_MS[0] / 1000, False
+    while not stop.is_set():
+        try:
+            return ZenohBus(settings, service, instance)
+        except zenoh.ZError as problem:
+            if not told:
+                reason = str(problem).split(" at /")[0]
+                LOG.warning("waiting for a router at %s: %s", ", ".join(config.connect), reason)
+                told = True
+        stop.wait(pause_s)
+        pause_s = min(2 * pause_s, RETRY_MS[1] / 1000)
+    return None
+
+
+def run_router(listen: tuple[str, ...], stop: threading.Event, file: Path | None = None) -> None:
+    """Be the router that services meet at, until ``stop`` is set.
+
+    ``file`` is a Zenoh JSON5 configuration, the one that a ``zenohd`` would read;
+    ``listen`` then replaces its endpoints unless it is empty.
+    """
+    if file is None:
+        settings = _settings("router", connect=(), listen=listen)
+    else:
+        settings = zenoh.Config.from_file(str(file))
+        if listen:
+            settings.insert_json5("listen/endpoints", json.dumps(list(listen)))
+    with zenoh.open(settings):
+        LOG.info("router listens on %s", settings.get_json("listen/endpoints"))
+        stop.wait()
+
+
+class ZenohBus:
+    """One process on the bus. Implements ``transport.Bus``."""
+
+    def __init__(self, settings: zenoh.Config, service: str, instance: str) -> None:
+        self._settings = settings
+        self._session = zenoh.open(settings)
+        self._command_session: zenoh.Session | None = None
+        self._servers: list[_Server] = []
+        self._alive: dict[str, str] = {}
+        self._declared: list[Any] = [
+            self._session.liveliness().declare_token(liveliness(service, instance)),
+            self._session.liveliness().declare_subscriber(
+                ALL_LIVELINESS,
+                zenoh.handlers.Callback(self._on_liveliness, indirect=False),
+                history=True,
+            ),
+        ]
+
+    def _on_liveliness(self, sample: zenoh.Sample) -> None:
+        key = str(sample.key_expr)
+        if sample.kind == zenoh.SampleKind.PUT:
+            self._alive[key] = key.split("/")[-3]
+        else:
+            self._alive.pop(key, None)
+
+    def _session_for(self, delivery: Delivery) -> zenoh.Session:
+        if delivery is not Delivery.COMMAND:
+            return self._session
+        if self._command_session is None:
+            self._command_session = zenoh.open(self._settings)
+        return self._command_session
+
+    def publish(self, topic: Topic[M]) -> Publisher[M]:
+        """See ``transport.Bus``."""
+        session = self._session_for(topic.delivery)
+        publisher = session.declare_publisher(
+            topic.key,
+            encoding=zenoh.Encoding.APPLICATION_OCTET_STREAM.with_schema(schema(topic.message)),
+            congestion_control=zenoh.CongestionControl.DROP,
+            priority=PRIORITIES[topic.delivery],
+            express=topic.delivery is Delivery.COMMAND,
+        )
+        self._declared.append(publisher)
+        latch = _Latch(session, topic.key) if topic.latched else None
+        return _ZenohPublisher(publisher, latch)
+
+    def subscribe(self, topic: Topic[M], capacity: int = 1) -> Subscription[M]:
+        """See ``transport.Bus``."""
+        inbox = Inbox(topic.message, capacity)
+        session = self._session_for(topic.delivery)
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            inbox.put(lambda: _packet(sample.attachment, sample.payload))
+
+        def on_reply(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                on_sample(reply.ok)
+
+        handler = zenoh.handlers.Callback(on_sample, indirect=False)
+        self._declared.append(session.declare_subscriber(topic.key, handler))
+        if topic.latched:
+            session.get(
+                topic.key,
+                zenoh.handlers.Callback(on_reply, indirect=False),
+                timeout=CALL_TIMEOUT_S,
+            )
+        return inbox
+
+    def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
+        """See ``transport.Bus``."""
+        self._servers.append(_Server(self._session, procedure, handler))
+
+    def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float = CALL_TIMEOUT_S) -> R:
+        """See ``transport.Bus``."""
+        packet = encode(request)
+        replies = self._session.get(
+            procedure.key, payload=packet.body, attachment=packet.header, timeout=timeout_s
+        )
+        for reply in replies:
+            if reply.ok is not None:
+                return decode(procedure.reply, _packet(reply.ok.attachment, reply.ok.payload))
+            error = reply.err.payload.to_bytes() if reply.err is not None else b""
+            if error == b"Timeout":
+                raise QueryTimeout(f"no answer on {procedure.key} within {timeout_s} s")
+            raise _remote_error(error)
+        raise NoReply(f"nobody answers {procedure.key}")
+
+    def alive(self) -> frozenset[str]:
+        """See ``transport.Bus``."""
+        return frozenset(self._alive.copy().values())
+
+    def close(self) -> None:
+        """Leave the bus; nothing is received afterwards."""
+        for server in self._servers:
+            server.close()
+        self._session.close()  # type: ignore[no-untyped-call]
+        if self._command_session is not None:
+            self._command_session.close()  # type: ignore[no-untyped-call]
+
+
+def _packet(attachment: zenoh.ZBytes | None, payload: zenoh.ZBytes) -> Packet:
+    return Packet(attachment.to_bytes() if attachment is not None else b"", payload.to_bytes())
+
+
+def _remote_error(body: bytes) -> RemoteError:
+    try:
+        error = json.loads(body)
+        return RemoteError(str(error["code"]), str(error["message"]))
+    except (ValueError, KeyError, TypeError):
+        return RemoteError("internal", body[:200].decode(errors="replace"))
+
+
+class _Latch:
+    """The newest packet of a topic, handed to whoever joins late."""
+
+    def __init__(self, session: zenoh.Session, key: str) -> None:
+        self._key = key
+        self.packet: Packet | None = None
+        handler = zenoh.handlers.Callback(self._on_query, indirect=False)
+        self._queryable = session.declare_queryable(key, handler, complete=True)
+
+    def _on_query(self, query: zenoh.Query) -> None:
+        with query:
+            if self.packet is not None:
+                query.reply(self._key, self.packet.body, attachment=self.packet.header)
+
+
+class _ZenohPublisher(Generic[M]):
+    def __init__(self, publisher: zenoh.Publisher, latch: _Latch | None) -> None:
+        self._publisher = publisher
+        self._latch = latch
+
+    def put(self, message: M) -> None:
+        packet = encode(message)
+        if self._latch is not None:
+            self._latch.packet = packet
+        self._publisher.put(packet.body, attachment=packet.header)
+
+
+class _Server(Generic[Q, R]):
+    """Answers one procedure in a thread of its own; every query gets an answer."""
+
+    def __init__(
+        self, session: zenoh.Session, procedure: Procedure[Q, R], handler: Callable[[Q], R]
+    ) -> None:
+        self._procedure = procedure
+        self._handler = handler
+        self._queries: SimpleQueue[zenoh.Query] = SimpleQueue()
+        self._closed = threading.Event()
+        callback = zenoh.handlers.Callback(self._queries.put, indirect=False)
+        self._queryable = session.declare_queryable(procedure.key, callback, complete=True)
+        self._thread = threading.Thread(target=self._run, name=procedure.key, daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._closed.is_set():
+            try:
+                query = self._queries.get(timeout=0.2)
+            except Empty:
+                continue
+            with query:
+                self._answer(query)
+
+    def _answer(self, query: zenoh.Query) -> None:
+        request = _packet(query.attachment, query.payload) if query.payload is not None else None
+        try:
+            packet = answer(self._procedure, self._handler, request or Packet(b"", b""))
+        except RemoteError as error:
+            body = json.dumps({"code": error.code, "message": str(error)})
+            query.reply_err(body, encoding=zenoh.Encoding.APPLICATION_JSON)
+        else:
+            query.reply(self._procedure.key, packet.body, attachment=packet.header)
+
+    def close(self) -> None:
+        self._closed.set()
+        self._thread.join(timeout=1.0)

@@ -1,0 +1,154 @@
+"""Configuration: one YAML file per deployment, one section per service.
+
+A service reads its own section and the common ones, ``bus`` and ``log``. An
+unknown key is refused with its path and the nearest valid name. Environment
+variables ``ONEMAP__SECTION__KEY=value`` (value in YAML) override the file.
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+S = TypeVar("S", bound=BaseModel)
+
+PREFIX = "ONEMAP__"
+SECTIONS = ("bus", "log", "perception", "mapper", "planner", "gateway", "simulator", "replay")
+
+
+class ConfigError(Exception):
+    """A configuration that cannot be used; the text says where and what to write instead."""
+
+
+class StrictModel(BaseModel):
+    """Base of all configuration sections: immutable, unknown keys refused, no NaN."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+Endpoint = Annotated[str, Field(pattern=r"^(tcp|tls|quic|unixsock-stream)/.+$")]
+
+
+class BusConfig(StrictModel):
+    """Where the router is."""
+
+    connect: tuple[Endpoint, ...] = Field(
+        default=("tcp/127.0.0.1:7447",),
+        min_length=1,
+        description="Zenoh endpoints of the router; loopback, because nothing is open by default.",
+    )
+    namespace: str = Field(
+        default="",
+        pattern=r"^([A-Za-z0-9_-]+(/[A-Za-z0-9_-]+)*)?$",
+        description="Prefix of all keys, one per robot of a fleet, for example fleet/r1.",
+    )
+
+
+class LogConfig(StrictModel):
+    """How a process logs."""
+
+    format: Literal["human", "json"] = Field(
+        default="human", description="json for journald and log collectors."
+    )
+    level: Literal["debug", "info", "warning", "error"] = Field(
+        default="info", description="info names every change of state and no single frame."
+    )
+
+
+def read(path: Path | None, environment: Mapping[str, str] = os.environ) -> dict[str, Any]:
+    """All sections of the file (none if ``path`` is None) with the overrides applied."""
+    document: Any = {}
+    if path is not None:
+        try:
+            document = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
+        except OSError as problem:
+            reason = problem.strerror or problem
+            raise ConfigError(f"cannot read configuration {path}: {reason}") from problem
+        except (yaml.YAMLError, UnicodeDecodeError) as problem:
+            reason = " ".join(str(problem).split())
+            raise ConfigError(f"{path} is not valid YAML: {reason}") from problem
+    source = str(path) if path is not None else "configuration"
+    if not isinstance(document, dict):
+        raise ConfigError(f"{source} must be a mapping of sections, not {type(document).__name__}")
+    for name, section in document.items():
+        _check_name(name, SECTIONS, f"{source}: section {name!r} is unknown")
+        if section is not None and not isinstance(section, dict):
+            raise ConfigError(f"{source}: section {name!r} must be a mapping")
+    sections = {name: dict(section or {}) for name, section in document.items()}
+    _override(sections, environment)
+    return sections
+
+
+def _override(sections: dict[str, dict[str, Any]], environment: Mapping[str, str]) -> None:
+    for variable, text in sorted(environment.items()):
+        if not variable.startswith(PREFIX):
+            continue
+        parts = [part.lower() for part in variable[len(PREFIX) :].split("__")]
+        if len(parts) < 2 or not all(parts):
+            raise ConfigError(f"{variable} must be {PREFIX}SECTION__KEY")
+        _check_name(parts[0], SECTIONS, f"{variable}: section {parts[0]!r} is unknown")
+        try:
+            value = yaml.safe_load(text)
+        except yaml.YAMLError as problem:
+            raise ConfigError(f"{variable}: value {text!r} is not valid YAML") from problem
+        place: Any = sections.setdefault(parts[0], {})
+        for part in parts[1:-1]:
+            place = place.setdefault(part, {})
+            if not isinstance(place, dict):
+                raise ConfigError(f"{variable}: {part!r} is a value, not a section")
+        place[parts[-1]] = value
+
+
+def _check_name(name: object, valid: tuple[str, ...], problem: str) -> None:
+    if name in valid:
+        return
+    near = difflib.get_close_matches(str(name), valid, n=1, cutoff=0.5)
+    hint = f"did you mean {near[0]!r}?" if near else f"valid are {', '.join(valid)}"
+    raise ConfigError(f"{problem}; {hint}")
+
+
+def section(sections: Mapping[str, Any], name: str, model: type[S]) -> S:
+    """The section ``name`` as ``model``, or ConfigError with the path of what is wrong."""
+    try:
+        return model.model_validate(sections.get(name, {}))
+    except ValidationError as problem:
+        raise ConfigError("; ".join(_sentences(problem, name, model))) from None
+
+
+def _sentences(problem: ValidationError, name: str, model: type[BaseModel]) -> list[str]:
+    sentences = []
+    for error in problem.errors():
+        path = ".".join([name, *(str(part) for part in error["loc"])])
+        if error["type"] == "extra_forbidden":
+            valid = _names_at(model, error["loc"][:-1])
+            near = difflib.get_close_matches(str(error["loc"][-1]), valid, n=1, cutoff=0.5)
+            hint = f"did you mean {near[0]!r}?" if near else f"valid are {', '.join(valid)}"
+            sentences.append(f"{path} is unknown; {hint}")
+        else:
+            sentences.append(f"{path}: {error['msg']} (got {error['input']!r})")
+    return sentences
+
+
+def _names_at(model: type[BaseModel], path: tuple[int | str, ...]) -> list[str]:
+    for part in path:
+        nested = model.model_fields[str(part)].annotation if part in model.model_fields else None
+        if not (isinstance(nested, type) and issubclass(nested, BaseModel)):
+            return []
+        model = nested
+    return list(model.model_fields)
+
+
+def load(path: Path | None, name: str, model: type[S]) -> tuple[BusConfig, LogConfig, S]:
+    """What one service needs: bus, log and its own section. Raises ConfigError."""
+    sections = read(path)
+    return (
+        section(sections, "bus", BusConfig),
+        section(sections, "log", LogConfig),
+        section(sections, name, model),
+    )

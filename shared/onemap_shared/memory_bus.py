@@ -1,0 +1,123 @@
+"""The bus inside one process, with the semantics of the real one.
+
+Messages are encoded and decoded, so what would be refused on the wire is
+refused here; a subscription keeps the newest only; a procedure nobody serves
+is ``NoReply``.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import defaultdict
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import TimeoutError as FutureTimeout
+from fnmatch import fnmatchcase
+from typing import Any, Generic, TypeVar
+
+from onemap_shared.keys import Procedure, Topic
+from onemap_shared.transport import (
+    CALL_TIMEOUT_S,
+    Inbox,
+    NoReply,
+    Publisher,
+    QueryTimeout,
+    Subscription,
+    answer,
+)
+from onemap_shared.wire import Packet, decode, encode
+
+M = TypeVar("M")
+Q = TypeVar("Q")
+R = TypeVar("R")
+
+
+class MemoryHub:
+    """What the router is to Zenoh: all buses of one hub hear each other."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+        self.inboxes: dict[str, list[Inbox[Any]]] = defaultdict(list)
+        self.latched: dict[str, Packet] = {}
+        self.handlers: dict[str, tuple[MemoryBus, Callable[[Packet], Packet]]] = {}
+        self.services: dict[MemoryBus, str] = {}
+
+    def bus(self, service: str = "") -> MemoryBus:
+        """A new bus; ``service`` counts as alive until it is closed."""
+        bus = MemoryBus(self)
+        if service:
+            self.services[bus] = service
+        return bus
+
+    def inject(self, key: str, packet: Packet) -> None:
+        """Deliver raw bytes, as a broken or foreign publisher would."""
+        with self.lock:
+            listeners = [
+                box for k, boxes in self.inboxes.items() if fnmatchcase(key, k) for box in boxes
+            ]
+        for inbox in listeners:
+            inbox.put(packet)
+
+
+class MemoryBus:
+    """One participant. Implements ``transport.Bus``."""
+
+    def __init__(self, hub: MemoryHub) -> None:
+        self._hub = hub
+        self._pool = ThreadPoolExecutor(4, "memory-bus")
+
+    def publish(self, topic: Topic[M]) -> Publisher[M]:
+        """See ``transport.Bus``."""
+        return _MemoryPublisher(self._hub, topic)
+
+    def subscribe(self, topic: Topic[M], capacity: int = 1) -> Subscription[M]:
+        """See ``transport.Bus``."""
+        inbox = Inbox(topic.message, capacity)
+        with self._hub.lock:
+            self._hub.inboxes[topic.key].append(inbox)
+            if topic.latched and topic.key in self._hub.latched:
+                inbox.put(self._hub.latched[topic.key])
+        return inbox
+
+    def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
+        """See ``transport.Bus``."""
+        self._hub.handlers[procedure.key] = (
+            self,
+            lambda packet: answer(procedure, handler, packet),
+        )
+
+    def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float = CALL_TIMEOUT_S) -> R:
+        """See ``transport.Bus``."""
+        entry = self._hub.handlers.get(procedure.key)
+        if entry is None:
+            raise NoReply(f"nobody answers {procedure.key}")
+        bus, handle = entry
+        future = bus._pool.submit(handle, encode(request))
+        try:
+            return decode(procedure.reply, future.result(timeout_s))
+        except FutureTimeout:
+            raise QueryTimeout(f"no answer on {procedure.key} within {timeout_s} s") from None
+
+    def alive(self) -> frozenset[str]:
+        """See ``transport.Bus``."""
+        return frozenset(self._hub.services.values())
+
+    def close(self) -> None:
+        """Disappear as a killed process would."""
+        self._hub.services.pop(self, None)
+        gone = [key for key, (bus, _) in self._hub.handlers.items() if bus is self]
+        for key in gone:
+            del self._hub.handlers[key]
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+
+class _MemoryPublisher(Generic[M]):
+    def __init__(self, hub: MemoryHub, topic: Topic[M]) -> None:
+        self._hub = hub
+        self._topic = topic
+
+    def put(self, message: M) -> None:
+        packet = encode(message)
+        if self._topic.latched:
+            self._hub.latched[self._topic.key] = packet
+        self._hub.inject(self._topic.key, packet)

@@ -1,0 +1,203 @@
+"""What every service process does around its work.
+
+Reads the configuration, logs, joins the bus, steps the worker, tells the
+world once a second that it is alive and how it is, answers signals, talks to
+systemd, and dies within seconds when any thread dies: the supervisor's
+restart is the recovery.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import os
+import signal
+import sys
+import threading
+import time
+import uuid
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import TypeVar
+
+import sdnotify
+from pydantic import BaseModel
+
+from onemap_shared.bus import open_bus
+from onemap_shared.config import ConfigError, LogConfig, load
+from onemap_shared.keys import heartbeat
+from onemap_shared.messages import Heartbeat
+from onemap_shared.transport import Bus, Health, Worker
+
+C = TypeVar("C", bound=BaseModel)
+LOG = logging.getLogger("onemap.runner")
+
+STEP_S = 0.1  # longest wait inside a step, and so the delay to notice a signal
+HEARTBEAT_S = 1.0
+HANG_S = 10.0  # a loop that stands still this long is hung: stop feeding systemd's watchdog
+EXIT_OK, EXIT_CRASHED, EXIT_MISUSED = 0, 1, 2
+
+
+class StartError(Exception):
+    """The service cannot start as configured; the text is one sentence for the user."""
+
+
+class JsonFormatter(logging.Formatter):
+    """One JSON object a line."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The record as JSON with stamp_ns, level, logger, message and traceback if any."""
+        entry = {
+            "stamp_ns": int(record.created * 1e9),
+            "level": record.levelname.lower(),
+            "logger": record.name,
+            "message": record.getMessage(),
+        }
+        if record.exc_info:
+            entry["traceback"] = self.formatException(record.exc_info)
+        return json.dumps(entry)
+
+
+def set_up_logging(config: LogConfig, service: str) -> None:
+    """Log to stderr: what a person reads, or one JSON object a line."""
+    handler = logging.StreamHandler()
+    if config.format == "json":
+        handler.setFormatter(JsonFormatter())
+    else:
+        layout = f"%(asctime)s %(levelname)-7s {service}: %(message)s"
+        handler.setFormatter(logging.Formatter(layout, datefmt="%H:%M:%S"))
+    logging.basicConfig(level=config.level.upper(), handlers=[handler], force=True)
+
+
+def run_service(
+    service: str,
+    model: type[C],
+    build: Callable[[Bus, C], Worker],
+    arguments: list[str] | None = None,
+) -> int:
+    """Run a service until SIGTERM or SIGINT; returns the exit code.
+
+    0 after a signal, 1 after a crash, 2 when it cannot start as configured.
+    """
+    parser = argparse.ArgumentParser(prog=f"onemap {service}")
+    parser.add_argument("--config", type=Path, help="YAML file; defaults apply without it")
+    options = parser.parse_args(arguments)
+    try:
+        bus_config, log_config, config = load(options.config, service, model)
+    except ConfigError as problem:
+        print(f"{service}: {problem}", file=sys.stderr)
+        return EXIT_MISUSED
+    set_up_logging(log_config, service)
+    stop = threading.Event()
+    _stop_on_signals(stop)
+    crashed = _stop_on_dead_threads(stop)
+    instance = uuid.uuid4().hex[:12]
+    bus = open_bus(bus_config, service, instance, stop)
+    if bus is None:
+        return EXIT_OK
+    try:
+        code = _work(service, bus, lambda: build(bus, config), stop, instance)
+    finally:
+        bus.close()
+    return EXIT_CRASHED if crashed.is_set() else code
+
+
+def _work(
+    service: str, bus: Bus, build: Callable[[], Worker], stop: threading.Event, instance: str
+) -> int:
+    try:
+        worker = build()
+    except StartError as problem:
+        LOG.error("%s", problem)
+        return EXIT_MISUSED
+    pulse = Pulse(service, instance, bus, worker)
+    beating = threading.Thread(target=pulse.run, args=(stop,), name="pulse", daemon=True)
+    beating.start()
+    LOG.info("%s is up (instance %s)", service, instance)
+    try:
+        while not stop.is_set():
+            worker.step(STEP_S)
+            pulse.progress += 1
+    except Exception:
+        LOG.exception("%s crashed", service)
+        return EXIT_CRASHED
+    finally:
+        stop.set()
+        beating.join(timeout=2 * HEARTBEAT_S)
+        worker.close()
+        LOG.info("%s is down", service)
+    return EXIT_OK
+
+
+@dataclass(slots=True)
+class Pulse:
+    """The heartbeat of a process; its only mutable state is the loop's progress."""
+
+    service: str
+    instance: str
+    bus: Bus
+    worker: Worker
+    progress: int = 0
+
+    def run(self, stop: threading.Event) -> None:
+        """Publish health once a second and feed systemd's watchdog while the loop advances."""
+        publisher = self.bus.publish(heartbeat(self.service))
+        systemd = sdnotify.SystemdNotifier()
+        systemd.notify("READY=1")
+        seen, advanced_at = -1, time.monotonic()
+        while True:
+            now = time.monotonic()
+            if self.progress != seen:
+                seen, advanced_at = self.progress, now
+            hung_s = now - advanced_at
+            health = self.worker.health()
+            if hung_s > HANG_S:
+                health = Health(
+                    ready=False, problem=f"the main loop stands still for {hung_s:.0f} s"
+                )
+            else:
+                systemd.notify("WATCHDOG=1")
+            systemd.notify(f"STATUS={health.problem or 'working'}")
+            publisher.put(self._beat(health))
+            if stop.wait(HEARTBEAT_S):
+                systemd.notify("STOPPING=1")
+                return
+
+    def _beat(self, health: Health) -> Heartbeat:
+        return Heartbeat(
+            service=self.service,
+            instance=self.instance,
+            stamp_ns=time.time_ns(),
+            progress=self.progress,
+            ready=health.ready,
+            problem=health.problem,
+            metrics=health.metrics or {},
+        )
+
+
+def _stop_on_signals(stop: threading.Event) -> None:
+    def handle(signum: int, _frame: FrameType | None) -> None:
+        if stop.is_set():  # asked twice: leave at once
+            os._exit(128 + signum)
+        stop.set()
+
+    for signum in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(signum, handle)
+
+
+def _stop_on_dead_threads(stop: threading.Event) -> threading.Event:
+    """A background thread that dies takes the process down; returns the event that says so."""
+    crashed = threading.Event()
+
+    def handle(problem: threading.ExceptHookArgs) -> None:
+        name = problem.thread.name if problem.thread else "a thread"
+        info = (problem.exc_type, problem.exc_value, problem.exc_traceback)
+        LOG.critical("%s died", name, exc_info=info)  # type: ignore[arg-type]
+        crashed.set()
+        stop.set()
+
+    threading.excepthook = handle
+    return crashed

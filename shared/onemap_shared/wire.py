@@ -1,0 +1,192 @@
+"""Messages as bytes: a msgpack header, and one body with every array, aligned.
+
+The header names the schema, the scalar fields and, for each array, dtype,
+shape and offset. Everything is checked before a byte is interpreted, so a bad
+packet is refused whole, with the reason, and never decoded half. No pickle.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+import typing
+from collections.abc import Callable
+from enum import Enum
+from functools import cache
+from math import prod
+from typing import Any, TypeVar
+
+import msgpack
+import numpy as np
+
+M = TypeVar("M")
+
+VERSION = 1  # of this layout; a receiver refuses any other
+MAX_HEADER_BYTES = 256 * 1024  # 256 texts of 200 characters in any script
+MAX_BODY_BYTES = 64 * 2**20  # a 4096 x 4096 RGB image with room to spare
+MAX_DIMENSIONS = 3
+ALIGNMENT = 8  # so that float64 views of the body are aligned
+DTYPES = {dtype: np.dtype(dtype) for dtype in ("|u1", "<u2", "<i4", "<i8", "<f2", "<f4", "<f8")}
+
+
+class WireError(ValueError):
+    """A packet that is not a valid message; the text says why."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Packet:
+    """An encoded message: the header travels as attachment, the body as payload."""
+
+    header: bytes
+    body: bytes
+
+
+def schema(message: type) -> str:
+    """The name under which a message type travels."""
+    return f"onemap.{message.__name__}/{VERSION}"
+
+
+def _fields(message: Any) -> tuple[tuple[str, Any, bool], ...]:
+    """Name, type and is-array of each field of a message type."""
+    return _fields_of(message)
+
+
+@cache
+def _fields_of(message: Any) -> tuple[tuple[str, Any, bool], ...]:
+    hints = typing.get_type_hints(message)
+    return tuple(
+        (field.name, hints[field.name], _is_array(hints[field.name]))
+        for field in dataclasses.fields(message)
+    )
+
+
+def _is_array(hint: Any) -> bool:
+    return typing.get_origin(hint) is np.ndarray or hint is np.ndarray
+
+
+def encode(message: object) -> Packet:
+    """The packet of a message dataclass."""
+    values: dict[str, Any] = {}
+    arrays: dict[str, list[Any]] = {}
+    chunks: list[Any] = []
+    offset = 0
+    for name, hint, is_array in _fields(type(message)):
+        value = getattr(message, name)
+        if not is_array:
+            values[name] = _plain(value, hint)
+            continue
+        array = np.ascontiguousarray(value, dtype=value.dtype.newbyteorder("<"))
+        arrays[name] = [array.dtype.str, list(array.shape), offset]
+        padding = -array.nbytes % ALIGNMENT
+        chunks += [array.reshape(-1).view(np.uint8).data, bytes(padding)]
+        offset += array.nbytes + padding
+    header = {"schema": schema(type(message)), "values": values, "arrays": arrays}
+    packed: bytes = msgpack.packb(header)
+    return Packet(packed, b"".join(chunks))
+
+
+def decode(message: type[M], packet: Packet) -> M:
+    """The message of a packet; arrays are read-only views of its body. Raises WireError."""
+    header = _header(message, packet)
+    content: dict[str, Any] = {}
+    try:
+        for name, hint, is_array in _fields(message):
+            if is_array:
+                content[name] = _array(name, header["arrays"].get(name), packet.body)
+            else:
+                content[name] = _typed(name, header["values"].get(name), hint)
+        return message(**content)
+    except (ValueError, TypeError) as problem:
+        raise WireError(f"{message.__name__}: {problem}") from problem
+
+
+def _header(message: type, packet: Packet) -> dict[str, Any]:
+    for part, size, limit in (
+        ("header", len(packet.header), MAX_HEADER_BYTES),
+        ("body", len(packet.body), MAX_BODY_BYTES),
+    ):
+        if size > limit:
+            raise WireError(f"{message.__name__}: {part} has {size} bytes, limit {limit}")
+    try:
+        header = msgpack.unpackb(packet.header, strict_map_key=True)
+    except Exception as problem:  # msgpack raises its own and several builtin types
+        raise WireError(f"{message.__name__}: header is not msgpack: {problem}") from problem
+    if not isinstance(header, dict) or not all(
+        isinstance(header.get(key), kind)
+        for key, kind in (("schema", str), ("values", dict), ("arrays", dict))
+    ):
+        raise WireError(f"{message.__name__}: header lacks schema, values or arrays")
+    if header["schema"] != schema(message):
+        raise WireError(
+            f"{message.__name__}: packet has schema {header['schema']!r}, "
+            f"this version reads {schema(message)!r}"
+        )
+    expected = sum(is_array for _, _, is_array in _fields(message))
+    if len(header["arrays"]) != expected:
+        raise WireError(f"{message.__name__}: {len(header['arrays'])} arrays, expected {expected}")
+    return header
+
+
+def _array(name: str, description: Any, body: bytes) -> np.ndarray:
+    match description:
+        case [str(dtype_name), list(shape), int(offset)]:
+            pass
+        case _:
+            raise WireError(f"array {name} is missing or not described")
+    dtype = DTYPES.get(dtype_name)
+    if dtype is None:
+        raise WireError(f"array {name} has dtype {dtype_name!r}; allowed are {', '.join(DTYPES)}")
+    if len(shape) > MAX_DIMENSIONS or not all(type(n) is int and n >= 0 for n in shape):
+        raise WireError(f"array {name} has shape {shape}: at most {MAX_DIMENSIONS} lengths >= 0")
+    size = prod(shape) * dtype.itemsize
+    if offset < 0 or offset + size > len(body):
+        raise WireError(
+            f"array {name} needs bytes {offset} to {offset + size}, the body has {len(body)}"
+        )
+    return np.frombuffer(body, dtype, count=prod(shape), offset=offset).reshape(shape)
+
+
+def _plain(value: Any, hint: Any) -> Any:
+    """A field's value as msgpack types."""
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is tuple:
+        kinds = [arguments[0]] * len(value) if arguments[-1] is Ellipsis else arguments
+        return [_plain(item, kind) for item, kind in zip(value, kinds, strict=True)]
+    if origin is dict:
+        return {key: _plain(item, arguments[1]) for key, item in value.items()}
+    if dataclasses.is_dataclass(hint):
+        return {name: _plain(getattr(value, name), kind) for name, kind, _ in _fields(hint)}
+    if issubclass(hint, Enum):
+        return value.value
+    return hint(value)
+
+
+_SCALARS: dict[type, tuple[type, ...]] = {
+    int: (int,),
+    float: (float, int),
+    str: (str,),
+    bool: (bool,),
+}
+
+
+def _typed(name: str, value: Any, hint: Any) -> Any:
+    """A field's value from msgpack types, or WireError."""
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is tuple and isinstance(value, list):
+        if arguments[-1] is Ellipsis:
+            return tuple(_typed(name, item, arguments[0]) for item in value)
+        if len(value) == len(arguments):
+            return tuple(
+                _typed(name, item, kind) for item, kind in zip(value, arguments, strict=True)
+            )
+    if origin is dict and isinstance(value, dict):
+        return {_typed(name, k, str): _typed(name, v, arguments[1]) for k, v in value.items()}
+    if not isinstance(hint, types.GenericAlias) and isinstance(hint, type):
+        if dataclasses.is_dataclass(hint) and isinstance(value, dict):
+            make = typing.cast("Callable[..., Any]", hint)
+            return make(**{n: _typed(f"{name}.{n}", value.get(n), k) for n, k, _ in _fields(hint)})
+        if issubclass(hint, Enum):
+            return hint(value)
+        if type(value) in _SCALARS.get(hint, ()):
+            return hint(value)
+    raise WireError(f"field {name} is {type(value).__name__}, expected {hint}")
