@@ -37,6 +37,7 @@ LOG = logging.getLogger("onemap.runner")
 
 STEP_S = 0.1  # longest wait inside a step, and so the delay to notice a signal
 HEARTBEAT_S = 1.0
+PARENT_VARIABLE = "ONEMAP_PARENT_PID"  # set by a launcher: stop when it is gone, however it died
 HANG_S = 10.0  # a loop that stands still this long is hung: stop feeding systemd's watchdog
 EXIT_OK, EXIT_CRASHED, EXIT_MISUSED = 0, 1, 2
 
@@ -162,6 +163,9 @@ class Pulse:
                 systemd.notify("WATCHDOG=1")
             systemd.notify(f"STATUS={health.problem or 'working'}")
             publisher.put(self._beat(health))
+            if _orphaned():
+                LOG.warning("the launcher is gone, stopping")
+                stop.set()
             if stop.wait(HEARTBEAT_S):
                 systemd.notify("STOPPING=1")
                 return
@@ -176,6 +180,11 @@ class Pulse:
             problem=health.problem,
             metrics=health.metrics or {},
         )
+
+
+def _orphaned() -> bool:
+    parent = os.environ.get(PARENT_VARIABLE)
+    return parent is not None and parent != str(os.getppid())
 
 
 def _stop_on_signals(stop: threading.Event) -> None:

@@ -161,11 +161,11 @@ def _plain(value: Any, hint: Any) -> Any:
     return hint(value)
 
 
-_SCALARS: dict[type, tuple[type, ...]] = {
-    int: (int,),
-    float: (float, int),
-    str: (str,),
-    bool: (bool,),
+_SCALARS: dict[type, tuple[tuple[type, ...], Callable[[Any], Any]]] = {
+    int: ((int,), int),
+    float: ((float, int), float),
+    str: ((str,), str),
+    bool: ((bool,), bool),
 }
 
 
@@ -187,6 +187,7 @@ def _typed(name: str, value: Any, hint: Any) -> Any:
             return make(**{n: _typed(f"{name}.{n}", value.get(n), k) for n, k, _ in _fields(hint)})
         if issubclass(hint, Enum):
             return hint(value)
-        if type(value) in _SCALARS.get(hint, ()):
-            return hint(value)
+        accepted, convert = _SCALARS.get(hint, ((), hint))
+        if type(value) in accepted:
+            return convert(value)
     raise WireError(f"field {name} is {type(value).__name__}, expected {hint}")
