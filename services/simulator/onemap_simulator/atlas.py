@@ -1,0 +1,65 @@
+"""All textures of a scene and their smaller copies in one flat array of texels.
+
+One gather then fetches the texel of every pixel at once, whatever texture its
+face wears. Far surfaces read a smaller copy, which keeps fine patterns from
+flickering.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from onemap_shared.geometry import F32, I32, U8
+
+MAX_LEVELS = 10  # a 1024 px texture halved ten times is one texel
+
+
+@dataclass(frozen=True, slots=True)
+class TextureAtlas:
+    """Texels (T, 3) uint8 RGB; where each texture's copies begin and how large they are.
+
+    offsets, widths, heights (textures, MAX_LEVELS) int32; level k is halved k times and
+    the smallest copy fills the remaining levels.
+    """
+
+    texels: U8
+    offsets: I32
+    widths: I32
+    heights: I32
+
+    @classmethod
+    def of(cls, textures: Sequence[U8]) -> TextureAtlas:
+        """Pack textures (h, w, 3) uint8 with all their smaller copies."""
+        texels: list[U8] = []
+        tables = np.zeros((3, len(textures), MAX_LEVELS), np.int32)
+        used = 0
+        for index, texture in enumerate(textures):
+            start = used
+            copy = np.ascontiguousarray(texture)
+            for level in range(MAX_LEVELS):
+                height, width = copy.shape[:2]
+                if level == 0 or tables[1:, index, level - 1].tolist() != [width, height]:
+                    texels.append(copy.reshape(-1, 3))
+                    start, used = used, used + width * height
+                tables[:, index, level] = (start, width, height)
+                copy = cv2.resize(
+                    copy, (max(width // 2, 1), max(height // 2, 1)), interpolation=cv2.INTER_AREA
+                ).reshape(max(height // 2, 1), max(width // 2, 1), 3)
+        return cls(np.concatenate(texels), tables[0], tables[1], tables[2])
+
+    def sample(self, texture: I32, level: I32, u: F32, v: F32) -> U8:
+        """Nearest texels (N, 3) uint8 at texture coordinates (N,), repeating outside [0, 1)."""
+        entry = texture * MAX_LEVELS + np.clip(level, 0, MAX_LEVELS - 1)
+        width = self.widths.ravel()[entry]
+        height = self.heights.ravel()[entry]
+        # The fraction of a tiny negative number rounds up to 1, hence the minimum.
+        column = np.minimum(((u - np.floor(u)) * width).astype(np.int32), width - 1)
+        row = np.minimum(((v - np.floor(v)) * height).astype(np.int32), height - 1)
+        texels: U8 = np.take(
+            self.texels, self.offsets.ravel()[entry] + row * width + column, axis=0
+        )
+        return texels

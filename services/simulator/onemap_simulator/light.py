@@ -1,0 +1,106 @@
+"""Light that reaches a surface: ambient from above and below, and point lights.
+
+Which lights reach a place is traced once when the scene is loaded, on a grid
+seen from above, and blurred: lamps do not shine through walls, and doorways
+get a soft edge. Tracing shadows for each frame would halve the frame rate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from onemap_shared.geometry import F32, F64, Bool
+from onemap_shared.grid import GridSpec
+from onemap_simulator.scene import Scene
+
+Occluded = Callable[[F32, F32], Bool]  # from (N, 3), to (N, 3) -> (N,) whether something is between
+
+CELL_SIZE_M = 0.1  # finer than a wall is thick
+PROBE_HEIGHTS_M = (0.4, 1.0, 1.6, 2.1)  # the share of these that see a light is its visibility
+BLUR_CELLS = 3  # soft edges of 0.3 m, as from a lamp with a shade
+SURFACE_OFFSET_M = 0.15  # look light up in front of a surface, not inside the wall behind it
+HALF_DISTANCE_M = 2.0  # a light has half its strength here: between a bulb and a bright ceiling
+HEMISPHERE = 0.25  # surfaces that face up get this much more ambient light, down this much less
+NEGLIGIBLE = 0.01  # of full visibility
+
+
+@dataclass(frozen=True, slots=True)
+class LightField:
+    """The lights of a scene and where each is seen.
+
+    positions, colours (L, 3) float32; visibility (L, nx, ny) float32 in [0, 1] over ``grid``;
+    ambient (3,) float32.
+    """
+
+    positions: F32
+    colours: F32
+    ambient: F32
+    grid: GridSpec
+    visibility: F32
+
+    @classmethod
+    def of(cls, scene: Scene, occluded: Occluded) -> LightField:
+        """Trace which places see which light."""
+        lower, upper = scene.vertices.min(axis=0), scene.vertices.max(axis=0)
+        grid = GridSpec.covering(CELL_SIZE_M, (lower[0], lower[1]), (upper[0], upper[1]))
+        positions = np.array([light.position_m for light in scene.lights], np.float32)
+        colours = np.array([light.colour for light in scene.lights], np.float32)
+        positions, colours = positions.reshape(-1, 3), colours.reshape(-1, 3)
+        seen = [_seen_from(position, grid, occluded) for position in positions]
+        visibility = _blurred(np.array(seen, np.float32).reshape(-1, *grid.shape))
+        return cls(positions, colours, np.array(scene.ambient, np.float32), grid, visibility)
+
+    def irradiance(self, points: F32, normals: F32) -> F32:
+        """Light (H, W, 3) float32 on surfaces at points (H, W, 3) metres with unit normals.
+
+        1 shows an albedo unchanged.
+        """
+        total: F32 = self.ambient * (1.0 + HEMISPHERE * normals[..., 2:])
+        probes = points[..., :2] + SURFACE_OFFSET_M * normals[..., :2]
+        # cv2.remap reads (column, row) = (iy, ix), with integers at cell centres.
+        at = (probes / self.grid.cell_size_m - np.float32(self.grid.origin_cell) - 0.5).astype(
+            np.float32
+        )
+        rows, columns = at[..., 0], at[..., 1]
+        for position, colour, seen in zip(
+            self.positions, self.colours, self.visibility, strict=True
+        ):
+            weight = cv2.remap(
+                seen, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+            )
+            if weight.max() < NEGLIGIBLE:
+                continue
+            to_light = position - points
+            squared = np.einsum("...i,...i", to_light, to_light)
+            facing = np.einsum("...i,...i", to_light, normals)
+            weight *= np.maximum(facing, 0.0) / np.sqrt(squared + 1e-6)
+            weight /= 1.0 + squared / HALF_DISTANCE_M**2
+            total += weight[..., None] * colour
+        return total
+
+
+def _seen_from(position: F32, grid: GridSpec, occluded: Occluded) -> F32:
+    """Share (nx, ny) float32 in [0, 1] of the probes above each cell that see the light."""
+    nx, ny = grid.shape
+    cells = np.stack(np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"), axis=-1)
+    centres: F64 = grid.centres(cells.reshape(-1, 2))
+    seen = np.zeros(nx * ny, np.float32)
+    for height in PROBE_HEIGHTS_M:
+        probes = np.column_stack([centres, np.full(len(centres), height)]).astype(np.float32)
+        seen += ~occluded(np.broadcast_to(position, probes.shape), probes)
+    return (seen / len(PROBE_HEIGHTS_M)).reshape(nx, ny)
+
+
+def _blurred(seen: F32) -> F32:
+    """Visibility (L, nx, ny) with soft edges, averaged over lit cells only.
+
+    The inside of a wall, where no light is seen, must not darken the rooms beside it.
+    """
+    lit = (seen > 0).any(axis=0).astype(np.float32)
+    window = (BLUR_CELLS, BLUR_CELLS)
+    share = np.maximum(cv2.blur(lit, window), 1e-6)
+    return np.array([cv2.blur(one, window) / share for one in seen], np.float32).reshape(seen.shape)

@@ -1,0 +1,153 @@
+"""RGB, metric depth and object labels of a scene, on the CPU by Embree.
+
+All rays of an image are traced in one call and shaded with whole-array
+arithmetic. Embree runs on the calling thread and releases the interpreter
+lock while it traces.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+from onemap_shared.geometry import F32, F64, I32, U8, Bool, Intrinsics, check_rigid
+from onemap_simulator.atlas import TextureAtlas
+from onemap_simulator.light import LightField
+from onemap_simulator.scene import Scene
+
+SKY_RGB = (196, 212, 228)  # where a ray leaves the scene
+SHADOW_MARGIN = 0.01  # share of a shadow ray left free at both ends, so no surface hides itself
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """One rendered image.
+
+    rgb (H, W, 3) uint8; depth_m (H, W) float32 along the optical axis, 0 = nothing hit;
+    labels (H, W) int32 index into the scene's objects, -1 = nothing hit.
+    """
+
+    rgb: U8
+    depth_m: F32
+    labels: I32
+
+
+@dataclass(frozen=True, slots=True)
+class _FaceTable:
+    """Per-face values for shading, with one more row for rays that hit nothing (face -1).
+
+    corner_uv (F + 1, 3, 2) float32: the first corner's texture coordinates and the edges from
+    it; normals (F + 1, 3) float32 unit; texels_per_m_log2 (F + 1,) float32; objects and
+    textures (F + 1,) int32.
+    """
+
+    corner_uv: F32
+    normals: F32
+    texels_per_m_log2: F32
+    objects: I32
+    textures: I32
+
+    @classmethod
+    def of(cls, scene: Scene) -> _FaceTable:
+        corners = scene.vertices[scene.faces].astype(np.float64)
+        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        doubled_area = np.linalg.norm(cross, axis=1)
+        normals = cross / np.maximum(doubled_area, 1e-12)[:, None]
+        uv = scene.face_uv.astype(np.float64)
+        edges = uv[:, 1:] - uv[:, :1]
+        uv_area = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
+        texels = np.array([t.shape[0] * t.shape[1] for t in scene.textures])
+        density = uv_area * texels[scene.face_texture] / np.maximum(doubled_area, 1e-12)
+        return cls(
+            corner_uv=_with_miss(np.concatenate([uv[:, :1], edges], axis=1), 0, np.float32),
+            normals=_with_miss(normals, 0, np.float32),
+            texels_per_m_log2=_with_miss(0.5 * np.log2(np.maximum(density, 1e-12)), 0, np.float32),
+            objects=_with_miss(scene.face_object, -1, np.int32),
+            textures=_with_miss(scene.face_texture, len(scene.textures), np.int32),
+        )
+
+
+def _with_miss(rows: np.ndarray, miss: float, dtype: type) -> np.ndarray:
+    """The rows with one more at the end, where index -1 finds it."""
+    return np.concatenate([rows, np.full((1, *rows.shape[1:]), miss)]).astype(dtype)
+
+
+class Renderer:
+    """Renders one scene from any pose; safe to use from one thread at a time."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._tracer = EmbreeScene(robust=True)  # no rays slip through between triangles
+        self._mesh = TriangleMesh(
+            self._tracer,
+            np.ascontiguousarray(scene.vertices, np.float32),
+            np.ascontiguousarray(scene.faces, np.int32),
+        )
+        sky = np.full((1, 1, 3), SKY_RGB, np.uint8)
+        self._atlas = TextureAtlas.of((*scene.textures, sky))
+        self._faces = _FaceTable.of(scene)
+        self._light = LightField.of(scene, self._occluded)
+
+    def render(self, T_map_camera: F64, intrinsics: Intrinsics, *, width: int, height: int) -> View:
+        """The scene as the camera sees it, pixel centres at half-integer coordinates."""
+        T = check_rigid(T_map_camera, "T_map_camera").astype(np.float32)
+        # With directions of camera z = 1, the distance along the ray is the depth.
+        directions = _rays(intrinsics, width, height) @ T[:3, :3].T
+        origins = np.broadcast_to(T[:3, 3], directions.shape)
+        hit = self._tracer.run(np.ascontiguousarray(origins), directions, output=True)
+        face = hit["primID"]
+        depth = np.where(face >= 0, hit["tfar"], np.float32(0))
+        albedo = self._albedo(hit, depth, intrinsics.fx)
+        normals = np.take(self._faces.normals, face, axis=0)
+        # Both sides of a triangle are visible: turn its normal towards the camera.
+        away = np.einsum("ij,ij->i", normals, directions) > 0
+        normals *= np.where(away, np.float32(-1), np.float32(1))[:, None]
+        points = origins + directions * depth[:, None]
+        shape = (height, width, 3)
+        light = self._light.irradiance(points.reshape(shape), normals.reshape(shape))
+        light[(face < 0).reshape(height, width)] = 1.0
+        return View(
+            np.minimum(albedo.reshape(shape) * light, 255).astype(np.uint8),
+            depth.reshape(height, width),
+            self._faces.objects[face].reshape(height, width),
+        )
+
+    def _albedo(self, hit: dict[str, np.ndarray], depth: F32, focal_px: float) -> U8:
+        """Texture colours (N, 3) uint8 of the surfaces hit."""
+        face = hit["primID"]
+        uv = np.take(self._faces.corner_uv, face, axis=0)
+        at = uv[:, 0] + uv[:, 1] * hit["u"][:, None] + uv[:, 2] * hit["v"][:, None]
+        # The copy whose texel is about as large as the pixel is there.
+        texels_per_pixel_log2 = self._faces.texels_per_m_log2[face] + np.log2(
+            np.maximum(depth, 1e-3) / focal_px
+        )
+        level = np.rint(texels_per_pixel_log2).astype(np.int32)
+        return self._atlas.sample(self._faces.textures[face], level, at[:, 0], at[:, 1])
+
+    def _occluded(self, start: F32, end: F32) -> Bool:
+        """Whether anything lies between points (N, 3) and points (N, 3)."""
+        along = end - start
+        hit = self._tracer.run(
+            np.ascontiguousarray(start + SHADOW_MARGIN * along),
+            along,
+            dists=1.0 - 2 * SHADOW_MARGIN,
+            query="OCCLUDED",
+        )
+        blocked: Bool = hit != -1
+        return blocked
+
+
+@lru_cache(maxsize=8)
+def _rays(intrinsics: Intrinsics, width: int, height: int) -> F32:
+    """Camera-frame directions (H * W, 3) float32 with z = 1, row by row; read-only."""
+    u = (np.arange(width) + 0.5 - intrinsics.cx) / intrinsics.fx
+    v = (np.arange(height) + 0.5 - intrinsics.cy) / intrinsics.fy
+    rays = np.ones((height, width, 3), np.float32)
+    rays[..., 0] = u
+    rays[..., 1] = v[:, None]
+    flat = rays.reshape(-1, 3)
+    flat.flags.writeable = False
+    return flat
