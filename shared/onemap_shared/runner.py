@@ -37,7 +37,7 @@ LOG = logging.getLogger("onemap.runner")
 
 STEP_S = 0.1  # longest wait inside a step, and so the delay to notice a signal
 HEARTBEAT_S = 1.0
-PARENT_VARIABLE = "ONEMAP_PARENT_PID"  # set by a launcher: stop when it is gone, however it died
+PARENT_VARIABLE = "ONEMAP_PARENT_PID"  # set by a launcher to its own process id
 HANG_S = 10.0  # a loop that stands still this long is hung: stop feeding systemd's watchdog
 EXIT_OK, EXIT_CRASHED, EXIT_MISUSED = 0, 1, 2
 
@@ -94,6 +94,7 @@ def run_service(
     set_up_logging(log_config, service)
     stop = threading.Event()
     _stop_on_signals(stop)
+    watch_parent(stop)
     crashed = _stop_on_dead_threads(stop)
     instance = uuid.uuid4().hex[:12]
     bus = open_bus(bus_config, service, instance, stop)
@@ -163,9 +164,6 @@ class Pulse:
                 systemd.notify("WATCHDOG=1")
             systemd.notify(f"STATUS={health.problem or 'working'}")
             publisher.put(self._beat(health))
-            if _orphaned():
-                LOG.warning("the launcher is gone, stopping")
-                stop.set()
             if stop.wait(HEARTBEAT_S):
                 systemd.notify("STOPPING=1")
                 return
@@ -182,9 +180,18 @@ class Pulse:
         )
 
 
-def _orphaned() -> bool:
+def watch_parent(stop: threading.Event) -> None:
+    """Set ``stop`` when the launcher named in the environment is gone, however it died."""
     parent = os.environ.get(PARENT_VARIABLE)
-    return parent is not None and parent != str(os.getppid())
+
+    def watch() -> None:
+        while not stop.wait(HEARTBEAT_S):
+            if parent != str(os.getppid()):
+                LOG.warning("the launcher is gone, stopping")
+                stop.set()
+
+    if parent is not None:
+        threading.Thread(target=watch, name="watch-parent", daemon=True).start()
 
 
 def _stop_on_signals(stop: threading.Event) -> None:

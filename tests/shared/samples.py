@@ -1,0 +1,102 @@
+"""One valid message of every type, for round trips and for breaking."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from typing import Any
+
+import numpy as np
+
+from onemap_shared import messages as m
+from onemap_shared.geometry import Intrinsics, pose_2d
+from onemap_shared.grid import GridSpec
+
+CAMERA = Intrinsics(300.0, 300.0, 4.0, 3.0)
+POSE = pose_2d(1.0, -2.0, 0.5)
+GRID = GridSpec(0.1, (-3, 2), (4, 5))
+RESULT = m.ObjectResult(
+    "sofa",
+    m.SearchState.FOUND,
+    "seen twice",
+    (1.0, 2.0, 0.4),
+    0.9,
+    12.5,
+    7.25,
+    (0.0, 0.0),
+    (1.0, 1.5),
+)
+
+
+def f32(*shape: int) -> np.ndarray:
+    """Finite, positive, not constant."""
+    return np.linspace(0.1, 0.9, int(np.prod(shape)), dtype=np.float32).reshape(shape)
+
+
+SAMPLES: tuple[Any, ...] = (
+    m.RgbdFrame(
+        7, 123, np.full((6, 8, 3), 9, np.uint8), np.full((6, 8), 1500, np.uint16), CAMERA, POSE
+    ),
+    m.Odometry(7, 123, POSE, 0.5, -0.1, collided=True),
+    m.VelocityCommand(3, 5, 0.2, -0.4),
+    m.FeatureField(
+        7, 123, "mini-1", "minilm", f32(2, 3, 4).astype(np.float16), f32(6, 8),
+        np.full((6, 8), 1500, np.uint16), CAMERA, POSE,
+    ),
+    m.Detections(
+        7, 123, "patches", ("sofa", "sofa"), f32(2, 4), f32(2), f32(3, 3),
+        np.array([0, 1, 1], np.int32),
+    ),
+    m.TextRequest(("sofa", "teddy bear")),
+    m.TextEmbeddings(
+        "mini-1", "minilm", ("sofa",), f32(1, 4), f32(3, 4), np.ones((1, 3), np.uint8), 20.0
+    ),
+    m.MapRevision(4, 7, 123, "mini-1", "minilm", 3, 100, 4096, 8.5, 5.0),
+    m.SimilarityRequest("sofa", 3, include_grid=True),
+    m.SimilarityReply(
+        "sofa", 4, 123, "mini-1", f32(2, 2), f32(2, 4), f32(2), f32(2), GRID, f32(4, 5)
+    ),
+    m.SearchViewRequest("sofa"),
+    m.SearchView(
+        "sofa", 4, 7, 123, GRID, np.ones((4, 5), np.uint8), np.zeros((4, 5), np.uint8),
+        np.full((4, 5), np.nan, np.float32),
+    ),
+    m.SearchReset("s1"),
+    m.MapFile("flat"),
+    m.MapClear(),
+    m.MapSummary("/maps/flat.npz", "mini-1", "minilm", 0.1, 100, 3, 4096),
+    m.SearchRequest(("sofa", "bed")),
+    m.SearchId("s1"),
+    m.SearchStatus(
+        "s1", m.SearchState.EXPLORING, ("sofa", "bed"), 1, "on its way", (RESULT,), 1, 2, 3.5
+    ),
+    m.PlannedPath(
+        5, "frontier", "best similarity", f32(3, 2), f32(1, 2), f32(2, 2), f32(2), f32(0, 2), f32(0)
+    ),
+    m.TruthRequest("sofa", 1.0, 2.0),
+    m.Truth("apartment 1", 0, float("inf"), float("inf"), ("bed", "sofa")),
+    m.Heartbeat("mapper", "abc", 5, 9, ready=True, metrics={"update_ms": 8.0}),
+)  # fmt: skip
+
+
+def message_types() -> set[type]:
+    """Every top-level message type in messages.py."""
+    return {
+        cls
+        for _, cls in inspect.getmembers(m, inspect.isclass)
+        if dataclasses.is_dataclass(cls)
+        and cls.__module__ == m.__name__
+        and cls is not m.ObjectResult
+    }
+
+
+def equal(a: Any, b: Any) -> bool:
+    """Whether two messages are equal, arrays to the last bit and dtype."""
+    for field in dataclasses.fields(a):
+        x, y = getattr(a, field.name), getattr(b, field.name)
+        if isinstance(x, np.ndarray):
+            if x.dtype != y.dtype or x.shape != y.shape or x.tobytes() != y.tobytes():
+                return False
+        elif x != y:
+            return False
+    return True

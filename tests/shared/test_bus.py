@@ -1,0 +1,282 @@
+"""The real bus and its in-memory twin, held to the same promises."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import TypeVar
+
+import pytest
+
+from onemap_shared import keys
+from onemap_shared import messages as m
+from onemap_shared.bus import open_bus
+from onemap_shared.config import BusConfig
+from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.transport import Bus, NoReply, QueryTimeout, Refusal, RemoteError
+from onemap_shared.wire import Packet, encode
+from tests.shared.samples import SAMPLES
+
+T = TypeVar("T")
+PATIENCE_S = 20.0
+ROUTER = """
+import sys, threading, signal
+from onemap_shared.bus import run_router
+stop = threading.Event()
+signal.signal(signal.SIGTERM, lambda *_: stop.set())
+run_router((sys.argv[1],), stop)
+"""
+
+
+def eventually(attempt: Callable[[], T | None]) -> T:
+    """The first result that is not None, or failure after ``PATIENCE_S``."""
+    pause = threading.Event()
+    for _ in range(int(PATIENCE_S / 0.02)):
+        result = attempt()
+        if result is not None:
+            return result
+        pause.wait(0.02)
+    raise AssertionError("it never happened")
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+class Router:
+    """A router process that can be killed and started again at the same place."""
+
+    def __init__(self) -> None:
+        self.endpoint = f"tcp/127.0.0.1:{free_port()}"
+        self.process: subprocess.Popen[bytes] | None = None
+
+    def start(self) -> None:
+        self.process = subprocess.Popen([sys.executable, "-c", ROUTER, self.endpoint])
+
+    def kill(self) -> None:
+        if self.process is not None:
+            self.process.kill()
+            self.process.wait()
+
+
+@pytest.fixture
+def router() -> Iterator[Router]:
+    router = Router()
+    router.start()
+    yield router
+    router.kill()
+
+
+def join(router: Router, service: str, namespace: str = "") -> Bus:
+    config = BusConfig(connect=(router.endpoint,), namespace=namespace)
+    bus = open_bus(config, service, "test", threading.Event())
+    assert bus is not None
+    return bus
+
+
+@pytest.fixture(params=["memory", "zenoh"])
+def buses(request: pytest.FixtureRequest) -> Iterator[tuple[Bus, Bus]]:
+    pair: tuple[Bus, Bus]
+    if request.param == "memory":
+        hub = MemoryHub()
+        pair = (hub.bus("perception"), hub.bus("mapper"))
+    else:
+        router = request.getfixturevalue("router")
+        pair = (join(router, "perception", "fleet/r1"), join(router, "mapper", "fleet/r1"))
+    yield pair
+    for bus in pair:
+        bus.close()
+
+
+def sample(cls: type[T]) -> T:
+    return next(message for message in SAMPLES if isinstance(message, cls))
+
+
+def summary(name: str) -> m.MapSummary:
+    return replace(sample(m.MapSummary), path=name)
+
+
+def test_a_frame_arrives(buses: tuple[Bus, Bus]) -> None:
+    here, there = buses
+    frames = there.subscribe(keys.ROBOT_RGBD)
+    publisher = here.publish(keys.ROBOT_RGBD)
+
+    def attempt() -> m.RgbdFrame | None:
+        publisher.put(sample(m.RgbdFrame))
+        return frames.take(0.1)
+
+    assert eventually(attempt).sequence == 7
+
+
+def test_a_slow_consumer_gets_the_newest_and_gaps_are_counted(buses: tuple[Bus, Bus]) -> None:
+    here, there = buses
+    odometry = there.subscribe(keys.ROBOT_ODOMETRY)
+    publisher = here.publish(keys.ROBOT_ODOMETRY)
+
+    def attempt() -> m.Odometry | None:
+        publisher.put(replace(sample(m.Odometry), sequence=0))
+        return odometry.take(0.1)
+
+    eventually(attempt)
+    while odometry.take(0.05) is not None:
+        pass
+    for sequence in range(1, 11):
+        publisher.put(replace(sample(m.Odometry), sequence=sequence))
+    newest = eventually(lambda: sequence_of(odometry.take(0.1), wanted=10))
+    assert newest == 10
+    assert odometry.counters.missed >= odometry.counters.skipped > 0
+
+
+def sequence_of(message: m.Odometry | None, wanted: int) -> int | None:
+    return message.sequence if message is not None and message.sequence == wanted else None
+
+
+def test_commands_arrive(buses: tuple[Bus, Bus]) -> None:
+    here, there = buses
+    commands = there.subscribe(keys.ROBOT_CMD_VEL)
+    publisher = here.publish(keys.ROBOT_CMD_VEL)
+
+    def attempt() -> m.VelocityCommand | None:
+        publisher.put(sample(m.VelocityCommand))
+        return commands.take(0.1)
+
+    assert eventually(attempt) == sample(m.VelocityCommand)
+
+
+def test_late_joiners_get_what_is_latched(buses: tuple[Bus, Bus]) -> None:
+    here, there = buses
+    here.publish(keys.SEARCH_STATE).put(sample(m.SearchStatus))
+    assert eventually(lambda: there.subscribe(keys.SEARCH_STATE).take(0.5)) == sample(
+        m.SearchStatus
+    )
+
+
+def test_a_question_is_answered(buses: tuple[Bus, Bus]) -> None:
+    here, there = buses
+    there.serve(keys.MAP_SAVE, lambda request: summary(request.name))
+    answer = eventually(lambda: answered(here, "flat"))
+    assert answer == summary("flat")
+
+
+def answered(bus: Bus, name: str) -> m.MapSummary | None:
+    try:
+        return bus.call(keys.MAP_SAVE, m.MapFile(name))
+    except NoReply:  # the declaration is still on its way
+        return None
+
+
+def test_nobody_there_is_told_at_once(buses: tuple[Bus, Bus]) -> None:
+    with pytest.raises(NoReply, match="nobody answers"):
+        buses[0].call(keys.MAP_CLEAR, m.MapClear(), timeout_s=PATIENCE_S)
+
+
+def test_refusals_travel_with_code_and_sentence(buses: tuple[Bus, Bus]) -> None:
+    here, there = buses
+
+    def handler(request: m.MapFile) -> m.MapSummary:
+        if request.name == "refused":
+            raise Refusal("encoder_mismatch", "the map was made by another encoder")
+        if request.name == "wrong":
+            raise ValueError("that is no name")
+        if request.name == "broken":
+            raise RuntimeError("a bug")
+        return summary(request.name)
+
+    there.serve(keys.MAP_SAVE, handler)
+    eventually(lambda: answered(here, "flat"))
+    for name, code, sentence in (
+        ("refused", "encoder_mismatch", "another encoder"),
+        ("wrong", "invalid", "no name"),
+        ("broken", "internal", "RuntimeError: a bug"),
+    ):
+        with pytest.raises(RemoteError, match=sentence) as caught:
+            here.call(keys.MAP_SAVE, m.MapFile(name))
+        assert caught.value.code == code
+    assert here.call(keys.MAP_SAVE, m.MapFile("flat")) == summary("flat")
+
+
+def test_silence_is_a_timeout(buses: tuple[Bus, Bus]) -> None:
+    here, there = buses
+    released = threading.Event()
+
+    def handler(request: m.MapFile) -> m.MapSummary:
+        if request.name == "slow":
+            released.wait(PATIENCE_S)
+        return summary(request.name)
+
+    there.serve(keys.MAP_SAVE, handler)
+    eventually(lambda: answered(here, "flat"))
+    try:
+        with pytest.raises(QueryTimeout, match=r"within 0\.2 s"):
+            here.call(keys.MAP_SAVE, m.MapFile("slow"), timeout_s=0.2)
+    finally:
+        released.set()
+
+
+def test_who_is_alive_is_known_until_it_leaves(buses: tuple[Bus, Bus]) -> None:
+    here, there = buses
+    eventually(lambda: True if here.alive() == {"perception", "mapper"} else None)
+    there.close()
+    eventually(lambda: True if here.alive() == {"perception"} else None)
+
+
+def test_bad_packets_are_counted_and_passed_over() -> None:
+    hub = MemoryHub()
+    bus = hub.bus()
+    odometry = bus.subscribe(keys.ROBOT_ODOMETRY, capacity=2)
+    hub.inject(keys.ROBOT_ODOMETRY.key, Packet(b"?", b""))
+    hub.inject(keys.ROBOT_ODOMETRY.key, encode(sample(m.Odometry)))
+    received = odometry.take(1.0)
+    assert received is not None
+    assert (odometry.counters.refused, odometry.counters.received) == (1, 1)
+    assert "lacks schema" in odometry.counters.last_problem
+
+
+def test_robots_with_other_namespaces_do_not_hear_each_other(router: Router) -> None:
+    one, same, other = (join(router, "planner", name) for name in ("r1", "r1", "r2"))
+    near, far = same.subscribe(keys.ROBOT_ODOMETRY), other.subscribe(keys.ROBOT_ODOMETRY)
+    publisher = one.publish(keys.ROBOT_ODOMETRY)
+
+    def attempt() -> m.Odometry | None:
+        publisher.put(sample(m.Odometry))
+        return near.take(0.1)
+
+    eventually(attempt)
+    assert far.take(0.2) is None
+    for bus in (one, same, other):
+        bus.close()
+
+
+def test_a_restarted_router_brings_everything_back(router: Router) -> None:
+    here, there = join(router, "perception"), join(router, "mapper")
+    there.serve(keys.MAP_SAVE, lambda request: summary(request.name))
+    odometry = there.subscribe(keys.ROBOT_ODOMETRY)
+    publisher = here.publish(keys.ROBOT_ODOMETRY)
+    eventually(lambda: answered(here, "before"))
+    router.kill()
+    with pytest.raises((NoReply, QueryTimeout)):
+        here.call(keys.MAP_SAVE, m.MapFile("between"), timeout_s=1.0)
+    router.start()
+
+    def attempt() -> m.Odometry | None:
+        publisher.put(sample(m.Odometry))
+        return odometry.take(0.1)
+
+    eventually(attempt)
+    assert eventually(lambda: answered(here, "after")) == summary("after")
+    here.close()
+    there.close()
+
+
+def test_joining_without_a_router_waits_until_told_to_stop() -> None:
+    stop = threading.Event()
+    config = BusConfig(connect=(f"tcp/127.0.0.1:{free_port()}",))
+    threading.Timer(0.3, stop.set).start()
+    assert open_bus(config, "mapper", "test", stop) is None

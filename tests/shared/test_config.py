@@ -1,0 +1,105 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from pydantic import Field
+
+from onemap_shared.config import BusConfig, ConfigError, StrictModel, load, read, section
+
+
+class Inner(StrictModel):
+    depth_factor: float = 0.01
+
+
+class Sample(StrictModel):
+    cell_size_m: float = Field(default=0.1, gt=0)
+    fusion: Inner = Inner()
+
+
+def write(path: Path, text: str) -> Path:
+    file = path / "onemap.yaml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_defaults_apply_without_a_file() -> None:
+    bus, log, sample = load(None, "mapper", Sample)
+    assert bus.connect == ("tcp/127.0.0.1:7447",)
+    assert log.format == "human"
+    assert sample == Sample()
+
+
+def test_a_service_reads_its_own_section_and_the_common_ones(tmp_path: Path) -> None:
+    file = write(
+        tmp_path,
+        "bus: {connect: [tcp/10.0.0.2:7447]}\nmapper: {cell_size_m: 0.05}\nplanner: {other: 1}\n",
+    )
+    bus, _, sample = load(file, "mapper", Sample)
+    assert bus.connect == ("tcp/10.0.0.2:7447",)
+    assert sample.cell_size_m == 0.05
+
+
+BAD_FILES = {
+    "unknown section": ("maper: {}", "section 'maper' is unknown; did you mean 'mapper'"),
+    "far from any": ("zzz: {}", "valid are bus, log"),
+    "not a mapping": ("- 1", "must be a mapping of sections, not list"),
+    "section is a value": ("mapper: 3", "section 'mapper' must be a mapping"),
+    "not yaml": ("mapper: {", "not valid YAML"),
+    "unknown key": (
+        "mapper: {cell_size: 0.1}",
+        "mapper.cell_size is unknown; did you mean 'cell_size_m'",
+    ),
+    "unknown nested key": (
+        "mapper: {fusion: {depthfactor: 1}}",
+        "mapper.fusion.depthfactor is unknown; did you mean 'depth_factor'",
+    ),
+    "out of range": ("mapper: {cell_size_m: -1}", "mapper.cell_size_m: .* greater than 0"),
+    "not a number": ("mapper: {cell_size_m: .nan}", "mapper.cell_size_m"),
+    "bad endpoint": ("bus: {connect: ['127.0.0.1:7447']}", "bus.connect.0"),
+    "bad namespace": ("bus: {namespace: 'a b'}", "bus.namespace"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_FILES)
+def test_mistakes_are_named_with_their_path(case: str, tmp_path: Path) -> None:
+    text, reason = BAD_FILES[case]
+    with pytest.raises(ConfigError, match=reason):
+        load(write(tmp_path, text), "mapper", Sample)
+
+
+def test_a_missing_file_is_one_sentence(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"cannot read configuration .*: No such file"):
+        read(tmp_path / "absent.yaml", {})
+
+
+def test_the_environment_overrides_the_file(tmp_path: Path) -> None:
+    file = write(tmp_path, "mapper: {cell_size_m: 0.1}")
+    environment = {
+        "ONEMAP__MAPPER__CELL_SIZE_M": "0.2",
+        "ONEMAP__MAPPER__FUSION__DEPTH_FACTOR": "0.5",
+        "ONEMAP__BUS__CONNECT": "[tcp/router:7447]",
+        "PATH": "/bin",
+    }
+    sections = read(file, environment)
+    assert section(sections, "mapper", Sample) == Sample(
+        cell_size_m=0.2, fusion=Inner(depth_factor=0.5)
+    )
+    assert section(sections, "bus", BusConfig).connect == ("tcp/router:7447",)
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "reason"),
+    [
+        ("ONEMAP__MAPER__X", "1", "did you mean 'mapper'"),
+        ("ONEMAP__MAPPER", "1", "must be ONEMAP__SECTION__KEY"),
+        ("ONEMAP__MAPPER__A__B", "1", "'a' is a value"),
+        ("ONEMAP__MAPPER__X", "{", "not valid YAML"),
+    ],
+)
+def test_mistakes_in_the_environment_are_named(
+    variable: str, value: str, reason: str, tmp_path: Path
+) -> None:
+    file = write(tmp_path, "mapper: {a: 1}")
+    with pytest.raises(ConfigError, match=reason):
+        read(file, {variable: value})

@@ -1,0 +1,99 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_shared.geometry import (
+    Intrinsics,
+    camera_mount,
+    check_rigid,
+    inverse,
+    pose_2d,
+    transform,
+    unproject,
+    wrap_angle,
+    yaw_of,
+)
+
+angles = st.floats(-20, 20)
+coordinates = st.floats(-100, 100)
+
+
+@given(coordinates, coordinates, angles)
+def test_inverse_undoes_a_pose(x: float, y: float, yaw: float) -> None:
+    T_map_body = pose_2d(x, y, yaw)
+    np.testing.assert_allclose(inverse(T_map_body) @ T_map_body, np.eye(4), atol=1e-9)
+
+
+@given(coordinates, coordinates, angles)
+def test_yaw_survives_a_pose(x: float, y: float, yaw: float) -> None:
+    difference = wrap_angle(yaw_of(pose_2d(x, y, yaw)) - yaw)
+    assert abs(difference) < 1e-9
+
+
+@given(angles)
+def test_wrapped_angles_are_the_same_direction(angle: float) -> None:
+    wrapped = wrap_angle(angle)
+    assert -np.pi <= wrapped < np.pi
+    assert np.cos(wrapped) == pytest.approx(np.cos(angle), abs=1e-9)
+    assert np.sin(wrapped) == pytest.approx(np.sin(angle), abs=1e-9)
+
+
+def test_a_level_camera_looks_along_the_body() -> None:
+    T_body_camera = camera_mount(0.1, 1.0, 0.0)
+    ahead_right_below = np.array([[0.5, 0.25, 2.0]])  # camera: right, down, forward
+    np.testing.assert_allclose(
+        transform(T_body_camera, ahead_right_below), [[2.1, -0.5, 0.75]], atol=1e-12
+    )
+
+
+def test_pitching_the_camera_down_lowers_what_lies_ahead() -> None:
+    ahead = np.array([[0.0, 0.0, 1.0]])
+    point = transform(camera_mount(0.0, 1.0, np.deg2rad(30)), ahead)[0]
+    np.testing.assert_allclose(point, [np.cos(np.pi / 6), 0.0, 0.5], atol=1e-12)
+
+
+@given(st.integers(1, 7), st.integers(1, 9), st.floats(0.1, 50))
+def test_unprojected_points_project_back_to_their_pixel(h: int, w: int, depth_m: float) -> None:
+    intrinsics = Intrinsics(11.0, 13.0, w / 2, h / 2)
+    points = unproject(np.full((h, w), depth_m, np.float32), intrinsics)
+    u = points[..., 0] / points[..., 2] * intrinsics.fx + intrinsics.cx - 0.5
+    v = points[..., 1] / points[..., 2] * intrinsics.fy + intrinsics.cy - 0.5
+    np.testing.assert_allclose(u, np.broadcast_to(np.arange(w), (h, w)), atol=1e-4)
+    np.testing.assert_allclose(v, np.broadcast_to(np.arange(h)[:, None], (h, w)), atol=1e-4)
+
+
+def test_scaling_the_image_keeps_the_rays() -> None:
+    camera = Intrinsics.from_fov(640, 480, np.deg2rad(79))
+    half = camera.scaled(0.5, 0.5)
+    assert half == Intrinsics.from_fov(320, 240, np.deg2rad(79))
+
+
+NOT_RIGID = {
+    "shape": (np.eye(3), "shape"),
+    "nan": (np.full((4, 4), np.nan), "NaN"),
+    "scaled": (np.diag([2.0, 2.0, 2.0, 1.0]), "not rigid"),
+    "mirror": (np.diag([1.0, 1.0, -1.0, 1.0]), "reflection"),
+    "projective": (np.vstack([np.eye(4)[:3], [0, 0, 1, 1]]), "last row"),
+    "far": (np.array(pose_2d(1e6, 0, 0)), "units metres"),
+}
+
+
+@pytest.mark.parametrize("case", NOT_RIGID)
+def test_what_is_not_a_rigid_transform_is_refused(case: str) -> None:
+    T, reason = NOT_RIGID[case]
+    with pytest.raises(ValueError, match=reason):
+        check_rigid(T, "T_map_camera")
+
+
+def test_float32_poses_are_rigid_enough() -> None:
+    T = pose_2d(3.0, -2.0, 0.7).astype(np.float32)
+    assert check_rigid(T.astype(np.float64), "T").dtype == np.float64
+
+
+@pytest.mark.parametrize("values", [(0, 1, 1, 1), (1, -1, 1, 1), (1, 1, float("nan"), 1)])
+def test_impossible_intrinsics_are_refused(values: tuple[float, float, float, float]) -> None:
+    with pytest.raises(ValueError, match="focal lengths"):
+        Intrinsics(*values)

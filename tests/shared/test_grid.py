@@ -1,0 +1,67 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_shared.grid import GridSpec
+
+origins = st.tuples(st.integers(-500, 500), st.integers(-500, 500))
+shapes = st.tuples(st.integers(0, 400), st.integers(0, 400))
+sizes = st.sampled_from([0.05, 0.1, 0.25, 1.0])
+grids = st.builds(GridSpec, sizes, origins, shapes)
+coordinates = st.floats(-200, 200)
+
+
+@given(grids, st.integers(-600, 600), st.integers(-600, 600))
+def test_a_cell_contains_its_own_centre(grid: GridSpec, ix: int, iy: int) -> None:
+    cell = np.array([ix, iy])
+    np.testing.assert_array_equal(grid.cells(grid.centres(cell)), cell)
+
+
+@given(grids, coordinates, coordinates)
+def test_cells_agree_with_the_obvious_floor(grid: GridSpec, x: float, y: float) -> None:
+    obvious = [
+        math.floor(x / grid.cell_size_m) - grid.origin_cell[0],
+        math.floor(y / grid.cell_size_m) - grid.origin_cell[1],
+    ]
+    assert grid.cells(np.array([x, y])).tolist() == obvious
+
+
+@given(sizes, coordinates, coordinates, coordinates, coordinates)
+def test_covering_contains_both_corners(
+    size: float, x0: float, y0: float, x1: float, y1: float
+) -> None:
+    lower, upper = (min(x0, x1), min(y0, y1)), (max(x0, x1), max(y0, y1))
+    grid = GridSpec.covering(size, lower, upper)
+    assert grid.contains(grid.cells(np.array([lower, upper]))).all()
+
+
+def test_negative_coordinates_do_not_share_cell_zero() -> None:
+    grid = GridSpec(0.1, (-5, -5), (10, 10))
+    cells = grid.cells(np.array([[0.01, 0.01], [-0.01, -0.01]]))
+    assert cells.tolist() == [[5, 5], [4, 4]]
+
+
+def test_contains_is_false_outside_and_accepts_stacks() -> None:
+    grid = GridSpec(0.1, (0, 0), (2, 3))
+    cells = np.array([[[0, 0], [1, 2]], [[2, 0], [0, -1]]])
+    assert grid.contains(cells).tolist() == [[True, True], [False, False]]
+
+
+def test_bounds_are_metres() -> None:
+    assert GridSpec(0.5, (-2, 4), (4, 2)).bounds_m == (-1.0, 2.0, 1.0, 3.0)
+
+
+@pytest.mark.parametrize("size", [0.0, -1.0, float("nan"), float("inf")])
+def test_impossible_cell_sizes_are_refused(size: float) -> None:
+    with pytest.raises(ValueError, match="cell_size_m"):
+        GridSpec(size, (0, 0), (1, 1))
+
+
+def test_negative_shapes_are_refused() -> None:
+    with pytest.raises(ValueError, match="negative"):
+        GridSpec(0.1, (0, 0), (-1, 1))

@@ -1,0 +1,141 @@
+"""A service process as its supervisor sees it."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from onemap_shared import keys
+from tests.shared.test_bus import Router, eventually, join, router
+
+__all__ = ["router"]  # the fixture
+
+SERVICE = """
+import sys, threading, time
+from onemap_shared.config import StrictModel
+from onemap_shared.runner import StartError, run_service
+from onemap_shared.transport import Health
+
+class Config(StrictModel):
+    mode: str = "good"
+
+class Worker:
+    def __init__(self, mode):
+        self.mode = mode
+        self.waiting = threading.Event()
+        if mode == "thread":
+            threading.Thread(target=lambda: 1 / 0, name="helper").start()
+    def step(self, timeout_s):
+        if self.mode == "crash":
+            raise RuntimeError("out of luck")
+        self.waiting.wait(timeout_s)
+    def health(self):
+        return Health(ready=True, metrics={"answer": 42.0})
+    def close(self):
+        print("closed", flush=True)
+
+def build(bus, config):
+    if config.mode == "unable":
+        raise StartError("there is no camera at /dev/video7")
+    return Worker(config.mode)
+
+sys.exit(run_service("mapper", Config, build))
+"""
+
+
+def start(endpoint: str, mode: str = "good", **environment: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-c", SERVICE],
+        env={
+            **os.environ,
+            "ONEMAP__BUS__CONNECT": f"[{endpoint}]",
+            "ONEMAP__MAPPER__MODE": mode,
+            **environment,
+        },
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def test_heartbeats_tell_health_and_progress_until_sigterm(router: Router) -> None:
+    bus = join(router, "gateway")
+    beats = bus.subscribe(keys.heartbeat("mapper"), capacity=8)
+    process = start(router.endpoint)
+    first = eventually(lambda: beats.take(0.5))
+    second = eventually(lambda: beats.take(0.5))
+    assert first.ready
+    assert first.metrics == {"answer": 42.0}
+    assert second.progress > first.progress
+    process.send_signal(signal.SIGTERM)
+    stdout, _ = process.communicate(timeout=5)
+    assert process.returncode == 0
+    assert "closed" in stdout
+    eventually(lambda: True if "mapper" not in bus.alive() else None)
+    bus.close()
+
+
+@pytest.mark.parametrize(("mode", "message"), [("crash", "out of luck"), ("thread", "helper died")])
+def test_a_service_that_dies_exits_within_three_seconds(
+    router: Router, mode: str, message: str
+) -> None:
+    join(router, "gateway").close()  # the router is up
+    process = start(router.endpoint, mode)
+    _, stderr = process.communicate(timeout=3 + 3)  # three to import, three to die
+    assert process.returncode == 1
+    assert message in stderr
+
+
+def test_a_service_that_cannot_start_says_why_in_one_sentence(router: Router) -> None:
+    process = start(router.endpoint, "unable")
+    _, stderr = process.communicate(timeout=10)
+    assert process.returncode == 2
+    assert "there is no camera at /dev/video7" in stderr
+    assert "Traceback" not in stderr
+
+
+def test_a_bad_configuration_exits_with_2_and_no_traceback() -> None:
+    process = start("tcp/127.0.0.1:1", ONEMAP__MAPPER__MOOD="1")
+    _, stderr = process.communicate(timeout=10)
+    assert process.returncode == 2
+    assert "mapper.mood is unknown; did you mean 'mode'?" in stderr
+    assert "Traceback" not in stderr
+
+
+def test_a_service_stops_while_it_waits_for_a_router() -> None:
+    process = start("tcp/127.0.0.1:1")
+    assert process.stderr is not None
+    eventually(lambda: "waiting for a router" in process.stderr.readline() or None)  # type: ignore[union-attr]
+    process.terminate()
+    process.communicate(timeout=5)
+    assert process.returncode == 0
+
+
+def test_a_service_stops_when_its_launcher_is_gone_even_while_it_waits() -> None:
+    process = start("tcp/127.0.0.1:1", ONEMAP_PARENT_PID="1")
+    _, stderr = process.communicate(timeout=15)
+    assert process.returncode == 0
+    assert "launcher is gone" in stderr
+
+
+def test_systemd_is_told_ready_and_fed(router: Router, tmp_path: Path) -> None:
+    path = tmp_path / "notify"
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+        listener.bind(str(path))
+        listener.settimeout(15)
+        process = start(router.endpoint, NOTIFY_SOCKET=str(path), ONEMAP__LOG__FORMAT="json")
+        told: list[str] = []
+        while told.count("WATCHDOG=1") < 2:
+            told.append(listener.recv(1000).decode())
+        assert told[0] == "READY=1"
+        process.terminate()
+        _, stderr = process.communicate(timeout=5)
+    lines = [json.loads(line) for line in stderr.splitlines()]
+    assert lines[-1]["message"] == "mapper is down"

@@ -1,0 +1,140 @@
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import msgpack
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_shared import wire
+from onemap_shared.messages import FeatureField, Heartbeat, Odometry, RgbdFrame, SearchStatus
+from onemap_shared.wire import Packet, WireError, decode, encode
+from tests.shared.samples import SAMPLES, equal, message_types
+
+FRAME = next(sample for sample in SAMPLES if isinstance(sample, RgbdFrame))
+
+
+def test_there_is_a_sample_of_every_message() -> None:
+    assert {type(sample) for sample in SAMPLES} == message_types()
+
+
+@pytest.mark.parametrize("message", SAMPLES, ids=lambda sample: type(sample).__name__)
+def test_messages_survive_the_wire(message: Any) -> None:
+    received = decode(type(message), encode(message))
+    assert equal(message, received)
+
+
+def test_received_arrays_are_read_only() -> None:
+    received = decode(RgbdFrame, encode(FRAME))
+    with pytest.raises(ValueError, match="read-only"):
+        received.rgb[0, 0, 0] = 1
+
+
+def test_arrays_that_are_not_contiguous_or_little_endian_travel_all_the_same() -> None:
+    odd = dataclasses.replace(FRAME, rgb=np.asfortranarray(FRAME.rgb)[::-1])
+    big = dataclasses.replace(odd, T_map_camera=odd.T_map_camera.astype(">f8"))
+    received = decode(RgbdFrame, encode(big))
+    np.testing.assert_array_equal(received.rgb, odd.rgb)
+    np.testing.assert_array_equal(received.T_map_camera, odd.T_map_camera)
+
+
+def tamper(message: Any, **changes: Any) -> Packet:
+    """The packet with header entries replaced: values_*, arrays_* or top level."""
+    packet = encode(message)
+    header = msgpack.unpackb(packet.header)
+    for path, value in changes.items():
+        place, _, name = path.partition("_")
+        if place in ("values", "arrays"):
+            header[place][name] = value
+        else:
+            header[path] = value
+    return Packet(msgpack.packb(header), packet.body)
+
+
+BAD_PACKETS = {
+    "empty": (Packet(b"", b""), "not msgpack"),
+    "garbage header": (Packet(b"\xc1" * 30, b""), "not msgpack"),
+    "header is a list": (Packet(msgpack.packb([1]), b""), "lacks schema"),
+    "truncated body": (Packet(encode(FRAME).header, encode(FRAME).body[:50]), "needs bytes"),
+    "truncated header": (Packet(encode(FRAME).header[:-9], encode(FRAME).body), "not msgpack"),
+    "oversized header": (Packet(b"x" * (wire.MAX_HEADER_BYTES + 1), b""), "limit"),
+    "oversized body": (Packet(encode(FRAME).header, bytes(wire.MAX_BODY_BYTES + 1)), "limit"),
+    "other version": (tamper(FRAME, schema="onemap.RgbdFrame/2"), "this version reads"),
+    "other message": (tamper(FRAME, schema="onemap.Odometry/1"), "this version reads"),
+    "object dtype": (tamper(FRAME, arrays_rgb=["|O", [6, 8, 3], 0]), "allowed are"),
+    "wrong dtype": (tamper(FRAME, arrays_rgb=["<f4", [2, 3, 3], 0]), "expected uint8"),
+    "negative length": (tamper(FRAME, arrays_rgb=["|u1", [-6, 8, 3], 0]), "lengths >= 0"),
+    "fractional length": (tamper(FRAME, arrays_rgb=["|u1", [6.0, 8, 3], 0]), "lengths >= 0"),
+    "many dimensions": (tamper(FRAME, arrays_rgb=["|u1", [1] * 9, 0]), "lengths >= 0"),
+    "huge length": (tamper(FRAME, arrays_rgb=["|u1", [2**40, 2**40, 3], 0]), "needs bytes"),
+    "negative offset": (tamper(FRAME, arrays_rgb=["|u1", [6, 8, 3], -8]), "needs bytes"),
+    "no such description": (tamper(FRAME, arrays_rgb="all of it"), "not described"),
+    "extra array": (tamper(FRAME, arrays_more=["|u1", [1], 0]), "expected 3"),
+    "text for a number": (tamper(FRAME, values_sequence="7"), "expected"),
+    "bool for a number": (tamper(FRAME, values_sequence=True), "expected"),
+    "missing value": (tamper(FRAME, values_sequence=None), "expected"),
+    "broken nested value": (tamper(FRAME, values_intrinsics={"fx": 1.0}), r"intrinsics\.fy"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_PACKETS)
+def test_bad_packets_are_refused_with_the_reason(case: str) -> None:
+    packet, reason = BAD_PACKETS[case]
+    with pytest.raises(WireError, match=reason):
+        decode(RgbdFrame, packet)
+
+
+def test_an_unknown_state_is_refused() -> None:
+    status = next(sample for sample in SAMPLES if isinstance(sample, SearchStatus))
+    with pytest.raises(WireError, match="dreaming"):
+        decode(SearchStatus, tamper(status, values_state="dreaming"))
+
+
+@pytest.mark.parametrize("name", ["features", "T_map_camera"])
+def test_nan_is_refused(name: str) -> None:
+    field = next(sample for sample in SAMPLES if isinstance(sample, FeatureField))
+    packet = encode(field)
+    dtype, shape, offset = msgpack.unpackb(packet.header)["arrays"][name]
+    poison = np.full(shape, np.nan, dtype).tobytes()
+    body = packet.body[:offset] + poison + packet.body[offset + len(poison) :]
+    with pytest.raises(WireError, match="NaN"):
+        decode(FeatureField, Packet(packet.header, body))
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan")])
+def test_a_variance_that_is_not_positive_is_refused(value: float) -> None:
+    field = next(sample for sample in SAMPLES if isinstance(sample, FeatureField))
+    with pytest.raises(ValueError, match="positive"):
+        dataclasses.replace(field, variance=np.full_like(field.variance, value))
+
+
+@given(st.binary(max_size=200), st.binary(max_size=200))
+def test_noise_never_raises_anything_but_a_wire_error(header: bytes, body: bytes) -> None:
+    with pytest.raises(WireError):
+        decode(Odometry, Packet(header, body))
+
+
+@given(st.data())
+def test_a_flipped_byte_is_refused_or_decodes_to_a_valid_message(data: st.DataObject) -> None:
+    packet = encode(FRAME)
+    where = data.draw(st.integers(0, len(packet.header) - 1))
+    flipped = bytearray(packet.header)
+    flipped[where] ^= data.draw(st.integers(1, 255))
+    try:
+        received = decode(RgbdFrame, Packet(bytes(flipped), packet.body))
+    except WireError:
+        return
+    assert received.rgb.shape[:2] == received.depth_mm.shape
+
+
+@given(st.dictionaries(st.text(max_size=20), st.floats(allow_nan=False), max_size=5), st.text())
+def test_heartbeats_of_any_content_survive(metrics: dict[str, float], problem: str) -> None:
+    beat = Heartbeat("mapper", "a", 1, 2, ready=False, problem=problem, metrics=metrics)
+    try:
+        packet = encode(beat)
+    except UnicodeEncodeError:  # lone surrogates are not text
+        return
+    assert decode(Heartbeat, packet) == beat
