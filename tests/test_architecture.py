@@ -256,3 +256,19 @@ def test_nothing_importable_lies_directly_in_a_service_folder() -> None:
 
 def test_there_is_no_attic() -> None:
     assert [m.path for m in modules(ROOT) if m.name.split(".")[-1] in ("utils", "helpers")] == []
+
+
+def test_no_service_but_the_simulator_knows_the_truth() -> None:
+    knows = {
+        module.package
+        for module in modules(ROOT)
+        for name, _ in imports(module)
+        if name.endswith(("Truth", "TruthRequest"))
+    } | {
+        module.package
+        for module in modules(ROOT)
+        for node in ast.walk(module.tree)
+        if isinstance(node, ast.Name | ast.Attribute)
+        and (node.id if isinstance(node, ast.Name) else node.attr) == "ROBOT_TRUTH"
+    }
+    assert knows <= {"onemap_shared", "onemap_simulator", "onemap_tools"}
