@@ -1,0 +1,137 @@
+"""How far to trust the feature of each pixel: the observation variance.
+
+Two models of Eq. totalvariance, both the product of a leakage term (depth edges,
+where a patch mixes two surfaces) and a distance term (too near or too far to
+recognise anything). ``RELEASED`` is what the authors' code computes, ``PAPER`` what
+the paper prints, plus an epsilon without which flat surfaces have variance zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import cv2
+import numpy as np
+
+from onemap_shared.geometry import F32, Bool, Intrinsics
+from onemap_shared.messages import expect
+
+EDGE_WINDOW_PX = 11  # a depth edge taints this neighbourhood; the size the authors' code uses
+FARTHEST_M = np.float32(1e6)  # stands for "no return" inside the minimum filter
+
+
+class VarianceFormula(str, Enum):
+    """Which of the two formulas."""
+
+    RELEASED = "released"
+    PAPER = "paper"
+
+
+@dataclass(frozen=True, slots=True)
+class ObservationModel:
+    """Parameters of the observation variance.
+
+    optimal_distance_m is d_opt of Eq. featurevariance; gradient_factor and
+    distance_factor_m shape the released formula only, epsilon the paper's only. A pixel
+    whose confidence 1 / variance is below min_confidence is not used at all.
+    """
+
+    formula: VarianceFormula = VarianceFormula.RELEASED
+    optimal_distance_m: float = 1.0
+    gradient_factor: float = 0.2
+    distance_factor_m: float = 1.5
+    epsilon: float = 0.1
+    min_confidence: float = 1e-5
+
+    def __post_init__(self) -> None:
+        for name in ("gradient_factor", "distance_factor_m", "epsilon", "min_confidence"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0):
+                raise ValueError(f"{name} is {value}; it must be positive")
+        if not np.isfinite(self.optimal_distance_m):
+            raise ValueError(f"optimal_distance_m is {self.optimal_distance_m}")
+
+
+def observation_variance(depth_m: F32, intrinsics: Intrinsics, model: ObservationModel) -> F32:
+    """Variance (H, W) float32 > 0 of each pixel's feature; infinity = do not use.
+
+    depth_m (H, W) float32 along the optical axis in metres; 0, negative or not finite
+    means no return, and such pixels neither get a variance nor make an edge.
+    """
+    expect(depth_m, "depth_m", np.float32, (None, None))
+    valid = np.isfinite(depth_m) & (depth_m > 0)
+    if model.formula is VarianceFormula.RELEASED:
+        confidence = _released_confidence(depth_m, valid, intrinsics=intrinsics, model=model)
+    else:
+        confidence = _paper_confidence(depth_m, valid, model=model)
+    usable = valid & (confidence >= np.float32(model.min_confidence))
+    variance = np.full(depth_m.shape, np.inf, np.float32)
+    np.divide(np.float32(1), confidence, out=variance, where=usable)
+    return variance
+
+
+def _released_confidence(
+    depth_m: F32, valid: Bool, *, intrinsics: Intrinsics, model: ObservationModel
+) -> F32:
+    """s = (1 - tanh(k_g g)) exp(-((d_opt - D) / f)^2 / 3), (H, W) float32.
+
+    g is the 11 x 11 maximum of |grad| of the 11 x 11 minimum of D, with the gradient in
+    metres per image size over focal length, so that it does not depend on the resolution.
+    """
+    height, width = depth_m.shape
+    window = np.ones((EDGE_WINDOW_PX, EDGE_WINDOW_PX), np.uint8)
+    known: F32 = np.where(valid, depth_m, FARTHEST_M)
+    nearest = np.empty(depth_m.shape, np.float32)
+    cv2.erode(known, window, nearest, borderType=cv2.BORDER_CONSTANT, borderValue=float(FARTHEST_M))
+    du, dv = _gradient(nearest, nearest < FARTHEST_M)
+    steepness = np.hypot(
+        du * np.float32(width / intrinsics.fx), dv * np.float32(height / intrinsics.fy)
+    )
+    worst = np.empty(depth_m.shape, np.float32)
+    cv2.dilate(steepness, window, worst, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    leakage = 1 - np.tanh(worst * np.float32(model.gradient_factor))
+    offset = _offset(depth_m, valid, model.optimal_distance_m) / np.float32(model.distance_factor_m)
+    confidence: F32 = leakage * np.exp(-np.square(offset) / np.float32(3))
+    return confidence
+
+
+def _paper_confidence(depth_m: F32, valid: Bool, *, model: ObservationModel) -> F32:
+    """1 / ((eps + tanh(D_u^2 + D_v^2)) exp(((d_opt - D) / 2)^2)), (H, W) float32.
+
+    Eqs. gradvariance and featurevariance; derivatives in metres per pixel.
+    """
+    known: F32 = np.where(valid, depth_m, np.float32(0))
+    du, dv = _gradient(known, valid)
+    leakage = np.float32(model.epsilon) + np.tanh(np.square(du) + np.square(dv))
+    offset = _offset(depth_m, valid, model.optimal_distance_m) / np.float32(2)
+    confidence: F32 = np.exp(-np.square(offset)) / leakage
+    return confidence
+
+
+def _offset(depth_m: F32, valid: Bool, optimal_distance_m: float) -> F32:
+    """Distance (H, W) from the optimum in metres, 0 where there is no depth."""
+    offset: F32 = np.where(valid, np.float32(optimal_distance_m) - depth_m, np.float32(0))
+    return offset
+
+
+def _gradient(values: F32, valid: Bool) -> tuple[F32, F32]:
+    """Central differences (H, W) along columns and rows, one-sided at the border.
+
+    Zero where a value that enters is not valid, and along an axis of length one.
+    """
+    return _difference(values.T, valid.T).T, _difference(values, valid)
+
+
+def _difference(values: F32, valid: Bool) -> F32:
+    """Central differences along the first axis."""
+    result = np.zeros_like(values)
+    if len(values) < 2:
+        return result
+    result[1:-1] = np.where(
+        valid[2:] & valid[:-2], (values[2:] - values[:-2]) * np.float32(0.5), np.float32(0)
+    )
+    for edge, inner, outer in ((0, 1, 0), (-1, -1, -2)):
+        known = valid[inner] & valid[outer]
+        result[edge] = np.where(known, values[inner] - values[outer], np.float32(0))
+    return result
