@@ -15,7 +15,7 @@ import numpy as np
 
 from onemap_shared.geometry import F32, I32, U8
 
-MAX_LEVELS = 10  # a 1024 px texture halved ten times is one texel
+MAX_LEVELS = 10  # halved nine times, a 512 px texture is one texel
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +46,9 @@ class TextureAtlas:
                     texels.append(copy.reshape(-1, 3))
                     start, used = used, used + width * height
                 tables[:, index, level] = (start, width, height)
-                copy = cv2.resize(
-                    copy, (max(width // 2, 1), max(height // 2, 1)), interpolation=cv2.INTER_AREA
-                ).reshape(max(height // 2, 1), max(width // 2, 1), 3)
+                half = (max(width // 2, 1), max(height // 2, 1))
+                smaller = cv2.resize(copy, half, interpolation=cv2.INTER_AREA)
+                copy = np.asarray(smaller, np.uint8).reshape(half[1], half[0], 3)
         return cls(np.concatenate(texels), tables[0], tables[1], tables[2])
 
     def sample(self, texture: I32, level: I32, u: F32, v: F32) -> U8:
@@ -59,7 +59,6 @@ class TextureAtlas:
         # The fraction of a tiny negative number rounds up to 1, hence the minimum.
         column = np.minimum(((u - np.floor(u)) * width).astype(np.int32), width - 1)
         row = np.minimum(((v - np.floor(v)) * height).astype(np.int32), height - 1)
-        texels: U8 = np.take(
-            self.texels, self.offsets.ravel()[entry] + row * width + column, axis=0
-        )
+        at = self.offsets.ravel()[entry] + row * width + column
+        texels: U8 = self.texels.take(at.astype(np.int32), axis=0)
         return texels

@@ -62,7 +62,7 @@ class LightField:
         total: F32 = self.ambient * (1.0 + HEMISPHERE * normals[..., 2:])
         probes = points[..., :2] + SURFACE_OFFSET_M * normals[..., :2]
         # cv2.remap reads (column, row) = (iy, ix), with integers at cell centres.
-        at = (probes / self.grid.cell_size_m - np.float32(self.grid.origin_cell) - 0.5).astype(
+        at = (probes / self.grid.cell_size_m - np.array(self.grid.origin_cell) - 0.5).astype(
             np.float32
         )
         rows, columns = at[..., 0], at[..., 1]
@@ -92,7 +92,8 @@ def _seen_from(position: F32, grid: GridSpec, occluded: Occluded) -> F32:
     for height in PROBE_HEIGHTS_M:
         probes = np.column_stack([centres, np.full(len(centres), height)]).astype(np.float32)
         seen += ~occluded(np.broadcast_to(position, probes.shape), probes)
-    return (seen / len(PROBE_HEIGHTS_M)).reshape(nx, ny)
+    share: F32 = seen.reshape(nx, ny) / np.float32(len(PROBE_HEIGHTS_M))
+    return share
 
 
 def _blurred(seen: F32) -> F32:
@@ -103,4 +104,5 @@ def _blurred(seen: F32) -> F32:
     lit = (seen > 0).any(axis=0).astype(np.float32)
     window = (BLUR_CELLS, BLUR_CELLS)
     share = np.maximum(cv2.blur(lit, window), 1e-6)
-    return np.array([cv2.blur(one, window) / share for one in seen], np.float32).reshape(seen.shape)
+    blurred = [cv2.blur(np.asarray(seen[light]), window) / share for light in range(len(seen))]
+    return np.array(blurred, np.float32).reshape(seen.shape)

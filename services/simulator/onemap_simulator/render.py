@@ -1,8 +1,7 @@
 """RGB, metric depth and object labels of a scene, on the CPU by Embree.
 
 All rays of an image are traced in one call and shaded with whole-array
-arithmetic. Embree runs on the calling thread and releases the interpreter
-lock while it traces.
+arithmetic.
 """
 
 from __future__ import annotations
@@ -11,16 +10,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
-from onemap_shared.geometry import F32, F64, I32, U8, Bool, Intrinsics, check_rigid
+from onemap_shared.geometry import F32, F64, I32, U8, Intrinsics, check_rigid
 from onemap_simulator.atlas import TextureAtlas
 from onemap_simulator.light import LightField
 from onemap_simulator.scene import Scene
+from onemap_simulator.trace import Hits, Tracer
 
 SKY_RGB = (196, 212, 228)  # where a ray leaves the scene
-SHADOW_MARGIN = 0.01  # share of a shadow ray left free at both ends, so no surface hides itself
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,16 +77,11 @@ class Renderer:
     """Renders one scene from any pose; safe to use from one thread at a time."""
 
     def __init__(self, scene: Scene) -> None:
-        self._tracer = EmbreeScene(robust=True)  # no rays slip through between triangles
-        self._mesh = TriangleMesh(
-            self._tracer,
-            np.ascontiguousarray(scene.vertices, np.float32),
-            np.ascontiguousarray(scene.faces, np.int32),
-        )
+        self._tracer = Tracer(scene)
         sky = np.full((1, 1, 3), SKY_RGB, np.uint8)
         self._atlas = TextureAtlas.of((*scene.textures, sky))
         self._faces = _FaceTable.of(scene)
-        self._light = LightField.of(scene, self._occluded)
+        self._light = LightField.of(scene, self._tracer.occluded)
 
     def render(self, T_map_camera: F64, intrinsics: Intrinsics, *, width: int, height: int) -> View:
         """The scene as the camera sees it, pixel centres at half-integer coordinates."""
@@ -97,10 +89,9 @@ class Renderer:
         # With directions of camera z = 1, the distance along the ray is the depth.
         directions = _rays(intrinsics, width, height) @ T[:3, :3].T
         origins = np.broadcast_to(T[:3, 3], directions.shape)
-        hit = self._tracer.run(np.ascontiguousarray(origins), directions, output=True)
-        face = hit["primID"]
-        depth = np.where(face >= 0, hit["tfar"], np.float32(0))
-        albedo = self._albedo(hit, depth, intrinsics.fx)
+        hits = self._tracer.first_hits(origins, directions)
+        face, depth = hits.face, hits.distance
+        albedo = self._albedo(hits, intrinsics.fx)
         normals = np.take(self._faces.normals, face, axis=0)
         # Both sides of a triangle are visible: turn its normal towards the camera.
         away = np.einsum("ij,ij->i", normals, directions) > 0
@@ -115,29 +106,17 @@ class Renderer:
             self._faces.objects[face].reshape(height, width),
         )
 
-    def _albedo(self, hit: dict[str, np.ndarray], depth: F32, focal_px: float) -> U8:
+    def _albedo(self, hits: Hits, focal_px: float) -> U8:
         """Texture colours (N, 3) uint8 of the surfaces hit."""
-        face = hit["primID"]
+        face = hits.face
         uv = np.take(self._faces.corner_uv, face, axis=0)
-        at = uv[:, 0] + uv[:, 1] * hit["u"][:, None] + uv[:, 2] * hit["v"][:, None]
+        at = uv[:, 0] + uv[:, 1] * hits.u[:, None] + uv[:, 2] * hits.v[:, None]
         # The copy whose texel is about as large as the pixel is there.
         texels_per_pixel_log2 = self._faces.texels_per_m_log2[face] + np.log2(
-            np.maximum(depth, 1e-3) / focal_px
+            np.maximum(hits.distance, 1e-3) / focal_px
         )
         level = np.rint(texels_per_pixel_log2).astype(np.int32)
         return self._atlas.sample(self._faces.textures[face], level, at[:, 0], at[:, 1])
-
-    def _occluded(self, start: F32, end: F32) -> Bool:
-        """Whether anything lies between points (N, 3) and points (N, 3)."""
-        along = end - start
-        hit = self._tracer.run(
-            np.ascontiguousarray(start + SHADOW_MARGIN * along),
-            along,
-            dists=1.0 - 2 * SHADOW_MARGIN,
-            query="OCCLUDED",
-        )
-        blocked: Bool = hit != -1
-        return blocked
 
 
 @lru_cache(maxsize=8)
