@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PURE_OMIT := */service.py,*/__main__.py,*/config.py,*/onemap_tools/*,*/onemap_gateway/*
 
-.PHONY: demo test setup-demo setup-dev format check types unit coverage clean
+.PHONY: demo test extras setup-demo setup-dev format check types unit coverage clean
 
 demo: setup-demo
 	$(BIN)/onemap demo $(ARGS)
@@ -47,6 +47,9 @@ unit:
 coverage:
 	$(BIN)/pytest --cov --cov-report=
 	$(BIN)/coverage report --omit '$(PURE_OMIT)' --skip-covered --fail-under 90
+
+extras: setup-dev
+	$(BIN)/python deploy/check_extras.py
 
 clean:
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage runs

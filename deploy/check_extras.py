@@ -1,0 +1,91 @@
+"""Install each service's extra alone in a fresh virtual environment and start the service.
+
+    python deploy/check_extras.py [service ...]
+
+Needs a package index, so it is not one of the tests; `make extras` runs it.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import venv
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+SERVICES = ("gateway", "planner", "simulator", "perception", "mapper")
+START_S = 60.0  # a cold import of torch on two busy cores
+
+
+def free_port() -> int:
+    """A TCP port that nobody listens on now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+def install(service: str, folder: Path) -> Path:
+    """A new environment with ``onemap[service]`` and nothing else; returns its bin folder."""
+    venv.create(folder, with_pip=True)
+    pip = [folder / "bin" / "pip", "install", "--quiet", "--disable-pip-version-check"]
+    subprocess.run([*pip, "-c", ROOT / "constraints.txt", f"{ROOT}[{service}]"], check=True)
+    return folder / "bin"
+
+
+def comes_up(process: subprocess.Popen[str], service: str) -> bool:
+    """Whether the service says that it is up before ``START_S``; echoes its log if not."""
+    assert process.stderr is not None
+    too_late = threading.Timer(START_S, process.kill)
+    too_late.start()
+    lines = []
+    for line in process.stderr:
+        lines.append(line)
+        if f"{service} is up" in line:
+            too_late.cancel()
+            return True
+    too_late.cancel()
+    sys.stderr.writelines(lines)
+    return False
+
+
+def starts(service: str, bin_folder: Path) -> bool:
+    """Whether the installed service joins a router and stops cleanly when told to."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    environment = {
+        **os.environ,
+        "ONEMAP__BUS__CONNECT": f"[{endpoint}]",
+        "ONEMAP__GATEWAY__PORT": str(free_port()),
+    }
+    onemap = bin_folder / "onemap"
+    router = subprocess.Popen([onemap, "router", "--listen", endpoint], env=environment)
+    process = subprocess.Popen(
+        [onemap, service], env=environment, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        up = comes_up(process, service)
+        process.terminate()
+        return process.wait(timeout=10) == 0 and up
+    finally:
+        process.kill()
+        router.kill()
+
+
+def main(services: list[str]) -> int:
+    """Check the named services, all by default; 0 only if every one starts."""
+    failed = []
+    for service in services or SERVICES:
+        with tempfile.TemporaryDirectory() as folder:
+            bin_folder = install(service, Path(folder) / "venv")
+            good = starts(service, bin_folder)
+        print(f"{service}: {'starts' if good else 'does not start'}", flush=True)
+        failed += [] if good else [service]
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
