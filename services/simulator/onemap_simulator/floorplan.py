@@ -58,8 +58,11 @@ def clearance_m(occupied: Bool, cell_size_m: float) -> F32:
     Beyond the grid counts as occupied.
     """
     free = np.pad(~occupied, 1).astype(np.uint8)
-    distance: F32 = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return distance[1:-1, 1:-1] * np.float32(cell_size_m)
+    distance = np.asarray(
+        cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32
+    )
+    inner: F32 = distance[1:-1, 1:-1] * np.float32(cell_size_m)
+    return inner
 
 
 def reachable_from(standable: Bool, cell: I64) -> Bool:

@@ -1,0 +1,1 @@
+"""Furniture and small things: each function draws one model of its category."""

@@ -1,0 +1,203 @@
+"""Parametric primitives: boxes, rounded boxes, lathed and swept bodies, flat panels.
+
+Metres, z up. Bodies stand on ``at``, the centre of their lowest face, unless said
+otherwise. Faces wind counter-clockwise seen from outside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from onemap_shared.geometry import F64, I64
+
+Vec = tuple[float, float, float]
+ORIGIN: Vec = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """vertices (V, 3) float64 metres; faces (F, 3) int64; uv (F, 3, 2) float64.
+
+    uv is in metres along the surface (a texture then repeats by its tile size), or
+    0 to 1 across a panel that shows one whole image.
+    """
+
+    vertices: F64
+    faces: I64
+    uv: F64
+
+    def moved(self, x: float, y: float, z: float = 0.0) -> Mesh:
+        """The mesh shifted by metres."""
+        return Mesh(self.vertices + (x, y, z), self.faces, self.uv)
+
+    def turned(self, axis: str, degrees: float) -> Mesh:
+        """The mesh rotated about the origin, counter-clockwise seen against axis x, y or z."""
+        return Mesh(self.vertices @ rotation(axis, degrees).T, self.faces, self.uv)
+
+    def stretched(self, x: float, y: float, z: float) -> Mesh:
+        """The mesh scaled about the origin by positive factors."""
+        return Mesh(self.vertices * (x, y, z), self.faces, self.uv)
+
+
+def rotation(axis: str, degrees: float) -> F64:
+    """Rotation matrix (3, 3) about x, y or z."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
+    R = np.eye(3)
+    R[i, i], R[i, j], R[j, i], R[j, j] = c, -s, s, c
+    return R
+
+
+def from_faces(vertices: ArrayLike, faces: ArrayLike) -> Mesh:
+    """A mesh with metric box-mapped uv: each face is projected along its dominant normal axis."""
+    points = np.asarray(vertices, dtype=np.float64)
+    index = np.asarray(faces, dtype=np.int64)
+    corners = points[index]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    keep = np.linalg.norm(normals, axis=1) > 1e-12
+    index, corners, normals = index[keep], corners[keep], normals[keep]
+    axis = np.abs(normals).argmax(axis=1)
+    along = np.array([[1, 2], [0, 2], [0, 1]])[axis]
+    uv = np.take_along_axis(corners, along[:, None, :].repeat(3, axis=1), axis=2)
+    upright = axis < 2
+    uv[upright, :, 1] *= -1  # image rows run downwards
+    return Mesh(points, index, uv)
+
+
+def box(size: Vec, at: Vec = ORIGIN) -> Mesh:
+    """A cuboid of width (x), depth (y) and height (z)."""
+    unit = np.array([[x, y, z] for z in (0, 1) for y in (-0.5, 0.5) for x in (-0.5, 0.5)])
+    quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    return from_faces(unit * size + at, _split(np.array(quads)))
+
+
+def span(lower: Vec, upper: Vec) -> Mesh:
+    """The cuboid between two opposite corners."""
+    (x0, y0, z0), (x1, y1, z1) = lower, upper
+    return box((x1 - x0, y1 - y0, z1 - z0), ((x0 + x1) / 2, (y0 + y1) / 2, z0))
+
+
+def soft_box(size: Vec, at: Vec = ORIGIN, radius: float = 0.04) -> Mesh:
+    """A cuboid with edges and corners rounded by ``radius`` (at most half its thinnest side)."""
+    half = np.asarray(size, dtype=np.float64) / 2
+    radius = min(radius, float(half.min()) * 0.99)
+    longitude = np.radians([0, 45, 90, 90, 135, 180, 180, 225, 270, 270, 315, 360])
+    latitude = np.radians([-90, -45, 0, 0, 45, 90])
+    sign_x, sign_y = np.repeat([1, -1, -1, 1], 3), np.repeat([1, 1, -1, -1], 3)
+    sign_z = np.repeat([-1, 1], 3)
+    inner = half - radius
+    rings = np.empty((6, 12, 3))
+    rings[..., 0] = radius * np.outer(np.cos(latitude), np.cos(longitude)) + inner[0] * sign_x
+    rings[..., 1] = radius * np.outer(np.cos(latitude), np.sin(longitude)) + inner[1] * sign_y
+    rings[..., 2] = (radius * np.sin(latitude) + inner[2] * sign_z)[:, None]
+    return _loft(rings).moved(at[0], at[1], at[2] + half[2])
+
+
+def lathe(profile: Sequence[tuple[float, float]], at: Vec = ORIGIN, segments: int = 16) -> Mesh:
+    """The surface of revolution about z of (radius, height) pairs, bottom first, ends capped."""
+    radius, height = np.asarray(profile, dtype=np.float64).T
+    angle = np.linspace(0, 2 * np.pi, segments, endpoint=False)
+    rings = np.empty((len(radius), segments, 3))
+    rings[..., 0] = np.outer(radius, np.cos(angle))
+    rings[..., 1] = np.outer(radius, np.sin(angle))
+    rings[..., 2] = height[:, None]
+    return _loft(rings).moved(*at)
+
+
+def cylinder(radius: float, height: float, at: Vec = ORIGIN, segments: int = 14) -> Mesh:
+    """An upright cylinder."""
+    return lathe([(radius, 0.0), (radius, height)], at, segments)
+
+
+def cone(radii: tuple[float, float], height: float, at: Vec = ORIGIN, segments: int = 14) -> Mesh:
+    """An upright truncated cone with (lower, upper) radius."""
+    return lathe([(radii[0], 0.0), (radii[1], height)], at, segments)
+
+
+def ellipsoid(radii: Vec, at: Vec = ORIGIN, segments: int = 12) -> Mesh:
+    """An ellipsoid around ``at``, its centre."""
+    angle = np.linspace(-np.pi / 2, np.pi / 2, max(segments // 2, 3) + 1)
+    profile = list(zip(np.cos(angle).tolist(), np.sin(angle).tolist(), strict=True))
+    ball = lathe(profile, ORIGIN, segments).stretched(*radii)
+    return from_faces(ball.vertices + at, ball.faces)
+
+
+def tube(points: ArrayLike, radius: float, segments: int = 6, closed: bool = False) -> Mesh:
+    """A round tube of constant radius along (N, 3) points; ``closed`` joins the ends."""
+    path = np.asarray(points, dtype=np.float64)
+    if closed:
+        ahead, behind = np.roll(path, -1, axis=0), np.roll(path, 1, axis=0)
+        tangents = ahead - behind
+    else:
+        tangents = np.gradient(path, axis=0)
+    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    # One reference for the whole tube: the axis least aligned with it, so that rings do not twist.
+    reference = np.eye(3)[np.abs(tangents).max(axis=0).argmin()]
+    side = np.cross(tangents, reference)
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    other = np.cross(tangents, side)
+    angle = np.linspace(0, 2 * np.pi, segments, endpoint=False)
+    circle = np.cos(angle)[:, None] * side[:, None] + np.sin(angle)[:, None] * other[:, None]
+    rings = path[:, None] + radius * circle
+    return _loft(np.concatenate([rings, rings[:1]]) if closed else rings, capped=not closed)
+
+
+def rod(start: Vec, end: Vec, radius: float, segments: int = 8) -> Mesh:
+    """A straight round bar between two points."""
+    return tube([start, end], radius, segments)
+
+
+def ring(radius: float, thickness: float, at: Vec = ORIGIN, segments: int = 20) -> Mesh:
+    """A torus lying flat around ``at``: ring radius and tube radius."""
+    angle = np.linspace(0, 2 * np.pi, segments, endpoint=False)
+    circle = np.stack([np.cos(angle), np.sin(angle), np.zeros(segments)], axis=1) * radius
+    return tube(circle + at, thickness, 6, closed=True)
+
+
+def prism(outline: ArrayLike, height: float, at: Vec = ORIGIN) -> Mesh:
+    """A star-shaped outline (N, 2), counter-clockwise about its mean, raised by ``height``."""
+    flat = np.asarray(outline, dtype=np.float64)
+    rings = np.zeros((2, len(flat), 3))
+    rings[:, :, :2] = flat
+    rings[1, :, 2] = height
+    return _loft(rings).moved(*at)
+
+
+def panel(corner: Vec, edge_u: Vec, edge_v: Vec) -> Mesh:
+    """A rectangle that shows one whole image: its top left corner, right edge and down edge."""
+    origin, u, v = np.asarray(corner, float), np.asarray(edge_u, float), np.asarray(edge_v, float)
+    vertices = np.stack([origin, origin + v, origin + u + v, origin + u])
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    uv = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]])
+    return Mesh(vertices, faces, uv[faces])
+
+
+def front(width: float, height: float, at: Vec) -> Mesh:
+    """An upright panel that faces -y; ``at`` is the middle of its lower edge."""
+    x, y, z = at
+    return panel((x - width / 2, y, z + height), (width, 0.0, 0.0), (0.0, 0.0, -height))
+
+
+def _split(quads: I64) -> I64:
+    return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def _loft(rings: F64, capped: bool = True) -> Mesh:
+    """Skin over rings (R, N, 3), counter-clockwise seen from the last; the end rings are filled."""
+    count, around = rings.shape[:2]
+    index = np.arange(count * around).reshape(count, around)
+    ahead = np.roll(index, -1, axis=1)
+    quads = np.stack([index[:-1], ahead[:-1], ahead[1:], index[1:]], axis=-1).reshape(-1, 4)
+    faces = [_split(quads)]
+    vertices = rings.reshape(-1, 3)
+    if capped:
+        centres = np.stack([rings[0].mean(axis=0), rings[-1].mean(axis=0)])
+        vertices = np.concatenate([vertices, centres])
+        low, high = np.full(around, count * around), np.full(around, count * around + 1)
+        faces.append(np.stack([low, ahead[0], index[0]], axis=1))
+        faces.append(np.stack([high, index[-1], ahead[-1]], axis=1))
+    return from_faces(vertices, np.concatenate(faces))
