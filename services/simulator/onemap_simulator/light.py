@@ -51,7 +51,7 @@ class LightField:
         colours = np.array([light.colour for light in scene.lights], np.float32)
         positions, colours = positions.reshape(-1, 3), colours.reshape(-1, 3)
         seen = [_seen_from(position, grid, occluded) for position in positions]
-        visibility = _blurred(np.array(seen, np.float32).reshape(-1, *grid.shape))
+        visibility = _blurred(seen, grid.shape)
         return cls(positions, colours, np.array(scene.ambient, np.float32), grid, visibility)
 
     def irradiance(self, points: F32, normals: F32) -> F32:
@@ -96,13 +96,15 @@ def _seen_from(position: F32, grid: GridSpec, occluded: Occluded) -> F32:
     return share
 
 
-def _blurred(seen: F32) -> F32:
+def _blurred(seen: list[F32], shape: tuple[int, int]) -> F32:
     """Visibility (L, nx, ny) with soft edges, averaged over lit cells only.
 
     The inside of a wall, where no light is seen, must not darken the rooms beside it.
     """
-    lit = (seen > 0).any(axis=0).astype(np.float32)
+    lit = np.zeros(shape, np.float32)
+    for one in seen:
+        lit[one > 0] = 1
     window = (BLUR_CELLS, BLUR_CELLS)
     share = np.maximum(cv2.blur(lit, window), 1e-6)
-    blurred = [cv2.blur(np.asarray(seen[light]), window) / share for light in range(len(seen))]
-    return np.array(blurred, np.float32).reshape(seen.shape)
+    blurred = [cv2.blur(one, window) / share for one in seen]
+    return np.array(blurred, np.float32).reshape(-1, *shape)

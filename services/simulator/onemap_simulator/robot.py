@@ -1,0 +1,146 @@
+"""A robot with two wheels: velocities follow commands as fast as its motors can, walls stop it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from onemap_shared.geometry import F64, pose_2d, wrap_angle
+
+Collides = Callable[
+    [float, float], bool
+]  # x, y metres -> whether the robot's disc touches anything
+
+STRAIGHT_RAD = 1e-9  # turning less than this, an arc is a line
+
+
+@dataclass(frozen=True, slots=True)
+class RobotParameters:
+    """The robot's size and limits."""
+
+    radius_m: float = 0.2
+    height_m: float = 1.1  # it passes below what is higher
+    max_linear_mps: float = 0.7
+    max_angular_radps: float = 1.6
+    linear_acceleration_mps2: float = 1.0
+    angular_acceleration_radps2: float = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class Velocity:
+    """Of the body: forward in m/s, and turning left in rad/s."""
+
+    linear_mps: float = 0.0
+    angular_radps: float = 0.0
+
+
+STOP = Velocity()
+
+
+@dataclass(frozen=True, slots=True)
+class RobotState:
+    """Where the robot is and how fast it moves. ``collided``: the last step ran into something."""
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    velocity: Velocity = STOP
+    collided: bool = False
+
+    @property
+    def pose(self) -> F64:
+        """T_map_body (4, 4), on the floor."""
+        return pose_2d(self.x_m, self.y_m, self.yaw_rad)
+
+
+def step(
+    state: RobotState,
+    command: Velocity,
+    dt_s: float,
+    *,
+    parameters: RobotParameters,
+    collides: Collides,
+) -> RobotState:
+    """The state ``dt_s`` seconds later, while the command stays as it is.
+
+    Where the path would enter an obstacle, the robot stands still before it (it may turn on
+    the spot: it is round). ``dt_s`` times the speed must be small against any obstacle.
+    """
+    velocity = _accelerated(state.velocity, command, dt_s, parameters)
+    # With constant acceleration the mean of both velocities is exact in length and angle.
+    length = 0.5 * (state.velocity.linear_mps + velocity.linear_mps) * dt_s
+    turn = 0.5 * (state.velocity.angular_radps + velocity.angular_radps) * dt_s
+    yaw = wrap_angle(state.yaw_rad + turn)
+    x, y = _along_arc(state, length, turn)
+    if length != 0 and collides(x, y):
+        stopped = replace(velocity, linear_mps=0.0)
+        return RobotState(state.x_m, state.y_m, yaw, stopped, collided=True)
+    return RobotState(x, y, yaw, velocity)
+
+
+def _accelerated(
+    now: Velocity, command: Velocity, dt_s: float, parameters: RobotParameters
+) -> Velocity:
+    """The velocity after ``dt_s`` seconds on the way to the command."""
+    return Velocity(
+        _towards(
+            now.linear_mps,
+            command.linear_mps,
+            parameters.max_linear_mps,
+            parameters.linear_acceleration_mps2 * dt_s,
+        ),
+        _towards(
+            now.angular_radps,
+            command.angular_radps,
+            parameters.max_angular_radps,
+            parameters.angular_acceleration_radps2 * dt_s,
+        ),
+    )
+
+
+def _towards(now: float, wanted: float, limit: float, change: float) -> float:
+    """``now`` moved towards ``wanted``, itself within +-limit, by at most ``change``."""
+    target = min(max(wanted, -limit), limit)
+    return min(max(target, now - change), now + change)
+
+
+def _along_arc(state: RobotState, length_m: float, turn_rad: float) -> tuple[float, float]:
+    """Where an arc of this length ends that turns by this angle."""
+    if abs(turn_rad) < STRAIGHT_RAD:
+        heading = state.yaw_rad
+        return (
+            state.x_m + length_m * float(np.cos(heading)),
+            state.y_m + length_m * float(np.sin(heading)),
+        )
+    radius = length_m / turn_rad
+    end = state.yaw_rad + turn_rad
+    return (
+        state.x_m + radius * float(np.sin(end) - np.sin(state.yaw_rad)),
+        state.y_m - radius * float(np.cos(end) - np.cos(state.yaw_rad)),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Deadman:
+    """Holds the last command until it is too old; then the robot is to stand still.
+
+    Times are seconds of any monotonic clock.
+    """
+
+    timeout_s: float
+    command: Velocity = STOP
+    expires_s: float = -np.inf
+
+    def heard(self, command: Velocity, now_s: float, validity_s: float) -> Deadman:
+        """After a command arrived that asks to be followed for ``validity_s``."""
+        return replace(self, command=command, expires_s=now_s + min(self.timeout_s, validity_s))
+
+    def command_at(self, now_s: float) -> Velocity:
+        """What the motors are to do now."""
+        return self.command if now_s < self.expires_s else STOP
+
+    def stopped_between(self, before_s: float, now_s: float) -> bool:
+        """Whether a command that moves the robot expired between two moments."""
+        return self.command != STOP and before_s < self.expires_s <= now_s
