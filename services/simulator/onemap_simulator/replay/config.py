@@ -1,0 +1,26 @@
+"""Configuration section ``replay``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import Field
+
+from onemap_shared.config import StrictModel
+
+
+class ReplayConfig(StrictModel):
+    """Which recording is played and how."""
+
+    directory: Path = Field(
+        default=Path("recording"), description="Folder that holds frames.json and its PNG files."
+    )
+    rate_hz: float = Field(
+        default=2.0,
+        gt=0,
+        le=60,
+        description="Frames per second; 2 gives every stage time to use each frame.",
+    )
+    loop: bool = Field(
+        default=True, description="Begin again after the last frame, so that the map stays fresh."
+    )

@@ -1,0 +1,105 @@
+"""The replay service: a recording's frames on the bus, as if a robot drove by.
+
+Stamps and sequence numbers are those of the replay, not of the recording: a frame is
+stamped with the moment it is published, so that all that watches ages works as with a
+robot. Velocity commands are ignored.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+
+import numpy as np
+
+from onemap_shared.geometry import F64, pose_2d
+from onemap_shared.keys import ROBOT_ODOMETRY, ROBOT_RGBD
+from onemap_shared.messages import Odometry, RgbdFrame
+from onemap_shared.runner import StartError
+from onemap_shared.transport import Bus, Health
+from onemap_simulator.replay.config import ReplayConfig
+from onemap_simulator.replay.recording import Recording, RecordingError
+
+LOG = logging.getLogger("onemap.replay")
+
+
+class ReplayWorker:
+    """Publishes one frame and its odometry each period."""
+
+    def __init__(self, bus: Bus, recording: Recording, config: ReplayConfig) -> None:
+        self._recording = recording
+        self._config = config
+        self._frames = bus.publish(ROBOT_RGBD)
+        self._odometry = bus.publish(ROBOT_ODOMETRY)
+        self._sequence = 0
+        self._unreadable = 0
+        self._problem = ""
+        self._due_s = time.monotonic()
+
+    def step(self, timeout_s: float) -> None:
+        """Publish the next frame if it is due, else wait for it; afterwards idle."""
+        wait_s = self._due_s - time.monotonic()
+        if self._ended() or wait_s > timeout_s:
+            time.sleep(timeout_s)
+            return
+        time.sleep(max(wait_s, 0.0))
+        # What a stall delayed is not caught up in a burst.
+        self._due_s = max(self._due_s + 1.0 / self._config.rate_hz, time.monotonic())
+        self._publish(self._sequence % len(self._recording))
+        self._sequence += 1
+        if self._ended():
+            LOG.info("the last frame was played; idle from here on")
+
+    def _ended(self) -> bool:
+        return not self._config.loop and self._sequence >= len(self._recording)
+
+    def _publish(self, index: int) -> None:
+        try:
+            frame = self._recording.frame(index)
+        except RecordingError as problem:
+            self._unreadable += 1
+            self._problem = str(problem)
+            LOG.warning("frame %d is left out: %s", index, problem)
+            return
+        stamp_ns = time.time_ns()
+        body = body_below(frame.T_map_camera)
+        self._odometry.put(Odometry(self._sequence, stamp_ns, body, 0.0, 0.0))
+        self._frames.put(
+            RgbdFrame(
+                self._sequence,
+                stamp_ns,
+                frame.rgb,
+                frame.depth_mm,
+                self._recording.intrinsics,
+                frame.T_map_camera,
+            )
+        )
+
+    def health(self) -> Health:
+        """Ready while at least one frame could be read."""
+        played = self._sequence - self._unreadable
+        return Health(
+            ready=played > 0,
+            problem=self._problem,
+            metrics={"frames_played": played, "frames_unreadable": self._unreadable},
+        )
+
+    def close(self) -> None:
+        """Nothing is held open."""
+
+
+def body_below(T_map_camera: F64) -> F64:
+    """T_map_body (4, 4): on the floor below the camera, heading where it looks."""
+    forward = T_map_camera[:2, 2]
+    yaw = float(np.arctan2(forward[1], forward[0]))
+    return pose_2d(float(T_map_camera[0, 3]), float(T_map_camera[1, 3]), yaw)
+
+
+def build(bus: Bus, config: ReplayConfig) -> ReplayWorker:
+    """Open the recording and make the worker, or raise StartError."""
+    try:
+        recording = Recording.open(config.directory)
+        recording.frame(0)  # a recording that cannot be read at all should not start
+    except RecordingError as problem:
+        raise StartError(str(problem)) from problem
+    return ReplayWorker(bus, recording, config)
