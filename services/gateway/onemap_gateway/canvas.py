@@ -1,0 +1,92 @@
+"""A picture of the floor: metres become pixels here, x to the right and y up."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import cv2
+import numpy as np
+
+from onemap_shared.geometry import F64, U8
+
+Rgb: TypeAlias = tuple[int, int, int]
+Points: TypeAlias = "np.ndarray | Sequence[tuple[float, float]]"
+
+SHIFT = 4  # OpenCV draws with this many bits below the pixel
+FONT = cv2.FONT_HERSHEY_SIMPLEX
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """Which part of the map a picture shows, and how large a metre is in it."""
+
+    x_min_m: float
+    y_max_m: float
+    pixels_per_m: float
+
+    def pixels(self, points_m: Points) -> F64:
+        """Picture coordinates (N, 2), column and row, of map points (N, 2) in metres."""
+        points = np.asarray(points_m, dtype=np.float64).reshape(-1, 2)
+        offset = np.stack([points[:, 0] - self.x_min_m, self.y_max_m - points[:, 1]], axis=1)
+        return offset * self.pixels_per_m
+
+
+@dataclass(frozen=True, slots=True)
+class Canvas:
+    """An RGB image (H, W, 3) uint8 that is drawn upon, in metres of the map."""
+
+    image: U8
+    frame: Frame
+
+    def line(self, points_m: Points, colour: Rgb, width_px: int) -> None:
+        """A smooth line through the points."""
+        if len(points_m) > 1:
+            fixed = _fixed(self.frame.pixels(points_m))
+            cv2.polylines(self.image, [fixed], False, colour, width_px, cv2.LINE_AA, SHIFT)
+
+    def dots(self, points_m: Points, radii_px: Sequence[float], colour: Rgb) -> None:
+        """Filled circles."""
+        for centre, radius in zip(self.frame.pixels(points_m), radii_px, strict=True):
+            self._circle(centre, radius, colour, cv2.FILLED)
+
+    def rings(self, points_m: Points, radius_px: float, colour: Rgb, width_px: int) -> None:
+        """Circles."""
+        for centre in self.frame.pixels(points_m):
+            self._circle(centre, radius_px, colour, width_px)
+
+    def arrow(self, x_m: float, y_m: float, yaw_rad: float, length_px: float, colour: Rgb) -> None:
+        """An arrowhead whose middle lies at the place and whose tip looks along ``yaw_rad``."""
+        angles = yaw_rad + np.array([0.0, 2.45, np.pi, -2.45])
+        radii = length_px * np.array([0.65, 0.6, 0.25, 0.6])
+        offsets = np.stack([np.cos(angles), -np.sin(angles)], axis=1) * radii[:, None]
+        outline = _fixed(self.frame.pixels([(x_m, y_m)]) + offsets)
+        cv2.fillPoly(self.image, [outline], colour, cv2.LINE_AA, SHIFT)
+
+    def label(self, x_m: float, y_m: float, text: str, colour: Rgb) -> None:
+        """A text to the right of the place, on a dark outline that keeps it readable."""
+        column, row = (round(float(value)) for value in self.frame.pixels([(x_m, y_m)])[0])
+        text_at(self.image, text, (column + 10, row + 4), colour)
+
+    def _circle(self, centre_px: F64, radius_px: float, colour: Rgb, width_px: int) -> None:
+        centre, radius = _fixed(centre_px), round(radius_px * (1 << SHIFT))
+        position = (int(centre[0]), int(centre[1]))
+        cv2.circle(self.image, position, radius, colour, width_px, cv2.LINE_AA, SHIFT)
+
+
+def text_at(image: U8, text: str, place_px: tuple[int, int], colour: Rgb) -> None:
+    """Write into ``image``; letters that the font lacks lose their accents or become '?'."""
+    plain = unicodedata.normalize("NFKD", text)
+    plain = "".join(c for c in plain if not unicodedata.combining(c))
+    plain = plain.encode("ascii", "replace").decode()
+    for width, ink in ((3, (12, 16, 22)), (1, colour)):
+        cv2.putText(image, plain, place_px, FONT, 0.45, ink, width, cv2.LINE_AA)
+
+
+def _fixed(points_px: F64) -> np.ndarray:
+    """Fixed-point coordinates; a pixel's centre is an integer for OpenCV, a half here."""
+    limit = 2**26  # far outside of any picture, and still within OpenCV's integers
+    scaled = (points_px - 0.5) * (1 << SHIFT)
+    return np.rint(np.clip(scaled, -limit, limit)).astype(np.int32)

@@ -1,0 +1,44 @@
+"""The page and the documentation: plain files, complete without the internet."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fastapi import APIRouter
+from fastapi.responses import FileResponse
+from starlette.responses import Response
+from starlette.staticfiles import StaticFiles
+from starlette.types import Scope
+
+STATIC = Path(__file__).parents[1] / "static"
+REVALIDATE = {"Cache-Control": "no-cache"}  # an update of the robot shows at the next visit
+
+router = APIRouter(include_in_schema=False)
+
+
+@router.get("/")
+async def get_page() -> FileResponse:
+    """The live page."""
+    return FileResponse(STATIC / "index.html", headers=REVALIDATE)
+
+
+@router.get("/docs")
+async def get_docs() -> FileResponse:
+    """The documentation of the interface, made from /openapi.json in the browser."""
+    return FileResponse(STATIC / "docs.html", headers=REVALIDATE)
+
+
+@router.get("/favicon.ico")
+async def get_icon() -> FileResponse:
+    """The icon for browsers that do not read the page's link to it."""
+    return FileResponse(STATIC / "icon.svg", headers=REVALIDATE)
+
+
+class StaticPages(StaticFiles):
+    """Static files that browsers revalidate."""
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        """The file, to be asked for again next time."""
+        response = await super().get_response(path, scope)
+        response.headers.update(REVALIDATE)
+        return response

@@ -1,0 +1,99 @@
+"""The gateway as a service: HTTP in a thread, the runner's loop beside it."""
+
+from __future__ import annotations
+
+import errno
+import logging
+import socket
+import threading
+
+import uvicorn
+
+from onemap_gateway.app import create_app
+from onemap_gateway.calls import Calls
+from onemap_gateway.config import GatewayConfig
+from onemap_gateway.context import Gateway
+from onemap_gateway.guard import MAX_BODY_BYTES
+from onemap_gateway.hub import Hub
+from onemap_shared.runner import StartError
+from onemap_shared.transport import Bus, Health
+
+LOG = logging.getLogger("onemap.gateway")
+
+DRAIN_S = 1  # open streams end by themselves within 0.2 s; what is left then is cut off
+STOP_S = 1.5
+BACKLOG = 128
+
+
+class GatewayWorker:
+    """Serves HTTP until it is closed."""
+
+    def __init__(self, bus: Bus, config: GatewayConfig) -> None:
+        listener = listen(config.host, config.port)
+        self.port: int = listener.getsockname()[1]
+        self._hub = Hub(bus)
+        calls = Calls(bus, config.call_timeout_s, config.calls_at_once)
+        app = create_app(Gateway(self._hub, calls, config))
+        self._server = uvicorn.Server(
+            uvicorn.Config(
+                app,
+                lifespan="off",
+                log_config=None,  # the runner has set up logging
+                log_level="warning",
+                access_log=False,
+                server_header=False,
+                ws_max_size=MAX_BODY_BYTES,
+                timeout_graceful_shutdown=DRAIN_S,
+            )
+        )
+        self._thread = threading.Thread(
+            target=self._server.run, args=([listener],), name="http", daemon=True
+        )
+        self._thread.start()
+        host = f"[{config.host}]" if ":" in config.host else config.host
+        LOG.info("the page is at http://%s:%d", host, self.port)
+
+    def step(self, timeout_s: float) -> None:
+        """Nothing to do but to notice when the server's thread ends."""
+        self._thread.join(timeout_s)
+        if not self._thread.is_alive():
+            raise RuntimeError("the HTTP server ended by itself")
+
+    def health(self) -> Health:
+        """Ready once requests are answered; metrics count what arrived on each stream."""
+        metrics = {
+            f"{stream}_{outcome}": float(getattr(counters, outcome))
+            for stream, counters in self._hub.counters().items()
+            for outcome in ("received", "missed", "skipped", "refused")
+        }
+        ready = self._server.started
+        return Health(ready, "" if ready else "the HTTP server is starting", metrics)
+
+    def close(self) -> None:
+        """Stop within two seconds, open streams included."""
+        self._hub.begin_close()
+        self._server.should_exit = True
+        self._thread.join(STOP_S)
+        self._server.force_exit = True
+        self._thread.join(0.5)
+        self._hub.close()
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A listening socket, or ``StartError`` with what to do."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family, backlog=BACKLOG)
+    except OSError as problem:
+        reason = {
+            errno.EADDRINUSE: "another program uses it; stop that, or choose another port with "
+            f"'gateway.port' (ONEMAP__GATEWAY__PORT={port + 1})",
+            errno.EACCES: "ports below 1024 need privileges; choose another with 'gateway.port'",
+            errno.EADDRNOTAVAIL: "this machine has no such address; correct 'gateway.host'",
+        }.get(problem.errno or 0, f"{problem.strerror or problem}; correct 'gateway.host'")
+        raise StartError(f"cannot listen on {host} port {port}: {reason}") from problem
+
+
+def build(bus: Bus, config: GatewayConfig) -> GatewayWorker:
+    """The gateway, listening."""
+    return GatewayWorker(bus, config)

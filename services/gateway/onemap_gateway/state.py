@@ -1,0 +1,174 @@
+"""What the gateway knows of the robot: one immutable snapshot, replaced with every message.
+
+Times of arrival are seconds of one monotonic clock, given by the caller, so that
+ages do not depend on whether the clocks of two machines agree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from math import hypot
+from typing import Any, Generic, TypeAlias, TypeVar
+
+from onemap_shared.messages import (
+    Detections,
+    Heartbeat,
+    MapRevision,
+    Odometry,
+    PlannedPath,
+    RgbdFrame,
+    SearchStatus,
+)
+
+M = TypeVar("M")
+Message: TypeAlias = (
+    RgbdFrame | Odometry | Detections | MapRevision | SearchStatus | PlannedPath | Heartbeat
+)
+
+SMOOTHING = 0.1  # weight of the newest interval: about the last ten messages count
+TRAIL_STEP_M = 0.05  # one cell: finer is not seen in the picture
+TRAIL_JUMP_M = 1.0  # no robot moves so far between two messages: it is another one, or another run
+TRAIL_POINTS = 4000  # 200 m
+DETECTIONS_S = 1.5  # shown on the camera image for as long
+PATH_S = 5.0
+SEARCH_LOG = 64  # a search changes a few times a minute; readers look ten times a second
+
+
+@dataclass(frozen=True, slots=True)
+class Seen(Generic[M]):
+    """The newest message of a stream, when it arrived, and the usual interval between two."""
+
+    message: M
+    arrived_s: float
+    interval_s: float = float("inf")
+
+    def age_s(self, now_s: float) -> float:
+        """Seconds since it arrived."""
+        return max(now_s - self.arrived_s, 0.0)
+
+    def within(self, limit_s: float, now_s: float) -> M | None:
+        """The message, unless it is older than ``limit_s``."""
+        return self.message if self.age_s(now_s) <= limit_s else None
+
+    def rate_hz(self, now_s: float) -> float:
+        """Messages per second; falls as soon as the stream stalls."""
+        slowest = max(self.interval_s, self.age_s(now_s))
+        return 1 / slowest if slowest > 0 else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Beat:
+    """The newest heartbeat of a service, and when its loop was last seen to advance."""
+
+    heartbeat: Heartbeat
+    arrived_s: float
+    advanced_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class LiveState:
+    """Everything heard so far. ``fused_s``: when a frame last went all the way to the map.
+
+    ``search_log`` keeps the newest statuses in order; ``search_count`` counts all, so that a
+    reader knows which of them are new to it. ``trail_m``: where the robot has been, (x, y).
+    """
+
+    frame: Seen[RgbdFrame] | None = None
+    odometry: Seen[Odometry] | None = None
+    detections: Seen[Detections] | None = None
+    revision: Seen[MapRevision] | None = None
+    search: Seen[SearchStatus] | None = None
+    path: Seen[PlannedPath] | None = None
+    search_log: tuple[SearchStatus, ...] = ()
+    search_count: int = 0
+    trail_m: tuple[tuple[float, float], ...] = ()
+    fused_s: float | None = None
+    beats: Mapping[str, Beat] = field(default_factory=dict)
+    alive: frozenset[str] = frozenset()
+
+    def with_message(self, message: Message, now_s: float) -> LiveState:
+        """The state after ``message`` arrived."""
+        return replace(self, **_changes(self, message, now_s))
+
+    def with_alive(self, services: frozenset[str]) -> LiveState:
+        """The state after the liveliness tokens were read."""
+        return self if services == self.alive else replace(self, alive=services)
+
+    def detections_now(self, now_s: float) -> Detections | None:
+        """What is seen now: boxes of long ago would lie over another image."""
+        return self.detections.within(DETECTIONS_S, now_s) if self.detections else None
+
+    def path_now(self, now_s: float) -> PlannedPath | None:
+        """What the planner means to do now: nothing any more if it fell silent."""
+        return self.path.within(PATH_S, now_s) if self.path else None
+
+    def statuses_since(self, count: int) -> tuple[SearchStatus, ...]:
+        """The search statuses after the first ``count``, oldest first, as far as they are kept."""
+        fresh = min(self.search_count - count, len(self.search_log))
+        return self.search_log[len(self.search_log) - fresh :] if fresh > 0 else ()
+
+
+def _changes(state: LiveState, message: Message, now_s: float) -> dict[str, Any]:
+    """The fields that ``message`` changes."""
+    changes: dict[str, Any] = {}
+    match message:
+        case RgbdFrame():
+            changes["frame"] = _seen(state.frame, message, now_s)
+        case Odometry():
+            changes["odometry"] = _seen(state.odometry, message, now_s)
+            changes["trail_m"] = _trail(state.trail_m, message)
+        case Detections():
+            changes["detections"] = _seen(state.detections, message, now_s)
+        case MapRevision():
+            changes["revision"] = _seen(state.revision, message, now_s)
+            if _is_progress(state.revision, message):
+                changes["fused_s"] = now_s
+        case SearchStatus():
+            changes["search"] = _seen(state.search, message, now_s)
+            changes["search_log"] = (*state.search_log, message)[-SEARCH_LOG:]
+            changes["search_count"] = state.search_count + 1
+        case PlannedPath():
+            changes["path"] = _seen(state.path, message, now_s)
+        case Heartbeat():
+            beat = _beat(state.beats.get(message.service), message, now_s)
+            changes["beats"] = {**state.beats, message.service: beat}
+    return changes
+
+
+def _seen(previous: Seen[M] | None, message: M, now_s: float) -> Seen[M]:
+    if previous is None:
+        return Seen(message, now_s)
+    interval = now_s - previous.arrived_s
+    usual = previous.interval_s
+    if usual != float("inf"):
+        interval = usual + SMOOTHING * (interval - usual)
+    return Seen(message, now_s, interval)
+
+
+def _is_progress(previous: Seen[MapRevision] | None, message: MapRevision) -> bool:
+    """Whether a frame was fused since the revision before: the first is only a latched memory."""
+    return previous is not None and message.frames_fused > previous.message.frames_fused
+
+
+def _beat(previous: Beat | None, heartbeat: Heartbeat, now_s: float) -> Beat:
+    before = previous.heartbeat if previous else None
+    stands_still = (
+        before is not None
+        and before.instance == heartbeat.instance
+        and before.progress == heartbeat.progress
+    )
+    advanced_s = previous.advanced_s if previous and stands_still else now_s
+    return Beat(heartbeat, now_s, advanced_s)
+
+
+def _trail(
+    trail: tuple[tuple[float, float], ...], odometry: Odometry
+) -> tuple[tuple[float, float], ...]:
+    here = (float(odometry.T_map_body[0, 3]), float(odometry.T_map_body[1, 3]))
+    if not trail:
+        return (here,)
+    step = hypot(here[0] - trail[-1][0], here[1] - trail[-1][1])
+    if step > TRAIL_JUMP_M:
+        return (here,)
+    return (*trail, here)[-TRAIL_POINTS:] if step >= TRAIL_STEP_M else trail
