@@ -1,0 +1,101 @@
+"""Approaching and confirming: walk up to a candidate and make sure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from onemap_planner.consensus import Candidate, ConsensusRules
+from onemap_planner.control import Drive, Motion, Rest, arrived
+from onemap_planner.memory import Mind
+from onemap_planner.rules import ExploreRules, Rules
+from onemap_planner.search import Approaching, Arrived, Confirmed, Confirming, Event, Rejected
+from onemap_planner.situation import Situation
+from onemap_planner.viewpoints import view_stand
+
+
+def find_stand(
+    candidate: Candidate, situation: Situation, rules: ExploreRules
+) -> tuple[float, float] | None:
+    """Where (metres) to stand before the candidate; None if nowhere can be reached."""
+    cells = situation.cells_of(candidate.cells)
+    if len(cells) == 0:
+        return None
+    grid = situation.terrain.grid
+    seen_from = grid.cells(np.asarray(candidate.seen_from))
+    for farthest_m in (rules.approach_farthest_m, rules.approach_last_resort_m):
+        stand = view_stand(
+            cells,
+            situation.terrain,
+            situation.reach,
+            band_m=(rules.approach_nearest_m, farthest_m),
+            seen_from=seen_from,
+        )
+        if stand is not None:
+            x, y = grid.centres(stand)
+            return float(x), float(y)
+    return None
+
+
+def approach(
+    mind: Mind, phase: Approaching, situation: Situation, rules: Rules
+) -> tuple[Mind, Motion, Event | None]:
+    """Walk up to the candidate, which later sightings may move."""
+    candidate = latest(mind, phase.candidate, rules.consensus)
+    stand_xy = find_stand(candidate, situation, rules.explore)
+    if stand_xy is None:
+        return _wait_for_way(mind, candidate, rules)
+    mind = replace(mind, quest=replace(mind.quest, idle_since_s=None))
+    look_xy = (candidate.xyz[0], candidate.xyz[1])
+    motion = situation.drive_to(stand_xy, look_xy)
+    if arrived(motion, situation.pose, rules.drive):
+        return mind, motion, Arrived(candidate)
+    return mind, motion, None
+
+
+def confirm(
+    mind: Mind, phase: Confirming, situation: Situation, rules: Rules
+) -> tuple[Mind, Motion, Event | None]:
+    """Stand still, face the candidate and count the detections that agree."""
+    candidate = latest(mind, phase.candidate, rules.consensus)
+    motion = Drive(np.array([situation.pose.xy]), (candidate.xyz[0], candidate.xyz[1]))
+    agreeing = candidate.sightings - phase.candidate.sightings
+    if agreeing >= rules.explore.confirm_sightings:
+        return mind, Rest(), Confirmed(candidate)
+    if mind.attentive_s - phase.since_s > rules.explore.confirm_s:
+        return reject(mind, candidate), Rest(), Rejected()
+    return mind, motion, None
+
+
+def latest(mind: Mind, candidate: Candidate, rules: ConsensusRules) -> Candidate:
+    """What has become of the candidate: the remembered one at the same place."""
+    for known in mind.quest.candidates:
+        if not known.cells.isdisjoint(candidate.cells):
+            return known
+    near = [c for c in mind.quest.candidates if c.distance_m(candidate.xyz) <= rules.merge_m]
+    return near[0] if near else candidate
+
+
+def reject(mind: Mind, candidate: Candidate) -> Mind:
+    """The mind that no longer believes in the candidate, nor in new sightings of it."""
+    quest = mind.quest
+    left = tuple(c for c in quest.candidates if c.cells.isdisjoint(candidate.cells))
+    return replace(
+        mind,
+        quest=replace(
+            quest, candidates=left, rejected=(*quest.rejected, candidate), idle_since_s=None
+        ),
+    )
+
+
+def _wait_for_way(
+    mind: Mind, candidate: Candidate, rules: Rules
+) -> tuple[Mind, Motion, Event | None]:
+    """The map may have hidden the way for a moment only."""
+    since_s = mind.quest.idle_since_s
+    if since_s is None:
+        since_s = mind.attentive_s
+    if mind.attentive_s - since_s > rules.explore.settle_s:
+        return reject(mind, candidate), Rest(), Rejected()
+    return replace(mind, quest=replace(mind.quest, idle_since_s=since_s)), Rest(), None

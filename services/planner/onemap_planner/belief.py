@@ -1,0 +1,79 @@
+"""What the map says about one object, on a window that holds the robot too."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from onemap_shared.geometry import F32, F64, I64, U8, Bool
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import Layer, Occupancy, SearchView
+
+BORDER_CELLS = 2  # unknown cells kept around the window, so that every border of it is seen
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """The layers of a ``SearchView`` as masks, all (nx, ny) on ``grid``.
+
+    occupancy uint8, values of ``Occupancy``; observed O, explored E, searched C bool;
+    similarity float32 in [0, 1], NaN where not observed.
+    """
+
+    grid: GridSpec
+    occupancy: U8
+    observed: Bool
+    explored: Bool
+    searched: Bool
+    similarity: F32
+
+    @property
+    def cell_area_m2(self) -> float:
+        """Area of one cell in square metres."""
+        return self.grid.cell_size_m**2
+
+
+def belief_around(view: SearchView, robot_xy: F64) -> Belief:
+    """The known part of the view, cropped or grown so that the robot (2,) metres is inside.
+
+    Maps come in tiles with much unknown around; planning time follows the known area only.
+    """
+    robot = view.grid.cells(robot_xy)
+    source = _known_box(view, robot)
+    lower = np.minimum(source[0], robot) - BORDER_CELLS
+    upper = np.maximum(source[1], robot + 1) + BORDER_CELLS
+    origin = lower + np.asarray(view.grid.origin_cell)
+    shape = upper - lower
+    grid = GridSpec(
+        view.grid.cell_size_m, (int(origin[0]), int(origin[1])), (int(shape[0]), int(shape[1]))
+    )
+    into = tuple(slice(int(a), int(b)) for a, b in zip(*(source - lower), strict=True))
+    out_of = tuple(slice(int(a), int(b)) for a, b in zip(*source, strict=True))
+    occupancy = np.full(grid.shape, Occupancy.UNKNOWN, np.uint8)
+    occupancy[into] = view.occupancy[out_of]
+    layers = np.zeros(grid.shape, np.uint8)
+    layers[into] = view.layers[out_of]
+    similarity = np.full(grid.shape, np.nan, np.float32)
+    if view.similarity.shape == view.grid.shape:
+        similarity[into] = view.similarity[out_of]
+    return Belief(
+        grid=grid,
+        occupancy=occupancy,
+        observed=(layers & Layer.OBSERVED) > 0,
+        explored=(layers & Layer.EXPLORED) > 0,
+        searched=(layers & Layer.SEARCHED) > 0,
+        similarity=similarity,
+    )
+
+
+def _known_box(view: SearchView, robot: I64) -> I64:
+    """(2, 2): first and one-past-last known index on both axes; empty at the robot if none is."""
+    known = (view.occupancy != Occupancy.UNKNOWN) | (view.layers > 0)
+    if not known.any():
+        return np.stack([robot, robot])
+    box = np.zeros((2, 2), np.int64)
+    for axis in (0, 1):
+        filled = np.flatnonzero(known.any(axis=1 - axis))
+        box[:, axis] = filled[0], filled[-1] + 1
+    return box

@@ -1,0 +1,331 @@
+"""Section ``planner`` of the configuration. Every default says its unit and its reason."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import Field, PositiveFloat, PositiveInt
+
+from onemap_planner.consensus import ConsensusRules
+from onemap_planner.control import DriveRules
+from onemap_planner.freshness import FreshnessRules
+from onemap_planner.frontiers import FrontierRules
+from onemap_planner.goals import GoalRules
+from onemap_planner.recovery import RecoveryRules
+from onemap_planner.regions import RegionRules
+from onemap_planner.rules import ExploreRules, Rules
+from onemap_planner.terrain import TerrainRules
+from onemap_shared.config import StrictModel
+
+
+class TerrainConfig(StrictModel):
+    """How the robot's size turns the map into where it may drive."""
+
+    radius_m: PositiveFloat = Field(
+        default=0.2, description="Robot's radius seen from above, metres."
+    )
+    margin_m: float = Field(
+        default=0.05,
+        ge=0,
+        description="Metres kept from obstacles besides the radius: half a map cell.",
+    )
+    comfort_m: PositiveFloat = Field(
+        default=0.55,
+        description="Clearance in metres from which on more is no better: half a wide door.",
+    )
+    comfort_weight: float = Field(
+        default=3.0,
+        ge=0,
+        description="Extra cost per metre at the least clearance; 3 keeps to the middle of doors.",
+    )
+    escape_radius_m: PositiveFloat = Field(
+        default=1.2,
+        description="Metres around a robot outside the navigable map through which it may leave: "
+        "a level camera at 1 m sees the floor only from about that far.",
+    )
+    escape_below_m2: PositiveFloat = Field(
+        default=1.0,
+        description="Square metres: a navigable pocket smaller than this is left by escaping; "
+        "nothing worth finding fits in it.",
+    )
+
+
+class FrontierConfig(StrictModel):
+    """What counts as a frontier."""
+
+    min_length_m: PositiveFloat = Field(
+        default=0.4, description="Metres; shorter borders are gaps that the robot cannot pass."
+    )
+    max_length_m: PositiveFloat = Field(
+        default=2.5,
+        description="Metres; longer borders are cut, so that their middle is worth a visit.",
+    )
+    min_beyond_m2: PositiveFloat = Field(
+        default=0.15, description="Square metres; smaller unknown or unexplored spots are noise."
+    )
+    blind_spot_m2: PositiveFloat = Field(
+        default=3.0,
+        description="Square metres of unknown floor amid known floor that are no frontier: a "
+        "camera at 1 m does not see a circle of 0.9 m around its own feet.",
+    )
+    unknown_prior: float = Field(
+        default=0.2,
+        ge=0,
+        le=1,
+        description="Similarity expected in space nobody has seen: above the usual 0.1 of wrong "
+        "things, so that the unknown is preferred to a second look at them.",
+    )
+
+
+class RegionConfig(StrictModel):
+    """What counts as a region worth looking at again."""
+
+    threshold: float = Field(
+        default=0.4,
+        ge=0,
+        le=1,
+        description="Similarity from which the map is believed to show the object.",
+    )
+    min_area_m2: PositiveFloat = Field(
+        default=0.01, description="Square metres: one map cell of 10 cm; a cup is not larger."
+    )
+
+
+class GoalConfig(StrictModel):
+    """How goals are weighed against each other."""
+
+    travel_weight_per_m: float = Field(
+        default=0.04,
+        ge=0,
+        description="Similarity that a metre of way must be worth: 10 m for 0.4, the difference "
+        "between a hint and none.",
+    )
+    size_weight_per_m: float = Field(
+        default=0.04, ge=0, description="Bonus per metre of frontier: wide openings show more."
+    )
+    keep_margin: float = Field(
+        default=0.1,
+        ge=0,
+        description="Utility by which another goal must be better to change one's mind.",
+    )
+    same_goal_m: PositiveFloat = Field(
+        default=0.8, description="Metres a goal may shift between two maps and still be the same."
+    )
+    stand_within_m: PositiveFloat = Field(
+        default=0.8, description="Metres from which a frontier counts as reached."
+    )
+    view_nearest_m: PositiveFloat = Field(
+        default=0.8, description="Metres; nearer, the camera looks over low things."
+    )
+    view_farthest_m: PositiveFloat = Field(
+        default=1.5, description="Metres; farther, small things are too few pixels."
+    )
+
+
+class ConsensusConfig(StrictModel):
+    """When detector and map agree."""
+
+    percentile: float = Field(
+        default=95.0, ge=0, le=100, description="Cells must be in the top 5 percent (paper)."
+    )
+    floor: float = Field(
+        default=0.3,
+        ge=0,
+        le=1,
+        description="And have this similarity: some 5 percent are on top in every map.",
+    )
+    support_fraction: float = Field(
+        default=0.25,
+        ge=0,
+        le=1,
+        description="Part of a detection's cells that must agree; boxes hold background too.",
+    )
+    merge_m: PositiveFloat = Field(
+        default=0.5, description="Metres between two detections of one thing (or they share cells)."
+    )
+    min_sightings: PositiveInt = Field(
+        default=3, description="Agreeing detections before the robot walks up: one frame may err."
+    )
+
+
+class ExploreConfig(StrictModel):
+    """Times and distances of the search itself. Seconds run only while the senses are fresh."""
+
+    approach_nearest_m: PositiveFloat = Field(
+        default=0.5, description="Metres from the object's surface; nearer, it leaves the image."
+    )
+    approach_farthest_m: PositiveFloat = Field(
+        default=0.9, description="Metres from the object's surface at which it counts as reached."
+    )
+    approach_last_resort_m: PositiveFloat = Field(
+        default=1.4,
+        description="Metres tried when nothing nearer can be reached; success is 1.5 m (paper).",
+    )
+    confirm_sightings: PositiveInt = Field(
+        default=3, description="Agreeing detections while standing before it."
+    )
+    confirm_s: PositiveFloat = Field(
+        default=5.0,
+        description="Seconds to wait for them: 20 frames at the slowest useful rate of 4 Hz.",
+    )
+    linger_s: PositiveFloat = Field(
+        default=1.0,
+        description="Seconds at a goal for the map to take it in; it is left alone afterwards.",
+    )
+    settle_s: PositiveFloat = Field(
+        default=2.0, description="Seconds without any goal before the object counts as not found."
+    )
+    goal_base_s: PositiveFloat = Field(
+        default=15.0, description="Seconds allowed for any goal, turning included."
+    )
+    goal_s_per_m: PositiveFloat = Field(
+        default=5.0, description="Seconds allowed per metre of way: three times a slow drive."
+    )
+    shun_m: PositiveFloat = Field(
+        default=0.5,
+        description="Metres around a goal that came to nothing in which no other is taken.",
+    )
+    known_around: float = Field(
+        default=0.4,
+        ge=0,
+        le=1,
+        description="Known part of the 1 m circle below which the robot first looks around: one "
+        "view shows 22 percent, in a corner 45 percent can be known.",
+    )
+    object_limit_s: PositiveFloat = Field(
+        default=600.0, description="Seconds per object; a flat of 100 m2 takes about 200."
+    )
+    patience_s: PositiveFloat = Field(
+        default=30.0, description="Seconds with stale or missing senses before the search fails."
+    )
+
+
+class DriveConfig(StrictModel):
+    """What the robot's drive may do."""
+
+    max_linear_mps: PositiveFloat = Field(
+        default=0.7, description="Top speed in m/s: slow walking."
+    )
+    max_angular_radps: PositiveFloat = Field(
+        default=1.5, description="Top turning rate in rad/s: a blur of 4 degrees at 20 frames/s."
+    )
+    max_linear_mps2: PositiveFloat = Field(
+        default=1.0, description="Acceleration in m/s^2: stops from top speed within 0.25 m."
+    )
+    max_angular_radps2: PositiveFloat = Field(
+        default=3.0, description="Turning acceleration in rad/s^2."
+    )
+    look_around_radps: PositiveFloat = Field(
+        default=1.0, description="rad/s of a look around: every direction is seen for 1.4 s."
+    )
+    reverse_mps: PositiveFloat = Field(
+        default=0.15, description="m/s backwards: no camera looks there."
+    )
+    lookahead_m: PositiveFloat = Field(
+        default=0.4,
+        description="Metres; the smallest pursuit distance that does not weave at 0.7 m/s.",
+    )
+    turn_in_place_rad: PositiveFloat = Field(
+        default=0.7,
+        description="Heading error in radians above which the robot turns before it drives.",
+    )
+    slow_clearance_m: PositiveFloat = Field(
+        default=0.5, description="Clearance in metres below which it slows down."
+    )
+    slow_fraction: PositiveFloat = Field(
+        default=0.4,
+        le=1,
+        description="Part of the top speed at which it passes the narrowest places.",
+    )
+    arrive_m: PositiveFloat = Field(
+        default=0.12,
+        description="Metres from the path's end that count as there: about one map cell.",
+    )
+    arrive_rad: PositiveFloat = Field(
+        default=0.15, description="Radians from the wanted heading: a tenth of the camera's view."
+    )
+
+
+class FreshnessConfig(StrictModel):
+    """How old the senses may be while the robot moves."""
+
+    max_odometry_age_s: PositiveFloat = Field(
+        default=0.5, description="Seconds since new odometry came: 0.35 m at top speed."
+    )
+    max_map_age_s: PositiveFloat = Field(
+        default=0.5,
+        description="Seconds since a new revision of the map came: two updates at 4 Hz.",
+    )
+    max_map_lag_s: PositiveFloat = Field(
+        default=0.5,
+        description="Seconds between the robot's clock and the frame the map last took in.",
+    )
+    max_plan_age_s: PositiveFloat = Field(
+        default=1.5,
+        description="Seconds a plan is followed without a newer one: four planning periods.",
+    )
+
+
+class RecoveryConfig(StrictModel):
+    """What to do when the robot does not get on."""
+
+    stuck_s: PositiveFloat = Field(
+        default=3.0,
+        description="Seconds without moving although commanded: well above any start-up.",
+    )
+    back_up_m: PositiveFloat = Field(default=0.2, description="Metres to back up: one radius.")
+    back_up_s: PositiveFloat = Field(
+        default=2.5, description="Seconds after which backing up ends anyway."
+    )
+    block_s: PositiveFloat = Field(
+        default=60.0, description="Seconds an obstacle that only the bumper knows is believed."
+    )
+    max_bumps: PositiveInt = Field(
+        default=3,
+        description="Bumps in one place after which the goal is given up; twice that: stuck.",
+    )
+    bump_area_m: PositiveFloat = Field(
+        default=1.0, description="Metres that make it another place."
+    )
+
+
+class PlannerConfig(StrictModel):
+    """Everything the planner can be told."""
+
+    state_dir: Path | None = Field(
+        default=None,
+        description="Folder for the active search, so that it survives a restart; none: it does "
+        "not.",
+    )
+    plan_hz: PositiveFloat = Field(
+        default=4.0, description="Plans per second: as often as the map changes."
+    )
+    control_hz: PositiveFloat = Field(
+        default=20.0, description="Commands per second: well within their validity of 300 ms."
+    )
+    terrain: TerrainConfig = TerrainConfig()
+    frontier: FrontierConfig = FrontierConfig()
+    region: RegionConfig = RegionConfig()
+    goal: GoalConfig = GoalConfig()
+    consensus: ConsensusConfig = ConsensusConfig()
+    explore: ExploreConfig = ExploreConfig()
+    drive: DriveConfig = DriveConfig()
+    freshness: FreshnessConfig = FreshnessConfig()
+    recovery: RecoveryConfig = RecoveryConfig()
+
+    def rules(self) -> Rules:
+        """The same as the plain values that the pure modules take."""
+        return Rules(
+            terrain=TerrainRules(**self.terrain.model_dump()),
+            frontier=FrontierRules(**self.frontier.model_dump()),
+            region=RegionRules(**self.region.model_dump()),
+            goal=GoalRules(**self.goal.model_dump()),
+            consensus=ConsensusRules(**self.consensus.model_dump()),
+            explore=ExploreRules(**self.explore.model_dump()),
+            drive=DriveRules(**self.drive.model_dump()),
+            recovery=RecoveryRules(
+                **self.recovery.model_dump(),
+                bumper_m=self.terrain.radius_m + self.terrain.margin_m,
+            ),
+            freshness=FreshnessRules(**self.freshness.model_dump()),
+        )

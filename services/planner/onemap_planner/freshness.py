@@ -1,0 +1,76 @@
+"""How old the planner's senses are, and whether the robot may move on them.
+
+A message's arrival is what counts, on the planner's own monotonic clock, and only
+the arrival of something new: a latched or repeated message proves nothing. Stamps
+are compared among themselves only. Odometry and frames are both stamped by the
+robot, so its clock can be read off the newest odometry, and the age of the map's
+content follows without any two boxes agreeing on the time.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+CLOCK_DISAGREES_S = 5.0  # a lag beyond this with fresh arrivals is a wrong stamp, not a slow map
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """The newest message of a stream. mark: its sequence or revision; at_s: when it came."""
+
+    mark: int
+    stamp_ns: int
+    at_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class FreshnessRules:
+    """Limits in seconds; see ``PlannerConfig`` for the values."""
+
+    max_odometry_age_s: float
+    max_map_age_s: float
+    max_map_lag_s: float
+    max_plan_age_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Ages:
+    """Seconds; infinity for what never came. lag: robot's clock now less the map's stamp."""
+
+    odometry_s: float
+    map_s: float
+    map_lag_s: float
+
+
+def newest(known: Arrival | None, heard: Arrival) -> Arrival:
+    """The arrival to remember: the heard one, unless it repeats what is known."""
+    return known if known is not None and known.mark == heard.mark else heard
+
+
+def ages(odometry: Arrival | None, revision: Arrival | None, now_s: float) -> Ages:
+    """Ages now. The lag is 0 where stamps cannot be compared."""
+    odometry_s = now_s - odometry.at_s if odometry else math.inf
+    map_s = now_s - revision.at_s if revision else math.inf
+    lag_s = 0.0
+    if odometry and revision:
+        # Both ages count from now: what is late in coming is not held against the map twice.
+        lag_s = (odometry.stamp_ns - revision.stamp_ns) * 1e-9 + odometry_s
+        if not 0.0 <= lag_s <= CLOCK_DISAGREES_S:
+            lag_s = 0.0
+    return Ages(odometry_s, map_s, lag_s)
+
+
+def complaint(age: Ages, rules: FreshnessRules) -> str:
+    """Why the robot must stand still, in words; empty if it may move."""
+    if age.odometry_s > rules.max_odometry_age_s:
+        return _says("odometry", age.odometry_s)
+    if age.map_s > rules.max_map_age_s:
+        return _says("the map", age.map_s)
+    if age.map_lag_s > rules.max_map_lag_s:
+        return f"the map shows the world of {age.map_lag_s:.1f} s ago"
+    return ""
+
+
+def _says(what: str, age_s: float) -> str:
+    return f"{what} has never arrived" if math.isinf(age_s) else f"{what} is {age_s:.1f} s old"

@@ -1,0 +1,83 @@
+"""What the planner keeps in mind from one plan to the next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from onemap_planner.consensus import Candidate
+from onemap_planner.control import Pose
+from onemap_planner.goals import Goal, GoalKind
+from onemap_planner.recovery import Footing
+from onemap_planner.search import Search
+
+TRAIL_STEP_M = 0.1  # places closer together than this cover the same floor
+TRAIL_LENGTH = 5000  # 500 m of way
+
+
+@dataclass(frozen=True, slots=True)
+class Pursuit:
+    """A goal being pursued. Seconds are attentive seconds; ``arrived_s`` None: under way."""
+
+    goal: Goal
+    since_s: float
+    budget_s: float
+    arrived_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Quest:
+    """What belongs to the present object; a new object gets a new one.
+
+    shunned: places of regions and sightings that came to nothing. idle_since_s: since when
+    there has been no goal, or no stand before the candidate; None: there is one.
+    """
+
+    candidates: tuple[Candidate, ...] = ()
+    rejected: tuple[Candidate, ...] = ()
+    shunned: tuple[tuple[GoalKind, tuple[float, float]], ...] = ()
+    pursuit: Pursuit | None = None
+    idle_since_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Mind:
+    """All the planner remembers during one search.
+
+    trail: where the robot has been, metres; dead_ends: frontiers that stayed after a visit,
+    kept for the whole search, since what could not be seen for one object cannot for the next.
+    attentive_s: seconds in which the senses were fresh; thought_s: when it last thought;
+    stale_since_s: since when the senses are not fresh, None when they are.
+    """
+
+    search: Search
+    quest: Quest = field(default_factory=Quest)
+    dead_ends: tuple[tuple[float, float], ...] = ()
+    trail: tuple[tuple[float, float], ...] = ()
+    footing: Footing | None = None
+    pose: Pose | None = None
+    known_m2: float = 0.0
+    attentive_s: float = 0.0
+    thought_s: float | None = None
+    stale_since_s: float | None = None
+
+
+def walked(mind: Mind, pose: Pose) -> Mind:
+    """The mind with the pose taken in."""
+    if mind.trail and pose.distance_to(mind.trail[-1]) < TRAIL_STEP_M:
+        return replace(mind, pose=pose)
+    return replace(mind, pose=pose, trail=(*mind.trail[-TRAIL_LENGTH:], pose.xy))
+
+
+def shun(mind: Mind, goal: Goal) -> Mind:
+    """The mind with this goal left alone from now on."""
+    quest = replace(mind.quest, pursuit=None)
+    if goal.kind is GoalKind.FRONTIER:
+        return replace(mind, quest=quest, dead_ends=(*mind.dead_ends, goal.look_xy))
+    return replace(mind, quest=replace(quest, shunned=(*quest.shunned, (goal.kind, goal.look_xy))))
+
+
+def is_shunned(mind: Mind, goal: Goal, within_m: float) -> bool:
+    """Whether the goal lies where one of its kind came to nothing."""
+    if goal.kind is GoalKind.FRONTIER:
+        return any(goal.is_about(xy, within_m) for xy in mind.dead_ends)
+    return any(kind is goal.kind and goal.is_about(xy, within_m) for kind, xy in mind.quest.shunned)
