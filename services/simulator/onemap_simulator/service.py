@@ -1,0 +1,214 @@
+"""The simulator service: a robot in real time.
+
+Physics, commands and odometry run in the service's loop, rendering in a thread
+of its own that always takes the newest moment: a slow picture is followed by a
+pause in the pictures, never by a late reaction to a command.
+"""
+
+from __future__ import annotations
+
+import logging
+import queue
+import threading
+import time
+from collections import deque
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+
+from onemap_shared.geometry import F64
+from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
+from onemap_shared.messages import Odometry, RgbdFrame, Truth, TruthRequest
+from onemap_shared.runner import StartError
+from onemap_shared.transport import Bus, Health
+from onemap_simulator.collision import CollisionMap
+from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.render import Renderer
+from onemap_simulator.robot import RobotState, Velocity
+from onemap_simulator.scene import Scene
+from onemap_simulator.sensor import RgbdCamera, noisy_pose
+from onemap_simulator.simulation import Simulation
+from onemap_simulator.truth import SceneTruth
+from onemap_simulator.worlds import SceneError, open_scene
+
+LOG = logging.getLogger("onemap.simulator")
+
+PHYSICS_S = 0.02  # a command waits no longer than this
+RATE_WINDOW_S = 5.0  # frames per second are counted over so long
+WAIT_S = 0.2  # how often the camera's thread looks whether it should end
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """Where the body is at an instant, and where the robot believes it is; both T_map_body."""
+
+    stamp_ns: int
+    T_true: F64
+    T_reported: F64
+
+
+class CameraThread:
+    """Renders and publishes the newest moment it was given."""
+
+    def __init__(self, bus: Bus, camera: RgbdCamera) -> None:
+        self._camera = camera
+        self._publisher = bus.publish(ROBOT_RGBD)
+        self._moments: queue.Queue[Moment] = queue.Queue(maxsize=1)
+        self._skipped = 0
+        self._stop = threading.Event()
+        self._published_s: deque[float] = deque(maxlen=1000)
+        self._render_ms = 0.0
+        self.sequence = 0
+        self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
+        self._thread.start()
+
+    def offer(self, moment: Moment) -> None:
+        """Take a picture of this moment, unless a newer one comes before the camera is free."""
+        with suppress(queue.Empty):
+            self._moments.get_nowait()
+            self._skipped += 1
+        self._moments.put_nowait(moment)
+
+    def metrics(self, now_s: float) -> dict[str, float]:
+        """frames_per_s over the last seconds, render_ms of the newest, frames_skipped."""
+        recent = sum(now_s - published < RATE_WINDOW_S for published in list(self._published_s))
+        return {
+            "frames_per_s": recent / RATE_WINDOW_S,
+            "render_ms": self._render_ms,
+            "frames_skipped": self._skipped,
+        }
+
+    def close(self) -> None:
+        """Finish the picture at hand and end."""
+        self._stop.set()
+        self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            with suppress(queue.Empty):
+                self._publish(self._moments.get(timeout=WAIT_S))
+
+    def _publish(self, moment: Moment) -> None:
+        began_s = time.monotonic()
+        shot = self._camera.shoot(moment.T_true)
+        self._render_ms = (time.monotonic() - began_s) * 1e3
+        self._publisher.put(
+            RgbdFrame(
+                self.sequence,
+                moment.stamp_ns,
+                shot.rgb,
+                shot.depth_mm,
+                self._camera.intrinsics,
+                moment.T_reported @ self._camera.T_body_camera,
+            )
+        )
+        self.sequence += 1
+        self._published_s.append(time.monotonic())
+
+
+class SimulatorWorker:
+    """Steps the physics, publishes odometry, hands moments to the camera."""
+
+    def __init__(self, bus: Bus, scene: Scene, config: SimulatorConfig) -> None:
+        robot = config.robot.parameters()
+        camera_rng, self._pose_rng = np.random.default_rng(config.seed).spawn(2)
+        self._config = config
+        self._simulation = Simulation(
+            CollisionMap.of(scene, robot.height_m),
+            robot,
+            RobotState(*scene.start),
+            deadman_s=config.robot.deadman_s,
+            now_s=time.monotonic(),
+        )
+        self._truth = SceneTruth(scene, radius_m=robot.radius_m, height_m=robot.height_m)
+        self._commands = bus.subscribe(ROBOT_CMD_VEL)
+        self._odometry = bus.publish(ROBOT_ODOMETRY)
+        camera = RgbdCamera(Renderer(scene), config.camera.parameters(), camera_rng)
+        self._camera = CameraThread(bus, camera)
+        bus.serve(ROBOT_TRUTH, self._answer_truth)
+        self._sequence = 0
+        self._collided = False
+        self._odometry_due_s = self._rgbd_due_s = time.monotonic()
+
+    def step(self, timeout_s: float) -> None:
+        """Wait for a command for at most one tick of the physics, then move on to now."""
+        command = self._commands.take(min(timeout_s, PHYSICS_S))
+        now_s = time.monotonic()
+        self._collided = self._simulation.advance(now_s) or self._collided
+        if command is not None:
+            velocity = Velocity(command.linear_mps, command.angular_radps)
+            self._simulation.heard(velocity, now_s, command.validity_ms / 1e3)
+        odometry_due, rgbd_due = now_s >= self._odometry_due_s, now_s >= self._rgbd_due_s
+        if not (odometry_due or rgbd_due):
+            return
+        moment = self._moment()
+        if odometry_due:
+            self._odometry_due_s = _next(self._odometry_due_s, self._config.odometry_hz, now_s)
+            self._publish_odometry(moment)
+        if rgbd_due:
+            self._rgbd_due_s = _next(self._rgbd_due_s, self._config.rgbd_hz, now_s)
+            self._camera.offer(moment)
+
+    def health(self) -> Health:
+        """Ready once the first picture was sent."""
+        counts = self._simulation.counts
+        return Health(
+            ready=self._camera.sequence > 0,
+            metrics={
+                **self._camera.metrics(time.monotonic()),
+                "collisions": counts.collisions,
+                "commands_received": counts.commands_received,
+                "deadman_stops": counts.deadman_stops,
+            },
+        )
+
+    def close(self) -> None:
+        """End the camera's thread."""
+        self._camera.close()
+
+    def _moment(self) -> Moment:
+        pose, noise = self._simulation.state.pose, self._config.pose_noise
+        reported = pose
+        if noise.position_m or noise.yaw_deg:
+            yaw_rad = float(np.radians(noise.yaw_deg))
+            reported = noisy_pose(pose, noise.position_m, yaw_rad, self._pose_rng)
+        return Moment(time.time_ns(), pose, reported)
+
+    def _publish_odometry(self, moment: Moment) -> None:
+        velocity = self._simulation.state.velocity
+        self._odometry.put(
+            Odometry(
+                self._sequence,
+                moment.stamp_ns,
+                moment.T_reported,
+                velocity.linear_mps,
+                velocity.angular_radps,
+                collided=self._collided,
+            )
+        )
+        self._sequence += 1
+        self._collided = False
+
+    def _answer_truth(self, request: TruthRequest) -> Truth:
+        if not np.isfinite((request.x_m, request.y_m)).all():
+            raise ValueError(f"the place ({request.x_m}, {request.y_m}) is not finite")
+        found = self._truth.distances(request.name, request.x_m, request.y_m)
+        scene = self._truth.scene
+        return Truth(scene.name, found.instances, found.straight_m, found.path_m, scene.categories)
+
+
+def _next(due_s: float, rate_hz: float, now_s: float) -> float:
+    """When something periodic is due again; what a stall delayed is not caught up."""
+    following = due_s + 1.0 / rate_hz
+    return following if following > now_s else now_s + 1.0 / rate_hz
+
+
+def build(bus: Bus, config: SimulatorConfig) -> SimulatorWorker:
+    """Open the scene and make the worker, or raise StartError."""
+    try:
+        scene = open_scene(config.scene, seed=config.seed, style=config.style)
+        LOG.info("%s: %d triangles, %d things", scene.name, len(scene.faces), len(scene.objects))
+        return SimulatorWorker(bus, scene, config)
+    except (SceneError, ValueError) as problem:
+        raise StartError(str(problem)) from problem

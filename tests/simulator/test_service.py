@@ -1,0 +1,136 @@
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from onemap_shared.geometry import camera_mount, yaw_of
+from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
+from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.messages import TruthRequest, VelocityCommand
+from onemap_shared.runner import StartError
+from onemap_shared.transport import RemoteError
+from onemap_simulator.config import (
+    CameraConfig,
+    PoseNoiseConfig,
+    SimulatorConfig,
+)
+from onemap_simulator.service import SimulatorWorker, build
+from tests.simulator.scenes import box_room
+
+CONFIG = SimulatorConfig(rgbd_hz=60, odometry_hz=200, camera=CameraConfig(width=32, height=24))
+
+
+class Robot:
+    """A worker on an in-memory bus and what it publishes."""
+
+    def __init__(self, config: SimulatorConfig = CONFIG) -> None:
+        hub = MemoryHub()
+        self.bus = hub.bus()
+        self.rgbd = self.bus.subscribe(ROBOT_RGBD)
+        self.odometry = self.bus.subscribe(ROBOT_ODOMETRY)
+        self.commands = self.bus.publish(ROBOT_CMD_VEL)
+        self.worker = SimulatorWorker(hub.bus("simulator"), box_room(), config)
+
+    def run_until(self, done: Callable[[], bool], steps: int = 400) -> bool:
+        """Step the worker until something is true; False if it never was."""
+        for _ in range(steps):
+            self.worker.step(0.005)
+            if done():
+                return True
+        return False
+
+    def drive(self, linear: float, angular: float) -> None:
+        self.commands.put(VelocityCommand(0, 0, linear, angular, validity_ms=5000))
+
+
+@pytest.fixture
+def robot() -> Iterator[Robot]:
+    robot = Robot()
+    yield robot
+    robot.worker.close()
+
+
+def test_publishes_pictures_with_the_pose_of_the_same_instant(robot: Robot) -> None:
+    assert not robot.worker.health().ready
+    frames = []
+
+    def two_frames() -> bool:
+        frame = robot.rgbd.take(0.0)
+        frames.extend([frame] if frame else [])
+        return len(frames) >= 2
+
+    assert robot.run_until(two_frames)
+    first = frames[0]
+    assert first.rgb.shape == (24, 32, 3)
+    assert frames[1].sequence > first.sequence
+    start = np.eye(4)
+    start[:2, 3] = box_room().start[:2]
+    expected = start @ camera_mount(0.1, 1.0, np.radians(12.0))
+    np.testing.assert_allclose(first.T_map_camera, expected, atol=1e-9)
+    health = robot.worker.health()
+    assert health.ready
+    assert {"frames_per_s", "render_ms", "collisions", "commands_received", "deadman_stops"} <= set(
+        health.metrics or {}
+    )
+
+
+def test_obeys_commands_and_stops_when_they_cease(robot: Robot) -> None:
+    robot.drive(0.0, 1.0)
+    last = [0.0]
+
+    def turning() -> bool:
+        odometry = robot.odometry.take(0.0)
+        last[0] = odometry.angular_radps if odometry else last[0]
+        return last[0] > 0.2
+
+    assert robot.run_until(turning)
+    assert robot.run_until(lambda: not turning() and last[0] == 0.0)
+    metrics = robot.worker.health().metrics or {}
+    assert metrics["commands_received"] == 1
+    assert metrics["deadman_stops"] == 1
+
+
+def test_answers_the_truth_to_those_who_sum_up(robot: Robot) -> None:
+    truth = robot.bus.call(ROBOT_TRUTH, TruthRequest("sofa", 1.5, 2.4))
+    assert truth.instances == 1
+    assert truth.distance_m == pytest.approx(1.0)
+    assert truth.shortest_path_m < 0.2
+    assert "ball" in truth.categories
+    assert robot.bus.call(ROBOT_TRUTH, TruthRequest("elephant", 1.0, 1.0)).distance_m == np.inf
+    with pytest.raises(RemoteError, match="not finite"):
+        robot.bus.call(ROBOT_TRUTH, TruthRequest("sofa", float("nan"), 0.0))
+
+
+def test_pose_noise_moves_the_report_and_not_the_robot() -> None:
+    robot = Robot(
+        CONFIG.model_copy(update={"pose_noise": PoseNoiseConfig(position_m=0.05, yaw_deg=3.0)})
+    )
+    yaws = []
+
+    def ten_reports() -> bool:
+        odometry = robot.odometry.take(0.0)
+        yaws.extend([yaw_of(odometry.T_map_body)] if odometry else [])
+        return len(yaws) >= 10
+
+    assert robot.run_until(ten_reports)
+    robot.worker.close()
+    assert 0.005 < np.std(yaws) < 0.2
+
+
+def test_an_unknown_scene_does_not_start() -> None:
+    with pytest.raises(StartError, match="castle"):
+        build(MemoryHub().bus("simulator"), SimulatorConfig(scene="castle"))
+
+
+def test_the_generated_apartment_starts() -> None:
+    worker = build(MemoryHub().bus("simulator"), CONFIG)
+    worker.step(0.0)
+    worker.close()
+
+
+def test_configuration_reaches_the_camera_and_the_robot() -> None:
+    config = SimulatorConfig(camera=CameraConfig(horizontal_fov_deg=90, pitch_down_deg=0))
+    assert config.camera.parameters().horizontal_fov_rad == pytest.approx(np.pi / 2)
+    assert config.robot.parameters().radius_m == 0.2
