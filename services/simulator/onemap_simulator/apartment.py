@@ -6,11 +6,12 @@ import numpy as np
 
 from onemap_shared.geometry import F64, U8
 from onemap_simulator.arrange import Arranger
+from onemap_simulator.clutter import complete, hang_curtains
 from onemap_simulator.mesh import rotation
 from onemap_simulator.model import Material
 from onemap_simulator.pick import Pick
 from onemap_simulator.plan import Plan, draw_plan
-from onemap_simulator.rooms import furnish, hang_curtains
+from onemap_simulator.rooms import furnish
 from onemap_simulator.scene import Light, Room, Scene, SceneObject
 from onemap_simulator.shell import bare_rooms, doors_and_windows
 from onemap_simulator.site import Placed, Site
@@ -30,6 +31,7 @@ def generate_apartment(seed: int, style: Style = TRAINING) -> Scene:
     site.add_fixed(fittings)
     for index in range(len(plan.spaces)):
         furnish(Arranger(site, pick, index))
+    complete(site, pick)
     hang_curtains(site, pick)
     things = [*bare_rooms(plan, pick), *fittings, *site.placed]
     lights, ambient = _light(pick, plan)

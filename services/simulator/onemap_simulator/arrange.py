@@ -71,6 +71,39 @@ class Arranger:
             at[1] = low[1] if side == "south" else high[1]
         return place(model, (float(at[0]), float(at[1]), z), turn, self.space)
 
+    def in_row(self, models: list[Model]) -> list[Placed] | None:
+        """Side by side with their backs to one wall, all or none."""
+        places = [(side, share) for side in SIDES for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
+        for index in self.pick.rng.permutation(len(places)):
+            row = self._row(models, *places[index])
+            if row and self.site.add(row):
+                return row
+        return None
+
+    def _row(self, models: list[Model], side: str, share: float) -> list[Placed]:
+        """The row at a share 0 to 1 of the slack along a wall; empty if the wall is too short."""
+        x0, y0, x1, y1 = self.inner
+        along = 0 if side in ("south", "north") else 1
+        boxes = [turned_box(model, TURN[side]) for model in models]
+        widths = [float(box[1, along] - box[0, along]) for box in boxes]
+        start, end = ((x0, x1), (y0, y1))[along]
+        slack = end - start - 2 * WALL_GAP_M - sum(widths)
+        if slack < 0:
+            return []
+        row, reached = [], start + WALL_GAP_M + share * slack
+        for model, box, width in zip(models, boxes, widths, strict=True):
+            offset = reached - box[0, along]
+            reached += width
+            back = {
+                "west": x0 + WALL_GAP_M - box[0, 0],
+                "south": y0 + WALL_GAP_M - box[0, 1],
+                "east": x1 - WALL_GAP_M - box[1, 0],
+                "north": y1 - WALL_GAP_M - box[1, 1],
+            }[side]
+            x, y = (offset, back) if along == 0 else (back, offset)
+            row.append(place(model, (float(x), float(y), 0.0), TURN[side], self.space))
+        return row
+
     def in_middle(
         self, model: Model, around: list[tuple[Model, F64, float]]
     ) -> list[Placed] | None:

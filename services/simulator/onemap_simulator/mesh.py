@@ -97,15 +97,24 @@ def soft_box(size: Vec, at: Vec = ORIGIN, radius: float = 0.04) -> Mesh:
     return _loft(rings).moved(at[0], at[1], at[2] + half[2])
 
 
-def lathe(profile: Sequence[tuple[float, float]], at: Vec = ORIGIN, segments: int = 16) -> Mesh:
-    """The surface of revolution about z of (radius, height) pairs, bottom first, ends capped."""
+def lathe(
+    profile: Sequence[tuple[float, float]],
+    at: Vec = ORIGIN,
+    segments: int = 16,
+    *,
+    capped: bool = True,
+) -> Mesh:
+    """The surface of revolution about z of (radius, height) pairs, from the outside's bottom on.
+
+    ``capped`` closes the first and last ring with discs; a shell returns to its start instead.
+    """
     radius, height = np.asarray(profile, dtype=np.float64).T
     angle = np.linspace(0, 2 * np.pi, segments, endpoint=False)
     rings = np.empty((len(radius), segments, 3))
     rings[..., 0] = np.outer(radius, np.cos(angle))
     rings[..., 1] = np.outer(radius, np.sin(angle))
     rings[..., 2] = height[:, None]
-    return _loft(rings).moved(*at)
+    return _loft(rings, capped=capped).moved(*at)
 
 
 def cylinder(radius: float, height: float, at: Vec = ORIGIN, segments: int = 14) -> Mesh:

@@ -30,7 +30,7 @@ def legs(
 
 def sofa(pick: Pick) -> Model:
     """Two to four seats side by side between arms, a long back, cushions."""
-    return _upholstered(pick, "sofa", pick.count(2, 3 if pick.chance(0.6) else 4))
+    return _upholstered(pick, "sofa", pick.one([2, 2, 3, 3, 4]))
 
 
 def armchair(pick: Pick) -> Model:

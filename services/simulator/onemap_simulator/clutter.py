@@ -1,0 +1,142 @@
+"""Small things on furniture, things on walls, curtains, and whatever is still missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from onemap_simulator.arrange import Arranger
+from onemap_simulator.furniture import electronics, plants, seating, storage, tables, things
+from onemap_simulator.furniture.bathroom import towel, washing_machine
+from onemap_simulator.furniture.kitchen import kettle, microwave, toaster
+from onemap_simulator.furniture.sleep import pillow
+from onemap_simulator.furniture.structure import curtain
+from onemap_simulator.furniture.wall_decor import clock, mirror, picture
+from onemap_simulator.mesh import rotation
+from onemap_simulator.model import Model
+from onemap_simulator.pick import Pick
+from onemap_simulator.plan import HALF_WALL_M, Opening, Plan
+from onemap_simulator.shell import facing
+from onemap_simulator.site import Placed, Site, place
+
+Maker = Callable[[Pick], Model]
+Wish = tuple[float, Maker]
+
+
+def put(room: Arranger, supports: Sequence[Placed], wishes: Sequence[Wish]) -> None:
+    """Each wish, with its probability, on one of the supports that has room."""
+    for probability, make in wishes:
+        if supports and room.pick.chance(probability):
+            _put(room, supports, make(room.pick))
+
+
+def _put(room: Arranger, supports: Sequence[Placed], model: Model) -> bool:
+    order = room.pick.rng.permutation(len(supports))
+    return any(room.on_top(model, supports[index]) is not None for index in order)
+
+
+def hang(room: Arranger, wishes: Sequence[Wish]) -> None:
+    """Each wish, with its probability, on a wall at about eye height."""
+    for probability, make in wishes:
+        if room.pick.chance(probability):
+            _hang(room, make(room.pick))
+
+
+def _hang(room: Arranger, model: Model) -> bool:
+    height = float(model.upper[2])
+    centre = room.pick.between(1.25, 1.5)
+    return room.against_wall(model, z=max(centre - height / 2, 0.7)) is not None
+
+
+def complete(site: Site, pick: Pick) -> None:
+    """Add most of the categories that no room got, where they may be expected."""
+    everywhere = tuple({space.kind for space in site.plan.spaces})
+    for category, make, kinds, how in _EXTRAS:
+        have = {thing.model.category for thing in site.placed}
+        if category in have or pick.chance(0.1):
+            continue
+        allowed = [i for i, s in enumerate(site.plan.spaces) if s.kind in (kinds or everywhere)]
+        model = make(pick)
+        for index in pick.rng.permutation(allowed):
+            room = Arranger(site, pick, int(index))
+            here = [t for t in site.placed if t.space == index and t.model.tops]
+            if how == "top" and _put(room, here, model):
+                break
+            if how == "wall" and _hang(room, model):
+                break
+            if how == "floor" and room.against_wall(model) is not None:
+                break
+
+
+_DAY = ("living room", "study", "dining room")
+_LIVED_IN = (*_DAY, "bedroom")
+
+# category, maker, kinds of room (empty: any), and where: floor (at a wall), top or wall.
+_EXTRAS: tuple[tuple[str, Maker, tuple[str, ...], str], ...] = (
+    ("washing machine", washing_machine, ("kitchen", "bathroom", "hallway"), "floor"),
+    ("desk", tables.desk, _LIVED_IN, "floor"),
+    ("bookcase", storage.bookcase, (*_LIVED_IN, "hallway"), "floor"),
+    ("dresser", storage.dresser, (*_LIVED_IN, "hallway"), "floor"),
+    ("armchair", seating.armchair, _LIVED_IN, "floor"),
+    ("shelf", storage.shelf, (), "floor"),
+    ("bench", seating.bench, (), "floor"),
+    ("stool", seating.stool, (), "floor"),
+    ("chair", seating.chair, (), "floor"),
+    ("nightstand", storage.nightstand, ("bedroom",), "floor"),
+    ("radiator", electronics.radiator, (), "floor"),
+    ("bicycle", things.bicycle, ("hallway", *_LIVED_IN), "floor"),
+    ("guitar", things.guitar, _LIVED_IN, "floor"),
+    ("suitcase", things.suitcase, ("bedroom", "hallway", "study", "living room"), "floor"),
+    ("basket", things.basket, (), "floor"),
+    ("box", things.cardboard_box, (), "floor"),
+    ("trash can", things.trash_can, (), "floor"),
+    ("ball", things.ball, _LIVED_IN, "floor"),
+    ("lamp", electronics.floor_lamp, _LIVED_IN, "floor"),
+    ("fan", electronics.standing_fan, _LIVED_IN, "floor"),
+    ("potted plant", plants.floor_plant, (), "floor"),
+    ("laptop", electronics.laptop, (*_LIVED_IN, "kitchen"), "top"),
+    ("microwave", microwave, ("kitchen", "dining room"), "top"),
+    ("kettle", kettle, ("kitchen", "dining room", "living room"), "top"),
+    ("toaster", toaster, ("kitchen", "dining room", "living room"), "top"),
+    ("teddy bear", things.teddy_bear, _LIVED_IN, "top"),
+    ("pillow", pillow, ("bedroom", "living room"), "top"),
+    ("vase", plants.vase, (), "top"),
+    ("bottle", things.bottle, (), "top"),
+    ("bowl", things.bowl, (), "top"),
+    ("cup", things.cup, (), "top"),
+    ("book", things.book, (), "top"),
+    ("fan", electronics.table_fan, (), "top"),
+    ("lamp", electronics.table_lamp, (), "top"),
+    ("towel", towel, ("bathroom", "kitchen"), "wall"),
+    ("mirror", mirror, (), "wall"),
+    ("clock", clock, (), "wall"),
+    ("picture", picture, (), "wall"),
+    ("television", lambda p: electronics.television(p, hanging=True), _LIVED_IN, "wall"),
+)
+
+
+def hang_curtains(site: Site, pick: Pick) -> None:
+    """A pair of curtains at most windows, to the floor or to just below the sill."""
+    plan = site.plan
+    for hole in plan.windows:
+        kind = plan.spaces[hole.spaces[0]].kind
+        if kind in ("bathroom", "kitchen") or pick.chance(0.3):
+            continue
+        long = curtain(pick, pick.size(0.3, 0.45), hole.top + 0.06)
+        short = curtain(pick, pick.size(0.3, 0.45), hole.top - hole.sill + 0.2)
+        for model in (long, short) if pick.chance(0.6) else (short,):
+            things = _beside_window(model, hole, plan)
+            if all([site.add([thing], ignoring=site.window_boxes) for thing in things]):
+                break
+
+
+def _beside_window(model: Model, hole: Opening, plan: Plan) -> list[Placed]:
+    """The same curtain left and right of a window, its rod above the window."""
+    space = hole.spaces[0]
+    turn = facing(hole, plan, space)
+    pair = []
+    for side in (-1, 1):
+        offset = (side * (hole.width / 2 + float(model.upper[0]) - 0.16), -HALF_WALL_M - 0.14, 0.0)
+        x, y, _ = rotation("z", turn) @ offset
+        at = (hole.centre[0] + x, hole.centre[1] + y, hole.top + 0.15 - float(model.upper[2]))
+        pair.append(place(model, at, turn, space))
+    return pair
