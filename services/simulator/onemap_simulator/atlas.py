@@ -2,7 +2,7 @@
 
 One gather then fetches the texel of every pixel at once, whatever texture its
 face wears. Far surfaces read a smaller copy, which keeps fine patterns from
-flickering.
+flickering; small textures are enlarged smoothly, so that near ones show no blocks.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ import numpy as np
 from onemap_shared.geometry import F32, I32, U8
 
 MAX_LEVELS = 10  # halved nine times, a 512 px texture is one texel
+ENLARGED_PX = 256  # smaller textures are enlarged to about this: 4 mm texels on a metre of wall
+PALETTE_PX = 32  # below this a texture is a palette, whose colours must not blend
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +41,7 @@ class TextureAtlas:
         used = 0
         for index, texture in enumerate(textures):
             start = used
-            copy = np.ascontiguousarray(texture)
+            copy = _enlarged(texture)
             for level in range(MAX_LEVELS):
                 height, width = copy.shape[:2]
                 if level == 0 or tables[1:, index, level - 1].tolist() != [width, height]:
@@ -62,3 +64,19 @@ class TextureAtlas:
         at = self.offsets.ravel()[entry] + row * width + column
         texels: U8 = self.texels.take(at.astype(np.int32), axis=0)
         return texels
+
+
+def _enlarged(texture: U8) -> U8:
+    """A texture (h, w, 3) so large that its smaller side is nearly ENLARGED_PX, by whole factors.
+
+    Interpolates around the edges, because textures repeat.
+    """
+    height, width = texture.shape[:2]
+    factor = ENLARGED_PX // min(height, width)
+    if factor <= 1 or min(height, width) < PALETTE_PX or (texture == texture[0, 0]).all():
+        return np.ascontiguousarray(texture)
+    padded = np.pad(texture, ((1, 1), (1, 1), (0, 0)), mode="wrap")
+    size = ((width + 2) * factor, (height + 2) * factor)
+    large = cv2.resize(padded, size, interpolation=cv2.INTER_LINEAR)
+    inner: U8 = np.ascontiguousarray(large[factor:-factor, factor:-factor], np.uint8)
+    return inner

@@ -2,7 +2,8 @@
 
 Which lights reach a place is traced once when the scene is loaded, on a grid
 seen from above, and blurred: lamps do not shine through walls, and doorways
-get a soft edge. Tracing shadows for each frame would halve the frame rate.
+get a soft edge. Only the two strongest lights of a picture cast shadows of
+things, traced for a quarter of its pixels; more would cost the frame rate.
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ SURFACE_OFFSET_M = 0.15  # look light up in front of a surface, not inside the w
 HALF_DISTANCE_M = 2.0  # a light has half its strength here: between a bulb and a bright ceiling
 HEMISPHERE = 0.25  # surfaces that face up get this much more ambient light, down this much less
 NEGLIGIBLE = 0.01  # of full visibility
+SHADOW_CASTERS = 2
+SHADOW = 0.35  # share of a light that still arrives in its shadow, reflected by walls
+LIFT_M = 0.01  # shadow rays start this far above their surface, so it does not shade itself
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +37,7 @@ class LightField:
     """The lights of a scene and where each is seen.
 
     positions, colours (L, 3) float32; visibility (L, nx, ny) float32 in [0, 1] over ``grid``;
-    ambient (3,) float32.
+    ambient (3,) float32; occluded tells what stands between points.
     """
 
     positions: F32
@@ -41,6 +45,7 @@ class LightField:
     ambient: F32
     grid: GridSpec
     visibility: F32
+    occluded: Occluded
 
     @classmethod
     def of(cls, scene: Scene, occluded: Occluded) -> LightField:
@@ -52,35 +57,62 @@ class LightField:
         positions, colours = positions.reshape(-1, 3), colours.reshape(-1, 3)
         seen = [_seen_from(position, grid, occluded) for position in positions]
         visibility = _blurred(seen, grid.shape)
-        return cls(positions, colours, np.array(scene.ambient, np.float32), grid, visibility)
+        ambient = np.array(scene.ambient, np.float32)
+        return cls(positions, colours, ambient, grid, visibility, occluded)
 
     def irradiance(self, points: F32, normals: F32) -> F32:
-        """Light (H, W, 3) float32 on surfaces at points (H, W, 3) metres with unit normals.
+        """Light (3, H, W) float32 on surfaces at points (3, H, W) metres, unit normals (3, H, W).
 
         1 shows an albedo unchanged.
         """
-        total: F32 = self.ambient * (1.0 + HEMISPHERE * normals[..., 2:])
-        probes = points[..., :2] + SURFACE_OFFSET_M * normals[..., :2]
+        from_nowhere = 1.0 + HEMISPHERE * normals[2]
+        total: F32 = self.ambient[:, None, None] * from_nowhere
+        weights = self._weights(points, normals)
+        strongest = sorted(weights, key=lambda light: -float(weights[light].sum()))
+        for rank, light in enumerate(strongest):
+            weight = weights[light]
+            if rank < SHADOW_CASTERS:
+                weight *= self._unshadowed(self.positions[light], points, normals, weight)
+            for channel in range(3):
+                total[channel] += weight * self.colours[light, channel]
+        return total
+
+    def _weights(self, points: F32, normals: F32) -> dict[int, F32]:
+        """For each light that matters here, how much of it (H, W) arrives if nothing is between."""
+        size = np.float32(self.grid.cell_size_m)
         # cv2.remap reads (column, row) = (iy, ix), with integers at cell centres.
-        at = (probes / self.grid.cell_size_m - np.array(self.grid.origin_cell) - 0.5).astype(
-            np.float32
+        rows, columns = (
+            (points[axis] + SURFACE_OFFSET_M * normals[axis]) / size
+            - np.float32(self.grid.origin_cell[axis] + 0.5)
+            for axis in (0, 1)
         )
-        rows, columns = at[..., 0], at[..., 1]
-        for position, colour, seen in zip(
-            self.positions, self.colours, self.visibility, strict=True
-        ):
-            weight = cv2.remap(
-                seen, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        weights = {}
+        for light, position in enumerate(self.positions):
+            seen = self.visibility[light, :, :]
+            weight: F32 = np.asarray(
+                cv2.remap(seen, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE),
+                np.float32,
             )
             if weight.max() < NEGLIGIBLE:
                 continue
-            to_light = position - points
-            squared = np.einsum("...i,...i", to_light, to_light)
-            facing = np.einsum("...i,...i", to_light, normals)
-            weight *= np.maximum(facing, 0.0) / np.sqrt(squared + 1e-6)
-            weight /= 1.0 + squared / HALF_DISTANCE_M**2
-            total += weight[..., None] * colour
-        return total
+            x, y, z = (position[axis] - points[axis] for axis in range(3))
+            squared = x * x + y * y + z * z
+            facing = x * normals[0] + y * normals[1] + z * normals[2]
+            weight *= np.maximum(facing, 0.0)
+            weight /= np.sqrt(squared + 1e-6) * (1.0 + squared / HALF_DISTANCE_M**2)
+            weights[light] = weight
+        return weights
+
+    def _unshadowed(self, position: F32, points: F32, normals: F32, weight: F32) -> F32:
+        """Share (H, W) of a light left by what stands between; traced for every other pixel."""
+        coarse = np.s_[..., ::2, ::2]
+        matters = weight[coarse] > NEGLIGIBLE
+        starts = (points[coarse] + LIFT_M * normals[coarse])[:, matters].T
+        share = np.ones(matters.shape, np.float32)
+        blocked = self.occluded(starts, np.broadcast_to(position, starts.shape))
+        share[matters] = np.where(blocked, np.float32(SHADOW), np.float32(1))
+        soft = cv2.blur(share, (3, 3))
+        return np.asarray(cv2.resize(soft, weight.shape[::-1]), np.float32)
 
 
 def _seen_from(position: F32, grid: GridSpec, occluded: Occluded) -> F32:

@@ -49,7 +49,8 @@ class _FaceTable:
     textures: I32
 
     @classmethod
-    def of(cls, scene: Scene) -> _FaceTable:
+    def of(cls, scene: Scene, atlas: TextureAtlas) -> _FaceTable:
+        """Tabulate the scene's faces; the atlas' last texture is what a miss shows."""
         corners = scene.vertices[scene.faces].astype(np.float64)
         cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         doubled_area = np.linalg.norm(cross, axis=1)
@@ -57,7 +58,7 @@ class _FaceTable:
         uv = scene.face_uv.astype(np.float64)
         edges = uv[:, 1:] - uv[:, :1]
         uv_area = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
-        texels = np.array([t.shape[0] * t.shape[1] for t in scene.textures])
+        texels = atlas.widths[:, 0].astype(np.float64) * atlas.heights[:, 0]
         density = uv_area * texels[scene.face_texture] / np.maximum(doubled_area, 1e-12)
         return cls(
             corner_uv=_with_miss(np.concatenate([uv[:, :1], edges], axis=1), 0, np.float32),
@@ -80,7 +81,7 @@ class Renderer:
         self._tracer = Tracer(scene)
         sky = np.full((1, 1, 3), SKY_RGB, np.uint8)
         self._atlas = TextureAtlas.of((*scene.textures, sky))
-        self._faces = _FaceTable.of(scene)
+        self._faces = _FaceTable.of(scene, self._atlas)
         self._light = LightField.of(scene, self._tracer.occluded)
 
     def render(self, T_map_camera: F64, intrinsics: Intrinsics, *, width: int, height: int) -> View:
@@ -91,17 +92,21 @@ class Renderer:
         origins = np.broadcast_to(T[:3, 3], directions.shape)
         hits = self._tracer.first_hits(origins, directions)
         face, depth = hits.face, hits.distance
-        albedo = self._albedo(hits, intrinsics.fx)
+        albedo = self._albedo(hits, intrinsics.fx).reshape(height, width, 3)
         normals = np.take(self._faces.normals, face, axis=0)
         # Both sides of a triangle are visible: turn its normal towards the camera.
         away = np.einsum("ij,ij->i", normals, directions) > 0
         normals *= np.where(away, np.float32(-1), np.float32(1))[:, None]
         points = origins + directions * depth[:, None]
-        shape = (height, width, 3)
-        light = self._light.irradiance(points.reshape(shape), normals.reshape(shape))
-        light[(face < 0).reshape(height, width)] = 1.0
+        light = self._light.irradiance(
+            _planes(points, height, width), _planes(normals, height, width)
+        )
+        light[:, (face < 0).reshape(height, width)] = 1.0
+        rgb = np.empty((height, width, 3), np.uint8)
+        for channel in range(3):
+            rgb[..., channel] = np.minimum(albedo[..., channel] * light[channel], 255)
         return View(
-            np.minimum(albedo.reshape(shape) * light, 255).astype(np.uint8),
+            rgb,
             depth.reshape(height, width),
             self._faces.objects[face].reshape(height, width),
         )
@@ -117,6 +122,12 @@ class Renderer:
         )
         level = np.rint(texels_per_pixel_log2).astype(np.int32)
         return self._atlas.sample(self._faces.textures[face], level, at[:, 0], at[:, 1])
+
+
+def _planes(rows: F32, height: int, width: int) -> F32:
+    """Vectors (H * W, 3) as three contiguous images (3, H, W)."""
+    planes: F32 = np.ascontiguousarray(rows.T).reshape(3, height, width)
+    return planes
 
 
 @lru_cache(maxsize=8)
