@@ -1,0 +1,111 @@
+"""Answers of a map to the bus: the messages made from its state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.regions import find_regions, threshold
+from onemap_mapper.similarity import Query, ScoreCache
+from onemap_shared.geometry import F32
+from onemap_shared.messages import (
+    MapRevision,
+    MapSummary,
+    SearchView,
+    SimilarityReply,
+    SimilarityRequest,
+)
+
+NO_GRID: F32 = np.zeros((0, 0), np.float32)
+
+
+@dataclass(frozen=True, slots=True)
+class RegionSettings:
+    """Which cells make a region, see ``regions.threshold``."""
+
+    best_share: float
+    top_share: float
+
+
+def similarity_reply(
+    belief: BeliefMap,
+    cache: ScoreCache,
+    *,
+    query: Query,
+    request: SimilarityRequest,
+    settings: RegionSettings,
+) -> SimilarityReply:
+    """Ranked regions, and the grid if asked for. The map must not be empty."""
+    values = cache.scores(query, belief.store, belief.revision)
+    grid_scores = belief.spread(values)
+    limit = threshold(
+        values,
+        best_share=settings.best_share,
+        top_share=None if query.calibrated else settings.top_share,
+    )
+    regions = find_regions(
+        grid_scores,
+        belief.spread(belief.store.confidence.reciprocal().cpu().numpy()),
+        belief.grid,
+        limit=max(limit, float(np.finfo(np.float32).tiny)),
+        max_regions=request.max_regions,
+    )
+    return SimilarityReply(
+        text=request.text,
+        revision=belief.revision,
+        stamp_ns=belief.stamp_ns,
+        encoder_id=belief.encoder_id,
+        centres_m=regions.centres_m,
+        extents_m=regions.extents_m,
+        scores=regions.scores,
+        variances=regions.variances,
+        grid=belief.grid,
+        scores_grid=grid_scores if request.include_grid else NO_GRID,
+    )
+
+
+def search_view(belief: BeliefMap, cache: ScoreCache, *, query: Query | None) -> SearchView:
+    """All layers over the map's bounding box, with the similarity if there is a query."""
+    similarity = NO_GRID
+    if query is not None and belief.store.count:
+        similarity = belief.spread(cache.scores(query, belief.store, belief.revision))
+    return SearchView(
+        text=query.text if query is not None else "",
+        revision=belief.revision,
+        sequence=belief.sequence,
+        stamp_ns=belief.stamp_ns,
+        grid=belief.grid,
+        occupancy=belief.occupancy_grid(),
+        layers=belief.layers(),
+        similarity=similarity,
+    )
+
+
+def revision_of(belief: BeliefMap, *, update_ms: float, rate_hz: float) -> MapRevision:
+    """The state of the map as announced after every change."""
+    return MapRevision(
+        revision=belief.revision,
+        sequence=belief.sequence,
+        stamp_ns=belief.stamp_ns,
+        encoder_id=belief.encoder_id,
+        text_space=belief.text_space,
+        frames_fused=belief.frames_fused,
+        cells_observed=belief.store.count,
+        memory_bytes=belief.memory_bytes,
+        update_ms=update_ms,
+        rate_hz=rate_hz,
+    )
+
+
+def summary_of(belief: BeliefMap) -> MapSummary:
+    """What the map holds."""
+    return MapSummary(
+        path="",
+        encoder_id=belief.encoder_id,
+        text_space=belief.text_space,
+        cell_size_m=belief.settings.cell_size_m,
+        cells_observed=belief.store.count,
+        frames_fused=belief.frames_fused,
+    )

@@ -1,0 +1,79 @@
+"""Location uncertainty: what was seen far away may lie in a neighbouring cell.
+
+Eq. depthvariance: the blur of cell i grows with its distance d_i from the
+camera, sigma_i = depth_factor * d_i / cell_size cells. The kernel is sparse,
+because near the camera it is narrower than a cell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from onemap_mapper.projection import weighted_rows
+
+# Shares of a kernel below this are left out: the results move by less than a thousandth of
+# the largest value, and cells that were hardly seen do not count as observed.
+MIN_SHARE = 1e-4
+MIN_SIGMA_CELLS = 1e-3  # keeps the kernel of the camera's own cell finite: all weight on itself
+
+
+@dataclass(frozen=True, slots=True)
+class BlurKernel:
+    """Sparse B of F-bar = B F_M, one row per cell within reach of a seen one.
+
+    cells (n, 2) int64 world cells; starts (n,) int64; sources (m,) int64 row of the seen cell;
+    values (m,) float32 w_ij / S_i, S_i being the sum of the whole window.
+    """
+
+    cells: Tensor
+    starts: Tensor
+    sources: Tensor
+    values: Tensor
+
+
+def blur_kernel(
+    cells: Tensor,
+    *,
+    camera_xy_m: tuple[float, float],
+    cell_size_m: float,
+    depth_factor: float,
+    half_width: int,
+) -> BlurKernel:
+    """The kernel over the seen cells (n, 2) int64 of a camera at ``camera_xy_m``.
+
+    ``half_width`` in cells; 0 keeps the cells as they are.
+    """
+    reach = torch.arange(-half_width, half_width + 1, device=cells.device)
+    steps = torch.cartesian_prod(reach, reach)
+    targets = cells[:, None] + steps  # (n, k, 2)
+    camera = torch.tensor(camera_xy_m, device=cells.device, dtype=torch.float32)
+    # To the cell's lower corner, as the released code: half a cell is nothing to this model.
+    distance_m = torch.linalg.vector_norm(targets * cell_size_m - camera, dim=-1)
+    sigma = (depth_factor * distance_m / cell_size_m).clamp_(min=MIN_SIGMA_CELLS)
+    precision = 0.5 / sigma.square()
+    one_axis = torch.exp(-reach.square() * precision[..., None]).sum(dim=-1)
+    share = torch.exp(-steps.square().sum(dim=-1) * precision) / one_axis.square()
+    source, step = torch.nonzero(share >= MIN_SHARE, as_tuple=True)
+    return _by_target(targets[source, step], source, share[source, step])
+
+
+def _by_target(targets: Tensor, sources: Tensor, values: Tensor) -> BlurKernel:
+    """Group entries (m,) by their target cell (m, 2)."""
+    if len(targets) == 0:
+        return BlurKernel(targets, sources, sources, values)
+    low = targets.amin(dim=0)
+    depth = int(targets[:, 1].amax() - low[1]) + 1
+    flat, order = torch.sort((targets[:, 0] - low[0]) * depth + targets[:, 1] - low[1], stable=True)
+    unique, counts = torch.unique_consecutive(flat, return_counts=True)
+    cells = torch.stack([unique // depth + low[0], unique % depth + low[1]], dim=1)
+    return BlurKernel(cells, counts.cumsum(0) - counts, sources[order], values[order])
+
+
+def blurred(kernel: BlurKernel, table: Tensor) -> Tensor:
+    """B times a table (seen cells, D) or (seen cells,) float32."""
+    if table.ndim == 1:
+        return weighted_rows(table[:, None], kernel.sources, kernel.values, kernel.starts)[:, 0]
+    return weighted_rows(table, kernel.sources, kernel.values, kernel.starts)

@@ -1,0 +1,118 @@
+"""The belief of every observed cell: its feature and its two confidences.
+
+Cells are packed in order of first sight ("slots"), so memory is proportional to what was
+observed. Features lie in blocks, so that growing never copies them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from onemap_mapper.fusion import forgotten, fused, gain
+from onemap_shared.geometry import I64
+
+BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
+
+
+class CellStore:
+    """Slots of one map. Device and dtype of the features are fixed at construction."""
+
+    def __init__(self, dimension: int, *, device: torch.device, dtype: torch.dtype) -> None:
+        self.dimension = dimension
+        self.count = 0
+        self._device, self._dtype = device, dtype
+        self._blocks: list[Tensor] = []
+        self._confidence = torch.zeros((2, 0), device=device)  # rows: c, and c since the reset
+        self._cells = np.zeros((0, 2), np.int64)
+        self._changed_at = np.zeros(0, np.int64)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes held on host and device, with those reserved for growth."""
+        tensors = [*self._blocks, self._confidence]
+        held = sum(tensor.numel() * tensor.element_size() for tensor in tensors)
+        return held + self._cells.nbytes + self._changed_at.nbytes
+
+    @property
+    def cells(self) -> I64:
+        """World cells (count, 2) of the slots."""
+        return self._cells[: self.count]
+
+    @property
+    def changed_at(self) -> I64:
+        """Map revision (count,) at which each slot's feature last changed."""
+        return self._changed_at[: self.count]
+
+    @property
+    def confidence(self) -> Tensor:
+        """c = 1 / sigma^2 (count,) float32 > 0."""
+        return self._confidence[0, : self.count]
+
+    @property
+    def searched_confidence(self) -> Tensor:
+        """1 / sigma_E^2 (count,) float32 >= 0, since the last reset."""
+        return self._confidence[1, : self.count]
+
+    def add(self, cells: I64) -> I64:
+        """New slots (n,) for the world cells (n, 2), which must have none."""
+        slots = np.arange(self.count, self.count + len(cells))
+        self.count += len(cells)
+        while len(self._blocks) * BLOCK < self.count:
+            shape = (BLOCK, self.dimension)
+            self._blocks.append(torch.zeros(shape, device=self._device, dtype=self._dtype))
+        reserved = len(self._blocks) * BLOCK
+        if reserved > len(self._cells):
+            extra = reserved - len(self._cells)
+            self._cells = np.concatenate([self._cells, np.zeros((extra, 2), np.int64)])
+            self._changed_at = np.concatenate([self._changed_at, np.zeros(extra, np.int64)])
+            grown = self._confidence.new_zeros((2, extra))
+            self._confidence = torch.cat([self._confidence, grown], dim=1)
+        self._cells[slots] = cells
+        return slots
+
+    def fuse(self, slots: I64, features: Tensor, confidence: Tensor, *, revision: int) -> None:
+        """Fuse an observation, features (n, D) and confidence (n,) float32, into distinct slots."""
+        index = torch.from_numpy(slots).to(self._device)
+        K = gain(self._confidence[0, index], confidence)
+        for block, chosen, within in self._by_block(slots):
+            table = self._blocks[block]
+            table[within] = fused(table[within].float(), features[chosen], K[chosen]).to(
+                self._dtype
+            )
+        self._confidence[:, index] += confidence
+        self._changed_at[slots] = revision
+
+    def features(self, slots: I64) -> Tensor:
+        """Features (n, D) float32 of these slots, a copy."""
+        gathered = torch.empty((len(slots), self.dimension), device=self._device)
+        for block, chosen, within in self._by_block(slots):
+            gathered[chosen] = self._blocks[block][within].float()
+        return gathered
+
+    def forget(self, *, rate_per_s: float, elapsed_s: float) -> None:
+        """Let every variance grow (process noise)."""
+        self._confidence = forgotten(self._confidence, rate_per_s=rate_per_s, elapsed_s=elapsed_s)
+
+    def reset_searched(self) -> None:
+        """Forget where was looked; features and their confidence stay."""
+        self._confidence[1] = 0.0
+
+    def restore_searched(self, confidence: Tensor) -> None:
+        """Set 1 / sigma_E^2 (count,) of all slots, as loaded from a file."""
+        self._confidence[1, : self.count] = confidence.to(self._device)
+
+    def _by_block(self, slots: I64) -> Iterator[tuple[int, Tensor, Tensor]]:
+        """Per block that holds some of the slots: its number, which slots, where in the block."""
+        owner = slots // BLOCK
+        for block in np.unique(owner):
+            chosen = np.nonzero(owner == block)[0]
+            within = slots[chosen] - block * BLOCK
+            yield (
+                int(block),
+                torch.from_numpy(chosen).to(self._device),
+                torch.from_numpy(within).to(self._device),
+            )

@@ -1,0 +1,102 @@
+"""One frame, turned into what it says of the map's cells.
+
+Everything here is a pure function of the field and the settings, so it runs without
+holding the map.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from onemap_mapper.blur import blur_kernel, blurred
+from onemap_mapper.depth_check import DepthCheck, check_depth
+from onemap_mapper.occupancy import OccupancyFrame, OccupancySettings
+from onemap_mapper.occupancy import observe as observe_occupancy
+from onemap_mapper.projection import ProjectionSettings, mix, project
+from onemap_shared.geometry import F64, I64
+from onemap_shared.messages import FeatureField
+
+
+@dataclass(frozen=True, slots=True)
+class MapSettings:
+    """All a map needs to know; metres, and 1/variance thresholds as variances."""
+
+    projection: ProjectionSettings
+    occupancy: OccupancySettings
+    depth_factor: float
+    blur_half_width: int
+    explored_variance: float
+    forgetting_per_s: float
+    initially_free_radius_m: float
+    max_extent_m: float
+    feature_dtype: torch.dtype
+    device: torch.device
+
+    @property
+    def cell_size_m(self) -> float:
+        """Side of a cell."""
+        return self.projection.cell_size_m
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """One frame, ready to be fused.
+
+    cells (n, 2) int64 world cells with features (n, D) and confidence (n,) float32.
+    """
+
+    sequence: int
+    stamp_ns: int
+    encoder_id: str
+    text_space: str
+    camera_m: F64
+    cells: I64
+    features: Tensor
+    confidence: Tensor
+    occupancy: OccupancyFrame
+    depth: DepthCheck
+
+
+def observe(field: FeatureField, settings: MapSettings) -> Observation:
+    """What a field says about the map's cells. Pure; the expensive half of an update."""
+    depth_m = np.divide(field.depth_mm, 1000, dtype=np.float32)
+    h, w, dimension = field.features.shape
+    device = settings.device
+    weights = project(
+        torch.from_numpy(depth_m).to(device),
+        torch.tensor(field.variance, device=device),
+        intrinsics=field.intrinsics,
+        T_map_camera=field.T_map_camera,
+        patch_shape=(h, w),
+        settings=settings.projection,
+    )
+    camera_m = field.T_map_camera[:3, 3]
+    kernel = blur_kernel(
+        weights.cells,
+        camera_xy_m=(float(camera_m[0]), float(camera_m[1])),
+        cell_size_m=settings.cell_size_m,
+        depth_factor=settings.depth_factor,
+        half_width=settings.blur_half_width,
+    )
+    patches = torch.tensor(field.features, device=device).view(h * w, dimension).float()
+    return Observation(
+        sequence=field.sequence,
+        stamp_ns=field.stamp_ns,
+        encoder_id=field.encoder_id,
+        text_space=field.text_space,
+        camera_m=camera_m,
+        cells=kernel.cells.cpu().numpy(),
+        features=blurred(kernel, mix(weights, patches)),
+        confidence=blurred(kernel, weights.confidence),
+        occupancy=observe_occupancy(
+            depth_m,
+            intrinsics=field.intrinsics,
+            T_map_camera=field.T_map_camera,
+            settings=settings.occupancy,
+        ),
+        depth=check_depth(depth_m, intrinsics=field.intrinsics, T_map_camera=field.T_map_camera),
+    )

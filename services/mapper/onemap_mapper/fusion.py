@@ -1,0 +1,29 @@
+"""Bayesian fusion of a cell's features, Eqs. bayes1-3 in inverse-variance form.
+
+Confidence is c = 1 / sigma^2. The printed text weights features by their variance;
+the released code, and sense, by its inverse. Order does not matter: the result is
+the confidence-weighted mean of everything seen.
+"""
+
+from __future__ import annotations
+
+from torch import Tensor
+
+
+def gain(confidence: Tensor, confidence_new: Tensor) -> Tensor:
+    """K = c_new / (c + c_new), (n,) float32 in [0, 1]; 0 where both are 0 (Eq. bayes1)."""
+    total = confidence + confidence_new
+    return confidence_new / total.clamp(min=TINY)
+
+
+def fused(features: Tensor, features_new: Tensor, K: Tensor) -> Tensor:
+    """F + K (F_new - F) for features (n, D) float32 and gains (n,) (Eq. bayes2)."""
+    return features + K[:, None] * (features_new - features)
+
+
+def forgotten(confidence: Tensor, *, rate_per_s: float, elapsed_s: float) -> Tensor:
+    """Confidence after the variance grew by ``rate_per_s`` for ``elapsed_s`` (process noise)."""
+    return confidence / (1.0 + rate_per_s * elapsed_s * confidence)
+
+
+TINY = 1e-38  # smallest normal float32: an unseen cell's gain is 0 / TINY, not NaN

@@ -1,0 +1,122 @@
+"""Maps on disk: one .npz file without pickle, described in docs/formats.md.
+
+A file is written beside its place and renamed, so a crash leaves the old one. A file that
+does not fit is refused with one sentence, and nothing has changed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import zipfile
+import zlib
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from onemap_mapper.snapshot import FORMAT, VERSION, Header, Snapshot, SnapshotError
+
+SUFFIX = ".npz"
+NAME = re.compile(r"[A-Za-z0-9._-]+")
+UNREADABLE = (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile, zlib.error)
+ARRAYS = (
+    "cells",
+    "features",
+    "confidence",
+    "searched",
+    "driving_cells",
+    "evidence",
+    "clear",
+)
+
+
+def file_in(folder: Path, name: str) -> Path:
+    """The file of this name, always directly inside ``folder``."""
+    if not NAME.fullmatch(name) or name.startswith("."):
+        raise SnapshotError(
+            f"map name {name[:80]!r} is not allowed: use letters, digits, dot, dash, underscore"
+        )
+    return folder / (name if name.endswith(SUFFIX) else name + SUFFIX)
+
+
+def write(snapshot: Snapshot, path: Path) -> int:
+    """Write the file in one step; returns its size in bytes."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with temporary.open("wb") as file:
+            arrays = {name: getattr(snapshot, name) for name in ARRAYS}
+            np.savez(file, header=np.array(json.dumps(asdict(snapshot.header))), **arrays)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    return path.stat().st_size
+
+
+def read(path: Path) -> Snapshot:
+    """The checked content of a file; raises ``SnapshotError``."""
+    if not path.is_file():
+        raise SnapshotError(f"there is no map {path.name} in {path.parent}")
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            raw = json.loads(str(archive["header"]))
+            _check_identity(raw, path)
+            header = Header(**raw)
+            _check_types(header, path)
+            snapshot = Snapshot(header, **{name: archive[name] for name in ARRAYS})
+    except SnapshotError:
+        raise
+    except UNREADABLE as problem:
+        raise SnapshotError(f"{path.name} is damaged or not a map: {problem}") from problem
+    _check_arrays(snapshot, path)
+    return snapshot
+
+
+def _check_identity(raw: Any, path: Path) -> None:
+    if not isinstance(raw, dict) or raw.get("format") != FORMAT:
+        raise SnapshotError(f"{path.name} is not a map of OneMap")
+    if raw.get("version") != VERSION:
+        raise SnapshotError(
+            f"{path.name} has format version {raw.get('version')}; this program reads {VERSION}"
+        )
+
+
+def _check_types(header: Header, path: Path) -> None:
+    kinds: dict[str, tuple[type, ...]] = {"str": (str,), "int": (int,), "float": (int, float)}
+    for field in fields(Header):
+        value = getattr(header, field.name)
+        if not isinstance(value, kinds[str(field.type)]) or (field.type == "int" and value < 0):
+            raise SnapshotError(f"{path.name} is damaged: {field.name} is {value!r}")
+
+
+def _check_arrays(snapshot: Snapshot, path: Path) -> None:
+    n, m = len(snapshot.cells), len(snapshot.driving_cells)
+    half = snapshot.features.dtype == np.float16
+    layout: dict[str, tuple[str, tuple[int, ...]]] = {
+        "cells": ("int32", (n, 2)),
+        "features": ("float16" if half else "float32", (n, snapshot.header.dimension)),
+        "confidence": ("float32", (n,)),
+        "searched": ("float32", (n,)),
+        "driving_cells": ("int32", (m, 2)),
+        "evidence": ("int8", (m, *snapshot.evidence.shape[-1:])),
+        "clear": ("uint8", (m,)),
+    }
+    for name, (dtype, shape) in layout.items():
+        array = getattr(snapshot, name)
+        if str(array.dtype) != dtype or array.shape != shape:
+            raise SnapshotError(
+                f"{path.name} is damaged: {name} is {array.dtype} {array.shape}, "
+                f"expected {dtype} {shape}"
+            )
+    finite = all(
+        np.isfinite(array).all()
+        for array in (snapshot.features, snapshot.confidence, snapshot.searched)
+    )
+    distinct = len(np.unique(snapshot.cells, axis=0)) == n
+    if not (finite and distinct and (snapshot.confidence >= 0).all()):
+        raise SnapshotError(f"{path.name} is damaged: it holds values that no map can hold")

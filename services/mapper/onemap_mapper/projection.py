@@ -1,0 +1,167 @@
+"""From pixels to cells without ever building the upsampled feature image.
+
+Interpolating patch features to pixels, weighting the pixels and summing them
+per cell are all linear in the patch features. So the scalar weights alone are
+scattered into a sparse cells x patches matrix W, and F_M = W F is one product.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn.functional import embedding_bag
+
+from onemap_shared.geometry import F64, Intrinsics
+
+
+@dataclass(frozen=True, slots=True)
+class ProjectionSettings:
+    """Which pixels count, and how large a cell is. All in metres, map frame."""
+
+    cell_size_m: float
+    max_range_m: float  # z-depth beyond which features are ignored
+    max_height_m: float  # z above which features are ignored (the ceiling is no place)
+
+
+@dataclass(frozen=True, slots=True)
+class CellWeights:
+    """The matrix W of one frame in compressed rows, one row per cell that was seen.
+
+    cells (n, 2) int64 world cells; confidence (n,) float32 c_M, the mean inverse variance;
+    starts (n,) int64 first entry of each row; patches (m,) int64 column (row-major patch);
+    values (m,) float32 >= 0, each row summing to 1.
+    """
+
+    cells: Tensor
+    confidence: Tensor
+    starts: Tensor
+    patches: Tensor
+    values: Tensor
+
+
+def world_cells(coordinates_m: Tensor, cell_size_m: float) -> Tensor:
+    """``GridSpec.cells`` of a world-origin grid, for tensors: floor, same float32 rounding."""
+    return torch.floor(coordinates_m / cell_size_m).to(torch.int64)
+
+
+def pixels_to_map(
+    depth_m: Tensor, *, intrinsics: Intrinsics, T_map_camera: F64
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Map coordinates x, y, z, each (H, W) float32 metres, of z-depth (H, W) float32."""
+    height, width = depth_m.shape
+    R, t = T_map_camera[:3, :3].tolist(), T_map_camera[:3, 3].tolist()
+    u = torch.arange(width, dtype=torch.float32, device=depth_m.device)
+    v = torch.arange(height, dtype=torch.float32, device=depth_m.device)[:, None]
+    # Multiply before dividing: walls that lie on a cell border fall on the released code's side.
+    x_camera = (u + (0.5 - intrinsics.cx)) * depth_m / intrinsics.fx
+    y_camera = (v + (0.5 - intrinsics.cy)) * depth_m / intrinsics.fy
+    x, y, z = (x_camera * R[k][0] + y_camera * R[k][1] + depth_m * R[k][2] + t[k] for k in range(3))
+    return x, y, z
+
+
+def project(
+    depth_m: Tensor,
+    variance: Tensor,
+    *,
+    intrinsics: Intrinsics,
+    T_map_camera: F64,
+    patch_shape: tuple[int, int],
+    settings: ProjectionSettings,
+) -> CellWeights:
+    """The cells a frame saw and how its patches mix in them.
+
+    depth_m (H, W) float32, 0 = none; variance (H, W) float32 > 0, infinity = do not use.
+    """
+    x, y, z = pixels_to_map(depth_m, intrinsics=intrinsics, T_map_camera=T_map_camera)
+    usable = (depth_m > 0) & (depth_m <= settings.max_range_m) & torch.isfinite(variance)
+    usable &= z <= settings.max_height_m
+    confidence = torch.where(usable, 1.0 / variance, 0.0).flatten()
+    cells, row = _compact(
+        world_cells(x, settings.cell_size_m), world_cells(y, settings.cell_size_m), usable
+    )
+    count = len(cells)
+    pixels = torch.bincount(row, minlength=count + 1)[:count]
+    total = confidence.new_zeros(count + 1).scatter_add_(0, row, confidence)[:count]
+    starts, patches, values = _scatter(
+        row, confidence.view(depth_m.shape), patch_shape=patch_shape, count=count
+    )
+    lengths = torch.diff(starts, append=starts.new_tensor([len(patches)]))
+    values = values / torch.repeat_interleave(total, lengths)
+    return CellWeights(cells, total / pixels, starts, patches, values)
+
+
+def mix(weights: CellWeights, patch_features: Tensor) -> Tensor:
+    """F_M = W F: (n, D) float32 features of the cells from patch features (h * w, D) float32."""
+    return weighted_rows(patch_features, weights.patches, weights.values, weights.starts)
+
+
+def weighted_rows(table: Tensor, columns: Tensor, values: Tensor, starts: Tensor) -> Tensor:
+    """Sparse times dense: row i is the sum of values * table[columns] from starts[i] on."""
+    if len(starts) == 0:
+        return table.new_zeros((0, table.shape[1]))
+    return embedding_bag(columns, table, starts, mode="sum", per_sample_weights=values)
+
+
+def _compact(ix: Tensor, iy: Tensor, usable: Tensor) -> tuple[Tensor, Tensor]:
+    """World cells (n, 2) that usable pixels fall in, and each pixel's row in them, else n."""
+    if not bool(usable.any()):
+        rows = torch.zeros(usable.numel(), dtype=torch.int64, device=usable.device)
+        return rows.new_zeros((0, 2)), rows
+    low, high = [], []
+    for axis in (ix, iy):
+        chosen = axis[usable]
+        low.append(int(chosen.min()))
+        high.append(int(chosen.max()))
+    depth = high[1] - low[1] + 1
+    box = (high[0] - low[0] + 1) * depth
+    flat = torch.where(usable, (ix - low[0]) * depth + (iy - low[1]), box).flatten()
+    seen = torch.zeros(box + 1, dtype=torch.bool, device=flat.device)
+    seen[flat] = True
+    found = torch.nonzero(seen[:box]).squeeze(1)
+    row_of = torch.full((box + 1,), len(found), dtype=torch.int64, device=flat.device)
+    row_of[found] = torch.arange(len(found), device=flat.device)
+    cells = torch.stack([found // depth + low[0], found % depth + low[1]], dim=1)
+    return cells, row_of[flat]
+
+
+def _scatter(
+    row: Tensor, confidence: Tensor, *, patch_shape: tuple[int, int], count: int
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Starts, patches and values of W before normalisation.
+
+    All pixels between the same four patch centres share those four patches, so per (cell,
+    upper left patch) four sums suffice: of s, s a, s b and s a b, with a and b the pixel's
+    fractions down and right. They are unfolded into four entries afterwards.
+    """
+    (h, w), (height, width) = patch_shape, confidence.shape
+    top, a = _interpolation(height, h, confidence.device)
+    left, b = _interpolation(width, w, confidence.device)
+    down, right = w * (h > 1), int(w > 1)
+    key = row * (h * w) + (top[:, None] * w + left).flatten()
+    s_a, s_b = confidence * a[:, None], confidence * b
+    sums = confidence.new_zeros((4, (count + 1) * h * w))
+    for k, weight in enumerate((confidence, s_a, s_b, s_a * b)):
+        sums[k].scatter_add_(0, key, weight.flatten())
+    used = torch.nonzero(sums[0, : count * h * w]).squeeze(1)
+    s, s_a, s_b, s_ab = sums[:, used]
+    values = torch.stack([s - s_a - s_b + s_ab, s_b - s_ab, s_a - s_ab, s_ab], dim=1)
+    patch = used % (h * w)
+    patches = torch.stack([patch, patch + right, patch + down, patch + down + right], dim=1)
+    owner = torch.arange(count, device=row.device)
+    starts = 4 * torch.searchsorted(used // (h * w), owner)
+    return starts, patches.flatten(), values.flatten().clamp_(min=0.0)
+
+
+def _interpolation(pixels: int, patches: int, device: torch.device) -> tuple[Tensor, Tensor]:
+    """Per pixel the patch before it (int64) and the fraction towards the next (float32).
+
+    Half-pixel centres with border clamping, as bilinear resizing with align_corners=False.
+    """
+    position = (np.arange(pixels) + 0.5) * patches / pixels - 0.5
+    position = position.clip(0, patches - 1)
+    before = np.minimum(np.floor(position), max(patches - 2, 0)).astype(np.int64)
+    fraction = (position - before).astype(np.float32)
+    return torch.from_numpy(before).to(device), torch.from_numpy(fraction).to(device)

@@ -1,0 +1,84 @@
+"""Regions of high similarity: the answer to "where is it?"."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from onemap_shared.geometry import F32, I64
+from onemap_shared.grid import GridSpec
+
+TOP_CELLS = 3  # a region's score is the mean of its best cells: one cell alone may be noise
+EIGHT_NEIGHBOURS = np.ones((3, 3), bool)
+
+
+@dataclass(frozen=True, slots=True)
+class Regions:
+    """Clusters of high score, best first, all float32; metres in the map frame.
+
+    centres_m (n, 2) score-weighted; extents_m (n, 4) x_min, y_min, x_max, y_max of the
+    cells' outlines; scores (n,) in [0, 1]; variances (n,) the mean of 1 / c.
+    """
+
+    centres_m: F32
+    extents_m: F32
+    scores: F32
+    variances: F32
+
+
+def threshold(values: F32, *, best_share: float, top_share: float | None) -> float:
+    """The score (of those observed, (n,)) from which cells belong to a region.
+
+    ``best_share`` of the best score, and among the ``top_share`` highest where it is given:
+    scores that are no probabilities lie so close together that a share of the best says little.
+    """
+    limit = best_share * float(values.max())
+    if top_share is not None:
+        limit = max(limit, float(np.quantile(values, 1.0 - top_share)))
+    return limit
+
+
+def find_regions(
+    scores: F32, variances: F32, grid: GridSpec, *, limit: float, max_regions: int
+) -> Regions:
+    """Eight-connected clusters with score >= limit > 0 of scores (nx, ny), NaN = not observed."""
+    labels, count = ndimage.label(np.nan_to_num(scores, nan=-1.0) >= limit, EIGHT_NEIGHBOURS)
+    cells = np.argwhere(labels)
+    owner = labels[tuple(cells.T)] - 1
+    score, variance = (grids[tuple(cells.T)].astype(np.float64) for grids in (scores, variances))
+    size = np.bincount(owner, minlength=count)
+    weight = np.bincount(owner, score, count)
+    centres = grid.centres(cells)
+    mean_centres = [np.bincount(owner, score * centres[:, k], count) / weight for k in range(2)]
+    ranked = _top_mean(owner, score, count)
+    best = np.lexsort((-size, -ranked))[:max_regions]
+    return Regions(
+        np.stack(mean_centres, axis=1)[best].astype(np.float32),
+        _extents(cells, owner, count, grid)[best],
+        ranked[best].astype(np.float32),
+        (np.bincount(owner, variance, count) / size)[best].astype(np.float32),
+    )
+
+
+def _top_mean(owner: I64, score: np.ndarray, count: int) -> np.ndarray:
+    """Mean of the TOP_CELLS best scores of each region, of all if it has fewer."""
+    order = np.lexsort((-score, owner))
+    first = np.searchsorted(owner[order], np.arange(count))
+    rank = np.arange(len(order)) - first[owner[order]]
+    top = order[rank < TOP_CELLS]
+    mean: np.ndarray = np.bincount(owner[top], score[top], count) / np.bincount(
+        owner[top], minlength=count
+    )
+    return mean
+
+
+def _extents(cells: I64, owner: I64, count: int, grid: GridSpec) -> F32:
+    low = np.full((count, 2), np.iinfo(np.int64).max)
+    high = np.full((count, 2), np.iinfo(np.int64).min)
+    np.minimum.at(low, owner, cells)
+    np.maximum.at(high, owner, cells)
+    half = 0.5 * grid.cell_size_m
+    corners = np.concatenate([grid.centres(low) - half, grid.centres(high) + half], axis=1)
+    return corners.astype(np.float32)

@@ -1,0 +1,247 @@
+"""The mapper on the bus: fuses the newest field, answers questions about the map.
+
+One lock protects the map. Fusing computes the observation without it and holds it for the
+update only; text embeddings are fetched without it.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from dataclasses import replace
+
+import torch
+
+from onemap_mapper import map_file, snapshot
+from onemap_mapper.answers import (
+    RegionSettings,
+    revision_of,
+    search_view,
+    similarity_reply,
+    summary_of,
+)
+from onemap_mapper.belief_map import BeliefMap, FieldRefused
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.frame import observe
+from onemap_mapper.similarity import Query, ScoreCache
+from onemap_mapper.telemetry import Telemetry
+from onemap_mapper.texts import TextCache
+from onemap_mapper.tiles import MapTooLarge
+from onemap_shared import keys
+from onemap_shared.messages import (
+    FeatureField,
+    MapClear,
+    MapFile,
+    MapSummary,
+    SearchReset,
+    SearchView,
+    SearchViewRequest,
+    SimilarityReply,
+    SimilarityRequest,
+    TextEmbeddings,
+    TextRequest,
+    check_text,
+)
+from onemap_shared.runner import StartError
+from onemap_shared.transport import Bus, CallError, Health, NoReply, Refusal, RemoteError
+
+LOG = logging.getLogger("onemap.mapper")
+
+# A frame older than the map by less than this came late and is ignored; by more, the robot's
+# clock was set back or another recording began, and ignoring it would ignore all that follow.
+CLOCK_JUMP_NS = 10 * 10**9
+
+
+class Mapper:
+    """The mapper's worker."""
+
+    def __init__(self, bus: Bus, config: MapperConfig) -> None:
+        self._bus = bus
+        self._config = config
+        self._settings = config.settings()
+        self._regions = RegionSettings(config.region_best_share, config.region_top_share)
+        self._lock = threading.Lock()
+        self._map = BeliefMap(self._settings)
+        self._scores = ScoreCache()
+        self._texts = TextCache(self._embed, self._settings.device)
+        self._encoder_seen = ""
+        self._telemetry = Telemetry()
+        self._fields = bus.subscribe(keys.FIELD)
+        self._revisions = bus.publish(keys.MAP_REVISION)
+        bus.serve(keys.MAP_SIMILARITY, self.similarity)
+        bus.serve(keys.MAP_SEARCH_VIEW, self.search_view)
+        bus.serve(keys.MAP_SEARCH_RESET, self.reset_searched)
+        bus.serve(keys.MAP_SAVE, self.save)
+        bus.serve(keys.MAP_LOAD, self.load)
+        bus.serve(keys.MAP_CLEAR, self.clear)
+
+    def step(self, timeout_s: float) -> None:
+        """Fuse the newest field, if one comes in time."""
+        field = self._fields.take(timeout_s)
+        if field is not None:
+            self._fuse(field)
+
+    def health(self) -> Health:
+        """Metrics of the map and its frames, and what is wrong."""
+        with self._lock:
+            metrics = {
+                "frames_fused": float(self._map.frames_fused),
+                "cells": float(self._map.store.count),
+                "memory_bytes": float(self._map.memory_bytes),
+            }
+            stamp_ns = self._map.stamp_ns
+        if stamp_ns:
+            metrics["map_age_s"] = (time.time_ns() - stamp_ns) * 1e-9
+        now_s = time.monotonic()
+        metrics |= self._telemetry.metrics(now_s, self._fields.counters)
+        problem = self._telemetry.problem(now_s)
+        return Health(ready=not problem, problem=problem, metrics=metrics)
+
+    def close(self) -> None:
+        """Nothing is held but memory."""
+
+    def similarity(self, request: SimilarityRequest) -> SimilarityReply:
+        """Where is this?"""
+        self._require_content()
+        query = self._query(check_text(request.text))
+        with self._lock:
+            if self._map.store.count == 0:
+                raise _empty()
+            return similarity_reply(
+                self._map, self._scores, query=query, request=request, settings=self._regions
+            )
+
+    def search_view(self, request: SearchViewRequest) -> SearchView:
+        """The layers, with the similarity if a text was given and anything is known."""
+        with self._lock:
+            known = self._map.store.count > 0
+        query = self._query(check_text(request.text)) if request.text and known else None
+        with self._lock:
+            return search_view(self._map, self._scores, query=query)
+
+    def reset_searched(self, _request: SearchReset) -> MapSummary:
+        """Begin a new search: sigma_E is forgotten."""
+        with self._lock:
+            self._map.reset_searched()
+            self._announce()
+            return summary_of(self._map)
+
+    def save(self, request: MapFile) -> MapSummary:
+        """Write the map to the configured folder."""
+        path = map_file.file_in(self._config.map_folder, request.name)
+        with self._lock:
+            if self._map.dimension == 0:
+                raise _empty()
+            taken = snapshot.take(self._map)
+            summary = summary_of(self._map)
+        try:
+            size = map_file.write(taken, path)
+        except OSError as problem:
+            raise Refusal("storage", f"cannot write {path}: {problem.strerror}") from problem
+        LOG.info("saved %d cells to %s", summary.cells_observed, path)
+        return replace(summary, path=str(path), file_bytes=size)
+
+    def load(self, request: MapFile) -> MapSummary:
+        """Replace the map by one from the configured folder, or refuse and change nothing."""
+        path = map_file.file_in(self._config.map_folder, request.name)
+        content = map_file.read(path)
+        with self._lock:
+            self._replace(
+                snapshot.restore(
+                    content,
+                    self._settings,
+                    encoder_id=self._map.encoder_id or self._encoder_seen,
+                    first_revision=self._map.revision + 1,
+                )
+            )
+            summary = summary_of(self._map)
+        LOG.info("loaded %d cells from %s", summary.cells_observed, path)
+        return replace(summary, path=str(path), file_bytes=path.stat().st_size)
+
+    def clear(self, _request: MapClear) -> MapSummary:
+        """Begin an empty map."""
+        with self._lock:
+            self._replace(BeliefMap(self._settings, first_revision=self._map.revision + 1))
+            return summary_of(self._map)
+
+    def _fuse(self, field: FeatureField) -> None:
+        started_s = time.monotonic()
+        if field.encoder_id != self._encoder_seen:
+            self._encoder_seen = field.encoder_id
+            self._texts.clear()
+        if 0 < self._map.stamp_ns - field.stamp_ns < CLOCK_JUMP_NS:
+            self._telemetry.late += 1
+            return
+        seen = observe(field, self._settings)
+        try:
+            with self._lock:
+                self._map.absorb(seen)
+                ended_s = time.monotonic()
+                self._telemetry.fused(
+                    now_s=ended_s, update_ms=(ended_s - started_s) * 1e3, depth=seen.depth
+                )
+                self._announce()
+        except (FieldRefused, MapTooLarge) as problem:
+            if str(problem) != self._telemetry.refusal:
+                LOG.warning("frame %d refused: %s", field.sequence, problem)
+            self._telemetry.refuse(str(problem))
+
+    def _replace(self, belief: BeliefMap) -> None:
+        """Exchange the map and all that was derived from it; the lock is held."""
+        self._map = belief
+        self._scores = ScoreCache()
+        self._announce()
+
+    def _announce(self) -> None:
+        """Publish the revision; the lock is held, so that revisions leave in order."""
+        rate_hz = self._telemetry.rate_hz(time.monotonic())
+        self._revisions.put(
+            revision_of(self._map, update_ms=self._telemetry.update_ms, rate_hz=rate_hz)
+        )
+
+    def _require_content(self) -> None:
+        with self._lock:
+            if self._map.store.count == 0:
+                raise _empty()
+
+    def _query(self, text: str) -> Query:
+        """The query of a text, refused if the text encoder does not belong to the map."""
+        text_space, query = self._texts.query(text)
+        with self._lock:
+            ours, dimension = self._map.text_space, self._map.dimension
+        if dimension and (text_space, query.concepts.shape[1]) != (ours, dimension):
+            self._texts.clear()  # perception may come back with the right encoder
+            raise Refusal(
+                "encoder_mismatch",
+                f"texts are embedded in {text_space} ({query.concepts.shape[1]} channels), but the "
+                f"map holds {ours} ({dimension} channels): clear the map or restart perception "
+                "with the map's encoder",
+            )
+        return query
+
+    def _embed(self, text: str) -> TextEmbeddings:
+        try:
+            return self._bus.call(keys.EMBED_TEXT, TextRequest((text,)))
+        except RemoteError as problem:
+            raise Refusal(problem.code, str(problem)) from problem
+        except NoReply as problem:
+            raise Refusal(
+                "perception_missing", "perception does not run, so texts cannot be embedded"
+            ) from problem
+        except CallError as problem:
+            raise Refusal(
+                "perception_silent", "perception did not embed the text in time: try again"
+            ) from problem
+
+
+def _empty() -> Refusal:
+    return Refusal("empty_map", "the map is empty: nothing has been seen yet")
+
+
+def build(bus: Bus, config: MapperConfig) -> Mapper:
+    """The worker for the runner."""
+    if config.device.startswith("cuda") and not torch.cuda.is_available():
+        raise StartError(f"device is {config.device}, but torch finds no GPU: set device: cpu")
+    torch.set_num_threads(config.threads)
+    return Mapper(bus, config)

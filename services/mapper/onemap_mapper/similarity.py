@@ -1,0 +1,77 @@
+"""How well each observed cell fits a text.
+
+The cosine of text and cell feature becomes a score as the encoder says: the probability
+of the text against the neutral words that compete with it, or (1 + cosine) / 2 for an
+encoder without calibration.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from onemap_mapper.cell_store import BLOCK, CellStore
+from onemap_shared.geometry import F32
+from onemap_shared.messages import TextEmbeddings
+
+REMEMBERED = 32  # texts whose scores are kept: 1 MB each for a flat of 250,000 cells
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """One text. concepts (1 + m, D) float32 unit rows: the text, then its competing words."""
+
+    text: str
+    concepts: Tensor
+    temperature: float
+
+    @property
+    def calibrated(self) -> bool:
+        """Whether scores are probabilities."""
+        return len(self.concepts) > 1
+
+
+def query_of(embeddings: TextEmbeddings, index: int, device: torch.device) -> Query:
+    """The query for one of the texts of a reply."""
+    competing = embeddings.neutral[embeddings.neutral_mask[index] > 0]
+    concepts = np.concatenate([embeddings.embeddings[index : index + 1], competing])
+    return Query(
+        embeddings.texts[index], torch.from_numpy(concepts).to(device), embeddings.temperature
+    )
+
+
+def scores(features: Tensor, query: Query) -> Tensor:
+    """Scores (n,) float32 in [0, 1] of cell features (n, D) float32, of any length."""
+    norms = torch.linalg.vector_norm(features, dim=1, keepdim=True)
+    cosines = features @ query.concepts.T / norms.clamp(min=1e-12)
+    if not query.calibrated:
+        halves: Tensor = (1.0 + cosines[:, 0]) / 2.0
+        return halves.clamp(0.0, 1.0)
+    return torch.softmax(query.temperature * cosines, dim=1)[:, 0]
+
+
+class ScoreCache:
+    """Scores of one map for the texts asked last; only changed cells are computed again."""
+
+    def __init__(self) -> None:
+        self._known: OrderedDict[str, tuple[Query, int, F32]] = OrderedDict()
+
+    def scores(self, query: Query, store: CellStore, revision: int) -> F32:
+        """Scores (count,) float32 of all slots at this revision of the map."""
+        held = self._known.pop(query.text, None)
+        current = np.zeros(store.count, np.float32)
+        stale = np.arange(store.count)
+        if held is not None and held[0] is query:
+            current[: len(held[2])] = held[2]
+            stale = np.nonzero(store.changed_at > held[1])[0]
+        for start in range(0, len(stale), BLOCK):
+            slots = stale[start : start + BLOCK]
+            current[slots] = scores(store.features(slots), query).cpu().numpy()
+        self._known[query.text] = (query, revision, current)
+        if len(self._known) > REMEMBERED:
+            self._known.popitem(last=False)
+        return current

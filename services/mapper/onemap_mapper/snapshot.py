@@ -1,0 +1,135 @@
+"""A map, detached: what is copied out of it to be saved, and how a map is made of it again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.frame import MapSettings
+from onemap_mapper.occupancy import OccupancyFrame
+from onemap_mapper.tiles import MapTooLarge
+
+FORMAT, VERSION = "onemap-map", 1
+
+
+class SnapshotError(ValueError):
+    """A map file that cannot be used; the text says why in one sentence."""
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """What a file says of itself."""
+
+    format: str
+    version: int
+    encoder_id: str
+    text_space: str
+    dimension: int
+    cell_size_m: float
+    obstacle_min_height_m: float
+    obstacle_max_height_m: float
+    frames_fused: int
+    sequence: int
+    stamp_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """A copy of a map, detached from it.
+
+    cells (n, 2) int32 world cells with features (n, D), confidence and searched (n,) float32;
+    driving_cells (m, 2) int32 with evidence (m, levels) int8 and clear (m,) uint8.
+    """
+
+    header: Header
+    cells: NDArray[np.int32]
+    features: NDArray
+    confidence: NDArray[np.float32]
+    searched: NDArray[np.float32]
+    driving_cells: NDArray[np.int32]
+    evidence: NDArray[np.int8]
+    clear: NDArray[np.uint8]
+
+
+def take(belief: BeliefMap) -> Snapshot:
+    """A copy of all that a map knows."""
+    store, settings = belief.store, belief.settings
+    rows = np.nonzero(belief.clear.values | belief.evidence.values.any(axis=1))[0]
+    header = Header(
+        format=FORMAT,
+        version=VERSION,
+        encoder_id=belief.encoder_id,
+        text_space=belief.text_space,
+        dimension=belief.dimension,
+        cell_size_m=settings.cell_size_m,
+        obstacle_min_height_m=settings.occupancy.min_height_m,
+        obstacle_max_height_m=settings.occupancy.max_height_m,
+        frames_fused=belief.frames_fused,
+        sequence=belief.sequence,
+        stamp_ns=belief.stamp_ns,
+    )
+    half = settings.feature_dtype == torch.float16
+    features = store.features(np.arange(store.count)).cpu().numpy()
+    return Snapshot(
+        header=header,
+        cells=store.cells.astype(np.int32),
+        features=features.astype(np.float16) if half else features,
+        confidence=store.confidence.cpu().numpy().copy(),
+        searched=store.searched_confidence.cpu().numpy().copy(),
+        driving_cells=belief.tiles.cells(rows).astype(np.int32),
+        evidence=belief.evidence.values[rows],
+        clear=belief.clear.values[rows].astype(np.uint8),
+    )
+
+
+def restore(
+    snapshot: Snapshot, settings: MapSettings, *, encoder_id: str, first_revision: int
+) -> BeliefMap:
+    """A new map with the snapshot's content.
+
+    ``encoder_id`` is the encoder in use, empty if none is known yet. Raises ``SnapshotError``
+    if the map was made by another encoder or with another grid.
+    """
+    header = snapshot.header
+    if encoder_id and header.encoder_id and header.encoder_id != encoder_id:
+        raise SnapshotError(
+            f"the map was made with encoder {header.encoder_id}, but {encoder_id} is running"
+        )
+    ours = (
+        settings.cell_size_m,
+        settings.occupancy.min_height_m,
+        settings.occupancy.max_height_m,
+    )
+    theirs = (header.cell_size_m, header.obstacle_min_height_m, header.obstacle_max_height_m)
+    if ours != theirs:
+        raise SnapshotError(
+            f"the map has cell size and obstacle heights {theirs} m, the configuration {ours} m"
+        )
+    if snapshot.evidence.shape[1] != settings.occupancy.levels:
+        raise SnapshotError(
+            f"the map's columns have {snapshot.evidence.shape[1]} levels, ours "
+            f"{settings.occupancy.levels}: the file is damaged"
+        )
+    belief = BeliefMap(settings, first_revision=first_revision)
+    cells, driving_cells = snapshot.cells.astype(np.int64), snapshot.driving_cells.astype(np.int64)
+    try:
+        belief.grow(np.concatenate([cells, driving_cells]))
+    except MapTooLarge as problem:
+        raise SnapshotError(f"the map is larger than max_extent_m allows: {problem}") from problem
+    belief.fuse_occupancy(OccupancyFrame(driving_cells, snapshot.evidence, snapshot.clear > 0))
+    if header.dimension > 0:
+        belief.adopt(header.encoder_id, header.text_space, header.dimension)
+        confidence, searched, features = (
+            torch.from_numpy(array).to(settings.device)
+            for array in (snapshot.confidence, snapshot.searched, snapshot.features)
+        )
+        slots = belief.slots_of(cells)
+        belief.store.fuse(slots, features.float(), confidence, revision=first_revision)
+        belief.store.restore_searched(searched)
+    belief.frames_fused, belief.sequence = header.frames_fused, header.sequence
+    belief.stamp_ns = header.stamp_ns
+    return belief
