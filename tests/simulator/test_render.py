@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_shared.geometry import Intrinsics, camera_mount, pose_2d, transform, unproject
+from onemap_simulator.bench import frame_seconds
 from onemap_simulator.render import Renderer, View
 from onemap_simulator.scene import Light
 from tests.reference.raycast import first_hits
@@ -125,3 +126,28 @@ def test_far_patterns_do_not_flicker() -> None:
 def test_refuses_a_pose_that_is_not_rigid() -> None:
     with pytest.raises(ValueError, match="not rigid"):
         RENDERER.render(2 * np.diag([1.0, 1, 1, 0.5]), INTRINSICS, width=8, height=6)
+
+
+def test_things_cast_a_shadow_below_them() -> None:
+    def floor_brightness(table: bool) -> float:
+        builder = SceneBuilder().add("floor", (0, 0, 0), (6, 3, 2.5), sides=("z-", *WALL_SIDES))
+        if table:
+            builder.add("table", (2.2, 1.0, 0.7), (3.2, 2.0, 0.72))
+        scene = builder.build(lights=(Light((2.7, 1.5, 2.3), (1.0, 1.0, 1.0)),))
+        T = pose_2d(1.0, 1.5, 0) @ camera_mount(0.0, 0.4, 0.2)
+        view = Renderer(scene).render(T, INTRINSICS, width=80, height=60)
+        points = transform(T, unproject(view.depth_m, INTRINSICS).astype(np.float64))
+        below = (np.abs(points[..., :2] - (2.7, 1.5)) < 0.3).all(axis=-1) & (points[..., 2] < 0.01)
+        assert below.any()
+        return float(view.rgb[below].mean())
+
+    assert floor_brightness(table=True) < 0.8 * floor_brightness(table=False)
+
+
+def test_times_each_picture_by_the_clock_it_is_given() -> None:
+    ticks = iter(range(100))
+    poses = [pose_2d(1.0, 1.5, yaw) @ camera_mount(0.0, 1.0, 0.2) for yaw in (0.0, 1.0, 2.0)]
+    seconds = frame_seconds(
+        RENDERER, poses, INTRINSICS, size=(80, 60), clock=lambda: float(next(ticks))
+    )
+    np.testing.assert_array_equal(seconds, [1.0, 1.0, 1.0])
