@@ -1,0 +1,163 @@
+"""compose.yaml against the services, the configurations and the image it starts."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from onemap_shared.config import read, section
+from tests.deploy.deployment import DEPLOY, ROLES, ROOT, compose, models
+from tests.deploy.test_extras import project
+
+SERVICES = compose()
+GPU_SERVICES = compose("compose.gpu.yaml")
+OURS = {name: service for name, service in SERVICES.items() if name in ROLES}
+ALL = pytest.mark.parametrize("name", sorted(SERVICES))
+EACH_ROLE = pytest.mark.parametrize("name", ROLES)
+
+
+def mounts(service: dict[str, Any]) -> dict[str, str]:
+    """Container path to host path or volume name."""
+    parts = [volume.split(":") for volume in service.get("volumes", [])]
+    return {target: source for source, target, *_ in parts}
+
+
+def flag(arguments: list[str], name: str) -> str:
+    return arguments[arguments.index(name) + 1]
+
+
+def test_it_starts_a_router_and_every_role() -> None:
+    assert set(SERVICES) == {"router", *ROLES}
+    assert SERVICES["simulator"]["profiles"] == ["demo"]
+    assert all("profiles" not in SERVICES[name] for name in set(SERVICES) - {"simulator"})
+
+
+def test_the_router_is_of_the_version_that_the_services_speak() -> None:
+    pinned = next(d for d in project()["dependencies"] if d.startswith("eclipse-zenoh"))  # type: ignore[attr-defined]
+    version = pinned.removeprefix("eclipse-zenoh==")
+    assert SERVICES["router"]["image"] == f"eclipse/zenoh:{version}"
+
+
+@ALL
+def test_each_is_checked_restarted_and_confined(name: str) -> None:
+    service = SERVICES[name]
+    assert service["healthcheck"]["test"][0] == "CMD"
+    assert service["restart"] == "unless-stopped"
+    assert service["read_only"] is True
+    assert service["cap_drop"] == ["ALL"]
+    assert "no-new-privileges:true" in service["security_opt"]
+    assert not service.get("privileged")
+
+
+@ALL
+def test_ports_are_published_on_loopback_only(name: str) -> None:
+    for port in SERVICES[name].get("ports", []):
+        assert port.startswith("127.0.0.1:")
+
+
+@ALL
+def test_what_is_mounted_exists(name: str) -> None:
+    volumes = set(yaml.safe_load((DEPLOY / "compose.yaml").read_text(encoding="utf-8"))["volumes"])
+    for source in mounts(SERVICES[name]).values():
+        assert (DEPLOY / source).exists() if source.startswith(".") else source in volumes
+
+
+@EACH_ROLE
+def test_commands_name_a_service_and_a_configuration_that_is_there(name: str) -> None:
+    service = SERVICES[name]
+    assert service["command"][0] == name
+    path = Path(flag(service["command"], "--config"))
+    assert path.parent == Path("/etc/onemap")
+    assert mounts(service)["/etc/onemap"] == "./config"
+    assert (DEPLOY / "config" / path.name).is_file()
+    check = service["healthcheck"]["test"]
+    if "--config" in check:
+        assert flag(check, "--service") == name
+        assert flag(check, "--config") == str(path)
+
+
+@EACH_ROLE
+def test_the_environment_sets_only_what_the_service_reads(name: str) -> None:
+    variables = {
+        variable: "secret" if value is None else str(value)
+        for source in (SERVICES, GPU_SERVICES)
+        for variable, value in source.get(name, {}).get("environment", {}).items()
+    }
+    sections = read(None, variables)
+    assert set(sections) <= {"bus", "log", name}
+    for part in sections:
+        section(sections, part, models()[part])
+
+
+@EACH_ROLE
+def test_services_meet_at_the_router(name: str) -> None:
+    endpoint = SERVICES[name]["environment"]["ONEMAP__BUS__CONNECT"]
+    port = flag(SERVICES["router"]["command"], "--listen").rpartition(":")[2]
+    assert endpoint == f'["tcp/router:{port}"]'
+    assert "router" in SERVICES[name]["depends_on"]
+
+
+@EACH_ROLE
+def test_images_are_built_from_extras_that_exist(name: str) -> None:
+    build = SERVICES[name]["build"]
+    dockerfile = ROOT / build["dockerfile"]
+    assert dockerfile.is_file()
+    extras = set(build["args"]["EXTRAS"].split(","))
+    assert name in extras
+    assert extras <= set(project()["optional-dependencies"])  # type: ignore[call-overload]
+
+
+def test_only_services_that_can_use_a_gpu_reserve_one() -> None:
+    for name, service in GPU_SERVICES.items():
+        (device,) = service["deploy"]["resources"]["reservations"]["devices"]
+        assert device["capabilities"] == ["gpu"]
+        assert set(service["build"]["args"]) <= set(dockerfile_arguments())
+        assert name in ("perception", "mapper")
+        assert any("DEVICE" in variable for variable in service["environment"])
+
+
+def dockerfile_lines() -> list[str]:
+    text = (DEPLOY / "service.Dockerfile").read_text(encoding="utf-8").replace("\\\n", " ")
+    return [line for line in text.splitlines() if line and not line.startswith("#")]
+
+
+def dockerfile_arguments() -> list[str]:
+    return re.findall(r"^ARG (\w+)", "\n".join(dockerfile_lines()), re.MULTILINE)
+
+
+def test_the_image_does_not_run_as_root() -> None:
+    users = [line.split()[1] for line in dockerfile_lines() if line.startswith("USER")]
+    assert users == ["onemap"]
+    user, group = SERVICES["router"]["user"].split(":")
+    assert int(user) > 0
+    assert int(group) > 0
+
+
+def test_what_the_image_copies_exists_and_is_not_ignored() -> None:
+    ignore = (DEPLOY / "service.Dockerfile.dockerignore").read_text(encoding="utf-8").splitlines()
+    allowed = {line[1:] for line in ignore if line.startswith("!")}
+    copied = {
+        source
+        for line in dockerfile_lines()
+        if line.startswith("COPY") and "--from" not in line
+        for source in line.split()[1:-1]
+    }
+    assert copied == allowed
+    assert all((ROOT / source).exists() for source in copied)
+
+
+@pytest.mark.parametrize("files", [["compose.yaml"], ["compose.yaml", "compose.gpu.yaml"]])
+def test_docker_compose_accepts_it(files: list[str]) -> None:
+    if shutil.which("docker") is None:
+        pytest.skip("docker is not installed")
+    compose_command = ["docker", "compose"]
+    if subprocess.run([*compose_command, "version"], capture_output=True, check=False).returncode:
+        pytest.skip("docker has no compose plugin")
+    options = [part for file in files for part in ("-f", str(DEPLOY / file))]
+    subprocess.run([*compose_command, *options, "--profile", "demo", "config", "-q"], check=True)

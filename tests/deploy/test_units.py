@@ -1,0 +1,130 @@
+"""The systemd units: accepted by systemd, watched, confined, and starting what is there."""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from onemap_shared.runner import HANG_S, HEARTBEAT_S
+from tests.deploy.deployment import DEPLOY
+
+FOLDER = DEPLOY / "systemd"
+SERVICES = ("perception", "mapper", "planner", "gateway")
+NAMES = ("router", *SERVICES)
+COMMON = FOLDER / "onemap-.service.d" / "common.conf"
+STUBS = ("sysinit.target", "basic.target", "shutdown.target", "network.target", "multi-user.target")
+
+
+def settings(path: Path) -> dict[str, list[str]]:
+    """Every ``Key=value`` of a unit file; a key may come several times."""
+    found: dict[str, list[str]] = {}
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if line and not line.startswith(("#", "[")):
+            key, _, value = line.partition("=")
+            found.setdefault(key, []).append(value)
+    return found
+
+
+def unit(name: str) -> dict[str, list[str]]:
+    """A service's settings, its own and the common ones."""
+    own, common = settings(FOLDER / f"onemap-{name}.service"), settings(COMMON)
+    assert not own.keys() & common.keys() - {"Environment"}, "the common file would win"
+    return {**common, **own}
+
+
+@pytest.fixture
+def root(tmp_path: Path) -> Path:
+    """A file system with the units, what they start, and systemd's own targets as stubs."""
+    if shutil.which("systemd-analyze") is None:
+        pytest.skip("systemd-analyze is not installed (Debian package systemd)")
+    units = tmp_path / "etc/systemd/system"
+    shutil.copytree(FOLDER, units)
+    for stub in STUBS:
+        (units / stub).write_text("[Unit]\nDescription=stub\n", encoding="utf-8")
+    command = tmp_path / "opt/onemap/venv/bin/onemap"
+    command.parent.mkdir(parents=True)
+    command.write_text("#!/bin/sh\n", encoding="utf-8")
+    command.chmod(0o755)
+    return tmp_path
+
+
+def test_systemd_accepts_every_unit(root: Path) -> None:
+    units = [f"onemap-{name}.service" for name in NAMES] + ["onemap.target"]
+    verify = ["systemd-analyze", "verify", "--man=no", f"--root={root}", *units]
+    result = subprocess.run(verify, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == ""
+
+
+def test_the_check_sees_a_mistake(root: Path) -> None:
+    path = root / "etc/systemd/system/onemap-mapper.service"
+    path.write_text(path.read_text("utf-8").replace("WatchdogSec=", "WatchdogSex="), "utf-8")
+    verify = ["systemd-analyze", "verify", "--man=no", f"--root={root}", path.name]
+    result = subprocess.run(verify, capture_output=True, text=True, check=False)
+    assert "WatchdogSex" in result.stderr
+
+
+def test_the_common_settings_reach_every_service(root: Path) -> None:
+    security = [
+        "systemd-analyze",
+        "security",
+        "--offline=true",
+        "--threshold=40",  # tenths; a service without any confinement has 96
+        f"--root={root}",
+    ]
+    for name in NAMES:
+        command = [*security, f"onemap-{name}.service"]
+        result = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert result.returncode == 0, result.stdout + result.stderr
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_restarts_within_limits_and_is_no_root(name: str) -> None:
+    service = unit(name)
+    assert service["Restart"] == ["always"]
+    assert int(service["StartLimitBurst"][0]) > 0
+    assert service["RestartPreventExitStatus"] == ["2"]
+    assert service["User"] == ["onemap"]
+    assert service["NoNewPrivileges"] == ["yes"]
+    assert service["ProtectSystem"] == ["strict"]
+    assert service["CapabilityBoundingSet"] == [""]
+    assert service["WantedBy"] == ["onemap.target"]
+
+
+@pytest.mark.parametrize("name", SERVICES)
+def test_services_notify_and_are_watched(name: str) -> None:
+    service = unit(name)
+    assert service["Type"] == ["notify"]
+    assert service["NotifyAccess"] == ["main"]
+    watchdog_s = float(service["WatchdogSec"][0])
+    assert 3 * HEARTBEAT_S <= watchdog_s <= HANG_S
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_starts_its_service_with_files_that_are_installed(name: str) -> None:
+    service = unit(name)
+    executable, command, *arguments = shlex.split(service["ExecStart"][0])
+    assert executable == "/opt/onemap/venv/bin/onemap"
+    assert command == name
+    variables = dict(
+        assignment.split("=", 1)
+        for path in (COMMON, FOLDER / f"onemap-{name}.service")
+        for line in settings(path).get("Environment", [])
+        for assignment in shlex.split(line)
+    )
+    file = variables[arguments[1].strip("${}")]
+    installed = [*(DEPLOY / "config").glob("*.yaml"), *DEPLOY.glob("*.json5")]
+    assert file in {f"/etc/onemap/{path.name}" for path in installed}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_memory_is_never_both_writable_and_executable_without_a_gpu(name: str) -> None:
+    service = unit(name)
+    uses_gpu = "SupplementaryGroups" in service
+    assert uses_gpu == (name in ("perception", "mapper"))
+    assert ("MemoryDenyWriteExecute" in service) != uses_gpu
+    assert ("PrivateDevices" in service) != uses_gpu
