@@ -14,7 +14,8 @@ from onemap_planner.brain import Decision, Senses, think
 from onemap_planner.config import PlannerConfig
 from onemap_planner.control import STILL, Pose, Velocity, limited, steer
 from onemap_planner.memory import Mind
-from onemap_planner.search import Moment, Search, begin
+from onemap_planner.phases import Moment, Search
+from onemap_planner.search import begin
 from onemap_shared.geometry import F32, F64, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Detections, Layer, Occupancy, SearchView
@@ -130,7 +131,7 @@ class World:
         inside = self.plan.grid.contains(cells)
         cells = np.clip(cells, 0, np.array(self.plan.solid.shape) - 1)
         hit = self.plan.solid[cells[..., 0], cells[..., 1]] | ~inside
-        before = np.cumsum(hit, axis=1) - hit == 0  # up to and including the first hit
+        before: Bool = np.cumsum(hit, axis=1) - hit == 0  # up to and including the first hit
         visible = before & inside & ((ranges >= BLIND_M) | hit)
         seen = np.zeros(self.plan.solid.shape, bool)
         seen[cells[visible][:, 0], cells[visible][:, 1]] = True
@@ -180,23 +181,23 @@ class World:
         )
 
     def _distance(self) -> F64:
-        cells = np.stack(np.indices(self.plan.solid.shape), axis=-1)
+        cells = np.moveaxis(np.indices(self.plan.solid.shape), 0, -1)
         away = self.plan.grid.centres(cells) - np.asarray(self.pose.xy)
         distance: F64 = np.hypot(away[..., 0], away[..., 1])
         return distance
 
     def _similarity(self, text: str) -> F32:
         thing = self.plan.things.get(text)
-        cells = np.stack(np.indices(self.plan.solid.shape), axis=-1)
+        cells = np.moveaxis(np.indices(self.plan.solid.shape), 0, -1)
         ripple = 0.04 * np.sin(cells[..., 0] * 0.7) * np.cos(cells[..., 1] * 0.9) + 0.06
         if thing is None:
-            return ripple.astype(np.float32)
+            return np.asarray(ripple, np.float32)
         targets = np.argwhere(thing)
         nearest = np.full(self.plan.solid.shape, np.inf)
         for target in targets:
             nearest = np.minimum(nearest, np.hypot(*(cells - target).transpose(2, 0, 1)))
         glow = 0.85 * np.exp(-((nearest * CELL_M / 0.35) ** 2))
-        return np.maximum(ripple, glow).astype(np.float32)
+        return np.asarray(np.maximum(ripple, glow), np.float32)
 
 
 @dataclass

@@ -9,8 +9,8 @@ import numpy as np
 from onemap_planner.consensus import Candidate, ConsensusRules
 from onemap_planner.control import Drive, Motion, Rest, arrived
 from onemap_planner.memory import Mind
+from onemap_planner.phases import Approaching, Arrived, Confirmed, Confirming, Event, Rejected
 from onemap_planner.rules import ExploreRules, Rules
-from onemap_planner.search import Approaching, Arrived, Confirmed, Confirming, Event, Rejected
 from onemap_planner.situation import Situation
 from onemap_planner.viewpoints import view_stand
 

@@ -15,9 +15,7 @@ from onemap_planner.control import Motion, Pose, Rest, Reverse, Spin, Velocity
 from onemap_planner.explore import Landmarks, explore, spot
 from onemap_planner.goals import Goal
 from onemap_planner.memory import Mind, Quest
-from onemap_planner.recovery import Footing, feel
-from onemap_planner.rules import Rules
-from onemap_planner.search import (
+from onemap_planner.phases import (
     Approaching,
     Begun,
     Broken,
@@ -31,8 +29,10 @@ from onemap_planner.search import (
     Rejected,
     Starting,
     Turned,
-    transition,
 )
+from onemap_planner.recovery import Footing, feel
+from onemap_planner.rules import Rules
+from onemap_planner.search import transition
 from onemap_planner.situation import Situation, take_in
 from onemap_planner.terrain import Terrain
 from onemap_shared.geometry import wrap_angle

@@ -84,7 +84,7 @@ def sightings_of(
     threshold = similarity_threshold(belief.similarity, rules)
     found = []
     for index, detected in enumerate(detections.names):
-        if detected != name:
+        if detected.casefold() != name.casefold():
             continue
         points = detections.points_map[detections.point_owner == index]
         cells = belief.grid.cells(points.astype(np.float64))

@@ -19,9 +19,9 @@ from onemap_planner.goals import (
     region_goals,
 )
 from onemap_planner.memory import Mind, Pursuit
+from onemap_planner.phases import Event, Exhausted, Spotted
 from onemap_planner.regions import Region, find_regions
 from onemap_planner.rules import Rules
-from onemap_planner.search import Event, Exhausted, Spotted
 from onemap_planner.situation import Situation
 
 MAX_HINTS = 5  # candidates that are given a thought at once

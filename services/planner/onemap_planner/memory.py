@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from onemap_planner.consensus import Candidate
 from onemap_planner.control import Pose
 from onemap_planner.goals import Goal, GoalKind
+from onemap_planner.phases import Search
 from onemap_planner.recovery import Footing
-from onemap_planner.search import Search
 
 TRAIL_STEP_M = 0.1  # places closer together than this cover the same floor
 TRAIL_LENGTH = 5000  # 500 m of way

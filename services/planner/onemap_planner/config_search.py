@@ -1,0 +1,157 @@
+"""The parts of section ``planner`` that say where to look and when to believe."""
+
+from __future__ import annotations
+
+from pydantic import Field, PositiveFloat, PositiveInt
+
+from onemap_shared.config import StrictModel
+
+
+class FrontierConfig(StrictModel):
+    """What counts as a frontier."""
+
+    min_length_m: PositiveFloat = Field(
+        default=0.4, description="Metres; shorter borders are gaps that the robot cannot pass."
+    )
+    max_length_m: PositiveFloat = Field(
+        default=2.5,
+        description="Metres; longer borders are cut, so that their middle is worth a visit.",
+    )
+    min_beyond_m2: PositiveFloat = Field(
+        default=0.15, description="Square metres; smaller unknown or unexplored spots are noise."
+    )
+    blind_spot_m2: PositiveFloat = Field(
+        default=3.0,
+        description="Square metres of unknown floor amid known floor that are no frontier: a "
+        "camera at 1 m does not see a circle of 0.9 m around its own feet.",
+    )
+    unknown_prior: float = Field(
+        default=0.2,
+        ge=0,
+        le=1,
+        description="Similarity expected in space nobody has seen: above the usual 0.1 of wrong "
+        "things, so that the unknown is preferred to a second look at them.",
+    )
+
+
+class RegionConfig(StrictModel):
+    """What counts as a region worth looking at again."""
+
+    threshold: float = Field(
+        default=0.4,
+        ge=0,
+        le=1,
+        description="Similarity from which the map is believed to show the object.",
+    )
+    min_area_m2: PositiveFloat = Field(
+        default=0.01, description="Square metres: one map cell of 10 cm; a cup is not larger."
+    )
+
+
+class GoalConfig(StrictModel):
+    """How goals are weighed against each other."""
+
+    travel_weight_per_m: float = Field(
+        default=0.04,
+        ge=0,
+        description="Similarity that a metre of way must be worth: 10 m for 0.4, the difference "
+        "between a hint and none.",
+    )
+    size_weight_per_m: float = Field(
+        default=0.04, ge=0, description="Bonus per metre of frontier: wide openings show more."
+    )
+    keep_margin: float = Field(
+        default=0.1,
+        ge=0,
+        description="Utility by which another goal must be better to change one's mind.",
+    )
+    same_goal_m: PositiveFloat = Field(
+        default=0.8, description="Metres a goal may shift between two maps and still be the same."
+    )
+    stand_within_m: PositiveFloat = Field(
+        default=0.8, description="Metres from which a frontier counts as reached."
+    )
+    view_nearest_m: PositiveFloat = Field(
+        default=0.8, description="Metres; nearer, the camera looks over low things."
+    )
+    view_farthest_m: PositiveFloat = Field(
+        default=1.5, description="Metres; farther, small things are too few pixels."
+    )
+
+
+class ConsensusConfig(StrictModel):
+    """When detector and map agree."""
+
+    percentile: float = Field(
+        default=95.0, ge=0, le=100, description="Cells must be in the top 5 percent (paper)."
+    )
+    floor: float = Field(
+        default=0.3,
+        ge=0,
+        le=1,
+        description="And have this similarity: some 5 percent are on top in every map.",
+    )
+    support_fraction: float = Field(
+        default=0.25,
+        ge=0,
+        le=1,
+        description="Part of a detection's cells that must agree; boxes hold background too.",
+    )
+    merge_m: PositiveFloat = Field(
+        default=0.5, description="Metres between two detections of one thing (or they share cells)."
+    )
+    min_sightings: PositiveInt = Field(
+        default=3, description="Agreeing detections before the robot walks up: one frame may err."
+    )
+
+
+class ExploreConfig(StrictModel):
+    """Times and distances of the search itself. Seconds run only while the senses are fresh."""
+
+    approach_nearest_m: PositiveFloat = Field(
+        default=0.5, description="Metres from the object's surface; nearer, it leaves the image."
+    )
+    approach_farthest_m: PositiveFloat = Field(
+        default=0.9, description="Metres from the object's surface at which it counts as reached."
+    )
+    approach_last_resort_m: PositiveFloat = Field(
+        default=1.4,
+        description="Metres tried when nothing nearer can be reached; success is 1.5 m (paper).",
+    )
+    confirm_sightings: PositiveInt = Field(
+        default=3, description="Agreeing detections while standing before it."
+    )
+    confirm_s: PositiveFloat = Field(
+        default=5.0,
+        description="Seconds to wait for them: 20 frames at the slowest useful rate of 4 Hz.",
+    )
+    linger_s: PositiveFloat = Field(
+        default=1.0,
+        description="Seconds at a goal for the map to take it in; it is left alone afterwards.",
+    )
+    settle_s: PositiveFloat = Field(
+        default=2.0, description="Seconds without any goal before the object counts as not found."
+    )
+    goal_base_s: PositiveFloat = Field(
+        default=15.0, description="Seconds allowed for any goal, turning included."
+    )
+    goal_s_per_m: PositiveFloat = Field(
+        default=5.0, description="Seconds allowed per metre of way: three times a slow drive."
+    )
+    shun_m: PositiveFloat = Field(
+        default=0.5,
+        description="Metres around a goal that came to nothing in which no other is taken.",
+    )
+    known_around: float = Field(
+        default=0.4,
+        ge=0,
+        le=1,
+        description="Known part of the 1 m circle below which the robot first looks around: one "
+        "view shows 22 percent, in a corner 45 percent can be known.",
+    )
+    object_limit_s: PositiveFloat = Field(
+        default=600.0, description="Seconds per object; a flat of 100 m2 takes about 200."
+    )
+    patience_s: PositiveFloat = Field(
+        default=30.0, description="Seconds with stale or missing senses before the search fails."
+    )

@@ -1,0 +1,90 @@
+"""The desk where searches are ordered, called off and asked about; shared by all threads."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+
+from onemap_planner.memory import Mind
+from onemap_planner.phases import Cancelled, Moment, Search
+from onemap_planner.search import begin, transition
+
+KEPT = 50  # searches that can still be asked about
+
+
+class DeskError(Exception):
+    """A wish that cannot be granted: ``code`` for programs, the text for people."""
+
+    def __init__(self, code: str, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+class Desk:
+    """Holds the mind of the newest search and what became of older ones.
+
+    The planning thread takes a mind, thinks, and puts the next one back only if nobody
+    changed it meanwhile: a search that is cancelled during a thought stays cancelled.
+    """
+
+    def __init__(self, restored: Search | None = None) -> None:
+        self._lock = threading.Lock()
+        self._mind = Mind(restored) if restored else None
+        self._past: dict[str, Search] = {}
+
+    @property
+    def mind(self) -> Mind | None:
+        """The newest search's mind; None if there never was a search."""
+        return self._mind
+
+    def start(
+        self, search_id: str, objects: tuple[str, ...], moment: Moment, started_ns: int
+    ) -> Search:
+        """Begin a search; refused while another is active."""
+        with self._lock:
+            if self._mind is not None:
+                other = self._mind.search
+                if other.active:
+                    raise DeskError(
+                        "conflict",
+                        f"search {other.search_id} is still looking for {other.target!r}: "
+                        "wait for it or cancel it",
+                    )
+                self._past[other.search_id] = other
+                while len(self._past) > KEPT:
+                    del self._past[next(iter(self._past))]
+            self._mind = Mind(begin(search_id, objects, moment, started_ns))
+            return self._mind.search
+
+    def cancel(self, search_id: str, moment: Moment) -> Search:
+        """Call a search off; one that is over stays as it ended."""
+        with self._lock:
+            search = self._find(search_id)
+            if self._mind is not None and search is self._mind.search:
+                search = transition(search, Cancelled(), moment)
+                self._mind = replace(self._mind, search=search)
+            return search
+
+    def find(self, search_id: str) -> Search:
+        """The search of this id, the newest for an empty id."""
+        with self._lock:
+            return self._find(search_id)
+
+    def put_back(self, taken: Mind, thought: Mind) -> bool:
+        """Replace the mind that was taken by the next one; False if it was changed meanwhile."""
+        with self._lock:
+            if self._mind is not taken:
+                return False
+            self._mind = thought
+            return True
+
+    def _find(self, search_id: str) -> Search:
+        if self._mind is not None and search_id in ("", self._mind.search.search_id):
+            return self._mind.search
+        if search_id in self._past:
+            return self._past[search_id]
+        if not search_id:
+            raise DeskError("unknown_search", "no search has been started yet")
+        raise DeskError(
+            "unknown_search", f"there is no search {search_id}; the last {KEPT} are remembered"
+        )

@@ -1,0 +1,53 @@
+"""What the planner hears of the robot and the map, with the time of arrival."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from onemap_planner.control import Pose
+from onemap_planner.freshness import Ages, Arrival, FreshnessRules, ages, complaint, newest
+from onemap_shared.geometry import yaw_of
+from onemap_shared.messages import MapRevision, Odometry
+
+JUMP_M = 1.0  # between two odometry messages: the robot was carried or restarted, not driven
+STANDING_MPS = 0.005  # below this a changing pose is noise and no way
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """The newest of each stream; odometer_m: way driven since the planner started."""
+
+    pose: Pose | None = None
+    collided: bool = False
+    odometer_m: float = 0.0
+    odometry: Arrival | None = None
+    revision: Arrival | None = None
+
+    def ages(self, now_s: float) -> Ages:
+        """How old it all is."""
+        return ages(self.odometry, self.revision, now_s)
+
+    def complaint(self, now_s: float, rules: FreshnessRules) -> str:
+        """Why the robot must stand still; empty if it may move."""
+        return complaint(self.ages(now_s), rules)
+
+
+def hear_odometry(heard: Heard, message: Odometry, now_s: float) -> Heard:
+    """With the robot's new pose, and the odometer advanced by the way from the last."""
+    T = message.T_map_body
+    pose = Pose(float(T[0, 3]), float(T[1, 3]), yaw_of(T))
+    moving = heard.pose is not None and abs(message.linear_mps) > STANDING_MPS
+    way_m = pose.distance_to(heard.pose.xy) if heard.pose is not None and moving else 0.0
+    return replace(
+        heard,
+        pose=pose,
+        collided=message.collided,
+        odometer_m=heard.odometer_m + (way_m if way_m < JUMP_M else 0.0),
+        odometry=newest(heard.odometry, Arrival(message.sequence, message.stamp_ns, now_s)),
+    )
+
+
+def hear_revision(heard: Heard, message: MapRevision, now_s: float) -> Heard:
+    """With the map's new revision."""
+    arrival = Arrival(message.revision, message.stamp_ns, now_s)
+    return replace(heard, revision=newest(heard.revision, arrival))
