@@ -29,6 +29,7 @@ INK: Rgb = (214, 223, 233)
 # Heat: score 0, 1/3, 2/3 and 1 of the ramp; dark to bright, so that it also works in grey.
 RAMP = np.array([(82, 40, 130), (196, 58, 98), (250, 142, 60), (255, 236, 150)], np.float32)
 OPAQUE = 0.88  # of the hottest cell: walls still show through
+FAINT_HEAT = 0.1  # below this share of the top the floor stays as it is
 FAINT_SCORE = 0.25  # the ramp ends here at least: a weak best guess must not look like a find
 
 MARGIN_M = 0.5
@@ -100,7 +101,7 @@ def heated(image: U8, similarity: F32) -> U8:
     smooth = _enlarged(np.where(observed, scores, 0.0), factor, cv2.INTER_LINEAR)
     heat = np.clip(smooth / top, 0.0, 1.0).astype(np.float32)
     inside = _enlarged(observed.astype(np.uint8), factor, cv2.INTER_NEAREST)
-    alpha = OPAQUE * np.sqrt(heat) * inside * (heat > 0.04)
+    alpha = OPAQUE * np.sqrt(np.clip(heat - FAINT_HEAT, 0.0, None)) * inside
     stops = np.linspace(0, 1, len(RAMP))
     colour = np.stack([np.interp(heat, stops, RAMP[:, c]) for c in range(3)], axis=-1)
     mixed = image + alpha[..., None] * (colour - image)

@@ -56,7 +56,7 @@ def report_service(name: str, state: LiveState, now_s: float) -> Report:
     beat = state.beats.get(name)
     if beat is None:
         start = START.format(service=name)
-        problem = "Has just started." if alive else f"The {name} is not running: {start}."
+        problem = f"The {name} has just started." if alive else f"The {name} is not running: {start}."
         return Report(name, Condition.DEGRADED if alive else Condition.DOWN, problem, alive)
     condition, problem = _judge(name, alive, beat, now_s)
     heartbeat = beat.heartbeat

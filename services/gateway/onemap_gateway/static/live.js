@@ -1,0 +1,39 @@
+// The stream of states, connected again whenever it breaks.
+
+const SILENT_MS = 4000; // states come five times a second
+const PAUSES_MS = [300, 1000, 2000, 4000];
+
+export function follow(onState, onConnection) {
+  let failures = 0;
+
+  function connect() {
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    const socket = new WebSocket(`${scheme}://${location.host}/v1/live`);
+    let watchdog = setTimeout(() => socket.close(), SILENT_MS);
+    let ended = false;
+
+    socket.onmessage = (event) => {
+      clearTimeout(watchdog);
+      watchdog = setTimeout(() => {
+        end(); // a dead link may take minutes to report its own close
+        socket.close();
+      }, SILENT_MS);
+      failures = 0;
+      onConnection(true);
+      onState(JSON.parse(event.data));
+    };
+    socket.onclose = end;
+
+    function end() {
+      if (ended) return;
+      ended = true;
+      clearTimeout(watchdog);
+      socket.onmessage = null;
+      onConnection(false);
+      setTimeout(connect, PAUSES_MS[Math.min(failures, PAUSES_MS.length - 1)]);
+      failures += 1;
+    }
+  }
+
+  connect();
+}

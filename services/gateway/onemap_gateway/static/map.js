@@ -1,0 +1,350 @@
+// The map on a canvas: the gateway's picture of the floor, and on top what moves.
+
+const COLOURS = {
+  trail: "#62768f",
+  path: "#4cc9f0",
+  frontier: "#5ed6a0",
+  region: "#ffbe5c",
+  robot: "#f5f8fc",
+  find: "#ff6f91",
+  ground: "#0f141b",
+  ink: "#d6dfe9",
+};
+const TRAIL_STEP_M = 0.05;
+const TRAIL_JUMP_M = 1.0;
+const GLIDE_S = 0.15; // states come every 0.2 s: the robot reaches one about when the next is here
+const FONT = "13px system-ui, 'DejaVu Sans', sans-serif";
+
+export class MapView {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d");
+    this.image = null; // { bitmap, bounds: [x_min, y_min, x_max, y_max] }
+    this.camera = { x: 0, y: 0, pixelsPerM: 60 };
+    this.fitted = true; // follows the map as it grows, until the user moves it
+    this.state = null;
+    this.regions = [];
+    this.robot = null;
+    this.trail = [];
+    this.dirty = true;
+    this.last = performance.now();
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.listen();
+    requestAnimationFrame((now) => this.tick(now));
+  }
+
+  show(state) {
+    this.state = state;
+    if (state.trail_m) this.trail = state.trail_m;
+    const robot = state.robot;
+    if (robot && !this.robot) this.robot = { x: robot.x_m, y: robot.y_m, yaw: robot.yaw_rad };
+    this.dirty = true;
+  }
+
+  showImage(bitmap, bounds) {
+    this.image?.bitmap.close();
+    this.image = { bitmap, bounds };
+    if (this.fitted) this.fit();
+    this.dirty = true;
+  }
+
+  showRegions(regions) {
+    this.regions = regions;
+    this.dirty = true;
+  }
+
+  fit() {
+    this.fitted = true;
+    this.dirty = true;
+    if (!this.image) return;
+    const [x0, y0, x1, y1] = this.image.bounds;
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const scale = Math.min(width / (x1 - x0), height / (y1 - y0)) * 0.94;
+    this.camera = { x: (x0 + x1) / 2, y: (y0 + y1) / 2, pixelsPerM: Math.min(scale, 160) };
+  }
+
+  lookAt(x, y) {
+    this.fitted = false;
+    this.camera = { x, y, pixelsPerM: Math.max(this.camera.pixelsPerM, 90) };
+    this.dirty = true;
+  }
+
+  zoom(factor, column = this.canvas.clientWidth / 2, row = this.canvas.clientHeight / 2) {
+    this.fitted = false;
+    const [x, y] = this.metres(column, row);
+    const scale = Math.min(Math.max(this.camera.pixelsPerM * factor, 2), 600);
+    const ratio = this.camera.pixelsPerM / scale;
+    this.camera = {
+      x: x + (this.camera.x - x) * ratio,
+      y: y + (this.camera.y - y) * ratio,
+      pixelsPerM: scale,
+    };
+    this.dirty = true;
+  }
+
+  pan(columns, rows) {
+    this.fitted = false;
+    this.camera.x -= columns / this.camera.pixelsPerM;
+    this.camera.y += rows / this.camera.pixelsPerM;
+    this.dirty = true;
+  }
+
+  // Canvas place of map metres: x to the right, y up.
+  pixels(x, y) {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const { x: cx, y: cy, pixelsPerM } = this.camera;
+    return [width / 2 + (x - cx) * pixelsPerM, height / 2 - (y - cy) * pixelsPerM];
+  }
+
+  metres(column, row) {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const { x, y, pixelsPerM } = this.camera;
+    return [x + (column - width / 2) / pixelsPerM, y - (row - height / 2) / pixelsPerM];
+  }
+
+  listen() {
+    const pointers = new Map();
+    this.canvas.addEventListener("pointerdown", (event) => {
+      this.canvas.setPointerCapture(event.pointerId);
+      pointers.set(event.pointerId, event);
+    });
+    this.canvas.addEventListener("pointermove", (event) => {
+      const before = pointers.get(event.pointerId);
+      if (!before) return;
+      if (pointers.size === 2) {
+        const [other] = [...pointers.values()].filter((p) => p.pointerId !== event.pointerId);
+        const span = (p) => Math.hypot(p.offsetX - other.offsetX, p.offsetY - other.offsetY);
+        this.zoom(span(event) / Math.max(span(before), 1), other.offsetX, other.offsetY);
+      } else {
+        this.pan(event.offsetX - before.offsetX, event.offsetY - before.offsetY);
+      }
+      pointers.set(event.pointerId, event);
+    });
+    for (const name of ["pointerup", "pointercancel"]) {
+      this.canvas.addEventListener(name, (event) => pointers.delete(event.pointerId));
+    }
+    this.canvas.addEventListener(
+      "wheel",
+      (event) => {
+        event.preventDefault();
+        this.zoom(Math.exp(-event.deltaY * 0.0015), event.offsetX, event.offsetY);
+      },
+      { passive: false },
+    );
+    this.canvas.addEventListener("dblclick", () => this.fit());
+    this.canvas.addEventListener("keydown", (event) => this.onKey(event));
+  }
+
+  onKey(event) {
+    const step = 60;
+    const actions = {
+      ArrowLeft: () => this.pan(step, 0),
+      ArrowRight: () => this.pan(-step, 0),
+      ArrowUp: () => this.pan(0, step),
+      ArrowDown: () => this.pan(0, -step),
+      "+": () => this.zoom(1.25),
+      "=": () => this.zoom(1.25),
+      "-": () => this.zoom(0.8),
+      0: () => this.fit(),
+    };
+    const action = actions[event.key];
+    if (!action || event.ctrlKey || event.metaKey) return;
+    event.preventDefault();
+    action();
+  }
+
+  resize() {
+    const ratio = window.devicePixelRatio || 1;
+    this.canvas.width = Math.round(this.canvas.clientWidth * ratio);
+    this.canvas.height = Math.round(this.canvas.clientHeight * ratio);
+    if (this.fitted) this.fit();
+    this.dirty = true;
+  }
+
+  tick(now) {
+    const passed = Math.min((now - this.last) / 1000, 0.5);
+    this.last = now;
+    if (this.glide(passed) || this.dirty) {
+      this.dirty = false;
+      this.draw();
+    }
+    requestAnimationFrame((next) => this.tick(next));
+  }
+
+  // Move the shown robot towards the reported one; returns whether it moved.
+  glide(passed) {
+    const target = this.state?.robot;
+    if (!target || !this.robot) return false;
+    const robot = this.robot;
+    const dx = target.x_m - robot.x;
+    const dy = target.y_m - robot.y;
+    const turn = Math.atan2(Math.sin(target.yaw_rad - robot.yaw), Math.cos(target.yaw_rad - robot.yaw));
+    if (Math.abs(dx) + Math.abs(dy) < 1e-3 && Math.abs(turn) < 1e-3) return false;
+    const jumps = Math.hypot(dx, dy) > TRAIL_JUMP_M;
+    const share = jumps ? 1 : 1 - Math.exp(-passed / GLIDE_S);
+    robot.x += dx * share;
+    robot.y += dy * share;
+    robot.yaw += turn * share;
+    if (jumps) this.trail = [];
+    const end = this.trail[this.trail.length - 1];
+    if (!end || Math.hypot(robot.x - end[0], robot.y - end[1]) > TRAIL_STEP_M) {
+      this.trail.push([robot.x, robot.y]);
+      if (this.trail.length > 4000) this.trail.shift();
+    }
+    return true;
+  }
+
+  draw() {
+    const { context, canvas } = this;
+    const ratio = window.devicePixelRatio || 1;
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.fillStyle = COLOURS.ground;
+    context.fillRect(0, 0, canvas.clientWidth, canvas.clientHeight);
+    if (this.image) this.drawImage();
+    if (!this.state) return;
+    const path = this.state.path;
+    this.line(this.trail, COLOURS.trail, 2, 0.75);
+    if (path) this.drawPlan(path);
+    for (const region of this.regions) this.drawRegion(region);
+    for (const result of this.state.search?.results ?? []) {
+      if (result.outcome === "found" && result.position_m) this.drawFind(result);
+    }
+    if (this.robot) this.drawRobot();
+    this.drawScaleBar();
+  }
+
+  drawImage() {
+    const [x0, y0, x1, y1] = this.image.bounds;
+    const [left, top] = this.pixels(x0, y1);
+    const [right, bottom] = this.pixels(x1, y0);
+    this.context.imageSmoothingEnabled = true;
+    this.context.imageSmoothingQuality = "high";
+    this.context.drawImage(this.image.bitmap, left, top, right - left, bottom - top);
+  }
+
+  drawPlan(path) {
+    path.frontiers_m.forEach(([x, y], i) => {
+      const score = Math.min(Math.max(path.frontier_scores[i] ?? 0, 0), 1);
+      this.dot(x, y, 2.5 + 4.5 * score, COLOURS.frontier, 0.55 + 0.45 * score);
+    });
+    for (const [x, y] of path.regions_m) this.ring(x, y, 10, COLOURS.region);
+    this.line(path.points_m, COLOURS.path, 2.5, 0.95);
+    for (const [x, y] of path.goal_m) this.ring(x, y, 6, COLOURS.path);
+  }
+
+  drawRegion(region) {
+    const { context } = this;
+    const [x0, y0, x1, y1] = region.extent_m;
+    const [left, top] = this.pixels(x0, y1);
+    const [right, bottom] = this.pixels(x1, y0);
+    context.strokeStyle = COLOURS.region;
+    context.lineWidth = region.rank === 1 ? 2 : 1;
+    context.setLineDash([5, 4]);
+    context.beginPath();
+    context.roundRect(left - 4, top - 4, right - left + 8, bottom - top + 8, 6);
+    context.stroke();
+    context.setLineDash([]);
+    this.label(String(region.rank), left, top - 10, COLOURS.region);
+  }
+
+  drawFind(result) {
+    const { context } = this;
+    const [column, row] = this.pixels(result.position_m[0], result.position_m[1]);
+    context.beginPath(); // a pin whose tip is the place
+    context.arc(column, row - 15, 7.5, Math.PI * 0.85, Math.PI * 0.15);
+    context.lineTo(column, row);
+    context.closePath();
+    context.fillStyle = COLOURS.find;
+    context.strokeStyle = COLOURS.ground;
+    context.lineWidth = 1.5;
+    context.fill();
+    context.stroke();
+    context.beginPath();
+    context.arc(column, row - 15, 2.6, 0, 2 * Math.PI);
+    context.fillStyle = COLOURS.ground;
+    context.fill();
+    this.label(result.name, column + 12, row - 11, COLOURS.find);
+  }
+
+  drawRobot() {
+    const { context, robot } = this;
+    const [column, row] = this.pixels(robot.x, robot.y);
+    context.save();
+    context.translate(column, row);
+    context.rotate(-robot.yaw);
+    context.beginPath();
+    context.moveTo(13, 0);
+    context.lineTo(-9, 8.5);
+    context.lineTo(-4.5, 0);
+    context.lineTo(-9, -8.5);
+    context.closePath();
+    context.fillStyle = this.state.robot?.collided ? "#ff6b6b" : COLOURS.robot;
+    context.strokeStyle = COLOURS.ground;
+    context.lineWidth = 2.5;
+    context.lineJoin = "round";
+    context.stroke();
+    context.fill();
+    context.restore();
+  }
+
+  drawScaleBar() {
+    const { context, canvas } = this;
+    const longest = Math.min(canvas.clientWidth / 4, 180) / this.camera.pixelsPerM;
+    const length = [100, 50, 20, 10, 5, 2, 1, 0.5, 0.2, 0.1].find((m) => m <= longest) ?? 0.1;
+    const left = 18;
+    const right = left + length * this.camera.pixelsPerM;
+    const row = canvas.clientHeight - 20;
+    context.strokeStyle = COLOURS.ink;
+    context.lineWidth = 1.5;
+    context.beginPath();
+    context.moveTo(left, row - 5);
+    context.lineTo(left, row);
+    context.lineTo(right, row);
+    context.lineTo(right, row - 5);
+    context.stroke();
+    this.label(`${length} m`, left + 2, row - 9, COLOURS.ink);
+  }
+
+  line(points, colour, width, opacity) {
+    if (points.length < 2) return;
+    const { context } = this;
+    context.globalAlpha = opacity;
+    context.strokeStyle = colour;
+    context.lineWidth = width;
+    context.lineJoin = context.lineCap = "round";
+    context.beginPath();
+    for (const [x, y] of points) context.lineTo(...this.pixels(x, y));
+    context.stroke();
+    context.globalAlpha = 1;
+  }
+
+  dot(x, y, radius, colour, opacity) {
+    const { context } = this;
+    context.globalAlpha = opacity;
+    context.fillStyle = colour;
+    context.beginPath();
+    context.arc(...this.pixels(x, y), radius, 0, 2 * Math.PI);
+    context.fill();
+    context.globalAlpha = 1;
+  }
+
+  ring(x, y, radius, colour) {
+    const { context } = this;
+    context.strokeStyle = colour;
+    context.lineWidth = 2;
+    context.beginPath();
+    context.arc(...this.pixels(x, y), radius, 0, 2 * Math.PI);
+    context.stroke();
+  }
+
+  label(text, column, row, colour) {
+    const { context } = this;
+    context.font = FONT;
+    context.lineWidth = 4;
+    context.lineJoin = "round";
+    context.strokeStyle = COLOURS.ground;
+    context.strokeText(text, column, row);
+    context.fillStyle = colour;
+    context.fillText(text, column, row);
+  }
+}

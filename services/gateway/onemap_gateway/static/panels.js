@@ -1,0 +1,157 @@
+// The parts of the page that are words and numbers.
+
+const STATES = {
+  exploring: "exploring",
+  approaching: "walking up to it",
+  confirming: "looking closely",
+  found: "found",
+  not_found: "not found",
+  failed: "failed",
+  cancelled: "stopped",
+};
+
+export function element(tag, { className = "", text = "", title = "" } = {}, children = []) {
+  const node = document.createElement(tag);
+  if (className) node.className = className;
+  if (text) node.textContent = text;
+  if (title) node.title = title;
+  node.append(...children);
+  return node;
+}
+
+export const by = (id) => document.getElementById(id);
+
+// Replace the children only when what they show has changed: hovering and screen readers need rest.
+function refill(node, shown, children) {
+  const key = JSON.stringify(shown);
+  if (node.dataset.shown === key) return;
+  node.dataset.shown = key;
+  node.replaceChildren(...children());
+}
+
+export function showServices(services) {
+  refill(by("services"), services.map((s) => [s.name, s.condition, s.problem]), () =>
+    services.map((service) => {
+      const chip = element("li", {
+        className: service.condition,
+        text: service.name,
+        title: service.problem || `The ${service.name} is well.`,
+      });
+      chip.setAttribute("aria-label", `${service.name}: ${service.condition}. ${service.problem}`);
+      return chip;
+    }),
+  );
+}
+
+export function showNotices(state) {
+  const wrong = state.services.filter((service) => service.problem);
+  const said = wrong.map((service) => [service.condition, service.name, service.problem]);
+  if (state.problem && !wrong.some((service) => service.problem === state.problem)) {
+    said.unshift(["degraded", "map", state.problem]);
+  }
+  refill(by("notices"), said, () =>
+    said.map(([condition, name, problem]) =>
+      element("li", { className: condition }, [element("b", { text: name }), problem]),
+    ),
+  );
+}
+
+export function showSearch(search) {
+  by("search-card").hidden = !search;
+  if (!search) return;
+  by("search-title").textContent = search.active
+    ? `Looking for the ${search.target}`
+    : `Search for ${search.objects.join(", ")}`;
+  by("search-state").textContent = STATES[search.state] ?? search.state;
+  by("search-state").className = `state ${search.state}`;
+  by("search-reason").textContent = capital(search.reason);
+  by("stop").hidden = !search.active;
+  by("search-numbers").textContent =
+    `${duration(search.elapsed_s)} · ${search.path_length_m.toFixed(1)} m walked`;
+  const rows = search.objects.map((name, index) => describe(search, name, index));
+  refill(by("objects"), rows, () =>
+    rows.map(([kind, name, note]) => {
+      const words = element("span", { text: name });
+      if (note) words.append(element("small", { text: note }));
+      return element("li", { className: kind }, [words]);
+    }),
+  );
+}
+
+function describe(search, name, index) {
+  const result = search.results[index];
+  if (!result) {
+    return [search.active && index === search.index ? "now" : "waiting", name, ""];
+  }
+  if (result.outcome !== "found") return [result.outcome, name, capital(result.reason)];
+  const [x, y] = result.position_m ?? [0, 0];
+  const where = `at ${x.toFixed(1)}, ${y.toFixed(1)} m`;
+  return ["found", name, `${where} · ${duration(result.duration_s)} · ${result.path_length_m.toFixed(1)} m`];
+}
+
+export function showRegions(reply, onChoose) {
+  by("regions-card").hidden = !reply;
+  if (!reply) return;
+  by("regions-title").textContent = `Where is the ${reply.text}?`;
+  const rows = reply.regions.map((region) => {
+    const [x, y] = region.centre_m;
+    const button = element("button", {}, [
+      element("span", { className: "rank", text: String(region.rank) }),
+      element("span", { text: `${x.toFixed(1)}, ${y.toFixed(1)} m` }),
+      element("span", { className: "score", text: `${Math.round(region.score * 100)} % sure` }),
+    ]);
+    button.type = "button";
+    button.title = "Show it on the map";
+    button.addEventListener("click", () => onChoose(region));
+    return element("li", {}, [button]);
+  });
+  if (!rows.length) {
+    const text = "Nothing on the map looks like it so far. “Go and find” explores further.";
+    rows.push(element("li", { className: "none", text }));
+  }
+  by("regions").replaceChildren(...rows);
+}
+
+export function showFacts(map) {
+  const fresh = by("freshness");
+  fresh.hidden = !map;
+  if (map) {
+    const age = map.age_s === null ? "map empty" : `map ${seconds(map.age_s)} old`;
+    fresh.textContent = `${age} · ${map.rate_hz.toFixed(1)} updates/s`;
+    fresh.classList.toggle("old", map.age_s > 5 || map.rate_hz < 1);
+  }
+  const facts = map
+    ? [
+        ["map update", `${map.update_ms.toFixed(0)} ms`, false],
+        ["frames", map.frames_fused.toLocaleString("en"), false],
+        ["cells", map.cells_observed.toLocaleString("en"), false],
+        ["encoder", map.encoder_id || "–", false],
+      ]
+    : [["map", "none yet", true]];
+  refill(by("facts"), facts, () =>
+    facts.map(([name, value, old]) =>
+      element("div", {}, [
+        element("dt", { text: name }),
+        element("dd", { text: value, className: old ? "old" : "", title: value }),
+      ]),
+    ),
+  );
+}
+
+export function showError(text) {
+  by("error").hidden = !text;
+  by("error").textContent = text;
+}
+
+function capital(text) {
+  return text && text[0].toUpperCase() + text.slice(1);
+}
+
+function seconds(value) {
+  return value < 10 ? `${value.toFixed(1)} s` : duration(value);
+}
+
+function duration(value) {
+  const whole = Math.round(value);
+  return whole < 60 ? `${whole} s` : `${Math.floor(whole / 60)} min ${whole % 60} s`;
+}
