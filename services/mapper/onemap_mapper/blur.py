@@ -54,8 +54,9 @@ def blur_kernel(
     distance_m = torch.linalg.vector_norm(targets * cell_size_m - camera, dim=-1)
     sigma = (depth_factor * distance_m / cell_size_m).clamp_(min=MIN_SIGMA_CELLS)
     precision = 0.5 / sigma.square()
-    one_axis = torch.exp(-reach.square() * precision[..., None]).sum(dim=-1)
-    share = torch.exp(-steps.square().sum(dim=-1) * precision) / one_axis.square()
+    side = torch.exp(-reach[half_width + 1 :].square() * precision[..., None])
+    window = (1.0 + 2.0 * side.sum(dim=-1)).square()  # S_i: the kernel is separable
+    share = torch.exp(-steps.square().sum(dim=-1) * precision) / window
     source, step = torch.nonzero(share >= MIN_SHARE, as_tuple=True)
     return _by_target(targets[source, step], source, share[source, step])
 

@@ -87,10 +87,14 @@ def _check_identity(raw: Any, path: Path) -> None:
 
 
 def _check_types(header: Header, path: Path) -> None:
-    kinds: dict[str, tuple[type, ...]] = {"str": (str,), "int": (int,), "float": (int, float)}
     for field in fields(Header):
         value = getattr(header, field.name)
-        if not isinstance(value, kinds[str(field.type)]) or (field.type == "int" and value < 0):
+        fits = {
+            "str": isinstance(value, str),
+            "int": isinstance(value, int) and value >= 0,
+            "float": isinstance(value, float),
+        }
+        if not fits[str(field.type)]:
             raise SnapshotError(f"{path.name} is damaged: {field.name} is {value!r}")
 
 

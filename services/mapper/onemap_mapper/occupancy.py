@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from onemap_shared.geometry import F32, F64, I64, U8, Bool, Intrinsics, transform, unproject
+from onemap_shared.geometry import F32, F64, I64, U8, Bool, Intrinsics
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
 
@@ -76,32 +76,48 @@ def observe(
 ) -> OccupancyFrame:
     """Evidence of one depth image (H, W) float32 metres, 0 = none, with the full pose."""
     depth_m, intrinsics = thinned(depth_m, intrinsics, settings.max_image_rows)
-    points = transform(T_map_camera, unproject(depth_m, intrinsics).astype(np.float64))
-    camera = T_map_camera[:3, 3]
+    points = map_points(depth_m, intrinsics=intrinsics, T_map_camera=T_map_camera)
+    camera = T_map_camera[:3, 3].astype(np.float32)
     rays = points[::RAY_STRIDE, ::RAY_STRIDE][depth_m[::RAY_STRIDE, ::RAY_STRIDE] > 0]
-    usable = (depth_m > 0) & (depth_m <= settings.max_range_m)
-    points, depth = points[usable], depth_m[usable]
     samples = ray_samples(camera, rays, settings=settings)
-    everything = np.concatenate([points[:, :2], samples[:, :2], camera[None, :2]])
-    box = GridSpec.covering(
-        settings.cell_size_m,
-        tuple(everything.min(axis=0).tolist()),
-        tuple(everything.max(axis=0).tolist()),
-    )
-    slack = settings.height_error_per_m * depth
-    is_floor = np.abs(points[:, 2]) <= settings.floor_tolerance_m + slack
-    is_obstacle = points[:, 2] >= settings.min_height_m + slack
-    hits = voxel_counts(points[is_obstacle], box, settings)
-    crossed = voxel_counts(samples, box, settings) > 0
-    low = samples[:, 2] < settings.low_height_m
-    clear = cell_mask(points[is_floor], box) | cell_mask(samples[low], box)
-    evidence = np.where(hits >= MIN_HITS, HIT, np.where(hits > 0, GLIMPSE, -MISS * crossed))
+    slack = settings.height_error_per_m * depth_m
+    z = points[..., 2]
+    usable = (depth_m > 0) & (depth_m <= settings.max_range_m)
+    floor = points[usable & (np.abs(z) <= settings.floor_tolerance_m + slack)]
+    is_obstacle = (z >= settings.min_height_m + slack) & (z < settings.max_height_m)
+    obstacles = points[usable & is_obstacle]
+    box = _box((floor, obstacles, samples, camera[None]), settings.cell_size_m)
+    hits = np.zeros((*box.shape, settings.levels), np.int64)
+    np.add.at(hits.reshape(-1), voxels(obstacles, box, settings), 1)
+    crossed = np.zeros(hits.shape, bool)
+    crossed.reshape(-1)[voxels(samples[samples[:, 2] >= settings.min_height_m], box, settings)] = 1
+    clear = np.zeros(box.shape, bool)
+    for seen in (floor, samples[samples[:, 2] < settings.low_height_m]):
+        clear[tuple(box.cells(seen[:, :2].astype(np.float64)).T)] = True
+    evidence = (crossed * np.int8(-MISS)).astype(np.int8)
+    evidence[hits > 0] = GLIMPSE
+    evidence[hits >= MIN_HITS] = HIT
     touched = clear | evidence.any(axis=2)
     cells = np.argwhere(touched) + np.asarray(box.origin_cell)
-    return OccupancyFrame(cells, evidence[touched].astype(np.int8), clear[touched])
+    return OccupancyFrame(cells, evidence[touched], clear[touched])
 
 
-def ray_samples(camera: F64, ends: F64, *, settings: OccupancySettings) -> F64:
+def map_points(depth_m: F32, *, intrinsics: Intrinsics, T_map_camera: F64) -> F32:
+    """Points (H, W, 3) float32 in the map frame; ``transform`` of ``unproject``, but faster.
+
+    A pixel's direction is the sum of what its column and what its row contribute.
+    """
+    height, width = depth_m.shape
+    R, t = T_map_camera[:3, :3].astype(np.float32), T_map_camera[:3, 3].astype(np.float32)
+    x = (np.arange(width, dtype=np.float32) + np.float32(0.5 - intrinsics.cx)) / intrinsics.fx
+    y = (np.arange(height, dtype=np.float32) + np.float32(0.5 - intrinsics.cy)) / intrinsics.fy
+    points = np.empty((height, width, 3), np.float32)
+    for k in range(3):
+        points[..., k] = (R[k, 0] * x + (R[k, 1] * y + R[k, 2])[:, None]) * depth_m + t[k]
+    return points
+
+
+def ray_samples(camera: F32, ends: F32, *, settings: OccupancySettings) -> F32:
     """Points (n, 3) in the empty space between camera (3,) and surface points (m, 3).
 
     Only within the clearing range, below the robot's height and above the floor, and not in
@@ -110,33 +126,33 @@ def ray_samples(camera: F64, ends: F64, *, settings: OccupancySettings) -> F64:
     step = RAY_STEP * settings.cell_size_m
     rays = ends - camera
     length = np.linalg.norm(rays, axis=1)
-    ways = np.arange(step, settings.clear_range_m, step)
+    ways = np.arange(step, settings.clear_range_m, step, dtype=np.float32)
     rays = rays / np.maximum(length, 1e-6)[:, None]
     z = camera[2] + rays[:, 2, None] * ways
     inside = ways <= (length - settings.cell_size_m)[:, None]
     inside &= (z < settings.max_height_m) & (z > -settings.floor_tolerance_m)
-    ray, way = np.nonzero(inside)
-    samples: F64 = camera + rays[ray] * ways[way, None]
+    samples = np.empty((np.count_nonzero(inside), 3), np.float32)
+    for k in range(2):
+        samples[:, k] = (camera[k] + rays[:, k, None] * ways)[inside]
+    samples[:, 2] = z[inside]
     return samples
 
 
-def voxel_counts(points: F64, box: GridSpec, settings: OccupancySettings) -> I64:
-    """How many points (n, 3) fall in each voxel (nx, ny, levels) of the box."""
-    levels = settings.levels
-    thickness = (settings.max_height_m - settings.min_height_m) / levels
-    level = np.floor((points[:, 2] - settings.min_height_m) / thickness).astype(np.int64)
-    within = (level >= 0) & (level < levels)
-    cells = box.cells(points[within])
-    flat = (cells[:, 0] * box.shape[1] + cells[:, 1]) * levels + level[within]
-    size = box.shape[0] * box.shape[1] * levels
-    return np.bincount(flat, minlength=size).reshape(*box.shape, levels)
+def voxels(points: F32, box: GridSpec, settings: OccupancySettings) -> I64:
+    """Flat voxel indices (n,) in (nx, ny, levels) of points (n, 3) inside box and height band."""
+    thickness = (settings.max_height_m - settings.min_height_m) / settings.levels
+    level = ((points[:, 2] - settings.min_height_m) / thickness).astype(np.int64)
+    cells = box.cells(points[:, :2].astype(np.float64))
+    flat: I64 = (cells[:, 0] * box.shape[1] + cells[:, 1]) * settings.levels
+    return flat + np.minimum(level, settings.levels - 1)
 
 
-def cell_mask(points: F64, box: GridSpec) -> Bool:
-    """Which cells (nx, ny) of the box hold any of the points (n, 3)."""
-    mask = np.zeros(box.shape, bool)
-    mask[tuple(box.cells(points).T)] = True
-    return mask
+def _box(clouds: tuple[F32, ...], cell_size_m: float) -> GridSpec:
+    # Column by column: a reduction along axis 0 of (n, 3) is twenty times slower.
+    columns = [[cloud[:, k] for cloud in clouds if len(cloud)] for k in range(2)]
+    low_x, low_y = (min(float(c.min()) for c in column) for column in columns)
+    high_x, high_y = (max(float(c.max()) for c in column) for column in columns)
+    return GridSpec.covering(cell_size_m, (low_x, low_y), (high_x, high_y))
 
 
 def accumulated(evidence: I8, added: I8) -> I8:

@@ -110,21 +110,33 @@ def _compact(ix: Tensor, iy: Tensor, usable: Tensor) -> tuple[Tensor, Tensor]:
     if not bool(usable.any()):
         rows = torch.zeros(usable.numel(), dtype=torch.int64, device=usable.device)
         return rows.new_zeros((0, 2)), rows
-    low, high = [], []
-    for axis in (ix, iy):
-        chosen = axis[usable]
-        low.append(int(chosen.min()))
-        high.append(int(chosen.max()))
-    depth = high[1] - low[1] + 1
-    box = (high[0] - low[0] + 1) * depth
-    flat = torch.where(usable, (ix - low[0]) * depth + (iy - low[1]), box).flatten()
-    seen = torch.zeros(box + 1, dtype=torch.bool, device=flat.device)
-    seen[flat] = True
-    found = torch.nonzero(seen[:box]).squeeze(1)
-    row_of = torch.full((box + 1,), len(found), dtype=torch.int64, device=flat.device)
-    row_of[found] = torch.arange(len(found), device=flat.device)
-    cells = torch.stack([found // depth + low[0], found % depth + low[1]], dim=1)
-    return cells, row_of[flat]
+    (low_x, high_x), (low_y, high_y) = _range(ix, usable), _range(iy, usable)
+    depth = high_y - low_y + 1
+    box = (high_x - low_x + 1) * depth
+    flat = torch.where(usable, (ix - low_x) * depth + (iy - low_y), box)
+    found, rows = _numbered(flat.flatten(), box)
+    return torch.stack([found // depth + low_x, found % depth + low_y], dim=1), rows
+
+
+def _numbered(values: Tensor, limit: int) -> tuple[Tensor, Tensor]:
+    """The distinct values (k,) below ``limit``, ascending, and each value's place in them.
+
+    The value ``limit`` stands for "none" and gets place k. ``torch.unique`` would sort.
+    """
+    present = torch.zeros(limit + 1, dtype=torch.bool, device=values.device)
+    present[values] = True
+    found = torch.nonzero(present[:limit]).squeeze(1)
+    place_of = torch.empty(limit + 1, dtype=torch.int64, device=values.device)
+    place_of[limit] = len(found)
+    place_of[found] = torch.arange(len(found), device=values.device)
+    return found, place_of[values]
+
+
+def _range(indices: Tensor, usable: Tensor) -> tuple[int, int]:
+    """Smallest and largest index among the usable, of which there is one at least."""
+    bound = torch.iinfo(indices.dtype)
+    low = torch.where(usable, indices, bound.max).min()
+    return int(low), int(torch.where(usable, indices, bound.min).max())
 
 
 def _scatter(
@@ -141,12 +153,12 @@ def _scatter(
     left, b = _interpolation(width, w, confidence.device)
     down, right = w * (h > 1), int(w > 1)
     key = row * (h * w) + (top[:, None] * w + left).flatten()
+    used, place = _numbered(key.clamp_(max=count * h * w), count * h * w)
     s_a, s_b = confidence * a[:, None], confidence * b
-    sums = confidence.new_zeros((4, (count + 1) * h * w))
+    sums = confidence.new_zeros((4, len(used) + 1))
     for k, weight in enumerate((confidence, s_a, s_b, s_a * b)):
-        sums[k].scatter_add_(0, key, weight.flatten())
-    used = torch.nonzero(sums[0, : count * h * w]).squeeze(1)
-    s, s_a, s_b, s_ab = sums[:, used]
+        sums[k].scatter_add_(0, place, weight.flatten())
+    s, s_a, s_b, s_ab = sums[:, :-1]
     values = torch.stack([s - s_a - s_b + s_ab, s_b - s_ab, s_a - s_ab, s_ab], dim=1)
     patch = used % (h * w)
     patches = torch.stack([patch, patch + right, patch + down, patch + down + right], dim=1)
