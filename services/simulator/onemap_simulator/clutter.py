@@ -5,9 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from onemap_simulator.arrange import Arranger
-from onemap_simulator.furniture import electronics, plants, seating, storage, tables, things
+from onemap_simulator.furniture import (
+    containers,
+    electronics,
+    plants,
+    playthings,
+    seating,
+    storage,
+    tables,
+    tableware,
+)
+from onemap_simulator.furniture.appliances import kettle, microwave, refrigerator, toaster
 from onemap_simulator.furniture.bathroom import towel, washing_machine
-from onemap_simulator.furniture.kitchen import kettle, microwave, toaster
 from onemap_simulator.furniture.sleep import pillow
 from onemap_simulator.furniture.structure import curtain
 from onemap_simulator.furniture.wall_decor import clock, mirror, picture
@@ -58,7 +67,11 @@ def complete(site: Site, pick: Pick) -> None:
         model = make(pick)
         for index in pick.rng.permutation(allowed):
             room = Arranger(site, pick, int(index))
-            here = [t for t in site.placed if t.space == index and t.model.tops]
+            here = [
+                thing
+                for thing in site.placed
+                if thing.space == index and thing.model.tops and _suits(category, thing)
+            ]
             if how == "top" and _put(room, here, model):
                 break
             if how == "wall" and _hang(room, model):
@@ -67,29 +80,39 @@ def complete(site: Site, pick: Pick) -> None:
                 break
 
 
+def _suits(category: str, support: Placed) -> bool:
+    """Cups and kettles do not stand on sofas, pillows do not lie on tables."""
+    soft = support.model.category in ("sofa", "armchair", "bed")
+    return category == "teddy bear" or soft == (category == "pillow")
+
+
 _DAY = ("living room", "study", "dining room")
 _LIVED_IN = (*_DAY, "bedroom")
 
 # category, maker, kinds of room (empty: any), and where: floor (at a wall), top or wall.
 _EXTRAS: tuple[tuple[str, Maker, tuple[str, ...], str], ...] = (
+    ("refrigerator", refrigerator, ("kitchen", "dining room", "hallway"), "floor"),
+    ("wardrobe", storage.wardrobe, ("bedroom", "hallway", "study"), "floor"),
+    ("sofa", seating.sofa, ("living room", "study", "bedroom"), "floor"),
+    ("coffee table", tables.coffee_table, ("living room", "study"), "floor"),
+    ("bicycle", playthings.bicycle, ("hallway", *_LIVED_IN), "floor"),
     ("washing machine", washing_machine, ("kitchen", "bathroom", "hallway"), "floor"),
     ("desk", tables.desk, _LIVED_IN, "floor"),
     ("bookcase", storage.bookcase, (*_LIVED_IN, "hallway"), "floor"),
     ("dresser", storage.dresser, (*_LIVED_IN, "hallway"), "floor"),
     ("armchair", seating.armchair, _LIVED_IN, "floor"),
     ("shelf", storage.shelf, (), "floor"),
-    ("bench", seating.bench, (), "floor"),
-    ("stool", seating.stool, (), "floor"),
-    ("chair", seating.chair, (), "floor"),
+    ("bench", seating.bench, (*_LIVED_IN, "hallway"), "floor"),
+    ("stool", seating.stool, (*_LIVED_IN, "kitchen", "hallway"), "floor"),
+    ("chair", seating.chair, (*_LIVED_IN, "kitchen"), "floor"),
     ("nightstand", storage.nightstand, ("bedroom",), "floor"),
     ("radiator", electronics.radiator, (), "floor"),
-    ("bicycle", things.bicycle, ("hallway", *_LIVED_IN), "floor"),
-    ("guitar", things.guitar, _LIVED_IN, "floor"),
-    ("suitcase", things.suitcase, ("bedroom", "hallway", "study", "living room"), "floor"),
-    ("basket", things.basket, (), "floor"),
-    ("box", things.cardboard_box, (), "floor"),
-    ("trash can", things.trash_can, (), "floor"),
-    ("ball", things.ball, _LIVED_IN, "floor"),
+    ("guitar", playthings.guitar, _LIVED_IN, "floor"),
+    ("suitcase", containers.suitcase, ("bedroom", "hallway", "study", "living room"), "floor"),
+    ("basket", containers.basket, (), "floor"),
+    ("box", containers.cardboard_box, (), "floor"),
+    ("trash can", containers.trash_can, (), "floor"),
+    ("ball", playthings.ball, _LIVED_IN, "floor"),
     ("lamp", electronics.floor_lamp, _LIVED_IN, "floor"),
     ("fan", electronics.standing_fan, _LIVED_IN, "floor"),
     ("potted plant", plants.floor_plant, (), "floor"),
@@ -97,13 +120,13 @@ _EXTRAS: tuple[tuple[str, Maker, tuple[str, ...], str], ...] = (
     ("microwave", microwave, ("kitchen", "dining room"), "top"),
     ("kettle", kettle, ("kitchen", "dining room", "living room"), "top"),
     ("toaster", toaster, ("kitchen", "dining room", "living room"), "top"),
-    ("teddy bear", things.teddy_bear, _LIVED_IN, "top"),
+    ("teddy bear", playthings.teddy_bear, _LIVED_IN, "top"),
     ("pillow", pillow, ("bedroom", "living room"), "top"),
     ("vase", plants.vase, (), "top"),
-    ("bottle", things.bottle, (), "top"),
-    ("bowl", things.bowl, (), "top"),
-    ("cup", things.cup, (), "top"),
-    ("book", things.book, (), "top"),
+    ("bottle", tableware.bottle, (), "top"),
+    ("bowl", tableware.bowl, (), "top"),
+    ("cup", tableware.cup, (), "top"),
+    ("book", tableware.book, (), "top"),
     ("fan", electronics.table_fan, (), "top"),
     ("lamp", electronics.table_lamp, (), "top"),
     ("towel", towel, ("bathroom", "kitchen"), "wall"),
@@ -124,8 +147,9 @@ def hang_curtains(site: Site, pick: Pick) -> None:
         long = curtain(pick, pick.size(0.3, 0.45), hole.top + 0.06)
         short = curtain(pick, pick.size(0.3, 0.45), hole.top - hole.sill + 0.2)
         for model in (long, short) if pick.chance(0.6) else (short,):
-            things = _beside_window(model, hole, plan)
-            if all([site.add([thing], ignoring=site.window_boxes) for thing in things]):
+            pair = _beside_window(model, hole, plan)
+            hung = [site.add([thing], ignoring=site.window_boxes) for thing in pair]
+            if all(hung):
                 break
 
 

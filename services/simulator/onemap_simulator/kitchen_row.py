@@ -6,21 +6,18 @@ import numpy as np
 
 from onemap_simulator.arrange import Arranger
 from onemap_simulator.clutter import put
-from onemap_simulator.furniture.bathroom import washing_machine
-from onemap_simulator.furniture.catalogue import kitchen_look
-from onemap_simulator.furniture.kitchen import (
-    DEPTH_M,
+from onemap_simulator.furniture.appliances import (
     dishwasher,
     kettle,
-    kitchen_cabinet,
-    kitchen_sink,
     microwave,
     oven,
     refrigerator,
     toaster,
-    wall_cabinet,
 )
-from onemap_simulator.furniture.things import bottle, bowl, cup
+from onemap_simulator.furniture.bathroom import washing_machine
+from onemap_simulator.furniture.catalogue import kitchen_look
+from onemap_simulator.furniture.kitchen import DEPTH_M, kitchen_cabinet, kitchen_sink, wall_cabinet
+from onemap_simulator.furniture.tableware import bottle, bowl, cup
 from onemap_simulator.model import Material
 from onemap_simulator.site import Placed
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -111,7 +112,7 @@ def _split(pick: Pick, start: float, total: float, count: int, small: float) -> 
 
 
 def _row(borders: list[float], y0: float, y1: float) -> list[Rect]:
-    return [(a, y0, b, y1) for a, b in zip(borders[:-1], borders[1:], strict=True)]
+    return [(a, y0, b, y1) for a, b in pairwise(borders)]
 
 
 def _along_corridor(pick: Pick) -> list[Rect]:
@@ -154,11 +155,8 @@ def _around_living_room(pick: Pick) -> list[Rect]:
     right = _split(pick, 0.0, depth, 3 if depth > 7.7 else 2, bath)
     return [
         (west, 0.0, west + hub, depth),
-        *[(0.0, a, west, b) for a, b in zip(left[:-1], left[1:], strict=True)],
-        *[
-            (west + hub, a, west + hub + east, b)
-            for a, b in zip(right[:-1], right[1:], strict=True)
-        ],
+        *[(0.0, a, west, b) for a, b in pairwise(left)],
+        *[(west + hub, a, west + hub + east, b) for a, b in pairwise(right)],
     ]
 
 

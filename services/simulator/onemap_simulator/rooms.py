@@ -16,6 +16,7 @@ from onemap_simulator.furniture.bathroom import (
     towel,
     washing_machine,
 )
+from onemap_simulator.furniture.containers import basket, cardboard_box, suitcase, trash_can
 from onemap_simulator.furniture.electronics import (
     floor_lamp,
     laptop,
@@ -25,25 +26,13 @@ from onemap_simulator.furniture.electronics import (
     television,
 )
 from onemap_simulator.furniture.plants import floor_plant, small_plant, vase
+from onemap_simulator.furniture.playthings import ball, bicycle, guitar, teddy_bear
 from onemap_simulator.furniture.seating import armchair, bench, chair, sofa, stool
 from onemap_simulator.furniture.sleep import bed, pillow
 from onemap_simulator.furniture.storage import bookcase, dresser, nightstand, shelf, wardrobe
 from onemap_simulator.furniture.structure import rug
 from onemap_simulator.furniture.tables import coffee_table, desk, table
-from onemap_simulator.furniture.things import (
-    ball,
-    basket,
-    bicycle,
-    book,
-    bottle,
-    bowl,
-    cardboard_box,
-    cup,
-    guitar,
-    suitcase,
-    teddy_bear,
-    trash_can,
-)
+from onemap_simulator.furniture.tableware import book, bottle, bowl, cup
 from onemap_simulator.furniture.wall_decor import clock, mirror, picture
 from onemap_simulator.kitchen_row import kitchen_row
 from onemap_simulator.model import Model
@@ -153,8 +142,11 @@ def _kitchen(room: Arranger) -> None:
 def _bathroom(room: Arranger) -> None:
     pick = room.pick
     wet = [bathtub, shower] if pick.chance(0.5) else [shower, bathtub]
-    for make in wet[: 1 + pick.count(0, 1)]:
-        room.in_corner(make(pick))
+    washed = False
+    for make in wet:
+        if not washed or pick.chance(0.8):
+            model = make(pick)
+            washed = bool(room.in_corner(model) or room.against_wall(model)) or washed
     _along_walls(room, (1.0, toilet))
     basin = room.against_wall(bathroom_sink(pick))
     if basin is not None:
@@ -217,7 +209,7 @@ def _study(room: Arranger) -> None:
         put(room, [work], [(0.95, laptop), (0.6, table_lamp), (0.5, book), (0.5, cup)])
     tops = _along_walls(room, (0.9, bookcase), (0.5, bookcase), (0.7, shelf), (0.4, dresser))
     put(room, tops, [(0.6, small_plant), (0.6, book), (0.4, vase), (0.3, bottle)])
-    _along_walls(room, (0.5, radiator), (0.5, armchair), (0.5, guitar), (0.5, standing_fan))
+    _along_walls(room, (0.3, bicycle), (0.5, radiator), (0.5, armchair), (0.5, guitar))
     _along_walls(room, (0.5, trash_can), (0.5, cardboard_box), (0.5, floor_plant))
     if pick.chance(0.5):
         room.on_floor(rug(pick, pick.size(1.2, 1.8), pick.size(0.8, 1.2)))
@@ -233,7 +225,8 @@ def _dining_room(room: Arranger) -> None:
 
 
 def _hallway(room: Arranger) -> None:
+    _along_walls(room, (0.6, bicycle))
     tops = _along_walls(room, (0.5, dresser), (0.3, bench), (0.4, shelf))
     put(room, tops, [(0.5, vase), (0.5, basket), (0.4, table_lamp), (0.4, small_plant)])
-    _along_walls(room, (0.4, bicycle), (0.4, suitcase), (0.3, cardboard_box), (0.3, basket))
+    _along_walls(room, (0.4, suitcase), (0.3, cardboard_box), (0.3, basket))
     hang(room, [(0.6, mirror), (0.7, picture), (0.3, clock)])

@@ -8,9 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
-from onemap_shared.geometry import U8
-
-Weight = np.ndarray
+from onemap_shared.geometry import F32, U8
 
 SIZE = 64  # pixels: finer detail vanishes in a 320 x 240 image anyway
 
@@ -27,12 +25,13 @@ def texture(family: str, rng: np.random.Generator, colours: ArrayLike) -> U8:
     return to_image(first * (1 - weight) + second * weight + grain)
 
 
-def to_image(rgb: Weight) -> U8:
+def to_image(rgb: ArrayLike) -> U8:
     """uint8 image from RGB values, clipped to 0 to 1."""
-    return (np.clip(rgb, 0.0, 1.0) * 255 + 0.5).astype(np.uint8)
+    image: U8 = (np.clip(np.asarray(rgb), 0.0, 1.0) * 255 + 0.5).astype(np.uint8)
+    return image
 
 
-def smooth_noise(rng: np.random.Generator, cells: tuple[int, int], size: int = SIZE) -> Weight:
+def smooth_noise(rng: np.random.Generator, cells: tuple[int, int], size: int = SIZE) -> F32:
     """Noise (size, size) in 0 to 1 with about ``cells`` (rows, columns) bumps, repeating."""
     coarse = rng.random(cells, dtype=np.float32)
     wrapped = np.pad(coarse, 1, mode="wrap")
@@ -40,39 +39,44 @@ def smooth_noise(rng: np.random.Generator, cells: tuple[int, int], size: int = S
     shape = ((cells[1] + 2) * columns, (cells[0] + 2) * rows)
     fine = cv2.resize(wrapped, shape, interpolation=cv2.INTER_LINEAR).astype(np.float32)
     fine = fine[rows : rows + size, columns : columns + size]
-    return cv2.resize(fine, (size, size)).astype(np.float32)
+    return np.asarray(cv2.resize(fine, (size, size)), dtype=np.float32)
 
 
 def _axes() -> tuple[F32, F32]:
-    v, u = np.mgrid[0:SIZE, 0:SIZE].astype(np.float32) / SIZE
-    return u, v
+    ramp = np.arange(SIZE, dtype=np.float32) / SIZE
+    u, v = np.meshgrid(ramp, ramp)
+    return _weight(u), _weight(v)
 
 
-def _plain(rng: np.random.Generator) -> Weight:
-    return 0.12 * smooth_noise(rng, (4, 4))
+def _weight(values: ArrayLike) -> F32:
+    return np.asarray(values, dtype=np.float32)
 
 
-def _noise(rng: np.random.Generator) -> Weight:
-    return 0.5 * smooth_noise(rng, (8, 8)) + 0.5 * smooth_noise(rng, (32, 32))
+def _plain(rng: np.random.Generator) -> F32:
+    return _weight(0.12 * smooth_noise(rng, (4, 4)))
 
 
-def _plaster(rng: np.random.Generator) -> Weight:
-    return 0.25 * smooth_noise(rng, (16, 16)) + 0.15 * smooth_noise(rng, (64, 64))
+def _noise(rng: np.random.Generator) -> F32:
+    return _weight(0.5 * smooth_noise(rng, (8, 8)) + 0.5 * smooth_noise(rng, (32, 32)))
 
 
-def _wood(rng: np.random.Generator) -> Weight:
+def _plaster(rng: np.random.Generator) -> F32:
+    return _weight(0.25 * smooth_noise(rng, (16, 16)) + 0.15 * smooth_noise(rng, (64, 64)))
+
+
+def _wood(rng: np.random.Generator) -> F32:
     u, _ = _axes()
     bend = smooth_noise(rng, (2, 8)) + 0.5 * smooth_noise(rng, (4, 16))
     rings = 0.5 + 0.5 * np.sin(2 * np.pi * (u * int(rng.integers(4, 9)) + bend))
-    return (0.6 * rings + 0.4 * smooth_noise(rng, (4, 64))).astype(np.float32)
+    return _weight(0.6 * rings + 0.4 * smooth_noise(rng, (4, 64)))
 
 
-def _burl(rng: np.random.Generator) -> Weight:
+def _burl(rng: np.random.Generator) -> F32:
     swirl = smooth_noise(rng, (4, 4)) + 0.5 * smooth_noise(rng, (8, 8))
-    return (0.5 + 0.5 * np.sin(swirl * 18)).astype(np.float32)
+    return _weight(0.5 + 0.5 * np.sin(swirl * 18))
 
 
-def _planks(rng: np.random.Generator) -> Weight:
+def _planks(rng: np.random.Generator) -> F32:
     u, v = _axes()
     count = int(rng.integers(4, 7))
     lane = np.floor(u * count).astype(int)
@@ -80,80 +84,80 @@ def _planks(rng: np.random.Generator) -> Weight:
     tone = rng.random((count, 2))[lane, (np.floor(v * 2 + shift) % 2).astype(int)]
     seam = (u * count % 1 < 0.06) | ((v + shift / 2) % 0.5 < 0.012)
     grain = smooth_noise(rng, (4, 64))
-    return np.where(seam, 1.0, 0.45 * tone + 0.35 * grain).astype(np.float32)
+    return _weight(np.where(seam, 1.0, 0.45 * tone + 0.35 * grain))
 
 
-def _weave(rng: np.random.Generator) -> Weight:
+def _weave(rng: np.random.Generator) -> F32:
     u, v = _axes()
     count = int(rng.integers(10, 20))
     threads = np.sin(2 * np.pi * count * u) * np.sin(2 * np.pi * count * v)
-    return (0.5 + 0.4 * threads + 0.2 * (smooth_noise(rng, (8, 8)) - 0.5)).astype(np.float32)
+    return _weight(0.5 + 0.4 * threads + 0.2 * (smooth_noise(rng, (8, 8)) - 0.5))
 
 
-def _stripes(rng: np.random.Generator) -> Weight:
+def _stripes(rng: np.random.Generator) -> F32:
     u, v = _axes()
     along = u if rng.random() < 0.7 else v
     count, share = int(rng.integers(3, 9)), rng.uniform(0.25, 0.75)
-    return ((along * count) % 1 < share).astype(np.float32)
+    return _weight((along * count) % 1 < share)
 
 
-def _checks(rng: np.random.Generator) -> Weight:
+def _checks(rng: np.random.Generator) -> F32:
     u, v = _axes()
     count = int(rng.integers(2, 6))
     if rng.random() < 0.5:
-        return ((np.floor(u * 2 * count) + np.floor(v * 2 * count)) % 2).astype(np.float32)
-    return (0.5 * ((u * count) % 1 < 0.5) + 0.5 * ((v * count) % 1 < 0.5)).astype(np.float32)
+        return _weight((np.floor(u * 2 * count) + np.floor(v * 2 * count)) % 2)
+    return _weight(0.5 * ((u * count) % 1 < 0.5) + 0.5 * ((v * count) % 1 < 0.5))
 
 
-def _tiles(rng: np.random.Generator) -> Weight:
+def _tiles(rng: np.random.Generator) -> F32:
     u, v = _axes()
     count = int(rng.integers(3, 6))
     tone = rng.random((count, count))[np.int64(v * count), np.int64(u * count)]
     joint = (u * count % 1 < 0.05) | (v * count % 1 < 0.05)
-    return np.where(joint, 1.0, 0.25 * tone).astype(np.float32)
+    return _weight(np.where(joint, 1.0, 0.25 * tone))
 
 
-def _brushed(rng: np.random.Generator) -> Weight:
-    return 0.5 * smooth_noise(rng, (64, 2)) + 0.2 * smooth_noise(rng, (2, 4))
+def _brushed(rng: np.random.Generator) -> F32:
+    return _weight(0.5 * smooth_noise(rng, (64, 2)) + 0.2 * smooth_noise(rng, (2, 4)))
 
 
-def _leather(rng: np.random.Generator) -> Weight:
-    return (smooth_noise(rng, (32, 32)) > 0.72) * 0.35 + 0.25 * smooth_noise(rng, (4, 4))
+def _leather(rng: np.random.Generator) -> F32:
+    return _weight((smooth_noise(rng, (32, 32)) > 0.72) * 0.35 + 0.25 * smooth_noise(rng, (4, 4)))
 
 
-def _marble(rng: np.random.Generator) -> Weight:
+def _marble(rng: np.random.Generator) -> F32:
     u, v = _axes()
     veins = np.abs(np.sin(np.pi * (u + v) * 2 + 6 * smooth_noise(rng, (4, 4))))
-    return ((1 - veins) ** 4 + 0.1 * smooth_noise(rng, (16, 16))).astype(np.float32)
+    return _weight((1 - veins) ** 4 + 0.1 * smooth_noise(rng, (16, 16)))
 
 
-def _dots(rng: np.random.Generator) -> Weight:
+def _dots(rng: np.random.Generator) -> F32:
     u, v = _axes()
     count, radius = int(rng.integers(3, 7)), rng.uniform(0.2, 0.38)
-    return (np.hypot(u * count % 1 - 0.5, v * count % 1 - 0.5) < radius).astype(np.float32)
+    return _weight(np.hypot(u * count % 1 - 0.5, v * count % 1 - 0.5) < radius)
 
 
-def _zigzag(rng: np.random.Generator) -> Weight:
+def _zigzag(rng: np.random.Generator) -> F32:
     u, v = _axes()
     count = int(rng.integers(3, 6))
-    return ((v * count + np.abs(u * count % 1 - 0.5)) % 1 < 0.5).astype(np.float32)
+    return _weight((v * count + np.abs(u * count % 1 - 0.5)) % 1 < 0.5)
 
 
-def _herringbone(rng: np.random.Generator) -> Weight:
+def _herringbone(rng: np.random.Generator) -> F32:
     u, v = _axes()
     columns = int(rng.integers(2, 5)) * 2
     lean = np.where(np.floor(u * columns) % 2 == 0, u, -u)
     slat = np.floor((v + lean) * 12)
     tone = rng.random(64)[slat.astype(int) % 12]
-    return (0.8 * tone + 0.2 * (u * columns % 1 < 0.06)).astype(np.float32)
+    return _weight(0.8 * tone + 0.2 * (u * columns % 1 < 0.06))
 
 
-def _terrazzo(rng: np.random.Generator) -> Weight:
+def _terrazzo(rng: np.random.Generator) -> F32:
     chips = smooth_noise(rng, (16, 16))
-    return ((chips > 0.65) * 0.9 + (chips < 0.3) * 0.5).astype(np.float32)
+    return _weight((chips > 0.65) * 0.9 + (chips < 0.3) * 0.5)
 
 
-FAMILIES: dict[str, Callable[[np.random.Generator], Weight]] = {
+FAMILIES: dict[str, Callable[[np.random.Generator], F32]] = {
     "plain": _plain,
     "noise": _noise,
     "plaster": _plaster,

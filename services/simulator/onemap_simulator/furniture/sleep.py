@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from onemap_simulator.mesh import Mesh, box, from_faces, soft_box
 from onemap_simulator.furniture.seating import legs
+from onemap_simulator.mesh import Mesh, box, from_faces, soft_box
 from onemap_simulator.model import Model, Top, assemble
 from onemap_simulator.pick import Pick
 

@@ -152,10 +152,10 @@ def _drawers(pick: Pick, category: str, size: tuple[float, float, float], column
     body = [top, box((width, depth - 0.03, height - low - 0.03), (0, 0.015, low))]
     if hollow:
         body += [m.moved(0, 0, leg) for m in carcass(width, depth - 0.03, low - leg + 0.01, 1)]
-    for x in (-1, 1):
-        for y in (-1, 1):
+    for left in (-1, 1):
+        for ahead in (-1, 1):
             body.append(
-                box((0.045, 0.045, leg), (x * (width / 2 - 0.03), y * (depth / 2 - 0.05), 0))
+                box((0.045, 0.045, leg), (left * (width / 2 - 0.03), ahead * (depth / 2 - 0.05), 0))
             )
     fronts, knobs = [], []
     each_w, each_h = width / columns, (height - low - 0.04) / rows

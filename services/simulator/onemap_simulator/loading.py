@@ -1,0 +1,183 @@
+"""A scene from a user's file: glTF, GLB, OBJ or PLY, with a YAML beside it to correct it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+import yaml
+
+from onemap_shared.geometry import F64
+from onemap_simulator.naming import UNNAMED, category_of
+from onemap_simulator.scene import Scene, SceneObject
+from onemap_simulator.spawn import free_space, lamps, start_pose
+from onemap_simulator.surfaces import surface_of
+
+SUFFIXES = (".glb", ".gltf", ".obj", ".ply")
+Y_UP_SUFFIXES = (".glb", ".gltf")  # by their standard; the other formats do not say
+AMBIENT = (0.6, 0.6, 0.6)  # bright: unknown rooms may have no place for a lamp
+FLOOR_SEARCH_M = 1.0  # the floor lies within this height of the lowest point
+FLOOR_BIN_M = 0.02
+
+# Z_FROM_Y_UP takes glTF's axes (y up) to the map's (z up).
+Z_FROM_Y_UP: F64 = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+
+
+@dataclass(frozen=True, slots=True)
+class Corrections:
+    """What ``<stem>.yaml`` says: node to category, start (x, y, yaw in the map), the up axis."""
+
+    categories: dict[str, str] = field(default_factory=dict)
+    start: tuple[float, float, float] | None = None
+    up: str | None = None
+
+
+def load_scene(path: Path | str) -> Scene:
+    """The scene in a file, in metres with z up.
+
+    glTF is turned from y-up; OBJ and PLY are taken as z-up unless the YAML says ``up: y``.
+    Everything is shifted vertically so that the floor lies at z = 0: the level within the
+    lowest metre with the largest horizontal area, else the lowest point. Node names become
+    categories (see ``naming``), PLY is one "object"; the YAML's ``categories`` rename nodes.
+    Without a ``start`` the robot stands at the roomiest place of the largest free floor.
+    ValueError: a missing, unreadable, empty or unsupported file, or a YAML that is wrong.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise ValueError(
+            f"scene {path}: suffix {path.suffix!r} is not one of {', '.join(SUFFIXES)}"
+        )
+    if not path.is_file():
+        raise ValueError(f"scene {path} does not exist")
+    corrections = read_corrections(path.with_suffix(".yaml"))
+    named = _named_meshes(path)
+    unknown = set(corrections.categories) - {name for name, _ in named}
+    if unknown:
+        raise ValueError(
+            f"{path.with_suffix('.yaml')}: no node is called {sorted(unknown)[0]!r}; "
+            f"the scene has {', '.join(sorted({name for name, _ in named})[:20])}"
+        )
+    up = corrections.up or ("y" if path.suffix.lower() in Y_UP_SUFFIXES else "z")
+    scene = _assemble(path.stem, named, corrections, up)
+    grid, clearance = free_space(scene)
+    start = corrections.start or start_pose(grid, clearance)
+    if start is None:
+        raise ValueError(
+            f"scene {path} has no free floor for a robot: give 'start: [x, y, yaw]' in "
+            f"{path.with_suffix('.yaml').name}"
+        )
+    return replace(scene, start=start, lights=lamps(grid, clearance))
+
+
+def read_corrections(path: Path) -> Corrections:
+    """The YAML beside a scene; none is no correction. ValueError says which key is wrong."""
+    if not path.is_file():
+        return Corrections()
+    try:
+        raw = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path} is not valid YAML: {' '.join(str(error).split())}") from error
+    if not isinstance(raw, dict):
+        raise ValueError(f"{path} must hold keys and values, not a {type(raw).__name__}")
+    unknown = set(raw) - {"categories", "start", "up"}
+    if unknown:
+        raise ValueError(
+            f"{path}: unknown key {min(map(str, unknown))!r}; known are categories, start, up"
+        )
+    categories, start, up = raw.get("categories") or {}, raw.get("start"), raw.get("up")
+    if not isinstance(categories, dict) or not all(
+        isinstance(node, str) and isinstance(name, str) for node, name in categories.items()
+    ):
+        raise ValueError(f"{path}: categories must map node names to category names")
+    if up not in (None, "y", "z"):
+        raise ValueError(f"{path}: up is {up!r}; it must be y or z")
+    return Corrections(dict(categories), _start_of(path, start), up)
+
+
+def _start_of(path: Path, value: Any) -> tuple[float, float, float] | None:
+    if value is None:
+        return None
+    numbers = isinstance(value, list) and all(
+        isinstance(v, (int, float)) and not isinstance(v, bool) and np.isfinite(v) for v in value
+    )
+    if not numbers or len(value) != 3:
+        raise ValueError(f"{path}: start is {value!r}; it must be three numbers [x, y, yaw]")
+    return (float(value[0]), float(value[1]), float(value[2]))
+
+
+def _named_meshes(path: Path) -> list[tuple[str, Any]]:
+    """(node name, trimesh in scene coordinates) of everything with triangles in the file."""
+    try:
+        options = _obj_options(path) if path.suffix.lower() == ".obj" else {}
+        loaded = trimesh.load(path, force="scene", process=False, **options)
+    except Exception as error:  # trimesh passes on whatever its parsers and PIL raise
+        raise ValueError(f"scene {path} cannot be read: {' '.join(str(error).split())}") from error
+    named = []
+    for node in loaded.graph.nodes_geometry:
+        T_world_node, geometry = loaded.graph[node]
+        mesh = loaded.geometry[geometry]
+        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
+            name = UNNAMED if path.suffix.lower() == ".ply" else str(node)
+            named.append((name, mesh.copy().apply_transform(T_world_node)))
+    if not named:
+        raise ValueError(f"scene {path} has no triangles")
+    return named
+
+
+def _obj_options(path: Path) -> dict[str, bool]:
+    """Keep what the file names apart: its objects, or its groups if it has no objects."""
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    objects = any(line.startswith("o ") for line in lines)
+    return {"split_objects": objects, "split_groups": not objects, "group_material": False}
+
+
+def _assemble(name: str, named: list[tuple[str, Any]], corrections: Corrections, up: str) -> Scene:
+    """The scene without light and start, floor at z = 0."""
+    R = Z_FROM_Y_UP if up == "y" else np.eye(3)
+    vertices = [np.asarray(mesh.vertices, dtype=np.float64) @ R.T for _, mesh in named]
+    offsets = np.cumsum([0, *(len(v) for v in vertices[:-1])])
+    meshes = [mesh for _, mesh in named]
+    faces = np.concatenate([mesh.faces + at for mesh, at in zip(meshes, offsets, strict=True)])
+    owners = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
+    looks = [surface_of(mesh) for mesh in meshes]
+    points = np.concatenate(vertices)
+    if not np.isfinite(points).all():
+        raise ValueError(f"scene {name} has vertices that are NaN or infinite")
+    points[:, 2] -= floor_height(points, faces)
+    objects = tuple(
+        SceneObject(corrections.categories.get(node, category_of(node))) for node, _ in named
+    )
+    return Scene(
+        name=name,
+        vertices=points.astype(np.float32),
+        faces=faces.astype(np.int32),
+        face_object=owners.astype(np.int32),
+        face_texture=owners.astype(np.int32),
+        face_uv=np.concatenate([uv for _, uv in looks]).astype(np.float32),
+        textures=tuple(image for image, _ in looks),
+        objects=objects,
+        lights=(),
+        ambient=AMBIENT,
+        rooms=(),
+        start=(0.0, 0.0, 0.0),
+    )
+
+
+def floor_height(vertices: F64, faces: np.ndarray) -> float:
+    """Height in metres of the floor among triangles: vertices (V, 3), faces (F, 3)."""
+    corners = vertices[faces]
+    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(doubled, axis=1) / 2
+    lowest = float(corners[..., 2].min())
+    height = corners[..., 2].mean(axis=1)
+    level = np.abs(doubled[:, 2]) > 0.98 * 2 * area
+    low = level & (area > 0) & (height <= lowest + FLOOR_SEARCH_M)
+    if not low.any():
+        return lowest
+    bins = np.floor((height[low] - lowest) / FLOOR_BIN_M).astype(int)
+    best = int(np.bincount(bins, weights=area[low]).argmax())
+    members = bins == best
+    return float(np.average(height[low][members], weights=area[low][members]))
