@@ -1,0 +1,196 @@
+"""The ``onemap`` command: thin, so that it starts at once; work is imported when asked for."""
+
+from __future__ import annotations
+
+import json
+import os
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from onemap_tools import cli_ask, cli_map, cli_measure
+from onemap_tools.options import Config, Json
+from onemap_tools.trouble import EXIT_FAILED, EXIT_MISUSED, EXIT_OK, Trouble
+
+
+class Commands(TyperGroup):
+    """Turns what a user got wrong into one sentence and an exit code, never a traceback."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        from onemap_shared.config import ConfigError
+
+        try:
+            return super().invoke(ctx)
+        except Trouble as trouble:
+            typer.echo(str(trouble), err=True)
+            raise typer.Exit(trouble.exit_code) from trouble
+        except ConfigError as problem:
+            typer.echo(str(problem), err=True)
+            raise typer.Exit(EXIT_MISUSED) from problem
+
+
+app = typer.Typer(
+    cls=Commands,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="A robot finds things that people name in plain words.",
+    epilog="Start with 'onemap demo'. Exit codes: 0 ok, 1 failed, 2 misused.",
+)
+PANEL = "Run"
+
+
+@app.command(rich_help_panel=PANEL)
+def demo(
+    *,
+    seed: Annotated[int, typer.Option(min=0, help="Which made-up apartment.")] = 1,
+    scene: Annotated[
+        Path | None,
+        typer.Option(exists=True, dir_okay=False, help="A GLB, glTF, OBJ or PLY file instead."),
+    ] = None,
+    objects: Annotated[
+        str, typer.Option(help="What to find, separated by commas; by default what is there.")
+    ] = "",
+    headless: Annotated[bool, typer.Option(help="End after the search.")] = False,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Of the live page; 0: 8080, headless any.")
+    ] = 0,
+    out: Annotated[
+        Path, typer.Option(file_okay=False, help="Where the folder of the run is made.")
+    ] = Path("runs"),
+    time_limit: Annotated[
+        float, typer.Option(min=1, help="Seconds; then the search is cancelled.")
+    ] = 360.0,
+    as_json: Json = False,
+) -> None:
+    """Everything on this machine: a simulated robot searches for three objects.
+
+    Exit code 0 only if all were found and the simulator confirms it.
+    """
+    from onemap_tools import demo as command
+    from onemap_tools.demo_setup import DemoOptions, choose_port, run_folder
+    from onemap_tools.terminal import print_json, progress_console, stays_up
+
+    console = progress_console()
+    stay = stays_up(headless)
+    options = DemoOptions(
+        seed=seed,
+        scene=scene,
+        objects=tuple(name for part in objects.split(",") if (name := part.strip())),
+        headless=not stay,
+        port=choose_port(port, headless=not stay, console=console),
+        folder=run_folder(out, datetime.now(), seed),
+        time_limit_s=time_limit,
+    )
+    try:
+        document = command.run(options, console)
+    except Trouble as trouble:
+        if as_json:
+            print_json({"worked": False, "seed": seed, "objects": [], "trouble": str(trouble)})
+        raise
+    if as_json:
+        print_json(document)
+    raise typer.Exit(EXIT_OK if document["worked"] else EXIT_FAILED)
+
+
+@app.command(rich_help_panel=PANEL)
+def up(
+    config: Config = None,
+    only: Annotated[
+        str, typer.Option(help="Start only these, separated by commas: router, mapper, ...")
+    ] = "",
+    logs: Annotated[Path, typer.Option(file_okay=False, help="Folder for the logs.")] = Path(
+        "runs/up"
+    ),
+) -> None:
+    """All services on this machine until Ctrl-C; what crashes is started again.
+
+    The robot is the one that the configuration has a section for: simulator or replay.
+    A router is started if the configuration expects one here and none answers.
+    """
+    from onemap_tools import up as command
+    from onemap_tools.terminal import progress_console
+
+    names = [name for part in only.split(",") if (name := part.strip())]
+    command.up(config, names, logs, progress_console())
+
+
+@app.command(rich_help_panel=PANEL)
+def router(
+    config: Config = None,
+    listen: Annotated[
+        list[str] | None, typer.Option(help="Endpoint to listen on, e.g. tcp/0.0.0.0:7447.")
+    ] = None,
+    zenoh_config: Annotated[
+        Path | None, typer.Option(help="A JSON5 file as zenohd reads it.")
+    ] = None,
+) -> None:
+    """The Zenoh router that the services meet at."""
+    from onemap_tools import router as command
+
+    command.run(config, listen or (), zenoh_config)
+
+
+def _serve(name: str, config: Path | None) -> None:
+    from onemap_tools.services import run
+
+    raise typer.Exit(run(name, ("--config", str(config)) if config is not None else ()))
+
+
+@app.command(rich_help_panel=PANEL)
+def simulator(config: Config = None) -> None:
+    """A robot in a made-up apartment."""
+    _serve("simulator", config)
+
+
+@app.command(rich_help_panel=PANEL)
+def replay(
+    directory: Annotated[
+        Path | None,
+        typer.Argument(exists=True, file_okay=False, help="Holds frames.json and its PNG files."),
+    ] = None,
+    config: Config = None,
+) -> None:
+    """A recording in place of a robot."""
+    if directory is not None:
+        os.environ["ONEMAP__REPLAY__DIRECTORY"] = json.dumps(str(directory))
+    _serve("replay", config)
+
+
+@app.command(rich_help_panel=PANEL)
+def perception(config: Config = None) -> None:
+    """Images to language-aligned features."""
+    _serve("perception", config)
+
+
+@app.command(rich_help_panel=PANEL)
+def mapper(config: Config = None) -> None:
+    """Features to a map that answers text."""
+    _serve("mapper", config)
+
+
+@app.command(rich_help_panel=PANEL)
+def planner(config: Config = None) -> None:
+    """Where to look next, and driving there."""
+    _serve("planner", config)
+
+
+@app.command(rich_help_panel=PANEL)
+def gateway(config: Config = None) -> None:
+    """The HTTP API and the live page."""
+    _serve("gateway", config)
+
+
+app.add_typer(cli_ask.app)
+app.add_typer(cli_map.app, name="map", rich_help_panel=cli_ask.PANEL)
+app.add_typer(cli_measure.bench_app, name="bench", rich_help_panel=cli_measure.PANEL)
+app.add_typer(cli_measure.train_app, name="train", rich_help_panel=cli_measure.PANEL)
+
+
+def main() -> None:
+    """Run the command line."""
+    app()

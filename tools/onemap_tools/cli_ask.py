@@ -1,0 +1,83 @@
+"""Commands that ask a running robot."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from onemap_tools.options import HERE, Config, Json, Token, Url
+from onemap_tools.trouble import EXIT_FAILED, EXIT_OK
+
+PANEL = "Ask a running robot"
+app = typer.Typer()
+
+
+@app.command(rich_help_panel=PANEL)
+def query(
+    text: Annotated[list[str], typer.Argument(help="An object in plain words.")],
+    regions: Annotated[int, typer.Option(min=1, max=100, help="How many places at most.")] = 5,
+    url: Url = HERE,
+    token: Token = "",
+    as_json: Json = False,
+) -> None:
+    """Where is it? Places on the map that look like it, best first."""
+    from onemap_tools.client import Gateway
+    from onemap_tools.search_command import describe_query
+    from onemap_tools.terminal import print_json, result_console
+
+    with Gateway(url, token) as door:
+        reply = door.query(" ".join(text), regions)
+    describe_query(reply, result_console(as_json))
+    if as_json:
+        print_json(reply)
+
+
+@app.command(rich_help_panel=PANEL)
+def search(
+    objects: Annotated[
+        list[str], typer.Argument(help="Objects, one after the other; quote names of two words.")
+    ],
+    url: Url = HERE,
+    token: Token = "",
+    as_json: Json = False,
+) -> None:
+    """Go and find. Ctrl-C cancels. Exit code 0 only if all were found."""
+    from onemap_tools import search_command
+    from onemap_tools.client import Gateway
+    from onemap_tools.terminal import print_json, progress_console, result_console
+
+    with Gateway(url, token) as door:
+        report = search_command.search(door, tuple(objects), progress_console())
+    search_command.describe_search(report, result_console(as_json))
+    if as_json:
+        print_json(report)
+    raise typer.Exit(EXIT_OK if search_command.all_found(report) else EXIT_FAILED)
+
+
+@app.command(rich_help_panel=PANEL)
+def status(url: Url = HERE, token: Token = "", as_json: Json = False) -> None:
+    """What runs, and how. Exit code 0 only if a search could start now."""
+    from onemap_tools.client import Gateway
+    from onemap_tools.status import describe_status
+    from onemap_tools.terminal import print_json, result_console
+
+    with Gateway(url, token) as door:
+        document = door.status()
+    describe_status(document, result_console(as_json))
+    if as_json:
+        print_json(document)
+    raise typer.Exit(EXIT_OK if document["ready"] else EXIT_FAILED)
+
+
+@app.command(rich_help_panel=PANEL)
+def doctor(config: Config = None, as_json: Json = False) -> None:
+    """Why is nothing found? Listens on the bus and says so. Exit code 0 if all is well."""
+    from onemap_tools import doctor as command
+    from onemap_tools.terminal import print_json, progress_console, result_console
+
+    findings = command.examine(config, progress_console())
+    command.describe(findings, result_console(as_json))
+    if as_json:
+        print_json(command.document(findings))
+    raise typer.Exit(EXIT_OK if not findings else EXIT_FAILED)

@@ -1,0 +1,215 @@
+"""``onemap demo``: everything on this machine, one search, a summary."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console
+
+from onemap_shared.bus import open_bus
+from onemap_shared.config import BusConfig
+from onemap_shared.messages import SearchState
+from onemap_tools.client import Gateway
+from onemap_tools.demo_report import describe
+from onemap_tools.demo_setup import DemoOptions, Setup, choose_objects, set_up
+from onemap_tools.demo_summary import DemoSummary, ObjectSummary
+from onemap_tools.interrupts import interruptible
+from onemap_tools.launch import Processes
+from onemap_tools.progress import View, view_for
+from onemap_tools.search_command import Followed, progress_of
+from onemap_tools.trouble import EXIT_INTERRUPTED, Trouble
+from onemap_tools.witness import Witness
+
+POLL_S = 0.25
+NAN = float("nan")
+
+
+class Run:
+    """One demo run: the processes, the doors to them, and the time it may take."""
+
+    def __init__(
+        self, options: DemoOptions, setup: Setup, processes: Processes, stop: threading.Event
+    ) -> None:
+        self.options = options
+        self.setup = setup
+        self.processes = processes
+        self.stop = stop
+        self.began_s = time.monotonic()
+
+    @property
+    def elapsed_s(self) -> float:
+        """Seconds since the start."""
+        return time.monotonic() - self.began_s
+
+    @property
+    def overdue(self) -> bool:
+        """Whether the time limit is over."""
+        return self.elapsed_s > self.options.time_limit_s
+
+    def pause(self) -> None:
+        """Wait a moment; raises Trouble if a process died or the user wants to stop."""
+        self.stop.wait(POLL_S)
+        if self.stop.is_set():
+            raise Trouble("Stopped.", EXIT_INTERRUPTED)
+        for ended in self.processes.collect(time.monotonic()):
+            raise Trouble(f"{ended.sentence}. Its last lines:\n{ended.tail}")
+
+
+def run(options: DemoOptions, console: Console) -> dict[str, Any]:
+    """Run the demo; returns the summary as JSON can carry it.
+
+    Stays up with the live page until Ctrl-C unless it is headless.
+    """
+    setup = set_up(options)
+    with (
+        Processes(setup.specs, options.folder / "logs", setup.environment) as processes,
+        interruptible(processes.kill) as stop,
+        Gateway(setup.url) as gateway,
+    ):
+        console.print(f"Starting {len(setup.specs)} processes; logs in {processes.folder}")
+        processes.start()
+        demo = Run(options, setup, processes, stop)
+        with _witness(setup, stop) as witness:
+            with view_for(console) as view:
+                _wait_until_ready(demo, gateway, view)
+                objects = _objects(demo, witness, console)
+                console.print(f"Searching for {', '.join(objects)}. Live page: {setup.url}")
+                summary = _search(demo, gateway, witness, objects, view)
+            document = _leave_behind(demo, witness, summary)
+        describe(summary, document, console)
+        if not options.headless:
+            _stay_up(demo, console)
+    return document
+
+
+@contextmanager
+def _witness(setup: Setup, stop: threading.Event) -> Iterator[Witness]:
+    config = BusConfig(connect=(setup.endpoint,))
+    bus = open_bus(config, "demo", uuid.uuid4().hex[:12], stop)
+    if bus is None:
+        raise Trouble("Stopped.", EXIT_INTERRUPTED)
+    try:
+        yield Witness(bus)
+    finally:
+        bus.close()
+
+
+def _wait_until_ready(demo: Run, gateway: Gateway, view: View) -> None:
+    while missing := gateway.missing_stage():
+        if demo.overdue:
+            raise Trouble(
+                f"Not ready after {demo.options.time_limit_s:g} s. {missing} "
+                f"The logs are in {demo.processes.folder}."
+            )
+        view.wait(demo.elapsed_s, missing)
+        demo.pause()
+
+
+def _objects(demo: Run, witness: Witness, console: Console) -> tuple[str, ...]:
+    """What to look for; tells which of the user's wishes the scene does not hold."""
+    wanted = demo.options.objects
+    truth = witness.truth(wanted[0] if wanted else "sofa", ())
+    if truth is None:
+        return wanted or choose_objects(())
+    for name in wanted:
+        if name not in truth.categories:
+            console.print(
+                f"{truth.scene} holds nothing that is called {name!r}; it is searched for all "
+                f"the same. It holds: {', '.join(sorted(truth.categories))}."
+            )
+    return wanted or choose_objects(truth.categories)
+
+
+def _search(
+    demo: Run, gateway: Gateway, witness: Witness, objects: tuple[str, ...], view: View
+) -> DemoSummary:
+    followed = Followed(gateway, gateway.start_search(objects))
+    began_s = time.monotonic()
+    witness.begin(began_s)
+    trouble = ""
+    while followed.active:
+        view.show(progress_of(followed.report, witness))
+        if demo.overdue:
+            trouble = f"Cancelled after the time limit of {demo.options.time_limit_s:g} s."
+            followed.cancel()
+            break
+        demo.pause()
+        witness.look(time.monotonic())
+        followed.poll()
+    search_s = time.monotonic() - began_s
+    results = followed.report["results"]
+    return DemoSummary(
+        wanted=objects,
+        objects=tuple(_judged(witness, result) for result in results),
+        duration_s=demo.elapsed_s,
+        search_s=search_s,
+        map_rate_hz=witness.map_rate_hz,
+        trouble=trouble or _why_it_failed(followed.report),
+    )
+
+
+def _why_it_failed(search: dict[str, Any]) -> str:
+    """The reason of a search that ended early; objects not found speak for themselves."""
+    early = search["state"] in (SearchState.FAILED, SearchState.CANCELLED)
+    return str(search["reason"]) if early else ""
+
+
+def _judged(witness: Witness, result: dict[str, Any]) -> ObjectSummary:
+    """One object's result beside the truth."""
+    start = witness.truth(result["name"], tuple(result["start_xy_m"] or ()))
+    end = witness.truth(result["name"], tuple(result["end_xy_m"] or ()))
+    return ObjectSummary(
+        name=result["name"],
+        outcome=result["outcome"],
+        reason=result["reason"],
+        position_m=tuple(result["position_m"] or ()),
+        time_s=result["duration_s"],
+        path_length_m=result["path_length_m"],
+        shortest_path_m=start.shortest_path_m if start else NAN,
+        true_distance_m=end.distance_m if end else NAN,
+    )
+
+
+def _leave_behind(demo: Run, witness: Witness, summary: DemoSummary) -> dict[str, Any]:
+    """Write picture and summary into the run's folder; returns the summary document."""
+    from onemap_tools.demo_picture import write_picture
+
+    folder = demo.options.folder
+    picture = None
+    view = witness.map_view()
+    if view is not None:
+        picture = folder / "map.png"
+        write_picture(
+            picture,
+            view,
+            track_m=witness.track_m,
+            yaw_rad=witness.yaw_rad,
+            objects=summary.objects,
+        )
+    scene = str(demo.options.scene) if demo.options.scene else None
+    document = {
+        **summary.document(),
+        "seed": demo.options.seed,
+        "scene": scene,
+        "picture": str(picture) if picture else None,
+        "folder": str(folder),
+    }
+    (folder / "summary.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    return document
+
+
+def _stay_up(demo: Run, console: Console) -> None:
+    console.print(f"The robot is yours: {demo.setup.url}   (Ctrl-C ends everything)")
+    while True:
+        try:
+            demo.pause()
+        except Trouble as end:
+            if end.exit_code != EXIT_INTERRUPTED:
+                raise
+            return

@@ -1,0 +1,58 @@
+"""The summary of a demo as a table for people."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from onemap_tools.demo_summary import DemoSummary, ObjectSummary
+
+
+def describe(summary: DemoSummary, document: dict[str, Any], console: Console) -> None:
+    """Print object, outcome, place, time and paths, and what was left behind."""
+    table = Table("object", "outcome", "position", "time", "path / shortest", "SPL", "truly away")
+    for item in summary.objects:
+        table.add_row(*_row(item))
+    for name in summary.wanted[len(summary.objects) :]:
+        table.add_row(name, Text("not sought", style="dim"))
+    console.print(table)
+    for item in summary.objects:
+        if not item.success:
+            console.print(f"{item.name}: {item.reason}", markup=False, highlight=False)
+    if summary.trouble:
+        console.print(Text(summary.trouble, style="red"))
+    console.print(
+        f"{summary.found} of {len(summary.wanted)} found in {summary.search_s:.0f} s "
+        f"({summary.duration_s:.0f} s with starting up), SPL {summary.spl:.2f}, "
+        f"{summary.map_rate_hz:.1f} map updates/s",
+        highlight=False,
+    )
+    if document["picture"]:
+        console.print(
+            f"Map, path and finds: {document['picture']}", highlight=False, soft_wrap=True
+        )
+
+
+def _row(item: ObjectSummary) -> tuple[str | Text, ...]:
+    outcome = item.outcome.replace("_", " ")
+    if item.outcome == "found" and not item.success:
+        outcome = "found something else"
+    place = ", ".join(f"{value:.2f}" for value in item.position_m)
+    return (
+        item.name,
+        Text(outcome, style="green" if item.success else "red"),
+        f"({place}) m" if place else "",
+        f"{item.time_s:.0f} s",
+        f"{item.path_length_m:.1f} / {metres(item.shortest_path_m)}",
+        f"{item.spl:.2f}",
+        metres(item.true_distance_m),
+    )
+
+
+def metres(value: float) -> str:
+    """A length; a dash where there is none."""
+    return f"{value:.1f} m" if isfinite(value) else "-"

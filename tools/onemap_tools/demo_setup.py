@@ -1,0 +1,128 @@
+"""What a demo run is made of: its folder, its configuration, its processes, its wishes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import yaml
+from rich.console import Console
+
+from onemap_shared.config import PREFIX, read
+from onemap_tools.launch import ProcessSpec, command_of
+from onemap_tools.network import LOOPBACK, any_free_port, next_free_port
+
+DEMO_FILE = Path(__file__).with_name("demo.yaml")
+STARTED = ("simulator", "perception", "mapper", "planner", "gateway")
+OBJECTS = 3
+USUAL_PORT = 8080
+
+# What a demo looks for, as far as it exists: large things that live in different rooms first.
+FAVOURITES = (
+    "sofa",
+    "refrigerator",
+    "toilet",
+    "bed",
+    "washing machine",
+    "television",
+    "bathtub",
+    "desk",
+    "bookcase",
+)
+# Every scene has them everywhere: finding one shows nothing.
+BORING = frozenset({"wall", "floor", "ceiling", "door", "window", "picture", "lamp"})
+
+
+@dataclass(frozen=True, slots=True)
+class DemoOptions:
+    """What was asked for on the command line. ``objects`` may be empty: take favourites."""
+
+    seed: int
+    scene: Path | None
+    objects: tuple[str, ...]
+    headless: bool
+    port: int
+    folder: Path
+    time_limit_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """Everything a demo starts."""
+
+    endpoint: str
+    url: str
+    config_file: Path
+    specs: tuple[ProcessSpec, ...]
+    environment: dict[str, str]
+
+
+def choose_port(wanted: int, *, headless: bool, console: Console) -> int:
+    """The port of the live page: the wanted one (0: the usual one, headless any) or the next."""
+    if wanted == 0 and headless:
+        return any_free_port()
+    usual = wanted or USUAL_PORT
+    port = next_free_port(usual)
+    if port != usual:
+        console.print(f"Port {usual} is taken; the live page is on {port}.")
+    return port
+
+
+def run_folder(parent: Path, now: datetime, seed: int) -> Path:
+    """The folder of a run, not yet made; never one that exists."""
+    name = f"{now:%Y%m%d-%H%M%S}-seed{seed}"
+    candidates = [parent / name, *(parent / f"{name}-{n}" for n in range(2, 1000))]
+    return next(folder for folder in candidates if not folder.exists())
+
+
+def set_up(options: DemoOptions) -> Setup:
+    """Write the run's configuration and say what to start with it."""
+    endpoint = f"tcp/{LOOPBACK}:{any_free_port()}"
+    environment = dict(os.environ)
+    sections = demo_sections(environment, options, endpoint)
+    options.folder.mkdir(parents=True, exist_ok=True)
+    config_file = options.folder / "config.yaml"
+    config_file.write_text(yaml.safe_dump(sections, sort_keys=False), encoding="utf-8")
+    router = ProcessSpec("router", command_of("router", "--config", str(config_file)), last=True)
+    services = (
+        ProcessSpec(name, command_of(name, "--config", str(config_file))) for name in STARTED
+    )
+    return Setup(
+        endpoint=endpoint,
+        url=f"http://{LOOPBACK}:{options.port}",
+        config_file=config_file,
+        specs=(router, *services),
+        # The overrides are in the file by now; applied again they would undo what the run needs.
+        environment={k: v for k, v in environment.items() if not k.startswith(PREFIX)},
+    )
+
+
+def demo_sections(
+    environment: Mapping[str, str], options: DemoOptions, endpoint: str
+) -> dict[str, Any]:
+    """The demo's configuration with the user's overrides, and on top what this run fixes."""
+    sections = read(DEMO_FILE, environment)
+    fixed: dict[str, dict[str, Any]] = {
+        "bus": {"connect": [endpoint], "namespace": ""},
+        "gateway": {"host": LOOPBACK, "port": options.port},
+        "simulator": {"seed": options.seed},
+        "mapper": {"map_folder": str(options.folder / "maps")},
+        "planner": {"state_dir": str(options.folder / "planner")},
+    }
+    if options.scene is not None:
+        fixed["simulator"]["scene"] = str(options.scene.resolve())
+    for name, values in fixed.items():
+        sections[name] = {**sections.get(name, {}), **values}
+    return sections
+
+
+def choose_objects(categories: Sequence[str]) -> tuple[str, ...]:
+    """Three objects that exist in the scene, favourites first."""
+    present = set(categories)
+    favourites = [name for name in FAVOURITES if name in present]
+    others = sorted(present - set(FAVOURITES) - BORING)
+    return tuple([*favourites, *others][:OBJECTS]) or FAVOURITES[:OBJECTS]

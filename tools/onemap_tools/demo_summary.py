@@ -1,0 +1,127 @@
+"""How well a search went, in numbers: success, path length against the shortest, map rate.
+
+Success and SPL are the paper's (Sec. Metrics): an object counts if the robot
+said "found" and stopped within 1.5 m of a true instance; the search as a whole
+if all of its objects count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from math import isfinite
+from typing import Any
+
+from onemap_shared.messages import SearchState
+
+SUCCESS_M = 1.5
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectSummary:
+    """How the search for one object ended, against the truth.
+
+    ``true_distance_m`` from where the robot stopped to the nearest instance, and
+    ``shortest_path_m`` from where it began; infinity if there is none, NaN if the
+    robot's world does not tell the truth about itself.
+    """
+
+    name: str
+    outcome: str
+    reason: str
+    position_m: tuple[float, ...]
+    time_s: float
+    path_length_m: float
+    shortest_path_m: float
+    true_distance_m: float
+
+    @property
+    def success(self) -> bool:
+        """Whether it was found, truly."""
+        return self.outcome == SearchState.FOUND.value and self.true_distance_m <= SUCCESS_M
+
+    @property
+    def spl(self) -> float:
+        """Success weighted by path length, in [0, 1]."""
+        return path_efficiency(self.shortest_path_m, self.path_length_m) if self.success else 0.0
+
+    def document(self) -> dict[str, Any]:
+        """As JSON can carry it: what is not finite becomes null."""
+        fields = {**asdict(self), "spl": self.spl, "success": self.success}
+        return {name: finite(value) for name, value in fields.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class DemoSummary:
+    """A whole demo run. ``wanted``: every object that was asked for, in order."""
+
+    wanted: tuple[str, ...]
+    objects: tuple[ObjectSummary, ...]
+    duration_s: float
+    search_s: float
+    map_rate_hz: float
+    trouble: str = ""
+
+    @property
+    def found(self) -> int:
+        """How many objects were found, truly."""
+        return sum(item.success for item in self.objects)
+
+    @property
+    def worked(self) -> bool:
+        """Whether every object that was asked for was found, truly."""
+        return not self.trouble and bool(self.wanted) and self.found == len(self.wanted)
+
+    @property
+    def progress(self) -> float:
+        """Fraction of the objects that were found before the first that was not (paper: PR)."""
+        done = 0
+        for item in self.objects:
+            if not item.success:
+                break
+            done += 1
+        return done / len(self.wanted) if self.wanted else 0.0
+
+    @property
+    def spl(self) -> float:
+        """SPL of the sequence: sum of shortest paths over the path driven, 0 unless all count."""
+        if not self.worked:
+            return 0.0
+        shortest = sum(item.shortest_path_m for item in self.objects)
+        return path_efficiency(shortest, sum(item.path_length_m for item in self.objects))
+
+    def document(self) -> dict[str, Any]:
+        """As JSON can carry it."""
+        return {
+            "worked": self.worked,
+            "found": self.found,
+            "objects": [item.document() for item in self.objects],
+            "spl": finite(self.spl),
+            "progress": self.progress,
+            "duration_s": round(self.duration_s, 2),
+            "search_s": round(self.search_s, 2),
+            "map_rate_hz": finite(self.map_rate_hz),
+            "trouble": self.trouble,
+        }
+
+
+def path_efficiency(shortest_m: float, driven_m: float) -> float:
+    """Shortest over driven path, at most 1; 1 if neither had to be driven."""
+    longest = max(shortest_m, driven_m)
+    return shortest_m / longest if longest > 0 else 1.0
+
+
+def rate_hz(counts: Sequence[int], times_s: Sequence[float]) -> float:
+    """Events per second between the first and the last reading of a counter; NaN if too few."""
+    if len(counts) < 2 or times_s[-1] <= times_s[0]:
+        return float("nan")
+    return (counts[-1] - counts[0]) / (times_s[-1] - times_s[0])
+
+
+def finite(value: Any) -> Any:
+    """Numbers rounded to a tenth of a millimetre; null for NaN and infinity; the rest as is."""
+    if isinstance(value, float):
+        return round(value, 4) if isfinite(value) else None
+    if isinstance(value, tuple):
+        return [finite(item) for item in value]
+    return value

@@ -1,0 +1,69 @@
+"""``onemap doctor``: listen on the bus for a few seconds and say what is wrong."""
+
+from __future__ import annotations
+
+import threading
+import uuid
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.text import Text
+
+from onemap_shared.bus import open_bus
+from onemap_shared.config import BusConfig, read, section
+from onemap_shared.transport import Bus
+from onemap_tools.doctor_checks import Finding, Severity, diagnose
+from onemap_tools.doctor_observe import observe
+from onemap_tools.trouble import Trouble
+
+JOIN_S = 3.0
+LISTEN_S = 3.5  # three heartbeats of every service
+COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow"}
+
+
+def examine(config: Path | None, console: Console) -> list[Finding]:
+    """Join the bus of this configuration, listen, and diagnose."""
+    bus = join(section(read(config), "bus", BusConfig), "doctor")
+    try:
+        console.print(f"Listening for {LISTEN_S:g} s ...", style="dim")
+        return diagnose(observe(bus, LISTEN_S))
+    finally:
+        bus.close()
+
+
+def describe(findings: list[Finding], console: Console) -> None:
+    """Print each finding with its remedy."""
+    for finding in findings:
+        severity = Text(str(finding.severity), style=COLOURS[finding.severity])
+        console.print(severity, Text(f"{finding.sentence} {finding.remedy}"))
+    if not findings:
+        console.print("Nothing is wrong that can be seen from here.")
+
+
+def document(findings: list[Finding]) -> dict[str, Any]:
+    """The findings as JSON can carry them."""
+    return {
+        "healthy": not findings,
+        "findings": [
+            {"severity": str(f.severity), "sentence": f.sentence, "remedy": f.remedy}
+            for f in findings
+        ],
+    }
+
+
+def join(config: BusConfig, name: str) -> Bus:
+    """The bus, or Trouble if there is no router within a few seconds."""
+    stop = threading.Event()
+    timer = threading.Timer(JOIN_S, stop.set)
+    timer.start()
+    try:
+        bus = open_bus(config, name, uuid.uuid4().hex[:12], stop)
+    finally:
+        timer.cancel()
+    if bus is None:
+        raise Trouble(
+            f"No router at {', '.join(config.connect)}: start everything with 'onemap up', or the "
+            "router alone with 'onemap router'; another address goes into bus.connect of --config."
+        )
+    return bus

@@ -1,0 +1,21 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Config = Annotated[
+    Path | None,
+    typer.Option("--config", help="YAML file of this deployment; defaults apply without it."),
+]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print the result as one JSON object, the last line.")
+]
+Url = Annotated[str, typer.Option("--url", envvar="ONEMAP_URL", help="Address of the gateway.")]
+Token = Annotated[
+    str, typer.Option("--token", envvar="ONEMAP_TOKEN", help="The gateway's token, if it has one.")
+]
+HERE = "http://127.0.0.1:8080"

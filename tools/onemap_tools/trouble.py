@@ -1,0 +1,13 @@
+"""What goes wrong for a person at the command line, told in one sentence."""
+
+from __future__ import annotations
+
+EXIT_OK, EXIT_FAILED, EXIT_MISUSED, EXIT_INTERRUPTED = 0, 1, 2, 130
+
+
+class Trouble(Exception):
+    """The command cannot go on; the text says what happened and what to do about it."""
+
+    def __init__(self, sentence: str, exit_code: int = EXIT_FAILED) -> None:
+        super().__init__(sentence)
+        self.exit_code = exit_code
