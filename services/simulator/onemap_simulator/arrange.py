@@ -17,6 +17,7 @@ from onemap_simulator.site import Placed, Site, place
 TURN = {"north": 0.0, "west": 90.0, "south": 180.0, "east": 270.0}
 WALL_GAP_M = 0.02
 TRIES = 14
+WIDE_M = 0.3
 SHARES = 9  # places tried along one wall
 
 
@@ -130,12 +131,14 @@ class Arranger:
         return None
 
     def on_top(self, model: Model, support: Placed, *, turn: float | None = None) -> Placed | None:
-        """On one of the support's tops, facing as the support does, give or take 25 degrees."""
+        """On one of the support's tops, facing as the support does, give or take some degrees."""
         if not support.model.tops:
             return None
+        wide = float(np.ptp(turned_box(model, 0.0)[:, 0]))
+        sway = 25.0 if wide < WIDE_M else 4.0  # a microwave stands straight, a cup does not
         for _ in range(TRIES):
             top = self.pick.one(support.model.tops)
-            swing = self.pick.between(-25, 25) if turn is None else turn
+            swing = self.pick.between(-sway, sway) if turn is None else turn
             box = turned_box(model, swing)
             low = np.array([top.x_min, top.y_min]) - box[0, :2]
             high = np.array([top.x_max, top.y_max]) - box[1, :2]

@@ -178,6 +178,8 @@ def floor_height(vertices: F64, faces: np.ndarray) -> float:
     if not low.any():
         return lowest
     bins = np.floor((height[low] - lowest) / FLOOR_BIN_M).astype(int)
-    best = int(np.bincount(bins, weights=area[low]).argmax())
+    areas = np.bincount(bins, weights=area[low])
+    # A slab has the same area above and below: of nearly equal levels, the robot is on the upper.
+    best = int(np.flatnonzero(areas >= 0.9 * areas.max()).max())
     members = bins == best
     return float(np.average(height[low][members], weights=area[low][members]))

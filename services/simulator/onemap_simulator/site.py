@@ -24,6 +24,7 @@ CELL_M = 0.05
 ROBOT_M = 0.32  # radius 0.25 m and a margin of more than one cell
 NEAR_M = 0.85  # how near everything must be approachable, below the promised 1 m
 DOOR_CLEAR_M = 0.75  # floor that stays free on both sides of a door
+STRANDED_M2 = 0.3  # floor that may be cut off, in sum: less than anyone would miss
 TOUCH_M = 0.01  # overlap that counts as touching
 STEP_OVER_M = 0.05  # lower things, as rugs, do not block
 ROBOT_HEIGHT_M = 1.4  # what hangs higher does not block
@@ -120,18 +121,19 @@ class Site:
 
     def standable(self) -> Bool:
         """Cells (nx, ny) where the robot's centre may be, reachable from the hub."""
-        return self._standable(self._blocked)
+        return reachable_from(self.clearance() >= ROBOT_M, self._goals[0])
 
     def clearance(self) -> F32:
         """Distance (nx, ny) in metres to the nearest blocked cell."""
         return clearance_m(self._blocked, CELL_M)
 
-    def _standable(self, blocked: Bool) -> Bool:
-        return reachable_from(clearance_m(blocked, CELL_M) >= ROBOT_M, self._goals[0])
-
     def _all_near(self, blocked: Bool, things: Sequence[Placed]) -> bool:
-        standable = self._standable(blocked)
+        """Whether hardly any floor is cut off and the robot gets near all things."""
+        roomy = clearance_m(blocked, CELL_M) >= ROBOT_M
+        standable = reachable_from(roomy, self._goals[0])
         if not standable[self._goals[:, 0], self._goals[:, 1]].all():
+            return False
+        if (roomy & ~standable).sum() * CELL_M**2 > STRANDED_M2:
             return False
         away = cv2.distanceTransform((~standable).astype(np.uint8), cv2.DIST_L2, 5) * CELL_M
         return all(away[self._cells_of(thing.box)].min() <= NEAR_M for thing in things)

@@ -67,7 +67,7 @@ def dishwasher(pick: Pick, worktop: Material) -> Model:
         (dark, screen),
         (metal, bar),
         (worktop, [board]),
-        tops=(Top(-width / 2 + 0.03, -0.2, width / 2 - 0.03, 0.26, COUNTER_M),),
+        tops=(Top(-width / 2, -0.2, width / 2, 0.26, COUNTER_M),),
     )
 
 

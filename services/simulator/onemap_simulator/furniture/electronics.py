@@ -45,7 +45,7 @@ def television(pick: Pick, *, hanging: bool) -> Model:
             ]
     else:
         stand.append(box((0.3, 0.05, 0.25), (0, thick / 2 + 0.02, height * 0.35)))
-    screen = Material(_screen(pick.rng, lit=pick.chance(0.25)))
+    screen = Material(_screen(pick.rng, lit=pick.chance(0.12)))
     return assemble("television", (casing, [*body, *stand]), (screen, glass))
 
 

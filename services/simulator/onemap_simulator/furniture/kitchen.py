@@ -26,7 +26,7 @@ def kitchen_cabinet(pick: Pick, width: float, look: tuple[Material, Material, Ma
         (body, [*meshes, *leaves]),
         (worktop, [board]),
         (metal, handles),
-        tops=(Top(-width / 2 + 0.03, -0.2, width / 2 - 0.03, 0.26, COUNTER_M),),
+        tops=(Top(-width / 2, -0.2, width / 2, 0.26, COUNTER_M),),
     )
 
 
