@@ -1,9 +1,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from onemap_shared.geometry import camera_mount, yaw_of
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
@@ -119,9 +121,22 @@ def test_pose_noise_moves_the_report_and_not_the_robot() -> None:
     assert 0.005 < np.std(yaws) < 0.2
 
 
-def test_an_unknown_scene_does_not_start() -> None:
-    with pytest.raises(StartError, match="castle"):
-        build(MemoryHub().bus("simulator"), SimulatorConfig(scene="castle"))
+@pytest.mark.parametrize(
+    ("scene", "reason"),
+    [("castle", "'castle' is unknown"), ("nowhere.glb", "does not exist"), ("a.stl", "suffix")],
+)
+def test_a_scene_that_cannot_be_opened_does_not_start(scene: str, reason: str) -> None:
+    with pytest.raises(StartError, match=reason):
+        build(MemoryHub().bus("simulator"), SimulatorConfig(scene=scene))
+
+
+def test_a_scene_of_the_users_starts(tmp_path: Path) -> None:
+    box = trimesh.creation.box((4.0, 0.1, 4.0))  # a floor: glTF has y up
+    box.export(tmp_path / "plain.glb")
+    config = CONFIG.model_copy(update={"scene": str(tmp_path / "plain.glb")})
+    worker = build(MemoryHub().bus("simulator"), config)
+    worker.step(0.0)
+    worker.close()
 
 
 def test_the_generated_apartment_starts() -> None:

@@ -55,7 +55,7 @@ def test_counts_commands_deadman_stops_and_collisions() -> None:
         bumped = run.advance(now_s) or bumped
     assert bumped
     assert run.counts.commands_received == 100
-    assert run.counts.collisions >= 1
+    assert 1 <= run.counts.collisions <= 3  # it leans on the wall for a second and more
     assert COLLISION.clearance_m(run.state.x_m, run.state.y_m) >= 0.2
     run.advance(now_s + 0.5)
     assert run.counts.deadman_stops == 1

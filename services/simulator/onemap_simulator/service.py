@@ -30,7 +30,7 @@ from onemap_simulator.scene import Scene
 from onemap_simulator.sensor import RgbdCamera, noisy_pose
 from onemap_simulator.simulation import Simulation
 from onemap_simulator.truth import SceneTruth
-from onemap_simulator.worlds import SceneError, open_scene
+from onemap_simulator.worlds import open_scene
 
 LOG = logging.getLogger("onemap.simulator")
 
@@ -210,5 +210,5 @@ def build(bus: Bus, config: SimulatorConfig) -> SimulatorWorker:
         scene = open_scene(config.scene, seed=config.seed, style=config.style)
         LOG.info("%s: %d triangles, %d things", scene.name, len(scene.faces), len(scene.objects))
         return SimulatorWorker(bus, scene, config)
-    except (SceneError, ValueError) as problem:
+    except ValueError as problem:
         raise StartError(str(problem)) from problem

@@ -14,6 +14,7 @@ from onemap_simulator.robot import (
 )
 
 MAX_STEP_S = 0.02  # at 0.7 m/s 14 mm, small against furniture
+IMPACT_MPS = 0.05  # slower is not a new collision: the robot leans on what it ran into
 MAX_PAUSE_S = 1.0  # a machine that slept must not drive on for as long as it slept
 
 
@@ -73,7 +74,7 @@ class Simulation:
             )
             if self._deadman.stopped_between(self._now_s, self._now_s + dt_s):
                 self._count(deadman_stops=1)
-            if self.state.collided and not before.collided:
+            if self.state.collided and abs(before.velocity.linear_mps) > IMPACT_MPS:
                 self._count(collisions=1)
             bumped = bumped or self.state.collided
             self._now_s += dt_s

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from onemap_simulator.apartment import generate_apartment
+from onemap_simulator.loading import SUFFIXES, load_scene
 from onemap_simulator.scene import Scene
 from onemap_simulator.style import HELD_OUT, TRAINING
 
@@ -10,12 +13,16 @@ APARTMENT = "apartment"
 STYLES = {style.name: style for style in (TRAINING, HELD_OUT)}
 
 
-class SceneError(Exception):
-    """A scene that cannot be opened; the text is one sentence that says why."""
-
-
 def open_scene(name: str, *, seed: int, style: str) -> Scene:
-    """The generated apartment of a seed and style."""
+    """The generated apartment of a seed and style, or the scene in a file.
+
+    Raises ValueError with one sentence for a scene that cannot be opened.
+    """
     if name == APARTMENT:
         return generate_apartment(seed, STYLES[style])
-    raise SceneError(f"scene {name!r} is unknown: it is {APARTMENT!r}")
+    if not Path(name).suffix:
+        raise ValueError(
+            f"scene {name!r} is unknown: write {APARTMENT!r} or the path of a file "
+            f"({', '.join(SUFFIXES)})"
+        )
+    return load_scene(Path(name))
