@@ -91,6 +91,8 @@ class World:
     entered_solid: bool = False
 
     def __post_init__(self) -> None:
+        self.obstacles = self.plan.grid.centres(np.argwhere(self.plan.solid))
+        self.likeness = {name: self._similarity(name) for name in (*self.plan.things, "")}
         self.forget()
 
     def forget(self) -> None:
@@ -114,8 +116,8 @@ class World:
         self.entered_solid |= bool(self.plan.solid[tuple(cell)])
 
     def _touches(self, x: float, y: float) -> bool:
-        centres = self.plan.grid.centres(np.argwhere(self.plan.solid))
-        return bool((np.hypot(centres[:, 0] - x, centres[:, 1] - y) < 0.2).any())
+        away = np.hypot(self.obstacles[:, 0] - x, self.obstacles[:, 1] - y)
+        return bool((away < 0.2).any())
 
     def look(self) -> Bool:
         """Take one frame into the map; returns which cells were seen."""
@@ -159,7 +161,9 @@ class World:
             grid=self.plan.grid,
             occupancy=self.occupancy.copy(),
             layers=layers.astype(np.uint8),
-            similarity=np.where(observed, self._similarity(text), np.nan).astype(np.float32),
+            similarity=np.where(
+                observed, self.likeness.get(text, self.likeness[""]), np.nan
+            ).astype(np.float32),
         )
 
     def detect(self, text: str, seen: Bool) -> Detections:

@@ -35,6 +35,8 @@ def _message(stamp_ns: int, kind: str, reason: str, *, decision: Decision | None
     if decision is not None:
         if isinstance(decision.motion, Drive):
             points = decision.motion.points_xy
+        else:
+            kind = NO_GOAL  # it stands or turns
         marks = decision.landmarks
         frontiers = _stack([frontier.beyond_xy for frontier in marks.frontiers])
         frontier_scores = np.array([frontier.score for frontier in marks.frontiers])

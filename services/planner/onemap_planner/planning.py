@@ -23,7 +23,7 @@ from onemap_planner.rules import Rules
 from onemap_planner.search import transition
 from onemap_shared import keys
 from onemap_shared.messages import Detections, SearchReset, SearchView, SearchViewRequest
-from onemap_shared.transport import Bus, CallError, QueryTimeout, RemoteError
+from onemap_shared.transport import Bus, CallError, Counters, QueryTimeout, RemoteError
 
 LOG = logging.getLogger("onemap.planner")
 
@@ -72,6 +72,11 @@ class Planning:
     def alive(self) -> bool:
         """Whether the thread still runs."""
         return self._thread.is_alive()
+
+    @property
+    def detection_counters(self) -> Counters:
+        """What became of the detections."""
+        return self._detections.counters
 
     def close(self) -> None:
         """Stop the thread; a call to the map is not waited for."""

@@ -44,7 +44,7 @@ class Planner:
         self._desk = Desk(_recorded(config, now_s))
         self._heard = Heard()
         self._helm = Helm()
-        self._sent = 0
+        self._sent = self._refused = 0
         self._ticked_s = [now_s]  # of the last second
         self._next_tick_s = self._next_announcement_s = now_s
         self._announced: tuple[object, ...] = ()
@@ -76,6 +76,7 @@ class Planner:
             self._ticked_s = [t for t in self._ticked_s if now_s - t < 1.0] + [now_s]
             self._steer(now_s)
             self._announce(now_s)
+            self._report_refused()
 
     def health(self) -> Health:
         """Not ready while the robot or the map is silent; the metrics of planning and control."""
@@ -98,6 +99,7 @@ class Planner:
             "goals": float(outcome.goals),
             "stops_on_stale": float(self._helm.stops),
             "control_hz": float(len(self._ticked_s)),
+            "messages_refused": float(self._refused),
         }
         known = {name: value for name, value in metrics.items() if math.isfinite(value)}
         return Health(ready=not problem, problem=problem, metrics=known)
@@ -152,6 +154,19 @@ class Planner:
     def _waiting(self, now_s: float) -> str:
         fresh = self._heard.complaint(now_s, self._rules.freshness)
         return fresh or self._planning.outcome.complaint
+
+    def _report_refused(self) -> None:
+        """Log messages that could not be decoded; they are dropped."""
+        counters = (
+            self._odometry.counters,
+            self._revisions.counters,
+            self._planning.detection_counters,
+        )
+        refused = sum(counter.refused for counter in counters)
+        if refused > self._refused:
+            reasons = {counter.last_problem for counter in counters if counter.last_problem}
+            LOG.warning("refused %d messages: %s", refused - self._refused, "; ".join(reasons))
+            self._refused = refused
 
     def _write_record(self, search: Search, now_s: float) -> None:
         folder = self._config.state_dir

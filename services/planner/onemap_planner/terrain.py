@@ -58,8 +58,9 @@ def build_terrain(
 ) -> Terrain:
     """N and its costs.
 
-    trail_xy (K, 2): where the robot's centre has been: the floor under it is free though no
-    camera saw it. blocked_xy (B, 2): where it ran into something the map does not show.
+    robot_xy (2,) metres, inside the belief's grid. trail_xy (K, 2): where the robot's centre
+    has been: the floor under it is free though no camera saw it. blocked_xy (B, 2): where it
+    ran into something the map does not show.
     """
     grid, size = belief.grid, belief.grid.cell_size_m
     occupied = (belief.occupancy == Occupancy.OCCUPIED) | _mark(grid, blocked_xy)
