@@ -30,12 +30,6 @@ class Space:
         x0, y0, x1, y1 = self.rect
         return (x0 + HALF_WALL_M, y0 + HALF_WALL_M, x1 - HALF_WALL_M, y1 - HALF_WALL_M)
 
-    @property
-    def area_m2(self) -> float:
-        """Floor area between the centre lines."""
-        x0, y0, x1, y1 = self.rect
-        return (x1 - x0) * (y1 - y0)
-
     def side(self, name: str) -> tuple[int, float, float, float]:
         """(axis the wall runs along, its other coordinate, start, end), centre lines."""
         x0, y0, x1, y1 = self.rect
