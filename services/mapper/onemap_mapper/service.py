@@ -90,13 +90,13 @@ class Mapper:
                 "cells": float(self._map.store.count),
                 "memory_bytes": float(self._map.memory_bytes),
             }
-            stamp_ns = self._map.stamp_ns
-        if stamp_ns:
-            metrics["map_age_s"] = (time.time_ns() - stamp_ns) * 1e-9
-        now_s = time.monotonic()
-        metrics |= self._telemetry.metrics(now_s, self._fields.counters)
-        problem = self._telemetry.problem(now_s)
-        return Health(ready=not problem, problem=problem, metrics=metrics)
+            if self._map.stamp_ns:
+                metrics["map_age_s"] = (time.time_ns() - self._map.stamp_ns) * 1e-9
+            now_s = time.monotonic()
+            metrics |= self._telemetry.metrics(now_s, self._fields.counters)
+            problem = self._telemetry.problem(now_s)
+            ready = self._telemetry.working(now_s)
+        return Health(ready=ready, problem=problem, metrics=metrics)
 
     def close(self) -> None:
         """Nothing is held but memory."""
@@ -174,18 +174,18 @@ class Mapper:
             self._telemetry.late += 1
             return
         seen = observe(field, self._settings)
-        try:
-            with self._lock:
+        with self._lock:
+            try:
                 self._map.absorb(seen)
-                ended_s = time.monotonic()
-                self._telemetry.fused(
-                    now_s=ended_s, update_ms=(ended_s - started_s) * 1e3, depth=seen.depth
-                )
-                self._announce()
-        except (FieldRefused, MapTooLarge) as problem:
-            if str(problem) != self._telemetry.refusal:
+            except (FieldRefused, MapTooLarge) as problem:
+                self._telemetry.refuse(str(problem))
                 LOG.warning("frame %d refused: %s", field.sequence, problem)
-            self._telemetry.refuse(str(problem))
+                return
+            now_s = time.monotonic()
+            self._telemetry.fused(
+                now_s=now_s, update_ms=(now_s - started_s) * 1e3, depth=seen.depth
+            )
+            self._announce()
 
     def _replace(self, belief: BeliefMap) -> None:
         """Exchange the map and all that was derived from it; the lock is held."""

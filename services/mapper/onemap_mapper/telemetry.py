@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections import deque
 from dataclasses import dataclass, field
 
@@ -12,24 +13,28 @@ from onemap_shared.transport import Counters
 RATE_WINDOW_S = 5.0
 SILENT_AFTER_S = 5.0  # without a frame for this long the map is not being kept
 FLOOR_LIMIT_M = 0.05
+FLOOR_FRAMES = 25  # the floor of one frame follows every wobble of the pose; their median does not
 NEAR_LIMIT = 0.5  # of the depth nearer than 0.1 m
 
 
 @dataclass(slots=True)
 class Telemetry:
-    """What happened to the frames so far. Times are monotonic seconds."""
+    """What happened to the frames so far. Times are monotonic seconds. Not thread-safe."""
 
     refused: int = 0
     late: int = 0
     refusal: str = ""  # why the newest frame was refused, empty if it was fused
     update_ms: float = 0.0
     depth: DepthCheck | None = None
+    _floors_m: deque[float] = field(default_factory=lambda: deque(maxlen=FLOOR_FRAMES))
     _fused_at_s: deque[float] = field(default_factory=deque)
 
     def fused(self, *, now_s: float, update_ms: float, depth: DepthCheck) -> None:
         """Note a frame that went into the map."""
         self.refusal, self.update_ms, self.depth = "", update_ms, depth
         self._fused_at_s.append(now_s)
+        if math.isfinite(depth.floor_height_m):
+            self._floors_m.append(depth.floor_height_m)
         while now_s - self._fused_at_s[0] > RATE_WINDOW_S:
             self._fused_at_s.popleft()
 
@@ -40,15 +45,14 @@ class Telemetry:
 
     def rate_hz(self, now_s: float) -> float:
         """Frames fused per second over the last five seconds."""
-        recent = [at for at in tuple(self._fused_at_s) if now_s - at <= RATE_WINDOW_S]
+        recent = [at for at in self._fused_at_s if now_s - at <= RATE_WINDOW_S]
         if len(recent) < 2:
             return 0.0
         return (len(recent) - 1) / max(now_s - recent[0], 1e-3)
 
-    def silent_s(self, now_s: float) -> float | None:
-        """Seconds since the newest fused frame, None if there was none."""
-        times = tuple(self._fused_at_s)
-        return now_s - times[-1] if times else None
+    def working(self, now_s: float) -> bool:
+        """Whether frames reach the map."""
+        return not self.refusal and self._silent_s(now_s) <= SILENT_AFTER_S
 
     def metrics(self, now_s: float, counters: Counters) -> dict[str, float]:
         """Numbers for the heartbeat; those of the depth once there was a frame."""
@@ -62,24 +66,27 @@ class Telemetry:
         if self.depth is not None:
             numbers["depth_valid_fraction"] = self.depth.valid_fraction
             numbers["near_fraction"] = self.depth.near_fraction
-            if math.isfinite(self.depth.floor_height_m):
-                numbers["floor_height_m"] = self.depth.floor_height_m
+        if self._floors_m:
+            numbers["floor_height_m"] = statistics.median(self._floors_m)
         return numbers
 
     def problem(self, now_s: float) -> str:
         """What is wrong, in one sentence; empty if nothing is."""
-        silent_s = self.silent_s(now_s)
         if self.refusal:
             return self.refusal
-        if silent_s is None:
+        if not self._fused_at_s:
             return "no frame has arrived yet: is perception running?"
-        if silent_s > SILENT_AFTER_S:
-            return f"no frame for {silent_s:.0f} s: is perception running?"
-        return depth_problem(self.depth) if self.depth is not None else ""
+        if self._silent_s(now_s) > SILENT_AFTER_S:
+            return f"no frame for {self._silent_s(now_s):.0f} s: is perception running?"
+        floor_m = statistics.median(self._floors_m) if self._floors_m else 0.0
+        return depth_problem(self.depth, floor_m) if self.depth else ""
+
+    def _silent_s(self, now_s: float) -> float:
+        return now_s - self._fused_at_s[-1] if self._fused_at_s else math.inf
 
 
-def depth_problem(depth: DepthCheck) -> str:
-    """What a depth image says is wrong with the sensor or its mounting."""
+def depth_problem(depth: DepthCheck, floor_m: float) -> str:
+    """What a depth image, and the floor of many, say is wrong with the sensor or its mounting."""
     if depth.valid_fraction == 0:
         return "the newest depth image is all zero: is the depth camera on and aligned?"
     if depth.near_fraction > NEAR_LIMIT:
@@ -87,9 +94,9 @@ def depth_problem(depth: DepthCheck) -> str:
             f"{depth.near_fraction:.0%} of the depth is nearer than 0.1 m: "
             "is it in millimetres, and the lens free?"
         )
-    if abs(depth.floor_height_m) > FLOOR_LIMIT_M:  # false for NaN: no floor in view
+    if abs(floor_m) > FLOOR_LIMIT_M:
         return (
-            f"the floor appears at z = {depth.floor_height_m:+.2f} m instead of 0: "
+            f"the floor appears at z = {floor_m:+.2f} m instead of 0: "
             "check the camera's mounting (T_map_camera)"
         )
     return ""

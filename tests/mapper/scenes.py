@@ -1,0 +1,102 @@
+"""Rooms of boxes, seen by a simulated depth camera: analytic, hence exact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.frame import MapSettings
+from onemap_shared.geometry import F32, F64, U16, Intrinsics, camera_mount, pose_2d
+from onemap_shared.messages import FeatureField
+
+CAMERA = Intrinsics.from_fov(80, 60, np.pi / 2)
+SIZE = (60, 80)
+
+
+@dataclass(frozen=True)
+class Box:
+    """Axis-aligned, metres in the map frame."""
+
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+
+
+# A closed room 6 m x 5 m x 2.5 m with floor at z = 0: six slabs.
+ROOM = (
+    Box((-3.2, -2.7, -0.2), (3.2, 2.7, 0.0)),
+    Box((-3.2, -2.7, 2.5), (3.2, 2.7, 2.7)),
+    Box((-3.2, -2.7, 0.0), (-3.02, 2.7, 2.5)),
+    Box((3.02, -2.7, 0.0), (3.2, 2.7, 2.5)),
+    Box((-3.2, -2.7, 0.0), (3.2, -2.52, 2.5)),
+    Box((-3.2, 2.52, 0.0), (3.2, 2.7, 2.5)),
+)
+
+
+def settings(**changes: object) -> MapSettings:
+    """The default settings with some of the configuration's values replaced."""
+    return MapperConfig.model_validate(changes).settings()
+
+
+def pose(x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0, height_m: float = 1.0) -> F64:
+    """T_map_camera of a camera that looks 20 degrees down."""
+    return pose_2d(x_m, y_m, yaw_rad) @ camera_mount(0.0, height_m, np.deg2rad(20))
+
+
+def depth_of(
+    boxes: tuple[Box, ...],
+    T_map_camera: F64,
+    intrinsics: Intrinsics = CAMERA,
+    size: tuple[int, int] = SIZE,
+) -> F32:
+    """z-depth (H, W) float32 of boxes, 0 where a ray hits none."""
+    height, width = size
+    x = (np.arange(width) + 0.5 - intrinsics.cx) / intrinsics.fx
+    y = (np.arange(height) + 0.5 - intrinsics.cy) / intrinsics.fy
+    rays = np.stack(np.broadcast_arrays(x[None, :], y[:, None], 1.0), axis=-1)
+    rays = rays @ T_map_camera[:3, :3].T
+    nearest = np.full((height, width), np.inf)
+    for box in boxes:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            one = (np.array(box.low) - T_map_camera[:3, 3]) / rays
+            two = (np.array(box.high) - T_map_camera[:3, 3]) / rays
+        enter = np.minimum(one, two).max(axis=-1)
+        leave = np.maximum(one, two).min(axis=-1)
+        hit = (enter <= leave) & (enter > 0)
+        nearest[hit] = np.minimum(nearest, enter)[hit]
+    return np.where(np.isfinite(nearest), nearest, 0).astype(np.float32)
+
+
+def millimetres(depth_m: F32) -> U16:
+    """As on the wire."""
+    rounded: U16 = np.round(depth_m * 1000).astype(np.uint16)
+    return rounded
+
+
+def field(
+    sequence: int,
+    T_map_camera: F64,
+    *,
+    boxes: tuple[Box, ...] = ROOM,
+    features: np.ndarray | None = None,
+    encoder_id: str = "encoder-a",
+    seed: int = 0,
+) -> FeatureField:
+    """A field of this scene with random unit features (6, 8, 16) unless they are given."""
+    if features is None:
+        features = np.random.default_rng((seed, sequence)).normal(size=(6, 8, 16))
+    features = features / np.linalg.norm(features, axis=-1, keepdims=True)
+    depth_m = depth_of(boxes, T_map_camera)
+    variance = np.exp(((1.0 - depth_m) / 1.5) ** 2 / 3).astype(np.float32)
+    return FeatureField(
+        sequence=sequence,
+        stamp_ns=(sequence + 1) * 200_000_000,
+        encoder_id=encoder_id,
+        text_space="space-a",
+        features=features.astype(np.float16),
+        variance=np.where(depth_m > 0, variance, np.inf).astype(np.float32),
+        depth_mm=millimetres(depth_m),
+        intrinsics=CAMERA,
+        T_map_camera=T_map_camera,
+    )

@@ -1,0 +1,165 @@
+"""The map: tiles against a dense map, what resets keep, and what is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onemap_mapper.belief_map import BeliefMap, FieldRefused
+from onemap_mapper.frame import MapSettings, observe
+from onemap_mapper.tiles import MapTooLarge
+from onemap_shared.messages import FeatureField, Layer, Occupancy
+from tests.mapper import scenes
+from tests.reference import mapping as slow
+
+# Seen from several places, across the origin, so that tiles with negative indices take part.
+POSES = tuple(scenes.pose(0.4 * k - 0.8, 0.2 * k, 1.1 * k) for k in range(5))
+
+
+def mapped(fields: list[FeatureField], settings: MapSettings | None = None) -> BeliefMap:
+    settings = settings or scenes.settings()
+    belief = BeliefMap(settings)
+    for field in fields:
+        belief.absorb(observe(field, settings))
+    return belief
+
+
+def fields() -> list[FeatureField]:
+    return [scenes.field(k, T) for k, T in enumerate(POSES)]
+
+
+def test_tiles_equal_a_dense_map() -> None:
+    belief = mapped(fields())
+    frames: list[slow.Cells] = []
+    for field in fields():
+        seen = observe(field, belief.settings)
+        rows = zip(seen.cells, seen.features.numpy(), seen.confidence, strict=True)
+        frames.append({(int(x), int(y)): (F.astype(np.float64), float(c)) for (x, y), F, c in rows})
+    dense = slow.fused(frames)
+    assert belief.store.count == len(dense)
+    features, confidence = slow.table(dense, belief.store.cells)
+    everything = np.arange(belief.store.count)
+    np.testing.assert_allclose(belief.store.features(everything), features, atol=1e-5)
+    np.testing.assert_allclose(belief.store.confidence, confidence, rtol=1e-4)
+    spread = belief.spread(belief.store.confidence.numpy())
+    place = belief.store.cells - np.array(belief.grid.origin_cell)
+    np.testing.assert_array_equal(spread[tuple(place.T)], belief.store.confidence)
+    assert np.isfinite(spread).sum() == len(dense)
+
+
+@given(st.permutations(range(len(POSES))))
+@settings(max_examples=5, deadline=None)
+def test_the_order_of_frames_does_not_matter(order: list[int]) -> None:
+    one, two = mapped(fields()), mapped([fields()[k] for k in order])
+    slots = two.slots_of(one.store.cells)
+    everything = np.arange(one.store.count)
+    assert one.store.count == two.store.count
+    torch.testing.assert_close(
+        one.store.features(everything), two.store.features(slots), atol=1e-5, rtol=1e-3
+    )
+    torch.testing.assert_close(one.store.confidence, two.store.confidence[slots])
+
+
+def test_memory_is_proportional_to_what_was_observed() -> None:
+    here = mapped([scenes.field(0, scenes.pose())])
+    shifted = tuple(
+        scenes.Box((*np.add(box.low, (60, 0, 0)),), (*np.add(box.high, (60, 0, 0)),))
+        for box in scenes.ROOM
+    )
+    far = scenes.field(1, scenes.pose(60.0), boxes=shifted)
+    both = mapped([scenes.field(0, scenes.pose()), far])
+    assert both.grid.shape[0] > 600  # 60 m apart,
+    assert both.store.count == pytest.approx(2 * here.store.count, rel=0.1)
+    assert both.memory_bytes < 3 * here.memory_bytes  # but nothing was allocated in between
+
+
+def test_a_new_search_forgets_only_where_was_looked() -> None:
+    belief = mapped(fields() * 1)
+    everything = np.arange(belief.store.count)
+    features, confidence = belief.store.features(everything), belief.store.confidence.clone()
+    assert (belief.layers() & Layer.SEARCHED).any()
+    explored = belief.layers() & Layer.EXPLORED
+    revision = belief.revision
+    belief.reset_searched()
+    assert belief.revision == revision + 1
+    assert not (belief.layers() & Layer.SEARCHED).any()
+    np.testing.assert_array_equal(belief.layers() & Layer.EXPLORED, explored)
+    torch.testing.assert_close(belief.store.features(everything), features, atol=0, rtol=0)
+    torch.testing.assert_close(belief.store.confidence, confidence, atol=0, rtol=0)
+
+
+def test_layers_follow_their_thresholds() -> None:
+    belief = mapped(fields())
+    layers = belief.layers()
+    confidence = belief.spread(belief.store.confidence.numpy())
+    np.testing.assert_array_equal((layers & Layer.OBSERVED) > 0, np.isfinite(confidence))
+    explored = np.nan_to_num(1 / confidence, nan=np.inf) < belief.settings.explored_variance
+    np.testing.assert_array_equal((layers & Layer.EXPLORED) > 0, explored)
+
+
+def test_another_encoder_or_dimension_is_refused_and_nothing_changes() -> None:
+    belief = mapped(fields()[:1])
+    before = (belief.revision, belief.store.count, belief.frames_fused)
+    other = scenes.field(1, POSES[1], encoder_id="encoder-b")
+    wide = scenes.field(1, POSES[1], features=np.ones((2, 2, 5)))
+    for field in (other, wide):
+        with pytest.raises(FieldRefused, match="clear the map"):
+            belief.absorb(observe(field, belief.settings))
+    assert (belief.revision, belief.store.count, belief.frames_fused) == before
+
+
+def test_a_pose_that_jumps_is_refused_and_nothing_changes() -> None:
+    belief = mapped(fields()[:1])
+    before = (belief.revision, belief.store.count, belief.memory_bytes)
+    jumped = dataclasses.replace(fields()[1], T_map_camera=scenes.pose(5000.0))
+    with pytest.raises(MapTooLarge):
+        belief.absorb(observe(jumped, belief.settings))
+    assert (belief.revision, belief.store.count, belief.memory_bytes) == before
+
+
+def test_depth_all_zero_fuses_nothing_but_counts() -> None:
+    blind = scenes.field(0, scenes.pose(), boxes=())
+    belief = mapped([blind])
+    assert observe(blind, belief.settings).depth.valid_fraction == 0
+    assert (belief.frames_fused, belief.store.count) == (1, 0)
+    belief.absorb(observe(scenes.field(1, POSES[1]), belief.settings))
+    assert belief.store.count > 0
+
+
+def test_the_robots_own_place_is_free_at_first_sight_only() -> None:
+    settings = scenes.settings(initially_free_radius_m=0.35)
+    belief = mapped([scenes.field(k, scenes.pose(2.0 * k - 1)) for k in range(2)], settings)
+    cells = belief.grid.cells(np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
+    state = belief.occupancy_grid()[tuple(cells.T)]
+    assert state[0] == Occupancy.FREE
+    without = mapped([fields()[0]], scenes.settings(initially_free_radius_m=0))
+    own = without.grid.cells(POSES[0][:3, 3])
+    assert without.occupancy_grid()[tuple(own)] == Occupancy.UNKNOWN
+
+
+def test_forgetting_lets_old_cells_fade() -> None:
+    settings = scenes.settings(forgetting_per_s=0.5)
+    once = scenes.field(0, POSES[0])
+    later = dataclasses.replace(scenes.field(1, POSES[0], boxes=()), stamp_ns=once.stamp_ns + 10**9)
+    belief = mapped([once], settings)
+    before = belief.store.confidence.clone()
+    belief.absorb(observe(later, settings))
+    torch.testing.assert_close(1 / belief.store.confidence, 1 / before + 0.5)
+
+
+@pytest.mark.gpu
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA device")
+def test_cuda_makes_the_same_map() -> None:
+    host, device = mapped(fields()), mapped(fields(), scenes.settings(device="cuda"))
+    everything = np.arange(host.store.count)
+    order = device.slots_of(host.store.cells)
+    assert host.store.count == device.store.count
+    torch.testing.assert_close(
+        device.store.features(order).cpu(), host.store.features(everything), atol=1e-4, rtol=1e-3
+    )
+    np.testing.assert_array_equal(host.layers(), device.layers())

@@ -1,0 +1,73 @@
+"""The sparse location blur against the double loop over the whole window."""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onemap_mapper.blur import MIN_SHARE, BlurKernel, blur_kernel, blurred
+from tests.reference import mapping as slow
+
+
+def kernel(cells: torch.Tensor, half_width: int, depth_factor: float = 0.02) -> BlurKernel:
+    return blur_kernel(
+        cells,
+        camera_xy_m=(-0.3, 0.2),
+        cell_size_m=0.1,
+        depth_factor=depth_factor,
+        half_width=half_width,
+    )
+
+
+@given(seed=st.integers(0, 2**16), half_width=st.integers(0, 3), factor=st.floats(0, 0.05))
+@settings(max_examples=25, deadline=None)
+def test_agrees_with_the_double_loop(seed: int, half_width: int, factor: float) -> None:
+    rng = np.random.default_rng(seed)
+    cells = np.unique(rng.integers(-30, 30, (rng.integers(1, 40), 2)), axis=0)
+    features = rng.normal(size=(len(cells), 3)).astype(np.float32)
+    confidence = rng.uniform(0.1, 1, len(cells)).astype(np.float32)
+    fast = kernel(torch.from_numpy(cells), half_width, factor)
+    seen: slow.Cells = {
+        (int(x), int(y)): (features[i].astype(np.float64), float(confidence[i]))
+        for i, (x, y) in enumerate(cells)
+    }
+    expected = slow.blurred(
+        seen,
+        camera_xy_m=(-0.3, 0.2),
+        cell_size_m=0.1,
+        depth_factor=factor,
+        half_width=half_width,
+    )
+    values, weights = slow.table(expected, fast.cells.numpy())
+    tolerance = 49 * MIN_SHARE * 4  # what may be left out, times the largest feature
+    np.testing.assert_allclose(
+        blurred(fast, torch.from_numpy(features)).numpy(), values, atol=tolerance
+    )
+    np.testing.assert_allclose(
+        blurred(fast, torch.from_numpy(confidence)).numpy(), weights, atol=tolerance
+    )
+    kept = {(int(x), int(y)) for x, y in fast.cells}
+    assert all(c < tolerance for cell, (_, c) in expected.items() if cell not in kept)
+
+
+def test_half_width_zero_changes_nothing() -> None:
+    cells = torch.tensor([[3, -2], [-5, 7], [0, 0]])
+    features = torch.arange(6.0).view(3, 2)
+    result = kernel(cells, 0)
+    order = [result.cells.tolist().index(cell) for cell in cells.tolist()]
+    torch.testing.assert_close(blurred(result, features)[order], features)
+
+
+def test_near_the_camera_a_cell_keeps_to_itself() -> None:
+    cells = torch.tensor([[-3, 2]])  # the camera's own cell
+    result = kernel(cells, 3)
+    assert result.cells.tolist() == [[-3, 2]]
+    assert result.values.tolist() == [1.0]
+
+
+def test_no_cells_give_no_cells() -> None:
+    result = kernel(torch.zeros((0, 2), dtype=torch.int64), 3)
+    assert blurred(result, torch.zeros((0, 4))).shape == (0, 4)
+    assert blurred(result, torch.zeros(0)).shape == (0,)

@@ -1,0 +1,225 @@
+"""Occupancy in rooms of boxes: what may be driven over, and what must not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.frame import observe as observe_frame
+from onemap_mapper.occupancy import (
+    LEAST,
+    MOST,
+    OCCUPIED_FROM,
+    accumulated,
+    disc,
+    map_points,
+    observe,
+    ray_samples,
+    states,
+    thinned,
+    voxels,
+)
+from onemap_shared.geometry import F64, Intrinsics, transform, unproject
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import Occupancy
+from tests.mapper import scenes
+from tests.mapper.scenes import ROOM, Box
+
+SETTINGS = scenes.settings()
+CAMERA = Intrinsics.from_fov(320, 240, np.deg2rad(79))
+SIZE = (240, 320)
+TABLE = (
+    Box((0.9, -0.5, 0.70), (2.1, 0.5, 0.74)),  # its top
+    *(Box((x, y, 0.0), (x + 0.03, y + 0.03, 0.70)) for x in (0.95, 2.02) for y in (-0.45, 0.42)),
+)
+COFFEE_TABLE = Box((1.0, -0.4, 0.0), (1.8, 0.4, 0.4))
+
+
+def look_around(belief: BeliefMap, boxes: tuple[Box, ...], poses: list[F64]) -> None:
+    for T in poses:
+        depth = scenes.millimetres(scenes.depth_of(boxes, T, CAMERA, SIZE)) / np.float32(1000)
+        frame = observe(depth, intrinsics=CAMERA, T_map_camera=T, settings=SETTINGS.occupancy)
+        belief.grow(frame.cells)
+        belief.fuse_occupancy(frame)
+
+
+def seen(boxes: tuple[Box, ...], poses: list[F64]) -> BeliefMap:
+    belief = BeliefMap(SETTINGS)
+    look_around(belief, boxes, poses)
+    return belief
+
+
+def turning(x_m: float, y_m: float = 0.0, height_m: float = 1.0) -> list[F64]:
+    return [scenes.pose(x_m, y_m, yaw, height_m) for yaw in np.arange(0, 6.28, 0.5)]
+
+
+def state_at(belief: BeliefMap, *points: tuple[float, float]) -> list[int]:
+    cells = belief.grid.cells(np.array(points))
+    states: list[int] = belief.occupancy_grid()[tuple(cells.T)].tolist()
+    return states
+
+
+def test_an_empty_room_is_free_inside_and_closed_around() -> None:
+    belief = seen(ROOM, turning(0.5) + turning(-0.7, 0.5))
+    x, y = np.meshgrid(np.arange(-2.85, 2.9, 0.1), np.arange(-2.35, 2.4, 0.1))
+    inside = state_at(belief, *zip(x.ravel(), y.ravel(), strict=True))
+    assert np.mean(np.array(inside) == Occupancy.FREE) > 0.99
+    assert Occupancy.OCCUPIED not in inside
+    for along in np.arange(-2.4, 2.4, 0.1):  # no hole in a wall, nor beside it
+        assert Occupancy.OCCUPIED in state_at(belief, (3.05, along), (2.95, along))
+        assert Occupancy.FREE not in state_at(belief, (3.05, along), (3.15, along))
+    assert state_at(belief, (3.5, 0.0)) == [Occupancy.UNKNOWN]
+
+
+def test_a_table_is_occupied_though_the_floor_under_it_is_seen() -> None:
+    belief = seen((*ROOM, *TABLE), turning(-0.8) + turning(-1.5, 1.2) + turning(-2.5, -1.0, 0.5))
+    middle = [(x, y) for x in (1.05, 1.45, 1.95) for y in (-0.35, 0.05, 0.35)]
+    assert state_at(belief, *middle) == [Occupancy.OCCUPIED] * 9
+
+
+def test_a_ray_over_a_coffee_table_does_not_free_it() -> None:
+    near = [scenes.pose(0.2)]
+    belief = seen((*ROOM, COFFEE_TABLE), near)
+    far = [scenes.pose(-2.8, 0.0, 0.0, 1.1)] * 30
+    look_around(belief, (*ROOM, COFFEE_TABLE), far)
+    assert state_at(belief, (1.05, 0.0), (1.05, 0.3)) == [Occupancy.OCCUPIED] * 2
+
+
+def test_thin_legs_stay() -> None:
+    leg = Box((1.50, 0.30, 0.0), (1.53, 0.33, 0.6))
+    belief = seen((*ROOM, leg), [scenes.pose(-0.5)])
+    look_around(belief, (*ROOM, leg), [scenes.pose(x, -0.4) for x in np.arange(-2.5, 0, 0.1)])
+    assert state_at(belief, (1.515, 0.315)) == [Occupancy.OCCUPIED]
+
+
+def test_what_moves_away_disappears() -> None:
+    belief = seen((*ROOM, COFFEE_TABLE), [scenes.pose(-0.5)] * 20)
+    assert state_at(belief, (1.05, 0.0)) == [Occupancy.OCCUPIED]
+    look_around(belief, ROOM, [scenes.pose(-0.5)] * 15)
+    assert state_at(belief, (1.05, 0.0)) == [Occupancy.FREE]
+
+
+def test_what_comes_appears_within_two_frames() -> None:
+    belief = seen(ROOM, [scenes.pose(-0.5)] * 30)
+    look_around(belief, (*ROOM, COFFEE_TABLE), [scenes.pose(-0.5)] * 2)
+    assert state_at(belief, (1.05, 0.0)) == [Occupancy.OCCUPIED]
+
+
+def test_a_doorway_stays_open() -> None:
+    wall = (Box((1.0, -2.6, 0.0), (1.1, -0.4, 2.5)), Box((1.0, 0.4, 0.0), (1.1, 2.6, 2.5)))
+    lintel = Box((1.0, -0.4, 2.0), (1.1, 0.4, 2.5))
+    belief = seen((*ROOM, *wall, lintel), [scenes.pose(-1.5, y) for y in np.arange(-1, 1, 0.2)])
+    across = state_at(belief, *((1.05, y) for y in np.arange(-0.35, 0.36, 0.1)))
+    assert across[1:-1] == [Occupancy.FREE] * (len(across) - 2)
+    assert state_at(belief, (1.05, -0.6), (1.05, 0.6)) == [Occupancy.OCCUPIED] * 2
+
+
+def test_a_carpet_is_floor_and_what_hangs_high_is_passed_under() -> None:
+    carpet = Box((1.0, -0.5, 0.0), (2.0, 0.5, 0.03))
+    lamp = Box((1.4, -0.1, 1.5), (1.6, 0.1, 2.5))
+    belief = seen((*ROOM, carpet, lamp), turning(-0.5))
+    assert state_at(belief, (1.5, 0.0), (1.5, 0.3)) == [Occupancy.FREE] * 2
+
+
+def test_a_tilted_camera_sees_the_same_room() -> None:
+    roll = np.deg2rad(15)
+    c, s = np.cos(roll), np.sin(roll)
+    R_roll = np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    belief = seen((*ROOM, COFFEE_TABLE), [T @ R_roll for T in turning(-1.0)])
+    assert state_at(belief, (1.05, 0.0), (0.5, 0.0)) == [Occupancy.OCCUPIED, Occupancy.FREE]
+
+
+def test_no_depth_says_nothing() -> None:
+    frame = observe(
+        np.zeros(SIZE, np.float32),
+        intrinsics=CAMERA,
+        T_map_camera=scenes.pose(),
+        settings=SETTINGS.occupancy,
+    )
+    assert len(frame.cells) == 0
+
+
+def test_map_points_are_the_unprojected_pixels() -> None:
+    T = scenes.pose(1.0, -2.0, 0.7)
+    depth = np.random.default_rng(0).uniform(0.2, 5, (11, 13)).astype(np.float32)
+    small = Intrinsics(9.0, 8.0, 6.5, 5.0)
+    fast = map_points(depth, intrinsics=small, T_map_camera=T)
+    slow = transform(T, unproject(depth, small).astype(np.float64))
+    np.testing.assert_allclose(fast, slow, atol=1e-5)
+
+
+def test_thinning_keeps_pixels_on_their_rays() -> None:
+    depth = np.random.default_rng(0).uniform(0.2, 5, (480, 640)).astype(np.float32)
+    full = Intrinsics(500.0, 510.0, 320.0, 240.0)
+    thin, camera = thinned(depth, full, 200)
+    np.testing.assert_allclose(unproject(thin, camera), unproject(depth, full)[::3, ::3], atol=1e-4)
+
+
+@given(seed=st.integers(0, 2**16))
+@settings(max_examples=30, deadline=None)
+def test_ray_samples_lie_on_their_rays_in_empty_space(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    camera = np.array([0.3, -0.2, 1.0], np.float32)
+    ends = rng.uniform((-6, -6, -0.5), (6, 6, 2.5), (5, 3)).astype(np.float32)
+    samples = ray_samples(camera, ends, settings=SETTINGS.occupancy)
+    assert (samples[:, 2] < SETTINGS.occupancy.max_height_m).all()
+    for sample in samples:
+        ways = np.linalg.norm(sample - camera)
+        lengths = np.linalg.norm(ends - camera, axis=1)
+        offsets = np.linalg.norm(
+            (ends - camera) / lengths[:, None] * ways - (sample - camera), axis=1
+        )
+        ray = int(np.argmin(offsets))
+        assert offsets[ray] < 1e-4
+        assert ways <= min(lengths[ray] - 0.1, SETTINGS.occupancy.clear_range_m) + 1e-4
+
+
+def test_voxels_count_up_from_the_lowest_obstacle() -> None:
+    box = GridSpec(0.1, (-2, 3), (4, 5))
+    points = np.array([[-0.15, 0.35, 0.10], [0.11, 0.72, 0.25], [0.11, 0.72, 1.19]], np.float32)
+    levels = SETTINGS.occupancy.levels
+    expected = [(0 * 5 + 0) * levels, (3 * 5 + 4) * levels + 1, (3 * 5 + 4) * levels + levels - 1]
+    assert voxels(points, box, SETTINGS.occupancy).tolist() == expected
+
+
+@given(
+    st.lists(st.integers(LEAST, MOST), min_size=1, max_size=6),
+    st.lists(st.integers(-1, 4), min_size=1, max_size=6),
+)
+def test_evidence_is_bounded(have: list[int], more: list[int]) -> None:
+    n = min(len(have), len(more))
+    total = accumulated(np.array([have[:n]], np.int8), np.array([more[:n]], np.int8))
+    assert (total >= LEAST).all()
+    assert (total <= MOST).all()
+
+
+def test_states_need_evidence() -> None:
+    evidence = np.array([[0, 0], [0, OCCUPIED_FROM], [0, 0], [-4, OCCUPIED_FROM - 1]], np.int8)
+    clear = np.array([False, True, True, True])
+    assert states(evidence, clear).tolist() == [
+        Occupancy.UNKNOWN,
+        Occupancy.OCCUPIED,
+        Occupancy.FREE,
+        Occupancy.FREE,
+    ]
+
+
+@pytest.mark.parametrize("radius_m", [0.0, 0.35, 1.0])
+def test_a_disc_holds_the_cells_whose_centre_is_near(radius_m: float) -> None:
+    cells = disc(np.array([0.52, -0.31, 1.0]), radius_m, 0.1)
+    grid = GridSpec(0.1, (-50, -50), (100, 100))
+    everything = np.argwhere(np.ones(grid.shape, bool))
+    near = np.linalg.norm(grid.centres(everything) - (0.52, -0.31), axis=1) <= radius_m
+    expected = {(int(x) - 50, int(y) - 50) for x, y in everything[near]}
+    assert {(int(x), int(y)) for x, y in cells} == expected
+
+
+def test_a_whole_field_reaches_the_occupancy() -> None:
+    belief = BeliefMap(SETTINGS)
+    belief.absorb(
+        observe_frame(scenes.field(0, scenes.pose(-0.5), boxes=(*ROOM, COFFEE_TABLE)), SETTINGS)
+    )
+    assert state_at(belief, (1.05, 0.0), (0.6, 0.0)) == [Occupancy.OCCUPIED, Occupancy.FREE]

@@ -1,0 +1,112 @@
+"""Projection through scattered weights against the upsampled image."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onemap_mapper.projection import (
+    CellWeights,
+    ProjectionSettings,
+    mix,
+    pixels_to_map,
+    project,
+    world_cells,
+)
+from onemap_shared.geometry import F32, F64, Intrinsics, transform, unproject
+from onemap_shared.grid import GridSpec
+from tests.mapper import scenes
+from tests.reference import mapping as slow
+
+EVERYTHING = ProjectionSettings(cell_size_m=0.1, max_range_m=100.0, max_height_m=100.0)
+SMALL = Intrinsics(9.0, 8.0, 6.5, 5.0)
+
+
+def projected(
+    depth_m: F32, variance: F32, T: F64, shape: tuple[int, int], limits: ProjectionSettings
+) -> CellWeights:
+    return project(
+        torch.from_numpy(depth_m),
+        torch.from_numpy(variance),
+        intrinsics=SMALL,
+        T_map_camera=T,
+        patch_shape=shape,
+        settings=limits,
+    )
+
+
+@given(seed=st.integers(0, 2**16), h=st.integers(1, 4), w=st.integers(1, 5))
+@settings(max_examples=25, deadline=None)
+def test_agrees_with_the_upsampled_image(seed: int, h: int, w: int) -> None:
+    rng = np.random.default_rng(seed)
+    T = scenes.pose(rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(-3, 3))
+    depth = rng.uniform(0.3, 2.0, (11, 13)).astype(np.float32)
+    depth[rng.random(depth.shape) < 0.1] = 0
+    variance = rng.uniform(0.5, 4.0, depth.shape).astype(np.float32)
+    variance[rng.random(depth.shape) < 0.1] = np.inf
+    features = rng.normal(size=(h, w, 3)).astype(np.float32)
+    weights = projected(depth, variance, T, (h, w), EVERYTHING)
+    fast = mix(weights, torch.from_numpy(features.reshape(h * w, 3))).numpy()
+    cells = slow.projected(
+        features, depth, variance, intrinsics=SMALL, T_map_camera=T, cell_size_m=0.1
+    )
+    if {tuple(cell) for cell in weights.cells.tolist()} != set(cells):
+        return  # a point on a border, which float32 and float64 put on different sides
+    expected, confidence = slow.table(cells, weights.cells.numpy())
+    np.testing.assert_allclose(fast, expected, atol=2e-5)
+    np.testing.assert_allclose(weights.confidence, confidence, rtol=1e-5)
+
+
+def test_rows_of_the_weights_sum_to_one() -> None:
+    depth = scenes.depth_of(scenes.ROOM, scenes.pose())
+    weights = project(
+        torch.from_numpy(depth),
+        torch.ones(depth.shape),
+        intrinsics=scenes.CAMERA,
+        T_map_camera=scenes.pose(),
+        patch_shape=(6, 8),
+        settings=EVERYTHING,
+    )
+    ones = mix(weights, torch.ones((48, 1)))
+    torch.testing.assert_close(ones, torch.ones_like(ones))
+    assert (weights.values >= 0).all()
+
+
+@given(st.lists(st.floats(-50, 50, width=32), min_size=1), st.sampled_from([0.05, 0.1, 0.25]))
+def test_cells_are_those_of_the_grid(coordinates: list[float], cell_size_m: float) -> None:
+    values = np.array(coordinates, np.float32)
+    points = np.stack([values, -values], axis=1)
+    expected = GridSpec(cell_size_m, (0, 0), (1, 1)).cells(points)  # type: ignore[arg-type]
+    cells = world_cells(torch.from_numpy(points), cell_size_m)
+    np.testing.assert_array_equal(cells.numpy(), expected)
+
+
+def test_pixels_go_where_unprojection_puts_them() -> None:
+    T = scenes.pose(1.0, -2.0, 0.7)
+    depth = np.random.default_rng(0).uniform(0.2, 5, (11, 13)).astype(np.float32)
+    xyz = pixels_to_map(torch.from_numpy(depth), intrinsics=SMALL, T_map_camera=T)
+    expected = transform(T, unproject(depth, SMALL).astype(np.float64))
+    np.testing.assert_allclose(torch.stack(xyz, dim=-1).numpy(), expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("fill", [0.0, 1.0])
+def test_a_frame_without_usable_pixels_has_no_cells(fill: float) -> None:
+    depth = np.full((11, 13), fill, np.float32)
+    variance = np.full(depth.shape, np.inf, np.float32)
+    weights = projected(depth, variance, np.eye(4), (2, 2), EVERYTHING)
+    assert weights.cells.shape == (0, 2)
+    assert mix(weights, torch.ones((4, 5))).shape == (0, 5)
+
+
+def test_range_and_height_limit_the_pixels() -> None:
+    T = scenes.pose()
+    depth = np.full((11, 13), 2.0, np.float32)
+    variance = np.ones(depth.shape, np.float32)
+    everything = projected(depth, variance, T, (2, 2), EVERYTHING)
+    near = projected(depth, variance, T, (2, 2), ProjectionSettings(0.1, 1.9, 100.0))
+    low = projected(depth, variance, T, (2, 2), ProjectionSettings(0.1, 100.0, 0.3))
+    assert len(near.cells) == 0
+    assert 0 < len(low.cells) < len(everything.cells)

@@ -1,0 +1,80 @@
+"""Tiles: rows of cells anywhere, and nothing allocated where nothing was seen."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_mapper.tiles import AREA, NO_ROW, SIDE, MapTooLarge, TileIndex, TileLayer
+
+Cell = tuple[int, int]
+CELLS = st.lists(st.tuples(st.integers(-400, 400), st.integers(-400, 400)), min_size=1)
+
+
+@given(st.lists(CELLS, min_size=1, max_size=4))
+def test_rows_and_cells_are_inverse_and_never_move(batches: list[list[Cell]]) -> None:
+    index = TileIndex(0.1, 200.0)
+    known: dict[Cell, int] = {}
+    for batch in batches:
+        cells = np.array(batch)
+        rows = index.allocate(cells)
+        np.testing.assert_array_equal(index.cells(rows), cells)
+        for cell, row in zip(batch, rows.tolist(), strict=True):
+            assert known.setdefault(cell, row) == row
+    assert len(set(known.values())) == len(known)
+    assert index.count == len({(x // SIDE, y // SIDE) for x, y in known})
+
+
+@given(CELLS)
+def test_crop_is_the_obvious_dense_array(batch: list[Cell]) -> None:
+    index, layer = TileIndex(0.1, 200.0), TileLayer(np.int32, -7)
+    cells = np.unique(np.array(batch), axis=0)
+    rows = index.allocate(cells)
+    layer.grow(index.count)
+    layer.values[rows] = np.arange(len(cells))
+    dense = index.crop(layer.values, -7)
+    assert dense.shape == index.grid.shape
+    expected = np.full(dense.shape, -7)
+    for number, cell in enumerate(cells):
+        expected[tuple(cell - np.array(index.grid.origin_cell))] = number
+    np.testing.assert_array_equal(dense, expected)
+
+
+def test_cells_without_a_tile_have_no_row() -> None:
+    index = TileIndex(0.1, 200.0)
+    assert index.rows(np.array([[0, 0]])).tolist() == [NO_ROW]
+    index.allocate(np.array([[0, 0], [200, 0]]))
+    outside = np.array([[100, 0], [0, 100], [-1, 0], [0, -1], [10**6, 10**6]])
+    assert index.rows(outside).tolist() == [NO_ROW] * 5
+
+
+def test_an_empty_index_has_an_empty_grid() -> None:
+    index = TileIndex(0.1, 200.0)
+    assert index.grid.shape == (0, 0)
+    assert index.allocate(np.zeros((0, 2), np.int64)).shape == (0,)
+    assert index.crop(TileLayer(np.uint8, 0).values, 0).shape == (0, 0)
+
+
+def test_a_jump_beyond_the_extent_is_refused_and_changes_nothing() -> None:
+    index = TileIndex(0.1, 50.0)
+    index.allocate(np.array([[0, 0]]))
+    before = index.grid
+    with pytest.raises(MapTooLarge, match="pose jump"):
+        index.allocate(np.array([[1000, 0]]))
+    assert index.grid == before
+    assert index.count == 1
+
+
+def test_a_layer_grows_and_keeps_its_values() -> None:
+    layer = TileLayer(np.int8, 3, (2,))
+    layer.grow(1)
+    layer.values[5] = (1, 2)
+    layer.grow(4)
+    assert layer.values.shape == (4 * AREA, 2)
+    assert layer.values[5].tolist() == [1, 2]
+    assert layer.values[AREA].tolist() == [3, 3]
+    layer.grow(2)  # never shrinks
+    assert len(layer.values) == 4 * AREA
+    assert layer.nbytes >= layer.values.nbytes
