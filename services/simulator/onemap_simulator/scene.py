@@ -25,7 +25,7 @@ class SceneObject:
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """An axis-aligned room: kind (kitchen, bathroom, ...) and x_min, y_min, x_max, y_max in metres."""
+    """An axis-aligned room: kind (kitchen, ...) and x_min, y_min, x_max, y_max in metres."""
 
     kind: str
     bounds_m: tuple[float, float, float, float]
