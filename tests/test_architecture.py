@@ -20,7 +20,12 @@ MAX_FILE_LINES = 400
 SHELL_MODULES = {
     "onemap_gateway": "the whole package is a door: HTTP on one side, the bus on the other",
     "onemap_tools": "what people start",
+    "onemap_planner.planning": "the thread that plans while the loop steers",
+    "onemap_planner.desk": "what that thread, the loop and the bus's threads share",
+    "onemap_mapper.texts": "a cache that the bus's threads share",
 }
+# Plain values that happen to be defined beside what talks.
+VALUES = {"onemap_shared.transport.Counters", "onemap_shared.transport.Health"}
 IMPURE = {
     "time",
     "logging",
@@ -57,7 +62,8 @@ class Module:
 
     @property
     def is_shell(self) -> bool:
-        return self.package in SHELL_MODULES or self.name.split(".")[-1] in SHELL
+        named = self.package in SHELL_MODULES or self.name in SHELL_MODULES
+        return named or self.name.split(".")[-1] in SHELL
 
 
 def folders(root: Path) -> dict[str, Path]:
@@ -89,7 +95,6 @@ def imports(module: Module) -> Iterator[tuple[str, int]]:
                 yield alias.name, node.lineno
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{module.path}:{node.lineno}: relative import"
-            yield node.module or "", node.lineno
             for alias in node.names:
                 yield f"{node.module}.{alias.name}", node.lineno
 
@@ -124,7 +129,7 @@ def broken_walls(root: Path) -> list[str]:
             if scopes and not any(within(module.name, scope) for scope in scopes):
                 broken.append(place + f"only {', '.join(sorted(scopes))} may")
             pure = module.package != "onemap_shared" and not module.is_shell
-            if pure and any(within(name, impure) for impure in IMPURE):
+            if pure and name not in VALUES and any(within(name, impure) for impure in IMPURE):
                 broken.append(place + "a module computes or it talks, never both")
     return broken
 
