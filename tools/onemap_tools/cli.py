@@ -72,7 +72,7 @@ def demo(
     Exit code 0 only if all were found and the simulator confirms it.
     """
     from onemap_tools import demo as command
-    from onemap_tools.demo_setup import DemoOptions, choose_port, run_folder
+    from onemap_tools.demo_setup import DemoOptions, choose_port, failed_document, run_folder
     from onemap_tools.terminal import print_json, progress_console, stays_up
 
     console = progress_console()
@@ -90,7 +90,7 @@ def demo(
         document = command.run(options, console)
     except Trouble as trouble:
         if as_json:
-            print_json({"worked": False, "seed": seed, "objects": [], "trouble": str(trouble)})
+            print_json(failed_document(options, str(trouble)))
         raise
     if as_json:
         print_json(document)

@@ -5,14 +5,10 @@ from __future__ import annotations
 import json
 import threading
 import time
-import uuid
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 from rich.console import Console
 
-from onemap_shared.bus import open_bus
 from onemap_shared.config import BusConfig
 from onemap_shared.messages import SearchState
 from onemap_tools.client import Gateway
@@ -20,13 +16,16 @@ from onemap_tools.demo_report import describe
 from onemap_tools.demo_setup import DemoOptions, Setup, choose_objects, set_up
 from onemap_tools.demo_summary import DemoSummary, ObjectSummary
 from onemap_tools.interrupts import interruptible
+from onemap_tools.joining import joined
 from onemap_tools.launch import Processes
+from onemap_tools.network import answers
 from onemap_tools.progress import View, view_for
 from onemap_tools.search_command import Followed, progress_of
 from onemap_tools.trouble import EXIT_INTERRUPTED, Trouble
 from onemap_tools.witness import Witness
 
 POLL_S = 0.25
+JOIN_S = 5.0  # the router listens by then
 NAN = float("nan")
 
 
@@ -75,7 +74,10 @@ def run(options: DemoOptions, console: Console) -> dict[str, Any]:
         console.print(f"Starting {len(setup.specs)} processes; logs in {processes.folder}")
         processes.start()
         demo = Run(options, setup, processes, stop)
-        with _witness(setup, stop) as witness:
+        while not answers(setup.endpoint):
+            demo.pause()
+        with joined(BusConfig(connect=(setup.endpoint,)), "demo", JOIN_S) as bus:
+            witness = Witness(bus)
             with view_for(console) as view:
                 _wait_until_ready(demo, gateway, view)
                 objects = _objects(demo, witness, console)
@@ -86,18 +88,6 @@ def run(options: DemoOptions, console: Console) -> dict[str, Any]:
         if not options.headless:
             _stay_up(demo, console)
     return document
-
-
-@contextmanager
-def _witness(setup: Setup, stop: threading.Event) -> Iterator[Witness]:
-    config = BusConfig(connect=(setup.endpoint,))
-    bus = open_bus(config, "demo", uuid.uuid4().hex[:12], stop)
-    if bus is None:
-        raise Trouble("Stopped.", EXIT_INTERRUPTED)
-    try:
-        yield Witness(bus)
-    finally:
-        bus.close()
 
 
 def _wait_until_ready(demo: Run, gateway: Gateway, view: View) -> None:

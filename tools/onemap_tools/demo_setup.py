@@ -120,6 +120,17 @@ def demo_sections(
     return sections
 
 
+def failed_document(options: DemoOptions, trouble: str) -> dict[str, Any]:
+    """The summary of a run that did not get as far as a summary."""
+    return {
+        "worked": False,
+        "seed": options.seed,
+        "objects": [],
+        "trouble": trouble,
+        "folder": str(options.folder),
+    }
+
+
 def choose_objects(categories: Sequence[str]) -> tuple[str, ...]:
     """Three objects that exist in the scene, favourites first."""
     present = set(categories)

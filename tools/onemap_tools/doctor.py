@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import threading
-import uuid
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.text import Text
 
-from onemap_shared.bus import open_bus
 from onemap_shared.config import BusConfig, read, section
-from onemap_shared.transport import Bus
 from onemap_tools.doctor_checks import Finding, Severity, diagnose
 from onemap_tools.doctor_observe import observe
-from onemap_tools.trouble import Trouble
+from onemap_tools.joining import joined
 
 JOIN_S = 3.0
 LISTEN_S = 3.5  # three heartbeats of every service
@@ -24,12 +20,9 @@ COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow"}
 
 def examine(config: Path | None, console: Console) -> list[Finding]:
     """Join the bus of this configuration, listen, and diagnose."""
-    bus = join(section(read(config), "bus", BusConfig), "doctor")
-    try:
+    with joined(section(read(config), "bus", BusConfig), "doctor", JOIN_S) as bus:
         console.print(f"Listening for {LISTEN_S:g} s ...", style="dim")
         return diagnose(observe(bus, LISTEN_S))
-    finally:
-        bus.close()
 
 
 def describe(findings: list[Finding], console: Console) -> None:
@@ -50,20 +43,3 @@ def document(findings: list[Finding]) -> dict[str, Any]:
             for f in findings
         ],
     }
-
-
-def join(config: BusConfig, name: str) -> Bus:
-    """The bus, or Trouble if there is no router within a few seconds."""
-    stop = threading.Event()
-    timer = threading.Timer(JOIN_S, stop.set)
-    timer.start()
-    try:
-        bus = open_bus(config, name, uuid.uuid4().hex[:12], stop)
-    finally:
-        timer.cancel()
-    if bus is None:
-        raise Trouble(
-            f"No router at {', '.join(config.connect)}: start everything with 'onemap up', or the "
-            "router alone with 'onemap router'; another address goes into bus.connect of --config."
-        )
-    return bus

@@ -1,0 +1,103 @@
+"""What the client makes of a gateway's answers, and of silence."""
+
+from __future__ import annotations
+
+import json
+
+import httpx
+import pytest
+
+from onemap_tools.client import Gateway
+from onemap_tools.trouble import EXIT_FAILED, EXIT_MISUSED, Trouble
+
+
+def gateway(handler: httpx.MockTransport) -> Gateway:
+    return Gateway("http://robot:8080", token="secret", transport=handler)
+
+
+def answering(status: int, body: object) -> httpx.MockTransport:
+    return httpx.MockTransport(lambda _: httpx.Response(status, json=body))
+
+
+def failing(problem: type[httpx.HTTPError]) -> httpx.MockTransport:
+    def handle(request: httpx.Request) -> httpx.Response:
+        raise problem("no")
+
+    return httpx.MockTransport(handle)
+
+
+def test_requests_go_where_the_gateway_expects_them() -> None:
+    seen: list[tuple[str, str, object]] = []
+
+    def handle(request: httpx.Request) -> httpx.Response:
+        assert request.headers["Authorization"] == "Bearer secret"
+        body = json.loads(request.content) if request.content else None
+        seen.append((request.method, request.url.path, body))
+        return httpx.Response(200, json={"ok": True})
+
+    with gateway(httpx.MockTransport(handle)) as door:
+        door.query("red sofa", 3)
+        door.start_search(("sofa", "bed"))
+        door.search("s1")
+        door.cancel("s1")
+        door.status()
+        door.map_info()
+        door.map_archive()
+        door.map_save("flat")
+        door.map_load("flat")
+        door.map_clear()
+    assert seen == [
+        ("POST", "/v1/queries", {"text": "red sofa", "max_regions": 3}),
+        ("POST", "/v1/searches", {"objects": ["sofa", "bed"]}),
+        ("GET", "/v1/searches/s1", None),
+        ("DELETE", "/v1/searches/s1", None),
+        ("GET", "/v1/status", None),
+        ("GET", "/v1/map", None),
+        ("GET", "/v1/map.npz", None),
+        ("POST", "/v1/map/save", {"name": "flat"}),
+        ("POST", "/v1/map/load", {"name": "flat"}),
+        ("POST", "/v1/map/clear", None),
+    ]
+
+
+def test_a_problem_document_is_told_by_its_detail() -> None:
+    detail = "The mapper is not running: start it with 'onemap mapper', or see 'onemap status'."
+    with pytest.raises(Trouble) as trouble:
+        gateway(answering(503, {"status": 503, "detail": detail})).query("sofa", 5)
+    assert str(trouble.value) == detail
+    assert trouble.value.exit_code == EXIT_FAILED
+
+
+def test_an_error_without_detail_is_told_by_its_status() -> None:
+    with pytest.raises(Trouble, match="answers 502 Bad Gateway"):
+        gateway(answering(502, ["?"])).status()
+
+
+def test_nobody_there_is_told_with_what_to_start() -> None:
+    with pytest.raises(Trouble, match=r"No gateway at http://robot:8080: start .*onemap up"):
+        gateway(failing(httpx.ConnectError)).status()
+
+
+def test_silence_is_told_with_how_long() -> None:
+    with pytest.raises(Trouble, match="did not answer within 5 s"):
+        gateway(failing(httpx.ReadTimeout)).status()
+
+
+def test_another_program_on_the_port_is_recognised() -> None:
+    page = httpx.MockTransport(lambda _: httpx.Response(200, html="<html>hello</html>"))
+    with pytest.raises(Trouble, match="another program"):
+        gateway(page).status()
+
+
+@pytest.mark.parametrize("url", ["robot:8080", "ftp://robot", "http://[::1"])
+def test_an_address_that_is_none_is_a_misuse(url: str) -> None:
+    with pytest.raises(Trouble) as trouble:
+        Gateway(url).status()
+    assert trouble.value.exit_code == EXIT_MISUSED
+
+
+def test_the_missing_stage_is_what_readyz_says() -> None:
+    assert gateway(answering(200, {"status": "ok"})).missing_stage() == ""
+    missing = gateway(answering(503, {"detail": "The mapper is not running."})).missing_stage()
+    assert missing == "The mapper is not running."
+    assert "gateway" in gateway(failing(httpx.ConnectError)).missing_stage()
