@@ -64,10 +64,10 @@ class Guard:
         origin = headers.get("origin")
         if origin is None:  # not a browser
             return
-        site = urlsplit(origin)
-        if site.netloc and site.netloc == headers.get("host"):
+        site = origin.partition("://")[2]
+        if site and site == headers.get("host"):
             return
-        if site.hostname in self._hosts:  # behind a proxy that renames
+        if _host_name(site) in self._hosts:  # behind a proxy that renames
             return
         raise Problem(
             "foreign_origin",
@@ -138,6 +138,8 @@ async def _read(receive: Receive) -> bytes:
     body = b""
     while True:
         message = await receive()
+        if message["type"] == "http.disconnect":
+            raise Problem("slow_body", "The connection ended before the body was complete.")
         part: bytes = message.get("body", b"")
         body += part
         if len(body) > MAX_BODY_BYTES:

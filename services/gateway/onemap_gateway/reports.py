@@ -13,7 +13,6 @@ STREAM_S = 2.0  # a robot that sends a frame every second is slow, one slower th
 SILENT_S = 3.5  # three heartbeats missed
 HANGS_S = 5.0  # a loop steps ten times a second, and no step of a healthy service takes so long
 STAGES = ("robot", "perception", "mapper", "planner")  # in the order a frame passes them
-ROBOTS = ("simulator", "replay")
 
 
 class Condition(str, Enum):
@@ -54,10 +53,11 @@ def report_service(name: str, state: LiveState, now_s: float) -> Report:
     """The state of one service, from its liveliness token and its heartbeat."""
     alive = name in state.alive
     beat = state.beats.get(name)
+    if beat is None and alive:
+        return Report(name, Condition.DEGRADED, f"The {name} has just started.", alive)
     if beat is None:
         start = START.format(service=name)
-        problem = f"The {name} has just started." if alive else f"The {name} is not running: {start}."
-        return Report(name, Condition.DEGRADED if alive else Condition.DOWN, problem, alive)
+        return Report(name, Condition.DOWN, f"The {name} is not running: {start}.")
     condition, problem = _judge(name, alive, beat, now_s)
     heartbeat = beat.heartbeat
     return Report(

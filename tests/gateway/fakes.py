@@ -1,0 +1,251 @@
+"""A robot without a robot: messages, services that answer, and a gateway around them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from fastapi import FastAPI
+from starlette.testclient import TestClient
+
+from onemap_gateway.app import create_app
+from onemap_gateway.calls import Calls
+from onemap_gateway.config import GatewayConfig
+from onemap_gateway.context import Gateway
+from onemap_gateway.hub import Hub
+from onemap_shared import keys
+from onemap_shared import messages as m
+from onemap_shared.geometry import Intrinsics, pose_2d
+from onemap_shared.grid import GridSpec
+from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.transport import Refusal
+
+GRID = GridSpec(0.1, (-10, -5), (40, 30))
+STAMP_NS = 1_767_225_600_000_000_000
+WAIT_S = 5.0  # far more than any message needs; a failure, not a pace
+
+
+def rgbd(sequence: int = 1) -> m.RgbdFrame:
+    rgb = np.zeros((24, 32, 3), np.uint8)
+    rgb[:, :16] = (200, 0, 0)
+    depth = np.full((24, 32), 1500, np.uint16)
+    return m.RgbdFrame(sequence, STAMP_NS, rgb, depth, Intrinsics(30, 30, 16, 12), np.eye(4))
+
+
+def odometry(x_m: float, y_m: float, yaw_rad: float = 0.0, sequence: int = 1) -> m.Odometry:
+    return m.Odometry(sequence, STAMP_NS, pose_2d(x_m, y_m, yaw_rad), 0.3, 0.0)
+
+
+def detections(*names: str, sequence: int = 1) -> m.Detections:
+    count = len(names)
+    boxes = np.tile(np.array([[4, 6, 20, 18]], np.float32), (count, 1))
+    return m.Detections(
+        sequence=sequence,
+        stamp_ns=STAMP_NS,
+        detector_id="fake",
+        names=names,
+        boxes_px=boxes.reshape(count, 4),
+        scores=np.full(count, 0.8, np.float32),
+        points_map=np.zeros((0, 3), np.float32),
+        point_owner=np.zeros(0, np.int32),
+    )
+
+
+def revision(number: int, frames_fused: int | None = None) -> m.MapRevision:
+    return m.MapRevision(
+        revision=number,
+        sequence=number,
+        stamp_ns=STAMP_NS,
+        encoder_id="fake-1",
+        text_space="fake",
+        frames_fused=number if frames_fused is None else frames_fused,
+        cells_observed=100,
+        memory_bytes=1000,
+        update_ms=12.0,
+        rate_hz=5.0,
+    )
+
+
+def planned_path(*points: tuple[float, float]) -> m.PlannedPath:
+    points_m = np.array(points, np.float32).reshape(-1, 2)
+    return m.PlannedPath(
+        stamp_ns=STAMP_NS,
+        goal_kind="frontier",
+        goal_reason="the best",
+        points_m=points_m,
+        goal_m=points_m[-1:],
+        frontiers_m=np.array([[1.0, 1.0]], np.float32),
+        frontier_scores=np.array([0.5], np.float32),
+        regions_m=np.zeros((0, 2), np.float32),
+        region_scores=np.zeros(0, np.float32),
+    )
+
+
+def heartbeat(
+    service: str, progress: int = 1, *, ready: bool = True, problem: str = ""
+) -> m.Heartbeat:
+    return m.Heartbeat(
+        service, "i1", STAMP_NS, progress, ready, problem, {"frames per second": 9.5}
+    )
+
+
+def find_result(name: str, x_m: float, y_m: float) -> m.ObjectResult:
+    place = (x_m, y_m)
+    return m.ObjectResult(
+        name, m.SearchState.FOUND, "seen", (*place, 0.4), 0.9, 12.0, 3.5, place, place
+    )
+
+
+def search(
+    search_id: str = "s1",
+    state: m.SearchState = m.SearchState.EXPLORING,
+    objects: tuple[str, ...] = ("sofa",),
+    updated_ns: int = STAMP_NS,
+) -> m.SearchStatus:
+    return m.SearchStatus(
+        search_id=search_id,
+        state=state,
+        objects=objects,
+        index=0,
+        reason="looking around",
+        results=(),
+        started_ns=STAMP_NS,
+        updated_ns=updated_ns,
+        path_length_m=0.0,
+    )
+
+
+def search_view(text: str = "", number: int = 7) -> m.SearchView:
+    """Free floor with a wall along its right side (largest x) and unknown above it (largest y)."""
+    occupancy = np.zeros(GRID.shape, np.uint8)
+    occupancy[10:30, 5:20] = m.Occupancy.FREE
+    occupancy[30, 5:20] = m.Occupancy.OCCUPIED
+    layers = (occupancy > 0).astype(np.uint8)
+    similarity = np.zeros((0, 0), np.float32)
+    if text:
+        similarity = np.full(GRID.shape, np.nan, np.float32)
+        similarity[10:30, 5:20] = 0.01
+        similarity[12:15, 15:18] = 0.9
+    return m.SearchView(text, number, number, STAMP_NS, GRID, occupancy, layers, similarity)
+
+
+@dataclass
+class FakeMapper:
+    """Answers as a mapper with one small map; knows the words in ``vocabulary``."""
+
+    hub: MemoryHub
+    vocabulary: frozenset[str] = frozenset({"sofa", "kettle"})
+    saved: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.bus = self.hub.bus("mapper")
+        self.bus.serve(keys.MAP_SIMILARITY, self._similarity)
+        self.bus.serve(keys.MAP_SEARCH_VIEW, self._view)
+        self.bus.serve(keys.MAP_SAVE, self._save)
+        self.bus.serve(keys.MAP_LOAD, self._load)
+        self.bus.serve(keys.MAP_CLEAR, lambda _request: self._summary(""))
+
+    def _check(self, text: str) -> None:
+        if text not in self.vocabulary:
+            raise Refusal("unknown_word", f"the encoder does not know {text!r}")
+
+    def _similarity(self, request: m.SimilarityRequest) -> m.SimilarityReply:
+        self._check(request.text)
+        count = min(request.max_regions, 2)
+        grid = search_view(request.text).similarity if request.include_grid else None
+        return m.SimilarityReply(
+            text=request.text,
+            revision=7,
+            stamp_ns=STAMP_NS,
+            encoder_id="fake-1",
+            centres_m=np.array([[0.35, 1.15], [1, 1]], np.float32)[:count],
+            extents_m=np.array([[0.2, 1.0, 0.5, 1.3], [1, 1, 2, 2]], np.float32)[:count],
+            scores=np.array([0.9, 0.2], np.float32)[:count],
+            variances=np.array([0.1, np.inf], np.float32)[:count],
+            grid=GRID,
+            scores_grid=np.zeros((0, 0), np.float32) if grid is None else grid,
+        )
+
+    def _view(self, request: m.SearchViewRequest) -> m.SearchView:
+        if request.text:
+            self._check(request.text)
+        return search_view(request.text)
+
+    def _save(self, request: m.MapFile) -> m.MapSummary:
+        self.saved.append(request.name)
+        return self._summary(f"maps/{request.name}")
+
+    def _load(self, request: m.MapFile) -> m.MapSummary:
+        if request.name not in self.saved:
+            raise Refusal("not_found", f"there is no map {request.name!r}")
+        return self._summary(f"maps/{request.name}")
+
+    def _summary(self, path: str) -> m.MapSummary:
+        return m.MapSummary(path, "fake-1", "fake", 0.1, 315, 7, 2048)
+
+
+@dataclass
+class FakePlanner:
+    """Answers as a planner; ``move`` lets its search change state."""
+
+    hub: MemoryHub
+    status: m.SearchStatus | None = None
+
+    def __post_init__(self) -> None:
+        self.bus = self.hub.bus("planner")
+        self._publisher = self.bus.publish(keys.SEARCH_STATE)
+        self.bus.serve(keys.SEARCH_START, self._start)
+        self.bus.serve(keys.SEARCH_GET, self._get)
+        self.bus.serve(keys.SEARCH_CANCEL, self._cancel)
+
+    def move(self, state: m.SearchState, reason: str = "so it is") -> None:
+        assert self.status is not None
+        self.status = replace(
+            self.status, state=state, reason=reason, updated_ns=self.status.updated_ns + 1
+        )
+        self._publisher.put(self.status)
+
+    def _start(self, request: m.SearchRequest) -> m.SearchStatus:
+        if self.status is not None and self.status.active:
+            raise Refusal("conflict", "another search is under way")
+        self.status = search("s1", objects=request.objects)
+        self._publisher.put(self.status)
+        return self.status
+
+    def _get(self, request: m.SearchId) -> m.SearchStatus:
+        if self.status is None or request.search_id not in ("", self.status.search_id):
+            raise Refusal("unknown_search", f"no search {request.search_id!r}")
+        return self.status
+
+    def _cancel(self, request: m.SearchId) -> m.SearchStatus:
+        self._get(request)
+        self.move(m.SearchState.CANCELLED, "cancelled by the user")
+        assert self.status is not None
+        return self.status
+
+
+@contextmanager
+def gateway_on(hub: MemoryHub, config: GatewayConfig | None = None) -> Iterator[Gateway]:
+    """A gateway on ``hub``, without HTTP."""
+    config = config or GatewayConfig(call_timeout_s=2.0, live_rate_hz=50)
+    bus = hub.bus("gateway")
+    ear = Hub(bus)
+    try:
+        yield Gateway(ear, Calls(bus, config.call_timeout_s, config.calls_at_once), config)
+    finally:
+        ear.begin_close()  # its threads end by themselves
+        bus.close()
+
+
+@contextmanager
+def client_on(hub: MemoryHub, config: GatewayConfig | None = None) -> Iterator[TestClient]:
+    """A client of a gateway on ``hub``."""
+    with gateway_on(hub, config) as gateway:
+        yield client_of(gateway)
+
+
+def client_of(gateway: Gateway) -> TestClient:
+    app: FastAPI = create_app(gateway)
+    return TestClient(app, base_url="http://localhost:8080")

@@ -1,0 +1,104 @@
+"""POST /v1/queries."""
+
+from __future__ import annotations
+
+import pytest
+from starlette.testclient import TestClient
+
+from onemap_shared.memory_bus import MemoryHub
+from tests.gateway.fakes import GRID, FakeMapper, client_on
+
+
+def test_regions_come_back_best_first(client: TestClient) -> None:
+    answer = client.post("/v1/queries", json={"text": "sofa"})
+    assert answer.status_code == 200
+    reply = answer.json()
+    assert [region["rank"] for region in reply["regions"]] == [1, 2]
+    assert reply["regions"][0]["centre_m"] == pytest.approx([0.35, 1.15])
+    assert reply["regions"][1]["variance"] is None  # infinite: JSON has no such number
+    assert reply["revision"] == 7
+    assert reply["age_s"] > 0
+    assert reply["grid"] is None
+
+
+def test_fewer_regions_if_asked(client: TestClient) -> None:
+    answer = client.post("/v1/queries", json={"text": "sofa", "max_regions": 1})
+    assert len(answer.json()["regions"]) == 1
+
+
+def test_the_grid_comes_on_request_with_null_for_unseen(client: TestClient) -> None:
+    answer = client.post("/v1/queries", json={"text": "sofa", "include_grid": True})
+    grid = answer.json()["grid"]
+    assert grid["shape"] == list(GRID.shape)
+    assert grid["origin_m"] == pytest.approx([-1.0, -0.5])
+    assert grid["scores"][0][0] is None
+    assert grid["scores"][13][16] == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("", "empty"),
+        ("   \t\n", "empty"),
+        ("x" * 10_000, "10000 characters"),
+        ("1234", "no readable word"),
+        ("so\x00fa", "no readable word"),
+        (5, "string"),
+        (None, "string"),
+        (["sofa"], "string"),
+        ({"a": 1}, "string"),
+        (True, "string"),
+    ],
+)
+def test_what_is_no_name_is_refused_with_the_reason(
+    client: TestClient, text: object, reason: str
+) -> None:
+    answer = client.post("/v1/queries", json={"text": text})
+    assert answer.status_code == 422
+    assert answer.headers["Content-Type"] == "application/problem+json"
+    assert reason in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("regions", [0, 101, -1, "many", 1.5, None])
+def test_a_number_of_regions_that_cannot_be_is_refused(client: TestClient, regions: object) -> None:
+    answer = client.post("/v1/queries", json={"text": "sofa", "max_regions": regions})
+    assert answer.status_code == 422
+    assert "max_regions" in answer.json()["detail"]
+
+
+def test_text_that_is_half_a_character_is_refused(client: TestClient) -> None:
+    body = b'{"text": "\\ud800"}'
+    answer = client.post("/v1/queries", content=body, headers={"Content-Type": "application/json"})
+    assert answer.status_code == 422
+    assert "no readable word" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("body", [b"", b"{", b"\xff\xfe", b"[1]", b'"sofa"', b"null"])
+def test_a_body_that_is_no_request_is_refused(client: TestClient, body: bytes) -> None:
+    answer = client.post("/v1/queries", content=body, headers={"Content-Type": "application/json"})
+    assert answer.status_code in (400, 422)
+    assert answer.json()["detail"]
+
+
+def test_an_unknown_word_is_the_clients_to_change(client: TestClient) -> None:
+    answer = client.post("/v1/queries", json={"text": "flurb"})
+    assert answer.status_code == 422
+    assert "flurb" in answer.json()["detail"]
+    assert answer.json()["type"].endswith("unknown_word")
+
+
+def test_spaces_do_not_matter(client: TestClient) -> None:
+    assert client.post("/v1/queries", json={"text": "  sofa "}).json()["text"] == "sofa"
+
+
+def test_a_killed_mapper_is_named_and_missed_only_until_it_is_back(hub: MemoryHub) -> None:
+    mapper = FakeMapper(hub)
+    with client_on(hub) as client:
+        assert client.post("/v1/queries", json={"text": "sofa"}).status_code == 200
+        mapper.bus.close()
+        answer = client.post("/v1/queries", json={"text": "sofa"})
+        assert answer.status_code == 503
+        assert answer.json()["service"] == "mapper"
+        mapper = FakeMapper(hub)
+        assert client.post("/v1/queries", json={"text": "sofa"}).status_code == 200
+        mapper.bus.close()

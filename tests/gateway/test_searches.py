@@ -1,0 +1,121 @@
+"""/v1/searches."""
+
+from __future__ import annotations
+
+import pytest
+from starlette.testclient import TestClient
+
+from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.messages import SearchState
+from tests.gateway.fakes import FakePlanner, client_on
+
+
+def test_a_search_is_created_with_its_address(client: TestClient) -> None:
+    answer = client.post("/v1/searches", json={"objects": ["sofa", "kettle"]})
+    assert answer.status_code == 201
+    assert answer.headers["Location"] == "/v1/searches/s1"
+    report = client.get(answer.headers["Location"]).json()
+    assert report["objects"] == ["sofa", "kettle"]
+    assert report["target"] == "sofa"
+    assert report["active"] is True
+
+
+def test_one_object_may_stand_alone(client: TestClient) -> None:
+    report = client.post("/v1/searches", json={"object": " sofa "}).json()
+    assert report["objects"] == ["sofa"]
+
+
+def test_a_second_search_is_refused_with_the_id_of_the_first(client: TestClient) -> None:
+    client.post("/v1/searches", json={"object": "sofa"})
+    answer = client.post("/v1/searches", json={"object": "kettle"})
+    assert answer.status_code == 409
+    assert answer.json()["search_id"] == "s1"
+    assert "'sofa'" in answer.json()["detail"]
+    assert "DELETE /v1/searches/s1" in answer.json()["detail"]
+
+
+def test_after_the_first_has_ended_a_second_may_start(
+    client: TestClient, planner: FakePlanner
+) -> None:
+    client.post("/v1/searches", json={"object": "sofa"})
+    planner.move(SearchState.NOT_FOUND)
+    assert client.post("/v1/searches", json={"object": "kettle"}).status_code == 201
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        {},
+        {"objects": []},
+        {"objects": "sofa"},
+        {"objects": ["sofa", ""]},
+        {"objects": ["sofa", 5]},
+        {"objects": ["x" * 10_000]},
+        {"objects": ["sofa"] * 21},
+        {"object": ""},
+        {"object": None},
+        {"object": "sofa", "objects": ["sofa"]},
+        {"object": "sofa", "speed": 3},
+        [],
+    ],
+)
+def test_a_search_for_nothing_sensible_is_refused(
+    client: TestClient, planner: FakePlanner, body: object
+) -> None:
+    answer = client.post("/v1/searches", json=body)
+    assert answer.status_code == 422
+    assert answer.json()["detail"]
+    assert planner.status is None
+
+
+def test_a_search_can_be_stopped(client: TestClient) -> None:
+    client.post("/v1/searches", json={"object": "sofa"})
+    report = client.delete("/v1/searches/s1").json()
+    assert report["state"] == "cancelled"
+    assert report["active"] is False
+
+
+def test_the_newest_search_needs_no_id(client: TestClient) -> None:
+    assert client.get("/v1/searches/current").status_code == 404
+    client.post("/v1/searches", json={"object": "sofa"})
+    assert client.get("/v1/searches/current").json()["id"] == "s1"
+    assert client.delete("/v1/searches/current").json()["state"] == "cancelled"
+
+
+@pytest.mark.parametrize("search_id", ["nix", "a b", "..", "%00", "x" * 1000, "ü"])
+@pytest.mark.parametrize("suffix", ["", "/events"])
+def test_a_search_that_never_was_is_not_found(
+    client: TestClient, search_id: str, suffix: str
+) -> None:
+    answer = client.get(f"/v1/searches/{search_id}{suffix}")
+    assert answer.status_code == 404
+    assert answer.headers["Content-Type"] == "application/problem+json"
+
+
+def test_events_of_a_search_that_is_over_end_at_once(
+    client: TestClient, planner: FakePlanner
+) -> None:
+    client.post("/v1/searches", json={"object": "sofa"})
+    planner.move(SearchState.FOUND)
+    answer = client.get("/v1/searches/s1/events")
+    assert answer.headers["Content-Type"].startswith("text/event-stream")
+    assert "event: status" in answer.text
+    assert '"state": "found"' in answer.text
+
+
+@pytest.mark.parametrize(
+    ("method", "path"),
+    [
+        ("POST", "/v1/searches"),
+        ("GET", "/v1/searches/s1"),
+        ("GET", "/v1/searches/current"),
+        ("DELETE", "/v1/searches/s1"),
+        ("GET", "/v1/searches/s1/events"),
+    ],
+)
+def test_without_a_planner_it_is_named(hub: MemoryHub, method: str, path: str) -> None:
+    with client_on(hub) as client:
+        body = {"object": "sofa"} if method == "POST" else None
+        answer = client.request(method, path, json=body)
+    assert answer.status_code == 503
+    assert answer.json()["service"] == "planner"

@@ -1,0 +1,113 @@
+"""The gateway as a process: real sockets, and an end within two seconds."""
+
+from __future__ import annotations
+
+import json
+import socket
+import threading
+from collections.abc import Iterator
+
+import httpx
+import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+
+from onemap_gateway.config import GatewayConfig
+from onemap_gateway.service import GatewayWorker, build, listen
+from onemap_shared import keys
+from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.messages import SearchState
+from onemap_shared.runner import StartError
+from tests.gateway import fakes
+from tests.gateway.fakes import WAIT_S, FakePlanner
+
+TEST = GatewayConfig(port=0, live_rate_hz=50)
+
+
+@pytest.fixture
+def worker(hub: MemoryHub) -> Iterator[GatewayWorker]:
+    worker = build(hub.bus("gateway"), TEST)
+    yield worker
+    worker.close()
+
+
+def drain(live: ClientConnection) -> None:
+    while True:
+        live.recv(timeout=WAIT_S)
+
+
+def client_for(worker: GatewayWorker) -> httpx.Client:
+    return httpx.Client(base_url=f"http://127.0.0.1:{worker.port}", timeout=WAIT_S)
+
+
+def test_it_answers_and_is_ready(worker: GatewayWorker) -> None:
+    with client_for(worker) as client:
+        assert client.get("/healthz").json() == {"status": "ok"}
+    worker.step(0.0)
+    health = worker.health()
+    assert health.ready
+    assert health.metrics is not None
+    assert health.metrics["rgbd_received"] == 0
+
+
+def test_a_port_in_use_is_said_in_a_sentence(worker: GatewayWorker, hub: MemoryHub) -> None:
+    with pytest.raises(StartError, match=r"another program uses it.*gateway\.port"):
+        build(hub.bus(), GatewayConfig(port=worker.port))
+
+
+def test_an_address_that_is_not_ours_is_said_in_a_sentence() -> None:
+    with pytest.raises(StartError, match=r"gateway\.host"):
+        listen("192.0.2.1", 0)
+
+
+def test_a_search_is_followed_over_the_network(worker: GatewayWorker, hub: MemoryHub) -> None:
+    planner = FakePlanner(hub)
+    states = []
+    with client_for(worker) as client:
+        address = client.post("/v1/searches", json={"object": "sofa"}).headers["Location"]
+        with client.stream("GET", f"{address}/events") as response:
+            for line in response.iter_lines():
+                if not line.startswith("data: "):
+                    continue
+                states.append(json.loads(line.removeprefix("data: "))["state"])
+                if states == ["exploring"]:
+                    planner.move(SearchState.FOUND)
+    assert states == ["exploring", "found"]
+    planner.bus.close()
+
+
+def test_a_client_that_does_not_read_holds_nobody_back(
+    worker: GatewayWorker, hub: MemoryHub
+) -> None:
+    odometry = hub.bus("simulator").publish(keys.ROBOT_ODOMETRY)
+    address = f"ws://127.0.0.1:{worker.port}/v1/live"
+    with connect(address, max_queue=1, close_timeout=0.1), connect(address) as quick:
+        for index in range(20):
+            odometry.put(fakes.odometry(float(index), 0.0, sequence=index))
+            json.loads(quick.recv(timeout=WAIT_S))
+        while json.loads(quick.recv(timeout=WAIT_S))["robot"]["x_m"] < 19:
+            pass
+
+
+@pytest.mark.timeout(20)
+def test_it_ends_though_clients_hold_on(hub: MemoryHub) -> None:
+    planner = FakePlanner(hub, fakes.search("s1"))
+    worker = build(hub.bus("gateway"), TEST)
+    with (
+        connect(f"ws://127.0.0.1:{worker.port}/v1/live") as live,
+        client_for(worker) as client,
+        client.stream("GET", "/v1/searches/s1/events") as events,
+    ):
+        live.recv(timeout=WAIT_S)
+        next(events.iter_lines())
+        closing = threading.Thread(target=worker.close)
+        closing.start()
+        closing.join(WAIT_S)
+        assert not closing.is_alive()
+        with pytest.raises(ConnectionClosed):
+            drain(live)
+    with pytest.raises(RuntimeError, match="ended by itself"):
+        worker.step(0.0)
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.1", worker.port), timeout=WAIT_S)
+    planner.bus.close()
