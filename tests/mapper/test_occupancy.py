@@ -39,9 +39,12 @@ COFFEE_TABLE = Box((1.0, -0.4, 0.0), (1.8, 0.4, 0.4))
 
 
 def look_around(belief: BeliefMap, boxes: tuple[Box, ...], poses: list[F64]) -> None:
+    frame, last = None, None
     for T in poses:
-        depth = scenes.millimetres(scenes.depth_of(boxes, T, CAMERA, SIZE)) / np.float32(1000)
-        frame = observe(depth, intrinsics=CAMERA, T_map_camera=T, settings=SETTINGS.occupancy)
+        if frame is None or T is not last:
+            depth = scenes.millimetres(scenes.depth_of(boxes, T, CAMERA, SIZE)) / np.float32(1000)
+            frame = observe(depth, intrinsics=CAMERA, T_map_camera=T, settings=SETTINGS.occupancy)
+            last = T
         belief.grow(frame.cells)
         belief.fuse_occupancy(frame)
 

@@ -37,9 +37,9 @@ class MapperConfig(StrictModel):
         default=1,
         ge=1,
         le=64,
-        description="CPU threads of torch. With other processes on the same two cores, two "
-        "threads wait for each other at every step: measured, an update then takes 180 ms "
-        "instead of 50.",
+        description="CPU threads of torch. One, because the other services share the cores and "
+        "torch's threads wait for each other at every step: measured on two cores under a load "
+        "of seven, a 640 x 480 frame took 28 ms with one thread and 770 ms with two.",
     )
     feature_dtype: Literal["float32", "float16"] = Field(
         default="float32",

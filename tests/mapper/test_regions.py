@@ -1,0 +1,89 @@
+"""Regions against a flood fill, and what their numbers mean."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onemap_mapper.regions import TOP_CELLS, Regions, find_regions, threshold
+from onemap_shared.geometry import F32
+from onemap_shared.grid import GridSpec
+
+GRID = GridSpec(0.1, (-4, 7), (9, 8))
+
+
+def found(scores: F32, limit: float, max_regions: int = 100) -> Regions:
+    variances = np.full(scores.shape, 0.25, np.float32)
+    return find_regions(scores, variances, GRID, limit=limit, max_regions=max_regions)
+
+
+def flooded(scores: F32, limit: float) -> list[set[tuple[int, int]]]:
+    """Clusters of cells with score >= limit, touching by side or corner."""
+    left = {(int(x), int(y)) for x, y in np.argwhere(np.nan_to_num(scores, nan=-1) >= limit)}
+    clusters = []
+    while left:
+        cluster, border = set(), [left.pop()]
+        while border:
+            x, y = border.pop()
+            cluster.add((x, y))
+            near = {(x + i, y + j) for i in (-1, 0, 1) for j in (-1, 0, 1)} & left
+            left -= near
+            border += near
+        clusters.append(cluster)
+    return clusters
+
+
+@given(seed=st.integers(0, 2**16))
+@settings(max_examples=50, deadline=None)
+def test_agrees_with_the_flood_fill(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    scores = rng.uniform(0, 1, GRID.shape).astype(np.float32)
+    scores[rng.random(GRID.shape) < 0.2] = np.nan
+    regions = found(scores, 0.7)
+    assert (np.diff(regions.scores) <= 1e-6).all()
+    expected = []
+    for cluster in flooded(scores, 0.7):
+        cells = np.array(sorted(cluster))
+        values = scores[tuple(cells.T)].astype(np.float64)
+        centres = GRID.centres(cells)
+        expected.append(
+            (
+                np.mean(np.sort(values)[::-1][:TOP_CELLS]),
+                *np.average(centres, axis=0, weights=values),
+                *(centres.min(axis=0) - 0.05),
+                *(centres.max(axis=0) + 0.05),
+            )
+        )
+    have = np.column_stack([regions.scores, regions.centres_m, regions.extents_m])
+    assert have.shape == (len(expected), 7)
+    np.testing.assert_allclose(
+        have[np.lexsort(have.T)], sorted(expected, key=lambda row: row[::-1]), atol=1e-5
+    )
+    np.testing.assert_allclose(regions.variances, 0.25)
+
+
+def test_the_best_come_first_and_no_more_than_asked() -> None:
+    scores = np.zeros(GRID.shape, np.float32)
+    scores[0, 0], scores[4, 4], scores[8, 7] = 0.6, 0.9, 0.7
+    regions = found(scores, 0.5, max_regions=2)
+    np.testing.assert_allclose(regions.scores, [0.9, 0.7], atol=1e-6)
+    np.testing.assert_allclose(regions.centres_m[0], GRID.centres(np.array([4, 4])), atol=1e-6)
+
+
+def test_no_cell_above_the_limit_gives_no_region() -> None:
+    regions = found(np.full(GRID.shape, np.nan, np.float32), 0.5)
+    assert regions.centres_m.shape == (0, 2)
+    assert regions.extents_m.shape == (0, 4)
+
+
+def test_probabilities_are_cut_at_a_share_of_the_best() -> None:
+    values = np.array([0.1, 0.2, 0.8], np.float32)
+    assert threshold(values, best_share=0.5, top_share=None) == pytest.approx(0.4)
+
+
+def test_plain_cosines_are_cut_at_the_top_share() -> None:
+    values = np.linspace(0.5, 0.6, 101, dtype=np.float32)
+    limit = threshold(values, best_share=0.5, top_share=0.05)
+    assert np.count_nonzero(values >= limit - 1e-6) == 6

@@ -1,0 +1,298 @@
+"""The mapper on the in-memory bus, with a simulated perception."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.service import Mapper, build
+from onemap_shared import keys
+from onemap_shared.memory_bus import MemoryBus, MemoryHub
+from onemap_shared.messages import (
+    FeatureField,
+    Layer,
+    MapClear,
+    MapFile,
+    MapRevision,
+    Occupancy,
+    SearchReset,
+    SearchViewRequest,
+    SimilarityRequest,
+    TextEmbeddings,
+    TextRequest,
+)
+from onemap_shared.runner import StartError
+from onemap_shared.transport import RemoteError
+from tests.mapper import scenes
+
+SOFA = np.eye(16, dtype=np.float32)[3]
+NEUTRAL = np.eye(16, dtype=np.float32)[[5, 6]]
+
+
+class Rig:
+    """A mapper and, around it, what perception and a planner would say and ask."""
+
+    def __init__(self, folder: Path) -> None:
+        self.hub = MemoryHub()
+        config = MapperConfig(map_folder=folder)
+        self.mapper: Mapper = build(self.hub.bus("mapper"), config)
+        self.client: MemoryBus = self.hub.bus("planner")
+        self.revisions = self.client.subscribe(keys.MAP_REVISION, capacity=100)
+        self.fields = self.client.publish(keys.FIELD)
+        self.asked: list[str] = []
+        self.perception: MemoryBus | None = None
+
+    def embed(self, text_space: str = "space-a", channels: int = 16) -> None:
+        """Let perception answer for texts."""
+
+        def answer(request: TextRequest) -> TextEmbeddings:
+            self.asked += request.texts
+            if "flurb" in request.texts:
+                raise ValueError("flurb is not a word I know")
+            return TextEmbeddings(
+                "encoder-a",
+                text_space,
+                request.texts,
+                SOFA[None, :channels],
+                NEUTRAL[:, :channels],
+                np.ones((1, 2), np.uint8),
+                30.0,
+            )
+
+        self.perception = self.hub.bus("perception")
+        self.perception.serve(keys.EMBED_TEXT, answer)
+
+    def feed(self, *fields: FeatureField) -> None:
+        for field in fields:
+            self.fields.put(field)
+            self.mapper.step(0.0)
+
+    def newest(self) -> MapRevision:
+        found = None
+        while (revision := self.revisions.take(0.0)) is not None:
+            found = revision
+        assert found is not None
+        return found
+
+    def metric(self, name: str) -> float:
+        metrics = self.mapper.health().metrics
+        assert metrics is not None
+        return metrics[name]
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Rig:
+    made = Rig(tmp_path / "maps")
+    made.embed()
+    return made
+
+
+def sofa_ahead(sequence: int) -> FeatureField:
+    """A frame in which the middle of the image looks like a sofa."""
+    features = np.tile(NEUTRAL[0], (6, 8, 1))
+    features[2:4, 3:5] = SOFA
+    return scenes.field(sequence, scenes.pose(), features=features)
+
+
+def refusal(ask: Callable[[], object]) -> RemoteError:
+    with pytest.raises(RemoteError) as caught:
+        ask()
+    return caught.value
+
+
+def test_a_frame_becomes_a_revision(rig: Rig) -> None:
+    rig.feed(sofa_ahead(0))
+    revision = rig.newest()
+    assert (revision.revision, revision.sequence, revision.frames_fused) == (1, 0, 1)
+    assert revision.stamp_ns == sofa_ahead(0).stamp_ns
+    assert (revision.encoder_id, revision.text_space) == ("encoder-a", "space-a")
+    assert revision.cells_observed == rig.metric("cells") > 0
+    assert revision.memory_bytes == rig.metric("memory_bytes") > 0
+    late = rig.hub.bus("gateway").subscribe(keys.MAP_REVISION)
+    assert late.take(0.0) == revision  # latched
+
+
+def test_the_sofa_is_where_it_was_seen(rig: Rig) -> None:
+    rig.feed(*(sofa_ahead(k) for k in range(3)))
+    reply = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest(" sofa ", include_grid=True))
+    assert reply.scores[0] > 0.9
+    x, y = reply.centres_m[0]
+    assert 1.5 < x < 3.2  # ahead, where the middle of the image meets floor and wall
+    assert abs(y) < 0.5
+    x_min, y_min, x_max, y_max = reply.extents_m[0]
+    assert x_min < x < x_max
+    assert y_min < y < y_max
+    assert (reply.variances > 0).all()
+    assert reply.scores_grid.shape == reply.grid.shape
+    view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
+    np.testing.assert_array_equal(view.similarity, reply.scores_grid)
+    assert rig.asked == ["sofa"]  # embedded once
+
+
+def test_the_grid_comes_only_on_request(rig: Rig) -> None:
+    rig.feed(sofa_ahead(0))
+    reply = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa", max_regions=1))
+    assert reply.scores_grid.shape == (0, 0)
+    assert len(reply.scores) == 1
+
+
+def test_the_view_shows_all_layers(rig: Rig) -> None:
+    rig.feed(*(sofa_ahead(k) for k in range(8)))
+    view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
+    assert view.similarity.shape == (0, 0)
+    assert set(np.unique(view.occupancy)) == set(Occupancy)
+    everything = Layer.OBSERVED | Layer.EXPLORED | Layer.SEARCHED
+    assert everything in view.layers
+    rig.client.call(keys.MAP_SEARCH_RESET, SearchReset("search-1"))
+    after = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
+    np.testing.assert_array_equal(after.layers, view.layers & ~np.uint8(Layer.SEARCHED))
+    assert after.revision == view.revision + 1 == rig.newest().revision
+
+
+def test_an_empty_map_says_so(rig: Rig) -> None:
+    error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")))
+    assert error.code == "empty_map"
+    view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
+    assert (view.grid.shape, view.stamp_ns) == ((0, 0), 0)
+    assert refusal(lambda: rig.client.call(keys.MAP_SAVE, MapFile("a"))).code == "empty_map"
+    assert rig.asked == []
+
+
+def test_depth_all_zero_counts_and_is_named(rig: Rig) -> None:
+    rig.feed(scenes.field(0, scenes.pose(), boxes=()))
+    assert rig.metric("frames_fused") == 1
+    assert "all zero" in rig.mapper.health().problem
+    error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")))
+    assert error.code == "empty_map"
+
+
+def test_a_field_of_another_encoder_is_refused(rig: Rig) -> None:
+    rig.feed(sofa_ahead(0), scenes.field(1, scenes.pose(), encoder_id="encoder-b"))
+    assert rig.metric("frames_refused") == 1
+    assert rig.metric("frames_fused") == 1
+    health = rig.mapper.health()
+    assert "encoder-b" in health.problem
+    assert not health.ready
+    rig.feed(sofa_ahead(2))
+    assert rig.mapper.health().ready
+
+
+def test_a_pose_that_jumps_is_refused(rig: Rig) -> None:
+    rig.feed(sofa_ahead(0), replace(sofa_ahead(1), T_map_camera=scenes.pose(9000.0)))
+    assert "pose jump" in rig.mapper.health().problem
+    assert rig.metric("frames_fused") == 1
+
+
+def test_late_frames_are_ignored_but_a_clock_set_back_is_followed(rig: Rig) -> None:
+    newest, late = sofa_ahead(50), sofa_ahead(49)
+    rig.feed(newest, late)
+    assert rig.metric("frames_late") == 1
+    assert rig.newest().sequence == 50
+    rig.feed(replace(sofa_ahead(51), stamp_ns=newest.stamp_ns - 60 * 10**9))
+    assert rig.newest().sequence == 51
+
+
+def test_texts_of_another_space_are_refused(rig: Rig) -> None:
+    rig.feed(sofa_ahead(0))
+    assert rig.perception is not None
+    rig.perception.close()
+    rig.embed(text_space="space-b")
+    error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")))
+    assert error.code == "encoder_mismatch"
+    assert "space-b" in str(error)
+    rig.perception.close()
+    rig.embed(channels=8)
+    error = refusal(lambda: rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa")))
+    assert error.code == "encoder_mismatch"
+    rig.perception.close()
+    rig.embed()  # the wrong answer was not kept
+    assert rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")).scores[0] > 0.9
+
+
+def test_an_unknown_word_is_explained_by_perception(rig: Rig) -> None:
+    rig.feed(sofa_ahead(0))
+    error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("flurb")))
+    assert "flurb is not a word I know" in str(error)
+
+
+def test_without_perception_known_texts_still_work(rig: Rig) -> None:
+    rig.feed(sofa_ahead(0))
+    rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
+    assert rig.perception is not None
+    rig.perception.close()
+    assert rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")).scores[0] > 0.9
+    error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("cup")))
+    assert error.code == "perception_missing"
+
+
+def test_another_encoder_empties_the_text_cache(rig: Rig) -> None:
+    rig.feed(sofa_ahead(0))
+    rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
+    rig.feed(scenes.field(1, scenes.pose(), encoder_id="encoder-b"), sofa_ahead(2))
+    rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
+    assert rig.asked == ["sofa", "sofa"]
+
+
+def test_save_clear_and_load_bring_the_map_back(rig: Rig, tmp_path: Path) -> None:
+    rig.feed(*(sofa_ahead(k) for k in range(3)))
+    before = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
+    saved = rig.client.call(keys.MAP_SAVE, MapFile("flat-1"))
+    assert Path(saved.path) == tmp_path / "maps" / "flat-1.npz"
+    assert saved.file_bytes == Path(saved.path).stat().st_size
+    cleared = rig.client.call(keys.MAP_CLEAR, MapClear())
+    assert (cleared.cells_observed, cleared.frames_fused) == (0, 0)
+    loaded = rig.client.call(keys.MAP_LOAD, MapFile("flat-1"))
+    assert loaded == saved
+    after = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
+    assert after.revision > before.revision
+    for name in ("occupancy", "layers", "similarity"):
+        np.testing.assert_array_equal(getattr(before, name), getattr(after, name))
+
+
+def test_a_refused_load_changes_nothing(rig: Rig, tmp_path: Path) -> None:
+    rig.feed(sofa_ahead(0))
+    before = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
+    (tmp_path / "maps").mkdir()
+    (tmp_path / "maps" / "broken.npz").write_bytes(b"PK\x03\x04 no map")
+    for name in ("broken", "missing", "../escape"):
+        with pytest.raises(RemoteError, match=name.strip("./")):
+            rig.client.call(keys.MAP_LOAD, MapFile(name))
+    after = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
+    assert after.revision == before.revision
+    np.testing.assert_array_equal(after.occupancy, before.occupancy)
+
+
+def test_a_map_of_another_encoder_is_not_loaded(rig: Rig) -> None:
+    rig.feed(sofa_ahead(0))
+    rig.client.call(keys.MAP_SAVE, MapFile("a"))
+    rig.client.call(keys.MAP_CLEAR, MapClear())
+    rig.feed(scenes.field(1, scenes.pose(), encoder_id="encoder-b"))
+    error = refusal(lambda: rig.client.call(keys.MAP_LOAD, MapFile("a")))
+    assert "made with encoder encoder-a, but encoder-b" in str(error)
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "maps").write_text("a file, not a folder")
+    rig = Rig(tmp_path / "maps")
+    rig.feed(sofa_ahead(0))
+    error = refusal(lambda: rig.client.call(keys.MAP_SAVE, MapFile("a")))
+    assert error.code == "storage"
+
+
+def test_nothing_to_do_is_no_error(rig: Rig) -> None:
+    rig.mapper.step(0.0)
+    assert "no frame has arrived" in rig.mapper.health().problem
+    rig.mapper.close()
+
+
+def test_a_gpu_that_is_not_there_is_named() -> None:
+    if torch.cuda.is_available():
+        pytest.skip("this machine has a CUDA device")
+    with pytest.raises(StartError, match="no GPU"):
+        build(MemoryHub().bus("mapper"), MapperConfig(device="cuda"))

@@ -1,0 +1,99 @@
+"""Scores as the encoder defines them, and the cache that computes only what changed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onemap_mapper import similarity
+from onemap_mapper.cell_store import CellStore
+from onemap_mapper.similarity import Query, ScoreCache, query_of, scores
+from onemap_shared.messages import TextEmbeddings
+
+CPU = torch.device("cpu")
+
+
+def unit(rng: np.random.Generator, *shape: int) -> np.ndarray:
+    vectors = rng.normal(size=shape).astype(np.float32)
+    result: np.ndarray = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return result
+
+
+def embeddings(
+    rng: np.random.Generator, neutrals: int, temperature: float = 20.0
+) -> TextEmbeddings:
+    mask = rng.integers(0, 2, (2, neutrals)).astype(np.uint8)
+    return TextEmbeddings(
+        "e", "s", ("sofa", "cup"), unit(rng, 2, 8), unit(rng, neutrals, 8), mask, temperature
+    )
+
+
+@given(seed=st.integers(0, 2**16), neutrals=st.integers(0, 5), temperature=st.floats(1, 300))
+@settings(max_examples=40, deadline=None)
+def test_scores_are_those_of_the_message(seed: int, neutrals: int, temperature: float) -> None:
+    rng = np.random.default_rng(seed)
+    reply = embeddings(rng, neutrals, temperature)
+    features = rng.normal(size=(6, 8)).astype(np.float32) * rng.uniform(0.1, 9, (6, 1))
+    for text in range(2):
+        fast = scores(torch.from_numpy(features.astype(np.float32)), query_of(reply, text, CPU))
+        mask = reply.neutral_mask[text] > 0
+        for cell, value in zip(features, fast.tolist(), strict=True):
+            direction = cell / np.linalg.norm(cell)
+            cosine = float(direction @ reply.embeddings[text])
+            rivals = [float(direction @ neutral) for neutral in reply.neutral[mask]]
+            expected = (1 + cosine) / 2
+            if rivals:
+                expected = 1 / (1 + sum(np.exp(temperature * (r - cosine)) for r in rivals))
+            assert value == pytest.approx(expected, abs=2e-4)
+
+
+def test_a_cell_without_a_feature_gets_a_score_too() -> None:
+    query = query_of(embeddings(np.random.default_rng(0), 0), 0, CPU)
+    assert scores(torch.zeros((1, 8)), query).tolist() == [0.5]
+
+
+def test_only_changed_cells_are_computed_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(0)
+    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
+    query = query_of(embeddings(rng, 3), 0, CPU)
+    computed: list[int] = []
+
+    def counting(features: torch.Tensor, query: Query) -> torch.Tensor:
+        computed.append(len(features))
+        return scores(features, query)
+
+    monkeypatch.setattr(similarity, "scores", counting)
+    for revision, slots in enumerate(([0, 1, 2, 3], [1, 4]), start=1):
+        store.add(np.zeros((max(slots) + 1 - store.count, 2), np.int64))
+        features = torch.from_numpy(unit(rng, len(slots), 8))
+        store.fuse(np.array(slots), features, torch.ones(len(slots)), revision=revision)
+        cached = cache.scores(query, store, revision)
+        fresh = scores(store.features(np.arange(store.count)), query)
+        np.testing.assert_allclose(cached, fresh, atol=1e-6)
+    assert computed == [4, 2]
+    cache.scores(query, store, 2)
+    assert computed == [4, 2]
+
+
+def test_a_new_embedding_of_the_same_text_is_not_mixed_with_the_old() -> None:
+    rng = np.random.default_rng(0)
+    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
+    slots = store.add(np.zeros((5, 2), np.int64))
+    store.fuse(slots, torch.from_numpy(unit(rng, 5, 8)), torch.ones(5), revision=1)
+    one, two = (query_of(embeddings(rng, 3), 0, CPU) for _ in range(2))
+    cache.scores(one, store, 1)
+    fresh = scores(store.features(slots), two)
+    np.testing.assert_allclose(cache.scores(two, store, 1), fresh, atol=1e-6)
+
+
+def test_the_cache_forgets_the_text_asked_longest_ago(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(similarity, "REMEMBERED", 2)
+    rng = np.random.default_rng(0)
+    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
+    base = query_of(embeddings(rng, 2), 0, CPU)
+    for text in ("a", "b", "c"):
+        cache.scores(Query(text, base.concepts, base.temperature), store, 0)
+    assert list(cache._known) == ["b", "c"]

@@ -1,0 +1,76 @@
+"""Rates, and the sentence that says what is wrong."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from onemap_mapper.depth_check import DepthCheck
+from onemap_mapper.telemetry import SILENT_AFTER_S, Telemetry
+from onemap_shared.transport import Counters
+
+GOOD = DepthCheck(0.9, 0.0, 0.01)
+
+
+def fed(*depths: DepthCheck, every_s: float = 0.2) -> Telemetry:
+    telemetry = Telemetry()
+    for k, depth in enumerate(depths):
+        telemetry.fused(now_s=k * every_s, update_ms=7.0, depth=depth)
+    return telemetry
+
+
+def test_the_rate_is_counted_over_the_last_seconds() -> None:
+    telemetry = fed(*[GOOD] * 101)
+    assert telemetry.rate_hz(20.0) == pytest.approx(5.0, rel=0.05)
+    assert telemetry.rate_hz(100.0) == 0
+    assert Telemetry().rate_hz(1.0) == 0
+
+
+def test_nothing_is_wrong_with_good_frames() -> None:
+    telemetry = fed(GOOD, GOOD)
+    assert telemetry.problem(1.0) == ""
+    assert telemetry.working(1.0)
+
+
+@pytest.mark.parametrize(
+    ("depth", "sentence"),
+    [
+        (DepthCheck(0.0, 0.0, math.nan), "all zero"),
+        (DepthCheck(0.9, 0.8, 0.0), "nearer than 0.1 m"),
+        (DepthCheck(0.9, 0.0, 0.2), r"z = \+0.20 m"),
+    ],
+)
+def test_bad_depth_is_named_but_frames_still_count(depth: DepthCheck, sentence: str) -> None:
+    telemetry = fed(depth)
+    with pytest.raises(AssertionError, match=sentence):
+        raise AssertionError(telemetry.problem(0.5))
+    assert telemetry.working(0.5)
+
+
+def test_one_wobbling_frame_does_not_move_the_floor() -> None:
+    telemetry = fed(GOOD, GOOD, DepthCheck(0.9, 0.0, -0.2), GOOD)
+    assert telemetry.problem(1.0) == ""
+    assert telemetry.metrics(1.0, Counters())["floor_height_m"] == pytest.approx(0.01)
+
+
+def test_silence_and_refusals_are_named() -> None:
+    telemetry = Telemetry()
+    assert "no frame has arrived" in telemetry.problem(0.0)
+    assert not telemetry.working(0.0)
+    telemetry = fed(GOOD)
+    assert "no frame for" in telemetry.problem(SILENT_AFTER_S + 1)
+    assert not telemetry.working(SILENT_AFTER_S + 1)
+    telemetry.refuse("another encoder")
+    assert telemetry.problem(0.1) == "another encoder"
+    assert not telemetry.working(0.1)
+    telemetry.fused(now_s=0.2, update_ms=1.0, depth=GOOD)
+    assert telemetry.working(0.3)
+
+
+def test_metrics_hold_only_what_is_known() -> None:
+    assert "floor_height_m" not in Telemetry().metrics(0.0, Counters())
+    metrics = fed(GOOD).metrics(0.1, Counters(received=3, missed=2, refused=1))
+    assert metrics["frames_missed"] == 2
+    assert metrics["frames_refused"] == 1
+    assert metrics["depth_valid_fraction"] == 0.9
