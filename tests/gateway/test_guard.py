@@ -132,7 +132,7 @@ def test_a_body_that_never_comes_is_given_up(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_half_a_body_does_nothing() -> None:
-    parts = iter(
+    parts: Iterator[Message] = iter(
         [
             {"type": "http.request", "body": b'{"text"', "more_body": True},
             {"type": "http.disconnect"},

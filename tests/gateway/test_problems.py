@@ -19,7 +19,7 @@ services = st.sampled_from(["mapper", "planner", "perception"])
 errors = st.one_of(
     st.just(NoReply("x")),
     st.just(QueryTimeout("x")),
-    st.builds(RemoteError, st.sampled_from([*KINDS, "internal", "nobody knows"]), st.text()),
+    st.builds(RemoteError, st.sampled_from([*KINDS, "nobody knows"]), st.text()),
 )
 
 
@@ -47,6 +47,7 @@ def test_a_failed_call_is_always_a_whole_problem(error: CallError, service: str)
         ("not_found", 404),
         ("unavailable", 503),
         ("timeout", 503),
+        ("storage", 507),
         ("internal", 502),
         ("something new", 502),
     ],
@@ -55,6 +56,13 @@ def test_the_codes_of_services_have_their_status(code: str, status: int) -> None
     problem = from_call(RemoteError(code, "the reason"), "mapper", 2.0)
     assert problem.status == status
     assert "he reason." in problem.detail
+
+
+@pytest.mark.parametrize("code", ["perception_missing", "perception_silent"])
+def test_a_service_behind_the_one_asked_is_named(code: str) -> None:
+    problem = from_call(RemoteError(code, "perception is away"), "mapper", 2.0)
+    assert problem.status == 503
+    assert problem.extra["service"] == "perception"
 
 
 @pytest.mark.parametrize("error", [NoReply(""), QueryTimeout("")])

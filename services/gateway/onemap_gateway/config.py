@@ -35,10 +35,11 @@ class GatewayConfig(StrictModel):
         "published on loopback or a network that is trusted.",
     )
     call_timeout_s: float = Field(
-        default=2.0,
+        default=3.0,
         gt=0,
         le=30,
-        description="Seconds to wait for a service's answer; each takes under 0.5 s when well.",
+        description="Seconds to wait for a service's answer. Each takes under 0.5 s when well; the "
+        "mapper itself waits 2 s for perception, and then says so.",
     )
     calls_at_once: int = Field(
         default=4,

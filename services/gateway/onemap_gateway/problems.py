@@ -46,6 +46,13 @@ KINDS: Mapping[str, Kind] = {
     "unavailable": Kind(503, "A service is missing"),
     "timeout": Kind(503, "A service does not answer"),
     "not_ready": Kind(503, "The robot's map is not being updated"),
+    "storage": Kind(507, "A file cannot be written"),
+}
+
+# Refusals of a service that itself waits for another one: the kind, and who is missing.
+BEHIND = {
+    "perception_missing": ("unavailable", "perception"),
+    "perception_silent": ("timeout", "perception"),
 }
 
 START = "start it with 'onemap {service}', or see 'onemap status'"
@@ -94,6 +101,9 @@ def from_call(error: CallError, service: str, timeout_s: float) -> Problem:
                 "'onemap doctor' says why."
             )
             return Problem("timeout", detail, service=service)
+        case RemoteError(code=code) if code in BEHIND:
+            kind, missing = BEHIND[code]
+            return Problem(kind, sentence(str(error)), service=missing)
         case RemoteError(code=code) if code in KINDS and KINDS[code].status != 500:
             return Problem(code, sentence(str(error)), service=service)
         case _:

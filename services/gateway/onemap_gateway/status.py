@@ -91,4 +91,5 @@ PROBLEM_STATUSES = {
     "another encoder.",
     422: "The request cannot be understood, or the encoder does not know the word.",
     503: "A service is missing or does not answer; `service` names it.",
+    507: "The mapper cannot write the file.",
 }

@@ -99,7 +99,9 @@ async def get_map_arrays(gateway: GatewayOf, text: Text = None) -> Response:
     return Response(data, media_type="application/octet-stream", headers=headers)
 
 
-@router.post("/map/save", summary="Save the map", responses=problem_responses(401, 409, 422, 503))
+@router.post(
+    "/map/save", summary="Save the map", responses=problem_responses(401, 409, 422, 503, 507)
+)
 async def save_map(request: MapName, gateway: GatewayOf) -> MapChange:
     """Write the map to a file in the mapper's map folder; an older one is replaced."""
     return map_change(await gateway.calls.ask(keys.MAP_SAVE, MapFile(request.name), FILE_S))

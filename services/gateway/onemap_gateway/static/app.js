@@ -50,9 +50,10 @@ async function refreshMap() {
   const text = heatText();
   const wanted = `${state.map?.revision}/${text}`;
   if (!state.map || wanted === shownMap) return;
-  const query = new URLSearchParams({ marks: "false", scale: String(SCALE) });
-  if (text) query.set("text", text);
-  const { bitmap, headers } = await picture(`/v1/map.png?${query}`);
+  const path = `/v1/map.png?marks=false&scale=${SCALE}`;
+  const warm = `${path}&text=${encodeURIComponent(text)}`;
+  // without perception there is no heat, but still a map
+  const { bitmap, headers } = await (text ? picture(warm).catch(() => picture(path)) : picture(path));
   map.showImage(bitmap, headers.get("X-OneMap-Bounds").split(",").map(Number));
   by("map-hint").hidden = true;
   shownMap = wanted;
