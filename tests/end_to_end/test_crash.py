@@ -1,0 +1,71 @@
+"""A service in which anything breaks is gone within 3 s, with code 1, so that it is restarted."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+import pytest
+
+from onemap_tools.services import SERVICES
+from tests.end_to_end.house import House
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(60)]
+
+GONE_S = 3.0
+# The service as it is, but its main loop breaks at the fifth step, with all its threads running.
+BREAKING = """
+import runpy, sys
+from onemap_shared import runner
+
+class Breaking:
+    def __init__(self, worker):
+        self.worker, self.steps = worker, 0
+        self.health, self.close = worker.health, worker.close
+    def step(self, timeout_s):
+        self.steps += 1
+        if self.steps == 5:
+            raise RuntimeError("out of luck")
+        self.worker.step(timeout_s)
+
+run = runner.run_service
+def breaking(service, model, build, arguments=None):
+    return run(service, model, lambda bus, config: Breaking(build(bus, config)), arguments)
+
+runner.run_service = breaking
+runpy.run_module(sys.argv.pop(1), run_name="__main__", alter_sys=True)
+"""
+
+
+@pytest.fixture(scope="module")
+def empty_house(tmp_path_factory: pytest.TempPathFactory) -> Iterator[House]:
+    """A router and nobody else."""
+    with House(tmp_path_factory.mktemp("house"), (), {}) as house:
+        yield house
+
+
+@pytest.mark.parametrize("service", ["simulator", "perception", "mapper", "planner", "gateway"])
+def test_a_service_that_breaks_is_gone_in_time(empty_house: House, service: str) -> None:
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            BREAKING,
+            SERVICES[service].module,
+            "--config",
+            str(empty_house.configuration),
+        ],
+        env=empty_house.environment,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stderr is not None
+    with process.stderr as log:
+        said = next((line for line in log if "crashed" in line), "")
+        broke_s = time.monotonic()
+        assert f"{service} crashed" in said
+        assert "RuntimeError: out of luck" in log.read()
+    assert process.wait(GONE_S) == 1
+    assert time.monotonic() - broke_s < GONE_S
