@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import isfinite
 from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -14,7 +15,9 @@ from onemap_tools.demo_summary import DemoSummary, ObjectSummary
 
 def describe(summary: DemoSummary, document: dict[str, Any], console: Console) -> None:
     """Print object, outcome, place, time and paths, and what was left behind."""
-    table = Table("object", "outcome", "position", "time", "path / shortest", "SPL", "truly away")
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
+    for title in ("object", "outcome", "at", "time", "path", "shortest", "SPL", "off by"):
+        table.add_column(title, no_wrap=True)
     for item in summary.objects:
         table.add_row(*_row(item))
     for name in summary.wanted[len(summary.objects) :]:
@@ -41,13 +44,14 @@ def _row(item: ObjectSummary) -> tuple[str | Text, ...]:
     outcome = item.outcome.replace("_", " ")
     if item.outcome == "found" and not item.success:
         outcome = "found something else"
-    place = ", ".join(f"{value:.2f}" for value in item.position_m)
+    place = ", ".join(f"{value:.1f}" for value in item.position_m[:2])
     return (
         item.name,
         Text(outcome, style="green" if item.success else "red"),
-        f"({place}) m" if place else "",
+        f"({place})" if place else "-",
         f"{item.time_s:.0f} s",
-        f"{item.path_length_m:.1f} / {metres(item.shortest_path_m)}",
+        metres(item.path_length_m),
+        metres(item.shortest_path_m),
         f"{item.spl:.2f}",
         metres(item.true_distance_m),
     )

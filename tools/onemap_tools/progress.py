@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from types import TracebackType
 from typing import Protocol
 
@@ -48,7 +49,8 @@ class Progress:
     def map(self) -> str:
         """How old the map is and how often it is updated."""
         age = "no map yet" if self.map_age_s is None else f"{self.map_age_s:.1f} s old"
-        return age if self.map_rate_hz is None else f"{age}, {self.map_rate_hz:.1f} updates/s"
+        known = self.map_rate_hz is not None and isfinite(self.map_rate_hz)
+        return f"{age}, {self.map_rate_hz:.1f} updates/s" if known else age
 
 
 class View(Protocol):

@@ -52,7 +52,7 @@ class Witness:
 
     @property
     def map_rate_hz(self) -> float:
-        """Frames fused into the map per second since ``begin``; NaN before two looks."""
+        """Frames fused into the map per second since ``begin``; NaN where nothing was heard."""
         return rate_hz(self._counts, self._times_s)
 
     @property
