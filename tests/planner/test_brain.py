@@ -16,9 +16,7 @@ def results(run: Run) -> list[SearchState]:
     return [result.outcome for result in run.mind.search.results]
 
 
-@pytest.mark.parametrize(
-    ("x", "y", "yaw"), [(1.0, 1.0, 0.0), (8.0, 2.0, 2.0), (2.5, 6.8, -1.0), (6.0, 7.0, 3.0)]
-)
+@pytest.mark.parametrize(("x", "y", "yaw"), [(1.0, 1.0, 0.0), (8.0, 2.0, 2.0)])
 def test_three_objects_in_four_rooms_are_found(x: float, y: float, yaw: float) -> None:
     world = in_four_rooms(x, y, yaw)
     run = start(world, "sofa", "vase", "bed")
@@ -52,7 +50,7 @@ def test_the_same_world_gives_the_same_search() -> None:
     traces = []
     for _ in range(2):
         run = start(in_four_rooms(), "sofa")
-        run.until_over(300.0)
+        run.until_over(20.0)
         traces.append(run.trace)
     assert traces[0] == traces[1]
 

@@ -46,8 +46,8 @@ def test_nothing_heard_is_infinitely_old() -> None:
 @pytest.mark.parametrize("offset_s", [0.0, 3600.0, -9.0])
 def test_clocks_need_not_agree(offset_s: float) -> None:
     assert heard(offset_s).complaint(10.3, FRESH) == ""
-    assert heard(offset_s, lag_s=0.9).complaint(10.0, FRESH) == (
-        "the map shows the world of 0.9 s ago"
+    assert heard(offset_s, lag_s=1.4).complaint(10.0, FRESH) == (
+        "the map shows the world of 1.4 s ago"
     )
 
 
@@ -120,3 +120,9 @@ def test_resting_is_commanded_too() -> None:
     helm, sent = tick(Helm(at_s=0.95), order, HelmSenses(1.0, "s", POSE, ""), RULES)
     assert sent
     assert helm.command == STILL
+
+
+def test_a_collision_is_remembered_until_the_next_plan() -> None:
+    hit = replace(odometry(1, 0), collided=True)
+    state = hear_odometry(hear_odometry(Heard(), hit, 3.0), odometry(2, 0), 3.1)
+    assert state.collided_s == 3.0

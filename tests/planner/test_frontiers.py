@@ -1,10 +1,12 @@
 """Both borders are frontiers; noise and blind spots are not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from onemap_planner.frontiers import Frontier, find_frontiers
-from onemap_planner.regions import find_regions
+from onemap_planner.regions import find_regions, remaining_regions
 from onemap_shared.geometry import F32
 from tests.planner.rooms import RULES, drawn, terrain_of
 
@@ -90,3 +92,13 @@ def test_regions_come_best_first_and_large_enough() -> None:
     assert [region.score for region in find_regions(belief, RULES.region)] == pytest.approx(
         [0.6, 0.5]
     )
+
+
+def test_before_giving_up_every_similar_place_counts_but_no_single_noisy_one() -> None:
+    similarity = np.full((5, 10), 0.1, np.float32)
+    similarity[1, 1], similarity[3, 8] = 0.5, 0.6
+    belief = drawn(".,", scale=5, similarity=similarity)
+    assert find_regions(belief, RULES.region) == ()
+    assert len(remaining_regions(belief, RULES.region)) == 2
+    pickier = replace(RULES.region, min_area_m2=0.02)
+    assert remaining_regions(belief, pickier) == ()

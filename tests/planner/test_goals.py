@@ -1,7 +1,5 @@
 """Goals stand where they can see, and are kept until another is clearly better."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,8 +8,14 @@ from hypothesis import strategies as st
 from onemap_planner.frontiers import find_frontiers
 from onemap_planner.goals import Goal, GoalKind, Worth, choose, frontier_goals, region_goals
 from onemap_planner.regions import Region
-from onemap_planner.viewpoints import view_stand
-from tests.planner.rooms import RULES, drawn, standing
+from onemap_planner.viewpoints import (
+    TRIED_M,
+    Stands,
+    least_hidden_stand,
+    seeing_stand,
+    stands_around,
+)
+from tests.planner.rooms import NO_PLACES, RULES, drawn, standing
 
 
 def goal(utility: float, x: float = 0.0, kind: GoalKind = GoalKind.FRONTIER) -> Goal:
@@ -70,29 +74,50 @@ def test_a_region_is_viewed_from_the_band_with_a_line_of_sight() -> None:
     terrain, reach = standing(belief, (0.4, 0.4), RULES.terrain)
     target = np.array([[20, 20]])
     region = Region(target, terrain.grid.centres(target[0]), 0.9)
-    (found,) = region_goals((region,), terrain, reach, rules=RULES.goal)
+    (found,) = region_goals((region,), terrain, reach, tried_xy=NO_PLACES, rules=RULES.goal)
     away = np.hypot(*(np.array(found.stand_xy) - region.peak_xy))
     assert RULES.goal.view_nearest_m <= away <= RULES.goal.view_farthest_m
     assert found.look_xy == pytest.approx(tuple(region.peak_xy))
     assert "0.90" in found.reason
 
 
-def test_nothing_is_viewed_through_a_wall_unless_it_was_seen_from_there() -> None:
-    belief = drawn("......#......", scale=5)
-    belief = replace(belief, occupancy=np.tile(belief.occupancy, (4, 1)))
+NOBODY = np.zeros((0, 2), np.int64)
+
+
+def around(target: list[list[int]], tried: list[list[int]] | None = None) -> Stands:
+    """Stands left of a wall (cells 30 to 34), for a target right of it."""
     belief = drawn(*["......#......"] * 4, scale=5)
     terrain, reach = standing(belief, (0.5, 0.5), RULES.terrain)
-    target = np.array([[10, 39]])  # on the other side; the wall is cells 30 to 34
-    band = (0.5, 1.4)
-    assert view_stand(target, terrain, reach, band_m=band) is None
-    seen_from = np.array([[10, 5]])
-    stand = view_stand(target, terrain, reach, band_m=band, seen_from=seen_from)
+    vain = np.array(tried or [], np.int64).reshape(-1, 2)
+    return stands_around(np.array(target), terrain, reach, band_m=(0.5, 1.4), tried=vain)
+
+
+def test_nothing_is_seen_through_a_wall_unless_it_was_seen_from_there() -> None:
+    stands = around([[10, 39]])
+    assert seeing_stand(stands, NOBODY) is None
+    stand = seeing_stand(stands, np.array([[10, 5]]))
     assert stand is not None
     assert stand[1] < 30
+
+
+def test_as_a_last_resort_the_least_hidden_stand_is_taken() -> None:
+    stand = least_hidden_stand(around([[10, 39]]))
+    assert stand is not None
+    assert stand[1] < 30
+    straight = abs(int(stand[0]) - 10)
+    assert straight <= 3  # across the wall, not along it
+    assert least_hidden_stand(around([[10, 55]])) is None  # nothing reachable is near
+
+
+def test_no_stand_near_one_tried_in_vain_is_offered_again() -> None:
+    first = least_hidden_stand(around([[10, 39]]))
+    assert first is not None
+    second = least_hidden_stand(around([[10, 39]], [first.tolist()]))
+    assert second is None or np.hypot(*(second - first)) * 0.1 > TRIED_M
 
 
 def test_an_unreachable_region_is_no_goal() -> None:
     belief = drawn("..#######", "..#######", "..#######", scale=5)
     terrain, reach = standing(belief, (0.4, 0.4), RULES.terrain)
     far = Region(np.array([[5, 40]]), np.array([0.55, 4.05]), 0.9)
-    assert region_goals((far,), terrain, reach, rules=RULES.goal) == []
+    assert region_goals((far,), terrain, reach, tried_xy=NO_PLACES, rules=RULES.goal) == []

@@ -12,7 +12,7 @@ from onemap_planner.memory import Mind
 from onemap_planner.phases import Approaching, Arrived, Confirmed, Confirming, Event, Rejected
 from onemap_planner.rules import ExploreRules, Rules
 from onemap_planner.situation import Situation
-from onemap_planner.viewpoints import view_stand
+from onemap_planner.viewpoints import least_hidden_stand, seeing_stand, stands_around
 
 
 def find_stand(
@@ -22,20 +22,21 @@ def find_stand(
     cells = situation.cells_of(candidate.cells)
     if len(cells) == 0:
         return None
-    grid = situation.terrain.grid
-    seen_from = grid.cells(np.asarray(candidate.seen_from))
+    terrain, reach = situation.terrain, situation.reach
+    seen_from = terrain.grid.cells(np.asarray(candidate.seen_from))
+    stand = None
     for farthest_m in (rules.approach_farthest_m, rules.approach_last_resort_m):
-        stand = view_stand(
-            cells,
-            situation.terrain,
-            situation.reach,
-            band_m=(rules.approach_nearest_m, farthest_m),
-            seen_from=seen_from,
-        )
+        band_m = (rules.approach_nearest_m, farthest_m)
+        around = stands_around(cells, terrain, reach, band_m=band_m, tried=cells[:0])
+        stand = seeing_stand(around, seen_from)
         if stand is not None:
-            x, y = grid.centres(stand)
-            return float(x), float(y)
-    return None
+            break
+    else:
+        stand = least_hidden_stand(around)
+    if stand is None:
+        return None
+    x, y = terrain.grid.centres(stand)
+    return float(x), float(y)
 
 
 def approach(

@@ -21,6 +21,7 @@ from onemap_planner.phases import (
     Broken,
     Confirming,
     Event,
+    Exhausted,
     Exploring,
     GivenUp,
     Looking,
@@ -175,6 +176,8 @@ def _act(
             event = spot(mind, situation, rules)
             if event is None:
                 mind, motion, event, landmarks = explore(mind, situation, rules)
+            if isinstance(event, Exhausted) and _is_held(mind, situation, rules):
+                event = _stuck(mind)  # nothing was searched: it could not get there
         case Approaching() as phase:
             mind, motion, event = approach(mind, phase, situation, rules)
         case Confirming() as phase:
@@ -191,8 +194,7 @@ def _bumped(mind: Mind, rules: Rules) -> tuple[Mind, tuple[Event, ...]]:
     assert mind.footing is not None
     bumps = mind.footing.bumps
     if bumps >= 2 * rules.recovery.max_bumps:
-        x, y = mind.footing.moved_at.xy
-        return mind, (Broken(f"the robot is stuck at ({x:.1f}, {y:.1f})"),)
+        return mind, (_stuck(mind),)
     if bumps % rules.recovery.max_bumps:
         return mind, ()
     match mind.search.phase:
@@ -202,6 +204,23 @@ def _bumped(mind: Mind, rules: Rules) -> tuple[Mind, tuple[Event, ...]]:
             return memory.shun(mind, mind.quest.pursuit.goal), ()
         case _:
             return mind, ()
+
+
+def _is_held(mind: Mind, situation: Situation, rules: Rules) -> bool:
+    """Whether the robot has not got away from where it bumped too often."""
+    footing = mind.footing
+    return (
+        footing is not None
+        and footing.bumped_at is not None
+        and footing.bumps >= rules.recovery.max_bumps
+        and situation.pose.distance_to(footing.bumped_at.xy) < rules.recovery.bump_area_m
+    )
+
+
+def _stuck(mind: Mind) -> Broken:
+    assert mind.footing is not None
+    x, y = mind.footing.moved_at.xy
+    return Broken(f"the robot is stuck at ({x:.1f}, {y:.1f})")
 
 
 def _happen(mind: Mind, event: Event, senses: Senses) -> Mind:

@@ -114,8 +114,9 @@ class FreshnessConfig(StrictModel):
         description="Seconds since a new revision of the map came: two updates at 4 Hz.",
     )
     max_map_lag_s: PositiveFloat = Field(
-        default=0.5,
-        description="Seconds between the robot's clock and the frame the map last took in.",
+        default=1.0,
+        description="Seconds from the capture of the frame the map last took in to the robot's "
+        "clock now: an update period and what rendering, encoding and fusing take on two cores.",
     )
     max_plan_age_s: PositiveFloat = Field(
         default=1.5,

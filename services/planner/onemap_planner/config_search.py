@@ -38,7 +38,7 @@ class RegionConfig(StrictModel):
     """What counts as a region worth looking at again."""
 
     threshold: float = Field(
-        default=0.4,
+        default=0.3,
         ge=0,
         le=1,
         description="Similarity from which the map is believed to show the object.",
@@ -112,7 +112,7 @@ class ExploreConfig(StrictModel):
         default=0.5, description="Metres from the object's surface; nearer, it leaves the image."
     )
     approach_farthest_m: PositiveFloat = Field(
-        default=0.9, description="Metres from the object's surface at which it counts as reached."
+        default=0.8, description="Metres from the object's surface at which it counts as reached."
     )
     approach_last_resort_m: PositiveFloat = Field(
         default=1.4,

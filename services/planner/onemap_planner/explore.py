@@ -20,7 +20,7 @@ from onemap_planner.goals import (
 )
 from onemap_planner.memory import Mind, Pursuit
 from onemap_planner.phases import Event, Exhausted, Spotted
-from onemap_planner.regions import Region, find_regions
+from onemap_planner.regions import Region, find_regions, remaining_regions
 from onemap_planner.rules import Rules
 from onemap_planner.situation import Situation
 
@@ -72,8 +72,29 @@ def explore(
 def _options(mind: Mind, situation: Situation, landmarks: Landmarks, rules: Rules) -> list[Goal]:
     terrain, reach = situation.terrain, situation.reach
     goals = frontier_goals(landmarks.frontiers, terrain, reach, rules=rules.goal)
-    goals += region_goals(landmarks.regions, terrain, reach, rules=rules.goal)
+    goals += _region_goals(mind, situation, landmarks.regions, rules)
     goals += _hint_goals(mind, situation, rules)
+    worthwhile = _unshunned(mind, goals, rules)
+    if worthwhile:
+        return worthwhile
+    remaining = remaining_regions(situation.belief, rules.region)
+    return _unshunned(mind, _region_goals(mind, situation, remaining, rules), rules)
+
+
+def _region_goals(
+    mind: Mind, situation: Situation, regions: tuple[Region, ...], rules: Rules
+) -> list[Goal]:
+    tried = [goal.stand_xy for goal in mind.quest.shunned if goal.kind is GoalKind.REGION]
+    return region_goals(
+        regions,
+        situation.terrain,
+        situation.reach,
+        tried_xy=np.array(tried, np.float64).reshape(-1, 2),
+        rules=rules.goal,
+    )
+
+
+def _unshunned(mind: Mind, goals: list[Goal], rules: Rules) -> list[Goal]:
     return [goal for goal in goals if not memory.is_shunned(mind, goal, rules.explore.shun_m)]
 
 

@@ -13,7 +13,12 @@ from onemap_planner.frontiers import Frontier
 from onemap_planner.path import Reach, line_is_clear
 from onemap_planner.regions import Region
 from onemap_planner.terrain import Terrain
-from onemap_planner.viewpoints import reachable, view_stand
+from onemap_planner.viewpoints import (
+    least_hidden_stand,
+    reachable,
+    seeing_stand,
+    stands_around,
+)
 from onemap_shared.geometry import F64, I64
 
 
@@ -101,20 +106,27 @@ def frontier_goals(
 
 
 def region_goals(
-    regions: tuple[Region, ...], terrain: Terrain, reach: Reach, *, rules: GoalRules
+    regions: tuple[Region, ...],
+    terrain: Terrain,
+    reach: Reach,
+    *,
+    tried_xy: F64,
+    rules: GoalRules,
 ) -> list[Goal]:
-    """A goal for each region that can be looked at."""
+    """A goal for each region that can be looked at from a stand not tried (T, 2) in vain."""
     goals = []
     band_m = (rules.view_nearest_m, rules.view_farthest_m)
+    tried = terrain.grid.cells(tried_xy)
+    nobody = tried[:0]
     for region in regions:
-        stand = view_stand(region.cells, terrain, reach, band_m=band_m)
+        around = stands_around(region.cells, terrain, reach, band_m=band_m, tried=tried)
+        stand = seeing_stand(around, nobody)
+        if stand is None:
+            stand = least_hidden_stand(around)
         if stand is None:
             continue
         worth = _worth(region.score, 0.0, reach.cost_m[tuple(stand)], rules)
-        reason = (
-            f"region: similarity {region.score:.2f} on the map, "
-            f"not yet searched, {worth.travel_m:.1f} m away"
-        )
+        reason = f"region: similarity {region.score:.2f} on the map, {worth.travel_m:.1f} m away"
         goals.append(
             Goal(GoalKind.REGION, _xy(terrain, stand), _pair(region.peak_xy), worth, reason)
         )

@@ -15,10 +15,13 @@ STANDING_MPS = 0.005  # below this a changing pose is noise and no way
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """The newest of each stream; odometer_m: way driven since the planner started."""
+    """The newest of each stream.
+
+    collided_s: when a collision was last reported; odometer_m: way driven since the start.
+    """
 
     pose: Pose | None = None
-    collided: bool = False
+    collided_s: float = float("-inf")
     odometer_m: float = 0.0
     odometry: Arrival | None = None
     revision: Arrival | None = None
@@ -41,7 +44,7 @@ def hear_odometry(heard: Heard, message: Odometry, now_s: float) -> Heard:
     return replace(
         heard,
         pose=pose,
-        collided=message.collided,
+        collided_s=now_s if message.collided else heard.collided_s,
         odometer_m=heard.odometer_m + (way_m if way_m < JUMP_M else 0.0),
         odometry=newest(heard.odometry, Arrival(message.sequence, message.stamp_ns, now_s)),
     )

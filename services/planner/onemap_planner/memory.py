@@ -11,6 +11,7 @@ from onemap_planner.phases import Search
 from onemap_planner.recovery import Footing
 
 TRAIL_STEP_M = 0.1  # places closer together than this cover the same floor
+MAX_LOOKS = 3  # at one region or doubtful sighting, from different stands
 TRAIL_LENGTH = 5000  # 500 m of way
 
 
@@ -28,13 +29,13 @@ class Pursuit:
 class Quest:
     """What belongs to the present object; a new object gets a new one.
 
-    shunned: places of regions and sightings that came to nothing. idle_since_s: since when
+    shunned: goals at regions and sightings that came to nothing. idle_since_s: since when
     there has been no goal, or no stand before the candidate; None: there is one.
     """
 
     candidates: tuple[Candidate, ...] = ()
     rejected: tuple[Candidate, ...] = ()
-    shunned: tuple[tuple[GoalKind, tuple[float, float]], ...] = ()
+    shunned: tuple[Goal, ...] = ()
     pursuit: Pursuit | None = None
     idle_since_s: float | None = None
 
@@ -73,11 +74,19 @@ def shun(mind: Mind, goal: Goal) -> Mind:
     quest = replace(mind.quest, pursuit=None)
     if goal.kind is GoalKind.FRONTIER:
         return replace(mind, quest=quest, dead_ends=(*mind.dead_ends, goal.look_xy))
-    return replace(mind, quest=replace(quest, shunned=(*quest.shunned, (goal.kind, goal.look_xy))))
+    return replace(mind, quest=replace(quest, shunned=(*quest.shunned, goal)))
 
 
 def is_shunned(mind: Mind, goal: Goal, within_m: float) -> bool:
-    """Whether the goal lies where one of its kind came to nothing."""
+    """Whether enough goals of its kind came to nothing there.
+
+    A border either goes away or it does not; what is looked at may show from another side.
+    """
     if goal.kind is GoalKind.FRONTIER:
         return any(goal.is_about(xy, within_m) for xy in mind.dead_ends)
-    return any(kind is goal.kind and goal.is_about(xy, within_m) for kind, xy in mind.quest.shunned)
+    tries = [
+        gone
+        for gone in mind.quest.shunned
+        if gone.kind is goal.kind and goal.is_about(gone.look_xy, within_m)
+    ]
+    return len(tries) >= MAX_LOOKS

@@ -28,6 +28,7 @@ from onemap_shared.transport import Bus, CallError, Counters, QueryTimeout, Remo
 LOG = logging.getLogger("onemap.planner")
 
 VIEW_TIMEOUT_S = 1.0  # a view of a large flat takes under 0.1 s
+COLLISION_S = 0.3  # one planning period: a report in between is not missed
 HOPELESS = frozenset({"invalid", "unknown_word"})  # asking the same again will not help
 
 
@@ -115,7 +116,7 @@ class Planning:
             pose=now.heard.pose,
             odometer_m=now.heard.odometer_m,
             command=now.command,
-            collided=now.heard.collided,
+            collided=now_s - now.heard.collided_s <= COLLISION_S,
             view=view,
             detections=self._new_detections(),
             complaint=complaint or now.heard.complaint(now_s, self._rules.freshness),

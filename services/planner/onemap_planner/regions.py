@@ -9,7 +9,7 @@ from scipy import ndimage
 
 from onemap_planner.belief import Belief
 from onemap_planner.terrain import EIGHT
-from onemap_shared.geometry import F64, I64
+from onemap_shared.geometry import F64, I64, Bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +30,22 @@ class Region:
 
 
 def find_regions(belief: Belief, rules: RegionRules) -> tuple[Region, ...]:
-    """8-connected clusters of similarity above the threshold in E - C, best first."""
+    """Clusters of similarity above the threshold in E - C, best first."""
+    return _clusters(belief, belief.explored & ~belief.searched, rules)
+
+
+def remaining_regions(belief: Belief, rules: RegionRules) -> tuple[Region, ...]:
+    """The same anywhere on the map: what looks like the object though nothing was detected.
+
+    In the first search E and C are one, and C only says that the camera looked, perhaps from
+    too far for the detector; before an object is given up, these places deserve a closer look.
+    """
+    return _clusters(belief, belief.observed, rules)
+
+
+def _clusters(belief: Belief, among: Bool, rules: RegionRules) -> tuple[Region, ...]:
     similar = np.nan_to_num(belief.similarity, nan=0.0) >= rules.threshold
-    parts, count = ndimage.label(similar & belief.explored & ~belief.searched, EIGHT)
+    parts, count = ndimage.label(similar & among, EIGHT)
     regions = []
     for index, box in enumerate(ndimage.find_objects(parts, count), start=1):
         cells = np.argwhere(parts[box] == index) + [side.start for side in box]

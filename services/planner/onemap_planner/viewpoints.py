@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import ndimage
 
-from onemap_planner.path import Reach, line_is_clear
+from onemap_planner.path import Reach, line_is_clear, segment_cells
 from onemap_planner.terrain import EIGHT, Terrain
 from onemap_shared.geometry import F64, I64, Bool
 
 MAX_TRIES = 80  # lines of sight tried per target, cheapest stands first
+TRIED_M = 0.7  # a stand this near to one tried in vain shows nothing new
 BLUR_CELLS = 2  # the map blurs: cells this close to the target belong to it, not before it
 
 
@@ -19,42 +22,73 @@ def reachable(terrain: Terrain, reach: Reach) -> Bool:
     return mask
 
 
-def view_stand(
-    target: I64,
-    terrain: Terrain,
-    reach: Reach,
-    *,
-    band_m: tuple[float, float],
-    seen_from: I64 | None = None,
-) -> I64 | None:
-    """The cheapest reachable cell (2,) that sees the target cells (K, 2) from within the band.
+@dataclass(frozen=True, slots=True)
+class Stands:
+    """Reachable cells from which a target may be seen, cheapest first, at most ``MAX_TRIES``.
 
-    Distances are to the nearest target cell. A stand sees the target if no obstacle lies
-    between, or, given ``seen_from`` (S, 2), if it lies in a direction the target was seen
-    from: flat maps cannot tell that one looks over a table at the cup behind it.
+    Cells count from ``corner`` (2,). stands (N, 2); look (N, 2): the target cell nearest to
+    each; obstructed (nx, ny): obstacles of the window that do not belong to the target.
+    """
+
+    corner: I64
+    stands: I64
+    look: I64
+    obstructed: Bool
+
+
+def stands_around(
+    target: I64, terrain: Terrain, reach: Reach, *, band_m: tuple[float, float], tried: I64
+) -> Stands:
+    """Stands whose distance to the nearest target cell (K, 2) lies in the band.
+
+    tried (T, 2): cells stood on in vain; none within ``TRIED_M`` of them is offered again.
     """
     corner, box = _window(target, terrain, band_m[1])
+    size = terrain.grid.cell_size_m
     mask = np.zeros(terrain.occupied[box].shape, bool)
     local = target - corner
     mask[local[:, 0], local[:, 1]] = True
-    distance, nearest = ndimage.distance_transform_edt(~mask, return_indices=True)
-    distance = distance * terrain.grid.cell_size_m
-    cost = np.where(reachable(terrain, reach)[box], reach.cost_m[box], np.inf)
-    cost[(distance < band_m[0]) | (distance > band_m[1])] = np.inf
-    stands = np.argwhere(np.isfinite(cost))
-    order = np.argsort(cost[stands[:, 0], stands[:, 1]], kind="stable")
+    cells, nearest = ndimage.distance_transform_edt(~mask, return_indices=True)
+    fit = reachable(terrain, reach)[box]
+    fit &= (cells * size >= band_m[0]) & (cells * size <= band_m[1])
+    stands = np.argwhere(fit)
+    away = np.hypot(*(stands[:, None] + corner - tried[None]).transpose(2, 0, 1)) * size
+    stands = stands[(away > TRIED_M).all(axis=1)]
+    cost = reach.cost_m[box][stands[:, 0], stands[:, 1]]
+    stands = _spread(stands[np.argsort(cost, kind="stable")])
     own = ndimage.binary_dilation(mask, EIGHT, iterations=BLUR_CELLS)
-    clear = ~terrain.occupied[box] | own
-    if seen_from is not None:
-        seen_from = seen_from - corner
-    for stand in _spread(stands[order]):
-        look = nearest[:, stand[0], stand[1]]
-        if line_is_clear(clear, stand, look) or (
-            seen_from is not None and _same_side(stand, look, seen_from)
-        ):
-            seen: I64 = stand + corner
+    look: I64 = nearest[:, stands[:, 0], stands[:, 1]].T.astype(np.int64)
+    return Stands(corner, stands, look, terrain.occupied[box] & ~own)
+
+
+def seeing_stand(around: Stands, seen_from: I64) -> I64 | None:
+    """The cheapest stand (2,) that sees the target; None if none does.
+
+    It does if no obstacle lies between, or if it lies in a direction that the target was seen
+    from (S, 2): flat maps cannot tell that one looks over a table at the cup behind it.
+    """
+    clear = ~around.obstructed
+    seen_from = seen_from - around.corner
+    for stand, look in zip(around.stands, around.look, strict=True):
+        if line_is_clear(clear, stand, look) or _same_side(stand, look, seen_from):
+            seen: I64 = stand + around.corner
             return seen
     return None
+
+
+def least_hidden_stand(around: Stands) -> I64 | None:
+    """The stand (2,) with the fewest obstacles before the target; None if there is no stand.
+
+    What stands on a deep counter is never in plain view on a flat map.
+    """
+    if len(around.stands) == 0:
+        return None
+    hidden = [
+        _hidden(around.obstructed, stand, look)
+        for stand, look in zip(around.stands, around.look, strict=True)
+    ]
+    best: I64 = around.stands[int(np.argmin(hidden))] + around.corner
+    return best
 
 
 def _spread(stands: I64) -> I64:
@@ -71,6 +105,12 @@ def _window(target: I64, terrain: Terrain, reach_m: float) -> tuple[I64, tuple[s
     lower = np.maximum(target.min(axis=0) - around, 0)
     upper = np.minimum(target.max(axis=0) + around + 1, terrain.grid.shape)
     return lower, (slice(lower[0], upper[0]), slice(lower[1], upper[1]))
+
+
+def _hidden(obstructed: Bool, stand: I64, look: I64) -> float:
+    """Length in cells of the line of sight that lies in obstacles."""
+    cells, lengths = segment_cells(stand.astype(float), look.astype(float))
+    return float(lengths @ obstructed[cells[:, 0], cells[:, 1]])
 
 
 def _same_side(stand: I64, look: I64, seen_from: I64) -> bool:
