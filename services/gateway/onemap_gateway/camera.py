@@ -23,7 +23,7 @@ def camera_picture(rgb: U8, detections: Detections | None) -> U8:
         detections.names, detections.scores, boxes.tolist(), strict=True
     ):
         cv2.rectangle(image, (x0, y0), (x1, y1), BOX, 2, cv2.LINE_AA)
-        text_at(image, f"{name} {score:.0%}", (max(x0, 2), max(y0 - 5, 12)), BOX)
+        text_at(image, f"{name} {score:.2f}", (max(x0, 2), max(y0 - 5, 12)), BOX)
     return image
 
 

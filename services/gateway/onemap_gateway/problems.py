@@ -93,12 +93,12 @@ def from_call(error: CallError, service: str, timeout_s: float) -> Problem:
     """The problem behind a question to ``service`` that got no answer."""
     match error:
         case NoReply():
-            detail = f"The {service} is not running: {START.format(service=service)}."
+            detail = f"{called(service)} is not running: {START.format(service=service)}."
             return Problem("unavailable", detail, service=service)
         case QueryTimeout():
             detail = (
-                f"The {service} did not answer within {timeout_s:g} s: try again; if it goes on, "
-                "'onemap doctor' says why."
+                f"{called(service)} did not answer within {timeout_s:g} s: try again; if it "
+                "goes on, 'onemap doctor' says why."
             )
             return Problem("timeout", detail, service=service)
         case RemoteError(code=code) if code in BEHIND:
@@ -107,8 +107,13 @@ def from_call(error: CallError, service: str, timeout_s: float) -> Problem:
         case RemoteError(code=code) if code in KINDS and KINDS[code].status != 500:
             return Problem(code, sentence(str(error)), service=service)
         case _:
-            detail = f"The {service} failed: {sentence(str(error))}"
+            detail = f"{called(service)} failed: {sentence(str(error))}"
             return Problem("remote", detail, service=service)
+
+
+def called(service: str) -> str:
+    """The service as the start of a sentence."""
+    return "Perception" if service == "perception" else f"The {service}"
 
 
 def from_validation(errors: Sequence[Mapping[str, Any]]) -> Problem:

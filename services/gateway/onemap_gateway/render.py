@@ -17,7 +17,7 @@ PointsM: TypeAlias = "F32 | F64"
 
 UNKNOWN: Rgb = (15, 20, 27)
 FREE: Rgb = (40, 50, 63)
-OCCUPIED: Rgb = (159, 176, 195)
+OCCUPIED: Rgb = (110, 127, 147)
 TRAIL: Rgb = (98, 118, 143)
 PATH: Rgb = (76, 201, 240)
 FRONTIER: Rgb = (94, 214, 160)

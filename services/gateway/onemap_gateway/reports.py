@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
-from onemap_gateway.problems import START, sentence
+from onemap_gateway.problems import START, called, sentence
 from onemap_gateway.state import Beat, LiveState, Seen
 
 STREAM_S = 2.0  # a robot that sends a frame every second is slow, one slower than this is silent
@@ -54,10 +54,10 @@ def report_service(name: str, state: LiveState, now_s: float) -> Report:
     alive = name in state.alive
     beat = state.beats.get(name)
     if beat is None and alive:
-        return Report(name, Condition.DEGRADED, f"The {name} has just started.", alive)
+        return Report(name, Condition.DEGRADED, f"{called(name)} has just started.", alive)
     if beat is None:
         start = START.format(service=name)
-        return Report(name, Condition.DOWN, f"The {name} is not running: {start}.")
+        return Report(name, Condition.DOWN, f"{called(name)} is not running: {start}.")
     condition, problem = _judge(name, alive, beat, now_s)
     heartbeat = beat.heartbeat
     return Report(
@@ -75,15 +75,15 @@ def _judge(name: str, alive: bool, beat: Beat, now_s: float) -> tuple[Condition,
     silent_s, hangs_s = now_s - beat.arrived_s, now_s - beat.advanced_s
     if not alive:
         start = START.format(service=name)
-        return Condition.DOWN, f"The {name} stopped {silent_s:.0f} s ago: {start}."
+        return Condition.DOWN, f"{called(name)} stopped {silent_s:.0f} s ago: {start}."
     if silent_s > SILENT_S:
-        return Condition.DOWN, f"The {name} has not been heard for {silent_s:.0f} s."
+        return Condition.DOWN, f"{called(name)} has not been heard for {silent_s:.0f} s."
     if hangs_s > HANGS_S:
-        return Condition.DOWN, f"The {name} runs but has stood still for {hangs_s:.0f} s."
+        return Condition.DOWN, f"{called(name)} runs but has stood still for {hangs_s:.0f} s."
     if beat.heartbeat.problem:
         return Condition.DEGRADED, sentence(beat.heartbeat.problem)
     if not beat.heartbeat.ready:
-        return Condition.DEGRADED, f"The {name} is not ready and does not say why."
+        return Condition.DEGRADED, f"{called(name)} is not ready and does not say why."
     return Condition.OK, ""
 
 

@@ -27,6 +27,7 @@ function onState(next) {
   showNotices(state);
   showSearch(state.search);
   showFacts(state.map);
+  by("map-hint").hidden = state.map?.frames_fused > 0;
   if (state.camera) camera.show(state.camera);
   showHeat();
 }
@@ -55,7 +56,6 @@ async function refreshMap() {
   // without perception there is no heat, but still a map
   const { bitmap, headers } = await (text ? picture(warm).catch(() => picture(path)) : picture(path));
   map.showImage(bitmap, headers.get("X-OneMap-Bounds").split(",").map(Number));
-  by("map-hint").hidden = true;
   shownMap = wanted;
 }
 

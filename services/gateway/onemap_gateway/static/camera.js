@@ -16,7 +16,7 @@ export class CameraView {
   }
 
   show(camera) {
-    const seen = camera.detections.map((d) => `${d.name} ${Math.round(d.score * 100)} %`);
+    const seen = camera.detections.map((d) => `${d.name} ${d.score.toFixed(2)}`);
     const flow = camera.age_s > 2 ? `silent for ${camera.age_s.toFixed(0)} s` : `${camera.rate_hz.toFixed(0)} Hz`;
     this.numbers.textContent = [`Camera, ${flow}`, ...seen].join(" · ");
     this.canvas.setAttribute("aria-label", `Camera image. ${seen.join(", ") || "Nothing detected."}`);

@@ -12,6 +12,7 @@ const COLOURS = {
 };
 const TRAIL_STEP_M = 0.05;
 const TRAIL_JUMP_M = 1.0;
+const ROBOT_MARGIN_M = 0.7; // around the robot when all of the map is shown
 const GLIDE_S = 0.15; // states come every 0.2 s: the robot reaches one about when the next is here
 const FONT = "13px system-ui, 'DejaVu Sans', sans-serif";
 
@@ -57,7 +58,12 @@ export class MapView {
     this.fitted = true;
     this.dirty = true;
     if (!this.image) return;
-    const [x0, y0, x1, y1] = this.image.bounds;
+    let [x0, y0, x1, y1] = this.image.bounds;
+    if (this.robot) {
+      const { x, y } = this.robot;
+      [x0, y0] = [Math.min(x0, x - ROBOT_MARGIN_M), Math.min(y0, y - ROBOT_MARGIN_M)];
+      [x1, y1] = [Math.max(x1, x + ROBOT_MARGIN_M), Math.max(y1, y + ROBOT_MARGIN_M)];
+    }
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const scale = Math.min(width / (x1 - x0), height / (y1 - y0)) * 0.94;
     this.camera = { x: (x0 + x1) / 2, y: (y0 + y1) / 2, pixelsPerM: Math.min(scale, 160) };

@@ -10,6 +10,8 @@ const STATES = {
   cancelled: "stopped",
 };
 
+const NOTICE_MS = 1500;
+
 export function element(tag, { className = "", text = "", title = "" } = {}, children = []) {
   const node = document.createElement(tag);
   if (className) node.className = className;
@@ -43,10 +45,13 @@ export function showServices(services) {
   );
 }
 
+const wrongSince = new Map(); // service name -> when its trouble began
+
 export function showNotices(state) {
-  const wrong = state.services.filter((service) => service.problem);
+  const wrong = state.services.filter((service) => lasts(service.name, service.problem));
   const said = wrong.map((service) => [service.condition, service.name, service.problem]);
-  if (state.problem && !wrong.some((service) => service.problem === state.problem)) {
+  const repeats = state.services.some((service) => service.problem === state.problem);
+  if (lasts("map", state.problem) && !repeats) {
     said.unshift(["degraded", "map", state.problem]);
   }
   refill(by("notices"), said, () =>
@@ -54,6 +59,16 @@ export function showNotices(state) {
       element("li", { className: condition }, [element("b", { text: name }), problem]),
     ),
   );
+}
+
+// Whether the trouble goes on: what is over in a moment would only make the page jump.
+function lasts(name, problem) {
+  if (!problem) {
+    wrongSince.delete(name);
+    return false;
+  }
+  if (!wrongSince.has(name)) wrongSince.set(name, performance.now());
+  return performance.now() - wrongSince.get(name) >= NOTICE_MS;
 }
 
 export function showSearch(search) {
@@ -98,7 +113,7 @@ export function showRegions(reply, onChoose) {
     const button = element("button", {}, [
       element("span", { className: "rank", text: String(region.rank) }),
       element("span", { text: `${x.toFixed(1)}, ${y.toFixed(1)} m` }),
-      element("span", { className: "score", text: `${Math.round(region.score * 100)} % sure` }),
+      element("span", { className: "score", text: `score ${region.score.toFixed(2)}` }),
     ]);
     button.type = "button";
     button.title = "Show it on the map";
