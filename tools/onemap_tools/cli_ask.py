@@ -56,8 +56,25 @@ def search(
 
 
 @app.command(rich_help_panel=PANEL)
-def status(url: Url = HERE, token: Token = "", as_json: Json = False) -> None:
-    """What runs, and how. Exit code 0 only if a search could start now."""
+def status(
+    *,
+    service: Annotated[
+        str, typer.Option(help="Only this one, by its heartbeat on the bus, without the gateway.")
+    ] = "",
+    config: Config = None,
+    url: Url = HERE,
+    token: Token = "",
+    as_json: Json = False,
+) -> None:
+    """What runs, and how. Exit code 0 only if a search could start now.
+
+    With --service: 0 only if that service says that it is ready.
+    """
+    if service:
+        from onemap_tools.heartbeat import check_service
+
+        check_service(service, config)
+        return
     from onemap_tools.client import Gateway
     from onemap_tools.status import describe_status
     from onemap_tools.terminal import print_json, result_console
