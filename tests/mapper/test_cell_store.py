@@ -39,6 +39,9 @@ def test_blocks_equal_one_dense_table(seed: int) -> None:
         everything = np.arange(store.count)
         torch.testing.assert_close(store.features(everything), F[: store.count])
         torch.testing.assert_close(store.confidence, c[: store.count])
+        some = np.flatnonzero(rng.random(store.count) < rng.choice([0.3, 1.0]))
+        for chosen, part in store.chunks(some):
+            torch.testing.assert_close(part, F[some[chosen]])
 
 
 def test_float16_halves_the_memory_and_stays_close() -> None:

@@ -159,7 +159,7 @@ def test_an_empty_map_says_so(rig: Rig) -> None:
     error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")))
     assert error.code == "empty_map"
     view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
-    assert (view.grid.shape, view.stamp_ns) == ((0, 0), 0)
+    assert (view.text, view.grid.shape, view.stamp_ns) == ("sofa", (0, 0), 0)
     assert refusal(lambda: rig.client.call(keys.MAP_SAVE, MapFile("a"))).code == "empty_map"
     assert rig.asked == []
 
@@ -168,6 +168,9 @@ def test_depth_all_zero_counts_and_is_named(rig: Rig) -> None:
     rig.feed(scenes.field(0, scenes.pose(), boxes=()))
     assert rig.metric("frames_fused") == 1
     assert "all zero" in rig.mapper.health().problem
+    view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
+    assert view.similarity.shape == view.grid.shape
+    assert np.isnan(view.similarity).all()
     error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")))
     assert error.code == "empty_map"
 

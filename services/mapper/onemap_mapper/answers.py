@@ -66,13 +66,17 @@ def similarity_reply(
     )
 
 
-def search_view(belief: BeliefMap, cache: ScoreCache, *, query: Query | None) -> SearchView:
+def search_view(
+    belief: BeliefMap, cache: ScoreCache, *, text: str, query: Query | None
+) -> SearchView:
     """All layers over the map's bounding box, with the similarity if there is a query."""
     similarity = NO_GRID
-    if query is not None and belief.store.count:
+    if query is not None:
         similarity = belief.spread(cache.scores(query, belief.store, belief.revision))
+    elif text:  # asked of a map without features: nothing was observed
+        similarity = np.full(belief.grid.shape, np.nan, np.float32)
     return SearchView(
-        text=query.text if query is not None else "",
+        text=text,
         revision=belief.revision,
         sequence=belief.sequence,
         stamp_ns=belief.stamp_ns,

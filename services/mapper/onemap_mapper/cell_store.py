@@ -93,6 +93,19 @@ class CellStore:
             gathered[chosen] = self._blocks[block][within].float()
         return gathered
 
+    def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
+        """The features of ascending slots in parts: which of them, and (k, D) float32 to read only.
+
+        Slots that follow each other are not copied, so that a query over a whole map reads
+        the memory once.
+        """
+        for block, chosen, within in self._by_block(slots):
+            first, last = int(within[0]), int(within[-1])
+            together = last - first + 1 == len(within)
+            table = self._blocks[block]
+            part = table[first : last + 1] if together else table[within]
+            yield chosen.cpu().numpy(), part.float()
+
     def forget(self, *, rate_per_s: float, elapsed_s: float) -> None:
         """Let every variance grow (process noise)."""
         self._confidence = forgotten(self._confidence, rate_per_s=rate_per_s, elapsed_s=elapsed_s)

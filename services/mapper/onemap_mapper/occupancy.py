@@ -22,7 +22,7 @@ I8 = NDArray[np.int8]
 
 # Evidence is a log-odds in steps of about 0.4, an int8 per voxel.
 HIT = 4  # two or more points: occupied at once where nothing was known
-GLIMPSE = 1  # one point: a thin leg far away, or a stray pixel; alone it only stops clearing
+GLIMPSE = 2  # one point: a far leg or table edge, or a stray pixel, so twice before it counts
 MISS = 1  # four frames clear what was seen once, twelve what was seen often
 MOST, LEAST = 12, -4  # bounded, so that what moved away disappears and what comes appears
 OCCUPIED_FROM = 3

@@ -114,11 +114,12 @@ class Mapper:
 
     def search_view(self, request: SearchViewRequest) -> SearchView:
         """The layers, with the similarity if a text was given and anything is known."""
+        text = check_text(request.text) if request.text else ""
         with self._lock:
             known = self._map.store.count > 0
-        query = self._query(check_text(request.text)) if request.text and known else None
+        query = self._query(text) if text and known else None
         with self._lock:
-            return search_view(self._map, self._scores, query=query)
+            return search_view(self._map, self._scores, text=text, query=query)
 
     def reset_searched(self, _request: SearchReset) -> MapSummary:
         """Begin a new search: sigma_E is forgotten."""

@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from onemap_mapper.cell_store import BLOCK, CellStore
+from onemap_mapper.cell_store import CellStore
 from onemap_shared.geometry import F32
 from onemap_shared.messages import TextEmbeddings
 
@@ -68,9 +68,8 @@ class ScoreCache:
         if held is not None and held[0] is query:
             current[: len(held[2])] = held[2]
             stale = np.nonzero(store.changed_at > held[1])[0]
-        for start in range(0, len(stale), BLOCK):
-            slots = stale[start : start + BLOCK]
-            current[slots] = scores(store.features(slots), query).cpu().numpy()
+        for chosen, features in store.chunks(stale):
+            current[stale[chosen]] = scores(features, query).cpu().numpy()
         self._known[query.text] = (query, revision, current)
         if len(self._known) > REMEMBERED:
             self._known.popitem(last=False)
