@@ -1,0 +1,80 @@
+"""A robot of your own: publish what it sees and where it is, obey the velocity commands.
+
+    python examples/my_robot.py [tcp/127.0.0.1:7447]
+
+Replace the three methods of ``Robot`` by your driver's. This one stands in an
+empty room, so that the file runs as it is.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+
+import numpy as np
+
+from onemap_shared import keys
+from onemap_shared.bus import open_bus
+from onemap_shared.config import BusConfig
+from onemap_shared.geometry import F64, U8, U16, Intrinsics, camera_mount, pose_2d
+from onemap_shared.messages import Odometry, RgbdFrame, VelocityCommand
+
+CAMERA = Intrinsics(fx=195.0, fy=195.0, cx=160.0, cy=120.0)  # of the depth-aligned colour image
+T_BODY_CAMERA = camera_mount(x_m=0.1, z_m=1.0, pitch_down_rad=0.2)  # measure these on your robot
+PERIOD_S = 0.05  # odometry and commands at 20 Hz
+FRAME_EVERY = 3  # an image with every third: 7 Hz
+
+
+class Robot:
+    """What your driver does."""
+
+    def image(self) -> tuple[U8, U16]:
+        """Colour (H, W, 3) uint8 RGB and depth (H, W) uint16 millimetres, 0 = no return."""
+        return np.full((240, 320, 3), 127, np.uint8), np.full((240, 320), 2000, np.uint16)
+
+    def pose(self) -> F64:
+        """T_map_body (4, 4) of the moment the image was taken: x forward, y left, z up."""
+        return pose_2d(0.0, 0.0, 0.0)
+
+    def drive(self, linear_mps: float, angular_radps: float) -> None:
+        """Send a velocity to the base."""
+
+
+def obey(robot: Robot, command: VelocityCommand | None, silent_s: float) -> None:
+    """Drive as commanded; brake when the last command has run out. Never skip this."""
+    if command is not None:
+        robot.drive(command.linear_mps, command.angular_radps)
+    elif silent_s > 0.3:
+        robot.drive(0.0, 0.0)
+
+
+def main(router: str) -> None:
+    """Publish and obey until Ctrl-C."""
+    stop = threading.Event()
+    bus = open_bus(BusConfig(connect=(router,)), "robot", "my-robot", stop)
+    assert bus is not None
+    frames, odometry = bus.publish(keys.ROBOT_RGBD), bus.publish(keys.ROBOT_ODOMETRY)
+    commands = bus.subscribe(keys.ROBOT_CMD_VEL)
+    robot, sequence, heard_s = Robot(), 0, time.monotonic()
+    try:
+        while True:
+            command = commands.take(PERIOD_S)  # waits, and so sets the pace
+            heard_s = time.monotonic() if command is not None else heard_s
+            obey(robot, command, time.monotonic() - heard_s)
+            stamp_ns, pose = time.time_ns(), robot.pose()
+            odometry.put(Odometry(sequence, stamp_ns, pose, linear_mps=0.0, angular_radps=0.0))
+            if sequence % FRAME_EVERY == 0:
+                rgb, depth_mm = robot.image()
+                T_map_camera = pose @ T_BODY_CAMERA
+                number = sequence // FRAME_EVERY
+                frames.put(RgbdFrame(number, stamp_ns, rgb, depth_mm, CAMERA, T_map_camera))
+            sequence += 1
+    except KeyboardInterrupt:
+        robot.drive(0.0, 0.0)
+    finally:
+        bus.close()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1] if len(sys.argv) > 1 else "tcp/127.0.0.1:7447")
