@@ -89,7 +89,7 @@ def status(
 
 @app.command(rich_help_panel=PANEL)
 def doctor(config: Config = None, as_json: Json = False) -> None:
-    """Why is nothing found? Listens on the bus and says so. Exit code 0 if all is well."""
+    """Why is nothing found? Listens on the bus and says so. Exit code 0 unless there are errors."""
     from onemap_tools import doctor as command
     from onemap_tools.terminal import print_json, progress_console, result_console
 
@@ -97,4 +97,4 @@ def doctor(config: Config = None, as_json: Json = False) -> None:
     command.describe(findings, result_console(as_json))
     if as_json:
         print_json(command.document(findings))
-    raise typer.Exit(EXIT_OK if not findings else EXIT_FAILED)
+    raise typer.Exit(EXIT_OK if command.healthy(findings) else EXIT_FAILED)

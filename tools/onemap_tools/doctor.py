@@ -34,10 +34,15 @@ def describe(findings: list[Finding], console: Console) -> None:
         console.print("Nothing is wrong that can be seen from here.")
 
 
+def healthy(findings: list[Finding]) -> bool:
+    """Whether nothing was found that explains a failure; warnings only may."""
+    return all(finding.severity is Severity.WARNING for finding in findings)
+
+
 def document(findings: list[Finding]) -> dict[str, Any]:
     """The findings as JSON can carry them."""
     return {
-        "healthy": not findings,
+        "healthy": healthy(findings),
         "findings": [
             {"severity": str(f.severity), "sentence": f.sentence, "remedy": f.remedy}
             for f in findings
