@@ -183,6 +183,17 @@ class House:
                 env=self.environment,
             )
 
+    def onemap(self, *arguments: str) -> subprocess.CompletedProcess[str]:
+        """Run an ``onemap`` command with this house's configuration."""
+        return subprocess.run(
+            command_of(*arguments, "--config", str(self.configuration)),
+            env=self.environment,
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
+            check=False,
+        )
+
     def kill(self, name: str) -> None:
         """SIGKILL: it says nothing more."""
         self.processes[name].kill()

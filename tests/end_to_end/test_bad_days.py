@@ -93,7 +93,7 @@ def test_a_killed_service_is_named_and_the_search_goes_on_when_it_is_back(
     assert service in down(house)
     problem = refused_in_time(house, *REQUESTS[service])
     assert problem["service"] == service
-    assert service in problem["detail"]
+    assert service in problem["detail"].lower()
     others_live(house, service)
     house.start(service)
     goes_on(house, search_id)
@@ -155,6 +155,15 @@ def test_a_stopped_mapper_skips_frames_and_does_not_queue_them(house: House) -> 
     fused, passed = after.frames_fused - before.frames_fused, after.sequence - before.sequence
     assert fused < passed / 2  # the frames of the pause were left out
     goes_on(house, search_id)
+
+
+def test_the_healthcheck_of_the_containers_tells_who_works(house: House) -> None:
+    house.mend()
+    assert house.onemap("status", "--service", "mapper").returncode == 0
+    house.kill("planner")
+    down = house.onemap("status", "--service", "planner")
+    assert down.returncode == 1
+    assert "planner" in down.stdout + down.stderr
 
 
 def revision_age_s(house: House) -> float:

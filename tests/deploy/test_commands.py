@@ -1,0 +1,41 @@
+"""What compose and systemd start is what the ``onemap`` command understands."""
+
+from __future__ import annotations
+
+import shlex
+from typing import Any
+
+import pytest
+import typer.main
+
+from onemap_tools.cli import app
+from tests.deploy.deployment import ROLES, compose
+from tests.deploy.test_units import FOLDER, NAMES, settings
+
+COMMANDS: dict[str, Any] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+
+
+def check(arguments: list[str]) -> None:
+    """Parse a command line without running it; raises what the user would be told."""
+    name, *rest = arguments
+    COMMANDS[name].make_context(name, rest)
+
+
+@pytest.mark.parametrize("role", ROLES)
+def test_compose_starts_and_checks_with_commands_that_exist(role: str) -> None:
+    service = compose()[role]
+    check(service["command"])
+    executable, *arguments = service["healthcheck"]["test"][1:]
+    if executable == "onemap":
+        check(arguments)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_systemd_starts_commands_that_exist(name: str) -> None:
+    _, *arguments = shlex.split(settings(FOLDER / f"onemap-{name}.service")["ExecStart"][0])
+    check(arguments)
+
+
+def test_an_option_that_does_not_exist_is_seen() -> None:
+    with pytest.raises(Exception, match="--configuration"):
+        check(["mapper", "--configuration", "x.yaml"])
