@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from onemap_tools.options import HERE, Json, Token, Url
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from onemap_tools.client import Gateway
 
 app = typer.Typer(no_args_is_help=True, help="Save, load, describe, export or clear the map.")
 Name = Annotated[str, typer.Argument(help="Letters, digits, '.', '_' and '-'; no folder.")]
@@ -16,57 +22,33 @@ Name = Annotated[str, typer.Argument(help="Letters, digits, '.', '_' and '-'; no
 @app.command()
 def save(name: Name, url: Url = HERE, token: Token = "", as_json: Json = False) -> None:
     """Write the map to a file in the mapper's map folder; an older one is replaced."""
-    from onemap_tools.client import Gateway
     from onemap_tools.maps import describe_change
-    from onemap_tools.terminal import print_json, result_console
 
-    with Gateway(url, token) as door:
-        change = door.map_save(name)
-    describe_change(change, "Saved", result_console(as_json))
-    if as_json:
-        print_json(change)
+    _ask(url, token, as_json, lambda door: door.map_save(name), describe_change("Saved"))
 
 
 @app.command()
 def load(name: Name, url: Url = HERE, token: Token = "", as_json: Json = False) -> None:
     """Replace the map by a saved one; refused if another encoder made it."""
-    from onemap_tools.client import Gateway
     from onemap_tools.maps import describe_change
-    from onemap_tools.terminal import print_json, result_console
 
-    with Gateway(url, token) as door:
-        change = door.map_load(name)
-    describe_change(change, "Loaded", result_console(as_json))
-    if as_json:
-        print_json(change)
+    _ask(url, token, as_json, lambda door: door.map_load(name), describe_change("Loaded"))
 
 
 @app.command()
 def clear(url: Url = HERE, token: Token = "", as_json: Json = False) -> None:
     """Forget the map."""
-    from onemap_tools.client import Gateway
     from onemap_tools.maps import describe_change
-    from onemap_tools.terminal import print_json, result_console
 
-    with Gateway(url, token) as door:
-        change = door.map_clear()
-    describe_change(change, "Cleared", result_console(as_json))
-    if as_json:
-        print_json(change)
+    _ask(url, token, as_json, lambda door: door.map_clear(), describe_change("Cleared"))
 
 
 @app.command()
 def info(url: Url = HERE, token: Token = "", as_json: Json = False) -> None:
     """The map in numbers."""
-    from onemap_tools.client import Gateway
     from onemap_tools.maps import describe_info
-    from onemap_tools.terminal import print_json, result_console
 
-    with Gateway(url, token) as door:
-        document = door.map_info()
-    describe_info(document, result_console(as_json))
-    if as_json:
-        print_json(document)
+    _ask(url, token, as_json, lambda door: door.map_info(), describe_info)
 
 
 @app.command()
@@ -77,12 +59,24 @@ def export(
     as_json: Json = False,
 ) -> None:
     """Write occupancy, layers and geometry to a NumPy archive on this machine."""
-    from onemap_tools import maps
+    from onemap_tools.maps import describe_export, write_archive
+
+    _ask(url, token, as_json, lambda door: write_archive(door, file), describe_export)
+
+
+def _ask(
+    url: str,
+    token: str,
+    as_json: bool,
+    question: Callable[[Gateway], dict[str, Any]],
+    describe: Callable[[dict[str, Any], Console], None],
+) -> None:
+    """Ask the gateway, tell a person, and a program if it wants to know."""
     from onemap_tools.client import Gateway
     from onemap_tools.terminal import print_json, result_console
 
     with Gateway(url, token) as door:
-        document = maps.export(door, file)
-    result_console(as_json).print(f"Wrote {document['path']}.", markup=False)
+        reply = question(door)
+    describe(reply, result_console(as_json))
     if as_json:
-        print_json(document)
+        print_json(reply)

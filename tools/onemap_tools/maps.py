@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,16 +14,16 @@ from onemap_tools.client import Gateway
 from onemap_tools.trouble import Trouble
 
 
-def describe_change(change: dict[str, Any], done: str, console: Console) -> None:
-    """Print what the map holds after it was saved, loaded or cleared."""
-    console.print(
-        Text(
-            f"{done} {change['path']}".rstrip()
-            + f": {change['cells_observed']} cells from {change['frames_fused']} frames"
-            + (f", {change['file_bytes'] / 1e6:.1f} MB" if change["file_bytes"] else "")
-            + "."
-        )
-    )
+def describe_change(done: str) -> Callable[[dict[str, Any], Console], None]:
+    """Prints what the map holds after it was saved, loaded or cleared."""
+
+    def describe(change: dict[str, Any], console: Console) -> None:
+        what = f"{done} {change['path']}".rstrip()
+        held = f"{change['cells_observed']} cells from {change['frames_fused']} frames"
+        size = f", {change['file_bytes'] / 1e6:.1f} MB" if change["file_bytes"] else ""
+        console.print(Text(f"{what}: {held}{size}."), soft_wrap=True)
+
+    return describe
 
 
 def describe_info(info: dict[str, Any], console: Console) -> None:
@@ -45,7 +46,7 @@ def describe_info(info: dict[str, Any], console: Console) -> None:
     console.print(table)
 
 
-def export(gateway: Gateway, file: Path) -> dict[str, Any]:
+def write_archive(gateway: Gateway, file: Path) -> dict[str, Any]:
     """Write occupancy, layers and geometry of the map to an ``.npz`` file."""
     content = gateway.map_archive()
     try:
@@ -53,3 +54,8 @@ def export(gateway: Gateway, file: Path) -> dict[str, Any]:
     except OSError as problem:
         raise Trouble(f"Cannot write {file}: {problem.strerror}.") from problem
     return {"path": str(file), "file_bytes": len(content)}
+
+
+def describe_export(written: dict[str, Any], console: Console) -> None:
+    """Print where the archive lies."""
+    console.print(Text(f"Wrote {written['path']}, {written['file_bytes']} bytes."), soft_wrap=True)
