@@ -212,7 +212,9 @@ class ZenohBus:
     def close(self) -> None:
         """Leave the bus; nothing is received afterwards."""
         for server in self._servers:
-            server.close()
+            server.stop()
+        for server in self._servers:
+            server.join()
         self._session.close()  # type: ignore[no-untyped-call]
         if self._command_session is not None:
             self._command_session.close()  # type: ignore[no-untyped-call]
@@ -291,6 +293,8 @@ class _Server(Generic[Q, R]):
         else:
             query.reply(self._procedure.key, packet.body, attachment=packet.header)
 
-    def close(self) -> None:
+    def stop(self) -> None:
         self._closed.set()
+
+    def join(self) -> None:
         self._thread.join(timeout=1.0)

@@ -91,3 +91,10 @@ def test_a_label_stands_to_the_right_of_its_place() -> None:
     drawn.label(5.0, 10.0, "sofa", INK)
     columns = np.nonzero(drawn.image.max(axis=2) > 100)[1]
     assert columns.min() >= 50
+
+
+def test_a_label_that_would_not_fit_stands_to_the_left() -> None:
+    wide = canvas(size=200)
+    wide.label(19.0, 10.0, "refrigerator", INK)
+    assert wide.image[:, :190].any()
+    assert not wide.image[:, 190:].any()

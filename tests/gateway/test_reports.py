@@ -121,3 +121,8 @@ def test_a_robot_without_odometry_is_degraded() -> None:
     robot = reports(state, 1.0)[0]
     assert robot.condition is Condition.DEGRADED
     assert "odometry" in robot.problem
+
+
+def test_visitors_of_the_bus_are_not_services() -> None:
+    state = LiveState().with_alive(frozenset({"doctor", "demo", "perception"}))
+    assert [report.name for report in reports(state, 10.0)] == list(STAGES)

@@ -16,6 +16,7 @@ Rgb: TypeAlias = tuple[int, int, int]
 Points: TypeAlias = "np.ndarray | Sequence[tuple[float, float]]"
 
 SHIFT = 4  # OpenCV draws with this many bits below the pixel
+FONT_SCALE = 0.45  # capitals of 10 pixels
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
@@ -66,9 +67,13 @@ class Canvas:
         cv2.fillPoly(self.image, [outline], colour, cv2.LINE_AA, SHIFT)
 
     def label(self, x_m: float, y_m: float, text: str, colour: Rgb) -> None:
-        """A text to the right of the place, on a dark outline that keeps it readable."""
+        """A text beside the place, on its right if it fits, with an outline to be readable."""
         column, row = (round(float(value)) for value in self.frame.pixels([(x_m, y_m)])[0])
-        text_at(self.image, text, (column + 10, row + 4), colour)
+        plain = font_text(text)
+        width, _ = cv2.getTextSize(plain, FONT, FONT_SCALE, 1)[0]
+        fits = column + 10 + width <= self.image.shape[1]
+        left = column + 10 if fits else max(column - 10 - width, 0)
+        text_at(self.image, plain, (left, row + 4), colour)
 
     def _circle(self, centre_px: F64, radius_px: float, colour: Rgb, width_px: int) -> None:
         centre, radius = _fixed(centre_px), round(radius_px * (1 << SHIFT))
@@ -76,13 +81,17 @@ class Canvas:
         cv2.circle(self.image, position, radius, colour, width_px, cv2.LINE_AA, SHIFT)
 
 
-def text_at(image: U8, text: str, place_px: tuple[int, int], colour: Rgb) -> None:
-    """Write into ``image``; letters that the font lacks lose their accents or become '?'."""
+def font_text(text: str) -> str:
+    """The text in letters that the font has: accents are dropped, others become '?'."""
     plain = unicodedata.normalize("NFKD", text)
     plain = "".join(c for c in plain if not unicodedata.combining(c))
-    plain = plain.encode("ascii", "replace").decode()
+    return plain.encode("ascii", "replace").decode()
+
+
+def text_at(image: U8, text: str, place_px: tuple[int, int], colour: Rgb) -> None:
+    """Write into ``image``, as far as the font has the letters."""
     for width, ink in ((3, (12, 16, 22)), (1, colour)):
-        cv2.putText(image, plain, place_px, FONT, 0.45, ink, width, cv2.LINE_AA)
+        cv2.putText(image, font_text(text), place_px, FONT, FONT_SCALE, ink, width, cv2.LINE_AA)
 
 
 def _fixed(points_px: F64) -> np.ndarray:

@@ -8,6 +8,7 @@ from enum import Enum
 
 from onemap_gateway.problems import START, called, sentence
 from onemap_gateway.state import Beat, LiveState, Seen
+from onemap_shared.keys import SERVICES
 
 STREAM_S = 2.0  # a robot that sends a frame every second is slow, one slower than this is silent
 SILENT_S = 3.5  # three heartbeats missed
@@ -40,8 +41,8 @@ class Report:
 
 
 def reports(state: LiveState, now_s: float) -> list[Report]:
-    """The robot, the services every search needs, and whoever else was heard of."""
-    heard = (state.alive | state.beats.keys()) - set(STAGES)
+    """The robot, the services every search needs, and other services that were heard of."""
+    heard = (state.alive | state.beats.keys()) & set(SERVICES) - set(STAGES)
     return [
         report_robot(state, now_s),
         *(report_service(name, state, now_s) for name in STAGES[1:]),
