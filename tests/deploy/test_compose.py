@@ -118,8 +118,7 @@ def test_only_services_that_can_use_a_gpu_reserve_one() -> None:
         (device,) = service["deploy"]["resources"]["reservations"]["devices"]
         assert device["capabilities"] == ["gpu"]
         assert set(service["build"]["args"]) <= set(dockerfile_arguments())
-        assert name in ("perception", "mapper")
-        assert any("DEVICE" in variable for variable in service["environment"])
+        assert service["environment"] == {f"ONEMAP__{name.upper()}__DEVICE": "cuda"}
 
 
 def dockerfile_lines() -> list[str]:

@@ -125,6 +125,6 @@ def test_each_starts_its_service_with_files_that_are_installed(name: str) -> Non
 def test_memory_is_never_both_writable_and_executable_without_a_gpu(name: str) -> None:
     service = unit(name)
     uses_gpu = "SupplementaryGroups" in service
-    assert uses_gpu == (name in ("perception", "mapper"))
+    assert uses_gpu == (name == "mapper")
     assert ("MemoryDenyWriteExecute" in service) != uses_gpu
     assert ("PrivateDevices" in service) != uses_gpu

@@ -222,9 +222,15 @@ class House:
         return self.folder / f"{name}.log"
 
     def until(self, true: Callable[[], Any], what: str, within_s: float = PATIENCE_S) -> None:
-        """As ``Witness.until``; when it fails, the last words of all services are shown."""
+        """As ``Witness.until``, and fails when a service gives up; shows everybody's last words."""
+
+        def true_and_nobody_gave_up() -> object:
+            gone = [name for name, each in self.processes.items() if (each.poll() or 0) > 0]
+            assert not gone, f"{', '.join(gone)} ended; waited for: {what}"
+            return true()
+
         try:
-            self.witness.until(true, what, within_s)
+            self.witness.until(true_and_nobody_gave_up, what, within_s)
         except AssertionError as failure:
             words = "\n".join(
                 f"--- {name} ({process.poll()})\n{tail(self.log(name))}"
