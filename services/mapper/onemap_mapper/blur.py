@@ -7,6 +7,7 @@ because near the camera it is narrower than a cell.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import torch
@@ -17,7 +18,8 @@ from onemap_mapper.projection import weighted_rows
 # Shares of a kernel below this are left out: the results move by less than a thousandth of
 # the largest value, and cells that were hardly seen do not count as observed.
 MIN_SHARE = 1e-4
-MIN_SIGMA_CELLS = 1e-3  # keeps the kernel of the camera's own cell finite: all weight on itself
+REACH_SIGMAS = math.sqrt(-2 * math.log(MIN_SHARE))  # where the Gaussian falls to that share
+MIN_SIGMA_CELLS = 0.15  # narrower kernels give their neighbours 1e-9: all weight on itself
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,19 +48,34 @@ def blur_kernel(
 
     ``half_width`` in cells; 0 keeps the cells as they are.
     """
-    reach = torch.arange(-half_width, half_width + 1, device=cells.device)
+    camera = torch.tensor(camera_xy_m, device=cells.device, dtype=torch.float32)
+    sigma_per_m = depth_factor / cell_size_m  # in cells per metre
+    farthest_m = 1.5 * half_width * cell_size_m  # beyond the seen cells, corner to corner
+    if len(cells):
+        farthest_m += float(_distance_m(cells, camera, cell_size_m).amax())
+    reach_cells = min(half_width, math.ceil(REACH_SIGMAS * sigma_per_m * farthest_m))
+    reach = torch.arange(-reach_cells, reach_cells + 1, device=cells.device)
     steps = torch.cartesian_prod(reach, reach)
     targets = cells[:, None] + steps  # (n, k, 2)
-    camera = torch.tensor(camera_xy_m, device=cells.device, dtype=torch.float32)
-    # To the cell's lower corner, as the released code: half a cell is nothing to this model.
-    distance_m = torch.linalg.vector_norm(targets * cell_size_m - camera, dim=-1)
-    sigma = (depth_factor * distance_m / cell_size_m).clamp_(min=MIN_SIGMA_CELLS)
-    precision = 0.5 / sigma.square()
-    side = torch.exp(-reach[half_width + 1 :].square() * precision[..., None])
+    sigma = sigma_per_m * _distance_m(targets, camera, cell_size_m)
+    precision = 0.5 / sigma.clamp_(min=MIN_SIGMA_CELLS).square()
+    whole = torch.arange(1, half_width + 1, device=cells.device)
+    side = _exp(-whole.square() * precision[..., None])
     window = (1.0 + 2.0 * side.sum(dim=-1)).square()  # S_i: the kernel is separable
-    share = torch.exp(-steps.square().sum(dim=-1) * precision) / window
+    share = _exp(-steps.square().sum(dim=-1) * precision) / window
     source, step = torch.nonzero(share >= MIN_SHARE, as_tuple=True)
     return _by_target(targets[source, step], source, share[source, step])
+
+
+def _distance_m(cells: Tensor, camera_xy_m: Tensor, cell_size_m: float) -> Tensor:
+    """Metres from the camera to each cell's lower corner, as in the released code."""
+    distance_m: Tensor = torch.linalg.vector_norm(cells * cell_size_m - camera_xy_m, dim=-1)
+    return distance_m
+
+
+def _exp(values: Tensor) -> Tensor:
+    """The exponential of values <= 0; bounded, because underflow is many times slower."""
+    return torch.exp(values.clamp(min=-50.0))
 
 
 def _by_target(targets: Tensor, sources: Tensor, values: Tensor) -> BlurKernel:

@@ -7,6 +7,7 @@ the confidence-weighted mean of everything seen.
 
 from __future__ import annotations
 
+import torch
 from torch import Tensor
 
 
@@ -18,7 +19,7 @@ def gain(confidence: Tensor, confidence_new: Tensor) -> Tensor:
 
 def fused(features: Tensor, features_new: Tensor, K: Tensor) -> Tensor:
     """F + K (F_new - F) for features (n, D) float32 and gains (n,) (Eq. bayes2)."""
-    return features + K[:, None] * (features_new - features)
+    return torch.lerp(features, features_new, K[:, None])
 
 
 def forgotten(confidence: Tensor, *, rate_per_s: float, elapsed_s: float) -> Tensor:

@@ -28,7 +28,7 @@ MOST, LEAST = 12, -4  # bounded, so that what moved away disappears and what com
 OCCUPIED_FROM = 3
 MIN_HITS = 2
 RAY_STRIDE = 4  # of the thinned image: rays 0.1 m apart at the clearing range
-RAY_STEP = 0.7  # cells between samples: crossing a mere corner does not clear a voxel
+RAY_STEP = 1.0  # cells between samples: crossing a mere corner seldom clears a voxel
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +90,8 @@ def observe(
     hits = np.zeros((*box.shape, settings.levels), np.int64)
     np.add.at(hits.reshape(-1), voxels(obstacles, box, settings), 1)
     crossed = np.zeros(hits.shape, bool)
-    crossed.reshape(-1)[voxels(samples[samples[:, 2] >= settings.min_height_m], box, settings)] = 1
+    high = samples[samples[:, 2] >= settings.min_height_m]
+    crossed.reshape(-1)[voxels(high, box, settings)] = True
     clear = np.zeros(box.shape, bool)
     for seen in (floor, samples[samples[:, 2] < settings.low_height_m]):
         clear[tuple(box.cells(seen[:, :2].astype(np.float64)).T)] = True

@@ -43,8 +43,8 @@ class CellWeights:
 
 
 def world_cells(coordinates_m: Tensor, cell_size_m: float) -> Tensor:
-    """``GridSpec.cells`` of a world-origin grid, for tensors: floor, same float32 rounding."""
-    return torch.floor(coordinates_m / cell_size_m).to(torch.int64)
+    """``GridSpec.cells`` of a world-origin grid, for tensors: floor; int32 reaches 200,000 km."""
+    return torch.floor(coordinates_m / cell_size_m).to(torch.int32)
 
 
 def pixels_to_map(
@@ -75,22 +75,22 @@ def project(
 
     depth_m (H, W) float32, 0 = none; variance (H, W) float32 > 0, infinity = do not use.
     """
-    x, y, z = pixels_to_map(depth_m, intrinsics=intrinsics, T_map_camera=T_map_camera)
-    usable = (depth_m > 0) & (depth_m <= settings.max_range_m) & torch.isfinite(variance)
-    usable &= z <= settings.max_height_m
-    confidence = torch.where(usable, 1.0 / variance, 0.0).flatten()
-    cells, row = _compact(
-        world_cells(x, settings.cell_size_m), world_cells(y, settings.cell_size_m), usable
+    usable = (depth_m > 0) & (depth_m <= settings.max_range_m) & (variance < torch.inf)
+    # Unusable pixels fall on the camera, so that one far outlier does not widen the box.
+    x, y, z = pixels_to_map(
+        torch.where(usable, depth_m, 0.0), intrinsics=intrinsics, T_map_camera=T_map_camera
     )
+    usable &= z <= settings.max_height_m
+    ix, iy = (world_cells(axis, settings.cell_size_m) for axis in (x, y))
+    cells, row = _compact(ix, iy, usable)
     count = len(cells)
     pixels = torch.bincount(row, minlength=count + 1)[:count]
-    total = confidence.new_zeros(count + 1).scatter_add_(0, row, confidence)[:count]
-    starts, patches, values = _scatter(
-        row, confidence.view(depth_m.shape), patch_shape=patch_shape, count=count
-    )
+    confidence = torch.where(usable, 1.0 / variance, 0.0)
+    starts, patches, values = _scatter(row, confidence, patch_shape=patch_shape, count=count)
     lengths = torch.diff(starts, append=starts.new_tensor([len(patches)]))
-    values = values / torch.repeat_interleave(total, lengths)
-    return CellWeights(cells, total / pixels, starts, patches, values)
+    owner = torch.repeat_interleave(torch.arange(count, device=row.device), lengths)
+    total = values.new_zeros(count).scatter_add_(0, owner, values)
+    return CellWeights(cells, total / pixels, starts, patches, values / total[owner])
 
 
 def mix(weights: CellWeights, patch_features: Tensor) -> Tensor:
@@ -107,14 +107,12 @@ def weighted_rows(table: Tensor, columns: Tensor, values: Tensor, starts: Tensor
 
 def _compact(ix: Tensor, iy: Tensor, usable: Tensor) -> tuple[Tensor, Tensor]:
     """World cells (n, 2) that usable pixels fall in, and each pixel's row in them, else n."""
-    if not bool(usable.any()):
-        rows = torch.zeros(usable.numel(), dtype=torch.int64, device=usable.device)
-        return rows.new_zeros((0, 2)), rows
-    (low_x, high_x), (low_y, high_y) = _range(ix, usable), _range(iy, usable)
+    low_x, high_x = (int(bound) for bound in torch.aminmax(ix))
+    low_y, high_y = (int(bound) for bound in torch.aminmax(iy))
     depth = high_y - low_y + 1
     box = (high_x - low_x + 1) * depth
     flat = torch.where(usable, (ix - low_x) * depth + (iy - low_y), box)
-    found, rows = _numbered(flat.flatten(), box)
+    found, rows = _numbered(flat.flatten().long(), box)
     return torch.stack([found // depth + low_x, found % depth + low_y], dim=1), rows
 
 
@@ -130,13 +128,6 @@ def _numbered(values: Tensor, limit: int) -> tuple[Tensor, Tensor]:
     place_of[limit] = len(found)
     place_of[found] = torch.arange(len(found), device=values.device)
     return found, place_of[values]
-
-
-def _range(indices: Tensor, usable: Tensor) -> tuple[int, int]:
-    """Smallest and largest index among the usable, of which there is one at least."""
-    bound = torch.iinfo(indices.dtype)
-    low = torch.where(usable, indices, bound.max).min()
-    return int(low), int(torch.where(usable, indices, bound.min).max())
 
 
 def _scatter(
