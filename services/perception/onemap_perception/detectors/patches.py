@@ -1,0 +1,82 @@
+"""Detections out of the encoder's own calibrated patch scores: connected patches that agree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from onemap_perception.detectors.protocol import Found, Seen
+from onemap_perception.text import scores
+from onemap_shared.geometry import F32, I32, Bool
+from onemap_shared.messages import TextEmbeddings
+
+
+@dataclass(frozen=True, slots=True)
+class PatchThresholds:
+    """score: from which a patch belongs to the thing; core: what at least one patch of it must
+    reach; patches: how many at least; detections: how many at most, per picture and name."""
+
+    score: float = 0.4
+    core: float = 0.7
+    patches: int = 2
+    detections: int = 8
+
+
+class PatchDetector:
+    """Implements ``Detector`` for any encoder with a calibration."""
+
+    def __init__(self, thresholds: PatchThresholds, encoder_id: str) -> None:
+        self._thresholds = thresholds
+        self._id = f"patches/{encoder_id}"
+
+    @property
+    def detector_id(self) -> str:
+        """``patches/`` and the encoder's id."""
+        return self._id
+
+    def detect(self, seen: Seen, names: TextEmbeddings) -> tuple[Found, ...]:
+        """See ``Detector``."""
+        rows, columns, dim = seen.features.shape
+        flat = scores(seen.features.reshape(-1, dim).astype(np.float32), names)
+        maps = flat.T.reshape(-1, rows, columns)
+        height, width = seen.rgb.shape[:2]
+        found = [
+            thing
+            for name, score in zip(names.texts, maps, strict=True)
+            for thing in self._of_one_name(score, name, picture_px=(width, height))
+        ]
+        return tuple(sorted(found, key=lambda thing: -thing.score))
+
+    def _of_one_name(self, score: F32, name: str, *, picture_px: tuple[int, int]) -> list[Found]:
+        limits = self._thresholds
+        labels = components(score >= limits.score)
+        things = []
+        for label in range(1, int(labels.max(initial=0)) + 1):
+            mask = labels == label
+            if mask.sum() < limits.patches or score[mask].max() < limits.core:
+                continue
+            # Patches on the rim are mixed: the better half says how sure the thing is.
+            best = np.sort(score[mask])[mask.sum() // 2 :]
+            things.append(Found(name, float(best.mean()), box_px(mask, picture_px), mask))
+        return sorted(things, key=lambda thing: -thing.score)[: limits.detections]
+
+
+def components(wanted: Bool) -> I32:
+    """Label (h, w) int32 of each wanted patch's connected group, diagonals included; 0 = not."""
+    labels = np.zeros(wanted.shape, np.int32)
+    cv2.connectedComponents(wanted.astype(np.uint8), labels, connectivity=8, ltype=cv2.CV_32S)
+    return labels
+
+
+def box_px(mask: Bool, picture_px: tuple[int, int]) -> tuple[float, float, float, float]:
+    """The box around a mask (h, w) laid over a picture of (W, H) pixels: x0, y0, x1, y1."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    step_x, step_y = picture_px[0] / mask.shape[1], picture_px[1] / mask.shape[0]
+    return (
+        float(columns[0] * step_x),
+        float(rows[0] * step_y),
+        float((columns[-1] + 1) * step_x),
+        float((rows[-1] + 1) * step_y),
+    )

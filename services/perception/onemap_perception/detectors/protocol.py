@@ -1,0 +1,39 @@
+"""What a detector is to the rest of perception."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from onemap_shared.geometry import U8, Bool
+from onemap_shared.messages import F16, TextEmbeddings
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """One picture: rgb (H, W, 3) uint8 and the encoder's features (h, w, D) float16."""
+
+    rgb: U8
+    features: F16
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """One detection. box_px is x0, y0, x1, y1; mask (h, w) bool says which cells of a grid laid
+    over the whole picture it covers: the encoder's patches, or single pixels."""
+
+    name: str
+    score: float
+    box_px: tuple[float, float, float, float]
+    mask: Bool
+
+
+class Detector(Protocol):
+    """Finds things of the given names. Thresholds belong to the detector."""
+
+    @property
+    def detector_id(self) -> str:
+        """Names the detector and its weights."""
+
+    def detect(self, seen: Seen, names: TextEmbeddings) -> tuple[Found, ...]:
+        """Detections of ``names.texts``, best first."""

@@ -1,0 +1,1 @@
+"""Encoders: images and words to one feature space."""

@@ -1,0 +1,108 @@
+"""The shipped encoder ``mini``: an ONNX network on the CPU and its words.
+
+It knows the simulator's world. See mini/MODEL_CARD.md.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import onnxruntime
+
+from onemap_perception.encoders.protocol import EncoderError
+from onemap_perception.minilm import MiniLm, find_model_folder
+from onemap_perception.text import QueryText, load_calibration
+from onemap_perception.vocabulary import load_vocabulary
+from onemap_perception.words import load_table
+from onemap_shared.geometry import U8
+from onemap_shared.messages import F16, TextEmbeddings, expect
+
+STRIDE = 8
+SHIPPED = Path(__file__).parents[1] / "mini"
+NETWORK_FILE = "mini.onnx"
+TEXT_SPACE = "all-MiniLM-L6-v2"
+
+
+@dataclass(frozen=True, slots=True)
+class MiniSettings:
+    """folder: weights and words; threads: of onnxruntime; input_width_px: larger pictures are
+    reduced to this width, because the network learned things at the size they have there."""
+
+    folder: Path = SHIPPED
+    threads: int = 1
+    input_width_px: int = 320
+
+
+class MiniEncoder:
+    """Implements ``Encoder``. Raises EncoderError when its files are missing or damaged."""
+
+    def __init__(self, settings: MiniSettings) -> None:
+        path = settings.folder / NETWORK_FILE
+        self._session = _open(path, settings.threads)
+        self._input_width_px = settings.input_width_px
+        self._id = f"mini-{hashlib.sha256(path.read_bytes()).hexdigest()[:8]}"
+        self._text = _load_text(settings.folder)
+
+    @property
+    def encoder_id(self) -> str:
+        """``mini-`` and the first digits of the weights' SHA-256."""
+        return self._id
+
+    @property
+    def text_space(self) -> str:
+        """The sentence encoder whose space it is."""
+        return TEXT_SPACE
+
+    def encode(self, rgb: U8) -> F16:
+        """See ``Encoder``; one patch per 8 x 8 pixels of the picture as it is fed in."""
+        expect(rgb, "rgb", np.uint8, (None, None, 3))
+        size = input_size(rgb.shape[1], rgb.shape[0], self._input_width_px)
+        if size != (rgb.shape[1], rgb.shape[0]):
+            rgb = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
+        try:
+            features: F16 = self._session.run(["features"], {"rgb": np.ascontiguousarray(rgb)})[0]
+        except Exception as problem:  # onnxruntime's errors share no other base class
+            raise EncoderError(f"onnxruntime failed on a {size} picture: {problem}") from problem
+        return features
+
+    def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
+        """See ``Encoder``."""
+        return self._text.queries(texts, encoder_id=self._id, text_space=TEXT_SPACE)
+
+
+def input_size(width: int, height: int, limit_px: int) -> tuple[int, int]:
+    """(width, height) fed to the network: multiples of 8, at most ``limit_px`` wide."""
+    scale = min(1.0, limit_px / width)
+    columns, rows = (max(round(side * scale / STRIDE), 1) for side in (width, height))
+    return columns * STRIDE, rows * STRIDE
+
+
+def _open(path: Path, threads: int) -> onnxruntime.InferenceSession:
+    if not path.is_file():
+        raise EncoderError(f"the encoder's weights {path} are missing: reinstall OneMap")
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.inter_op_num_threads = 1
+    # Waiting threads sleep: the same cores also run the mapper.
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    try:
+        return onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
+    except Exception as problem:  # onnxruntime's errors share no other base class
+        reason = str(problem).splitlines()[0]
+        raise EncoderError(f"the encoder's weights {path} are damaged: {reason}") from problem
+
+
+def _load_text(folder: Path) -> QueryText:
+    model = find_model_folder()
+    sentence_encoder = None if model is None else MiniLm(model).embed
+    try:
+        vocabulary = load_vocabulary(folder)
+        table = load_table(folder, prompt=vocabulary.prompt, sentence_encoder=sentence_encoder)
+        return QueryText(vocabulary, table, load_calibration(folder))
+    except ValueError as problem:
+        raise EncoderError(str(problem)) from problem

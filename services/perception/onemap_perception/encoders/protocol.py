@@ -1,0 +1,35 @@
+"""What an encoder is to the rest of perception."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from onemap_shared.geometry import U8
+from onemap_shared.messages import F16, TextEmbeddings
+
+
+class EncoderError(Exception):
+    """The encoder cannot be loaded or failed on a picture; one sentence for the user."""
+
+
+class UnknownWordError(Exception):
+    """A text that this encoder has no embedding for; one sentence that says what helps."""
+
+
+class Encoder(Protocol):
+    """Pictures and texts into one space. Dimension and patch size are the encoder's own."""
+
+    @property
+    def encoder_id(self) -> str:
+        """Names weights and text side; fields of different encoders are never mixed."""
+
+    @property
+    def text_space(self) -> str:
+        """Names the space of the embeddings."""
+
+    def encode(self, rgb: U8) -> F16:
+        """Unit features (h, w, D) float16 of a picture (H, W, 3) uint8 of any size."""
+
+    def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
+        """Embeddings and calibration of the texts; raises UnknownWordError."""

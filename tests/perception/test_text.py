@@ -1,0 +1,141 @@
+"""Queries and their scores: who competes, what expands, and what the softmax says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_perception.text import (
+    Calibration,
+    QueryText,
+    load_calibration,
+    save_calibration,
+    scores,
+    unit,
+)
+from onemap_perception.vocabulary import Vocabulary, WordClass, load_vocabulary
+from onemap_perception.words import WordTable
+from onemap_shared.geometry import F32
+from onemap_shared.messages import TextEmbeddings
+
+CALIBRATION = Calibration(temperature=12.0, expansion=1.0, sharpness=20.0, synonym=0.7)
+VOCABULARY = Vocabulary(
+    prompt="a {}",
+    classes=(
+        WordClass("sofa", ("sofa", "couch"), ("settee",)),
+        WordClass("lamp", ("lamp", "light"), ("lantern",)),
+    ),
+    neutral=("car",),
+    common=("piano",),
+)
+VECTORS = {
+    "sofa": (1.0, 0.2, 0.0, 0.0),
+    "couch": (1.0, -0.2, 0.0, 0.0),
+    "settee": (0.9, 0.0, 0.0, 0.4),
+    "lamp": (0.0, 1.0, 0.1, 0.0),
+    "light": (0.0, 1.0, -0.1, 0.0),
+    "lantern": (0.1, 0.5, 0.3, 0.4),
+    "car": (0.0, 0.0, 1.0, 0.0),
+    "piano": (0.2, 0.1, 0.1, 1.0),
+}
+
+
+def text() -> QueryText:
+    rows = np.stack([unit(np.array(v, np.float32)) for v in VECTORS.values()])
+    table = WordTable(tuple(VECTORS), rows, prompt="a {}")
+    return QueryText(VOCABULARY, table, CALIBRATION)
+
+
+def ask(*words: str) -> TextEmbeddings:
+    return text().queries(words, encoder_id="e", text_space="s")
+
+
+def test_trained_words_stand_for_their_class() -> None:
+    queries = ask("sofa", "The Couch", "lamp")
+    np.testing.assert_allclose(queries.embeddings[0], queries.embeddings[1])
+    np.testing.assert_allclose(queries.embeddings[0], [1, 0, 0, 0], atol=1e-6)
+    assert queries.neutral_mask.tolist() == [[0, 1, 1], [0, 1, 1], [1, 0, 1]]
+    assert queries.temperature == 12.0
+    assert (queries.encoder_id, queries.text_space) == ("e", "s")
+
+
+def test_other_words_lean_to_the_nearest_class_and_synonyms_do_not_compete() -> None:
+    queries = ask("settee", "lantern", "piano")
+    sofa = np.array([1, 0, 0, 0], np.float32)
+    assert queries.embeddings[0] @ sofa > unit(np.array(VECTORS["settee"], np.float32)) @ sofa
+    np.testing.assert_allclose(np.linalg.norm(queries.embeddings, axis=1), 1, rtol=1e-5)
+    assert queries.neutral_mask[0].tolist() == [0, 1, 1]
+    assert queries.neutral_mask[2].tolist() == [1, 1, 1]
+
+
+def test_a_thing_scores_as_itself_and_not_as_others() -> None:
+    sofa = ask("sofa").embeddings
+    for word, low, high in (("sofa", 0.99, 1), ("settee", 0.9, 1), ("lamp", 0, 0.01)):
+        assert low <= scores(sofa, ask(word))[0, 0] <= high
+    # No such thing here: an unrelated word stays low on everything that is known.
+    everything = np.concatenate([sofa, ask("lamp").embeddings])
+    assert scores(everything, ask("piano")).max() < 0.1
+
+
+def slow_scores(features: F32, queries: TextEmbeddings) -> np.ndarray:
+    result = np.zeros((len(features), len(queries.texts)))
+    for p, feature in enumerate(features.astype(np.float64)):
+        for n, embedding in enumerate(queries.embeddings):
+            own = np.exp(queries.temperature * (feature @ embedding))
+            others = [
+                np.exp(queries.temperature * (feature @ word))
+                for word, competes in zip(queries.neutral, queries.neutral_mask[n], strict=True)
+                if competes
+            ]
+            result[p, n] = own / (own + sum(others))
+    return result
+
+
+@given(seed=st.integers(0, 2**16))
+def test_scores_agree_with_the_slow_twin_and_are_shares(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    features = rng.normal(size=(5, 4)).astype(np.float32)
+    features /= np.linalg.norm(features, axis=1, keepdims=True)
+    queries = ask("sofa", "settee", "piano")
+    fast = scores(features, queries)
+    np.testing.assert_allclose(fast, slow_scores(features, queries), rtol=1e-3, atol=1e-6)
+    assert ((fast >= 0) & (fast <= 1)).all()
+
+
+def test_without_calibration_the_score_is_the_cosine() -> None:
+    bare = TextEmbeddings(
+        encoder_id="e",
+        text_space="s",
+        texts=("x",),
+        embeddings=np.eye(4, dtype=np.float32)[:1],
+        neutral=np.zeros((0, 4), np.float32),
+        neutral_mask=np.zeros((1, 0), np.uint8),
+        temperature=0.0,
+    )
+    features = np.array([[1, 0, 0, 0], [-1, 0, 0, 0], [0, 1, 0, 0]], np.float32)
+    np.testing.assert_allclose(scores(features, bare)[:, 0], [1, 0, 0.5])
+
+
+def test_calibration_goes_to_disk_and_back(tmp_path: Path) -> None:
+    save_calibration(tmp_path, CALIBRATION)
+    assert load_calibration(tmp_path) == CALIBRATION
+
+
+@pytest.mark.parametrize("content", ["{", "[]", '{"temperature": 3}', '{"temperature": "warm"}'])
+def test_a_damaged_calibration_is_refused(tmp_path: Path, content: str) -> None:
+    (tmp_path / "calibration.json").write_text(content)
+    with pytest.raises(ValueError, match="cannot read the calibration"):
+        load_calibration(tmp_path)
+
+
+@pytest.mark.parametrize("content", ["{", "[]", '{"classes": [{"name": "sofa"}]}'])
+def test_a_damaged_vocabulary_is_refused(tmp_path: Path, content: str) -> None:
+    with pytest.raises(ValueError, match="cannot read"):
+        load_vocabulary(tmp_path)
+    (tmp_path / "vocabulary.json").write_text(content)
+    with pytest.raises(ValueError, match="is not a vocabulary"):
+        load_vocabulary(tmp_path)

@@ -1,0 +1,37 @@
+"""The vocabulary that ships: what training and evaluation rely on."""
+
+from __future__ import annotations
+
+from itertools import chain
+
+from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.vocabulary import load_vocabulary
+
+VOCABULARY = load_vocabulary(SHIPPED)
+
+
+def test_every_class_has_four_aliases_and_a_held_out_one() -> None:
+    assert len(VOCABULARY.classes) >= 45
+    for entry in VOCABULARY.classes:
+        assert entry.aliases[0] == entry.name
+        assert len(entry.aliases) >= 4
+        assert 1 <= len(entry.held_out) <= 2
+
+
+def test_no_word_means_two_things_and_no_held_out_word_was_trained() -> None:
+    trained = list(chain(*(entry.aliases for entry in VOCABULARY.classes)))
+    held_out = list(chain(*(entry.held_out for entry in VOCABULARY.classes)))
+    assert len(set(trained)) == len(trained)
+    assert not set(trained) & set(held_out)
+    assert not (set(trained) | set(held_out)) & set(VOCABULARY.neutral)
+
+
+def test_words_are_as_queries_are_looked_up() -> None:
+    assert all(word == " ".join(word.lower().split()) for word in VOCABULARY.words)
+    assert len(VOCABULARY.words) > 600
+
+
+def test_classes_are_found_by_trained_words_only() -> None:
+    names = VOCABULARY.names
+    assert VOCABULARY.class_of("couch") == names.index("sofa")
+    assert VOCABULARY.class_of("telly") is None

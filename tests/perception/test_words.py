@@ -1,0 +1,87 @@
+"""Words to vectors: the table, spellings, and what an unknown word is told."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from onemap_perception.encoders.protocol import UnknownWordError
+from onemap_perception.words import WordTable, load_table, plain
+from onemap_shared.geometry import F32
+
+WORDS = ("dish", "glass", "sofa", "teddy bear")
+ROWS = np.eye(4, dtype=np.float32)
+
+
+def table(sentence_encoder: object = None) -> WordTable:
+    return WordTable(WORDS, ROWS, prompt="a {}", sentence_encoder=sentence_encoder)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("text", "row"),
+    [
+        ("sofa", 2),
+        ("  The   SOFA ", 2),
+        ("a teddy  bear", 3),
+        ("sofas", 2),
+        ("dishes", 0),
+        ("glass", 1),
+    ],
+)
+def test_spellings_of_known_words(text: str, row: int) -> None:
+    np.testing.assert_array_equal(table().embed([text]), ROWS[row : row + 1])
+
+
+def test_an_article_alone_is_a_word() -> None:
+    assert plain("the") == "the"
+    assert plain("A  Lamp") == "lamp"
+
+
+def test_an_unknown_word_names_near_ones_and_the_remedy() -> None:
+    with pytest.raises(UnknownWordError, match=r"'sofaa' is not .*near it: sofa.*pip install"):
+        table().embed(["sofa", "sofaa"])
+    with pytest.raises(UnknownWordError, match=r"'диван' is not among the 4 words"):
+        table().embed(["диван"])
+
+
+def test_other_words_go_to_the_sentence_encoder_in_the_prompt_and_only_once() -> None:
+    asked: list[str] = []
+
+    def sentences(texts: Sequence[str]) -> F32:
+        asked.extend(texts)
+        return ROWS[:1]
+
+    known = table(sentences)
+    for _ in range(2):
+        np.testing.assert_array_equal(known.embed(["the Spoon"]), ROWS[:1])
+    assert asked == ["a spoon"]
+
+
+def write(folder: Path, words: Sequence[str], rows: np.ndarray) -> None:
+    np.savez(folder / "words.npz", words=np.array(words), embeddings=rows)
+
+
+def test_a_loaded_table_has_unit_rows(tmp_path: Path) -> None:
+    write(tmp_path, WORDS, (3 * ROWS).astype(np.float16))
+    loaded = load_table(tmp_path, prompt="a {}", sentence_encoder=None)
+    np.testing.assert_allclose(loaded.embed(WORDS), ROWS)
+
+
+def test_damaged_tables_are_refused_with_their_path(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"cannot read the word table .*words\.npz"):
+        load_table(tmp_path, prompt="a {}", sentence_encoder=None)
+    (tmp_path / "words.npz").write_bytes(b"not a zip file")
+    with pytest.raises(ValueError, match="cannot read the word table"):
+        load_table(tmp_path, prompt="a {}", sentence_encoder=None)
+    write(tmp_path, WORDS[:3], ROWS)
+    with pytest.raises(ValueError, match="damaged"):
+        load_table(tmp_path, prompt="a {}", sentence_encoder=None)
+    write(tmp_path, WORDS, np.full((4, 4), np.nan))
+    with pytest.raises(ValueError, match="damaged"):
+        load_table(tmp_path, prompt="a {}", sentence_encoder=None)
+    np.savez(tmp_path / "words.npz", words=np.array([{}], dtype=object), embeddings=ROWS)
+    with pytest.raises(ValueError, match="cannot read the word table"):
+        load_table(tmp_path, prompt="a {}", sentence_encoder=None)

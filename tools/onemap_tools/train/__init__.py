@@ -1,0 +1,1 @@
+"""Training of the encoder ``mini``: render, train, evaluate, export."""

@@ -1,0 +1,51 @@
+"""The temperature that makes scores read as probabilities, on apartments of their own."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from onemap_perception.encoders.protocol import Encoder
+from onemap_perception.text import Calibration
+from onemap_shared.geometry import F32, F64
+from onemap_shared.messages import TextEmbeddings
+from onemap_tools.train.dataset import Frames
+from onemap_tools.train.losses import patch_targets
+
+TEMPERATURES = np.geomspace(5, 80, 57)
+# Chosen once, not fitted: a word leans to its nearest classes as much as on itself, these
+# are a soft choice among about three, and words as near as 'a sofa' and 'a couch' are synonyms.
+FIRST_GUESS = Calibration(temperature=20.0, expansion=1.0, sharpness=20.0, synonym=0.7)
+SAMPLED_PATCHES = 60  # per picture
+
+
+def fit_temperature(
+    encoder: Encoder, names: TextEmbeddings, frames: Frames, rng: np.random.Generator
+) -> float:
+    """The temperature under which the true classes' shares are likeliest.
+
+    ``names`` are the class names in the order of the labels; each patch is a draw from the
+    softmax over all of them and the neutral words.
+    """
+    classes = len(names.texts)
+    cosines: list[F32] = []
+    shares: list[F32] = []
+    for rgb, label in zip(frames.rgb, frames.label, strict=True):
+        features = encoder.encode(np.asarray(rgb)).astype(np.float32)
+        target = patch_targets(np.asarray(label)[None], classes)
+        chosen = rng.choice(len(target), SAMPLED_PATCHES, replace=False)
+        rows = features.reshape(len(target), -1)[chosen]
+        unrelated = names.neutral[classes:]
+        cosines.append(rows @ np.concatenate([names.embeddings, unrelated]).T)
+        shares.append(target[chosen])
+    return best_temperature(np.concatenate(cosines), np.concatenate(shares))
+
+
+def best_temperature(cosines: F32, shares: F32) -> float:
+    """cosines (P, K + M), shares (P, K) of the first K; the last M are never right."""
+    losses: list[float] = []
+    for temperature in TEMPERATURES:
+        logits: F64 = cosines.astype(np.float64) * temperature
+        logits -= logits.max(axis=1, keepdims=True)
+        log_share = logits - np.log(np.exp(logits).sum(axis=1, keepdims=True))
+        losses.append(-float((shares * log_share[:, : shares.shape[1]]).sum(axis=1).mean()))
+    return float(TEMPERATURES[int(np.argmin(losses))])

@@ -1,0 +1,134 @@
+"""``onemap train``: render, train, export, evaluate, or ``mini`` for all of them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from onemap_tools.train.pipeline import Work
+
+app = typer.Typer(no_args_is_help=True, help="Train the encoder that ships.")
+
+APARTMENTS = 240
+PER_APARTMENT = 32
+STEPS = 5000
+
+WorkFolder = Annotated[Path, typer.Option(help="Folder for frames and checkpoints.")]
+Output = Annotated[Path | None, typer.Option(help="Where the encoder goes; default: it ships.")]
+Apartments = Annotated[int, typer.Option(min=1, max=9000, help="Apartments to train on.")]
+PerApartment = Annotated[int, typer.Option(min=2, max=1000, help="Pictures of each.")]
+Steps = Annotated[int, typer.Option(min=1, help="Training steps of 24 pictures.")]
+Seed = Annotated[int, typer.Option(min=0, help="Everything random follows from it.")]
+Device = Annotated[str, typer.Option(help="cpu, cuda, or auto: cuda where there is one.")]
+Threads = Annotated[int, typer.Option(min=1, max=256, help="CPU threads to train with.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object as the last line.")]
+
+DEFAULT_WORK = Path("runs/mini")
+
+
+@app.command()
+def mini(
+    *,
+    work: WorkFolder = DEFAULT_WORK,
+    output: Output = None,
+    steps: Steps = STEPS,
+    seed: Seed = 0,
+    device: Device = "auto",
+    threads: Threads = 1,
+) -> None:
+    """All four steps, with the sizes that the shipped encoder was made with."""
+    render(work, output)
+    train(work, steps, seed, device, threads)
+    export(work, output)
+    evaluate(work, output)
+
+
+@app.command()
+def render(
+    work: WorkFolder = DEFAULT_WORK,
+    output: Output = None,
+    apartments: Apartments = APARTMENTS,
+    per_apartment: PerApartment = PER_APARTMENT,
+) -> None:
+    """Render training and held-out frames; goes on where it stopped."""
+    with _refusals():
+        from onemap_tools.train import pipeline
+
+        pipeline.render(_work(work, output), apartments, per_apartment)
+
+
+@app.command()
+def train(
+    work: WorkFolder = DEFAULT_WORK,
+    steps: Steps = STEPS,
+    seed: Seed = 0,
+    device: Device = "auto",
+    threads: Threads = 1,
+) -> None:
+    """Train on the rendered frames; goes on from the last checkpoint."""
+    with _refusals():
+        import torch
+
+        from onemap_tools.train import pipeline
+        from onemap_tools.train.train import TrainSettings
+
+        torch.set_num_threads(threads)
+        automatic = "cuda" if torch.cuda.is_available() else "cpu"
+        chosen = torch.device(automatic if device == "auto" else device)
+        pipeline.train(_work(work, None), TrainSettings(steps=steps, seed=seed), chosen)
+
+
+@app.command()
+def export(work: WorkFolder = DEFAULT_WORK, output: Output = None) -> None:
+    """Write weights, words and calibration; refused unless they agree with torch."""
+    with _refusals():
+        from onemap_tools.train import pipeline
+
+        cosine = pipeline.export(_work(work, output))
+    typer.echo(f"exported; least cosine to torch {cosine:.6f}")
+
+
+@app.command()
+def evaluate(
+    work: WorkFolder = DEFAULT_WORK, output: Output = None, as_json: AsJson = False
+) -> None:
+    """Measure what ships on apartments that were never trained on."""
+    with _refusals():
+        from onemap_tools.train import pipeline
+        from onemap_tools.train.summary import lines
+
+        figures = pipeline.evaluate_all(_work(work, output))
+    for line in lines(figures):
+        typer.echo(line, err=as_json)
+    if as_json:
+        typer.echo(json.dumps(figures))
+
+
+def _work(folder: Path, output: Path | None) -> Work:
+    from onemap_tools.train import pipeline
+
+    return pipeline.Work(folder) if output is None else pipeline.Work(folder, output)
+
+
+@contextmanager
+def _refusals() -> Iterator[None]:
+    """A user's mistake ends with one sentence, not with a traceback."""
+    try:
+        yield
+    except ImportError as problem:
+        typer.echo(f"{problem}; training needs: pip install 'onemap[train]'", err=True)
+        raise typer.Exit(2) from problem
+    except Exception as problem:
+        from onemap_perception.encoders.protocol import EncoderError
+        from onemap_tools.train.pipeline import TrainingError
+
+        if not isinstance(problem, EncoderError | TrainingError | ValueError):
+            raise
+        typer.echo(str(problem), err=True)
+        raise typer.Exit(2) from problem

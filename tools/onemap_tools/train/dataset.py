@@ -1,0 +1,140 @@
+"""Frames of procedural apartments on disk: rendered once, read through memory maps.
+
+A folder holds ``rgb.npy`` (N, H, W, 3) uint8, ``label.npy`` (N, H, W) uint8 (index of the
+class, 255 = none) and ``frames.json``. Scenes are written one after the other, so that an
+interrupted rendering goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from onemap_shared.geometry import U8, Intrinsics
+from onemap_simulator.apartment import generate_apartment
+from onemap_simulator.render import Renderer, View
+from onemap_simulator.scene import Scene
+from onemap_simulator.style import TRAINING, Style
+from onemap_simulator.views import ViewRange, sample_poses
+
+NO_CLASS = 255
+TRAIN_SEEDS = range(1000, 100_000)
+EVALUATION_SEEDS = range(900, 1000)  # never trained on; 1 to 3 are the demo's and held out too
+FOV_RAD = (1.05, 1.65)  # 60 to 95 degrees: common depth cameras
+ROBOT_VIEWS = ViewRange()
+OTHER_VIEWS = ViewRange(camera_height_m=(0.4, 1.6), pitch_rad=(-0.3, 0.6))
+OTHER_SHARE = 0.3  # of the frames from heights that the simulated robot does not have
+
+
+@dataclass(frozen=True, slots=True)
+class FramePlan:
+    """Which frames to render: ``per_scene`` of each seed's apartment in one style."""
+
+    seeds: tuple[int, ...]
+    per_scene: int
+    width: int = 320
+    height: int = 240
+    style: Style = TRAINING
+
+    @property
+    def count(self) -> int:
+        """Number of frames."""
+        return len(self.seeds) * self.per_scene
+
+
+@dataclass(frozen=True, slots=True)
+class Frames:
+    """rgb (N, H, W, 3) uint8 and label (N, H, W) uint8, index into ``classes`` or 255."""
+
+    rgb: U8
+    label: U8
+    classes: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.rgb)
+
+
+def scene_frames(
+    scene: Scene, classes: Sequence[str], plan: FramePlan, rng: np.random.Generator
+) -> Iterator[tuple[U8, U8]]:
+    """rgb (H, W, 3) and label (H, W) of ``plan.per_scene`` views of one scene."""
+    index_of = {name: index for index, name in enumerate(classes)}
+    table = np.array([index_of.get(thing.category, NO_CLASS) for thing in scene.objects])
+    table = np.append(table, NO_CLASS).astype(np.uint8)  # label -1: nothing was hit
+    renderer = Renderer(scene)
+    other = round(plan.per_scene * OTHER_SHARE)
+    poses = sample_poses(scene, rng, plan.per_scene - other, ROBOT_VIEWS)
+    poses += sample_poses(scene, rng, other, OTHER_VIEWS)
+    for pose in poses:
+        camera = Intrinsics.from_fov(plan.width, plan.height, rng.uniform(*FOV_RAD))
+        view: View = renderer.render(pose, camera, width=plan.width, height=plan.height)
+        yield view.rgb, table[view.labels]
+
+
+def render_frames(folder: Path, classes: Sequence[str], plan: FramePlan) -> Iterator[int]:
+    """Render what is not there yet; yields the number of frames done after each scene.
+
+    Each scene's views depend on its seed alone: order and interruptions change nothing.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    done = _scenes_done(folder, classes, plan)
+    mode = "r+" if done else "w+"
+    shape = (plan.count, plan.height, plan.width)
+    rgb = np.lib.format.open_memmap(folder / "rgb.npy", mode, np.uint8, (*shape, 3))
+    label = np.lib.format.open_memmap(folder / "label.npy", mode, np.uint8, shape)
+    for number, seed in enumerate(plan.seeds[done:], done):
+        scene = generate_apartment(seed, plan.style)
+        rng = np.random.default_rng([seed, plan.per_scene])
+        start = number * plan.per_scene
+        for offset, (image, labels) in enumerate(scene_frames(scene, classes, plan, rng)):
+            rgb[start + offset], label[start + offset] = image, labels
+        rgb.flush()
+        label.flush()
+        _write_record(folder, classes, plan, scenes_done=number + 1)
+        yield start + plan.per_scene
+
+
+def open_frames(folder: Path) -> Frames:
+    """The frames of a folder that are done, memory-mapped."""
+    try:
+        record = json.loads((folder / "frames.json").read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise FileNotFoundError(f"no frames in {folder}: render them first") from None
+    count = int(record["scenes_done"]) * int(record["per_scene"])
+    rgb = np.load(folder / "rgb.npy", mmap_mode="r")[:count]
+    label = np.load(folder / "label.npy", mmap_mode="r")[:count]
+    return Frames(rgb, label, tuple(record["classes"]))
+
+
+def _record(classes: Sequence[str], plan: FramePlan) -> dict[str, object]:
+    return {
+        "classes": list(classes),
+        "seeds": list(plan.seeds),
+        "per_scene": plan.per_scene,
+        "size": [plan.width, plan.height],
+        "style": plan.style.name,
+    }
+
+
+def _write_record(
+    folder: Path, classes: Sequence[str], plan: FramePlan, *, scenes_done: int
+) -> None:
+    text = json.dumps({**_record(classes, plan), "scenes_done": scenes_done})
+    fresh = folder / "frames.json.part"
+    fresh.write_text(text, encoding="utf-8")
+    fresh.replace(folder / "frames.json")
+
+
+def _scenes_done(folder: Path, classes: Sequence[str], plan: FramePlan) -> int:
+    path = folder / "frames.json"
+    if not path.exists():
+        return 0
+    record = json.loads(path.read_text(encoding="utf-8"))
+    done = int(record.pop("scenes_done"))
+    if record != _record(classes, plan):
+        raise ValueError(f"{folder} holds other frames than asked for: choose another folder")
+    return done

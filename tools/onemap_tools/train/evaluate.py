@@ -1,0 +1,160 @@
+"""How good the encoder is, measured on what ships: the exported network and its words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import chain
+
+import cv2
+import numpy as np
+
+from onemap_perception.encoders.protocol import Encoder
+from onemap_perception.text import scores
+from onemap_perception.vocabulary import Vocabulary
+from onemap_shared.geometry import F32, F64, I64, U8, Bool
+from onemap_shared.messages import TextEmbeddings
+from onemap_tools.train import measures
+from onemap_tools.train.dataset import Frames
+from onemap_tools.train.losses import patch_targets
+
+MIN_PATCHES = 2  # smaller things are smaller than what the encoder can show
+PRESENT_TOP = 2  # a picture's score for a word is the mean of its best patches
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """Words to ask for and the class each stands for."""
+
+    texts: tuple[str, ...]
+    classes: tuple[int, ...]
+    queries: TextEmbeddings
+
+    @classmethod
+    def of(cls, pairs: Sequence[tuple[str, int]], encoder: Encoder) -> Words:
+        """Words with the calibration they ship with."""
+        texts = tuple(text for text, _ in pairs)
+        return cls(texts, tuple(index for _, index in pairs), encoder.embed_text(texts))
+
+
+@dataclass(slots=True)
+class _HeatMaps:
+    """Per word: R-precision of each picture that shows it, and the scores with and without it."""
+
+    count: int
+    precision: list[list[float]] = field(init=False)
+    present: list[list[float]] = field(init=False)
+    absent: list[list[float]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.precision = [[] for _ in range(self.count)]
+        self.present = [[] for _ in range(self.count)]
+        self.absent = [[] for _ in range(self.count)]
+
+    def add(self, score: F32, shares: F32, words: Words) -> None:
+        """One picture: score (P, N), shares (P, K) of the classes."""
+        best = np.sort(score, axis=0)[-PRESENT_TOP:].mean(axis=0)
+        for index, label in enumerate(words.classes):
+            relevant: Bool = shares[:, label] > 0.5
+            if relevant.sum() >= MIN_PATCHES:
+                self.precision[index].append(measures.r_precision(score[:, index], relevant))
+                self.present[index].append(float(best[index]))
+            elif shares[:, label].max() == 0:
+                self.absent[index].append(float(best[index]))
+
+    def summary(self, texts: Sequence[str]) -> dict[str, object]:
+        """Means over words, so that common things do not hide rare ones."""
+        seen = [index for index in range(self.count) if self.precision[index]]
+        by_word = {texts[i]: round(float(np.mean(self.precision[i])), 3) for i in seen}
+        per_word = [
+            measures.auroc(*_labelled(self.present[i], self.absent[i]))
+            for i in seen
+            if self.absent[i]
+        ]
+        pooled = _labelled(list(chain(*self.present)), list(chain(*self.absent)))
+        return {
+            "words": len(seen),
+            "r_precision": float(np.mean(list(by_word.values()))),
+            "auroc_mean_over_words": float(np.mean(per_word)),
+            "auroc_pooled": measures.auroc(*pooled),
+            "r_precision_by_word": dict(sorted(by_word.items(), key=lambda item: item[1])),
+        }
+
+
+def evaluate(
+    encoder: Encoder, vocabulary: Vocabulary, frames: Frames, progress: Callable[[int], None]
+) -> dict[str, object]:
+    """All figures over the frames; ``progress`` is told how many are done."""
+    names = Words.of([(name, i) for i, name in enumerate(vocabulary.names)], encoder)
+    unseen = Words.of(held_out_words(vocabulary), encoder)
+    classes = len(vocabulary.names)
+    counts: I64 = np.zeros((classes, classes), np.int64)
+    maps = {"names": _HeatMaps(len(names.texts)), "held_out": _HeatMaps(len(unseen.texts))}
+    stated: list[F32] = []
+    true: list[F32] = []
+    for number, (features, label) in enumerate(_encoded(encoder, frames)):
+        rows, columns, dim = features.shape
+        flat = features.reshape(-1, dim)
+        shares = patch_targets(_fit(label, rows, columns)[None], classes)
+        by_name = scores(flat, names.queries)
+        maps["names"].add(by_name, shares, names)
+        maps["held_out"].add(scores(flat, unseen.queries), shares, unseen)
+        stated.append(by_name[:: columns // 2].ravel())
+        true.append(shares[:: columns // 2].ravel())
+        cosines = (flat @ names.queries.embeddings.T).reshape(rows, columns, classes)
+        counts += measures.confusion(label, _pixel_classes(cosines, label.shape), classes)
+        progress(number + 1)
+    rows_ = measures.reliability(_joined(stated), _joined(true))
+    per_class = measures.iou(counts)
+    return {
+        "frames": len(frames),
+        "pixel_accuracy": measures.accuracy(counts),
+        "miou": float(np.nanmean(per_class)),
+        "classes": int(np.isfinite(per_class).sum()),
+        "names": maps["names"].summary(names.texts),
+        "held_out_aliases": maps["held_out"].summary(unseen.texts),
+        "reliability": rows_,
+        "calibration_error": measures.calibration_error(rows_),
+        "iou_by_class": {
+            name: round(float(value), 3)
+            for name, value in sorted(
+                zip(vocabulary.names, per_class, strict=True), key=lambda item: item[1]
+            )
+            if np.isfinite(value)
+        },
+        "confusion": counts.tolist(),
+    }
+
+
+def held_out_words(vocabulary: Vocabulary) -> list[tuple[str, int]]:
+    """Synonyms that were never training targets, with the index of their class."""
+    return [(word, i) for i, entry in enumerate(vocabulary.classes) for word in entry.held_out]
+
+
+def _encoded(encoder: Encoder, frames: Frames) -> Iterator[tuple[F32, U8]]:
+    for rgb, label in zip(frames.rgb, frames.label, strict=True):
+        yield encoder.encode(np.asarray(rgb)).astype(np.float32), np.asarray(label)
+
+
+def _fit(label: U8, rows: int, columns: int) -> U8:
+    """The label picture at 8 pixels a patch."""
+    size = (columns * 8, rows * 8)
+    if label.shape == (size[1], size[0]):
+        return label
+    return cv2.resize(label, size, interpolation=cv2.INTER_NEAREST).astype(np.uint8)
+
+
+def _pixel_classes(cosines: F32, shape: tuple[int, ...]) -> I64:
+    """The best class of every pixel (H, W), cosines (h, w, K) interpolated between patches."""
+    large = cv2.resize(cosines, (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR)
+    best: I64 = large.argmax(axis=2)
+    return best
+
+
+def _labelled(present: Sequence[float], absent: Sequence[float]) -> tuple[F64, Bool]:
+    values = np.array([*present, *absent], np.float64)
+    return values, np.arange(len(values)) < len(present)
+
+
+def _joined(parts: Sequence[F32]) -> F64:
+    return np.concatenate(parts).astype(np.float64)

@@ -1,0 +1,159 @@
+"""The four steps from nothing to the shipped encoder, with a progress bar each.
+
+Everything lies under one work folder: ``train``, ``calibrate``, ``held_out`` and
+``other_style`` (frames), ``run`` (checkpoint and log).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import torch
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniSettings
+from onemap_perception.minilm import INSTALL, MiniLm, find_model_folder
+from onemap_perception.text import save_calibration
+from onemap_perception.vocabulary import Vocabulary, load_vocabulary
+from onemap_simulator.style import HELD_OUT
+from onemap_tools.train.calibrate import FIRST_GUESS, fit_temperature
+from onemap_tools.train.dataset import (
+    EVALUATION_SEEDS,
+    TRAIN_SEEDS,
+    FramePlan,
+    Frames,
+    open_frames,
+    render_frames,
+)
+from onemap_tools.train.evaluate import evaluate
+from onemap_tools.train.export import MIN_COSINE, export_network, least_cosine, write_table
+from onemap_tools.train.texts import Embed, text_bank
+from onemap_tools.train.train import Report, TrainSettings, load_average, train_mini
+
+COSINE_PICTURES = 5  # compared between torch and ONNX before anything ships
+
+
+class TrainingError(Exception):
+    """A step cannot be done; one sentence for the user."""
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """Where frames and checkpoints lie, and where the encoder's files go."""
+
+    folder: Path
+    output: Path = SHIPPED
+
+    @property
+    def vocabulary(self) -> Vocabulary:
+        """The words to train; they lie beside the weights."""
+        return load_vocabulary(self.output)
+
+
+def frame_plans(apartments: int, per_apartment: int) -> dict[str, FramePlan]:
+    """What is rendered, by folder. No seed and no view occurs in two of them."""
+    trained = tuple(TRAIN_SEEDS[:apartments])
+    return {
+        "held_out": FramePlan(tuple(EVALUATION_SEEDS[:30]), 20),
+        "other_style": FramePlan(tuple(EVALUATION_SEEDS[30:60]), 20, style=HELD_OUT),
+        "calibrate": FramePlan(tuple(EVALUATION_SEEDS[60:75]), 20),
+        "train": FramePlan(trained, per_apartment),
+    }
+
+
+def render(work: Work, apartments: int, per_apartment: int) -> None:
+    """Render all frames; goes on where it stopped."""
+    names = work.vocabulary.names
+    for name, plan in frame_plans(apartments, per_apartment).items():
+        with _bar(f"rendering {name}", plan.count) as show:
+            for done in render_frames(work.folder / name, names, plan):
+                show(done, "")
+
+
+def train(work: Work, settings: TrainSettings, device: torch.device) -> None:
+    """Train on the rendered frames; goes on from the checkpoint."""
+    frames = _frames(work, "train")
+    bank = text_bank(work.vocabulary, _sentence_encoder())
+    with _bar("training", settings.steps) as show:
+
+        def report(state: Report) -> None:
+            show(state.step, f"loss {state.loss:.3f}")
+
+        train_mini(
+            frames, bank, work.folder / "run", settings=settings, device=device, report=report
+        )
+
+
+def export(work: Work) -> float:
+    """Write weights, word table and calibration; returns the least cosine to torch."""
+    network = load_average(work.folder / "run")
+    path = export_network(network, work.output)
+    frames = _frames(work, "calibrate")
+    cosine = least_cosine(network, path, np.asarray(frames.rgb[:COSINE_PICTURES]))
+    if cosine < MIN_COSINE:
+        raise TrainingError(f"the exported network departs from torch: least cosine {cosine:.5f}")
+    write_table(work.vocabulary, _sentence_encoder(), work.output)
+    save_calibration(work.output, FIRST_GUESS)
+    encoder = MiniEncoder(MiniSettings(folder=work.output))
+    names = encoder.embed_text(work.vocabulary.names)
+    rng = np.random.default_rng(0)
+    temperature = fit_temperature(encoder, names, frames, rng)
+    save_calibration(work.output, replace(FIRST_GUESS, temperature=round(temperature, 2)))
+    return cosine
+
+
+def evaluate_all(work: Work) -> dict[str, object]:
+    """Figures on held-out apartments and on the simulator's held-out style."""
+    encoder = MiniEncoder(MiniSettings(folder=work.output))
+    result: dict[str, object] = {"encoder_id": encoder.encoder_id}
+    for name in ("held_out", "other_style"):
+        frames = _frames(work, name)
+        with _bar(f"evaluating {name}", len(frames)) as show:
+
+            def progress(done: int, show: Callable[[int, str], None] = show) -> None:
+                show(done, "")
+
+            result[name] = evaluate(encoder, work.vocabulary, frames, progress)
+    return result
+
+
+def _frames(work: Work, name: str) -> Frames:
+    try:
+        return open_frames(work.folder / name)
+    except FileNotFoundError as problem:
+        raise TrainingError(str(problem)) from problem
+
+
+def _sentence_encoder() -> Embed:
+    folder = find_model_folder()
+    if folder is None:
+        raise TrainingError(f"training needs the sentence encoder: {INSTALL}")
+    return MiniLm(folder).embed
+
+
+class _bar:  # noqa: N801 - used like a function
+    """A progress bar on stderr; yields a function of (done, note)."""
+
+    def __init__(self, title: str, total: int) -> None:
+        self._progress = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeRemainingColumn(),
+            TextColumn("{task.fields[note]}"),
+        )
+        self._task = self._progress.add_task(title, total=total, note="")
+
+    def __enter__(self) -> Callable[[int, str], None]:
+        self._progress.start()
+
+        def show(done: int, note: str) -> None:
+            self._progress.update(self._task, completed=done, note=note)
+
+        return show
+
+    def __exit__(self, *_: object) -> None:
+        self._progress.stop()
