@@ -1,9 +1,27 @@
-"""``onemap bench`` and ``onemap train``."""
+"""``onemap bench``: measure on this machine. Each benchmark reads its own options."""
 
 from __future__ import annotations
 
 import typer
 
+from onemap_tools.trouble import EXIT_MISUSED, Trouble
+
 PANEL = "Look deeper"
-bench_app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")
-train_app = typer.Typer(no_args_is_help=True, help="Train what ships.")
+app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")
+OWN_OPTIONS = {"allow_extra_args": True, "ignore_unknown_options": True}
+
+
+@app.command(context_settings=OWN_OPTIONS, add_help_option=False)
+def fusion(ctx: typer.Context) -> None:
+    """How long the map takes to fuse one frame."""
+    try:
+        from onemap_tools.bench.fusion import main
+    except ModuleNotFoundError as missing:
+        raise Trouble(
+            f"This benchmark needs the package {missing.name!r}: pip install 'onemap[mapper]'",
+            EXIT_MISUSED,
+        ) from missing
+    try:
+        raise typer.Exit(main(ctx.args))
+    except ValueError as problem:
+        raise Trouble(str(problem), EXIT_MISUSED) from problem

@@ -15,7 +15,7 @@ from onemap_tools.demo_summary import DemoSummary, ObjectSummary
 
 def describe(summary: DemoSummary, document: dict[str, Any], console: Console) -> None:
     """Print object, outcome, place, time and paths, and what was left behind."""
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for title in ("object", "outcome", "at", "time", "path", "shortest", "SPL", "off by"):
         table.add_column(title, no_wrap=True)
     for item in summary.objects:
@@ -43,7 +43,7 @@ def describe(summary: DemoSummary, document: dict[str, Any], console: Console) -
 def _row(item: ObjectSummary) -> tuple[str | Text, ...]:
     outcome = item.outcome.replace("_", " ")
     if item.outcome == "found" and not item.success:
-        outcome = "found something else"
+        outcome = "wrong one"
     place = ", ".join(f"{value:.1f}" for value in item.position_m[:2])
     return (
         item.name,
