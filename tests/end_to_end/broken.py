@@ -117,3 +117,13 @@ def foreigner(endpoint: str) -> Iterator[zenoh.Session]:
     config.insert_json5("scouting/multicast/enabled", "false")
     with zenoh.open(config) as session:
         yield session
+
+
+def publish(session: zenoh.Session, key: str, packet: Packet) -> None:
+    """Send a packet; a large one waits for room, where a service of ours would drop it."""
+    session.put(
+        key,
+        packet.body,
+        attachment=packet.header,
+        congestion_control=zenoh.CongestionControl.BLOCK,
+    )
