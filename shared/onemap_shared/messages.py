@@ -480,6 +480,8 @@ class PlannedPath:
         expect(self.frontier_scores, "frontier_scores", np.float32, (len(self.frontiers_m),))
         expect(self.regions_m, "regions_m", np.float32, (None, 2))
         expect(self.region_scores, "region_scores", np.float32, (len(self.regions_m),))
+        for name in ("points_m", "goal_m", "frontiers_m", "regions_m"):
+            expect_finite(getattr(self, name), name)
 
 
 # ---------------------------------------------------------------- simulator only

@@ -234,12 +234,21 @@ def test_bad_names_are_refused_before_anything_moves(house: House) -> None:
     assert house.driven() == []
 
 
-@pytest.mark.parametrize("topic", [keys.ROBOT_ODOMETRY, keys.MAP_REVISION, keys.DETECTIONS])
-def test_garbage_on_its_topics_is_counted_and_passed_over(house: House, topic: keys.Topic) -> None:
+@pytest.mark.parametrize(
+    ("topic", "metric"),
+    [
+        (keys.ROBOT_ODOMETRY, "odometry_refused"),
+        (keys.MAP_REVISION, "revision_refused"),
+        (keys.DETECTIONS, "detections_refused"),
+    ],
+)
+def test_garbage_on_its_topics_is_counted_and_passed_over(
+    house: House, topic: keys.Topic, metric: str
+) -> None:
     house.start("sofa")
     house.hub.inject(topic.key, Packet(b"garbage", b"\x00" * 9))
     house.until(
-        lambda: (house.planner.health().metrics or {})["messages_refused"] == 1.0,
+        lambda: (house.planner.health().metrics or {})[metric] == 1.0,
         odometry=False,
         revision=False,
     )

@@ -23,7 +23,7 @@ from onemap_shared.messages import (
     VelocityCommand,
     check_text,
 )
-from onemap_shared.transport import Bus, Health, Refusal, Worker
+from onemap_shared.transport import Bus, Counters, Health, Refusal, Worker
 
 LOG = logging.getLogger("onemap.planner")
 
@@ -99,8 +99,9 @@ class Planner:
             "goals": float(outcome.goals),
             "stops_on_stale": float(self._helm.stops),
             "control_hz": float(len(self._ticked_s)),
-            "messages_refused": float(self._refused),
         }
+        for stream, counters in self._counters().items():
+            metrics[f"{stream}_refused"] = float(counters.refused)
         known = {name: value for name, value in metrics.items() if math.isfinite(value)}
         return Health(ready=not problem, problem=problem, metrics=known)
 
@@ -155,13 +156,17 @@ class Planner:
         fresh = self._heard.complaint(now_s, self._rules.freshness)
         return fresh or self._planning.outcome.complaint
 
+    def _counters(self) -> dict[str, Counters]:
+        """What became of the messages of each stream."""
+        return {
+            "odometry": self._odometry.counters,
+            "revision": self._revisions.counters,
+            "detections": self._planning.detection_counters,
+        }
+
     def _report_refused(self) -> None:
         """Log messages that could not be decoded; they are dropped."""
-        counters = (
-            self._odometry.counters,
-            self._revisions.counters,
-            self._planning.detection_counters,
-        )
+        counters = self._counters().values()
         refused = sum(counter.refused for counter in counters)
         if refused > self._refused:
             reasons = {counter.last_problem for counter in counters if counter.last_problem}

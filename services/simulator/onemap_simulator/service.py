@@ -159,6 +159,7 @@ class SimulatorWorker:
                 **self._camera.metrics(time.monotonic()),
                 "collisions": counts.collisions,
                 "commands_received": counts.commands_received,
+                "commands_refused": self._commands.counters.refused,
                 "deadman_stops": counts.deadman_stops,
             },
         )
