@@ -179,10 +179,3 @@ def _log(folder: Path, report: Report) -> None:
     with (folder / "log.jsonl").open("a", encoding="utf-8") as file:
         line = {"step": report.step, "steps": report.steps, "loss": round(report.loss, 4)}
         file.write(json.dumps(line) + "\n")
-
-
-def read_metadata(folder: Path) -> dict[str, str]:
-    """Step and steps of the newest checkpoint."""
-    with safe_open(folder / CHECKPOINT, "pt") as file:
-        metadata: dict[str, str] = file.metadata()
-    return metadata

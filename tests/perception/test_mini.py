@@ -1,0 +1,140 @@
+"""The encoder that ships: any picture, its words, and files that are missing or damaged."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from onemap_perception.encoders.mini import (
+    NETWORK_FILE,
+    SHIPPED,
+    STRIDE,
+    MiniEncoder,
+    MiniSettings,
+    input_size,
+)
+from onemap_perception.encoders.protocol import Encoder, EncoderError, UnknownWordError
+from onemap_shared.geometry import U8
+
+MAX_SHIPPED_BYTES = 12 * 2**20
+
+
+@pytest.fixture(scope="module")
+def encoder() -> Encoder:
+    return MiniEncoder(MiniSettings())
+
+
+def noise(height: int, width: int) -> U8:
+    return np.random.default_rng(0).integers(0, 256, (height, width, 3), dtype=np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("height", "width", "rows", "columns"),
+    [(240, 320, 30, 40), (480, 640, 30, 40), (64, 48, 8, 6), (61, 50, 8, 6), (1, 1, 1, 1)],
+)
+def test_every_size_gives_unit_features(
+    encoder: Encoder, height: int, width: int, rows: int, columns: int
+) -> None:
+    features = encoder.encode(noise(height, width))
+    assert features.shape == (rows, columns, 384)
+    assert features.dtype == np.float16
+    norms = np.linalg.norm(features.astype(np.float32), axis=-1)
+    np.testing.assert_allclose(norms, 1, atol=2e-3)
+
+
+@pytest.mark.parametrize("value", [0, 128, 255])
+def test_a_constant_picture_has_features(encoder: Encoder, value: int) -> None:
+    features = encoder.encode(np.full((240, 320, 3), value, np.uint8))
+    assert np.isfinite(features).all()
+
+
+def test_a_picture_with_strides_is_the_same_picture(encoder: Encoder) -> None:
+    picture = noise(64, 80)
+    turned = np.ascontiguousarray(picture[:, ::-1])[:, ::-1]
+    turned.flags.writeable = False
+    np.testing.assert_array_equal(encoder.encode(turned), encoder.encode(picture))
+
+
+def test_wrong_pictures_are_refused(encoder: Encoder) -> None:
+    with pytest.raises(ValueError, match="rgb has dtype float32"):
+        encoder.encode(np.zeros((8, 8, 3), np.float32))
+    with pytest.raises(ValueError, match="rgb has shape"):
+        encoder.encode(np.zeros((8, 8, 4), np.uint8))
+    with pytest.raises(ValueError, match="rgb has shape"):
+        encoder.encode(np.zeros((8, 8), np.uint8))
+
+
+@pytest.mark.parametrize(
+    ("size", "limit", "expected"),
+    [
+        ((320, 240), 320, (320, 240)),
+        ((640, 480), 320, (320, 240)),
+        ((1280, 720), 320, (320, 176)),
+        ((1, 1), 320, (8, 8)),
+        ((2000, 3), 320, (320, 8)),
+        ((324, 243), 640, (320, 240)),
+    ],
+)
+def test_the_network_is_fed_multiples_of_its_patch(
+    size: tuple[int, int], limit: int, expected: tuple[int, int]
+) -> None:
+    assert input_size(*size, limit) == expected
+    assert all(side % STRIDE == 0 for side in expected)
+
+
+def test_words_come_with_their_calibration(encoder: Encoder) -> None:
+    queries = encoder.embed_text(["sofa", "the Fridge", "piano"])
+    assert queries.encoder_id == encoder.encoder_id
+    assert queries.text_space == encoder.text_space
+    assert queries.embeddings.shape == (3, 384)
+    np.testing.assert_allclose(np.linalg.norm(queries.embeddings, axis=1), 1, atol=1e-4)
+    assert len(queries.neutral) > 50
+    assert queries.temperature > 1
+
+
+def test_without_the_sentence_encoder_an_unknown_word_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("onemap_perception.encoders.mini.find_model_folder", lambda: None)
+    bare = MiniEncoder(MiniSettings())
+    assert bare.embed_text(["refrigerator"]).texts == ("refrigerator",)
+    with pytest.raises(UnknownWordError, match=r"'refrigeratr' .*near it: .*refrigerator"):
+        bare.embed_text(["refrigeratr"])
+
+
+def copied(folder: Path) -> Path:
+    shutil.copytree(SHIPPED, folder / "mini")
+    return folder / "mini"
+
+
+def test_damaged_files_are_named(tmp_path: Path) -> None:
+    with pytest.raises(EncoderError, match=r"mini\.onnx are missing"):
+        MiniEncoder(MiniSettings(folder=tmp_path))
+    folder = copied(tmp_path)
+    weights = folder / NETWORK_FILE
+    weights.write_bytes(weights.read_bytes()[:1000])
+    with pytest.raises(EncoderError, match=r"mini\.onnx are damaged"):
+        MiniEncoder(MiniSettings(folder=folder))
+
+
+@pytest.mark.parametrize("name", ["words.npz", "vocabulary.json", "calibration.json"])
+def test_a_missing_companion_is_named(tmp_path: Path, name: str) -> None:
+    folder = copied(tmp_path)
+    (folder / name).unlink()
+    with pytest.raises(EncoderError, match=name.replace(".", r"\.")):
+        MiniEncoder(MiniSettings(folder=folder))
+
+
+def test_the_id_changes_with_the_weights(tmp_path: Path, encoder: Encoder) -> None:
+    folder = copied(tmp_path)
+    assert MiniEncoder(MiniSettings(folder=folder)).encoder_id == encoder.encoder_id
+    with (folder / NETWORK_FILE).open("ab") as file:
+        file.write(b"\x7a\x00")  # an unknown field of length 0: other bytes, the same network
+    assert MiniEncoder(MiniSettings(folder=folder)).encoder_id != encoder.encoder_id
+
+
+def test_it_ships_small() -> None:
+    assert sum(path.stat().st_size for path in SHIPPED.iterdir()) < MAX_SHIPPED_BYTES

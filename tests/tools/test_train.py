@@ -1,0 +1,252 @@
+"""Training of mini in the small: data, losses, loop, export and figures of merit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from onemap_perception.vocabulary import Vocabulary, WordClass
+from onemap_shared.geometry import F32
+from onemap_tools.train import measures
+from onemap_tools.train.augment import augment
+from onemap_tools.train.batches import BatchSource, class_frequency
+from onemap_tools.train.calibrate import best_temperature
+from onemap_tools.train.commands import app
+from onemap_tools.train.dataset import NO_CLASS, FramePlan, Frames, open_frames, render_frames
+from onemap_tools.train.export import export_network, least_cosine, write_table
+from onemap_tools.train.losses import LossSettings, alignment_loss, class_weights, patch_targets
+from onemap_tools.train.model import MiniNetwork
+from onemap_tools.train.texts import TextBank, text_bank
+from onemap_tools.train.train import Report, TrainSettings, load_average, train_mini
+from tests.simulator.scenes import box_room
+
+VOCABULARY = Vocabulary(
+    prompt="a {}",
+    classes=(
+        WordClass("wall", ("wall", "partition"), ("panel",)),
+        WordClass("sofa", ("sofa", "couch", "settee"), ("divan",)),
+    ),
+    neutral=("car",),
+    common=("piano",),
+)
+SMALL = TrainSettings(steps=4, batch=2, size=(64, 48), warmup=1, checkpoint_every=2, ema=0.5)
+
+
+def embed(texts: Sequence[str]) -> F32:
+    """Random but fixed directions, one per text."""
+    rows = [np.random.default_rng(list(text.encode())).normal(size=384) for text in texts]
+    return np.stack([row / np.linalg.norm(row) for row in rows]).astype(np.float32)
+
+
+@pytest.fixture(scope="module")
+def frames() -> Frames:
+    """Dark walls with a bright sofa in them."""
+    rng = np.random.default_rng(0)
+    label = np.zeros((6, 96, 128), np.uint8)
+    for picture in label:
+        y, x = rng.integers(0, 48, 2)
+        picture[y : y + 40, x : x + 60] = 1
+    label[:, :4] = NO_CLASS
+    rgb = np.where(label[..., None] == 1, 200, 60) + rng.integers(0, 20, (*label.shape, 3))
+    return Frames(rgb.astype(np.uint8), label, VOCABULARY.names)
+
+
+def test_rendered_frames_resume_and_repeat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    room = box_room()
+    monkeypatch.setattr("onemap_tools.train.dataset.generate_apartment", lambda *_: room)
+    names = ("wall", "floor", "sofa")
+    plan = FramePlan((901, 902), per_scene=2, width=32, height=24)
+    list(render_frames(tmp_path / "whole", names, plan))
+    assert next(iter(render_frames(tmp_path / "halves", names, plan))) == 2
+    assert len(open_frames(tmp_path / "halves")) == 2
+    assert list(render_frames(tmp_path / "halves", names, plan)) == [4]
+    whole, halves = open_frames(tmp_path / "whole"), open_frames(tmp_path / "halves")
+    np.testing.assert_array_equal(whole.rgb, halves.rgb)
+    np.testing.assert_array_equal(whole.label, halves.label)
+    assert {0, 1} <= set(np.unique(whole.label).tolist()) <= {0, 1, 2, NO_CLASS}
+    with pytest.raises(ValueError, match="holds other frames"):
+        list(render_frames(tmp_path / "whole", names, replace(plan, per_scene=3)))
+    with pytest.raises(FileNotFoundError, match="render them first"):
+        open_frames(tmp_path / "nowhere")
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=25, deadline=None)
+def test_augmented_pictures_have_the_size_and_known_labels(seed: int, frames: Frames) -> None:
+    rng = np.random.default_rng(seed)
+    rgb, label = augment(frames.rgb[0], frames.label[0], (64, 48), rng)
+    assert rgb.shape == (48, 64, 3)
+    assert rgb.dtype == label.dtype == np.uint8
+    assert label.shape == (48, 64)
+    assert set(np.unique(label).tolist()) <= {0, 1, NO_CLASS}
+
+
+def test_batches_depend_on_seed_and_step_alone(frames: Frames) -> None:
+    source = BatchSource(frames, (64, 48), batch=3, seed=5)
+    streamed = list(source.stream(2, 4))
+    again = source.make(3)
+    np.testing.assert_array_equal(streamed[1].rgb, again.rgb)
+    np.testing.assert_array_equal(streamed[1].targets, again.targets)
+    assert again.rgb.shape == (3, 48, 64, 3)
+    assert again.targets.shape == (3 * 6 * 8, 2)
+    assert not np.array_equal(streamed[0].rgb, again.rgb)
+
+
+def test_patch_targets_are_shares_of_pixels() -> None:
+    label = np.zeros((1, 8, 16), np.uint8)
+    label[0, :2, :8] = 1
+    label[0, :, 12:] = NO_CLASS
+    np.testing.assert_allclose(patch_targets(label, 2), [[0.75, 0.25], [0.5, 0.0]])
+
+
+def test_rare_classes_weigh_more_and_the_mean_is_one(frames: Frames) -> None:
+    frequency = class_frequency(frames, np.random.default_rng(0))
+    assert frequency.sum() == pytest.approx(1)
+    weights = class_weights(np.array([0.9, 0.1, 0.0], np.float32)).numpy()
+    assert weights[2] > weights[1] > weights[0]
+    assert weights @ np.array([0.9, 0.1, 0]) == pytest.approx(1, rel=0.02)
+
+
+def test_the_loss_is_least_at_the_right_text() -> None:
+    texts = torch.eye(3, 384)
+    targets = torch.tensor([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
+    weights = torch.ones(2)
+
+    def loss(features: torch.Tensor) -> float:
+        return alignment_loss(features, targets, texts, weights, LossSettings()).item()
+
+    right, wrong, neutral = texts[[0, 1, 2]], texts[[1, 0, 2]], texts[[2, 2, 2]]
+    assert loss(right) == pytest.approx(0, abs=1e-6)
+    assert loss(wrong) > 10
+    assert loss(neutral) > 10
+    assert loss(5 * right) == pytest.approx(loss(right), abs=1e-6)
+
+
+def test_the_text_bank_draws_aliases_of_the_class() -> None:
+    bank = text_bank(VOCABULARY, embed)
+    assert bank.aliases.shape == (2, 3, 384)
+    drawn = bank.draw(torch.Generator().manual_seed(0)).numpy()
+    assert drawn.shape == (3, 384)
+    for row, entry in zip(drawn[:2], VOCABULARY.classes, strict=True):
+        assert max(row @ embed([f"a {word}"])[0] for word in entry.aliases) > 0.999
+    np.testing.assert_allclose(drawn[2], embed(["a car"])[0])
+
+
+def run(
+    frames: Frames, folder: Path, how: TrainSettings, stop_at: int = 0
+) -> tuple[MiniNetwork, list[Report]]:
+    """Train; ``stop_at`` interrupts after that step, as Ctrl-C would."""
+    reports: list[Report] = []
+
+    def note(report: Report) -> None:
+        reports.append(report)
+        if report.step == stop_at:
+            raise KeyboardInterrupt
+
+    bank: TextBank = text_bank(VOCABULARY, embed)
+    network = train_mini(
+        frames,
+        bank,
+        folder,
+        settings=how,
+        device=torch.device("cpu"),
+        report=note,
+    )
+    return network, reports
+
+
+def weights_of(network: MiniNetwork) -> torch.Tensor:
+    return torch.cat([value.flatten().float() for value in network.state_dict().values()])
+
+
+def test_training_repeats_and_resumes(frames: Frames, tmp_path: Path) -> None:
+    whole, reports = run(frames, tmp_path / "whole", SMALL)
+    assert [report.step for report in reports] == [1, 2, 3, 4]
+    run(frames, tmp_path / "parts", replace(SMALL, steps=4, checkpoint_every=2))
+    assert torch.equal(weights_of(load_average(tmp_path / "parts")), weights_of(whole))
+    # An interruption after step 2: what comes after the checkpoint is done again.
+    broken = tmp_path / "broken"
+    with pytest.raises(KeyboardInterrupt):
+        run(frames, broken, SMALL, stop_at=3)
+    resumed, rest = run(frames, broken, SMALL)
+    assert [report.step for report in rest] == [3, 4]
+    torch.testing.assert_close(weights_of(resumed), weights_of(whole), rtol=1e-3, atol=1e-4)
+
+
+def test_what_is_exported_agrees_with_torch(tmp_path: Path) -> None:
+    torch.manual_seed(0)
+    network = MiniNetwork().eval()
+    path = export_network(network, tmp_path)
+    pictures = np.random.default_rng(0).integers(0, 256, (2, 64, 88, 3), dtype=np.uint8)
+    assert least_cosine(network, path, pictures) > 0.999
+    assert path.stat().st_size < 12 * 2**20
+
+
+def test_the_word_table_holds_every_word(tmp_path: Path) -> None:
+    path = write_table(VOCABULARY, embed, tmp_path)
+    with np.load(path, allow_pickle=False) as table:
+        assert table["words"].tolist() == list(VOCABULARY.words)
+        np.testing.assert_allclose(
+            table["embeddings"][0].astype(np.float32), embed(["a car"])[0], atol=1e-3
+        )
+
+
+@given(factor=st.floats(6, 70))
+@settings(max_examples=10, deadline=None)
+def test_the_temperature_is_found_again(factor: float) -> None:
+    rng = np.random.default_rng(0)
+    cosines = rng.uniform(-0.3, 0.9, (4000, 5)).astype(np.float32)
+    shares = np.exp(factor * cosines)
+    shares /= shares.sum(axis=1, keepdims=True)
+    assert best_temperature(cosines, shares.astype(np.float32)) == pytest.approx(factor, rel=0.06)
+
+
+def test_confusion_accuracy_and_iou() -> None:
+    label = np.array([[0, 0, 1], [1, 1, 255]], np.uint8)
+    predicted = np.array([[0, 1, 1], [1, 1, 0]])
+    counts = measures.confusion(label, predicted, 3)
+    assert counts.tolist() == [[1, 1, 0], [0, 3, 0], [0, 0, 0]]
+    assert measures.accuracy(counts) == pytest.approx(0.8)
+    np.testing.assert_allclose(measures.iou(counts), [0.5, 0.75, np.nan])
+
+
+def test_r_precision_counts_the_best() -> None:
+    scores = np.array([0.9, 0.1, 0.8, 0.7], np.float32)
+    assert measures.r_precision(scores, np.array([True, False, False, True])) == 0.5
+    assert np.isnan(measures.r_precision(scores, np.zeros(4, bool)))
+
+
+@given(
+    positive=st.lists(st.integers(0, 5), min_size=1, max_size=8),
+    negative=st.lists(st.integers(0, 5), min_size=1, max_size=8),
+)
+def test_auroc_is_the_chance_that_a_positive_scores_above(
+    positive: list[int], negative: list[int]
+) -> None:
+    scores = np.array([*positive, *negative], np.float64)
+    slow = np.mean([1.0 if p > n else 0.5 if p == n else 0.0 for p in positive for n in negative])
+    fast = measures.auroc(scores, np.arange(len(scores)) < len(positive))
+    assert fast == pytest.approx(float(slow))
+
+
+def test_reliability_of_honest_and_boastful_probabilities() -> None:
+    probability = np.array([0.05, 0.15, 0.95, 0.95])
+    honest = measures.reliability(probability, probability)
+    assert measures.calibration_error(honest) == pytest.approx(0)
+    boastful = measures.reliability(probability, np.zeros(4))
+    assert measures.calibration_error(boastful) == pytest.approx(float(probability.mean()))
+    assert [row["count"] for row in honest] == [1, 1, 2]
+
+
+def test_a_step_without_its_input_says_which_comes_first(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["train", "--work", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "render them first" in result.output
