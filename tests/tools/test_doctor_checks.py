@@ -9,14 +9,8 @@ import pytest
 from onemap_tools.doctor_checks import (
     CHECKS,
     NEEDED,
-    DepthLook,
-    Driving,
     Finding,
-    MapLook,
-    Observations,
-    Pulse,
     Severity,
-    Stream,
     check_clocks,
     check_depth,
     check_driving,
@@ -26,6 +20,14 @@ from onemap_tools.doctor_checks import (
     check_services,
     check_streams,
     diagnose,
+)
+from onemap_tools.observations import (
+    DepthLook,
+    Driving,
+    MapLook,
+    Observations,
+    Pulse,
+    Stream,
 )
 
 ENCODER = ("mini-1", "minilm")

@@ -14,16 +14,20 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from onemap_perception.vocabulary import Vocabulary, WordClass
-from onemap_shared.geometry import F32
+from onemap_shared.geometry import F32, U8
+from onemap_shared.messages import F16, TextEmbeddings
 from onemap_tools.train import measures
 from onemap_tools.train.augment import augment
 from onemap_tools.train.batches import BatchSource, class_frequency
 from onemap_tools.train.calibrate import best_temperature
+from onemap_tools.train.card import model_card
 from onemap_tools.train.commands import app
 from onemap_tools.train.dataset import NO_CLASS, FramePlan, Frames, open_frames, render_frames
+from onemap_tools.train.evaluate import evaluate
 from onemap_tools.train.export import export_network, least_cosine, write_table
 from onemap_tools.train.losses import LossSettings, alignment_loss, class_weights, patch_targets
 from onemap_tools.train.model import MiniNetwork
+from onemap_tools.train.summary import lines
 from onemap_tools.train.texts import TextBank, text_bank
 from onemap_tools.train.train import Report, TrainSettings, load_average, train_mini
 from tests.simulator.scenes import box_room
@@ -244,6 +248,55 @@ def test_reliability_of_honest_and_boastful_probabilities() -> None:
     boastful = measures.reliability(probability, np.zeros(4))
     assert measures.calibration_error(boastful) == pytest.approx(float(probability.mean()))
     assert [row["count"] for row in honest] == [1, 1, 2]
+
+
+class PerfectEncoder:
+    """Implements ``Encoder``: bright is a sofa, dark is a wall, in the space of ``embed``."""
+
+    encoder_id = "perfect"
+    text_space = "test"
+
+    def encode(self, rgb: U8) -> F16:
+        bright = rgb[4::8, 4::8, 0] > 128
+        axes = np.eye(3, dtype=np.float16)
+        return axes[bright.astype(int)]
+
+    def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
+        axes = np.eye(3, dtype=np.float32)
+        words = [(*entry.aliases, *entry.held_out) for entry in VOCABULARY.classes]
+        chosen = [next(i for i, known in enumerate(words) if text in known) for text in texts]
+        return TextEmbeddings(
+            encoder_id=self.encoder_id,
+            text_space=self.text_space,
+            texts=tuple(texts),
+            embeddings=axes[chosen],
+            neutral=axes,
+            neutral_mask=(1 - axes[chosen]).astype(np.uint8),
+            temperature=20.0,
+        )
+
+
+def test_a_perfect_encoder_has_perfect_figures_and_a_card() -> None:
+    label = np.zeros((2, 48, 64), np.uint8)
+    label[0, 16:32, 16:48] = 1
+    rgb = np.repeat(np.where(label == 1, 200, 20).astype(np.uint8)[..., None], 3, axis=-1)
+    seen: list[int] = []
+    part = evaluate(PerfectEncoder(), VOCABULARY, Frames(rgb, label, VOCABULARY.names), seen.append)
+    assert seen == [1, 2]
+    names, held_out = part["names"], part["held_out_aliases"]
+    assert isinstance(names, dict)
+    assert isinstance(held_out, dict)
+    assert names["r_precision"] == held_out["r_precision"] == 1
+    assert names["auroc_pooled"] == 1
+    assert part["pixel_accuracy"] == pytest.approx(1, abs=0.03)  # edges run through patches
+    facts = dict.fromkeys(
+        ("parameters", "encode_ms", "words", "neutral", "frames", "apartments", "temperature"), 1
+    )
+    figures = {"encoder_id": "perfect", "facts": facts, "held_out": part, "other_style": part}
+    card = model_card(figures)
+    assert "encoder `perfect`" in card
+    assert "| R-precision, class names | 1.000 | 1.000 |" in card
+    assert any("held_out: 2 frames" in line for line in lines(figures))
 
 
 def test_a_step_without_its_input_says_which_comes_first(tmp_path: Path) -> None:

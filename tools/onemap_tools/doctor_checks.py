@@ -6,14 +6,15 @@ sentences for people. Thresholds say why they are where they are.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from enum import Enum
+
+from onemap_tools.observations import NEAR_M, Observations, Pulse
 
 CLOCK_TOLERANCE_S = 0.3  # transport and a frame's work take less; NTP keeps clocks within 0.05 s
 OLD_S = 2.0  # content older than this was made before the robot's last few metres
 FLOOR_TOLERANCE_M = 0.15  # a step; walls and furniture come out at wrong heights beyond it
-NEAR_M = 0.1  # no depth camera measures nearer: everything below is a scale error
 FAR_M = 20.0  # no room is so large: a median beyond is a scale error
 NO_RETURN_FRACTION = 0.9  # so many pixels without depth leave too little to map
 FEW_FRAMES = 5  # fewer fused frames than this may all have seen the same place
@@ -37,87 +38,6 @@ class Finding:
     severity: Severity
     sentence: str
     remedy: str
-
-
-@dataclass(frozen=True, slots=True)
-class Stream:
-    """A topic as it was heard. ``age_s``: receiver's clock less the newest stamp."""
-
-    name: str
-    source: str
-    count: int = 0
-    age_s: float | None = None
-    refused: int = 0
-    last_problem: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Pulse:
-    """Heartbeats of one process. ``clock_offset_s``: its clock less ours, transport included."""
-
-    service: str
-    instance: str
-    ready: bool
-    problem: str
-    clock_offset_s: float
-    advanced: bool
-    metrics: Mapping[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True)
-class DepthLook:
-    """The newest depth image in numbers.
-
-    valid: fraction of pixels with a return; median_m of those, NaN if none; near: fraction
-    of those below ``NEAR_M``; lowest_m: 2nd percentile of their height in the map.
-    """
-
-    valid: float
-    median_m: float
-    near: float
-    lowest_m: float
-
-
-@dataclass(frozen=True, slots=True)
-class MapLook:
-    """The map's state when the doctor came and when it left."""
-
-    frames: tuple[int, int]
-    cells: tuple[int, int]
-    encoder_id: str
-    text_space: str
-
-
-@dataclass(frozen=True, slots=True)
-class Driving:
-    """Largest speeds commanded and driven (m/s or rad/s, whichever is larger), and collisions."""
-
-    commanded: float = 0.0
-    driven: float = 0.0
-    collided: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Observations:
-    """What was heard on the bus in ``duration_s`` seconds.
-
-    alive: services with a connected process; field_encoder and text_encoder are
-    (encoder id, text space), None if nobody said.
-    """
-
-    duration_s: float
-    alive: frozenset[str] = frozenset()
-    streams: tuple[Stream, ...] = ()
-    pulses: tuple[Pulse, ...] = ()
-    depth: DepthLook | None = None
-    map: MapLook | None = None
-    field_encoder: tuple[str, str] | None = None
-    text_encoder: tuple[str, str] | None = None
-    driving: Driving = Driving()
-
-    def stream(self, name: str) -> Stream | None:
-        """The stream of this name."""
-        return next((stream for stream in self.streams if stream.name == name), None)
 
 
 NEEDED = ("perception", "mapper", "planner", "gateway")

@@ -20,7 +20,7 @@ from onemap_shared.messages import (
     VelocityCommand,
 )
 from onemap_shared.transport import Bus, CallError
-from onemap_tools.doctor_checks import (
+from onemap_tools.observations import (
     NEAR_M,
     DepthLook,
     Driving,
