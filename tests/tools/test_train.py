@@ -258,8 +258,8 @@ class PerfectEncoder:
 
     def encode(self, rgb: U8) -> F16:
         bright = rgb[4::8, 4::8, 0] > 128
-        axes = np.eye(3, dtype=np.float16)
-        return axes[bright.astype(int)]
+        features: F16 = np.eye(3, dtype=np.float16)[bright.astype(int)]
+        return features
 
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         axes = np.eye(3, dtype=np.float32)

@@ -27,6 +27,7 @@ Steps = Annotated[int, typer.Option(min=1, help="Training steps of 24 pictures."
 Seed = Annotated[int, typer.Option(min=0, help="Everything random follows from it.")]
 Device = Annotated[str, typer.Option(help="cpu, cuda, or auto: cuda where there is one.")]
 Threads = Annotated[int, typer.Option(min=1, max=256, help="CPU threads to train with.")]
+Card = Annotated[bool, typer.Option("--card", help="Write MODEL_CARD.md from the figures.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object as the last line.")]
 
 DEFAULT_WORK = Path("runs/mini")
@@ -46,7 +47,7 @@ def mini(
     render(work, output)
     train(work, steps, seed, device, threads)
     export(work, output)
-    evaluate(work, output)
+    evaluate(work, output, card=True)
 
 
 @app.command()
@@ -96,7 +97,10 @@ def export(work: WorkFolder = DEFAULT_WORK, output: Output = None) -> None:
 
 @app.command()
 def evaluate(
-    work: WorkFolder = DEFAULT_WORK, output: Output = None, as_json: AsJson = False
+    work: WorkFolder = DEFAULT_WORK,
+    output: Output = None,
+    card: Card = False,
+    as_json: AsJson = False,
 ) -> None:
     """Measure what ships on apartments that were never trained on."""
     with _refusals():
@@ -104,6 +108,8 @@ def evaluate(
         from onemap_tools.train.summary import lines
 
         figures = pipeline.evaluate_all(_work(work, output))
+        if card:
+            pipeline.write_card(_work(work, output), figures)
     for line in lines(figures):
         typer.echo(line, err=as_json)
     if as_json:

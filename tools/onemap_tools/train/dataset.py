@@ -48,11 +48,15 @@ class FramePlan:
 
 @dataclass(frozen=True, slots=True)
 class Frames:
-    """rgb (N, H, W, 3) uint8 and label (N, H, W) uint8, index into ``classes`` or 255."""
+    """rgb (N, H, W, 3) uint8 and label (N, H, W) uint8, index into ``classes`` or 255.
+
+    ``scenes`` is the number of apartments they show.
+    """
 
     rgb: U8
     label: U8
     classes: tuple[str, ...]
+    scenes: int = 1
 
     def __len__(self) -> int:
         return len(self.rgb)
@@ -107,7 +111,7 @@ def open_frames(folder: Path) -> Frames:
     count = int(record["scenes_done"]) * int(record["per_scene"])
     rgb = np.load(folder / "rgb.npy", mmap_mode="r")[:count]
     label = np.load(folder / "label.npy", mmap_mode="r")[:count]
-    return Frames(rgb, label, tuple(record["classes"]))
+    return Frames(rgb, label, tuple(record["classes"]), int(record["scenes_done"]))
 
 
 def _record(classes: Sequence[str], plan: FramePlan) -> dict[str, object]:

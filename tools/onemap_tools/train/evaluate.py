@@ -122,6 +122,7 @@ def evaluate(
             )
             if np.isfinite(value)
         },
+        "class_names": list(vocabulary.names),
         "confusion": counts.tolist(),
     }
 

@@ -6,6 +6,7 @@ Everything lies under one work folder: ``train``, ``calibrate``, ``held_out`` an
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,6 +21,7 @@ from onemap_perception.text import save_calibration
 from onemap_perception.vocabulary import Vocabulary, load_vocabulary
 from onemap_simulator.style import HELD_OUT
 from onemap_tools.train.calibrate import FIRST_GUESS, fit_temperature
+from onemap_tools.train.card import model_card
 from onemap_tools.train.dataset import (
     EVALUATION_SEEDS,
     TRAIN_SEEDS,
@@ -30,9 +32,11 @@ from onemap_tools.train.dataset import (
 )
 from onemap_tools.train.evaluate import evaluate
 from onemap_tools.train.export import MIN_COSINE, export_network, least_cosine, write_table
+from onemap_tools.train.model import MiniNetwork
 from onemap_tools.train.texts import Embed, text_bank
 from onemap_tools.train.train import Report, TrainSettings, load_average, train_mini
 
+TIMED_PICTURES = 50
 COSINE_PICTURES = 5  # compared between torch and ONNX before anything ships
 
 
@@ -106,9 +110,9 @@ def export(work: Work) -> float:
 
 
 def evaluate_all(work: Work) -> dict[str, object]:
-    """Figures on held-out apartments and on the simulator's held-out style."""
+    """Figures on held-out apartments and on the simulator's held-out style, and plain facts."""
     encoder = MiniEncoder(MiniSettings(folder=work.output))
-    result: dict[str, object] = {"encoder_id": encoder.encoder_id}
+    result: dict[str, object] = {"encoder_id": encoder.encoder_id, "facts": _facts(work, encoder)}
     for name in ("held_out", "other_style"):
         frames = _frames(work, name)
         with _bar(f"evaluating {name}", len(frames)) as show:
@@ -118,6 +122,32 @@ def evaluate_all(work: Work) -> dict[str, object]:
 
             result[name] = evaluate(encoder, work.vocabulary, frames, progress)
     return result
+
+
+def write_card(work: Work, figures: dict[str, object]) -> Path:
+    """Write ``MODEL_CARD.md`` beside the weights."""
+    path = work.output / "MODEL_CARD.md"
+    path.write_text(model_card(figures), encoding="utf-8")
+    return path
+
+
+def _facts(work: Work, encoder: MiniEncoder) -> dict[str, float]:
+    frames, vocabulary = _frames(work, "train"), work.vocabulary
+    picture = np.asarray(frames.rgb[0])
+    times_ms: list[float] = []
+    for _ in range(TIMED_PICTURES):
+        begun_s = time.perf_counter()
+        encoder.encode(picture)
+        times_ms.append((time.perf_counter() - begun_s) * 1e3)
+    return {
+        "parameters": sum(p.numel() for p in MiniNetwork().parameters()) / 1e6,
+        "encode_ms": float(np.median(times_ms)),
+        "words": len(vocabulary.words),
+        "neutral": len(vocabulary.neutral),
+        "frames": len(frames),
+        "apartments": frames.scenes,
+        "temperature": encoder.embed_text(vocabulary.names[:1]).temperature,
+    }
 
 
 def _frames(work: Work, name: str) -> Frames:
