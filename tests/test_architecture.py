@@ -45,7 +45,7 @@ ONLY_IN = {
     "uvicorn": {"onemap_gateway"},
     "embreex": {"onemap_simulator"},
     "trimesh": {"onemap_simulator"},
-    "onnxruntime": {"onemap_perception", "onemap_tools.train"},
+    "onnxruntime": {"onemap_perception.onnx"},
 }
 NEVER = {"pickle", "cPickle", "dill", "joblib", "shelve", "marshal"}
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import onnx
-import onnxruntime
 import torch
 from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor, nn
 
 from onemap_perception.encoders.mini import NETWORK_FILE
+from onemap_perception.onnx import open_session
 from onemap_perception.vocabulary import Vocabulary
 from onemap_perception.words import TABLE_FILE
 from onemap_shared.geometry import U8
@@ -67,9 +67,7 @@ def export_network(network: MiniNetwork, folder: Path) -> Path:
 
 def least_cosine(network: MiniNetwork, path: Path, pictures: U8) -> float:
     """The lowest cosine of any patch between torch and the exported file; pictures (N, H, W, 3)."""
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
+    session = open_session(path, threads=1)
     camera = _Camera(network).eval()
     lowest = 1.0
     for picture in pictures:

@@ -9,13 +9,14 @@ import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
-import onnxruntime
 
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.minilm import MiniLm, find_model_folder
+from onemap_perception.onnx import open_session
 from onemap_perception.text import QueryText, load_calibration
 from onemap_perception.vocabulary import load_vocabulary
 from onemap_perception.words import load_table
@@ -82,19 +83,13 @@ def input_size(width: int, height: int, limit_px: int) -> tuple[int, int]:
     return columns * STRIDE, rows * STRIDE
 
 
-def _open(path: Path, threads: int) -> onnxruntime.InferenceSession:
+def _open(path: Path, threads: int) -> Any:
     if not path.is_file():
         raise EncoderError(f"the encoder's weights {path} are missing: reinstall OneMap")
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = threads
-    options.inter_op_num_threads = 1
-    # Waiting threads sleep: the same cores also run the mapper.
-    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     try:
-        return onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
-    except Exception as problem:  # onnxruntime's errors share no other base class
-        reason = str(problem).splitlines()[0]
-        raise EncoderError(f"the encoder's weights {path} are damaged: {reason}") from problem
+        return open_session(path, threads=threads)
+    except ValueError as problem:
+        raise EncoderError(f"the encoder's weights {path} are damaged: {problem}") from problem
 
 
 def _load_text(folder: Path) -> QueryText:
