@@ -95,10 +95,12 @@ def test_regions_come_best_first_and_large_enough() -> None:
 
 
 def test_before_giving_up_every_similar_place_counts_but_no_single_noisy_one() -> None:
-    similarity = np.full((5, 10), 0.1, np.float32)
-    similarity[1, 1], similarity[3, 8] = 0.5, 0.6
+    similarity = np.full((5, 10), 0.05, np.float32)
+    similarity[1, 1], similarity[3, 8] = 0.2, 0.6
     belief = drawn(".,", scale=5, similarity=similarity)
     assert find_regions(belief, RULES.region) == ()
     assert len(remaining_regions(belief, RULES.region)) == 2
+    best = remaining_regions(belief, replace(RULES.region, last_looks=1))
+    assert [region.score for region in best] == pytest.approx([0.6])
     pickier = replace(RULES.region, min_area_m2=0.02)
     assert remaining_regions(belief, pickier) == ()

@@ -17,6 +17,8 @@ class RegionRules:
     """What counts as a region; see ``PlannerConfig`` for the values."""
 
     threshold: float
+    last_threshold: float
+    last_looks: int
     min_area_m2: float
 
 
@@ -31,20 +33,22 @@ class Region:
 
 def find_regions(belief: Belief, rules: RegionRules) -> tuple[Region, ...]:
     """Clusters of similarity above the threshold in E - C, best first."""
-    return _clusters(belief, belief.explored & ~belief.searched, rules)
+    return _clusters(belief, belief.explored & ~belief.searched, rules.threshold, rules)
 
 
 def remaining_regions(belief: Belief, rules: RegionRules) -> tuple[Region, ...]:
-    """The same anywhere on the map: what looks like the object though nothing was detected.
+    """The best few anywhere on the map, from a lower threshold on.
 
     In the first search E and C are one, and C only says that the camera looked, perhaps from
     too far for the detector; before an object is given up, these places deserve a closer look.
     """
-    return _clusters(belief, belief.observed, rules)
+    return _clusters(belief, belief.observed, rules.last_threshold, rules)[: rules.last_looks]
 
 
-def _clusters(belief: Belief, among: Bool, rules: RegionRules) -> tuple[Region, ...]:
-    similar = np.nan_to_num(belief.similarity, nan=0.0) >= rules.threshold
+def _clusters(
+    belief: Belief, among: Bool, threshold: float, rules: RegionRules
+) -> tuple[Region, ...]:
+    similar = np.nan_to_num(belief.similarity, nan=0.0) >= threshold
     parts, count = ndimage.label(similar & among, EIGHT)
     regions = []
     for index, box in enumerate(ndimage.find_objects(parts, count), start=1):
