@@ -129,7 +129,9 @@ class ExploreConfig(StrictModel):
         description="Metres tried when nothing nearer can be reached; success is 1.5 m (paper).",
     )
     confirm_sightings: PositiveInt = Field(
-        default=3, description="Agreeing detections while standing before it."
+        default=8,
+        description="Agreeing detections while standing before it: a third of the frames. What "
+        "the detector takes for the object from afar flickers when seen from near.",
     )
     confirm_s: PositiveFloat = Field(
         default=5.0,
