@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from onemap_perception.vocabulary import Vocabulary, WordClass
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import F16, TextEmbeddings
 from onemap_tools.train import measures
-from onemap_tools.train.augment import augment
+from onemap_tools.train.augment import augment, augment_mildly
 from onemap_tools.train.batches import BatchSource, class_frequency
 from onemap_tools.train.calibrate import best_temperature
 from onemap_tools.train.card import model_card
@@ -84,9 +84,12 @@ def test_rendered_frames_resume_and_repeat(tmp_path: Path, monkeypatch: pytest.M
 
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=25, deadline=None)
-def test_augmented_pictures_have_the_size_and_known_labels(seed: int, frames: Frames) -> None:
+@pytest.mark.parametrize("change", [augment, augment_mildly])
+def test_augmented_pictures_have_the_size_and_known_labels(
+    change: Callable[..., tuple[U8, U8]], seed: int, frames: Frames
+) -> None:
     rng = np.random.default_rng(seed)
-    rgb, label = augment(frames.rgb[0], frames.label[0], (64, 48), rng)
+    rgb, label = change(frames.rgb[0], frames.label[0], (64, 48), rng)
     assert rgb.shape == (48, 64, 3)
     assert rgb.dtype == label.dtype == np.uint8
     assert label.shape == (48, 64)
@@ -94,7 +97,7 @@ def test_augmented_pictures_have_the_size_and_known_labels(seed: int, frames: Fr
 
 
 def test_batches_depend_on_seed_and_step_alone(frames: Frames) -> None:
-    source = BatchSource(frames, (64, 48), batch=3, seed=5)
+    source = BatchSource(frames, (64, 48), batch=3, seed=5, finish_from=3)
     streamed = list(source.stream(2, 4))
     again = source.make(3)
     np.testing.assert_array_equal(streamed[1].rgb, again.rgb)
@@ -114,7 +117,7 @@ def test_patch_targets_are_shares_of_pixels() -> None:
 def test_rare_classes_weigh_more_and_the_mean_is_one(frames: Frames) -> None:
     frequency = class_frequency(frames, np.random.default_rng(0))
     assert frequency.sum() == pytest.approx(1)
-    weights = class_weights(np.array([0.9, 0.1, 0.0], np.float32)).numpy()
+    weights = class_weights(np.array([0.9, 0.1, 0.0], np.float32), 0.5).numpy()
     assert weights[2] > weights[1] > weights[0]
     assert weights @ np.array([0.9, 0.1, 0]) == pytest.approx(1, rel=0.02)
 

@@ -40,10 +40,13 @@ class PatchesConfig(StrictModel):
         default=0.4, gt=0, lt=1, description="From this score on a patch belongs to the thing."
     )
     core: float = Field(
-        default=0.7, gt=0, lt=1, description="At least one patch of it must be this sure."
+        default=0.8,
+        gt=0,
+        lt=1,
+        description="At least one patch must be this sure: false finds cost more than late ones.",
     )
     patches: int = Field(
-        default=2, ge=1, description="Fewer connected patches are taken for noise."
+        default=3, ge=1, description="Fewer connected patches are taken for noise."
     )
     detections: int = Field(
         default=8, ge=1, le=256, description="Most detections per picture and name."

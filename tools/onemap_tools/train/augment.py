@@ -13,12 +13,14 @@ from onemap_shared.geometry import F32, U8
 from onemap_tools.train.dataset import NO_CLASS
 
 ZOOM = (0.65, 1.4)  # crop size over picture size: below 1 enlarges
+MILD_ZOOM = (0.9, 1.25)
+STRETCH = 0.15  # logarithm of the aspect ratio's change
 PATTERN_PX = (2, 40)  # size of a random texture's details
 
 
 def augment(rgb: U8, label: U8, size: tuple[int, int], rng: np.random.Generator) -> tuple[U8, U8]:
     """rgb (H, W, 3) and label (H, W) to (h, w, 3) and (h, w), ``size`` = (w, h)."""
-    rgb, label = _crop(rgb, label, size, rng)
+    rgb, label = _crop(rgb, label, size, zoom=rng.uniform(*ZOOM), rng=rng)
     if rng.random() < 0.5:
         rgb, label = rgb[:, ::-1], label[:, ::-1]
     image = rgb.astype(np.float32)
@@ -31,10 +33,24 @@ def augment(rgb: U8, label: U8, size: tuple[int, int], rng: np.random.Generator)
     return np.clip(image, 0, 255).astype(np.uint8), np.ascontiguousarray(label)
 
 
-def _crop(rgb: U8, label: U8, size: tuple[int, int], rng: np.random.Generator) -> tuple[U8, U8]:
+def augment_mildly(
+    rgb: U8, label: U8, size: tuple[int, int], rng: np.random.Generator
+) -> tuple[U8, U8]:
+    """As ``augment``, but close to what the simulator's own camera gives."""
+    rgb, label = _crop(rgb, label, size, zoom=rng.uniform(*MILD_ZOOM), rng=rng)
+    if rng.random() < 0.5:
+        rgb, label = rgb[:, ::-1], label[:, ::-1]
+    noise = rng.standard_normal(rgb.shape, dtype=np.float32)
+    image = rgb * np.float32(rng.uniform(0.85, 1.15)) + np.float32(rng.uniform(0, 4)) * noise
+    return np.clip(image, 0, 255).astype(np.uint8), np.ascontiguousarray(label)
+
+
+def _crop(
+    rgb: U8, label: U8, size: tuple[int, int], *, zoom: float, rng: np.random.Generator
+) -> tuple[U8, U8]:
     """A random part, a little stretched, resized to ``size``."""
     height, width = label.shape
-    zoom, stretch = rng.uniform(*ZOOM), np.exp(rng.uniform(-0.15, 0.15))
+    stretch = np.exp(rng.uniform(-STRETCH, STRETCH))
     w = min(int(size[0] * zoom * stretch), width)
     h = min(int(size[1] * zoom / stretch), height)
     x, y = rng.integers(0, width - w + 1), rng.integers(0, height - h + 1)

@@ -9,9 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_shared.geometry import F32, U8
-from onemap_tools.train.augment import augment
+from onemap_tools.train.augment import augment, augment_mildly
 from onemap_tools.train.dataset import NO_CLASS, Frames
 from onemap_tools.train.losses import patch_targets
+
+MILD_SHARE = 0.75  # of the pictures, in the last part of the training
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,18 +26,27 @@ class Batch:
 
 @dataclass(frozen=True, slots=True)
 class BatchSource:
-    """Batch number i is a function of seed and i alone, so that training can resume anywhere."""
+    """Batch number i is a function of seed and i alone, so that training can resume anywhere.
+
+    From step ``finish_from`` on most pictures are changed mildly: strong changes teach what
+    things are, the last steps what they look like here.
+    """
 
     frames: Frames
     size: tuple[int, int]
     batch: int
     seed: int
+    finish_from: int
 
     def make(self, step: int) -> Batch:
         """The batch of this step."""
         rng = np.random.default_rng([self.seed, step])
         chosen = rng.integers(0, len(self.frames), self.batch)
-        pairs = [augment(self.frames.rgb[i], self.frames.label[i], self.size, rng) for i in chosen]
+        pairs = []
+        for i in chosen:
+            mild = step >= self.finish_from and rng.random() < MILD_SHARE
+            change = augment_mildly if mild else augment
+            pairs.append(change(self.frames.rgb[i], self.frames.label[i], self.size, rng))
         labels = np.stack([label for _, label in pairs])
         return Batch(
             np.stack([rgb for rgb, _ in pairs]), patch_targets(labels, len(self.frames.classes))

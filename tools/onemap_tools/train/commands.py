@@ -17,7 +17,7 @@ app = typer.Typer(no_args_is_help=True, help="Train the encoder that ships.")
 
 APARTMENTS = 240
 PER_APARTMENT = 32
-STEPS = 5000
+STEPS = 8500
 
 WorkFolder = Annotated[Path, typer.Option(help="Folder for frames and checkpoints.")]
 Output = Annotated[Path | None, typer.Option(help="Where the encoder goes; default: it ships.")]

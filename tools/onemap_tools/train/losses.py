@@ -37,10 +37,10 @@ def patch_targets(label: U8, classes: int, stride: int = 8) -> F32:
     return result
 
 
-def class_weights(frequency: F32) -> Tensor:
-    """Weights (K,) about 1 / sqrt(frequency), of mean 1 over what is seen; frequency (K,)."""
+def class_weights(frequency: F32, power: float) -> Tensor:
+    """Weights (K,) as frequency to minus ``power``, of mean 1 over what is seen; frequency (K,)."""
     share = np.maximum(frequency / max(float(frequency.sum()), 1e-12), 1e-4)
-    weights = 1 / np.sqrt(share)
+    weights = share**-power
     weights /= float((weights * share).sum() / share.sum())
     return torch.from_numpy(weights.astype(np.float32))
 

@@ -25,7 +25,12 @@ CHECKPOINT = "checkpoint.safetensors"
 
 @dataclass(frozen=True, slots=True)
 class TrainSettings:
-    """How to train; steps of ``batch`` pictures of ``size`` = (w, h) pixels."""
+    """How to train; steps of ``batch`` pictures of ``size`` = (w, h) pixels.
+
+    ``finish`` is the share of the steps, at the end, with mostly mild augmentation and with
+    rare classes favoured less, so that a cup is not seen in every edge. ``balance`` and
+    ``finish_balance`` are the powers of the inverse class frequency before and in it.
+    """
 
     steps: int = 4000
     batch: int = 24
@@ -36,6 +41,9 @@ class TrainSettings:
     ema: float = 0.998
     seed: int = 0
     checkpoint_every: int = 200
+    finish: float = 0.36
+    balance: float = 0.5
+    finish_balance: float = 0.25
     loss: LossSettings = field(default_factory=LossSettings)
 
 
@@ -142,9 +150,18 @@ def train_mini(
     if (folder / CHECKPOINT).exists():
         training.load(folder)
     rng = np.random.default_rng(settings.seed)
-    weights = class_weights(class_frequency(frames, rng)).to(device)
+    frequency = class_frequency(frames, rng)
+    balanced = class_weights(frequency, settings.balance).to(device)
+    finishing = class_weights(frequency, settings.finish_balance).to(device)
     bank = replace(texts, aliases=texts.aliases.to(device), neutral=texts.neutral.to(device))
-    source = BatchSource(frames, settings.size, settings.batch, settings.seed)
+    finish_from = round(settings.steps * (1 - settings.finish))
+    source = BatchSource(
+        frames,
+        settings.size,
+        settings.batch,
+        settings.seed,
+        finish_from=finish_from,
+    )
     training.network.train()
     recent = math.nan
     for batch in source.stream(training.step, settings.steps):
@@ -155,6 +172,7 @@ def train_mini(
             features = training.network.raw(rgb.contiguous(memory_format=torch.channels_last))
         # Channels lie last in memory: this is a view, and so is its gradient.
         rows = features.permute(0, 2, 3, 1).flatten(0, 2).float()
+        weights = balanced if training.step < finish_from else finishing
         loss = alignment_loss(rows, targets, bank.draw(generator), weights, settings.loss)
         training.learn(loss)
         value = loss.item()

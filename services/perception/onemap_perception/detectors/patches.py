@@ -19,8 +19,8 @@ class PatchThresholds:
     reach; patches: how many at least; detections: how many at most, per picture and name."""
 
     score: float = 0.4
-    core: float = 0.7
-    patches: int = 2
+    core: float = 0.8
+    patches: int = 3
     detections: int = 8
 
 
