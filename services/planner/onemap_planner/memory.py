@@ -31,6 +31,7 @@ class Quest:
 
     shunned: goals at regions and sightings that came to nothing. idle_since_s: since when
     there has been no goal, or no stand before the candidate; None: there is one.
+    reconsidered: whether everything was searched before, and what was rejected forgiven.
     """
 
     candidates: tuple[Candidate, ...] = ()
@@ -38,6 +39,7 @@ class Quest:
     shunned: tuple[Goal, ...] = ()
     pursuit: Pursuit | None = None
     idle_since_s: float | None = None
+    reconsidered: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +77,11 @@ def shun(mind: Mind, goal: Goal) -> Mind:
     if goal.kind is GoalKind.FRONTIER:
         return replace(mind, quest=quest, dead_ends=(*mind.dead_ends, goal.look_xy))
     return replace(mind, quest=replace(quest, shunned=(*quest.shunned, goal)))
+
+
+def reconsider(mind: Mind) -> Mind:
+    """The mind that gives what it rejected one more chance, when nothing better is left."""
+    return replace(mind, quest=Quest(reconsidered=True))
 
 
 def is_shunned(mind: Mind, goal: Goal, within_m: float) -> bool:
