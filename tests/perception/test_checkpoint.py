@@ -1,0 +1,79 @@
+"""Files that are no checkpoints, and files that would run code."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import torch
+
+from onemap_perception.encoders.checkpoint import fingerprint, load_weights, read_weights
+from onemap_perception.encoders.protocol import EncoderError
+
+
+class Payload:
+    """What an attacker would save: unpickling it calls a function."""
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return (print, ("this must never run",))
+
+
+def test_a_pickled_payload_is_refused_unread(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "evil.pth"
+    torch.save({"model": Payload()}, path)
+    with pytest.raises(EncoderError, match="not a checkpoint of tensors alone"):
+        read_weights(path)
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("name", ["w.pth", "w.safetensors"])
+@pytest.mark.parametrize("content", [b"", b"not a checkpoint", b"PK\x03\x04 cut off"])
+def test_corrupt_files_are_refused(name: str, content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(EncoderError, match=f"{name} is not a checkpoint"):
+        read_weights(path)
+
+
+def test_a_cut_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "w.pth"
+    torch.save({"a": torch.ones(1000)}, path)
+    path.write_bytes(path.read_bytes()[:-900])
+    with pytest.raises(EncoderError, match="not a checkpoint"):
+        read_weights(path)
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(EncoderError, match=r"the checkpoint .*none\.pth does not exist"):
+        read_weights(tmp_path / "none.pth")
+
+
+def test_a_file_of_something_else_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "list.pth"
+    torch.save([torch.ones(1)], path)
+    with pytest.raises(EncoderError, match="holds list, not tensors by name"):
+        read_weights(path)
+
+
+def test_many_missing_tensors_are_counted() -> None:
+    model = torch.nn.Sequential(torch.nn.Linear(2, 2), torch.nn.Linear(2, 2))
+    with pytest.raises(EncoderError, match=r"lacks 0\.weight, 0\.bias, 1\.weight and 1 more"):
+        load_weights(model, {}, Path("w.pth"))
+
+
+def test_a_tensor_of_another_shape_is_named() -> None:
+    model = torch.nn.Linear(2, 3)
+    weights = {"weight": torch.zeros(3, 5), "bias": torch.zeros(3)}
+    with pytest.raises(EncoderError, match=r"weight has shape \(3, 5\); expected \(3, 2\)"):
+        load_weights(model, weights, Path("w.pth"))
+
+
+def test_the_fingerprint_follows_values_and_names_not_order() -> None:
+    a, b = torch.arange(4.0), torch.ones(2, 2)
+    both = fingerprint([("a", a), ("b", b)])
+    assert both == fingerprint([("b", b), ("a", a)])
+    assert both == fingerprint([("a", a.half()), ("b", b)])  # the same values
+    assert both != fingerprint([("a", b), ("b", a)])
+    assert both != fingerprint([("a", a + 1), ("b", b)])
