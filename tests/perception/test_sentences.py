@@ -1,0 +1,33 @@
+"""The memory of texts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from onemap_perception.encoders.sentences import Prompted
+from onemap_shared.geometry import F32
+
+
+def test_the_oldest_text_is_forgotten_first() -> None:
+    asked: list[str] = []
+
+    def embed(prompts: Sequence[str]) -> F32:
+        asked.extend(prompts)
+        return np.array([[len(p), 1.0] for p in prompts], np.float32)
+
+    texts = Prompted(embed, prompt="see {}", kept=2)
+    texts(["a", "b"])
+    texts(["a"])
+    texts(["c"])  # b is the oldest now
+    asked.clear()
+    texts(["a", "c"])
+    assert asked == []
+    texts(["b"])
+    assert asked == ["see b"]
+
+
+def test_a_list_longer_than_the_memory_is_answered_whole() -> None:
+    texts = Prompted(lambda ps: np.ones((len(ps), 3), np.float32), prompt="{}", kept=2)
+    assert texts([f"w{i}" for i in range(9)]).shape == (9, 3)
