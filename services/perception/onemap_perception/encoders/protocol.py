@@ -13,6 +13,10 @@ class EncoderError(Exception):
     """The encoder cannot be loaded or failed on a picture; one sentence for the user."""
 
 
+class OutOfDeviceMemoryError(EncoderError):
+    """The accelerator's memory is full; the next picture may fit again."""
+
+
 class UnknownWordError(Exception):
     """A text that this encoder has no embedding for; one sentence that says what helps."""
 
