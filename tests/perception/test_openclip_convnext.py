@@ -16,12 +16,9 @@ from onemap_perception.encoders.openclip_convnext import (
     OpenClipConvNext,
     OpenClipSettings,
 )
-from onemap_perception.encoders.protocol import (
-    EncoderError,
-    OutOfDeviceMemoryError,
-    UnknownWordError,
-)
+from onemap_perception.encoders.protocol import EncoderError, UnknownWordError
 from onemap_perception.encoders.torch_tower import TowerSettings
+from onemap_perception.faults import Fault, OutOfDeviceMemoryError
 from onemap_shared.geometry import U8
 from tests.perception.tiny import (
     EMBED_DIM,
@@ -176,7 +173,7 @@ def test_a_device_that_is_not_there_is_one_sentence(folder: Path) -> None:
     if torch.cuda.is_available():
         pytest.skip("this machine has a CUDA device")
     settings = OpenClipSettings(folder, tower=replace(SMALL, device="cuda"))
-    with pytest.raises(EncoderError, match="device 'cuda' cannot be used"):
+    with pytest.raises(Fault, match="device 'cuda' cannot be used"):
         OpenClipConvNext(settings)
 
 

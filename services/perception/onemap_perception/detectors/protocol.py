@@ -5,8 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+from onemap_perception.faults import Fault
 from onemap_shared.geometry import U8, Bool
 from onemap_shared.messages import F16, TextEmbeddings
+
+
+class DetectorError(Fault):
+    """The detector cannot be loaded or failed on a picture; one sentence for the user."""
 
 
 @dataclass(frozen=True, slots=True)

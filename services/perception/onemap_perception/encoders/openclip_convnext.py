@@ -20,12 +20,8 @@ from onemap_perception.encoders.checkpoint import fingerprint, load_weights, rea
 from onemap_perception.encoders.picture import fitted_size, planes, resized
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.sentences import Prompted
-from onemap_perception.encoders.torch_tower import (
-    Tower,
-    TowerSettings,
-    open_device,
-    uncalibrated,
-)
+from onemap_perception.encoders.torch_tower import Tower, TowerSettings, uncalibrated
+from onemap_perception.torch_device import open_device
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import F16, TextEmbeddings
 

@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
+from onemap_perception.faults import Fault
 from onemap_shared.geometry import U8
 from onemap_shared.messages import F16, TextEmbeddings
 
 
-class EncoderError(Exception):
+class EncoderError(Fault):
     """The encoder cannot be loaded or failed on a picture; one sentence for the user."""
-
-
-class OutOfDeviceMemoryError(EncoderError):
-    """The accelerator's memory is full; the next picture may fit again."""
 
 
 class UnknownWordError(Exception):

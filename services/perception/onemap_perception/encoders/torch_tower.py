@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import torch
 
-from onemap_perception.encoders.protocol import EncoderError, OutOfDeviceMemoryError
+from onemap_perception.encoders.protocol import EncoderError
+from onemap_perception.torch_device import open_device, running
 from onemap_shared.geometry import F32
 from onemap_shared.messages import F16, TextEmbeddings
 
@@ -41,17 +42,10 @@ class Tower:
 
     def __call__(self, planes: F32) -> F16:
         """Unit features (h, w, D) float16 of a picture (1, 3, H, W) float32."""
-        try:
-            with torch.inference_mode():
-                features = self.dense(torch.from_numpy(planes))[0]
-                unit = torch.nn.functional.normalize(features.float(), dim=-1)
-                result: F16 = unit.half().cpu().numpy()
-        except torch.OutOfMemoryError as problem:
-            self._let_go()
-            raise OutOfDeviceMemoryError(_out_of_memory(self.device, planes)) from problem
-        except RuntimeError as problem:
-            reason = str(problem).splitlines()[0]
-            raise EncoderError(f"torch failed on {self.device}: {reason}") from problem
+        with running(self.device, (planes.shape[3], planes.shape[2])):
+            features = self.dense(torch.from_numpy(planes))[0]
+            unit = torch.nn.functional.normalize(features.float(), dim=-1)
+            result: F16 = unit.half().cpu().numpy()
         if not np.isfinite(result).all():
             raise EncoderError(f"the encoder's features are not finite in {self.dtype}")
         return result
@@ -60,22 +54,6 @@ class Tower:
         """Features (1, h, w, D) as the module gives them, on the device."""
         picture = planes.to(self.device, self.dtype, non_blocking=True)
         return self._run(picture.contiguous(memory_format=self._layout))
-
-    def _let_go(self) -> None:
-        """Give cached blocks back, so that a smaller picture or another process may fit."""
-        if self.device.type == "cuda":
-            torch.cuda.empty_cache()
-
-
-def open_device(name: str) -> torch.device:
-    """The device, or EncoderError if this machine or this torch has none of the name."""
-    try:
-        device = torch.device(name)
-        torch.empty(1, device=device)
-    except (RuntimeError, AssertionError) as problem:
-        reason = str(problem).splitlines()[0]
-        raise EncoderError(f"device {name!r} cannot be used: {reason}") from problem
-    return device
 
 
 def uncalibrated(
@@ -90,12 +68,4 @@ def uncalibrated(
         neutral=np.zeros((0, rows.shape[1]), np.float32),
         neutral_mask=np.zeros((len(texts), 0), np.uint8),
         temperature=1.0,
-    )
-
-
-def _out_of_memory(device: torch.device, planes: F32) -> str:
-    height, width = planes.shape[2:]
-    return (
-        f"{device} is out of memory for a picture of {width} x {height}: "
-        "lower perception.encoder.long_side_px or free the device"
     )

@@ -1,0 +1,43 @@
+"""The device a network of torch runs on, and what goes wrong there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import torch
+
+from onemap_perception.faults import Fault, OutOfDeviceMemoryError
+
+
+def open_device(name: str) -> torch.device:
+    """The device, or Fault if this machine or this torch has none of the name."""
+    try:
+        device = torch.device(name)
+        torch.empty(1, device=device)
+    except (RuntimeError, AssertionError) as problem:
+        reason = str(problem).splitlines()[0]
+        raise Fault(f"device {name!r} cannot be used: {reason}") from problem
+    return device
+
+
+@contextmanager
+def running(device: torch.device, picture_px: tuple[int, int]) -> Iterator[None]:
+    """Inference on a picture of (width, height); what torch raises becomes a Fault.
+
+    A full device gives its cached blocks back, so that the next picture may fit.
+    """
+    width, height = picture_px
+    try:
+        with torch.inference_mode():
+            yield
+    except torch.OutOfMemoryError as problem:
+        if device.type == "cuda":
+            torch.cuda.empty_cache()
+        raise OutOfDeviceMemoryError(
+            f"{device} is out of memory for a picture of {width} x {height}: "
+            "feed smaller pictures or free the device"
+        ) from problem
+    except RuntimeError as problem:
+        reason = str(problem).splitlines()[0]
+        raise Fault(f"the network failed on {device}: {reason}") from problem
