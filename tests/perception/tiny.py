@@ -78,3 +78,75 @@ def open_clip_file(folder: Path, layout: str, *, without: str = "") -> Path:
 def write_config(folder: Path) -> None:
     document = {"model_cfg": OPEN_CLIP_CONFIG, "preprocess_cfg": {}}
     (folder / "open_clip_config.json").write_text(json.dumps(document), encoding="utf-8")
+
+
+def tipsv2_folder(folder: Path) -> Path:
+    """A TIPSv2 model of two blocks and a tokenizer of a few letters."""
+    transformers = pytest.importorskip("transformers", reason="needs transformers")
+    if not hasattr(transformers, "Tipsv2Model"):
+        pytest.skip(f"transformers {transformers.__version__} has no Tipsv2Model")
+    torch.manual_seed(0)
+    size = {"hidden_size": EMBED_DIM, "num_hidden_layers": 2, "num_attention_heads": 2}
+    config = transformers.Tipsv2Config(
+        vision_config={**size, "image_size": 56, "patch_size": 14},
+        text_config={**size, "vocab_size": 64, "intermediate_size": 32},
+    )
+    transformers.Tipsv2Model(config).save_pretrained(folder)
+    letters = {"<pad>": 0, "<unk>": 1, "▁": 2, **{chr(97 + i): 3 + i for i in range(26)}}
+    transformers.Tipsv2Tokenizer(vocab=letters, merges=[]).save_pretrained(folder)
+    return folder
+
+
+def rtdetr_folder(folder: Path, names: tuple[str, ...] = ("chair", "couch", "tv")) -> Path:
+    """An RT-DETRv2 of a few thousand weights that knows three names."""
+    transformers = pytest.importorskip("transformers", reason="needs transformers")
+    torch.manual_seed(0)
+    backbone = transformers.RTDetrResNetConfig(
+        embedding_size=8,
+        hidden_sizes=[8, 8, 16, 16],
+        depths=[1, 1, 1, 1],
+        layer_type="basic",
+        out_features=["stage2", "stage3", "stage4"],
+    )
+    config = transformers.RTDetrV2Config(
+        backbone_config=backbone,
+        encoder_in_channels=[8, 16, 16],
+        encoder_hidden_dim=16,
+        d_model=16,
+        encoder_layers=1,
+        encoder_ffn_dim=16,
+        encoder_attention_heads=2,
+        decoder_layers=2,
+        decoder_ffn_dim=16,
+        decoder_attention_heads=2,
+        decoder_in_channels=[16, 16, 16],
+        decoder_n_points=2,
+        num_queries=20,
+        num_denoising=0,
+        id2label=dict(enumerate(names)),
+        label2id={name: index for index, name in enumerate(names)},
+    )
+    transformers.RTDetrV2ForObjectDetection(config).save_pretrained(folder)
+    return folder
+
+
+def owl_folder(folder: Path) -> Path:
+    """An OWLv2 of a few thousand weights with a tokenizer of single letters."""
+    transformers = pytest.importorskip("transformers", reason="needs transformers")
+    torch.manual_seed(0)
+    size = {"hidden_size": 16, "num_hidden_layers": 1, "num_attention_heads": 2}
+    config = transformers.Owlv2Config(
+        text_config={**size, "intermediate_size": 16, "vocab_size": 64, "bos_token_id": 62},
+        vision_config={**size, "intermediate_size": 16, "image_size": 64, "patch_size": 16},
+        projection_dim=16,
+    )
+    transformers.Owlv2ForObjectDetection(config).save_pretrained(folder)
+    letters = {"!": 0, "<|startoftext|>": 62, "<|endoftext|>": 63}  # 0 means "no text" to OWLv2
+    for index, letter in enumerate("abcdefghijklmnopqrstuvwxyz"):
+        letters[letter], letters[letter + "</w>"] = 1 + index, 30 + index
+    tokenizer = transformers.CLIPTokenizer(
+        vocab=letters, merges=[], unk_token="<|endoftext|>", pad_token="<|endoftext|>"
+    )
+    pictures = transformers.Owlv2ImageProcessorPil(size={"height": 64, "width": 64})
+    transformers.Owlv2Processor(pictures, tokenizer).save_pretrained(folder)
+    return folder

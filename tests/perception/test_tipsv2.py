@@ -1,0 +1,82 @@
+"""TIPSv2 on tiny random weights."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from safetensors.torch import load_file, save_file
+
+from onemap_perception.encoders.protocol import EncoderError
+from onemap_perception.encoders.tipsv2 import (
+    Tipsv2Encoder,
+    Tipsv2Settings,
+    block_of_values,
+    load_model,
+)
+from onemap_perception.encoders.torch_tower import TowerSettings
+from tests.perception.tiny import EMBED_DIM, tipsv2_folder
+
+SMALL = TowerSettings(warm_up_px=(56, 42))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tipsv2_folder(tmp_path_factory.mktemp("tipsv2"))
+
+
+@pytest.fixture(scope="module")
+def encoder(folder: Path) -> Tipsv2Encoder:
+    return Tipsv2Encoder(Tipsv2Settings(folder, long_side_px=56, tower=SMALL))
+
+
+def test_a_token_alone_attends_to_itself(folder: Path) -> None:
+    model, _ = load_model(folder)
+    block = model.vision_model.encoder.layer[-1]
+    alone = torch.rand(3, 1, EMBED_DIM)
+    with torch.inference_mode():
+        torch.testing.assert_close(block_of_values(block, alone), block(alone))
+        two = torch.rand(1, 2, EMBED_DIM)
+        assert not torch.allclose(block_of_values(block, two), block(two))
+
+
+def test_features_cover_the_picture(encoder: Tipsv2Encoder) -> None:
+    rng = np.random.default_rng(0)
+    features = encoder.encode(rng.integers(0, 256, (48, 64, 3)).astype(np.uint8))
+    assert features.shape == (3, 4, EMBED_DIM)
+    np.testing.assert_allclose(np.linalg.norm(features.astype(np.float32), axis=-1), 1, atol=2e-3)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (33, 7), (8, 500)])
+def test_pictures_of_any_size_have_features(encoder: Tipsv2Encoder, size: tuple[int, int]) -> None:
+    assert np.isfinite(encoder.encode(np.full((*size, 3), 200, np.uint8))).all()
+
+
+def test_texts_are_the_models_own(encoder: Tipsv2Encoder, folder: Path) -> None:
+    model, tokenizer = load_model(folder)
+    asked = tokenizer(["a sofa"], padding="max_length", max_length=64, return_tensors="pt")
+    with torch.inference_mode():
+        pooled = model.get_text_features(**asked).pooler_output
+    expected = torch.nn.functional.normalize(pooled, dim=-1).numpy()
+    reply = encoder.embed_text(["sofa", "lamp"])
+    np.testing.assert_allclose(reply.embeddings[:1], expected, atol=1e-6)
+    assert reply.embeddings.shape == (2, EMBED_DIM)
+    assert reply.encoder_id == encoder.encoder_id
+    assert reply.text_space == encoder.text_space
+
+
+def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(EncoderError, match="holds no TIPSv2 model"):
+        load_model(tmp_path)
+
+
+def test_a_missing_tensor_is_refused_by_name(folder: Path, tmp_path: Path) -> None:
+    for file in folder.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    weights = load_file(tmp_path / "model.safetensors")
+    del weights["vision_encoder.norm.weight"]
+    save_file(weights, tmp_path / "model.safetensors", metadata={"format": "pt"})
+    with pytest.raises(EncoderError, match=r"it lacks vision_model\.layernorm\.weight"):
+        load_model(tmp_path)
