@@ -1,0 +1,84 @@
+"""RT-DETRv2 for the eighty names of COCO."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from onemap_perception.detectors.boxes import Box, BoxLimits, found_in
+from onemap_perception.detectors.names import coco_name
+from onemap_perception.detectors.pretrained import INSTALL, pretrained
+from onemap_perception.detectors.protocol import DetectorError, Found, Seen
+from onemap_perception.encoders.checkpoint import fingerprint
+from onemap_perception.encoders.picture import resized
+from onemap_perception.torch_device import open_device, running
+from onemap_shared.messages import TextEmbeddings
+
+SIDE_PX = 640  # RT-DETR's own square; it was trained on pictures squeezed into it
+
+
+@dataclass(frozen=True, slots=True)
+class CocoSettings:
+    """folder: as the hub lays it out; device: cpu, cuda or cuda:N."""
+
+    folder: Path
+    device: str = "cpu"
+    limits: BoxLimits = field(default_factory=lambda: BoxLimits(score=0.5))
+
+
+class CocoDetector:
+    """Implements ``Detector``. Raises DetectorError when it cannot be loaded."""
+
+    def __init__(self, settings: CocoSettings) -> None:
+        self._device = open_device(settings.device)
+        self._limits = settings.limits
+        model = load_model(settings.folder)
+        self._id = "coco-" + fingerprint(model.state_dict().items())
+        self._labels = {name: int(label) for label, name in model.config.id2label.items()}
+        self._model = model.to(self._device)
+
+    @property
+    def detector_id(self) -> str:
+        """``coco-`` and a digest of the weights."""
+        return self._id
+
+    def knows(self, name: str) -> bool:
+        """Whether the name, or its usual synonym, is one of the network's labels."""
+        return coco_name(name) in self._labels
+
+    def detect(self, seen: Seen, names: TextEmbeddings) -> tuple[Found, ...]:
+        """See ``Detector``; names that COCO lacks are found nowhere."""
+        wanted = {self._labels[coco_name(name)]: name for name in names.texts if self.knows(name)}
+        if not wanted:
+            return ()
+        scores, corners = self._run(seen)
+        boxes = [
+            Box(name, float(scores[query, label]), tuple(corners[query].tolist()))
+            for label, name in wanted.items()
+            for query in torch.nonzero(scores[:, label] >= self._limits.score).ravel().tolist()
+        ]
+        return found_in(boxes, seen.rgb, self._limits)
+
+    def _run(self, seen: Seen) -> tuple[torch.Tensor, torch.Tensor]:
+        """Scores (Q, labels) in [0, 1] and corners (Q, 4) in pixels of the picture."""
+        height, width = seen.rgb.shape[:2]
+        square = resized(seen.rgb, (SIDE_PX, SIDE_PX))
+        planes = torch.from_numpy(square).permute(2, 0, 1)[None].to(self._device).float() / 255
+        with running(self._device, (width, height)):
+            answer = self._model(pixel_values=planes)
+            centre, size = answer.pred_boxes[0].float().cpu().split(2, dim=-1)
+            corners = torch.cat([centre - size / 2, centre + size / 2], dim=-1)
+            scores = answer.logits[0].float().cpu().sigmoid()
+        return scores, corners * torch.tensor([width, height, width, height])
+
+
+def load_model(folder: Path) -> Any:
+    """The network from files of this machine; DetectorError if it is not whole."""
+    try:
+        from transformers import RTDetrV2ForObjectDetection
+    except (ImportError, RuntimeError) as missing:
+        raise DetectorError(f"the detector coco needs transformers: {INSTALL}") from missing
+    return pretrained(RTDetrV2ForObjectDetection, folder, "RT-DETRv2 model")

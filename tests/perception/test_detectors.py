@@ -1,0 +1,152 @@
+"""Boxes, the detectors of transformers on tiny random weights, and who is asked for a name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_perception.detectors.boxes import Box, BoxLimits, found_in, inner_mask
+from onemap_perception.detectors.coco import CocoDetector, CocoSettings
+from onemap_perception.detectors.names import coco_name
+from onemap_perception.detectors.open_vocabulary import (
+    OpenVocabularyDetector,
+    OpenVocabularySettings,
+)
+from onemap_perception.detectors.protocol import DetectorError, Found, Seen
+from onemap_perception.detectors.router import RoutedDetector
+from onemap_shared.geometry import U8
+from onemap_shared.messages import TextEmbeddings
+from tests.perception.tiny import owl_folder, rtdetr_folder
+
+ANY = BoxLimits(score=0.0, detections=6)
+
+
+def names(*texts: str) -> TextEmbeddings:
+    rows = np.ones((len(texts), 1), np.float32)
+    none = np.zeros((0, 1), np.float32)
+    return TextEmbeddings("e", "s", texts, rows, none, np.zeros((len(texts), 0), np.uint8), 1.0)
+
+
+def seen(height: int = 48, width: int = 64) -> Seen:
+    rgb = np.random.default_rng(0).integers(0, 256, (height, width, 3)).astype(np.uint8)
+    return Seen(rgb, np.ones((1, 1, 1), np.float16))
+
+
+@pytest.fixture(scope="module")
+def coco(tmp_path_factory: pytest.TempPathFactory) -> CocoDetector:
+    folder = rtdetr_folder(tmp_path_factory.mktemp("rtdetr"))
+    return CocoDetector(CocoSettings(folder, limits=ANY))
+
+
+@pytest.fixture(scope="module")
+def owl(tmp_path_factory: pytest.TempPathFactory) -> OpenVocabularyDetector:
+    folder = owl_folder(tmp_path_factory.mktemp("owl"))
+    return OpenVocabularyDetector(OpenVocabularySettings(folder, limits=ANY))
+
+
+def inside(found: Sequence[Found], rgb: U8) -> bool:
+    height, width = rgb.shape[:2]
+    return all(
+        0 <= thing.box_px[0] < thing.box_px[2] <= width
+        and 0 <= thing.box_px[1] < thing.box_px[3] <= height
+        and thing.mask.shape == (height, width)
+        and thing.mask.any()
+        and 0 <= thing.score <= 1
+        for thing in found
+    )
+
+
+def test_the_middle_of_a_box_stands_for_the_thing() -> None:
+    mask = inner_mask((10, 20, 20, 40), (64, 48))
+    rows, columns = np.nonzero(mask)
+    assert (columns.min(), columns.max() + 1) == (12, 18)
+    assert (rows.min(), rows.max() + 1) == (24, 36)
+
+
+@given(
+    corners=st.tuples(*[st.floats(-50, 150) | st.sampled_from([np.nan, np.inf, -np.inf])] * 4),
+    size=st.tuples(st.integers(1, 80), st.integers(1, 80)),
+)
+def test_any_box_is_clipped_or_left_out(
+    corners: tuple[float, float, float, float], size: tuple[int, int]
+) -> None:
+    rgb = np.zeros((*size, 3), np.uint8)
+    assert inside(found_in([Box("x", 0.5, corners)], rgb, ANY), rgb)
+
+
+def test_boxes_below_the_score_do_not_count_and_the_best_come_first() -> None:
+    boxes = [Box(str(score), score, (0, 0, 9, 9)) for score in (0.3, 0.9, 0.6)]
+    rgb = np.zeros((9, 9, 3), np.uint8)
+    assert [thing.name for thing in found_in(boxes, rgb, BoxLimits(0.5))] == ["0.9", "0.6"]
+    assert len(found_in(boxes, rgb, BoxLimits(0.0, detections=1))) == 1
+
+
+@pytest.mark.parametrize(
+    ("said", "coco"), [("a Sofa", "couch"), ("TV", "tv"), ("the  potted plant", "potted plant")]
+)
+def test_people_say_it_otherwise(said: str, coco: str) -> None:
+    assert coco_name(said) == coco
+
+
+def test_coco_finds_what_it_is_asked_for_by_the_name_it_was_asked(coco: CocoDetector) -> None:
+    picture = seen()
+    found = coco.detect(picture, names("sofa", "unicorn"))
+    assert len(found) == 6
+    assert {thing.name for thing in found} == {"sofa"}
+    assert inside(found, picture.rgb)
+    assert coco.detect(picture, names("unicorn")) == ()
+    assert coco.detect(picture, names()) == ()
+
+
+@pytest.mark.parametrize("size", [(1, 1), (7, 33), (480, 3)])
+def test_odd_pictures_are_pictures(
+    coco: CocoDetector, owl: OpenVocabularyDetector, size: tuple[int, int]
+) -> None:
+    picture = seen(*size)
+    assert inside(coco.detect(picture, names("chair")), picture.rgb)
+    assert inside(owl.detect(picture, names("chair")), picture.rgb)
+
+
+def test_an_open_detector_takes_any_name(owl: OpenVocabularyDetector) -> None:
+    picture = seen()
+    found = owl.detect(picture, names("Red lamp", "unicorn"))
+    assert inside(found, picture.rgb)
+    assert {thing.name for thing in found} <= {"Red lamp", "unicorn"}
+    assert owl.detect(picture, names()) == ()
+    assert len(found) == 6
+
+
+def test_each_name_goes_to_one_detector(coco: CocoDetector) -> None:
+    asked: list[tuple[str, ...]] = []
+
+    class Listener:
+        detector_id = "listener"
+
+        def detect(self, _: Seen, wanted: TextEmbeddings) -> tuple[Found, ...]:
+            asked.append(wanted.texts)
+            return (Found("unicorn", 2.0, (0, 0, 1, 1), np.ones((1, 1), bool)),)
+
+    routed = RoutedDetector(coco, Listener())
+    found = routed.detect(seen(), names("tv", "unicorn"))
+    assert asked == [("unicorn",)]
+    assert found[0].name == "unicorn"
+    assert {thing.name for thing in found} == {"tv", "unicorn"}
+    assert routed.detector_id == f"{coco.detector_id}+listener"
+    asked.clear()
+    routed.detect(seen(), names("television"))
+    assert asked == []
+
+
+def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(DetectorError, match="holds no RT-DETRv2 model"):
+        CocoDetector(CocoSettings(tmp_path))
+    with pytest.raises(DetectorError, match="holds no grounding detector"):
+        OpenVocabularyDetector(OpenVocabularySettings(tmp_path))
+    rtdetr_folder(tmp_path)
+    with pytest.raises(DetectorError, match="holds no grounding detector"):
+        OpenVocabularyDetector(OpenVocabularySettings(tmp_path))
