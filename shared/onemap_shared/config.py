@@ -11,7 +11,7 @@ import difflib
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar, get_args
 
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -124,10 +124,11 @@ def section(sections: Mapping[str, Any], name: str, model: type[S]) -> S:
 def _sentences(problem: ValidationError, name: str, model: type[BaseModel]) -> list[str]:
     sentences = []
     for error in problem.errors():
-        path = ".".join([name, *(str(part) for part in error["loc"])])
+        place = error["loc"]
+        names, valid = _follow(model, place[:-1])
+        path = ".".join([name, *names, *(str(part) for part in place[-1:])])
         if error["type"] == "extra_forbidden":
-            valid = _names_at(model, error["loc"][:-1])
-            near = difflib.get_close_matches(str(error["loc"][-1]), valid, n=1, cutoff=0.5)
+            near = difflib.get_close_matches(str(place[-1]), valid, n=1, cutoff=0.5)
             hint = f"did you mean {near[0]!r}?" if near else f"valid are {', '.join(valid)}"
             sentences.append(f"{path} is unknown; {hint}")
         else:
@@ -135,13 +136,27 @@ def _sentences(problem: ValidationError, name: str, model: type[BaseModel]) -> l
     return sentences
 
 
-def _names_at(model: type[BaseModel], path: tuple[int | str, ...]) -> list[str]:
-    for part in path:
-        nested = model.model_fields[str(part)].annotation if part in model.model_fields else None
-        if not (isinstance(nested, type) and issubclass(nested, BaseModel)):
-            return []
-        model = nested
-    return list(model.model_fields)
+def _follow(model: type[BaseModel], place: tuple[int | str, ...]) -> tuple[list[str], list[str]]:
+    """The path as it is written in the file, and the names that are valid at its end.
+
+    Where a section is one of several models, pydantic's path also holds the chosen one's tag,
+    which stands in no file.
+    """
+    written, here = [], [model]
+    for part in place:
+        chosen = [member for member in here if len(here) > 1 and _has_tag(member, str(part))]
+        if chosen:
+            here = chosen
+            continue
+        written.append(str(part))
+        fields = [m.model_fields[str(part)] for m in here if str(part) in m.model_fields]
+        options = [kind for f in fields for kind in get_args(f.annotation) or (f.annotation,)]
+        here = [kind for kind in options if isinstance(kind, type) and issubclass(kind, BaseModel)]
+    return written, [field for member in here for field in member.model_fields]
+
+
+def _has_tag(model: type[BaseModel], tag: str) -> bool:
+    return any(tag in get_args(field.annotation) for field in model.model_fields.values())
 
 
 def load(path: Path | None, name: str, model: type[S]) -> tuple[BusConfig, LogConfig, S]:
