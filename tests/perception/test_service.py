@@ -9,12 +9,13 @@ import pytest
 
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors.patches import PatchDetector, PatchThresholds
+from onemap_perception.faults import OutOfDeviceMemoryError
 from onemap_perception.observation import ObservationModel
 from onemap_perception.service import Parts, Perception, build
 from onemap_shared import keys
 from onemap_shared.geometry import U8
 from onemap_shared.memory_bus import MemoryBus, MemoryHub
-from onemap_shared.messages import SearchState, SearchStatus, TextRequest
+from onemap_shared.messages import F16, SearchState, SearchStatus, TextRequest
 from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError
 from onemap_shared.wire import Packet
@@ -200,6 +201,27 @@ def test_broken_bytes_are_counted(world: World) -> None:
 
 
 def test_a_missing_encoder_is_one_sentence(tmp_path: object) -> None:
-    config = PerceptionConfig.model_validate({"mini": {"folder": str(tmp_path)}})
+    config = PerceptionConfig.model_validate(
+        {"encoder": {"backend": "mini", "folder": str(tmp_path)}}
+    )
     with pytest.raises(StartError, match=r"the encoder's weights .*mini\.onnx are missing"):
         build(MemoryHub().bus(), config)
+
+
+def test_a_full_device_is_counted_and_the_service_lives(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(self: ColourEncoder, rgb: U8) -> F16:
+        raise OutOfDeviceMemoryError("cuda is out of memory for a picture of 640 x 480")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(ColourEncoder, "encode", full)
+        world.camera.put(frame(1))
+        world.service.step(0.0)
+    health = world.service.health()
+    assert "cuda is out of memory" in health.problem
+    assert (health.metrics or {})["out_of_memory"] == 1
+    world.camera.put(frame(2))
+    world.service.step(0.0)
+    assert world.fields.take(0.0) is not None
+    assert world.service.health().problem == ""

@@ -2,59 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import Any
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from onemap_perception.detectors.patches import PatchThresholds
-from onemap_perception.encoders.mini import SHIPPED, MiniSettings
+from onemap_perception.config_detectors import DetectorConfig, PatchesConfig
+from onemap_perception.config_encoders import EncoderConfig, MiniConfig
 from onemap_perception.observation import ObservationModel, VarianceFormula
 from onemap_shared.config import StrictModel
-
-
-class MiniConfig(StrictModel):
-    """The encoder that ships with OneMap."""
-
-    folder: Path = Field(
-        default=SHIPPED, description="Weights and words; another folder holds one's own training."
-    )
-    threads: int = Field(
-        default=1, ge=1, le=64, description="One is fast enough, the other cores have work too."
-    )
-    input_width_px: int = Field(
-        default=320,
-        ge=8,
-        le=4096,
-        description="Wider pictures are reduced to this: what the network was trained on.",
-    )
-
-    def settings(self) -> MiniSettings:
-        """As the encoder reads them."""
-        return MiniSettings(self.folder, self.threads, self.input_width_px)
-
-
-class PatchesConfig(StrictModel):
-    """The detector that reads the encoder's patch scores."""
-
-    score: float = Field(
-        default=0.4, gt=0, lt=1, description="From this score on a patch belongs to the thing."
-    )
-    core: float = Field(
-        default=0.8,
-        gt=0,
-        lt=1,
-        description="At least one patch must be this sure: false finds cost more than late ones.",
-    )
-    patches: int = Field(
-        default=3, ge=1, description="Fewer connected patches are taken for noise."
-    )
-    detections: int = Field(
-        default=8, ge=1, le=256, description="Most detections per picture and name."
-    )
-
-    def thresholds(self) -> PatchThresholds:
-        """As the detector reads them."""
-        return PatchThresholds(**self.model_dump())
 
 
 class ObservationConfig(StrictModel):
@@ -85,10 +40,15 @@ class ObservationConfig(StrictModel):
 
 
 class PerceptionConfig(StrictModel):
-    """Everything perception can be told."""
+    """Everything perception can be told. ``mini: {...}`` is short for an encoder of that
+    backend, ``patches: {...}`` for a detector of that one."""
 
-    mini: MiniConfig = Field(default=MiniConfig(), description="The encoder.")
-    patches: PatchesConfig = Field(default=PatchesConfig(), description="The detector.")
+    encoder: EncoderConfig = Field(
+        default=MiniConfig(), description="Pictures and words to one space; backend chooses."
+    )
+    detector: DetectorConfig = Field(
+        default=PatchesConfig(), description="Finds what is searched for; backend chooses."
+    )
     observation: ObservationConfig = Field(
         default=ObservationConfig(), description="The variance model."
     )
@@ -98,3 +58,14 @@ class PerceptionConfig(StrictModel):
         le=60,
         description="Seconds without a camera frame after which perception is not ready.",
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _spell_out(cls, section: Any) -> Any:
+        if not isinstance(section, dict):
+            return section
+        full = dict(section)
+        for short, name in (("mini", "encoder"), ("patches", "detector")):
+            if short in full and name not in full and isinstance(full[short], dict):
+                full[name] = {"backend": short, **full.pop(short)}
+        return full

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.detectors.protocol import Detector, Found, Seen
-from onemap_perception.encoders.mini import MiniEncoder
-from onemap_perception.encoders.protocol import Encoder, EncoderError, UnknownWordError
+from onemap_perception.encoders.protocol import Encoder, UnknownWordError
+from onemap_perception.factory import make_detector, make_encoder
+from onemap_perception.faults import Fault, OutOfDeviceMemoryError
 from onemap_perception.observation import ObservationModel, observation_variance
 from onemap_perception.points import MILLIMETRE_M, DepthView, detection_points
 from onemap_perception.telemetry import DETECT_MS, ENCODE_MS, FRAME_AGE_MS, Telemetry
@@ -73,10 +73,12 @@ class Perception:
             return
         try:
             self._see(frame)
-        except EncoderError as problem:
+        except Fault as problem:
             if not self._telemetry.failure:
                 LOG.warning("frame %d dropped: %s", frame.sequence, problem)
             self._telemetry.frame_failed(str(problem))
+            if isinstance(problem, OutOfDeviceMemoryError):
+                self._telemetry.out_of_memory += 1
 
     def health(self) -> Health:
         """Timings, counts, and what is wrong."""
@@ -96,6 +98,7 @@ class Perception:
                 "frames_refused": float(counters.refused),
                 "searches_refused": float(self._searches.counters.refused),
                 "frames_failed": float(telemetry.frames_failed),
+                "out_of_memory": float(telemetry.out_of_memory),
             },
         )
 
@@ -190,12 +193,13 @@ class Perception:
 
 
 def build(bus: Bus, config: PerceptionConfig) -> Worker:
-    """The configured service; StartError if the encoder cannot be loaded."""
+    """The configured service; StartError if encoder or detector cannot be loaded."""
     try:
-        encoder = MiniEncoder(config.mini.settings())
-    except EncoderError as problem:
+        encoder = make_encoder(config.encoder)
+        detector = make_detector(config.detector, encoder)
+    except Fault as problem:
         raise StartError(str(problem)) from problem
     LOG.info("encoder %s, text space %s", encoder.encoder_id, encoder.text_space)
-    detector = PatchDetector(config.patches.thresholds(), encoder.encoder_id)
+    LOG.info("detector %s", detector.detector_id)
     observation = config.observation.model()
     return Perception(bus, Parts(encoder, detector, observation, config.silent_after_s))

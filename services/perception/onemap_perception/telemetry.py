@@ -19,6 +19,7 @@ class Telemetry:
     latest: dict[str, float] = field(default_factory=dict)
     encoded_at_s: tuple[float, ...] = ()
     frames_failed: int = 0
+    out_of_memory: int = 0
     failure: str = ""
     text_problem: str = ""
 

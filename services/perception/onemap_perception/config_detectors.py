@@ -1,0 +1,100 @@
+"""``perception.detector``: which one, and its own settings."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from onemap_perception.config_encoders import Device
+from onemap_perception.detectors.boxes import BoxLimits
+from onemap_perception.detectors.patches import PatchThresholds
+from onemap_shared.config import StrictModel
+
+COCO_MODEL = "PekingU/rtdetr_v2_r18vd"
+OPEN_MODEL = "iSEE-Laboratory/llmdet_tiny"
+
+
+class PatchesConfig(StrictModel):
+    """The detector that reads the encoder's patch scores."""
+
+    backend: Literal["patches"] = "patches"
+    score: float = Field(
+        default=0.4, gt=0, lt=1, description="From this score on a patch belongs to the thing."
+    )
+    core: float = Field(
+        default=0.8,
+        gt=0,
+        lt=1,
+        description="At least one patch must be this sure: false finds cost more than late ones.",
+    )
+    patches: int = Field(
+        default=3, ge=1, description="Fewer connected patches are taken for noise."
+    )
+    detections: int = Field(
+        default=8, ge=1, le=256, description="Most detections per picture and name."
+    )
+
+    def thresholds(self) -> PatchThresholds:
+        """As the detector reads them."""
+        return PatchThresholds(self.score, self.core, self.patches, self.detections)
+
+
+class BoxesConfig(StrictModel):
+    """What the detectors of other people have in common. Scores of two are not one scale."""
+
+    model: str
+    allow_fetch: bool = Field(
+        default=False, description="Fetch a missing model at start; off, a robot may be offline."
+    )
+    device: Device = Field(default="cpu", description="cpu, cuda or cuda:N.")
+    score: float
+    detections: int = Field(default=16, ge=1, le=256, description="Most detections per picture.")
+
+    def limits(self) -> BoxLimits:
+        """As the detector reads them."""
+        return BoxLimits(self.score, self.detections)
+
+
+class CocoConfig(BoxesConfig):
+    """RT-DETRv2: COCO's eighty names only."""
+
+    backend: Literal["coco"] = "coco"
+    model: str = Field(default=COCO_MODEL, description="A hub id or a folder.")
+    score: float = Field(
+        default=0.5, gt=0, lt=1, description="A box counts from here; RT-DETR's usual value."
+    )
+
+
+class OpenVocabularyConfig(BoxesConfig):
+    """Any grounding detector of transformers: any name."""
+
+    backend: Literal["open_vocabulary"] = "open_vocabulary"
+    model: str = Field(default=OPEN_MODEL, description="A hub id or a folder.")
+    score: float = Field(
+        default=0.35, gt=0, lt=1, description="A box counts from here; GroundingDINO's own value."
+    )
+
+
+class RoutedConfig(StrictModel):
+    """COCO's names to one, all others to the other, as in the paper."""
+
+    backend: Literal["routed"]
+    coco: CocoConfig = Field(default=CocoConfig(), description="For COCO's names.")
+    open_vocabulary: OpenVocabularyConfig = Field(
+        default=OpenVocabularyConfig(), description="For all others."
+    )
+
+
+class PluginConfig(StrictModel):
+    """A detector of another package; see docs/detectors.md."""
+
+    backend: Literal["plugin"]
+    name: str = Field(description="Of the entry point in the group onemap.detectors.")
+    options: dict[str, Any] = Field(default={}, description="Handed to it as they are.")
+
+
+DetectorConfig = Annotated[
+    PatchesConfig | CocoConfig | OpenVocabularyConfig | RoutedConfig | PluginConfig,
+    Field(discriminator="backend"),
+]

@@ -1,0 +1,89 @@
+"""``perception.encoder``: which one, and its own settings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from onemap_perception.encoders.mini import SHIPPED, MiniSettings
+from onemap_shared.config import StrictModel
+
+Device = Annotated[str, Field(pattern=r"^(cpu|cuda(:\d+)?)$")]
+Prompt = Annotated[str, Field(pattern=r"^[^{}]*\{\}[^{}]*$")]
+Pixels = Annotated[int, Field(ge=1, le=8192)]
+
+
+class MiniConfig(StrictModel):
+    """The encoder that ships with OneMap."""
+
+    backend: Literal["mini"] = "mini"
+    folder: Path = Field(
+        default=SHIPPED, description="Weights and words; another folder holds one's own training."
+    )
+    threads: int = Field(
+        default=1, ge=1, le=64, description="One is fast enough, the other cores have work too."
+    )
+    input_width_px: int = Field(
+        default=320,
+        ge=8,
+        le=4096,
+        description="Wider pictures are reduced to this: what the network was trained on.",
+    )
+
+    def settings(self) -> MiniSettings:
+        """As the encoder reads them."""
+        return MiniSettings(self.folder, self.threads, self.input_width_px)
+
+
+class TorchConfig(StrictModel):
+    """What the encoders of other people have in common."""
+
+    model: str = Field(
+        description="A hub id that 'onemap models fetch' has fetched, or a file or folder."
+    )
+    allow_fetch: bool = Field(
+        default=False, description="Fetch a missing model at start; off, a robot may be offline."
+    )
+    device: Device = Field(default="cpu", description="cpu, cuda or cuda:N; cuda in fp16.")
+    compiled: bool = Field(
+        default=False, description="torch.compile: minutes at start, then faster frames."
+    )
+    warm_up_px: tuple[Pixels, Pixels] = Field(
+        default=(640, 480), description="The camera's width and height, encoded once at start."
+    )
+    prompt: Prompt = Field(default="a {}", description="The paper's; {} is what was asked for.")
+    kept_texts: int = Field(
+        default=1024, ge=1, le=65536, description="Newest embeddings kept: 3 MB at 768 numbers."
+    )
+
+
+class OpenClipConvNextConfig(TorchConfig):
+    """OpenCLIP's ConvNeXt, the paper's encoder among them."""
+
+    backend: Literal["openclip_convnext"]
+    architecture: str = Field(
+        default="",
+        description="open_clip's name or a JSON file; empty: open_clip_config.json beside it.",
+    )
+    long_side_px: int = Field(
+        default=640, ge=32, le=2048, description="Pixels of the longer side fed in, shape kept."
+    )
+    sed_compat: bool = Field(
+        default=False, description="The paper's fixed 768 x 768, which does not keep the shape."
+    )
+
+
+class Tipsv2Config(TorchConfig):
+    """TIPSv2 through transformers."""
+
+    backend: Literal["tipsv2"]
+    long_side_px: int = Field(
+        default=448, ge=14, le=2048, description="Pixels of the longer side fed in, shape kept."
+    )
+
+
+EncoderConfig = Annotated[
+    MiniConfig | OpenClipConvNextConfig | Tipsv2Config, Field(discriminator="backend")
+]

@@ -1,0 +1,173 @@
+"""From the configuration to running parts."""
+
+from __future__ import annotations
+
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from onemap_perception.config import PerceptionConfig
+from onemap_perception.detectors import plugin
+from onemap_perception.detectors.protocol import DetectorError, Found, Seen
+from onemap_perception.factory import make_detector, make_encoder
+from onemap_perception.faults import Fault
+from onemap_perception.service import build
+from onemap_shared import keys
+from onemap_shared.config import ConfigError, section
+from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.messages import TextEmbeddings, TextRequest
+from onemap_shared.runner import StartError
+from tests.perception.tiny import open_clip_folder, owl_folder, rtdetr_folder, tipsv2_folder
+from tests.perception.toy import ColourEncoder, frame
+
+
+def configured(document: dict[str, Any]) -> PerceptionConfig:
+    return section({"perception": document}, "perception", PerceptionConfig)
+
+
+def test_the_default_is_what_ships() -> None:
+    config = configured({})
+    assert config.encoder.backend == "mini"
+    assert config.detector.backend == "patches"
+    assert configured({"mini": {"threads": 2}, "patches": {"core": 0.8}}) == configured(
+        {
+            "encoder": {"backend": "mini", "threads": 2},
+            "detector": {"backend": "patches", "core": 0.8},
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    ("document", "sentence"),
+    [
+        (
+            {"encoder": {"backend": "openclip_convnext", "modle": "x", "model": "x"}},
+            "perception.encoder.modle is unknown; did you mean 'model'?",
+        ),
+        ({"encoder": {"backend": "mini", "thread": 1}}, "perception.encoder.thread is unknown"),
+        ({"encoder": {"backend": "clip"}}, "perception.encoder: Input tag 'clip'"),
+        ({"encoder": {"backend": "tipsv2"}}, "perception.encoder.model: Field required"),
+        (
+            {"detector": {"backend": "routed", "coco": {"scor": 0.5}}},
+            "perception.detector.coco.scor is unknown; did you mean 'score'?",
+        ),
+        ({"encoder": {"backend": "tipsv2", "model": "x", "device": "gpu"}}, "should match pattern"),
+        ({"encoder": {"backend": "tipsv2", "model": "x", "prompt": "a"}}, "should match pattern"),
+        ({"mini": {"colour": 1}}, "perception.encoder.colour is unknown"),
+    ],
+)
+def test_mistakes_are_refused_with_their_path(document: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ConfigError) as refusal:
+        configured(document)
+    assert sentence in str(refusal.value)
+
+
+def test_a_service_of_other_peoples_parts_sees_and_answers(tmp_path: Path) -> None:
+    pytest.importorskip("open_clip", reason="needs open_clip_torch (requirements-encoders.txt)")
+    config = configured(
+        {
+            "encoder": {
+                "backend": "openclip_convnext",
+                "model": str(open_clip_folder(tmp_path / "clip")),
+                "long_side_px": 64,
+                "warm_up_px": [64, 32],
+            },
+            "detector": {
+                "backend": "routed",
+                "coco": {"model": str(rtdetr_folder(tmp_path / "coco"))},
+                "open_vocabulary": {"model": str(owl_folder(tmp_path / "owl"))},
+            },
+        }
+    )
+    hub = MemoryHub()
+    fields = hub.bus().subscribe(keys.FIELD)
+    service = build(hub.bus("perception"), config)
+    hub.bus().publish(keys.ROBOT_RGBD).put(frame())
+    service.step(0.0)
+    field = fields.take(0.0)
+    assert field is not None
+    assert field.features.shape == (1, 2, 16)
+    reply = hub.bus().call(keys.EMBED_TEXT, TextRequest(("a red lamp",)))
+    assert (reply.encoder_id, reply.text_space) == (field.encoder_id, field.text_space)
+    assert reply.embeddings.shape[1] == field.features.shape[2]
+
+
+def test_tipsv2_is_made(tmp_path: Path) -> None:
+    document = {"backend": "tipsv2", "model": str(tipsv2_folder(tmp_path)), "long_side_px": 56}
+    encoder = make_encoder(configured({"encoder": document}).encoder)
+    assert encoder.encoder_id.startswith("tipsv2-")
+
+
+def test_a_model_that_is_not_here_names_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("onemap_perception.hub.cached", lambda repo, files: None)
+    document = {"backend": "openclip_convnext", "model": "laion/CLIP-x"}
+    with pytest.raises(StartError, match="not on this machine: onemap models fetch laion/CLIP-x"):
+        build(MemoryHub().bus(), configured({"encoder": document}))
+
+
+class OnlyCosines(ColourEncoder):
+    """A toy without calibration."""
+
+    def embed_text(self, texts: Any) -> TextEmbeddings:
+        rows = np.ones((len(texts), 3), np.float32)
+        none = np.zeros((0, 3), np.float32)
+        mask = np.zeros((len(texts), 0), np.uint8)
+        return TextEmbeddings("toy", "colours", tuple(texts), rows, none, mask, 1.0)
+
+
+def test_patches_need_a_calibrated_encoder() -> None:
+    with pytest.raises(DetectorError, match="needs an encoder with calibrated scores"):
+        make_detector(configured({}).detector, OnlyCosines())
+
+
+class Corner:
+    """A user's detector: everything is in the corner."""
+
+    detector_id = "corner"
+
+    def __init__(self, score: float) -> None:
+        self._score = score
+
+    def detect(self, seen: Seen, names: TextEmbeddings) -> tuple[Found, ...]:
+        mask = np.ones((1, 1), bool)
+        return tuple(Found(name, self._score, (0, 0, 1, 1), mask) for name in names.texts)
+
+
+def entries(group: str) -> list[EntryPoint]:
+    assert group == "onemap.detectors"
+    place = "tests.perception.test_factory"
+    return [
+        EntryPoint("corner", f"{place}:Corner", group),
+        EntryPoint("broken", f"{place}:entries", group),
+        EntryPoint("dict", "builtins:dict", group),
+    ]
+
+
+def test_a_users_own_detector_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plugin, "entry_points", entries)
+    document = {"backend": "plugin", "name": "corner", "options": {"score": 0.7}}
+    detector = make_detector(configured({"detector": document}).detector, OnlyCosines())
+    (found,) = detector.detect(
+        Seen(np.zeros((2, 2, 3), np.uint8), np.zeros((1, 1, 3), np.float16)),
+        OnlyCosines().embed_text(["cup"]),
+    )
+    assert (found.name, found.score) == ("cup", 0.7)
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("yolo", r"no installed package has a detector 'yolo' \(there is: broken, corner, dict\)"),
+        ("broken", "the detector 'broken' cannot be loaded"),
+        ("dict", r"the detector 'dict' has no detect\(\)"),
+    ],
+)
+def test_a_bad_plugin_is_one_sentence(
+    name: str, sentence: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(plugin, "entry_points", entries)
+    with pytest.raises(Fault, match=sentence):
+        plugin.load_plugin(name, {})
