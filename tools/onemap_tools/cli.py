@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from onemap_tools import cli_ask, cli_map, cli_measure
+from onemap_tools import cli_ask, cli_map, cli_measure, cli_models
 from onemap_tools.options import Config, Json
 from onemap_tools.train.commands import app as train_app
 from onemap_tools.trouble import EXIT_FAILED, EXIT_MISUSED, EXIT_OK, Trouble
@@ -189,6 +189,7 @@ def gateway(config: Config = None) -> None:
 app.add_typer(cli_ask.app)
 app.add_typer(cli_map.app, name="map", rich_help_panel=cli_ask.PANEL)
 app.add_typer(cli_measure.app, name="bench", rich_help_panel=cli_measure.PANEL)
+app.add_typer(cli_models.app, name="models", rich_help_panel=cli_measure.PANEL)
 app.add_typer(train_app, name="train", rich_help_panel=cli_measure.PANEL)
 
 

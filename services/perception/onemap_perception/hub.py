@@ -1,0 +1,148 @@
+"""The models that OneMap knows by name, and where they lie on this machine.
+
+The layout is Hugging Face's cache (``HF_HOME``), shared with every other program that uses it.
+Nothing here reaches the network but ``fetch``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from onemap_perception.faults import Fault
+
+INSTALL = "pip install 'onemap[openclip]'"
+CHUNK_BYTES = 1 << 22
+
+
+class ModelError(Fault):
+    """A model is missing, damaged or unknown; one sentence that says what helps."""
+
+
+@dataclass(frozen=True, slots=True)
+class KnownModel:
+    """files: patterns of what is needed; about_mb: from the number of parameters, None where
+    that is not known; licence: of the weights."""
+
+    repo: str
+    backend: str
+    licence: str
+    about_mb: int | None
+    files: tuple[str, ...]
+
+
+OPEN_CLIP = ("open_clip_config.json", "open_clip_model.safetensors")
+TRANSFORMERS = ("*.json", "*.txt", "*.model", "*.safetensors")
+KNOWN = (
+    KnownModel(
+        "laion/CLIP-convnext_large_d_320.laion2B-s29B-b131K-ft-soup",
+        "openclip_convnext",
+        "MIT",
+        1410,
+        OPEN_CLIP,
+    ),
+    KnownModel(
+        "laion/CLIP-convnext_base_w-laion2B-s13B-b82K-augreg",
+        "openclip_convnext",
+        "see its page",
+        720,
+        OPEN_CLIP,
+    ),
+    KnownModel("google/tipsv2-b14", "tipsv2", "Apache-2.0", None, TRANSFORMERS),
+    KnownModel("google/tipsv2-l14", "tipsv2", "Apache-2.0", None, TRANSFORMERS),
+    KnownModel("nvidia/C-RADIOv3-B", "radio", "NVIDIA Open Model", None, (*TRANSFORMERS, "*.py")),
+    KnownModel("PekingU/rtdetr_v2_r18vd", "coco", "Apache-2.0", 81, TRANSFORMERS),
+    KnownModel("iSEE-Laboratory/llmdet_tiny", "open_vocabulary", "Apache-2.0", None, TRANSFORMERS),
+    KnownModel(
+        "omlab/omdet-turbo-swin-tiny-hf", "open_vocabulary", "Apache-2.0", None, TRANSFORMERS
+    ),
+)
+
+
+def known(repo: str) -> KnownModel:
+    """The entry of this hub id; raises ModelError."""
+    for model in KNOWN:
+        if model.repo == repo:
+            return model
+    raise ModelError(f"{repo!r} is not among the known models; 'onemap models list' names them")
+
+
+def locate(model: str, *, allow_fetch: bool = False) -> Path:
+    """The folder or file of a path or a hub id; raises ModelError with the command that helps."""
+    place = Path(model).expanduser()
+    if place.exists():
+        return place
+    if model.count("/") != 1 or place.is_absolute() or model.startswith("."):
+        raise ModelError(f"the model {model} does not exist")
+    files = next((entry.files for entry in KNOWN if entry.repo == model), ("*",))
+    folder = cached(model, files)
+    if folder is not None:
+        return folder
+    if allow_fetch:
+        return fetch(model, files)
+    raise ModelError(f"the model {model} is not on this machine: onemap models fetch {model}")
+
+
+def cached(repo: str, files: tuple[str, ...]) -> Path | None:
+    """The folder in the cache, None if the model was never fetched."""
+    snapshot_download, not_here = _client()
+    try:
+        place = snapshot_download(repo, allow_patterns=list(files), local_files_only=True)
+        return Path(place)
+    except not_here:
+        return None
+
+
+def fetch(repo: str, files: tuple[str, ...]) -> Path:
+    """Download into the cache, going on where it stopped; raises ModelError."""
+    snapshot_download, _ = _client()
+    try:
+        return Path(snapshot_download(repo, allow_patterns=list(files)))
+    except Exception as problem:  # of the hub's client, of HTTP, of the disk
+        reason = str(problem).strip().splitlines()[0]
+        raise ModelError(f"{repo} cannot be fetched: {reason}") from problem
+
+
+def size_bytes(folder: Path) -> int:
+    """Of all files, wherever the links of the cache lead."""
+    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+
+
+def damaged(folder: Path) -> list[str]:
+    """Files whose content is not what the hub announced when it was fetched.
+
+    The cache names each file's content by the hub's own digest: SHA-256 for large files, git's
+    SHA-1 for small ones. A file that is no such link cannot be judged, and is named too.
+    """
+    bad = []
+    for path in sorted(folder.rglob("*")):
+        if path.is_dir():
+            continue
+        if not path.is_symlink() or not path.exists() or digest(path) != path.resolve().name:
+            bad.append(str(path.relative_to(folder)))
+    return bad
+
+
+def digest(path: Path) -> str:
+    """As the hub names the content: SHA-256, or git's SHA-1 if the name has its length."""
+    name = path.resolve().name
+    if len(name) == 40:
+        content = path.read_bytes()
+        return hashlib.sha1(b"blob %d\0" % len(content) + content).hexdigest()
+    running = hashlib.sha256()
+    with path.open("rb") as file:
+        while chunk := file.read(CHUNK_BYTES):
+            running.update(chunk)
+    return running.hexdigest()
+
+
+def _client() -> tuple[Callable[..., str], type[Exception]]:
+    """The hub's download function, and what it raises for a model that is not in the cache."""
+    try:
+        from huggingface_hub import snapshot_download
+        from huggingface_hub.errors import LocalEntryNotFoundError
+    except ImportError as missing:
+        raise ModelError(f"models of the hub need huggingface_hub: {INSTALL}") from missing
+    return snapshot_download, LocalEntryNotFoundError

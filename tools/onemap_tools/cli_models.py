@@ -1,0 +1,53 @@
+"""``onemap models``: what can be fetched, what lies here, and whether it is whole."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from onemap_tools.options import Json
+from onemap_tools.trouble import EXIT_FAILED, EXIT_OK
+
+app = typer.Typer(no_args_is_help=True, help="Encoders and detectors of other people.")
+Repo = Annotated[str, typer.Argument(help="A hub id as 'onemap models list' shows it.")]
+
+
+@app.command(name="list")
+def list_models(as_json: Json = False) -> None:
+    """What is known: licence, size, and where it lies on this machine. Asks no network."""
+    from onemap_tools import models
+    from onemap_tools.terminal import print_json, result_console
+
+    entries = models.survey()
+    models.describe(entries, result_console(as_json))
+    if as_json:
+        print_json({"models": [entry.document() for entry in entries]})
+
+
+@app.command()
+def fetch(repo: Repo, as_json: Json = False) -> None:
+    """Download a model into the hub's cache, then check it; goes on where it stopped."""
+    from onemap_tools import models
+    from onemap_tools.terminal import print_json, progress_console, result_console
+
+    entry = models.fetch(repo, progress_console())
+    models.describe([entry], result_console(as_json))
+    if as_json:
+        print_json(entry.document())
+
+
+@app.command()
+def verify(
+    repo: Annotated[str, typer.Argument(help="A hub id; without one, all that lie here.")] = "",
+    as_json: Json = False,
+) -> None:
+    """Compare every file with the digest that the hub gave it. Exit code 0 only if all agree."""
+    from onemap_tools import models
+    from onemap_tools.terminal import print_json, result_console
+
+    reports = models.verify(repo)
+    models.describe_reports(reports, result_console(as_json))
+    if as_json:
+        print_json({"models": reports})
+    raise typer.Exit(EXIT_FAILED if any(report["damaged"] for report in reports) else EXIT_OK)
