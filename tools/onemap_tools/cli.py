@@ -190,6 +190,7 @@ app.add_typer(cli_ask.app)
 app.add_typer(cli_map.app, name="map", rich_help_panel=cli_ask.PANEL)
 app.add_typer(cli_measure.app, name="bench", rich_help_panel=cli_measure.PANEL)
 app.add_typer(cli_models.app, name="models", rich_help_panel=cli_measure.PANEL)
+app.command(name="export-encoder", rich_help_panel=cli_measure.PANEL)(cli_models.export_encoder)
 app.add_typer(train_app, name="train", rich_help_panel=cli_measure.PANEL)
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from onemap_tools.options import Json
-from onemap_tools.trouble import EXIT_FAILED, EXIT_OK
+from onemap_tools.options import Config, Json
+from onemap_tools.trouble import EXIT_FAILED, EXIT_MISUSED, EXIT_OK, Trouble
 
 app = typer.Typer(no_args_is_help=True, help="Encoders and detectors of other people.")
 Repo = Annotated[str, typer.Argument(help="A hub id as 'onemap models list' shows it.")]
@@ -51,3 +52,37 @@ def verify(
     if as_json:
         print_json({"models": reports})
     raise typer.Exit(EXIT_FAILED if any(report["damaged"] for report in reports) else EXIT_OK)
+
+
+def export_encoder(
+    out: Annotated[Path, typer.Argument(dir_okay=False, help="Where to write the .onnx file.")],
+    config: Config = None,
+    as_json: Json = False,
+) -> None:
+    """The configured encoder's vision tower as ONNX, checked against torch.
+
+    Exit code 0 only if every cell's cosine is above 0.999.
+    """
+    from onemap_perception.config import PerceptionConfig
+    from onemap_shared.config import load
+    from onemap_tools.terminal import print_json, result_console
+
+    try:
+        from onemap_tools.export_encoder import export_encoder as export
+    except ModuleNotFoundError as missing:
+        raise Trouble(
+            f"An export needs the package {missing.name!r}: pip install 'onemap[openclip]'",
+            EXIT_MISUSED,
+        ) from missing
+    _, _, perception = load(config, "perception", PerceptionConfig)
+    exported = export(perception.encoder, out)
+    width, height = exported.input_px
+    console = result_console(as_json)
+    console.print(
+        f"{exported.path}: {width} x {height} pixels to {exported.cells[0]} x "
+        f"{exported.cells[1]} cells, cosine at least {exported.least_cosine:.6f}",
+        highlight=False,
+    )
+    console.print(f"On the Jetson: {exported.trtexec}", highlight=False, soft_wrap=True)
+    if as_json:
+        print_json(exported.document())

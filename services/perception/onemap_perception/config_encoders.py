@@ -53,6 +53,12 @@ class TorchConfig(StrictModel):
     warm_up_px: tuple[Pixels, Pixels] = Field(
         default=(640, 480), description="The camera's width and height, encoded once at start."
     )
+    exported: Path | None = Field(
+        default=None, description="ONNX of the vision tower, from 'onemap export-encoder'."
+    )
+    provider: Literal["cpu", "cuda", "tensorrt"] = Field(
+        default="cpu", description="Where onnxruntime runs the exported tower."
+    )
     prompt: Prompt = Field(default="a {}", description="The paper's; {} is what was asked for.")
     kept_texts: int = Field(
         default=1024, ge=1, le=65536, description="Newest embeddings kept: 3 MB at 768 numbers."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from onemap_perception.config_detectors import (
     BoxesConfig,
@@ -27,6 +28,9 @@ from onemap_perception.detectors.router import RoutedDetector, Specialist
 from onemap_perception.encoders.mini import MiniEncoder
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.hub import locate
+
+if TYPE_CHECKING:
+    from onemap_perception.encoders.torch_tower import TowerSettings
 
 
 def make_encoder(config: EncoderConfig) -> Encoder:
@@ -57,7 +61,6 @@ def make_detector(config: DetectorConfig, encoder: Encoder) -> Detector:
 
 def _openclip_convnext(config: OpenClipConvNextConfig) -> Encoder:
     from onemap_perception.encoders.openclip_convnext import OpenClipConvNext, OpenClipSettings
-    from onemap_perception.encoders.torch_tower import TowerSettings
 
     return OpenClipConvNext(
         OpenClipSettings(
@@ -67,14 +70,13 @@ def _openclip_convnext(config: OpenClipConvNextConfig) -> Encoder:
             sed_compat=config.sed_compat,
             prompt=config.prompt,
             kept_texts=config.kept_texts,
-            tower=TowerSettings(config.device, config.compiled, config.warm_up_px),
+            tower=_tower(config),
         )
     )
 
 
 def _tipsv2(config: Tipsv2Config) -> Encoder:
     from onemap_perception.encoders.tipsv2 import Tipsv2Encoder, Tipsv2Settings
-    from onemap_perception.encoders.torch_tower import TowerSettings
 
     return Tipsv2Encoder(
         Tipsv2Settings(
@@ -82,8 +84,20 @@ def _tipsv2(config: Tipsv2Config) -> Encoder:
             long_side_px=config.long_side_px,
             prompt=config.prompt,
             kept_texts=config.kept_texts,
-            tower=TowerSettings(config.device, config.compiled, config.warm_up_px),
+            tower=_tower(config),
         )
+    )
+
+
+def _tower(config: TorchConfig) -> TowerSettings:
+    from onemap_perception.encoders.torch_tower import TowerSettings
+
+    return TowerSettings(
+        device=config.device,
+        compiled=config.compiled,
+        warm_up_px=config.warm_up_px,
+        exported=config.exported,
+        provider=config.provider,
     )
 
 

@@ -20,7 +20,12 @@ from onemap_perception.encoders.checkpoint import fingerprint, load_weights, rea
 from onemap_perception.encoders.picture import fitted_size, planes, resized
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.sentences import Prompted
-from onemap_perception.encoders.torch_tower import Tower, TowerSettings, uncalibrated
+from onemap_perception.encoders.torch_tower import (
+    Tower,
+    TowerSettings,
+    open_tower,
+    uncalibrated,
+)
 from onemap_perception.torch_device import open_device
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import F16, TextEmbeddings
@@ -80,7 +85,7 @@ class OpenClipConvNext:
         self._id = "openclip_convnext-" + fingerprint(names)
         self._settings = settings
         self._text_device = device
-        self._tower = Tower(DenseConvNext(model.visual), settings.tower)
+        self._tower = open_tower(DenseConvNext(model.visual), settings.tower, self._id)
         del model.visual  # the text side stays in single precision
         self._model, self._tokenizer = model.to(device), tokenizer
         self._texts = Prompted(self._embed, prompt=settings.prompt, kept=settings.kept_texts)

@@ -19,7 +19,12 @@ from onemap_perception.encoders.checkpoint import fingerprint
 from onemap_perception.encoders.picture import fitted_size, planes, resized
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.sentences import Prompted
-from onemap_perception.encoders.torch_tower import Tower, TowerSettings, uncalibrated
+from onemap_perception.encoders.torch_tower import (
+    Tower,
+    TowerSettings,
+    open_tower,
+    uncalibrated,
+)
 from onemap_perception.torch_device import open_device
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import F16, TextEmbeddings
@@ -61,6 +66,19 @@ class DenseTips(torch.nn.Module):
         dense: torch.Tensor = patches.reshape(len(picture), rows, columns, -1)
         return dense
 
+    def fix_size(self, width: int, height: int) -> None:
+        """From now on for pictures of this size only: their positions become a constant.
+
+        ONNX knows no antialiased interpolation, which is how positions fit another size.
+        """
+        embeddings = self.vision.embeddings
+        cells = (width // self.patch_px) * (height // self.patch_px)
+        size_of = embeddings.position_embeddings.new_zeros(
+            1, 1 + cells, self.vision.config.hidden_size
+        )
+        fixed = embeddings.interpolate_pos_encoding(size_of, height, width).detach()
+        embeddings.interpolate_pos_encoding = lambda *_: fixed
+
 
 def block_of_values(block: Any, tokens: torch.Tensor) -> torch.Tensor:
     """The block on tokens (B, T, D) as if each token attended to itself alone."""
@@ -81,7 +99,7 @@ class Tipsv2Encoder:
         dense = DenseTips(model.vision_model)
         self._stride = dense.patch_px
         self._long_side_px = settings.long_side_px
-        self._tower = Tower(dense, settings.tower)
+        self._tower = open_tower(dense, settings.tower, self._id)
         self._text = model.text_model.to(self._device)
         self._texts = Prompted(self._embed, prompt=settings.prompt, kept=settings.kept_texts)
         width, height = settings.tower.warm_up_px

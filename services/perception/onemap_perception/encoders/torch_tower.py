@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 import torch
 
+from onemap_perception.encoders.exported import ExportedTower
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.torch_device import open_device, running
 from onemap_shared.geometry import F32
@@ -21,27 +23,38 @@ Dense = Callable[[torch.Tensor], torch.Tensor]
 class TowerSettings:
     """device: cpu, cuda or cuda:N; compiled: through torch.compile, minutes at start for a
     faster frame; warm_up_px: (width, height) of the camera, whose first frame then waits for
-    nothing."""
+    nothing. exported: an ONNX file of the tower, which onnxruntime's provider then runs."""
 
     device: str = "cpu"
     compiled: bool = False
     warm_up_px: tuple[int, int] = (640, 480)
+    exported: Path | None = None
+    provider: str = "cpu"
 
 
-class Tower:
-    """A module (1, 3, H, W) to (1, h, w, D), in half precision and channels-last on CUDA only."""
+class Tower(Protocol):
+    """Runs the picture's side of an encoder."""
+
+    def __call__(self, planes: F32) -> F16:
+        """Unit features (h, w, D) float16 of a picture (1, 3, H, W) float32."""
+
+
+class TorchTower:
+    """Implements ``Tower``: a module (1, 3, H, W) to (1, h, w, D), in half
+    precision and channels-last on CUDA only."""
 
     def __init__(self, module: torch.nn.Module, settings: TowerSettings) -> None:
         self.device = open_device(settings.device)
         on_gpu = self.device.type == "cuda"
         self.dtype = torch.float16 if on_gpu else torch.float32
         self._layout = torch.channels_last if on_gpu else torch.contiguous_format
-        placed: Any = module.eval().to(self.device, self.dtype)
+        self.module = module.eval()
+        placed: Any = self.module.to(self.device, self.dtype)
         placed = placed.to(memory_format=self._layout)
         self._run: Dense = torch.compile(placed, dynamic=False) if settings.compiled else placed
 
     def __call__(self, planes: F32) -> F16:
-        """Unit features (h, w, D) float16 of a picture (1, 3, H, W) float32."""
+        """See ``Tower``."""
         with running(self.device, (planes.shape[3], planes.shape[2])):
             features = self.dense(torch.from_numpy(planes))[0]
             unit = torch.nn.functional.normalize(features.float(), dim=-1)
@@ -54,6 +67,13 @@ class Tower:
         """Features (1, h, w, D) as the module gives them, on the device."""
         picture = planes.to(self.device, self.dtype, non_blocking=True)
         return self._run(picture.contiguous(memory_format=self._layout))
+
+
+def open_tower(module: torch.nn.Module, settings: TowerSettings, encoder_id: str) -> Tower:
+    """The module where it is to run, or its exported twin; raises Fault."""
+    if settings.exported is None:
+        return TorchTower(module, settings)
+    return ExportedTower(settings.exported, settings.provider, encoder_id)
 
 
 def uncalibrated(

@@ -1,0 +1,55 @@
+"""A vision tower that was exported to ONNX, on whatever onnxruntime has here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from onemap_perception.encoders.protocol import EncoderError
+from onemap_perception.onnx import open_session
+from onemap_shared.geometry import F32
+from onemap_shared.messages import F16
+
+ENCODER_KEY = "onemap_encoder_id"  # in the file's metadata: whose tower it is
+INPUT, OUTPUT = "picture", "features"
+
+
+class ExportedTower:
+    """Implements ``Tower``: pictures of the one size that the file was exported for."""
+
+    def __init__(self, path: Path, provider: str, encoder_id: str) -> None:
+        self._path = path
+        if not path.is_file():
+            raise EncoderError(f"{path} does not exist: onemap export-encoder {path}")
+        try:
+            self._session = open_session(path, threads=1, provider=provider)
+        except ValueError as problem:
+            raise EncoderError(f"the exported tower {path} cannot be run: {problem}") from problem
+        made_of = self._session.get_modelmeta().custom_metadata_map.get(ENCODER_KEY)
+        if made_of != encoder_id:
+            raise EncoderError(
+                f"{path} was exported from {made_of or 'something else'}, not from {encoder_id}: "
+                "export it again"
+            )
+        self._shape = tuple(self._session.get_inputs()[0].shape)
+
+    def __call__(self, planes: F32) -> F16:
+        """See ``Tower``."""
+        if planes.shape != self._shape:
+            have, want = self._shape, planes.shape
+            raise EncoderError(
+                f"{self._path} was exported for {have[3]} x {have[2]}, this picture needs "
+                f"{want[3]} x {want[2]}: set perception.encoder.warm_up_px to the camera's "
+                "size and export it again"
+            )
+        try:
+            features: F32 = self._session.run([OUTPUT], {INPUT: planes})[0][0]
+        except Exception as problem:  # onnxruntime's errors share no other base class
+            reason = str(problem).splitlines()[0]
+            raise EncoderError(f"onnxruntime failed on {self._path}: {reason}") from problem
+        norms = np.linalg.norm(features, axis=-1, keepdims=True)
+        unit: F16 = (features / norms).astype(np.float16)
+        if not np.isfinite(unit).all():
+            raise EncoderError(f"the features of {self._path} are not finite")
+        return unit

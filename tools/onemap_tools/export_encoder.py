@@ -1,0 +1,111 @@
+"""The vision tower of a configured encoder as ONNX, for onnxruntime and TensorRT."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import onnx
+import torch
+
+from onemap_perception.config_encoders import EncoderConfig, MiniConfig, TorchConfig
+from onemap_perception.encoders.exported import ENCODER_KEY, INPUT, OUTPUT, ExportedTower
+from onemap_perception.encoders.openclip_convnext import OpenClipConvNext
+from onemap_perception.encoders.tipsv2 import DenseTips, Tipsv2Encoder
+from onemap_perception.encoders.torch_tower import TorchTower
+from onemap_perception.factory import make_encoder
+from onemap_perception.faults import Fault
+from onemap_shared.geometry import F32
+from onemap_tools.trouble import EXIT_MISUSED, Trouble
+
+OPSET = 17  # the first with LayerNormalization; taken apart, it overflows in fp16
+MIN_COSINE = 0.999  # of every cell, between torch and the file
+PICTURES = 2  # of noise, compared cell by cell
+
+
+@dataclass(frozen=True, slots=True)
+class Exported:
+    """What was written and how well it agrees; input_px and cells are (width, height)."""
+
+    path: str
+    encoder_id: str
+    input_px: tuple[int, int]
+    cells: tuple[int, int]
+    least_cosine: float
+    trtexec: str
+
+    def document(self) -> dict[str, Any]:
+        """As JSON."""
+        return asdict(self)
+
+
+def export_encoder(config: EncoderConfig, path: Path) -> Exported:
+    """Write the tower for the camera's size and compare; raises Trouble, and leaves no file then.
+
+    Single precision, on the CPU: the target machine chooses its own.
+    """
+    if isinstance(config, MiniConfig):
+        raise Trouble("The encoder mini is an ONNX file already: mini/mini.onnx", EXIT_MISUSED)
+    encoder = _on_the_cpu(config)
+    tower = encoder.tower
+    assert isinstance(tower, TorchTower)
+    width, height = config.warm_up_px
+    noise = np.random.default_rng(0).integers(0, 256, (PICTURES, height, width, 3))
+    pictures = [encoder.prepare(rgb) for rgb in noise.astype(np.uint8)]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    _write(tower.module, pictures[0], path, encoder.encoder_id)
+    exported = ExportedTower(path, "cpu", encoder.encoder_id)
+    cosines = [cosine(exported(picture), tower(picture)) for picture in pictures]
+    least = min(cosines)
+    if not least > MIN_COSINE:
+        path.unlink()
+        raise Trouble(f"The export disagrees with torch: cosine {least:.5f}, not {MIN_COSINE}")
+    rows, columns = exported(pictures[0]).shape[:2]
+    return Exported(
+        path=str(path),
+        encoder_id=encoder.encoder_id,
+        input_px=(pictures[0].shape[3], pictures[0].shape[2]),
+        cells=(columns, rows),
+        least_cosine=least,
+        trtexec=f"trtexec --onnx={path} --fp16 --saveEngine={path.with_suffix('.engine')}",
+    )
+
+
+def cosine(a: np.ndarray, b: np.ndarray) -> float:
+    """The lowest of all cells (h, w, D)."""
+    first, second = a.astype(np.float64), b.astype(np.float64)
+    norms = np.linalg.norm(first, axis=-1) * np.linalg.norm(second, axis=-1)
+    return float(((first * second).sum(axis=-1) / norms).min())
+
+
+def _on_the_cpu(config: TorchConfig) -> OpenClipConvNext | Tipsv2Encoder:
+    plain = config.model_copy(update={"device": "cpu", "compiled": False, "exported": None})
+    try:
+        encoder = make_encoder(plain)  # type: ignore[arg-type]
+    except Fault as problem:
+        raise Trouble(str(problem)) from problem
+    assert isinstance(encoder, OpenClipConvNext | Tipsv2Encoder)
+    return encoder
+
+
+def _write(module: torch.nn.Module, picture: F32, path: Path, encoder_id: str) -> None:
+    if isinstance(module, DenseTips):
+        module.fix_size(picture.shape[3], picture.shape[2])
+    with warnings.catch_warnings():
+        # The successor of this exporter needs a package that nothing else here needs.
+        warnings.simplefilter("ignore")
+        torch.onnx.export(
+            module,
+            (torch.from_numpy(picture),),
+            str(path),
+            opset_version=OPSET,
+            input_names=[INPUT],
+            output_names=[OUTPUT],
+            dynamo=False,
+        )
+    model = onnx.load(str(path))
+    onnx.helper.set_model_props(model, {ENCODER_KEY: encoder_id})
+    onnx.save(model, str(path))
