@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import typer
 
 from onemap_tools.trouble import EXIT_MISUSED, Trouble
@@ -14,14 +17,29 @@ OWN_OPTIONS = {"allow_extra_args": True, "ignore_unknown_options": True}
 @app.command(context_settings=OWN_OPTIONS, add_help_option=False)
 def fusion(ctx: typer.Context) -> None:
     """How long the map takes to fuse one frame."""
-    try:
+    with _refusals("mapper"):
         from onemap_tools.bench.fusion import main
+
+        raise typer.Exit(main(ctx.args))
+
+
+@app.command(context_settings=OWN_OPTIONS, add_help_option=False)
+def perception(ctx: typer.Context) -> None:
+    """How long an encoder takes for one frame, on CPU and GPU."""
+    with _refusals("openclip"):
+        from onemap_tools.bench.perception import main
+
+        raise typer.Exit(main(ctx.args))
+
+
+@contextmanager
+def _refusals(extra: str) -> Iterator[None]:
+    try:
+        yield
     except ModuleNotFoundError as missing:
         raise Trouble(
-            f"This benchmark needs the package {missing.name!r}: pip install 'onemap[mapper]'",
+            f"This benchmark needs the package {missing.name!r}: pip install 'onemap[{extra}]'",
             EXIT_MISUSED,
         ) from missing
-    try:
-        raise typer.Exit(main(ctx.args))
     except ValueError as problem:
         raise Trouble(str(problem), EXIT_MISUSED) from problem

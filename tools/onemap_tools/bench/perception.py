@@ -1,0 +1,253 @@
+"""How long an encoder takes for one frame: ``onemap bench perception``.
+
+A frame is a picture of noise; fitting it, copying it, the network and copying the features back
+all count. On CUDA the network alone is timed with device events too. With ``--random-weights``
+nothing needs to be fetched: the time does not depend on the values.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from onemap_perception.config_encoders import EncoderConfig, MiniConfig
+from onemap_perception.encoders.openclip_convnext import (
+    CLIP_MEAN,
+    CLIP_STD,
+    STRIDE,
+    DenseConvNext,
+    OpenClipSettings,
+    architecture,
+)
+from onemap_perception.encoders.picture import fitted_size, planes, resized
+from onemap_perception.encoders.tipsv2 import NO_MEAN, NO_STD, DenseTips
+from onemap_perception.encoders.torch_tower import TorchTower, TowerSettings
+from onemap_perception.factory import make_encoder
+from onemap_perception.faults import Fault
+from onemap_shared.geometry import F32, U8
+from onemap_shared.messages import F16
+
+BACKENDS = ("mini", "openclip_convnext", "tipsv2")
+ARCHITECTURE = "convnext_large_d_320"  # the paper's
+WARM_UP = 5  # frames that are not counted: first allocations, and what cuDNN tries out
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """What is measured: a picture to features; the tower and what is fed to it, if it is torch."""
+
+    encode: Callable[[U8], F16]
+    tower: TorchTower | None = None
+    prepare: Callable[[U8], F32] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """frames per backend and device; size_px (width, height) of the camera; architecture of the
+    random openclip_convnext."""
+
+    frames: int = 30
+    size_px: tuple[int, int] = (640, 480)
+    architecture: str = ARCHITECTURE
+    compiled: bool = False
+    devices: tuple[str, ...] = ("cpu",)
+
+
+def run(backends: tuple[str, ...], plan: Plan) -> dict[str, Any]:
+    """Random weights (mini: its own) of each backend on each device."""
+    results = []
+    for backend in backends:
+        devices = ("cpu",) if backend == "mini" else plan.devices
+        for device in devices:
+            make = partial(subject, backend, device, plan)
+            results.append(_one(backend, device, make, plan))
+    return _document(results, plan)
+
+
+def run_configured(config: EncoderConfig, plan: Plan) -> dict[str, Any]:
+    """The encoder of a configuration, with its weights, on its device."""
+    device = "cpu" if isinstance(config, MiniConfig) else config.device
+    return _document([_one(config.backend, device, partial(loaded, config), plan)], plan)
+
+
+def loaded(config: EncoderConfig) -> Subject:
+    """The configured encoder."""
+    encoder: Any = make_encoder(config)
+    tower = getattr(encoder, "tower", None)
+    if not isinstance(tower, TorchTower):
+        return Subject(encoder.encode)
+    return Subject(encoder.encode, tower, encoder.prepare)
+
+
+def subject(backend: str, device: str, plan: Plan) -> Subject:
+    """A backend with random weights; raises Fault."""
+    settings = TowerSettings(device, plan.compiled, plan.size_px)
+    match backend:
+        case "mini":
+            return loaded(MiniConfig())
+        case "openclip_convnext":
+            from open_clip.model import CLIP
+
+            config = architecture(OpenClipSettings(Path(), plan.architecture))
+            vision = {**config["vision_cfg"], "timm_model_pretrained": False}
+            # Only the pictures' side runs: the smallest text side there is.
+            text = {"width": 8, "heads": 1, "layers": 1}
+            module: torch.nn.Module = DenseConvNext(
+                CLIP(embed_dim=config["embed_dim"], vision_cfg=vision, text_cfg=text).visual
+            )
+            stride, side, mean, std = STRIDE, 640, CLIP_MEAN, CLIP_STD
+        case _:
+            from transformers import Tipsv2Config, Tipsv2VisionModel
+
+            module = DenseTips(Tipsv2VisionModel(Tipsv2Config().vision_config))
+            stride, side, mean, std = 14, 448, NO_MEAN, NO_STD
+    tower = TorchTower(module.requires_grad_(False), settings)
+
+    def prepare(rgb: U8) -> F32:
+        size = fitted_size(rgb.shape[1], rgb.shape[0], long_side_px=side, stride=stride)
+        return planes(resized(rgb, size), mean, std)
+
+    return Subject(lambda rgb: tower(prepare(rgb)), tower, prepare)
+
+
+def _one(backend: str, device: str, make: Callable[[], Subject], plan: Plan) -> dict[str, Any]:
+    """The entry of one backend on one device; ``problem`` says why there are no numbers."""
+    entry: dict[str, Any] = {"backend": backend, "device": device}
+    try:
+        return {**entry, **measure(make(), plan, on_gpu=device.startswith("cuda"))}
+    except ImportError as missing:
+        return {**entry, "problem": f"needs the package {missing.name}"}
+    except Fault as problem:
+        return {**entry, "problem": str(problem)}
+
+
+def measure(what: Subject, plan: Plan, *, on_gpu: bool) -> dict[str, Any]:
+    """Milliseconds per frame, frames per second, memory."""
+    width, height = plan.size_px
+    noise = np.random.default_rng(0).integers(0, 256, (height, width, 3))
+    rgb: U8 = noise.astype(np.uint8)
+    if on_gpu:
+        torch.cuda.reset_peak_memory_stats()
+    features = what.encode(rgb)
+    times_ms = []
+    for index in range(plan.frames + WARM_UP):
+        begun = time.perf_counter()
+        what.encode(rgb)
+        if index >= WARM_UP:
+            times_ms.append((time.perf_counter() - begun) * 1e3)
+    result = {
+        "features": "x".join(str(side) for side in features.shape),
+        **_quantiles("frame", times_ms),
+        "frames_per_s": round(1e3 / float(np.median(times_ms)), 2),
+    }
+    if on_gpu and what.tower is not None and what.prepare is not None:
+        events_ms = _device_ms(what.tower, what.prepare(rgb), plan.frames)
+        result |= {
+            **_quantiles("network", events_ms),
+            "peak_device_bytes": torch.cuda.max_memory_allocated(),
+        }
+    return result | {
+        "peak_process_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    }
+
+
+def _device_ms(tower: TorchTower, picture: F32, frames: int) -> list[float]:
+    """The network alone, its input on the device already, by device events."""
+    placed = torch.from_numpy(picture).to(tower.device, tower.dtype)
+    pairs = []
+    event: Any = torch.cuda.Event
+    with torch.inference_mode():
+        for _ in range(frames + WARM_UP):
+            begin, end = (event(enable_timing=True) for _ in range(2))
+            begin.record()
+            tower.dense(placed)
+            end.record()
+            pairs.append((begin, end))
+        torch.cuda.synchronize(tower.device)
+    return [begin.elapsed_time(end) for begin, end in pairs[WARM_UP:]]
+
+
+def _quantiles(name: str, times_ms: list[float]) -> dict[str, float]:
+    return {
+        f"{name}_p50_ms": round(float(np.median(times_ms)), 3),
+        f"{name}_p95_ms": round(float(np.quantile(times_ms, 0.95)), 3),
+    }
+
+
+def _document(results: list[dict[str, Any]], plan: Plan) -> dict[str, Any]:
+    gpu = torch.cuda.get_device_name() if torch.cuda.is_available() else ""
+    return {
+        "benchmark": "perception",
+        "image": f"{plan.size_px[0]}x{plan.size_px[1]}",
+        "frames": plan.frames,
+        "results": results,
+        "threads": torch.get_num_threads(),
+        "cores": len(os.sched_getaffinity(0)),
+        "load_average": round(os.getloadavg()[0], 2),
+        "gpu": gpu,
+    }
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """``python -m onemap_tools.bench.perception``."""
+    parser = argparse.ArgumentParser(prog="onemap bench perception", description=__doc__)
+    parser.add_argument("--config", type=Path, help="measure this deployment's encoder")
+    parser.add_argument(
+        "--random-weights", action="store_true", help="measure backends without their weights"
+    )
+    parser.add_argument("--backend", choices=BACKENDS, action="append", help="default: all")
+    parser.add_argument("--architecture", default=ARCHITECTURE, help="of openclip_convnext")
+    parser.add_argument("--device", action="append", help="default: cpu, and cuda if there is one")
+    parser.add_argument("--size", default="640x480", help="the camera's picture")
+    parser.add_argument("--frames", type=int, default=30)
+    parser.add_argument("--threads", type=int, default=0, help="of torch; default: its own choice")
+    parser.add_argument("--compiled", action="store_true", help="through torch.compile")
+    parser.add_argument("--json", action="store_true", help="one JSON object as the last line")
+    options = parser.parse_args(arguments)
+    document = _run(options)
+    if options.json:
+        print(json.dumps(document))
+    else:
+        for result in document["results"]:
+            print("  ".join(f"{name} {value}" for name, value in result.items()))
+    return 1 if any("problem" in result for result in document["results"]) else 0
+
+
+def _run(options: argparse.Namespace) -> dict[str, Any]:
+    if options.threads:
+        torch.set_num_threads(options.threads)
+    if options.frames < 1:
+        raise ValueError(f"frames is {options.frames}; at least one must be encoded")
+    width, _, height = options.size.partition("x")
+    if not (width.isdigit() and height.isdigit() and int(width) and int(height)):
+        raise ValueError(f"size is {options.size!r}; write it like 640x480")
+    present = ("cpu", "cuda") if torch.cuda.is_available() else ("cpu",)
+    plan = Plan(
+        frames=options.frames,
+        size_px=(int(width), int(height)),
+        architecture=options.architecture,
+        compiled=options.compiled,
+        devices=tuple(options.device or present),
+    )
+    if options.random_weights:
+        return run(tuple(options.backend or BACKENDS), plan)
+    from onemap_perception.config import PerceptionConfig
+    from onemap_shared.config import load
+
+    return run_configured(load(options.config, "perception", PerceptionConfig)[2].encoder, plan)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
