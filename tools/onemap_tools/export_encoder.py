@@ -11,7 +11,12 @@ import numpy as np
 import onnx
 import torch
 
-from onemap_perception.config_encoders import EncoderConfig, MiniConfig, TorchConfig
+from onemap_perception.config_encoders import (
+    EncoderConfig,
+    MiniConfig,
+    RadioConfig,
+    TorchConfig,
+)
 from onemap_perception.encoders.exported import ENCODER_KEY, INPUT, OUTPUT, ExportedTower
 from onemap_perception.encoders.openclip_convnext import OpenClipConvNext
 from onemap_perception.encoders.tipsv2 import DenseTips, Tipsv2Encoder
@@ -49,6 +54,8 @@ def export_encoder(config: EncoderConfig, path: Path) -> Exported:
     """
     if isinstance(config, MiniConfig):
         raise Trouble("The encoder mini is an ONNX file already: mini/mini.onnx", EXIT_MISUSED)
+    if isinstance(config, RadioConfig):
+        raise Trouble("Code of other people's cannot be exported by OneMap", EXIT_MISUSED)
     encoder = _on_the_cpu(config)
     tower = encoder.tower
     assert isinstance(tower, TorchTower)

@@ -90,6 +90,20 @@ class Tipsv2Config(TorchConfig):
     )
 
 
+class RadioConfig(TorchConfig):
+    """C-RADIO with its SigLIP2 adaptor."""
+
+    backend: Literal["radio"]
+    allow_remote_code: bool = Field(
+        default=False,
+        description="Run the Python that comes with the weights, which may use the network.",
+    )
+    long_side_px: int = Field(
+        default=640, ge=16, le=2048, description="Pixels of the longer side fed in, shape kept."
+    )
+
+
 EncoderConfig = Annotated[
-    MiniConfig | OpenClipConvNextConfig | Tipsv2Config, Field(discriminator="backend")
+    MiniConfig | OpenClipConvNextConfig | Tipsv2Config | RadioConfig,
+    Field(discriminator="backend"),
 ]

@@ -18,6 +18,7 @@ from onemap_perception.config_encoders import (
     EncoderConfig,
     MiniConfig,
     OpenClipConvNextConfig,
+    RadioConfig,
     Tipsv2Config,
     TorchConfig,
 )
@@ -42,6 +43,8 @@ def make_encoder(config: EncoderConfig) -> Encoder:
             return _openclip_convnext(config)
         case Tipsv2Config():
             return _tipsv2(config)
+        case RadioConfig():
+            return _radio(config)
 
 
 def make_detector(config: DetectorConfig, encoder: Encoder) -> Detector:
@@ -81,6 +84,21 @@ def _tipsv2(config: Tipsv2Config) -> Encoder:
     return Tipsv2Encoder(
         Tipsv2Settings(
             folder=_place(config),
+            long_side_px=config.long_side_px,
+            prompt=config.prompt,
+            kept_texts=config.kept_texts,
+            tower=_tower(config),
+        )
+    )
+
+
+def _radio(config: RadioConfig) -> Encoder:
+    from onemap_perception.encoders.radio import RadioEncoder, RadioSettings
+
+    return RadioEncoder(
+        RadioSettings(
+            folder=_place(config),
+            allow_remote_code=config.allow_remote_code,
             long_side_px=config.long_side_px,
             prompt=config.prompt,
             kept_texts=config.kept_texts,
