@@ -33,6 +33,7 @@ OPTIONAL = {  # imported when installed, with a clear sentence when not
         "open_clip",
         "transformers",
         "huggingface_hub",
+        "PIL",
     },
 }
 
