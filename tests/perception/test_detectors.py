@@ -143,6 +143,7 @@ def test_each_name_goes_to_one_detector(coco: CocoDetector) -> None:
 
 
 def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
+    pytest.importorskip("transformers", reason="needs transformers")
     with pytest.raises(DetectorError, match="holds no RT-DETRv2 model"):
         CocoDetector(CocoSettings(tmp_path))
     with pytest.raises(DetectorError, match="holds no grounding detector"):

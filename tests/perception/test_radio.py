@@ -27,6 +27,7 @@ def test_without_the_flag_nothing_is_read(tmp_path: Path) -> None:
 
 
 def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
+    pytest.importorskip("transformers", reason="needs transformers")
     with pytest.raises(EncoderError, match="holds no RADIO model"):
         radio.load_model(radio.RadioSettings(tmp_path, allow_remote_code=True))
 

@@ -68,6 +68,7 @@ def test_texts_are_the_models_own(encoder: Tipsv2Encoder, folder: Path) -> None:
 
 
 def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
+    pytest.importorskip("transformers", reason="needs transformers")
     with pytest.raises(EncoderError, match="holds no TIPSv2 model"):
         load_model(tmp_path)
 
