@@ -67,7 +67,8 @@ names of the held-out apartments:
 
 - Small things (cup, ball, book, bottle) are about one patch large from two metres on. They are
   often missed, or seen as what they stand on.
-- Flat-fronted furniture and appliances are taken for each other: see the confusions.
+- Things of similar shape are taken for each other: desks for dressers, armchairs for sofas,
+  wardrobes for doors, refrigerators from close by for walls. See the confusions.
 - Rare synonyms depend on MiniLM: words that lie far from their class in its space ("telly",
   "loo") are not found.
 - Words that name no class are answered with a low score at best; similar concepts leak.
@@ -76,8 +77,8 @@ names of the held-out apartments:
 """
 
 
-def model_card(figures: dict[str, Any]) -> str:
-    """The whole card as Markdown."""
+def model_card(figures: dict[str, Any], notes: str = "") -> str:
+    """The whole card as Markdown; ``notes`` is about these very weights and comes last."""
     held_out = figures["held_out"]
     facts = figures["facts"]
     introduction = INTRODUCTION.format(
@@ -96,6 +97,7 @@ def model_card(figures: dict[str, Any]) -> str:
             "## Most frequent confusions\n",
             _confusions(held_out["confusion"], held_out["class_names"]),
             limits,
+            notes,
         ]
     )
 

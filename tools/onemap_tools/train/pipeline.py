@@ -36,6 +36,7 @@ from onemap_tools.train.model import MiniNetwork
 from onemap_tools.train.texts import Embed, text_bank
 from onemap_tools.train.train import Report, TrainSettings, load_average, train_mini
 
+NOTES_FILE = "NOTES.md"  # of whoever trained; goes into the card
 TIMED_PICTURES = 50
 COSINE_PICTURES = 5  # compared between torch and ONNX before anything ships
 
@@ -126,8 +127,9 @@ def evaluate_all(work: Work) -> dict[str, object]:
 
 def write_card(work: Work, figures: dict[str, object]) -> Path:
     """Write ``MODEL_CARD.md`` beside the weights."""
-    path = work.output / "MODEL_CARD.md"
-    path.write_text(model_card(figures), encoding="utf-8")
+    path, notes = work.output / "MODEL_CARD.md", work.output / NOTES_FILE
+    text = notes.read_text(encoding="utf-8") if notes.exists() else ""
+    path.write_text(model_card(figures, text).rstrip() + "\n", encoding="utf-8")
     return path
 
 
