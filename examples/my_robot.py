@@ -8,6 +8,7 @@ empty room, so that the file runs as it is.
 
 from __future__ import annotations
 
+import signal
 import sys
 import threading
 import time
@@ -52,13 +53,16 @@ def obey(robot: Robot, command: VelocityCommand | None, silent_s: float) -> None
 def main(router: str) -> None:
     """Publish and obey until Ctrl-C."""
     stop = threading.Event()
+    for signum in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(signum, lambda *_: stop.set())
     bus = open_bus(BusConfig(connect=(router,)), "robot", "my-robot", stop)
-    assert bus is not None
+    if bus is None:  # stopped before there was a router
+        return
     frames, odometry = bus.publish(keys.ROBOT_RGBD), bus.publish(keys.ROBOT_ODOMETRY)
     commands = bus.subscribe(keys.ROBOT_CMD_VEL)
     robot, sequence, heard_s = Robot(), 0, time.monotonic()
     try:
-        while True:
+        while not stop.is_set():
             command = commands.take(PERIOD_S)  # waits, and so sets the pace
             heard_s = time.monotonic() if command is not None else heard_s
             obey(robot, command, time.monotonic() - heard_s)
@@ -70,9 +74,8 @@ def main(router: str) -> None:
                 number = sequence // FRAME_EVERY
                 frames.put(RgbdFrame(number, stamp_ns, rgb, depth_mm, CAMERA, T_map_camera))
             sequence += 1
-    except KeyboardInterrupt:
-        robot.drive(0.0, 0.0)
     finally:
+        robot.drive(0.0, 0.0)
         bus.close()
 
 

@@ -68,8 +68,9 @@ def check_rigid(T: F64, name: str) -> F64:
     if not np.isfinite(T).all():
         raise ValueError(f"{name} contains NaN or infinity")
     R = T[:3, :3]
-    error = float(np.abs(R @ R.T - np.eye(3)).max())
-    if error > MAX_RIGID_ERROR:
+    with np.errstate(over="ignore", invalid="ignore"):
+        error = float(np.abs(R @ R.T - np.eye(3)).max())
+    if not error <= MAX_RIGID_ERROR:  # NaN too: the squares of huge entries cancel
         raise ValueError(
             f"{name} is not rigid: rotation departs from orthonormal by {error:.3g}, "
             f"limit {MAX_RIGID_ERROR}"

@@ -74,6 +74,7 @@ def test_scaling_the_image_keeps_the_rays() -> None:
 NOT_RIGID = {
     "shape": (np.eye(3), "shape"),
     "nan": (np.full((4, 4), np.nan), "NaN"),
+    "huge": (np.full((4, 4), 1e300) * [1, -1, 1, -1], "not rigid"),
     "scaled": (np.diag([2.0, 2.0, 2.0, 1.0]), "not rigid"),
     "mirror": (np.diag([1.0, 1.0, -1.0, 1.0]), "reflection"),
     "projective": (np.vstack([np.eye(4)[:3], [0, 0, 1, 1]]), "last row"),
