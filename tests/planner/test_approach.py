@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.approach import approach, confirm, find_stand, latest, reject
+from onemap_planner.approach import _solid, approach, confirm, find_stand, latest, reject
 from onemap_planner.brain import Senses, think
 from onemap_planner.consensus import Candidate
 from onemap_planner.control import Pose, Rest, Velocity
@@ -141,3 +141,13 @@ def test_what_was_rejected_gets_one_more_chance() -> None:
     again = reconsider(state)
     assert again.quest.rejected == ()
     assert again.quest.reconsidered
+
+
+def test_floor_before_a_thing_is_not_taken_for_its_surface() -> None:
+    """A detection's rim lies on the floor; the stand keeps its distance from what stands there."""
+    here = situation()
+    solid = np.argwhere(here.terrain.occupied)
+    free = np.argwhere(~here.terrain.occupied)
+    both = np.concatenate([free[:3], solid[:2]])
+    np.testing.assert_array_equal(_solid(both, here.terrain), solid[:2])
+    np.testing.assert_array_equal(_solid(free[:3], here.terrain), free[:3])

@@ -12,7 +12,9 @@ from onemap_planner.memory import Mind
 from onemap_planner.phases import Approaching, Arrived, Confirmed, Confirming, Event, Rejected
 from onemap_planner.rules import ExploreRules, Rules
 from onemap_planner.situation import Situation
+from onemap_planner.terrain import Terrain
 from onemap_planner.viewpoints import least_hidden_stand, seeing_stand, stands_around
+from onemap_shared.geometry import I64
 
 
 def find_stand(
@@ -23,6 +25,7 @@ def find_stand(
     if len(cells) == 0:
         return None
     terrain, reach = situation.terrain, situation.reach
+    cells = _solid(cells, terrain)
     seen_from = terrain.grid.cells(np.asarray(candidate.seen_from))
     stand = None
     for farthest_m in (rules.approach_farthest_m, rules.approach_last_resort_m):
@@ -37,6 +40,15 @@ def find_stand(
         return None
     x, y = terrain.grid.centres(stand)
     return float(x), float(y)
+
+
+def _solid(cells: I64, terrain: Terrain) -> I64:
+    """The cells (K, 2) in which something stands, all of them if none does.
+
+    A detection's rim covers floor before the thing; it must not be taken for its surface.
+    """
+    solid = cells[terrain.occupied[cells[:, 0], cells[:, 1]]]
+    return solid if len(solid) else cells
 
 
 def approach(
