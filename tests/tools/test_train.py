@@ -82,6 +82,17 @@ def test_rendered_frames_resume_and_repeat(tmp_path: Path, monkeypatch: pytest.M
         open_frames(tmp_path / "nowhere")
 
 
+@pytest.mark.slow
+def test_processes_render_the_same_frames(tmp_path: Path) -> None:
+    plan = FramePlan((901, 902), per_scene=2, width=32, height=24)
+    for processes in (1, 2):
+        done = render_frames(tmp_path / str(processes), ("wall", "floor"), plan, processes)
+        assert list(done) == [2, 4]
+    alone, together = open_frames(tmp_path / "1"), open_frames(tmp_path / "2")
+    np.testing.assert_array_equal(alone.rgb, together.rgb)
+    np.testing.assert_array_equal(alone.label, together.label)
+
+
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=25, deadline=None)
 @pytest.mark.parametrize("change", [augment, augment_mildly])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,14 +16,16 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True, help="Train the encoder that ships.")
 
-APARTMENTS = 240
-PER_APARTMENT = 32
-STEPS = 8500
+APARTMENTS = 600
+PER_APARTMENT = 20
+CORES = os.cpu_count() or 1
+STEPS = 10_000
 
 WorkFolder = Annotated[Path, typer.Option(help="Folder for frames and checkpoints.")]
 Output = Annotated[Path | None, typer.Option(help="Where the encoder goes; default: it ships.")]
 Apartments = Annotated[int, typer.Option(min=1, max=9000, help="Apartments to train on.")]
 PerApartment = Annotated[int, typer.Option(min=2, max=1000, help="Pictures of each.")]
+Processes = Annotated[int, typer.Option(min=1, max=256, help="Processes to render with.")]
 Steps = Annotated[int, typer.Option(min=1, help="Training steps of 24 pictures.")]
 Seed = Annotated[int, typer.Option(min=0, help="Everything random follows from it.")]
 Device = Annotated[str, typer.Option(help="cpu, cuda, or auto: cuda where there is one.")]
@@ -41,7 +44,7 @@ def mini(
     steps: Steps = STEPS,
     seed: Seed = 0,
     device: Device = "auto",
-    threads: Threads = 1,
+    threads: Threads = CORES,
 ) -> None:
     """All four steps, with the sizes that the shipped encoder was made with."""
     render(work, output)
@@ -56,12 +59,13 @@ def render(
     output: Output = None,
     apartments: Apartments = APARTMENTS,
     per_apartment: PerApartment = PER_APARTMENT,
+    processes: Processes = CORES,
 ) -> None:
     """Render training and held-out frames; goes on where it stopped."""
     with _refusals():
         from onemap_tools.train import pipeline
 
-        pipeline.render(_work(work, output), apartments, per_apartment)
+        pipeline.render(_work(work, output), apartments, per_apartment, processes)
 
 
 @app.command()

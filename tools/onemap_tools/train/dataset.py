@@ -8,8 +8,12 @@ interrupted rendering goes on where it stopped.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+import multiprocessing
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +21,6 @@ import numpy as np
 from onemap_shared.geometry import U8, Intrinsics
 from onemap_simulator.apartment import generate_apartment
 from onemap_simulator.render import Renderer, View
-from onemap_simulator.scene import Scene
 from onemap_simulator.style import TRAINING, Style
 from onemap_simulator.views import ViewRange, sample_poses
 
@@ -62,10 +65,13 @@ class Frames:
         return len(self.rgb)
 
 
-def scene_frames(
-    scene: Scene, classes: Sequence[str], plan: FramePlan, rng: np.random.Generator
-) -> Iterator[tuple[U8, U8]]:
-    """rgb (H, W, 3) and label (H, W) of ``plan.per_scene`` views of one scene."""
+def scene_frames(seed: int, classes: Sequence[str], plan: FramePlan) -> tuple[U8, U8]:
+    """rgb (N, H, W, 3) and label (N, H, W) of one apartment; N = ``plan.per_scene``.
+
+    They depend on the seed alone: order, processes and interruptions change nothing.
+    """
+    scene = generate_apartment(seed, plan.style)
+    rng = np.random.default_rng([seed, plan.per_scene])
     index_of = {name: index for index, name in enumerate(classes)}
     table = np.array([index_of.get(thing.category, NO_CLASS) for thing in scene.objects])
     table = np.append(table, NO_CLASS).astype(np.uint8)  # label -1: nothing was hit
@@ -73,33 +79,50 @@ def scene_frames(
     other = round(plan.per_scene * OTHER_SHARE)
     poses = sample_poses(scene, rng, plan.per_scene - other, ROBOT_VIEWS)
     poses += sample_poses(scene, rng, other, OTHER_VIEWS)
-    for pose in poses:
+    rgb = np.empty((len(poses), plan.height, plan.width, 3), np.uint8)
+    label = np.empty(rgb.shape[:3], np.uint8)
+    for index, pose in enumerate(poses):
         camera = Intrinsics.from_fov(plan.width, plan.height, rng.uniform(*FOV_RAD))
         view: View = renderer.render(pose, camera, width=plan.width, height=plan.height)
-        yield view.rgb, table[view.labels]
+        rgb[index], label[index] = view.rgb, table[view.labels]
+    return rgb, label
 
 
-def render_frames(folder: Path, classes: Sequence[str], plan: FramePlan) -> Iterator[int]:
-    """Render what is not there yet; yields the number of frames done after each scene.
-
-    Each scene's views depend on its seed alone: order and interruptions change nothing.
-    """
+def render_frames(
+    folder: Path, classes: Sequence[str], plan: FramePlan, processes: int = 1
+) -> Iterator[int]:
+    """Render what is not there yet; yields the number of frames done after each scene."""
     folder.mkdir(parents=True, exist_ok=True)
     done = _scenes_done(folder, classes, plan)
     mode = "r+" if done else "w+"
     shape = (plan.count, plan.height, plan.width)
     rgb = np.lib.format.open_memmap(folder / "rgb.npy", mode, np.uint8, (*shape, 3))
     label = np.lib.format.open_memmap(folder / "label.npy", mode, np.uint8, shape)
-    for number, seed in enumerate(plan.seeds[done:], done):
-        scene = generate_apartment(seed, plan.style)
-        rng = np.random.default_rng([seed, plan.per_scene])
-        start = number * plan.per_scene
-        for offset, (image, labels) in enumerate(scene_frames(scene, classes, plan, rng)):
-            rgb[start + offset], label[start + offset] = image, labels
-        rgb.flush()
-        label.flush()
-        _write_record(folder, classes, plan, scenes_done=number + 1)
-        yield start + plan.per_scene
+    one = partial(scene_frames, classes=tuple(classes), plan=plan)
+    with _mapped(one, plan.seeds[done:], processes) as scenes:
+        for number, (images, labels) in enumerate(scenes, done):
+            place = np.s_[number * plan.per_scene : (number + 1) * plan.per_scene]
+            rgb[place], label[place] = images, labels
+            rgb.flush()
+            label.flush()
+            _write_record(folder, classes, plan, scenes_done=number + 1)
+            yield (number + 1) * plan.per_scene
+
+
+@contextmanager
+def _mapped(
+    one: Callable[[int], tuple[U8, U8]], seeds: Sequence[int], processes: int
+) -> Iterator[Iterator[tuple[U8, U8]]]:
+    """``map`` over the seeds, in order; leaving early drops what has not begun."""
+    if processes == 1:
+        yield map(one, seeds)
+        return
+    # Spawned, not forked: the parent may hold threads of torch or onnxruntime.
+    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
+    try:
+        yield pool.map(one, seeds)
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def open_frames(folder: Path) -> Frames:

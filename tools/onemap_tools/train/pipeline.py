@@ -69,12 +69,12 @@ def frame_plans(apartments: int, per_apartment: int) -> dict[str, FramePlan]:
     }
 
 
-def render(work: Work, apartments: int, per_apartment: int) -> None:
+def render(work: Work, apartments: int, per_apartment: int, processes: int) -> None:
     """Render all frames; goes on where it stopped."""
     names = work.vocabulary.names
     for name, plan in frame_plans(apartments, per_apartment).items():
         with _bar(f"rendering {name}", plan.count) as show:
-            for done in render_frames(work.folder / name, names, plan):
+            for done in render_frames(work.folder / name, names, plan, processes):
                 show(done, "")
 
 
