@@ -18,6 +18,7 @@ from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import F16, TextEmbeddings
 from onemap_tools.train import measures
 from onemap_tools.train.augment import augment, augment_mildly
+from onemap_tools.train.backbone import FROZEN, WIDTHS, EfficientNetLite, load_pretrained
 from onemap_tools.train.batches import BatchSource, class_frequency
 from onemap_tools.train.calibrate import best_temperature
 from onemap_tools.train.card import model_card
@@ -159,7 +160,12 @@ def test_the_text_bank_draws_aliases_of_the_class() -> None:
 
 
 def run(
-    frames: Frames, folder: Path, how: TrainSettings, stop_at: int = 0
+    frames: Frames,
+    folder: Path,
+    how: TrainSettings,
+    *,
+    stop_at: int = 0,
+    trunk: Path | None = None,
 ) -> tuple[MiniNetwork, list[Report]]:
     """Train; ``stop_at`` interrupts after that step, as Ctrl-C would."""
     reports: list[Report] = []
@@ -177,6 +183,7 @@ def run(
         settings=how,
         device=torch.device("cpu"),
         report=note,
+        trunk=trunk,
     )
     return network, reports
 
@@ -197,6 +204,42 @@ def test_training_repeats_and_resumes(frames: Frames, tmp_path: Path) -> None:
     resumed, rest = run(frames, broken, SMALL)
     assert [report.step for report in rest] == [3, 4]
     torch.testing.assert_close(weights_of(resumed), weights_of(whole), rtol=1e-3, atol=1e-4)
+
+
+def published(trunk: EfficientNetLite, path: Path) -> Path:
+    """A checkpoint as the weight package has it: other names, same order, and a classifier."""
+    tensors = {f"_blocks.{i}": t for i, t in enumerate(trunk.state_dict().values())}
+    rest = {"_conv_head.weight": torch.zeros(8), "_bn1.bias": torch.zeros(8)}
+    torch.save({**tensors, **rest, "_fc.weight": torch.zeros(8)}, path)
+    return path
+
+
+def test_training_begins_with_the_trunk_and_keeps_its_finest_layers(
+    frames: Frames, tmp_path: Path
+) -> None:
+    torch.manual_seed(7)
+    trunk = EfficientNetLite()
+    file = published(trunk, tmp_path / "weights.pth")
+    network, _ = run(frames, tmp_path / "run", replace(SMALL, learning_rate=0.1), trunk=file)
+    source = trunk.state_dict()
+    kept = tuple(f"stages.{index}." for index in range(FROZEN)) + ("stem.",)
+    for name, tensor in network.trunk.state_dict().items():
+        if name.endswith("num_batches_tracked"):
+            continue
+        same = torch.allclose(tensor, source[name], rtol=1e-4, atol=1e-6)
+        assert same == name.startswith(kept), name
+
+
+def test_weights_of_another_network_are_refused(tmp_path: Path) -> None:
+    torch.save({"_conv_stem.weight": torch.zeros(3)}, tmp_path / "other.pth")
+    with pytest.raises(ValueError, match="does not hold the trunk"):
+        load_pretrained(EfficientNetLite(), tmp_path / "other.pth")
+
+
+def test_sizes_are_rounded_up() -> None:
+    levels = EfficientNetLite().eval()(torch.zeros(1, 3, 120, 72))
+    assert [tuple(level.shape[2:]) for level in levels] == [(30, 18), (15, 9), (8, 5), (4, 3)]
+    assert tuple(level.shape[1] for level in levels) == WIDTHS
 
 
 def test_what_is_exported_agrees_with_torch(tmp_path: Path) -> None:

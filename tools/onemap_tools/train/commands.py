@@ -74,15 +74,17 @@ def train(
     steps: Steps = STEPS,
     seed: Seed = 0,
     device: Device = "auto",
-    threads: Threads = 1,
+    threads: Threads = CORES,
 ) -> None:
     """Train on the rendered frames; goes on from the last checkpoint."""
     with _refusals():
         import torch
 
         from onemap_tools.train import pipeline
+        from onemap_tools.train.memory import keep_freed_memory
         from onemap_tools.train.train import TrainSettings
 
+        keep_freed_memory()
         torch.set_num_threads(threads)
         automatic = "cuda" if torch.cuda.is_available() else "cpu"
         chosen = torch.device(automatic if device == "auto" else device)

@@ -20,6 +20,8 @@ from onemap_perception.minilm import INSTALL, MiniLm, find_model_folder
 from onemap_perception.text import save_calibration
 from onemap_perception.vocabulary import Vocabulary, load_vocabulary
 from onemap_simulator.style import HELD_OUT
+from onemap_tools.train.backbone import INSTALL as INSTALL_TRUNK
+from onemap_tools.train.backbone import find_weights
 from onemap_tools.train.calibrate import FIRST_GUESS, fit_temperature
 from onemap_tools.train.card import model_card
 from onemap_tools.train.dataset import (
@@ -82,13 +84,22 @@ def train(work: Work, settings: TrainSettings, device: torch.device) -> None:
     """Train on the rendered frames; goes on from the checkpoint."""
     frames = _frames(work, "train")
     bank = text_bank(work.vocabulary, _sentence_encoder())
+    trunk = find_weights()
+    if trunk is None:
+        raise TrainingError(f"training begins with weights that are missing: {INSTALL_TRUNK}")
     with _bar("training", settings.steps) as show:
 
         def report(state: Report) -> None:
             show(state.step, f"loss {state.loss:.3f}")
 
         train_mini(
-            frames, bank, work.folder / "run", settings=settings, device=device, report=report
+            frames,
+            bank,
+            work.folder / "run",
+            settings=settings,
+            device=device,
+            report=report,
+            trunk=trunk,
         )
 
 

