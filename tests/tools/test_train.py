@@ -165,7 +165,6 @@ def run(
     how: TrainSettings,
     *,
     stop_at: int = 0,
-    trunk: Path | None = None,
 ) -> tuple[MiniNetwork, list[Report]]:
     """Train; ``stop_at`` interrupts after that step, as Ctrl-C would."""
     reports: list[Report] = []
@@ -183,7 +182,6 @@ def run(
         settings=how,
         device=torch.device("cpu"),
         report=note,
-        trunk=trunk,
     )
     return network, reports
 
@@ -220,7 +218,7 @@ def test_training_begins_with_the_trunk_and_keeps_its_finest_layers(
     torch.manual_seed(7)
     trunk = EfficientNetLite()
     file = published(trunk, tmp_path / "weights.pth")
-    network, _ = run(frames, tmp_path / "run", replace(SMALL, learning_rate=0.1), trunk=file)
+    network, _ = run(frames, tmp_path / "run", replace(SMALL, learning_rate=0.1, trunk=file))
     source = trunk.state_dict()
     kept = tuple(f"stages.{index}." for index in range(FROZEN)) + ("stem.",)
     for name, tensor in network.trunk.state_dict().items():

@@ -92,14 +92,9 @@ def train(work: Work, settings: TrainSettings, device: torch.device) -> None:
         def report(state: Report) -> None:
             show(state.step, f"loss {state.loss:.3f}")
 
+        settings = replace(settings, trunk=trunk)
         train_mini(
-            frames,
-            bank,
-            work.folder / "run",
-            settings=settings,
-            device=device,
-            report=report,
-            trunk=trunk,
+            frames, bank, work.folder / "run", settings=settings, device=device, report=report
         )
 
 
