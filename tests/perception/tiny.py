@@ -150,3 +150,44 @@ def owl_folder(folder: Path) -> Path:
     pictures = transformers.Owlv2ImageProcessorPil(size={"height": 64, "width": 64})
     transformers.Owlv2Processor(pictures, tokenizer).save_pretrained(folder)
     return folder
+
+
+def grounding_folder(folder: Path, kind: str) -> Path:
+    """``MMGroundingDino``, LLMDet's class, or ``GroundingDino``: 0.3 million weights."""
+    transformers = pytest.importorskip("transformers", reason="needs transformers")
+    torch.manual_seed(0)
+    words = ["[PAD]", "[UNK]", "[CLS]", "[SEP]", "[MASK]", "."]
+    for letter in "abcdefghijklmnopqrstuvwxyz":
+        words += [letter, f"##{letter}"]
+    config = getattr(transformers, f"{kind}Config")(
+        backbone_config=transformers.SwinConfig(
+            image_size=64,
+            embed_dim=8,
+            depths=[1, 1, 1, 1],
+            num_heads=[1, 1, 2, 2],
+            window_size=2,
+            out_indices=[2, 3, 4],
+        ),
+        text_config=transformers.BertConfig(
+            vocab_size=len(words),
+            hidden_size=16,
+            num_hidden_layers=1,
+            num_attention_heads=2,
+            intermediate_size=16,
+        ),
+        d_model=64,
+        num_queries=9,
+        encoder_layers=1,
+        decoder_layers=2,
+        encoder_attention_heads=2,
+        decoder_attention_heads=2,
+        encoder_ffn_dim=16,
+        decoder_ffn_dim=16,
+    )
+    getattr(transformers, f"{kind}ForObjectDetection")(config).save_pretrained(folder)
+    tokenizer = transformers.BertTokenizer(vocab={word: i for i, word in enumerate(words)})
+    pictures = transformers.GroundingDinoImageProcessorPil(
+        size={"shortest_edge": 96, "longest_edge": 128}
+    )
+    transformers.GroundingDinoProcessor(pictures, tokenizer).save_pretrained(folder)
+    return folder

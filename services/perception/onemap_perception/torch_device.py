@@ -38,6 +38,6 @@ def running(device: torch.device, picture_px: tuple[int, int]) -> Iterator[None]
             f"{device} is out of memory for a picture of {width} x {height}: "
             "feed smaller pictures or free the device"
         ) from problem
-    except RuntimeError as problem:
-        reason = str(problem).splitlines()[0]
+    except (RuntimeError, ValueError, IndexError) as problem:  # of torch and transformers
+        reason = (str(problem).strip() or repr(problem)).splitlines()[0]
         raise Fault(f"the network failed on {device}: {reason}") from problem

@@ -1,4 +1,4 @@
-"""Any grounding detector of transformers for any name: LLMDet, GroundingDINO, OWLv2, OmDet."""
+"""Any grounding detector of transformers for any name: LLMDet, GroundingDINO, OWLv2."""
 
 from __future__ import annotations
 
@@ -25,6 +25,8 @@ class OpenVocabularySettings:
 
 class OpenVocabularyDetector:
     """Implements ``Detector``. Raises DetectorError when it cannot be loaded."""
+
+    reads_features = False
 
     def __init__(self, settings: OpenVocabularySettings) -> None:
         self._device = open_device(settings.device)
