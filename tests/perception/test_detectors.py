@@ -21,7 +21,7 @@ from onemap_perception.detectors.protocol import DetectorError, Found, Seen
 from onemap_perception.detectors.router import RoutedDetector
 from onemap_shared.geometry import U8
 from onemap_shared.messages import TextEmbeddings
-from tests.perception.tiny import owl_folder, rtdetr_folder
+from tests.perception.tiny import grounding_folder, owl_folder, rtdetr_folder
 
 ANY = BoxLimits(score=0.0, detections=6)
 
@@ -43,9 +43,16 @@ def coco(tmp_path_factory: pytest.TempPathFactory) -> CocoDetector:
     return CocoDetector(CocoSettings(folder, limits=ANY))
 
 
-@pytest.fixture(scope="module")
-def owl(tmp_path_factory: pytest.TempPathFactory) -> OpenVocabularyDetector:
-    folder = owl_folder(tmp_path_factory.mktemp("owl"))
+@pytest.fixture(scope="module", params=["Owlv2", "GroundingDino", "MMGroundingDino"])
+def grounding(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> OpenVocabularyDetector:
+    """MMGroundingDino is what LLMDet's checkpoints are loaded as."""
+    folder = tmp_path_factory.mktemp(request.param)
+    if request.param == "Owlv2":
+        owl_folder(folder)
+    else:
+        grounding_folder(folder, request.param)
     return OpenVocabularyDetector(OpenVocabularySettings(folder, limits=ANY))
 
 
@@ -105,19 +112,19 @@ def test_coco_finds_what_it_is_asked_for_by_the_name_it_was_asked(coco: CocoDete
 
 @pytest.mark.parametrize("size", [(1, 1), (7, 33), (480, 3)])
 def test_odd_pictures_are_pictures(
-    coco: CocoDetector, owl: OpenVocabularyDetector, size: tuple[int, int]
+    coco: CocoDetector, grounding: OpenVocabularyDetector, size: tuple[int, int]
 ) -> None:
     picture = seen(*size)
     assert inside(coco.detect(picture, names("chair")), picture.rgb)
-    assert inside(owl.detect(picture, names("chair")), picture.rgb)
+    assert inside(grounding.detect(picture, names("chair")), picture.rgb)
 
 
-def test_an_open_detector_takes_any_name(owl: OpenVocabularyDetector) -> None:
+def test_an_open_detector_takes_any_name(grounding: OpenVocabularyDetector) -> None:
     picture = seen()
-    found = owl.detect(picture, names("Red lamp", "unicorn"))
+    found = grounding.detect(picture, names("Red lamp", "unicorn", "電視"))
     assert inside(found, picture.rgb)
-    assert {thing.name for thing in found} <= {"Red lamp", "unicorn"}
-    assert owl.detect(picture, names()) == ()
+    assert {thing.name for thing in found} <= {"Red lamp", "unicorn", "電視"}
+    assert grounding.detect(picture, names()) == ()
     assert len(found) == 6
 
 
@@ -126,6 +133,7 @@ def test_each_name_goes_to_one_detector(coco: CocoDetector) -> None:
 
     class Listener:
         detector_id = "listener"
+        reads_features = False
 
         def detect(self, _: Seen, wanted: TextEmbeddings) -> tuple[Found, ...]:
             asked.append(wanted.texts)

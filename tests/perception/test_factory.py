@@ -127,6 +127,7 @@ class Corner:
     """A user's detector: everything is in the corner."""
 
     detector_id = "corner"
+    reads_features = False
 
     def __init__(self, score: float) -> None:
         self._score = score
@@ -151,7 +152,7 @@ def test_a_users_own_detector_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     document = {"backend": "plugin", "name": "corner", "options": {"score": 0.7}}
     detector = make_detector(configured({"detector": document}).detector, OnlyCosines())
     (found,) = detector.detect(
-        Seen(np.zeros((2, 2, 3), np.uint8), np.zeros((1, 1, 3), np.float16)),
+        Seen(np.zeros((2, 2, 3), np.uint8)),
         OnlyCosines().embed_text(["cup"]),
     )
     assert (found.name, found.score) == ("cup", 0.7)
@@ -162,7 +163,7 @@ def test_a_users_own_detector_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     [
         ("yolo", r"no installed package has a detector 'yolo' \(there is: broken, corner, dict\)"),
         ("broken", "the detector 'broken' cannot be loaded"),
-        ("dict", r"the detector 'dict' has no detect\(\)"),
+        ("dict", "the detector 'dict' lacks detector_id, reads_features, detect"),
     ],
 )
 def test_a_bad_plugin_is_one_sentence(

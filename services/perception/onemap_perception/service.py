@@ -6,19 +6,18 @@ import logging
 import time
 from dataclasses import dataclass
 
-import numpy as np
-
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.detectors.protocol import Detector, Found, Seen
+from onemap_perception.detectors.protocol import Detector
 from onemap_perception.encoders.protocol import Encoder, UnknownWordError
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.faults import Fault, OutOfDeviceMemoryError
+from onemap_perception.lookout import Lookout, Sought
 from onemap_perception.observation import ObservationModel, observation_variance
-from onemap_perception.points import MILLIMETRE_M, DepthView, detection_points
-from onemap_perception.telemetry import DETECT_MS, ENCODE_MS, FRAME_AGE_MS, Telemetry
+from onemap_perception.points import MILLIMETRE_M
+from onemap_perception.telemetry import Telemetry
 from onemap_shared import keys
 from onemap_shared.messages import (
-    Detections,
+    F16,
     FeatureField,
     RgbdFrame,
     SearchStatus,
@@ -42,20 +41,13 @@ class Parts:
     silent_after_s: float
 
 
-@dataclass(frozen=True, slots=True)
-class Sought:
-    """The name the robot looks for now; ``queries`` is None if nobody can embed it."""
-
-    name: str
-    queries: TextEmbeddings | None
-
-
 class Perception:
     """The worker: one frame per step, always the newest."""
 
     def __init__(self, bus: Bus, parts: Parts) -> None:
         self._parts = parts
         self._telemetry = Telemetry(started_s=time.monotonic())
+        self._lookout = Lookout(parts.detector, time.perf_counter)
         self._sought: Sought | None = None
         self._refused = 0
         self._frames = bus.subscribe(keys.ROBOT_RGBD)
@@ -69,16 +61,12 @@ class Perception:
         frame = self._frames.take(timeout_s)
         self._follow_search()
         self._log_refused()
-        if frame is None:
-            return
-        try:
-            self._see(frame)
-        except Fault as problem:
-            if not self._telemetry.failure:
-                LOG.warning("frame %d dropped: %s", frame.sequence, problem)
-            self._telemetry.frame_failed(str(problem))
-            if isinstance(problem, OutOfDeviceMemoryError):
-                self._telemetry.out_of_memory += 1
+        features = None
+        if frame is not None:
+            if self._sought is not None:
+                self._lookout.before_encoding(frame, self._sought)
+            features = self._encode(frame)
+        self._look(frame, features)
 
     def health(self) -> Health:
         """Timings, counts, and what is wrong."""
@@ -91,19 +79,22 @@ class Perception:
                 camera_key=keys.ROBOT_RGBD.key,
             ),
             metrics={
-                **telemetry.latest,
+                **telemetry.timings,
                 "frames_per_s": telemetry.rate_hz(now_s),
                 "frames_missed": float(counters.missed),
                 "frames_skipped": float(counters.skipped),
                 "frames_refused": float(counters.refused),
                 "searches_refused": float(self._searches.counters.refused),
+                "detections_skipped": float(self._lookout.skipped),
                 "frames_failed": float(telemetry.frames_failed),
+                "detections_failed": float(telemetry.detections_failed),
                 "out_of_memory": float(telemetry.out_of_memory),
             },
         )
 
     def close(self) -> None:
-        """Nothing is held but memory."""
+        """Let the detector end its frame."""
+        self._lookout.close()
 
     def embed_text(self, request: TextRequest) -> TextEmbeddings:
         """Answer of ``perception/embed_text``; refuses unknown words with code unknown_word."""
@@ -113,9 +104,16 @@ class Perception:
         except UnknownWordError as problem:
             raise Refusal("unknown_word", str(problem)) from problem
 
-    def _see(self, frame: RgbdFrame) -> None:
+    def _encode(self, frame: RgbdFrame) -> F16 | None:
+        """Publish the frame's features and return them; None if that failed."""
         begun_s = time.perf_counter()
-        features = self._parts.encoder.encode(frame.rgb)
+        try:
+            features = self._parts.encoder.encode(frame.rgb)
+        except Fault as problem:
+            if not self._telemetry.failure:
+                LOG.warning("frame %d dropped: %s", frame.sequence, problem)
+            self._telemetry.frame_failed(str(problem), _out_of_memory(problem))
+            return None
         encoded_s = time.perf_counter()
         self._fields.put(
             FeatureField(
@@ -132,33 +130,30 @@ class Perception:
                 T_map_camera=frame.T_map_camera,
             )
         )
-        age_ms = (time.time_ns() - frame.stamp_ns) * 1e-6
-        detecting_s = time.perf_counter()
-        if self._sought is not None:
-            self._detections.put(self._detect(frame, Seen(frame.rgb, features)))
-        timings = {
-            ENCODE_MS: (encoded_s - begun_s) * 1e3,
-            DETECT_MS: (time.perf_counter() - detecting_s) * 1e3,
-            FRAME_AGE_MS: age_ms,
-        }
-        self._telemetry.frame_done(time.monotonic(), timings)
-
-    def _detect(self, frame: RgbdFrame, seen: Seen) -> Detections:
-        found: tuple[Found, ...] = ()
-        if self._sought is not None and self._sought.queries is not None:
-            found = self._parts.detector.detect(seen, self._sought.queries)
-        view = DepthView(frame.depth_mm, frame.intrinsics, frame.T_map_camera)
-        points_map, point_owner = detection_points(found, view)
-        return Detections(
-            sequence=frame.sequence,
-            stamp_ns=frame.stamp_ns,
-            detector_id=self._parts.detector.detector_id,
-            names=tuple(thing.name for thing in found),
-            boxes_px=np.array([thing.box_px for thing in found], np.float32).reshape(-1, 4),
-            scores=np.array([thing.score for thing in found], np.float32),
-            points_map=points_map,
-            point_owner=point_owner,
+        self._telemetry.frame_done(
+            time.monotonic(),
+            encode_ms=(encoded_s - begun_s) * 1e3,
+            frame_age_ms=(time.time_ns() - frame.stamp_ns) * 1e-6,
         )
+        return features
+
+    def _look(self, frame: RgbdFrame | None, features: F16 | None) -> None:
+        """Publish what the detector has found, unless something else is sought by now."""
+        try:
+            if frame is None or features is None or self._sought is None:
+                looked = self._lookout.collect()
+            else:
+                looked = self._lookout.after_encoding(frame, features, self._sought)
+        except Fault as problem:
+            if not self._telemetry.detector_failure:
+                LOG.warning("a frame could not be looked at: %s", problem)
+            self._telemetry.detection_failed(str(problem), _out_of_memory(problem))
+            return
+        if looked is None:
+            return
+        self._telemetry.detection_done(looked.detect_ms)
+        if self._sought is not None and looked.sought.name == self._sought.name:
+            self._detections.put(looked.detections)
 
     def _follow_search(self) -> None:
         """Learn from the planner what is sought now."""
@@ -190,6 +185,10 @@ class Perception:
         self._telemetry.text_problem = ""
         LOG.info("looking for %s", name)
         return Sought(name, queries)
+
+
+def _out_of_memory(problem: Fault) -> bool:
+    return isinstance(problem, OutOfDeviceMemoryError)
 
 
 def build(bus: Bus, config: PerceptionConfig) -> Worker:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 WINDOW_S = 5.0  # over which the frame rate is taken
 PATIENCE_S = 2.0  # silence shorter than this is a hiccup, not a problem
-ENCODE_MS, DETECT_MS, FRAME_AGE_MS = "encode_ms", "detect_ms", "frame_age_ms"
 
 
 @dataclass(slots=True)
@@ -16,27 +15,54 @@ class Telemetry:
     replaced whole, so a reader sees old or new, never half."""
 
     started_s: float
-    latest: dict[str, float] = field(default_factory=dict)
+    encode_ms: float = 0.0
+    detect_ms: float = 0.0
+    frame_age_ms: float = 0.0
     encoded_at_s: tuple[float, ...] = ()
     frames_failed: int = 0
+    detections_failed: int = 0
     out_of_memory: int = 0
     failure: str = ""
+    detector_failure: str = ""
     text_problem: str = ""
 
-    def frame_done(self, now_s: float, timings: dict[str, float]) -> None:
+    def frame_done(self, now_s: float, *, encode_ms: float, frame_age_ms: float) -> None:
         """A frame was encoded and published at ``now_s`` (monotonic)."""
         recent = deque(self.encoded_at_s)
         recent.append(now_s)
         while recent[0] < now_s - WINDOW_S:
             recent.popleft()
         self.encoded_at_s = tuple(recent)
-        self.latest = timings
+        self.encode_ms, self.frame_age_ms = encode_ms, frame_age_ms
         self.failure = ""
 
-    def frame_failed(self, reason: str) -> None:
+    def frame_failed(self, reason: str, out_of_memory: bool) -> None:
         """A frame was dropped because of this."""
         self.frames_failed += 1
+        self.out_of_memory += out_of_memory
         self.failure = reason
+
+    def detection_done(self, detect_ms: float) -> None:
+        """The detector ended with a frame."""
+        self.detect_ms = detect_ms
+        self.detector_failure = ""
+
+    def detection_failed(self, reason: str, out_of_memory: bool) -> None:
+        """A frame was encoded, but could not be looked at because of this."""
+        self.detections_failed += 1
+        self.out_of_memory += out_of_memory
+        self.detector_failure = reason
+
+    @property
+    def timings(self) -> dict[str, float]:
+        """Of the newest frame, in milliseconds; empty before the first."""
+        if not self.encoded_at_s:
+            return {}
+        return {
+            "encode_ms": self.encode_ms,
+            "detect_ms": self.detect_ms,
+            "frame_age_ms": self.frame_age_ms,
+        }
 
     def working(self, now_s: float, silent_after_s: float) -> bool:
         """Whether a frame was encoded lately."""
@@ -51,6 +77,8 @@ class Telemetry:
             return f"no camera frames on {camera_key} for {silence_s:.1f} s"
         if not self.encoded_at_s:
             return f"waiting for the first camera frame on {camera_key}"
+        if self.detector_failure:
+            return f"nothing can be detected: {self.detector_failure}"
         return self.text_problem
 
     def rate_hz(self, now_s: float) -> float:

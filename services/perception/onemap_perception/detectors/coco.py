@@ -32,6 +32,8 @@ class CocoSettings:
 class CocoDetector:
     """Implements ``Detector``. Raises DetectorError when it cannot be loaded."""
 
+    reads_features = False
+
     def __init__(self, settings: CocoSettings) -> None:
         self._device = open_device(settings.device)
         self._limits = settings.limits

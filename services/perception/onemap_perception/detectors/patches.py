@@ -27,6 +27,8 @@ class PatchThresholds:
 class PatchDetector:
     """Implements ``Detector`` for any encoder with a calibration."""
 
+    reads_features = True
+
     def __init__(self, thresholds: PatchThresholds, encoder_id: str) -> None:
         self._thresholds = thresholds
         self._id = f"patches/{encoder_id}"
@@ -38,6 +40,8 @@ class PatchDetector:
 
     def detect(self, seen: Seen, names: TextEmbeddings) -> tuple[Found, ...]:
         """See ``Detector``."""
+        if seen.features is None:
+            raise ValueError("the detector patches reads features, and there are none")
         rows, columns, dim = seen.features.shape
         flat = scores(seen.features.reshape(-1, dim).astype(np.float32), names)
         maps = flat.T.reshape(-1, rows, columns)

@@ -9,6 +9,7 @@ from typing import Any
 from onemap_perception.detectors.protocol import Detector, DetectorError
 
 GROUP = "onemap.detectors"
+PARTS = ("detector_id", "reads_features", "detect")
 
 
 def load_plugin(name: str, options: Mapping[str, Any]) -> Detector:
@@ -21,6 +22,7 @@ def load_plugin(name: str, options: Mapping[str, Any]) -> Detector:
         detector: Detector = installed[name].load()(**options)
     except Exception as problem:  # somebody else's code
         raise DetectorError(f"the detector {name!r} cannot be loaded: {problem!r}") from problem
-    if not callable(getattr(detector, "detect", None)) or not hasattr(detector, "detector_id"):
-        raise DetectorError(f"the detector {name!r} has no detect() or no detector_id")
+    lacking = [part for part in PARTS if not hasattr(detector, part)]
+    if lacking:
+        raise DetectorError(f"the detector {name!r} lacks {', '.join(lacking)}")
     return detector

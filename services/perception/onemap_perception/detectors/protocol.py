@@ -16,10 +16,11 @@ class DetectorError(Fault):
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """One picture: rgb (H, W, 3) uint8 and the encoder's features (h, w, D) float16."""
+    """One picture: rgb (H, W, 3) uint8 and, for a detector that reads them, the encoder's
+    features (h, w, D) float16."""
 
     rgb: U8
-    features: F16
+    features: F16 | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,11 @@ class Detector(Protocol):
     @property
     def detector_id(self) -> str:
         """Names the detector and its weights."""
+
+    @property
+    def reads_features(self) -> bool:
+        """Whether it needs the encoder's features. If not, it runs in a thread of its own while
+        the encoder works on the same picture."""
 
     def detect(self, seen: Seen, names: TextEmbeddings) -> tuple[Found, ...]:
         """Detections of ``names.texts``, best first."""

@@ -20,6 +20,8 @@ class Specialist(Detector, Protocol):
 class RoutedDetector:
     """Implements ``Detector``: each name goes to one of the two, as in the paper."""
 
+    reads_features = False
+
     def __init__(self, specialist: Specialist, generalist: Detector) -> None:
         self._specialist, self._generalist = specialist, generalist
 
