@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 import torch
@@ -28,6 +29,12 @@ from onemap_tools.train.evaluate import evaluate
 from onemap_tools.train.export import export_network, least_cosine, write_table
 from onemap_tools.train.losses import LossSettings, alignment_loss, class_weights, patch_targets
 from onemap_tools.train.model import MiniNetwork
+from onemap_tools.train.pictures import (
+    CONFUSION_FILE,
+    RELIABILITY_FILE,
+    draw_confusion,
+    draw_reliability,
+)
 from onemap_tools.train.summary import lines
 from onemap_tools.train.texts import TextBank, text_bank
 from onemap_tools.train.train import Report, TrainSettings, load_average, train_mini
@@ -351,7 +358,22 @@ def test_a_perfect_encoder_has_perfect_figures_and_a_card() -> None:
     card = model_card(figures)
     assert "encoder `perfect`" in card
     assert "| R-precision, class names | 1.000 | 1.000 |" in card
+    assert f"]({CONFUSION_FILE})" in card
+    assert f"]({RELIABILITY_FILE})" in card
     assert any("held_out: 2 frames" in line for line in lines(figures))
+
+
+def test_the_cards_pictures_are_pictures(tmp_path: Path) -> None:
+    part = {
+        "class_names": ["wall", "sofa"],
+        "confusion": [[90, 10], [0, 0]],
+        "reliability": [{"stated": 0.1, "right": 0.2, "count": 5.0}],
+    }
+    for path in (draw_confusion(part, tmp_path), draw_reliability({"here": part}, tmp_path)):
+        picture = cv2.imread(str(path))
+        assert picture is not None
+        assert min(picture.shape[:2]) > 300
+        assert picture.std() > 5
 
 
 def test_a_step_without_its_input_says_which_comes_first(tmp_path: Path) -> None:

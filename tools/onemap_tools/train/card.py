@@ -63,6 +63,8 @@ names of the held-out apartments:
 
 {reliability}
 
+![Reliability](reliability.png)
+
 ## Limits
 
 - Small things (cup, ball, book, bottle) are about one patch large from two metres on. They are
@@ -96,6 +98,7 @@ def model_card(figures: dict[str, Any], notes: str = "") -> str:
             "Classes with the lowest intersection over union: " + _worst(held_out) + ".\n",
             "## Most frequent confusions\n",
             _confusions(held_out["confusion"], held_out["class_names"]),
+            "![Confusion of classes](confusion.png)\n",
             limits,
             notes,
         ]

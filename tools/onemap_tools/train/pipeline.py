@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -35,11 +36,13 @@ from onemap_tools.train.dataset import (
 from onemap_tools.train.evaluate import evaluate
 from onemap_tools.train.export import MIN_COSINE, export_network, least_cosine, write_table
 from onemap_tools.train.model import MiniNetwork
+from onemap_tools.train.pictures import draw_confusion, draw_reliability
 from onemap_tools.train.texts import Embed, text_bank
 from onemap_tools.train.train import Report, TrainSettings, load_average, train_mini
 
 NOTES_FILE = "NOTES.md"  # of whoever trained; goes into the card
 TIMED_PICTURES = 50
+SHORT = {"held_out": "held-out apartments", "other_style": "held-out style"}
 COSINE_PICTURES = 5  # compared between torch and ONNX before anything ships
 
 
@@ -116,10 +119,10 @@ def export(work: Work) -> float:
     return cosine
 
 
-def evaluate_all(work: Work) -> dict[str, object]:
+def evaluate_all(work: Work) -> dict[str, Any]:
     """Figures on held-out apartments and on the simulator's held-out style, and plain facts."""
     encoder = MiniEncoder(MiniSettings(folder=work.output))
-    result: dict[str, object] = {"encoder_id": encoder.encoder_id, "facts": _facts(work, encoder)}
+    result: dict[str, Any] = {"encoder_id": encoder.encoder_id, "facts": _facts(work, encoder)}
     for name in ("held_out", "other_style"):
         frames = _frames(work, name)
         with _bar(f"evaluating {name}", len(frames)) as show:
@@ -131,11 +134,13 @@ def evaluate_all(work: Work) -> dict[str, object]:
     return result
 
 
-def write_card(work: Work, figures: dict[str, object]) -> Path:
-    """Write ``MODEL_CARD.md`` beside the weights."""
+def write_card(work: Work, figures: dict[str, Any]) -> Path:
+    """Write ``MODEL_CARD.md`` and its pictures beside the weights."""
     path, notes = work.output / "MODEL_CARD.md", work.output / NOTES_FILE
     text = notes.read_text(encoding="utf-8") if notes.exists() else ""
     path.write_text(model_card(figures, text).rstrip() + "\n", encoding="utf-8")
+    draw_confusion(figures["held_out"], work.output)
+    draw_reliability({title: figures[name] for name, title in SHORT.items()}, work.output)
     return path
 
 
