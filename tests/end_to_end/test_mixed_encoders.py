@@ -1,8 +1,9 @@
-"""Two encoders never meet in one map: perception is swapped under a running mapper."""
+"""Two encoders never meet in one map: perception is swapped under a running mapper, over Zenoh."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -12,46 +13,69 @@ from onemap_mapper.service import build as build_mapper
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.service import build as build_perception
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryBus, MemoryHub
-from onemap_shared.messages import RgbdFrame, SimilarityRequest
-from onemap_shared.transport import RemoteError, Worker
+from onemap_shared.messages import SimilarityRequest
+from onemap_shared.transport import Bus, RemoteError, Worker
 from tests.mapper import scenes
 from tests.perception.tiny import open_clip_folder, owl_folder
 from tests.perception.toy import frame
+from tests.shared.test_bus import Router, eventually, join, router
 
+__all__ = ["router"]  # a fixture
 pytest.importorskip("open_clip", reason="needs open_clip_torch (requirements-encoders.txt)")
 
 
-def perception(hub: MemoryHub, clip: Path, owl: Path) -> tuple[Worker, MemoryBus]:
-    """A running perception with this encoder, and its bus to close."""
-    encoder = {"backend": "openclip_convnext", "model": str(clip), "warm_up_px": [64, 32]}
-    detector = {"backend": "open_vocabulary", "model": str(owl)}
-    config = PerceptionConfig.model_validate({"encoder": encoder, "detector": detector})
-    bus = hub.bus("perception")
-    return build_perception(bus, config), bus
+class House:
+    """Perception, mapper and a camera as sessions of one Zenoh router."""
+
+    def __init__(self, router: Router, folder: Path) -> None:
+        self._router = router
+        self._owl = owl_folder(folder / "owl")
+        self.client = join(router, "client")
+        self.camera = self.client.publish(keys.ROBOT_RGBD)
+        config = MapperConfig(map_folder=folder / "maps")
+        self.mapper = build_mapper(join(router, "mapper"), config)
+        self._shown = count(1)
+
+    def perception(self, clip: Path) -> tuple[Worker, Bus]:
+        """A running perception with this encoder, and its bus to close."""
+        encoder = {"backend": "openclip_convnext", "model": str(clip), "warm_up_px": [64, 32]}
+        detector = {"backend": "open_vocabulary", "model": str(self._owl)}
+        config = PerceptionConfig.model_validate({"encoder": encoder, "detector": detector})
+        bus = join(self._router, "perception")
+        return build_perception(bus, config), bus
+
+    def show(self, worker: Worker) -> None:
+        """One more picture, and a turn for everybody."""
+        picture = replace(frame(next(self._shown)), T_map_camera=scenes.pose())
+        self.camera.put(picture)
+        worker.step(0.02)
+        self.mapper.step(0.02)
+
+    def fused(self) -> float:
+        return (self.mapper.health().metrics or {})["frames_fused"]
 
 
-def test_a_swapped_encoder_is_refused_by_the_map(tmp_path: Path) -> None:
-    owl = owl_folder(tmp_path / "owl")
+def test_a_swapped_encoder_is_refused_by_the_map(router: Router, tmp_path: Path) -> None:
     first, second = (open_clip_folder(tmp_path / f"clip{seed}", seed) for seed in (0, 1))
-    hub = MemoryHub()
-    mapper = build_mapper(hub.bus("mapper"), MapperConfig(map_folder=tmp_path / "maps"))
-    client = hub.bus("client")
-    camera = client.publish(keys.ROBOT_RGBD)
+    house = House(router, tmp_path)
+    worker, bus = house.perception(first)
 
-    def see(worker: Worker, picture: RgbdFrame) -> float:
-        camera.put(replace(picture, T_map_camera=scenes.pose()))
-        worker.step(0.0)
-        mapper.step(0.0)
-        return (mapper.health().metrics or {})["frames_fused"]
+    def map_of_the_first() -> bool | None:
+        house.show(worker)
+        return house.fused() > 0 or None
 
-    worker, bus = perception(hub, first, owl)
-    assert see(worker, frame(1)) == 1
-    assert client.call(keys.MAP_SIMILARITY, SimilarityRequest("lamp")).encoder_id
+    assert eventually(map_of_the_first)
+    assert house.client.call(keys.MAP_SIMILARITY, SimilarityRequest("lamp")).encoder_id
     bus.close()
-    worker, _ = perception(hub, second, owl)
-    assert see(worker, frame(2)) == 1  # not fused
-    assert "openclip_convnext-" in mapper.health().problem
+    fused = house.fused()
+    worker, _ = house.perception(second)
+
+    def trouble() -> str | None:
+        house.show(worker)
+        return house.mapper.health().problem or None
+
+    assert "openclip_convnext-" in eventually(trouble)
+    assert house.fused() == fused
     with pytest.raises(RemoteError) as refusal:
-        client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
+        house.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
     assert refusal.value.code == "encoder_mismatch"
