@@ -10,10 +10,11 @@ import torch
 
 from onemap_perception.detectors.boxes import Box, BoxLimits, found_in
 from onemap_perception.detectors.names import coco_name
-from onemap_perception.detectors.pretrained import INSTALL, pretrained
+from onemap_perception.detectors.pretrained import pretrained
 from onemap_perception.detectors.protocol import DetectorError, Found, Seen
 from onemap_perception.encoders.checkpoint import fingerprint
 from onemap_perception.encoders.picture import resized
+from onemap_perception.importing import TRANSFORMERS, needing
 from onemap_perception.torch_device import open_device, running
 from onemap_shared.messages import TextEmbeddings
 
@@ -79,8 +80,6 @@ class CocoDetector:
 
 def load_model(folder: Path) -> Any:
     """The network from files of this machine; DetectorError if it is not whole."""
-    try:
+    with needing("transformers", TRANSFORMERS, backend="coco", kind=DetectorError):
         from transformers import RTDetrV2ForObjectDetection
-    except (ImportError, RuntimeError) as missing:
-        raise DetectorError(f"the detector coco needs transformers: {INSTALL}") from missing
     return pretrained(RTDetrV2ForObjectDetection, folder, "RT-DETRv2 model")

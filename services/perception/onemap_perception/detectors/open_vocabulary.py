@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from onemap_perception.detectors.boxes import Box, BoxLimits, found_in
-from onemap_perception.detectors.pretrained import INSTALL, pretrained
+from onemap_perception.detectors.pretrained import pretrained
 from onemap_perception.detectors.protocol import DetectorError, Found, Seen
 from onemap_perception.encoders.checkpoint import fingerprint
+from onemap_perception.importing import TRANSFORMERS, needing
 from onemap_perception.torch_device import open_device, running
 from onemap_shared.messages import TextEmbeddings
 
@@ -66,10 +67,8 @@ class OpenVocabularyDetector:
 
 def load_model(folder: Path) -> tuple[Any, Any]:
     """Model and processor from files of this machine; DetectorError if either fails."""
-    try:
+    with needing("transformers", TRANSFORMERS, backend="open_vocabulary", kind=DetectorError):
         from transformers import AutoModelForZeroShotObjectDetection, AutoProcessor
-    except (ImportError, RuntimeError) as missing:
-        raise DetectorError(f"open_vocabulary needs transformers: {INSTALL}") from missing
     model = pretrained(AutoModelForZeroShotObjectDetection, folder, "grounding detector")
     try:
         return model, AutoProcessor.from_pretrained(folder, local_files_only=True)

@@ -7,8 +7,6 @@ from typing import Any
 
 from onemap_perception.detectors.protocol import DetectorError
 
-INSTALL = "pip install 'onemap[transformers]' && pip install --no-deps -r requirements-encoders.txt"
-
 
 def pretrained(kind: Any, folder: Path, what: str) -> Any:
     """The model of this class, for inference; DetectorError unless every tensor was there."""

@@ -26,6 +26,7 @@ from onemap_perception.encoders.torch_tower import (
     open_tower,
     uncalibrated,
 )
+from onemap_perception.importing import OPEN_CLIP, needing
 from onemap_perception.torch_device import open_device
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import F16, TextEmbeddings
@@ -34,7 +35,6 @@ STRIDE = 32  # of every ConvNeXt
 SED_SIDE_PX = 768
 CONFIG_FILE = "open_clip_config.json"
 WEIGHT_FILES = ("open_clip_model.safetensors", "open_clip_pytorch_model.bin")
-INSTALL = "pip install 'onemap[openclip]' && pip install --no-deps -r requirements-encoders.txt"
 CLIP_MEAN: F32 = np.array([0.48145466, 0.4578275, 0.40821073], np.float32)
 CLIP_STD: F32 = np.array([0.26862954, 0.26130258, 0.27577711], np.float32)
 
@@ -135,11 +135,9 @@ class OpenClipConvNext:
 
 def load_model(settings: OpenClipSettings) -> tuple[Any, Any]:
     """open_clip's model with the weights in it, and its tokenizer; EncoderError if either fails."""
-    try:
+    with needing("open_clip", OPEN_CLIP, backend="openclip_convnext", kind=EncoderError):
         from open_clip.model import CLIP
         from open_clip.tokenizer import SimpleTokenizer
-    except ImportError as missing:
-        raise EncoderError(f"openclip_convnext needs {missing.name}: {INSTALL}") from missing
     path = weight_file(settings.weights)
     config = architecture(settings)
     vision, text = config.get("vision_cfg", {}), config.get("text_cfg", {})

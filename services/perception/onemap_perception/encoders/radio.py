@@ -18,8 +18,9 @@ from onemap_perception.encoders.checkpoint import fingerprint
 from onemap_perception.encoders.picture import fitted_size, planes, resized
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.sentences import Prompted
-from onemap_perception.encoders.tipsv2 import INSTALL, NO_MEAN, NO_STD
+from onemap_perception.encoders.tipsv2 import NO_MEAN, NO_STD
 from onemap_perception.encoders.torch_tower import TowerSettings, open_tower, uncalibrated
+from onemap_perception.importing import TRANSFORMERS, needing
 from onemap_perception.torch_device import open_device
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import F16, TextEmbeddings
@@ -107,10 +108,8 @@ def load_model(settings: RadioSettings) -> Any:
             "radio runs code that comes with its weights: read it, then set "
             "perception.encoder.allow_remote_code: true"
         )
-    try:
+    with needing("transformers", TRANSFORMERS, backend="radio", kind=EncoderError):
         from transformers import AutoModel
-    except (ImportError, RuntimeError) as missing:
-        raise EncoderError(f"radio needs transformers: {INSTALL}") from missing
     try:
         return (
             AutoModel.from_pretrained(

@@ -25,6 +25,7 @@ from onemap_perception.encoders.torch_tower import (
     open_tower,
     uncalibrated,
 )
+from onemap_perception.importing import TRANSFORMERS, needing
 from onemap_perception.torch_device import open_device
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import F16, TextEmbeddings
@@ -32,7 +33,7 @@ from onemap_shared.messages import F16, TextEmbeddings
 MAX_TOKENS = 64  # what the text side was trained with; shorter texts are padded to it
 NO_MEAN: F32 = np.zeros(3, np.float32)
 NO_STD: F32 = np.ones(3, np.float32)
-INSTALL = "pip install 'onemap[transformers]' && pip install --no-deps -r requirements-encoders.txt"
+LIBRARY = "transformers 5.23 or later"
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,10 +155,8 @@ class Tipsv2Encoder:
 
 def load_model(folder: Path) -> tuple[Any, Any]:
     """Model and tokenizer from files of this machine; EncoderError if either fails."""
-    try:
+    with needing(LIBRARY, TRANSFORMERS, backend="tipsv2", kind=EncoderError):
         from transformers import AutoTokenizer, Tipsv2Model
-    except (ImportError, RuntimeError) as missing:
-        raise EncoderError(f"tipsv2 needs transformers 5.23 or later: {INSTALL}") from missing
     try:
         model, report = Tipsv2Model.from_pretrained(
             folder, local_files_only=True, use_safetensors=True, output_loading_info=True

@@ -1,0 +1,30 @@
+"""Libraries that load when they are used: what is missing becomes one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from onemap_perception.faults import Fault
+
+BESIDE = "pip install --no-deps -r requirements-encoders.txt"
+OPEN_CLIP = f"pip install 'onemap[openclip]' && {BESIDE}"
+TRANSFORMERS = f"pip install 'onemap[transformers]' && {BESIDE}"
+
+
+@contextmanager
+def needing(library: str, install: str, *, backend: str, kind: type[Fault]) -> Iterator[None]:
+    """Around the imports of a backend; raises ``kind`` with the command that installs them.
+
+    A torchvision that was built for another torch raises RuntimeError when it is imported.
+    """
+    try:
+        yield
+    except ImportError as missing:
+        raise kind(f"{backend} needs {library}, and {missing}: {install}") from missing
+    except RuntimeError as problem:
+        reason = str(problem).splitlines()[0]
+        raise kind(
+            f"{backend} needs {library}, and importing it failed ({reason}): "
+            "install the torchvision that was built for the installed torch"
+        ) from problem

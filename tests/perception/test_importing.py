@@ -1,0 +1,75 @@
+"""A library that is not there, or does not fit, is one sentence with what to do."""
+
+from __future__ import annotations
+
+import importlib.machinery
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from onemap_perception.detectors.coco import CocoDetector, CocoSettings
+from onemap_perception.detectors.open_vocabulary import (
+    OpenVocabularyDetector,
+    OpenVocabularySettings,
+)
+from onemap_perception.encoders.openclip_convnext import OpenClipConvNext, OpenClipSettings
+from onemap_perception.encoders.tipsv2 import Tipsv2Encoder, Tipsv2Settings
+from onemap_perception.faults import Fault
+
+USERS: dict[str, tuple[str, Callable[[Path], object]]] = {
+    "openclip_convnext": ("open_clip", lambda folder: OpenClipConvNext(OpenClipSettings(folder))),
+    "tipsv2": ("transformers", lambda folder: Tipsv2Encoder(Tipsv2Settings(folder))),
+    "coco": ("transformers", lambda folder: CocoDetector(CocoSettings(folder))),
+    "open_vocabulary": (
+        "transformers",
+        lambda folder: OpenVocabularyDetector(OpenVocabularySettings(folder)),
+    ),
+}
+
+
+class Refuses:
+    """Importing the library raises what a torchvision of another torch does."""
+
+    def __init__(self, library: str) -> None:
+        self._library = library
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> importlib.machinery.ModuleSpec | None:
+        if name.split(".", maxsplit=1)[0] == self._library:
+            raise RuntimeError("operator torchvision::nms does not exist\nand more")
+        return None
+
+
+def without(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forget that the library was imported."""
+    for name in list(sys.modules):
+        if name.split(".")[0] == library:
+            monkeypatch.delitem(sys.modules, name)
+
+
+@pytest.mark.parametrize("backend", USERS)
+def test_a_missing_library_is_told_with_its_command(
+    backend: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    library, make = USERS[backend]
+    without(library, monkeypatch)
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(Fault, match=f"{backend} needs {library}.*: pip install 'onemap") as told:
+        make(tmp_path)
+    assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize("backend", USERS)
+def test_a_torchvision_that_does_not_fit_is_told(
+    backend: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    library, make = USERS[backend]
+    without(library, monkeypatch)
+    monkeypatch.setattr(sys, "meta_path", [Refuses(library), *sys.meta_path])
+    sentence = r"torchvision::nms does not exist\): install the torchvision that was built for"
+    with pytest.raises(Fault, match=sentence):
+        make(tmp_path)
