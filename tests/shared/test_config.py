@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated, Literal
 
 import pytest
 from pydantic import Field
@@ -15,6 +16,23 @@ class Inner(StrictModel):
 class Sample(StrictModel):
     cell_size_m: float = Field(default=0.1, gt=0)
     fusion: Inner = Inner()
+
+
+class Near(StrictModel):
+    kind: Literal["near"] = "near"
+    depth_m: float = 1.0
+    inner: Inner = Inner()
+
+
+class Far(StrictModel):
+    kind: Literal["far"]
+    height_m: float = 2.0
+
+
+class Choice(StrictModel):
+    """A section that is one of several models."""
+
+    sensor: Annotated[Near | Far, Field(discriminator="kind")] = Near()
 
 
 def write(path: Path, text: str) -> Path:
@@ -103,3 +121,25 @@ def test_mistakes_in_the_environment_are_named(
     file = write(tmp_path, "mapper: {a: 1}")
     with pytest.raises(ConfigError, match=reason):
         read(file, {variable: value})
+
+
+@pytest.mark.parametrize(
+    ("sensor", "sentence"),
+    [
+        ({"kind": "near", "dept_m": 1}, r"mapper\.sensor\.dept_m is unknown; .*'depth_m'"),
+        ({"kind": "far", "depth_m": 1}, r"mapper\.sensor\.depth_m is unknown; .*height_m"),
+        ({"kind": "far", "height_m": "tall"}, r"mapper\.sensor\.height_m: .*\(got 'tall'\)"),
+        (
+            {"kind": "near", "inner": {"depth_facto": 1}},
+            r"mapper\.sensor\.inner\.depth_facto is unknown; did you mean 'depth_factor'\?",
+        ),
+        ({"kind": "wide"}, r"mapper\.sensor: .*'near', 'far'"),
+    ],
+)
+def test_one_of_several_models_is_named_as_in_the_file(
+    sensor: dict[str, object], sentence: str
+) -> None:
+    with pytest.raises(ConfigError, match=sentence) as told:
+        section({"mapper": {"sensor": sensor}}, "mapper", Choice)
+    assert "sensor.near" not in str(told.value)
+    assert "sensor.far" not in str(told.value)
