@@ -14,7 +14,7 @@ import typer
 if TYPE_CHECKING:
     from onemap_tools.train.pipeline import Work
 
-app = typer.Typer(no_args_is_help=True, help="Train the encoder that ships.")
+app = typer.Typer(no_args_is_help=True, help="Train an encoder as the one that ships.")
 
 APARTMENTS = 600
 PER_APARTMENT = 20
@@ -22,7 +22,7 @@ CORES = os.cpu_count() or 1
 STEPS = 10_000
 
 WorkFolder = Annotated[Path, typer.Option(help="Folder for frames and checkpoints.")]
-Output = Annotated[Path | None, typer.Option(help="Where the encoder goes; default: it ships.")]
+Output = Annotated[Path | None, typer.Option(help="Where the encoder goes; default: WORK/encoder.")]
 Apartments = Annotated[int, typer.Option(min=1, max=9000, help="Apartments to train on.")]
 PerApartment = Annotated[int, typer.Option(min=2, max=1000, help="Pictures of each.")]
 Processes = Annotated[int, typer.Option(min=1, max=256, help="Processes to render with.")]
@@ -48,7 +48,7 @@ def mini(
 ) -> None:
     """All four steps, with the sizes that the shipped encoder was made with."""
     render(work, output)
-    train(work, steps, seed, device, threads)
+    train(work=work, output=output, steps=steps, seed=seed, device=device, threads=threads)
     export(work, output)
     evaluate(work, output, card=True)
 
@@ -70,7 +70,9 @@ def render(
 
 @app.command()
 def train(
+    *,
     work: WorkFolder = DEFAULT_WORK,
+    output: Output = None,
     steps: Steps = STEPS,
     seed: Seed = 0,
     device: Device = "auto",
@@ -88,7 +90,7 @@ def train(
         torch.set_num_threads(threads)
         automatic = "cuda" if torch.cuda.is_available() else "cpu"
         chosen = torch.device(automatic if device == "auto" else device)
-        pipeline.train(_work(work, None), TrainSettings(steps=steps, seed=seed), chosen)
+        pipeline.train(_work(work, output), TrainSettings(steps=steps, seed=seed), chosen)
 
 
 @app.command()
@@ -108,7 +110,7 @@ def evaluate(
     card: Card = False,
     as_json: AsJson = False,
 ) -> None:
-    """Measure what ships on apartments that were never trained on."""
+    """Measure the exported encoder on apartments that were never trained on."""
     with _refusals():
         from onemap_tools.train import pipeline
         from onemap_tools.train.summary import lines
@@ -125,7 +127,7 @@ def evaluate(
 def _work(folder: Path, output: Path | None) -> Work:
     from onemap_tools.train import pipeline
 
-    return pipeline.Work(folder) if output is None else pipeline.Work(folder, output)
+    return pipeline.Work(folder, folder / "encoder" if output is None else output)
 
 
 @contextmanager

@@ -6,6 +6,7 @@ Everything lies under one work folder: ``train``, ``calibrate``, ``held_out`` an
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -19,6 +20,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniSettings
 from onemap_perception.minilm import INSTALL, MiniLm, find_model_folder
 from onemap_perception.text import save_calibration
+from onemap_perception.vocabulary import FILE as VOCABULARY_FILE
 from onemap_perception.vocabulary import Vocabulary, load_vocabulary
 from onemap_simulator.style import HELD_OUT
 from onemap_tools.train.backbone import INSTALL as INSTALL_TRUNK
@@ -55,12 +57,13 @@ class Work:
     """Where frames and checkpoints lie, and where the encoder's files go."""
 
     folder: Path
-    output: Path = SHIPPED
+    output: Path
 
     @property
     def vocabulary(self) -> Vocabulary:
-        """The words to train; they lie beside the weights."""
-        return load_vocabulary(self.output)
+        """The words to train: those that lie where the encoder goes, else the shipped ones."""
+        own = (self.output / VOCABULARY_FILE).exists()
+        return load_vocabulary(self.output if own else SHIPPED)
 
 
 def frame_plans(apartments: int, per_apartment: int) -> dict[str, FramePlan]:
@@ -103,6 +106,9 @@ def train(work: Work, settings: TrainSettings, device: torch.device) -> None:
 
 def export(work: Work) -> float:
     """Write weights, word table and calibration; returns the least cosine to torch."""
+    work.output.mkdir(parents=True, exist_ok=True)
+    if not (work.output / VOCABULARY_FILE).exists():
+        shutil.copy(SHIPPED / VOCABULARY_FILE, work.output)
     network = load_average(work.folder / "run")
     path = export_network(network, work.output)
     frames = _frames(work, "calibrate")

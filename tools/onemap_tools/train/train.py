@@ -49,7 +49,7 @@ class TrainSettings:
     checkpoint_every: int = 200
     finish: float = 0.36
     balance: float = 0.5
-    finish_balance: float = 0.25
+    finish_balance: float = 0.1
     loss: LossSettings = field(default_factory=LossSettings)
     trunk: Path | None = None
 
