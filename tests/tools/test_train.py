@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from onemap_perception.detectors.protocol import Seen
 from onemap_perception.vocabulary import Vocabulary, WordClass
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import F16, TextEmbeddings
@@ -25,6 +26,7 @@ from onemap_tools.train.calibrate import best_temperature
 from onemap_tools.train.card import model_card
 from onemap_tools.train.commands import app
 from onemap_tools.train.dataset import NO_CLASS, FramePlan, Frames, open_frames, render_frames
+from onemap_tools.train.detections import DetectionTally
 from onemap_tools.train.evaluate import evaluate
 from onemap_tools.train.export import export_network, least_cosine, write_table
 from onemap_tools.train.losses import LossSettings, alignment_loss, class_weights, patch_targets
@@ -350,6 +352,7 @@ def test_a_perfect_encoder_has_perfect_figures_and_a_card() -> None:
     assert isinstance(held_out, dict)
     assert names["r_precision"] == held_out["r_precision"] == 1
     assert names["auroc_pooled"] == 1
+    assert part["detector"] == {"precision": 1, "recall": 1, "wrong_per_picture": 0}
     assert part["pixel_accuracy"] == pytest.approx(1, abs=0.03)  # edges run through patches
     facts = dict.fromkeys(
         ("parameters", "encode_ms", "words", "neutral", "frames", "apartments", "temperature"), 1
@@ -374,6 +377,17 @@ def test_the_cards_pictures_are_pictures(tmp_path: Path) -> None:
         assert picture is not None
         assert min(picture.shape[:2]) > 300
         assert picture.std() > 5
+
+
+def test_wrong_and_missed_things_are_told_apart() -> None:
+    encoder = PerfectEncoder()
+    rgb = np.full((48, 64, 3), 20, np.uint8)
+    rgb[:32, :24] = 200  # looks like a sofa, and is a wall
+    shares = np.tile(np.array([1, 0], np.float32), (48, 1))
+    shares[-8:] = (0, 1)  # the sofa looks like a wall
+    tally = DetectionTally(VOCABULARY.names)
+    tally.add(Seen(rgb, encoder.encode(rgb)), encoder.embed_text(VOCABULARY.names), shares)
+    assert tally.summary() == {"precision": 0.5, "recall": 0.5, "wrong_per_picture": 1}
 
 
 def test_a_step_without_its_input_says_which_comes_first(tmp_path: Path) -> None:

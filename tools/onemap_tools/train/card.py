@@ -18,6 +18,9 @@ ROWS = (
     ("AUROC, class names, mean of words", ("names", "auroc_mean_over_words")),
     ("AUROC, class names, all words in one", ("names", "auroc_pooled")),
     ("AUROC, held-out synonyms, mean of words", ("held_out_aliases", "auroc_mean_over_words")),
+    ("detector `patches`, precision", ("detector", "precision")),
+    ("detector `patches`, recall", ("detector", "recall")),
+    ("detector `patches`, wrong finds per picture, all names", ("detector", "wrong_per_picture")),
     ("calibration error of the score", ("calibration_error",)),
     ("pictures", ("frames",)),
 )

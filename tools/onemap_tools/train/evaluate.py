@@ -9,13 +9,15 @@ from itertools import chain
 import cv2
 import numpy as np
 
+from onemap_perception.detectors.protocol import Seen
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.text import scores
 from onemap_perception.vocabulary import Vocabulary
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
-from onemap_shared.messages import TextEmbeddings
+from onemap_shared.messages import F16, TextEmbeddings
 from onemap_tools.train import measures
 from onemap_tools.train.dataset import Frames
+from onemap_tools.train.detections import DetectionTally
 from onemap_tools.train.losses import patch_targets
 
 MIN_PATCHES = 2  # smaller things are smaller than what the encoder can show
@@ -90,12 +92,14 @@ def evaluate(
     classes = len(vocabulary.names)
     counts: I64 = np.zeros((classes, classes), np.int64)
     maps = {"names": _HeatMaps(len(names.texts)), "held_out": _HeatMaps(len(unseen.texts))}
+    tally = DetectionTally(vocabulary.names)
     stated: list[F32] = []
     true: list[F32] = []
-    for number, (features, label) in enumerate(_encoded(encoder, frames)):
+    for number, (rgb, features, label) in enumerate(_encoded(encoder, frames)):
         rows, columns, dim = features.shape
-        flat = features.reshape(-1, dim)
+        flat = features.reshape(-1, dim).astype(np.float32)
         shares = patch_targets(_fit(label, rows, columns)[None], classes)
+        tally.add(Seen(rgb, features), names.queries, shares)
         by_name = scores(flat, names.queries)
         maps["names"].add(by_name, shares, names)
         maps["held_out"].add(scores(flat, unseen.queries), shares, unseen)
@@ -113,6 +117,7 @@ def evaluate(
         "classes": int(np.isfinite(per_class).sum()),
         "names": maps["names"].summary(names.texts),
         "held_out_aliases": maps["held_out"].summary(unseen.texts),
+        "detector": tally.summary(),
         "reliability": rows_,
         "calibration_error": measures.calibration_error(rows_),
         "iou_by_class": {
@@ -132,9 +137,10 @@ def held_out_words(vocabulary: Vocabulary) -> list[tuple[str, int]]:
     return [(word, i) for i, entry in enumerate(vocabulary.classes) for word in entry.held_out]
 
 
-def _encoded(encoder: Encoder, frames: Frames) -> Iterator[tuple[F32, U8]]:
+def _encoded(encoder: Encoder, frames: Frames) -> Iterator[tuple[U8, F16, U8]]:
     for rgb, label in zip(frames.rgb, frames.label, strict=True):
-        yield encoder.encode(np.asarray(rgb)).astype(np.float32), np.asarray(label)
+        picture = np.asarray(rgb)
+        yield picture, encoder.encode(picture), np.asarray(label)
 
 
 def _fit(label: U8, rows: int, columns: int) -> U8:

@@ -18,6 +18,11 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
             f"  pixel accuracy {part['pixel_accuracy']:.3f}  mIoU {part['miou']:.3f}  "
             f"calibration error {part['calibration_error']:.3f}"
         )
+        detector = part["detector"]
+        yield (
+            f"  detector patches: precision {detector['precision']:.3f}  "
+            f"recall {detector['recall']:.3f}"
+        )
         for words in ("names", "held_out_aliases"):
             row = part[words]
             yield (
