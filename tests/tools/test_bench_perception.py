@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 from typer.testing import CliRunner
 
+from onemap_tools.bench import perception
 from onemap_tools.bench.perception import Plan, Subject, measure, run
 from onemap_tools.cli import app
 from tests.perception.tiny import OPEN_CLIP_CONFIG
@@ -70,8 +72,6 @@ def test_on_cuda_the_network_is_timed_with_events(tmp_path: Path) -> None:
 
 
 def test_warm_up_frames_do_not_count() -> None:
-    import numpy as np
-
     calls: list[int] = []
 
     def encode(rgb: object) -> np.ndarray:
@@ -81,3 +81,14 @@ def test_warm_up_frames_do_not_count() -> None:
     result = measure(Subject(encode), Plan(frames=4), on_gpu=False)
     assert len(calls) == 1 + 5 + 4
     assert result["features"] == "1x1x3"
+
+
+@pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="needs Linux's /proc")
+def test_a_backend_does_not_inherit_the_memory_of_another() -> None:
+    size = 256 * 2**20
+    large = np.ones(size, np.uint8)
+    with_it = perception._peak_memory_bytes()
+    assert with_it > size
+    del large
+    perception._forget_peak_memory()
+    assert perception._peak_memory_bytes() < with_it - size // 2

@@ -8,6 +8,8 @@ nothing needs to be fetched: the time does not depend on the values.
 from __future__ import annotations
 
 import argparse
+import contextlib
+import gc
 import json
 import os
 import resource
@@ -36,6 +38,7 @@ from onemap_perception.encoders.tipsv2 import NO_MEAN, NO_STD, DenseTips
 from onemap_perception.encoders.torch_tower import TorchTower, TowerSettings
 from onemap_perception.factory import make_encoder
 from onemap_perception.faults import Fault
+from onemap_perception.importing import OPEN_CLIP, TRANSFORMERS, needing
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import F16
 
@@ -98,7 +101,8 @@ def subject(backend: str, device: str, plan: Plan) -> Subject:
         case "mini":
             return loaded(MiniConfig())
         case "openclip_convnext":
-            from open_clip.model import CLIP
+            with needing("open_clip", OPEN_CLIP, backend=backend, kind=Fault):
+                from open_clip.model import CLIP
 
             config = architecture(OpenClipSettings(Path(), plan.architecture))
             vision = {**config["vision_cfg"], "timm_model_pretrained": False}
@@ -109,7 +113,8 @@ def subject(backend: str, device: str, plan: Plan) -> Subject:
             )
             stride, side, mean, std = STRIDE, 640, CLIP_MEAN, CLIP_STD
         case _:
-            from transformers import Tipsv2Config, Tipsv2VisionModel
+            with needing("transformers", TRANSFORMERS, backend=backend, kind=Fault):
+                from transformers import Tipsv2Config, Tipsv2VisionModel
 
             module = DenseTips(Tipsv2VisionModel(Tipsv2Config().vision_config))
             stride, side, mean, std = 14, 448, NO_MEAN, NO_STD
@@ -125,10 +130,9 @@ def subject(backend: str, device: str, plan: Plan) -> Subject:
 def _one(backend: str, device: str, make: Callable[[], Subject], plan: Plan) -> dict[str, Any]:
     """The entry of one backend on one device; ``problem`` says why there are no numbers."""
     entry: dict[str, Any] = {"backend": backend, "device": device}
+    _forget_peak_memory()
     try:
         return {**entry, **measure(make(), plan, on_gpu=device.startswith("cuda"))}
-    except ImportError as missing:
-        return {**entry, "problem": f"needs the package {missing.name}"}
     except Fault as problem:
         return {**entry, "problem": str(problem)}
 
@@ -158,9 +162,7 @@ def measure(what: Subject, plan: Plan, *, on_gpu: bool) -> dict[str, Any]:
             **_quantiles("network", events_ms),
             "peak_device_bytes": torch.cuda.max_memory_allocated(),
         }
-    return result | {
-        "peak_process_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-    }
+    return result | {"peak_process_bytes": _peak_memory_bytes()}
 
 
 def _device_ms(tower: TorchTower, picture: F32, frames: int) -> list[float]:
@@ -177,6 +179,23 @@ def _device_ms(tower: TorchTower, picture: F32, frames: int) -> list[float]:
             pairs.append((begin, end))
         torch.cuda.synchronize(tower.device)
     return [begin.elapsed_time(end) for begin, end in pairs[WARM_UP:]]
+
+
+def _forget_peak_memory() -> None:
+    """Begin the process's peak anew, so that a backend does not inherit the one before it."""
+    gc.collect()
+    with contextlib.suppress(OSError):  # not Linux: the peak stays that of the whole process
+        Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
+
+
+def _peak_memory_bytes() -> int:
+    """Most resident memory since the last ``_forget_peak_memory``."""
+    with contextlib.suppress(OSError):
+        status = Path("/proc/self/status").read_text(encoding="ascii", errors="replace")
+        for line in status.splitlines():
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) * 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
 def _quantiles(name: str, times_ms: list[float]) -> dict[str, float]:
