@@ -115,4 +115,10 @@ def test_a_failing_detector_costs_no_field() -> None:
     seen = world.waited()
     assert seen is not None
     assert world.service.health().problem == ""
+    world.detector.broken = True
+    world.show(3)
+    assert world.waited() is None
+    world.planner.put(replace(SEARCH, state=SearchState.CANCELLED))
+    world.service.step(0.0)
+    assert world.service.health().problem == ""  # nothing is to be detected any more
     world.service.close()

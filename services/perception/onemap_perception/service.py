@@ -162,7 +162,7 @@ class Perception:
             return
         if not status.target:
             self._sought = None
-            self._telemetry.text_problem = ""
+            self._telemetry.text_problem = self._telemetry.detector_failure = ""
         elif self._sought is None or self._sought.name != status.target:
             self._sought = self._look_for(status.target)
 
