@@ -51,7 +51,9 @@ VOCABULARY = Vocabulary(
     neutral=("car",),
     common=("piano",),
 )
-SMALL = TrainSettings(steps=4, batch=2, size=(64, 48), warmup=1, checkpoint_every=2, ema=0.5)
+SMALL = TrainSettings(
+    steps=3, batch=2, size=(64, 48), warmup=1, checkpoint_every=2, ema=0.5, whole=0.4
+)
 
 
 def embed(texts: Sequence[str]) -> F32:
@@ -118,7 +120,7 @@ def test_augmented_pictures_have_the_size_and_known_labels(
 
 
 def test_batches_depend_on_seed_and_step_alone(frames: Frames) -> None:
-    source = BatchSource(frames, (64, 48), batch=3, seed=5, finish_from=3)
+    source = BatchSource(frames, (64, 48), batch=3, seed=5, finish_from=3, whole_from=4)
     streamed = list(source.stream(2, 4))
     again = source.make(3)
     np.testing.assert_array_equal(streamed[1].rgb, again.rgb)
@@ -126,6 +128,7 @@ def test_batches_depend_on_seed_and_step_alone(frames: Frames) -> None:
     assert again.rgb.shape == (3, 48, 64, 3)
     assert again.targets.shape == (3 * 6 * 8, 2)
     assert not np.array_equal(streamed[0].rgb, again.rgb)
+    assert source.make(4).rgb.shape == (1, 96, 128, 3)  # whole pictures, half as many
 
 
 def test_patch_targets_are_shares_of_pixels() -> None:
@@ -202,7 +205,7 @@ def weights_of(network: MiniNetwork) -> torch.Tensor:
 def test_training_repeats_and_resumes(frames: Frames, tmp_path: Path) -> None:
     whole, reports = run(frames, tmp_path / "whole", SMALL)
     assert [report.step for report in reports] == [1, 2, 3, 4]
-    run(frames, tmp_path / "parts", replace(SMALL, steps=4, checkpoint_every=2))
+    run(frames, tmp_path / "parts", replace(SMALL, checkpoint_every=2))
     assert torch.equal(weights_of(load_average(tmp_path / "parts")), weights_of(whole))
     # An interruption after step 2: what comes after the checkpoint is done again.
     broken = tmp_path / "broken"

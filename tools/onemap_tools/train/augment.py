@@ -38,6 +38,11 @@ def augment_mildly(
 ) -> tuple[U8, U8]:
     """As ``augment``, but close to what the simulator's own camera gives."""
     rgb, label = _crop(rgb, label, size, zoom=rng.uniform(*MILD_ZOOM), rng=rng)
+    return augment_whole(rgb, label, rng)
+
+
+def augment_whole(rgb: U8, label: U8, rng: np.random.Generator) -> tuple[U8, U8]:
+    """The whole picture, maybe mirrored, a little brighter or darker, with a little noise."""
     if rng.random() < 0.5:
         rgb, label = rgb[:, ::-1], label[:, ::-1]
     noise = rng.standard_normal(rgb.shape, dtype=np.float32)

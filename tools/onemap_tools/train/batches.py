@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_shared.geometry import F32, U8
-from onemap_tools.train.augment import augment, augment_mildly
+from onemap_tools.train.augment import augment, augment_mildly, augment_whole
 from onemap_tools.train.dataset import NO_CLASS, Frames
 from onemap_tools.train.losses import patch_targets
 
@@ -29,7 +29,8 @@ class BatchSource:
     """Batch number i is a function of seed and i alone, so that training can resume anywhere.
 
     From step ``finish_from`` on most pictures are changed mildly: strong changes teach what
-    things are, the last steps what they look like here.
+    things are, the last steps what they look like here. From ``whole_from`` on a batch is half
+    as many whole pictures: a robot never sees a crop.
     """
 
     frames: Frames
@@ -37,20 +38,25 @@ class BatchSource:
     batch: int
     seed: int
     finish_from: int
+    whole_from: int
 
     def make(self, step: int) -> Batch:
         """The batch of this step."""
         rng = np.random.default_rng([self.seed, step])
-        chosen = rng.integers(0, len(self.frames), self.batch)
-        pairs = []
-        for i in chosen:
-            mild = step >= self.finish_from and rng.random() < MILD_SHARE
-            change = augment_mildly if mild else augment
-            pairs.append(change(self.frames.rgb[i], self.frames.label[i], self.size, rng))
+        whole = step >= self.whole_from
+        chosen = rng.integers(0, len(self.frames), self.batch // 2 if whole else self.batch)
+        pairs = [self._one(i, step, rng) for i in chosen]
         labels = np.stack([label for _, label in pairs])
         return Batch(
             np.stack([rgb for rgb, _ in pairs]), patch_targets(labels, len(self.frames.classes))
         )
+
+    def _one(self, index: int, step: int, rng: np.random.Generator) -> tuple[U8, U8]:
+        rgb, label = self.frames.rgb[index], self.frames.label[index]
+        if step >= self.whole_from:
+            return augment_whole(rgb, label, rng)
+        mild = step >= self.finish_from and rng.random() < MILD_SHARE
+        return (augment_mildly if mild else augment)(rgb, label, self.size, rng)
 
     def stream(self, first: int, last: int) -> Iterator[Batch]:
         """Batches of steps [first, last), prepared one ahead."""

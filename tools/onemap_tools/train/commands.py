@@ -26,7 +26,9 @@ Output = Annotated[Path | None, typer.Option(help="Where the encoder goes; defau
 Apartments = Annotated[int, typer.Option(min=1, max=9000, help="Apartments to train on.")]
 PerApartment = Annotated[int, typer.Option(min=2, max=1000, help="Pictures of each.")]
 Processes = Annotated[int, typer.Option(min=1, max=256, help="Processes to render with.")]
-Steps = Annotated[int, typer.Option(min=1, help="Training steps of 24 pictures.")]
+Steps = Annotated[
+    int, typer.Option(min=1, help="Steps of 24 crops; a tenth more on whole pictures.")
+]
 Seed = Annotated[int, typer.Option(min=0, help="Everything random follows from it.")]
 Device = Annotated[str, typer.Option(help="cpu, cuda, or auto: cuda where there is one.")]
 Threads = Annotated[int, typer.Option(min=1, max=256, help="CPU threads to train with.")]

@@ -93,7 +93,7 @@ def train(work: Work, settings: TrainSettings, device: torch.device) -> None:
     trunk = find_weights()
     if trunk is None:
         raise TrainingError(f"training begins with weights that are missing: {INSTALL_TRUNK}")
-    with _bar("training", settings.steps) as show:
+    with _bar("training", settings.total) as show:
 
         def report(state: Report) -> None:
             show(state.step, f"loss {state.loss:.3f}")

@@ -34,7 +34,8 @@ class TrainSettings:
     begins at random. ``finish`` is the share of the steps, at the end, with mostly mild
     augmentation and with rare classes favoured less, so that a cup is not seen in every edge.
     ``balance`` and ``finish_balance`` are the powers of the inverse class frequency before and
-    in it.
+    in it. After all this come ``whole`` times as many steps on whole pictures, from
+    ``whole_rate`` down.
     """
 
     steps: int = 4000
@@ -50,8 +51,15 @@ class TrainSettings:
     finish: float = 0.36
     balance: float = 0.5
     finish_balance: float = 0.1
+    whole: float = 0.1
+    whole_rate: float = 4e-4
     loss: LossSettings = field(default_factory=LossSettings)
     trunk: Path | None = None
+
+    @property
+    def total(self) -> int:
+        """All steps, those on whole pictures too."""
+        return self.steps + round(self.steps * self.whole)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,12 +89,15 @@ class _Training:
         self.optimiser = torch.optim.AdamW(_groups(self.network, settings))
 
     def rate(self) -> float:
-        """Learning rate of this step: linear warm-up, then half a cosine to zero."""
+        """Learning rate of this step: linear warm-up, then half a cosine to zero, and another."""
         s = self.settings
         if self.step < s.warmup:
             return s.learning_rate * (self.step + 1) / s.warmup
-        progress = (self.step - s.warmup) / max(s.steps - s.warmup, 1)
-        return s.learning_rate * 0.5 * (1 + math.cos(math.pi * progress))
+        if self.step < s.steps:
+            progress = (self.step - s.warmup) / max(s.steps - s.warmup, 1)
+            return s.learning_rate * 0.5 * (1 + math.cos(math.pi * progress))
+        progress = (self.step - s.steps) / (s.total - s.steps)
+        return s.whole_rate * 0.5 * (1 + math.cos(math.pi * progress))
 
     def learn(self, loss: Tensor) -> None:
         """One step down the gradient; the average follows."""
@@ -112,7 +123,7 @@ class _Training:
         for index, state in self.optimiser.state_dict()["state"].items():
             tensors |= {f"optimiser.{index}.{k}": v.contiguous() for k, v in state.items()}
         fresh = folder / f"{CHECKPOINT}.part"
-        steps = {"step": str(self.step), "steps": str(self.settings.steps)}
+        steps = {"step": str(self.step), "steps": str(self.settings.total)}
         save_file(tensors, fresh, metadata=steps)
         fresh.replace(folder / CHECKPOINT)
 
@@ -183,10 +194,11 @@ def train_mini(
         settings.batch,
         settings.seed,
         finish_from=finish_from,
+        whole_from=settings.steps,
     )
     training.network.train()
     recent = math.nan
-    for batch in source.stream(training.step, settings.steps):
+    for batch in source.stream(training.step, settings.total):
         generator = torch.Generator().manual_seed(settings.seed * 1_000_003 + training.step)
         rgb = torch.from_numpy(batch.rgb).to(device).permute(0, 3, 1, 2).float()
         targets = torch.from_numpy(batch.targets).to(device)
@@ -199,10 +211,10 @@ def train_mini(
         training.learn(loss)
         value = loss.item()
         recent = value if math.isnan(recent) else 0.98 * recent + 0.02 * value
-        report(Report(training.step, settings.steps, recent))
-        if training.step % settings.checkpoint_every == 0 or training.step == settings.steps:
+        report(Report(training.step, settings.total, recent))
+        if training.step % settings.checkpoint_every == 0 or training.step == settings.total:
             training.save(folder)
-            _log(folder, Report(training.step, settings.steps, recent))
+            _log(folder, Report(training.step, settings.total, recent))
     return training.average.eval()
 
 
