@@ -48,7 +48,7 @@ WIDTHS = tuple(LITE0[index].width for index in TAPS)
 class Depthwise(nn.Conv2d):
     """Depthwise convolution, sizes rounded up; always in float32.
 
-    On a CPU its gradient in bfloat16 takes up to eight times as long.
+    On a CPU its gradient in bfloat16 is many times slower.
     """
 
     def __init__(self, channels: int, kernel: int, stride: int = 1) -> None:
@@ -109,7 +109,7 @@ class EfficientNetLite(nn.Module):
         self._frozen: list[nn.Module] = []
 
     def freeze(self) -> None:
-        """Keep the finest layers as they are: two fifths of a training step are theirs."""
+        """Keep the finest layers as they are: they are general, and dear to train."""
         self._frozen = [self.stem, *self.stages[:FROZEN]]
         for part in self._frozen:
             part.requires_grad_(False).eval()

@@ -61,6 +61,22 @@ class TrainSettings:
         """All steps, those on whole pictures too."""
         return self.steps + round(self.steps * self.whole)
 
+    @property
+    def finish_from(self) -> int:
+        """The step with which the mild part begins."""
+        return round(self.steps * (1 - self.finish))
+
+    def batches(self, frames: Frames) -> BatchSource:
+        """What is shown, step by step."""
+        return BatchSource(
+            frames,
+            self.size,
+            self.batch,
+            self.seed,
+            finish_from=self.finish_from,
+            whole_from=self.steps,
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Report:
@@ -176,7 +192,7 @@ def train_mini(
 ) -> MiniNetwork:
     """Train on the frames and return the averaged network, ready to evaluate.
 
-    Goes on from a checkpoint in ``folder``. On a CPU, bfloat16 saves a third of the time.
+    Goes on from a checkpoint in ``folder``. Computes in bfloat16 where that is safe.
     """
     folder.mkdir(parents=True, exist_ok=True)
     training = _Training(settings, device)
@@ -187,15 +203,7 @@ def train_mini(
     balanced = class_weights(frequency, settings.balance).to(device)
     finishing = class_weights(frequency, settings.finish_balance).to(device)
     bank = replace(texts, aliases=texts.aliases.to(device), neutral=texts.neutral.to(device))
-    finish_from = round(settings.steps * (1 - settings.finish))
-    source = BatchSource(
-        frames,
-        settings.size,
-        settings.batch,
-        settings.seed,
-        finish_from=finish_from,
-        whole_from=settings.steps,
-    )
+    source = settings.batches(frames)
     training.network.train()
     recent = math.nan
     for batch in source.stream(training.step, settings.total):
@@ -206,7 +214,7 @@ def train_mini(
             features = training.network.raw(rgb.contiguous(memory_format=torch.channels_last))
         # Channels lie last in memory: this is a view, and so is its gradient.
         rows = features.permute(0, 2, 3, 1).flatten(0, 2).float()
-        weights = balanced if training.step < finish_from else finishing
+        weights = balanced if training.step < settings.finish_from else finishing
         loss = alignment_loss(rows, targets, bank.draw(generator), weights, settings.loss)
         training.learn(loss)
         value = loss.item()
