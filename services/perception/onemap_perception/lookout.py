@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from onemap_perception.detectors.competition import winners
 from onemap_perception.detectors.protocol import Detector, Found, Seen
 from onemap_perception.points import DepthView, detection_points
 from onemap_shared.messages import F16, Detections, RgbdFrame, TextEmbeddings
@@ -15,7 +16,11 @@ from onemap_shared.messages import F16, Detections, RgbdFrame, TextEmbeddings
 
 @dataclass(frozen=True, slots=True)
 class Sought:
-    """The name the robot looks for now; ``queries`` is None if nobody can embed it."""
+    """The name the robot looks for now.
+
+    queries: of that name and, after it, of the search's other names, which compete with it for
+    what is seen; None if nobody can embed the name.
+    """
 
     name: str
     queries: TextEmbeddings | None
@@ -82,7 +87,7 @@ def look(detector: Detector, sought: Sought, frame: RgbdFrame, features: F16 | N
     """Run the detector on a frame and place what it found on the map."""
     found: tuple[Found, ...] = ()
     if sought.queries is not None:
-        found = detector.detect(Seen(frame.rgb, features), sought.queries)
+        found = winners(detector.detect(Seen(frame.rgb, features), sought.queries))
     view = DepthView(frame.depth_mm, frame.intrinsics, frame.T_map_camera)
     points_map, point_owner = detection_points(found, view)
     return Detections(

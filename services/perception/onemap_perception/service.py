@@ -49,6 +49,7 @@ class Perception:
         self._telemetry = Telemetry(started_s=time.monotonic())
         self._lookout = Lookout(parts.detector, time.perf_counter)
         self._sought: Sought | None = None
+        self._following: tuple[str, tuple[str, ...]] | None = None  # target and all names
         self._refused = 0
         self._frames = bus.subscribe(keys.ROBOT_RGBD)
         self._searches = bus.subscribe(keys.SEARCH_STATE)
@@ -161,10 +162,11 @@ class Perception:
         if status is None:
             return
         if not status.target:
-            self._sought = None
+            self._sought, self._following = None, None
             self._telemetry.text_problem = self._telemetry.detector_failure = ""
-        elif self._sought is None or self._sought.name != status.target:
-            self._sought = self._look_for(status.target)
+        elif (status.target, status.objects) != self._following:
+            self._following = (status.target, status.objects)
+            self._sought = self._look_for(status.target, status.objects)
 
     def _log_refused(self) -> None:
         """One line for each message that could not be decoded, with the reason."""
@@ -175,16 +177,25 @@ class Perception:
             LOG.warning("%d messages refused, the last: %s", refused - self._refused, reason)
             self._refused = refused
 
-    def _look_for(self, name: str) -> Sought:
-        try:
-            queries = self._parts.encoder.embed_text((check_text(name),))
-        except (UnknownWordError, ValueError) as problem:
+    def _look_for(self, name: str, objects: tuple[str, ...]) -> Sought:
+        """The queries of the target and, where they can be embedded, of its rivals."""
+        problem = self._why_unknown(name)
+        self._telemetry.text_problem = problem
+        if problem:
             LOG.warning("nothing can be detected as %r: %s", name, problem)
-            self._telemetry.text_problem = str(problem)
             return Sought(name, None)
-        self._telemetry.text_problem = ""
         LOG.info("looking for %s", name)
-        return Sought(name, queries)
+        rivals = (other for other in dict.fromkeys(objects) if other != name)
+        known = [other for other in rivals if not self._why_unknown(other)]
+        return Sought(name, self._parts.encoder.embed_text((name, *known)))
+
+    def _why_unknown(self, name: str) -> str:
+        """Why the encoder cannot embed a name; empty if it can."""
+        try:
+            self._parts.encoder.embed_text((check_text(name),))
+        except (UnknownWordError, ValueError) as problem:
+            return str(problem)
+        return ""
 
 
 def _out_of_memory(problem: Fault) -> bool:

@@ -1,0 +1,55 @@
+"""Two names for one thing: the surer one stands, whatever else is in the picture."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_perception.detectors.competition import iou, winners
+from onemap_perception.detectors.protocol import Found
+
+
+def thing(name: str, score: float, x: int, y: int, side: int = 4) -> Found:
+    """A square of ``side`` cells at (x, y) of a grid of 16 x 16."""
+    mask = np.zeros((16, 16), bool)
+    mask[y : y + side, x : x + side] = True
+    return Found(name, score, (x, y, x + side, y + side), mask)
+
+
+def test_of_two_names_for_one_thing_the_surer_one_stands() -> None:
+    bed, sofa = thing("bed", 0.9, 2, 2), thing("sofa", 0.6, 2, 3)
+    assert winners((bed, sofa)) == (bed,)
+    assert winners((sofa, bed)) == (bed,)
+
+
+def test_what_lies_on_a_thing_is_not_the_thing() -> None:
+    bed, pillow = thing("bed", 0.9, 0, 0, side=10), thing("pillow", 0.5, 1, 1, side=3)
+    assert winners((bed, pillow)) == (bed, pillow)
+
+
+def test_one_name_does_not_compete_with_itself() -> None:
+    twins = (thing("chair", 0.9, 2, 2), thing("chair", 0.6, 2, 2))
+    assert winners(twins) == twins
+
+
+def test_masks_of_two_grids_are_not_compared() -> None:
+    pixels = Found("sofa", 0.5, (0, 0, 8, 8), np.ones((8, 8), bool))
+    patches = Found("bed", 0.9, (0, 0, 8, 8), np.ones((2, 2), bool))
+    assert winners((patches, pixels)) == (patches, pixels)
+
+
+@given(st.lists(st.tuples(st.sampled_from("abc"), st.floats(0, 1), st.integers(0, 12)), max_size=8))
+def test_the_surest_always_stands_and_every_loser_has_a_surer_rival(
+    drawn: list[tuple[str, float, int]],
+) -> None:
+    found = [thing(name, score, x, 3) for name, score, x in drawn]
+    standing = winners(found)
+    if found:
+        assert any(max(found, key=lambda each: each.score) is each for each in standing)
+    for loser in (each for each in found if not any(each is one for one in standing)):
+        assert any(
+            rival.name != loser.name and rival.score > loser.score
+            for rival in found
+            if iou(rival.mask, loser.mask) >= 0.5
+        )
