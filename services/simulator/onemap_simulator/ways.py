@@ -1,0 +1,102 @@
+"""Shortest ways through the free cells of a grid, to the nearest of many ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+
+from onemap_shared.geometry import F64, I64, Bool
+
+# Half of the moves of up to three cells in 32 directions, the others are their reverse. Ways
+# along them are within 1.4 % of the shortest; along eight directions they are 8 % longer.
+MOVES = [(x, y) for x in range(4) for y in range(-3, 4) if np.gcd(x, y) == 1 and (x, y) > (0, 0)]
+
+
+@dataclass(frozen=True, slots=True)
+class Ways:
+    """Shortest ways from every free cell to the nearest end.
+
+    free (nx, ny): cells that may be entered; number (nx, ny) int64: row of a free cell in what
+    follows, -1 elsewhere; cells (K, 2); lengths (K,) in cells, infinity without a way;
+    next_row (K,): the following cell on the way, negative at an end.
+    """
+
+    free: Bool
+    number: I64
+    cells: I64
+    lengths: F64
+    next_row: I64
+
+    @classmethod
+    def to(cls, ends: Bool, free: Bool) -> Ways:
+        """Ways within the free cells (nx, ny) to any of the ends (nx, ny), themselves free."""
+        cells = np.argwhere(free)
+        number = np.full(free.shape, -1, np.int64)
+        number[free] = np.arange(len(cells))
+        if not ends.any():
+            none = np.full(len(cells), -1, np.int64)
+            return cls(free, number, cells, np.full(len(cells), np.inf), none)
+        lengths, following, _ = dijkstra(
+            _moves(free, number),
+            directed=False,
+            indices=number[ends],
+            min_only=True,
+            return_predecessors=True,
+        )
+        return cls(free, number, cells, lengths, following)
+
+    def length(self, cell: I64) -> float:
+        """Length in cells of the way from a free cell (2,), infinity if there is none."""
+        row = int(self.number[tuple(cell)])
+        if not np.isfinite(self.lengths[row]):
+            return np.inf
+        way = []
+        while row >= 0:
+            way.append(self.cells[row])
+            row = int(self.next_row[row])
+        return taut_length(np.array(way), self.free)
+
+
+def taut_length(cells: I64, free: Bool) -> float:
+    """Length, in cells, of a path of cells (N, 2) pulled tight within the free cells (nx, ny)."""
+    length, here = 0.0, 0
+    while here < len(cells) - 1:
+        ahead = len(cells) - 1
+        while ahead > here + 1 and not _sees(cells[here], cells[ahead], free):
+            ahead -= 1
+        length += float(np.linalg.norm(cells[ahead] - cells[here]))
+        here = ahead
+    return length
+
+
+def _moves(free: Bool, number: I64) -> coo_array:
+    """The moves between free cells that pass through free cells only, as a graph (K, K)."""
+    first, second, lengths = [], [], []
+    cells = np.argwhere(free)
+    around = np.pad(free, 3)
+    for move in MOVES:
+        passed = [around[tuple((cells + 3 + step).T)] for step in _line(np.zeros(2), move)]
+        starts = cells[np.all(passed, axis=0)]
+        first.append(number[tuple(starts.T)])
+        second.append(number[tuple((starts + move).T)])
+        lengths.append(np.full(len(starts), np.hypot(*move)))
+    count = len(cells)
+    rows = (np.concatenate(first), np.concatenate(second))
+    return coo_array((np.concatenate(lengths), rows), shape=(count, count))
+
+
+def _sees(start: I64, end: I64, free: Bool) -> bool:
+    """Whether the straight line between two cells' centres runs through free cells only."""
+    cells = _line(start, end)
+    return bool(free[cells[:, 0], cells[:, 1]].all())
+
+
+def _line(start: I64 | F64, end: I64 | tuple[int, int]) -> I64:
+    """Cells (M, 2), with repeats, at half-cell steps along the line between two cells' centres."""
+    apart = np.asarray(end) - start
+    steps = 2 * int(np.abs(apart).max()) + 1
+    line = start + apart * np.linspace(0.0, 1.0, steps)[:, None]
+    return np.floor(line + 0.5).astype(np.int64)
