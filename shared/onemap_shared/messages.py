@@ -501,8 +501,9 @@ class Truth:
     """Ground truth for the summary of a demo; never read by perception, mapper or planner.
 
     instances: how many there are; distance_m: straight line from the place to the surface
-    of the nearest; shortest_path_m: along the floor for this robot to within success
-    distance of the nearest; infinity if there is none.
+    of the nearest; shortest_path_m: along the floor for this robot to the nearest place that
+    counts as success, 0 if the place itself does; infinity if there is none. nearest: category
+    of the thing nearest to the place, walls, floors, ceilings, doors and windows left out.
     """
 
     scene: str
@@ -510,6 +511,7 @@ class Truth:
     distance_m: float
     shortest_path_m: float
     categories: tuple[str, ...]
+    nearest: str
 
 
 # ---------------------------------------------------------------- health

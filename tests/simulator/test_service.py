@@ -98,7 +98,8 @@ def test_answers_the_truth_to_those_who_sum_up(robot: Robot) -> None:
     truth = robot.bus.call(ROBOT_TRUTH, TruthRequest("sofa", 1.5, 2.4))
     assert truth.instances == 1
     assert truth.distance_m == pytest.approx(1.0)
-    assert truth.shortest_path_m < 0.2
+    assert truth.shortest_path_m == 0.0
+    assert truth.nearest == "sofa"
     assert "ball" in truth.categories
     assert robot.bus.call(ROBOT_TRUTH, TruthRequest("elephant", 1.0, 1.0)).distance_m == np.inf
     with pytest.raises(RemoteError, match="not finite"):

@@ -121,7 +121,12 @@ class SimulatorWorker:
             deadman_s=config.robot.deadman_s,
             now_s=time.monotonic(),
         )
-        self._truth = SceneTruth(scene, radius_m=robot.radius_m, height_m=robot.height_m)
+        self._truth = SceneTruth(
+            scene,
+            radius_m=robot.radius_m,
+            height_m=robot.height_m,
+            eye_height_m=config.camera.height_m,
+        )
         self._commands = bus.subscribe(ROBOT_CMD_VEL)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
         camera = RgbdCamera(Renderer(scene), config.camera.parameters(), camera_rng)
@@ -196,7 +201,14 @@ class SimulatorWorker:
             raise ValueError(f"the place ({request.x_m}, {request.y_m}) is not finite")
         found = self._truth.distances(request.name, request.x_m, request.y_m)
         scene = self._truth.scene
-        return Truth(scene.name, found.instances, found.straight_m, found.path_m, scene.categories)
+        return Truth(
+            scene=scene.name,
+            instances=found.instances,
+            distance_m=found.straight_m,
+            shortest_path_m=found.path_m,
+            categories=scene.categories,
+            nearest=self._truth.nearest(request.x_m, request.y_m),
+        )
 
 
 def _next(due_s: float, rate_hz: float, now_s: float) -> float:

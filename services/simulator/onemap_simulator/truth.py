@@ -9,16 +9,18 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from skimage.graph import MCP_Geometric
 
-from onemap_shared.geometry import F64, I64, Bool
+from onemap_shared.geometry import F32, F64, I64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_simulator.collision import CollisionMap
 from onemap_simulator.floorplan import rasterise
-from onemap_simulator.scene import Scene
+from onemap_simulator.scene import STRUCTURE, Scene
+from onemap_simulator.sight import in_sight
+from onemap_simulator.success import SUCCESS_RADIUS_M
+from onemap_simulator.trace import Tracer
+from onemap_simulator.ways import Ways
 
 CELL_SIZE_M = 0.05
-SUCCESS_DISTANCE_M = 1.0  # a robot this close to a thing's surface has found it
 ALL_HEIGHTS_M = (-np.inf, np.inf)
 
 
@@ -27,7 +29,8 @@ class Distances:
     """What is true of one category seen from one place; infinity where there is no way.
 
     instances: how many there are; straight_m: to the outline of the nearest, seen from above;
-    path_m: the shortest way for the robot's disc to within success distance of any.
+    path_m: the shortest way for the robot's disc to a success place (see ``success``), 0 if
+    the place is one.
     """
 
     instances: int
@@ -36,84 +39,103 @@ class Distances:
 
 
 class SceneTruth:
-    """Answers for one scene and a robot of one size."""
+    """Answers for one scene and a robot of one size; one thread at a time may ask."""
 
-    def __init__(self, scene: Scene, *, radius_m: float, height_m: float) -> None:
+    def __init__(
+        self, scene: Scene, *, radius_m: float, height_m: float, eye_height_m: float
+    ) -> None:
         self.scene = scene
         collision = CollisionMap.of(scene, height_m, CELL_SIZE_M)
         self._grid = collision.grid
         self._free: Bool = collision.clearance >= radius_m
+        self._eye_height_m = eye_height_m
+        self._tracer = Tracer(scene)
+        self._ways: dict[str, Ways] = {}
 
     def distances(self, name: str, x_m: float, y_m: float) -> Distances:
         """The truth about a category name, in any case, from a place in metres."""
-        wanted = " ".join(name.split()).casefold()
-        objects = [i for i, thing in enumerate(self.scene.objects) if thing.category == wanted]
+        wanted, place = _category(name), np.array([x_m, y_m])
+        objects = self._instances(wanted)
         if not objects:
             return Distances(0, np.inf, np.inf)
-        triangles = self.scene.vertices[self.scene.faces].astype(np.float64)
-        mine = triangles[np.isin(self.scene.face_object, objects)]
-        straight = float(distance_from_above(mine, np.array([x_m, y_m])))
-        return Distances(len(objects), straight, self._path_m(mine, np.array([x_m, y_m])))
+        mine = self._triangles(np.isin(self.scene.face_object, objects))
+        straight = float(distances_from_above(mine, place).min(initial=np.inf))
+        return Distances(len(objects), straight, self._path_m(wanted, place))
 
-    def _path_m(self, triangles: F64, place: F64) -> float:
-        """Length of the way from a place (2,) to within success distance of triangles (N, 3, 3)."""
-        outline = rasterise(triangles, self._grid, ALL_HEIGHTS_M)
-        apart = cv2.distanceTransform(
-            (~outline).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE
-        )
-        close = np.asarray(apart) * CELL_SIZE_M <= SUCCESS_DISTANCE_M
+    def success_places(self, name: str) -> tuple[GridSpec, Bool]:
+        """Cells (nx, ny) whose centres are success places of a category, and their grid."""
+        places = np.zeros(self._free.shape, bool)
+        for index in self._instances(_category(name)):
+            outline = rasterise(
+                self._triangles(self.scene.face_object == index), self._grid, ALL_HEIGHTS_M
+            )
+            cells = np.argwhere(self._free & ~places & within(outline, SUCCESS_RADIUS_M))
+            seen = cells[in_sight(self._tracer, self.scene, index, self._eyes(cells))]
+            places[seen[:, 0], seen[:, 1]] = True
+        return self._grid, places
+
+    def nearest(self, x_m: float, y_m: float) -> str:
+        """Category of the thing nearest to a place, seen from above; empty if there are none.
+
+        Of things above one another it is the highest. Walls and the like are left out.
+        """
+        best, nearest = (np.inf, 0.0), ""
+        triangles = self._triangles(np.ones(len(self.scene.faces), bool))
+        apart = distances_from_above(triangles, np.array([x_m, y_m]))
+        for index, thing in enumerate(self.scene.objects):
+            faces = self.scene.face_object == index
+            if thing.category in STRUCTURE or not faces.any():
+                continue
+            rank = (float(apart[faces].min()), -float(triangles[faces][..., 2].max()))
+            if rank < best:
+                best, nearest = rank, thing.category
+        return nearest
+
+    def _instances(self, category: str) -> list[int]:
+        return [i for i, thing in enumerate(self.scene.objects) if thing.category == category]
+
+    def _triangles(self, faces: Bool) -> F64:
+        """Corners (N, 3, 3) in metres of the chosen faces (F,)."""
+        return self.scene.vertices[self.scene.faces[faces]].astype(np.float64)
+
+    def _eyes(self, cells: I64) -> F32:
+        """Where (N, 3) the camera is above cells (N, 2), in metres."""
+        heights = np.full(len(cells), self._eye_height_m)
+        return np.column_stack([self._grid.centres(cells), heights]).astype(np.float32)
+
+    def _path_m(self, category: str, place: F64) -> float:
+        """Length of the way from a place (2,) to the nearest success place of a category."""
         start = _nearest(self._free, self._grid, place)
         if start is None:
             return np.inf
-        if close[tuple(start)]:
-            return 0.0
-        search = MCP_Geometric(np.where(self._free, 1.0, -1.0))  # negative: never entered
-        costs, _ = search.find_costs([tuple(start)], find_all_ends=True)
-        ends = np.argwhere(close & self._free)
-        if len(ends) == 0:
-            return np.inf
-        cost = costs[ends[:, 0], ends[:, 1]]
-        if not np.isfinite(cost.min()):
-            return np.inf
-        cells = np.array(search.traceback(tuple(ends[int(cost.argmin())])))
-        return taut_length(cells, self._free) * CELL_SIZE_M
+        if category not in self._ways:
+            self._ways[category] = Ways.to(self.success_places(category)[1], self._free)
+        return self._ways[category].length(start) * CELL_SIZE_M
 
 
-def distance_from_above(triangles: F64, place: F64) -> float:
-    """Distance in metres of a place (2,) to triangles (N, 3, 3) projected on the floor."""
+def within(outline: Bool, distance_m: float) -> Bool:
+    """Cells (nx, ny) at most so far from an outline's cells (nx, ny), measured between centres."""
+    apart = cv2.distanceTransform((~outline).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    close: Bool = np.asarray(apart) * CELL_SIZE_M <= distance_m
+    return close
+
+
+def distances_from_above(triangles: F64, place: F64) -> F64:
+    """Distances (N,) in metres of a place (2,) to triangles (N, 3, 3) projected on the floor."""
     start = triangles[..., :2]
     edge = np.roll(start, -1, axis=1) - start
     to_place = place - start
     squared = np.maximum((edge**2).sum(axis=2), 1e-18)
     along = np.clip((to_place * edge).sum(axis=2) / squared, 0.0, 1.0)
-    nearest = np.linalg.norm(to_place - along[..., None] * edge, axis=2).min()
+    nearest = np.linalg.norm(to_place - along[..., None] * edge, axis=2).min(axis=1)
     side = edge[..., 0] * to_place[..., 1] - edge[..., 1] * to_place[..., 0]
     area = edge[:, 0, 0] * edge[:, 1, 1] - edge[:, 0, 1] * edge[:, 1, 0]
     inside = ((side >= 0).all(axis=1) | (side <= 0).all(axis=1)) & (np.abs(area) > 1e-12)
-    return 0.0 if inside.any() else float(nearest)
+    return np.where(inside, 0.0, nearest)
 
 
-def taut_length(cells: I64, free: Bool) -> float:
-    """Length, in cells, of a path of cells (N, 2) pulled tight within the free cells (nx, ny).
-
-    Steps along eight directions are up to 8 % longer than the straight line they stand for.
-    """
-    length, here = 0.0, 0
-    while here < len(cells) - 1:
-        ahead = len(cells) - 1
-        while ahead > here + 1 and not _sees(cells[here], cells[ahead], free):
-            ahead -= 1
-        length += float(np.linalg.norm(cells[ahead] - cells[here]))
-        here = ahead
-    return length
-
-
-def _sees(start: I64, end: I64, free: Bool) -> bool:
-    """Whether the straight line between two cells' centres runs through free cells only."""
-    steps = 2 * int(np.abs(end - start).max()) + 1
-    line = start + (end - start) * np.linspace(0.0, 1.0, steps)[:, None]
-    cells = np.floor(line + 0.5).astype(int)
-    return bool(free[cells[:, 0], cells[:, 1]].all())
+def _category(name: str) -> str:
+    return " ".join(name.split()).casefold()
 
 
 def _nearest(free: Bool, grid: GridSpec, place: F64) -> I64 | None:
