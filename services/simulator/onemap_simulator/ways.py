@@ -99,4 +99,5 @@ def _line(start: I64 | F64, end: I64 | tuple[int, int]) -> I64:
     apart = np.asarray(end) - start
     steps = 2 * int(np.abs(apart).max()) + 1
     line = start + apart * np.linspace(0.0, 1.0, steps)[:, None]
-    return np.floor(line + 0.5).astype(np.int64)
+    cells: I64 = np.floor(line + 0.5).astype(np.int64)
+    return cells
