@@ -16,9 +16,13 @@ from onemap_tools.demo_report import describe
 from onemap_tools.demo_summary import DemoSummary, ObjectSummary
 
 OBJECTS = (
-    ObjectSummary("refrigerator", "found", "seen", (10.11, 10.43, 1.0), 112.4, 25.2, 17.1, 0.8),
-    ObjectSummary("sofa", "found", "seen [3] times", (1.0, 2.0, 0.4), 30.0, 8.0, 7.0, 2.6),
-    ObjectSummary("toilet", "not_found", "searched it all", (), 60.0, 14.0, nan, nan),
+    ObjectSummary(
+        "refrigerator", "found", "seen", (10.11, 10.43, 1.0), 112.4, 25.2, 17.1, 0.8, 0.0
+    ),
+    ObjectSummary(
+        "sofa", "found", "seen [3] times", (1.0, 2.0, 0.4), 30.0, 8.0, 7.0, 2.6, 1.1, "armchair"
+    ),
+    ObjectSummary("toilet", "not_found", "searched it all", (), 60.0, 14.0, nan, nan, nan),
 )
 
 
@@ -40,8 +44,10 @@ def test_a_row_per_object_fits_eighty_columns() -> None:
 def test_a_wrong_find_is_called_one_and_failures_give_their_reason() -> None:
     text = said(DemoSummary(("a", "b", "c"), OBJECTS, 210.0, 202.4, 7.4))
     assert "wrong one" in text
-    assert "toilet: searched it all" in text
+    assert "sofa: seen [3] times (nearest to the claimed place: armchair)" in text
+    assert "toilet: searched it all\n" in text
     assert "1 of 3 found in 202 s" in text
+    assert "1 claimed wrongly" in text
 
 
 def test_objects_that_were_never_sought_are_listed() -> None:

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from onemap_simulator.success import SUCCESS_TOLERANCE_M
 from onemap_tools.demo_summary import (
-    SUCCESS_M,
     DemoSummary,
     ObjectSummary,
     finite,
@@ -24,13 +24,13 @@ lengths = st.floats(min_value=0, max_value=1e4)
 def item(
     *,
     outcome: str = "found",
-    away_m: float = 0.9,
+    away_m: float = 0.0,
     driven_m: float = 10.0,
     shortest_m: float = 5.0,
     name: str = "sofa",
 ) -> ObjectSummary:
     return ObjectSummary(
-        name, outcome, "because", (1.0, 2.0, 0.4), 12.0, driven_m, shortest_m, away_m
+        name, outcome, "because", (1.0, 2.0, 0.4), 12.0, driven_m, shortest_m, 0.9, away_m
     )
 
 
@@ -40,8 +40,9 @@ def summary(*objects: ObjectSummary, wanted: int | None = None, trouble: str = "
 
 
 def test_found_and_near_enough_is_success() -> None:
-    assert item(away_m=SUCCESS_M).success
-    assert not item(away_m=SUCCESS_M + 0.01).success
+    assert item(away_m=0.0).success
+    assert item(away_m=SUCCESS_TOLERANCE_M).success
+    assert not item(away_m=SUCCESS_TOLERANCE_M + 0.01).success
     assert not item(outcome="not_found", away_m=0.0).success
 
 
@@ -81,6 +82,14 @@ def test_the_sequence_counts_only_as_a_whole() -> None:
     assert bad.progress == pytest.approx(1 / 3)
 
 
+def test_claims_that_are_wrong_are_counted_and_silence_is_none() -> None:
+    mixed = summary(item(), item(away_m=1.2), item(outcome="not_found", away_m=1.2))
+    assert mixed.claimed_wrongly == 1
+    document = mixed.document()
+    assert document["claimed_wrongly"] == 1
+    assert [entry["claimed_wrongly"] for entry in document["objects"]] == [False, True, False]
+
+
 def test_an_object_that_was_never_sought_is_missing() -> None:
     early = summary(item(), wanted=3, trouble="cancelled")
     assert not early.worked
@@ -96,7 +105,7 @@ def test_the_document_is_json_whatever_is_unknown() -> None:
     document = summary(item(away_m=nan, shortest_m=inf)).document()
     text = json.dumps(document, allow_nan=False)
     (only,) = json.loads(text)["objects"]
-    assert only["true_distance_m"] is None
+    assert only["goal_distance_m"] is None
     assert only["shortest_path_m"] is None
     assert only["position_m"] == [1.0, 2.0, 0.4]
     assert document["worked"] is False

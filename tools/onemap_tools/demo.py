@@ -5,16 +5,20 @@ from __future__ import annotations
 import json
 import threading
 import time
+from dataclasses import dataclass
 from typing import Any
 
 from rich.console import Console
 
+from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.vocabulary import load_vocabulary
 from onemap_shared.config import BusConfig
 from onemap_shared.messages import SearchState
 from onemap_tools.client import Gateway
 from onemap_tools.demo_report import describe
 from onemap_tools.demo_setup import DemoOptions, Setup, choose_objects, set_up
-from onemap_tools.demo_summary import DemoSummary, ObjectSummary
+from onemap_tools.demo_summary import DemoSummary
+from onemap_tools.demo_truth import judged, scene_name
 from onemap_tools.interrupts import interruptible
 from onemap_tools.joining import joined
 from onemap_tools.launch import Processes
@@ -26,7 +30,6 @@ from onemap_tools.witness import Witness
 
 POLL_S = 0.25
 JOIN_S = 5.0  # the router listens by then
-NAN = float("nan")
 
 
 class Run:
@@ -80,9 +83,9 @@ def run(options: DemoOptions, console: Console) -> dict[str, Any]:
             witness = Witness(bus)
             with view_for(console) as view:
                 _wait_until_ready(demo, gateway, view)
-                objects = _objects(demo, witness, console)
-                console.print(f"Searching for {', '.join(objects)}. Live page: {setup.url}")
-                summary = _search(demo, gateway, witness, objects, view)
+                wishes = _wishes(demo, witness, console)
+                console.print(f"Searching for {', '.join(wishes.objects)}. Live page: {setup.url}")
+                summary = _search(demo, gateway, witness, wishes, view)
             document = _leave_behind(demo, witness, summary)
         describe(summary, document, console)
         if not options.headless:
@@ -101,25 +104,36 @@ def _wait_until_ready(demo: Run, gateway: Gateway, view: View) -> None:
         demo.pause()
 
 
-def _objects(demo: Run, witness: Witness, console: Console) -> tuple[str, ...]:
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """What is searched for, in order, and what the scene calls each of these words."""
+
+    objects: tuple[str, ...]
+    scene_names: dict[str, str]
+
+
+def _wishes(demo: Run, witness: Witness, console: Console) -> Wishes:
     """What to look for; tells which of the user's wishes the scene does not hold."""
     wanted = demo.options.objects
     truth = witness.truth(wanted[0] if wanted else "sofa", ())
-    if truth is None:
-        return wanted or choose_objects(())
-    for name in wanted:
-        if name not in truth.categories:
+    categories = truth.categories if truth else ()
+    vocabulary = load_vocabulary(SHIPPED)
+    objects = wanted or choose_objects(categories)
+    names = {word: scene_name(word, categories, vocabulary) for word in objects}
+    for word, name in names.items():
+        if truth is not None and name not in categories:
             console.print(
-                f"{truth.scene} holds nothing that is called {name!r}; it is searched for all "
-                f"the same. It holds: {', '.join(sorted(truth.categories))}."
+                f"{truth.scene} holds nothing that is called {word!r}; it is searched for all "
+                f"the same. It holds: {', '.join(sorted(categories))}.",
+                markup=False,
             )
-    return wanted or choose_objects(truth.categories)
+    return Wishes(objects, names)
 
 
 def _search(
-    demo: Run, gateway: Gateway, witness: Witness, objects: tuple[str, ...], view: View
+    demo: Run, gateway: Gateway, witness: Witness, wishes: Wishes, view: View
 ) -> DemoSummary:
-    followed = Followed(gateway, gateway.start_search(objects))
+    followed = Followed(gateway, gateway.start_search(wishes.objects))
     began_s = time.monotonic()
     witness.begin(began_s)
     trouble = ""
@@ -135,8 +149,10 @@ def _search(
     search_s = time.monotonic() - began_s
     results = followed.report["results"]
     return DemoSummary(
-        wanted=objects,
-        objects=tuple(_judged(witness, result) for result in results),
+        wanted=wishes.objects,
+        objects=tuple(
+            judged(result, wishes.scene_names[result["name"]], witness.truth) for result in results
+        ),
         duration_s=demo.elapsed_s,
         search_s=search_s,
         map_rate_hz=witness.map_rate_hz,
@@ -148,22 +164,6 @@ def _why_it_failed(search: dict[str, Any]) -> str:
     """The reason of a search that ended early; objects not found speak for themselves."""
     early = search["state"] in (SearchState.FAILED, SearchState.CANCELLED)
     return str(search["reason"]) if early else ""
-
-
-def _judged(witness: Witness, result: dict[str, Any]) -> ObjectSummary:
-    """One object's result beside the truth."""
-    start = witness.truth(result["name"], tuple(result["start_xy_m"] or ()))
-    end = witness.truth(result["name"], tuple(result["end_xy_m"] or ()))
-    return ObjectSummary(
-        name=result["name"],
-        outcome=result["outcome"],
-        reason=result["reason"],
-        position_m=tuple(result["position_m"] or ()),
-        time_s=result["duration_s"],
-        path_length_m=result["path_length_m"],
-        shortest_path_m=start.shortest_path_m if start else NAN,
-        true_distance_m=end.distance_m if end else NAN,
-    )
 
 
 def _leave_behind(demo: Run, witness: Witness, summary: DemoSummary) -> dict[str, Any]:

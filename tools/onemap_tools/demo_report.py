@@ -25,13 +25,13 @@ def describe(summary: DemoSummary, document: dict[str, Any], console: Console) -
     console.print(table)
     for item in summary.objects:
         if not item.success:
-            console.print(f"{item.name}: {item.reason}", markup=False, highlight=False)
+            console.print(f"{item.name}: {_why(item)}", markup=False, highlight=False)
     if summary.trouble:
         console.print(Text(summary.trouble, style="red"))
     console.print(
         f"{summary.found} of {len(summary.wanted)} found in {summary.search_s:.0f} s "
-        f"({summary.duration_s:.0f} s with starting up), SPL {summary.spl:.2f}, "
-        f"{summary.map_rate_hz:.1f} map updates/s",
+        f"({summary.duration_s:.0f} s with starting up), {summary.claimed_wrongly} claimed "
+        f"wrongly, SPL {summary.spl:.2f}, {summary.map_rate_hz:.1f} map updates/s",
         highlight=False,
     )
     if document["picture"]:
@@ -40,9 +40,16 @@ def describe(summary: DemoSummary, document: dict[str, Any], console: Console) -
         )
 
 
+def _why(item: ObjectSummary) -> str:
+    """The reason of an outcome, and what stands where a wrong claim was made."""
+    if item.claimed_wrongly and item.nearest:
+        return f"{item.reason} (nearest to the claimed place: {item.nearest})"
+    return item.reason
+
+
 def _row(item: ObjectSummary) -> tuple[str | Text, ...]:
     outcome = item.outcome.replace("_", " ")
-    if item.outcome == "found" and not item.success:
+    if item.claimed_wrongly:
         outcome = "wrong one"
     place = ", ".join(f"{value:.1f}" for value in item.position_m[:2])
     return (

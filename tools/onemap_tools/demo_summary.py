@@ -1,8 +1,8 @@
 """How well a search went, in numbers: success, path length against the shortest, map rate.
 
-Success and SPL are the paper's (Sec. Metrics): an object counts if the robot
-said "found" and stopped within 1.5 m of a true instance; the search as a whole
-if all of its objects count.
+An object counts if the robot said "found" and stopped at a success place, which
+``onemap_simulator.success`` defines; the search as a whole if all of its objects
+count. SPL is that of Anderson et al. (2018) with the shortest path to such a place.
 """
 
 from __future__ import annotations
@@ -13,17 +13,18 @@ from math import isfinite
 from typing import Any
 
 from onemap_shared.messages import SearchState
-
-SUCCESS_M = 1.5
+from onemap_simulator.success import SUCCESS_TOLERANCE_M
 
 
 @dataclass(frozen=True, slots=True)
 class ObjectSummary:
     """How the search for one object ended, against the truth.
 
-    ``true_distance_m`` from where the robot stopped to the nearest instance, and
-    ``shortest_path_m`` from where it began; infinity if there is none, NaN if the
-    robot's world does not tell the truth about itself.
+    Along the floor to the nearest success place, ``shortest_path_m`` from where the robot
+    began and ``goal_distance_m`` from where it stopped; ``true_distance_m`` in a straight
+    line from there to the nearest instance. Infinity if there is none, NaN if the robot's
+    world does not tell the truth about itself. ``nearest`` names the thing that is nearest
+    to ``position_m``, empty if that is unknown.
     """
 
     name: str
@@ -34,11 +35,23 @@ class ObjectSummary:
     path_length_m: float
     shortest_path_m: float
     true_distance_m: float
+    goal_distance_m: float
+    nearest: str = ""
 
     @property
     def success(self) -> bool:
         """Whether it was found, truly."""
-        return self.outcome == SearchState.FOUND.value and self.true_distance_m <= SUCCESS_M
+        return self.claimed and self.goal_distance_m <= SUCCESS_TOLERANCE_M
+
+    @property
+    def claimed(self) -> bool:
+        """Whether the robot said that it found it."""
+        return self.outcome == SearchState.FOUND.value
+
+    @property
+    def claimed_wrongly(self) -> bool:
+        """Whether the robot said that it found it and did not."""
+        return self.claimed and not self.success
 
     @property
     def spl(self) -> float:
@@ -47,7 +60,12 @@ class ObjectSummary:
 
     def document(self) -> dict[str, Any]:
         """As JSON can carry it: what is not finite becomes null."""
-        fields = {**asdict(self), "spl": self.spl, "success": self.success}
+        fields = {
+            **asdict(self),
+            "spl": self.spl,
+            "success": self.success,
+            "claimed_wrongly": self.claimed_wrongly,
+        }
         return {name: finite(value) for name, value in fields.items()}
 
 
@@ -66,6 +84,11 @@ class DemoSummary:
     def found(self) -> int:
         """How many objects were found, truly."""
         return sum(item.success for item in self.objects)
+
+    @property
+    def claimed_wrongly(self) -> int:
+        """How many objects the robot said it found and did not."""
+        return sum(item.claimed_wrongly for item in self.objects)
 
     @property
     def worked(self) -> bool:
@@ -95,6 +118,7 @@ class DemoSummary:
         return {
             "worked": self.worked,
             "found": self.found,
+            "claimed_wrongly": self.claimed_wrongly,
             "objects": [item.document() for item in self.objects],
             "spl": finite(self.spl),
             "progress": self.progress,
