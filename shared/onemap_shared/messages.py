@@ -504,6 +504,8 @@ class Truth:
     of the nearest; shortest_path_m: along the floor for this robot to the nearest place that
     counts as success, 0 if the place itself does; infinity if there is none. nearest: category
     of the thing nearest to the place, walls, floors, ceilings, doors and windows left out.
+    names_complete: whether nothing in the scene lacks its name. If not, a name that is not
+    among the categories may still be there: nobody can judge a search for it.
     """
 
     scene: str
@@ -512,6 +514,7 @@ class Truth:
     shortest_path_m: float
     categories: tuple[str, ...]
     nearest: str
+    names_complete: bool
 
 
 # ---------------------------------------------------------------- health

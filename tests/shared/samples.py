@@ -74,7 +74,7 @@ SAMPLES: tuple[Any, ...] = (
         5, "frontier", "best similarity", f32(3, 2), f32(1, 2), f32(2, 2), f32(2), f32(0, 2), f32(0)
     ),
     m.TruthRequest("sofa", 1.0, 2.0),
-    m.Truth("apartment 1", 0, float("inf"), float("inf"), ("bed", "sofa"), "chair"),
+    m.Truth("apartment 1", 0, float("inf"), float("inf"), ("bed", "sofa"), "chair", True),
     m.Heartbeat("mapper", "abc", 5, 9, ready=True, metrics={"update_ms": 8.0}),
 )  # fmt: skip
 

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
+from onemap_simulator.apartment import generate_apartment
 from onemap_simulator.loading import floor_height, load_scene
 from onemap_simulator.naming import category_of
 from onemap_simulator.scene import Scene
@@ -62,6 +63,12 @@ def test_glb_is_turned_upright(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"room.{suffix}"
     path.write_bytes(room_of("y").export(file_type="glb"))
     check_room(load_scene(path))
+
+
+def test_a_file_does_not_claim_to_name_everything(tmp_path: Path) -> None:
+    (tmp_path / "room.glb").write_bytes(room_of("y").export(file_type="glb"))
+    assert not load_scene(tmp_path / "room.glb").names_complete
+    assert generate_apartment(1).names_complete
 
 
 def test_gltf_with_separate_buffers(tmp_path: Path) -> None:

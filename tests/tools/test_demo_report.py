@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from math import nan
 from pathlib import Path
 
@@ -48,6 +49,22 @@ def test_a_wrong_find_is_called_one_and_failures_give_their_reason() -> None:
     assert "toilet: searched it all\n" in text
     assert "1 of 3 found in 202 s" in text
     assert "1 claimed wrongly" in text
+
+
+def test_what_nobody_can_judge_is_called_so() -> None:
+    unknown = replace(OBJECTS[0], judged=False, goal_distance_m=nan, shortest_path_m=nan)
+    text = said(DemoSummary(("a",), (unknown,), 210.0, 202.4, 7.4))
+    assert "found (no" in text
+    assert "wrong" not in text
+    assert "SPL 0" not in text
+    assert "1 of 1 found in 202 s (210 s with starting up), no ground truth" in flat(text)
+    assert "…" not in text
+    mixed = said(DemoSummary(("a", "b"), (unknown, OBJECTS[1]), 210.0, 202.4, 7.4))
+    assert "ground truth for 1 of 2, 1 claimed wrongly" in flat(mixed)
+
+
+def flat(text: str) -> str:
+    return " ".join(text.split())
 
 
 def test_objects_that_were_never_sought_are_listed() -> None:

@@ -94,6 +94,7 @@ def test_favourites_are_sought_where_they_exist() -> None:
 def test_a_strange_scene_is_searched_for_what_it_holds() -> None:
     assert choose_objects(("wall", "floor", "anvil", "sofa")) == ("sofa", "anvil")
     assert choose_objects(()) == FAVOURITES[:3]
+    assert choose_objects(("floor", "object")) == FAVOURITES[:3]  # a file that names nothing
 
 
 def test_a_taken_port_is_told_and_the_next_one_used() -> None:

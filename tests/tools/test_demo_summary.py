@@ -28,9 +28,19 @@ def item(
     driven_m: float = 10.0,
     shortest_m: float = 5.0,
     name: str = "sofa",
+    judged: bool = True,
 ) -> ObjectSummary:
     return ObjectSummary(
-        name, outcome, "because", (1.0, 2.0, 0.4), 12.0, driven_m, shortest_m, 0.9, away_m
+        name,
+        outcome,
+        "because",
+        (1.0, 2.0, 0.4),
+        12.0,
+        driven_m,
+        shortest_m,
+        0.9,
+        away_m,
+        judged=judged,
     )
 
 
@@ -88,6 +98,22 @@ def test_claims_that_are_wrong_are_counted_and_silence_is_none() -> None:
     document = mixed.document()
     assert document["claimed_wrongly"] == 1
     assert [entry["claimed_wrongly"] for entry in document["objects"]] == [False, True, False]
+
+
+def test_without_ground_truth_the_robots_word_counts_and_no_verdict_is_given() -> None:
+    unknown = item(away_m=inf, shortest_m=inf, judged=False)
+    whole = summary(item(), unknown)
+    assert whole.worked
+    assert (whole.found, whole.judged, whole.claimed_wrongly) == (2, 1, 0)
+    document = json.loads(json.dumps(whole.document(), allow_nan=False))
+    assert document["spl"] is None
+    assert [entry["success"] for entry in document["objects"]] == [True, None]
+    assert [entry["spl"] for entry in document["objects"]] == [0.5, None]
+    assert [entry["claimed_wrongly"] for entry in document["objects"]] == [False, None]
+
+
+def test_without_ground_truth_a_search_that_gave_up_still_failed() -> None:
+    assert not summary(item(outcome="not_found", judged=False)).worked
 
 
 def test_an_object_that_was_never_sought_is_missing() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, isnan
 from typing import Any
 
@@ -33,7 +34,12 @@ def result(**changes: Any) -> dict[str, Any]:
 def tell(name: str, place_m: Place) -> Truth:
     """One sofa, with success places at x >= 2; an armchair stands beside it."""
     count, way_m = (1, max(2.0 - place_m[0], 0.0)) if name == "sofa" else (0, inf)
-    return Truth("flat", count, way_m + 1.0 if count else inf, way_m, APARTMENT, "armchair")
+    away_m = way_m + 1.0 if count else inf
+    return Truth("flat", count, away_m, way_m, APARTMENT, "armchair", names_complete=True)
+
+
+def tell_of_a_file(name: str, place_m: Place) -> Truth:
+    return replace(tell(name, place_m), names_complete=False)
 
 
 @pytest.mark.parametrize(
@@ -74,3 +80,26 @@ def test_where_the_robot_is_not_known_to_have_been_no_truth_is_asked() -> None:
     assert isnan(item.shortest_path_m)
     assert isnan(item.goal_distance_m)
     assert item.nearest == ""
+
+
+def test_what_a_generated_apartment_does_not_have_is_claimed_wrongly() -> None:
+    assert judged(result(), "toilet", tell).claimed_wrongly
+
+
+def test_what_a_file_does_not_name_cannot_be_judged() -> None:
+    item = judged(result(), "toilet", tell_of_a_file)
+    assert not item.judged
+    assert item.counts
+    assert not item.claimed_wrongly
+
+
+def test_what_a_file_names_is_judged_as_ever() -> None:
+    assert judged(result(), "sofa", tell_of_a_file).success
+    assert judged(result(end_xy_m=[0.5, 0.0]), "sofa", tell_of_a_file).claimed_wrongly
+
+
+def test_a_world_that_does_not_answer_cannot_judge() -> None:
+    item = judged(result(), "sofa", lambda name, place_m: None)
+    assert not item.judged
+    assert item.counts
+    assert not judged(result(outcome="not_found"), "sofa", lambda name, place_m: None).counts

@@ -81,7 +81,7 @@ def test_truth_and_map_are_asked_for() -> None:
 
     def tell(request: TruthRequest) -> Truth:
         asked.append(request)
-        return Truth("apartment", 1, 0.5, 3.0, ("sofa",), "sofa")
+        return Truth("apartment", 1, 0.5, 3.0, ("sofa",), "sofa", True)
 
     def view(request: SearchViewRequest) -> SearchView:
         cells = np.zeros((2, 3), np.uint8)

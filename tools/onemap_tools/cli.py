@@ -70,7 +70,8 @@ def demo(
 ) -> None:
     """Everything on this machine: a simulated robot searches for three objects.
 
-    Exit code 0 only if all were found and the simulator confirms it.
+    Exit code 0 only if all were found and the simulator confirms it. It cannot for what a
+    scene file does not name: there the robot's own word counts. See 'onemap scene check'.
     """
     from onemap_tools import demo as command
     from onemap_tools.demo_setup import DemoOptions, choose_port, failed_document, run_folder

@@ -122,9 +122,10 @@ def _wishes(demo: Run, witness: Witness, console: Console) -> Wishes:
     names = {word: scene_name(word, categories, vocabulary) for word in objects}
     for word, name in names.items():
         if truth is not None and name not in categories:
+            unjudged = "" if truth.names_complete else ", without ground truth"
             console.print(
-                f"{truth.scene} holds nothing that is called {word!r}; it is searched for all "
-                f"the same. It holds: {', '.join(sorted(categories))}.",
+                f"{truth.scene} has nothing that is called {word!r}; it is searched for all "
+                f"the same{unjudged}. It has: {', '.join(sorted(categories))}.",
                 markup=False,
             )
     return Wishes(objects, names)

@@ -13,6 +13,8 @@ import yaml
 from rich.console import Console
 
 from onemap_shared.config import PREFIX, read
+from onemap_simulator.naming import UNNAMED
+from onemap_simulator.scene import STRUCTURE
 from onemap_tools.launch import ProcessSpec, command_of
 from onemap_tools.network import LOOPBACK, any_free_port, next_free_port
 
@@ -34,7 +36,7 @@ FAVOURITES = (
     "desk",
 )
 # Every scene has them everywhere: finding one shows nothing.
-BORING = frozenset({"wall", "floor", "ceiling", "door", "window", "picture", "lamp"})
+BORING = STRUCTURE | {"picture", "lamp"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,5 +137,5 @@ def choose_objects(categories: Sequence[str]) -> tuple[str, ...]:
     """Three objects that exist in the scene, favourites first."""
     present = set(categories)
     favourites = [name for name in FAVOURITES if name in present]
-    others = sorted(present - set(FAVOURITES) - BORING)
+    others = sorted(present - set(FAVOURITES) - BORING - {UNNAMED})
     return tuple([*favourites, *others][:OBJECTS]) or FAVOURITES[:OBJECTS]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from math import isfinite
+from math import isfinite, nan
 from typing import Any
 
 from onemap_shared.messages import SearchState
@@ -24,7 +24,8 @@ class ObjectSummary:
     began and ``goal_distance_m`` from where it stopped; ``true_distance_m`` in a straight
     line from there to the nearest instance. Infinity if there is none, NaN if the robot's
     world does not tell the truth about itself. ``nearest`` names the thing that is nearest
-    to ``position_m``, empty if that is unknown.
+    to ``position_m``, empty if that is unknown. ``judged``: whether the truth is known; where
+    it is not, nobody says whether a claim is right.
     """
 
     name: str
@@ -37,11 +38,17 @@ class ObjectSummary:
     true_distance_m: float
     goal_distance_m: float
     nearest: str = ""
+    judged: bool = True
 
     @property
     def success(self) -> bool:
         """Whether it was found, truly."""
-        return self.claimed and self.goal_distance_m <= SUCCESS_TOLERANCE_M
+        return self.judged and self.claimed and self.goal_distance_m <= SUCCESS_TOLERANCE_M
+
+    @property
+    def counts(self) -> bool:
+        """Whether it counts as found: truly, or by the robot's word where nobody can judge."""
+        return self.claimed and (self.success or not self.judged)
 
     @property
     def claimed(self) -> bool:
@@ -50,8 +57,8 @@ class ObjectSummary:
 
     @property
     def claimed_wrongly(self) -> bool:
-        """Whether the robot said that it found it and did not."""
-        return self.claimed and not self.success
+        """Whether the robot said that it found it and, as far as is known, did not."""
+        return self.claimed and not self.counts
 
     @property
     def spl(self) -> float:
@@ -59,13 +66,13 @@ class ObjectSummary:
         return path_efficiency(self.shortest_path_m, self.path_length_m) if self.success else 0.0
 
     def document(self) -> dict[str, Any]:
-        """As JSON can carry it: what is not finite becomes null."""
-        fields = {
-            **asdict(self),
+        """As JSON can carry it: what is not finite, and verdicts nobody can give, become null."""
+        verdicts = {
             "spl": self.spl,
             "success": self.success,
             "claimed_wrongly": self.claimed_wrongly,
         }
+        fields = asdict(self) | (verdicts if self.judged else dict.fromkeys(verdicts))
         return {name: finite(value) for name, value in fields.items()}
 
 
@@ -82,8 +89,13 @@ class DemoSummary:
 
     @property
     def found(self) -> int:
-        """How many objects were found, truly."""
-        return sum(item.success for item in self.objects)
+        """How many objects count as found."""
+        return sum(item.counts for item in self.objects)
+
+    @property
+    def judged(self) -> int:
+        """How many of the results could be judged."""
+        return sum(item.judged for item in self.objects)
 
     @property
     def claimed_wrongly(self) -> int:
@@ -92,7 +104,7 @@ class DemoSummary:
 
     @property
     def worked(self) -> bool:
-        """Whether every object that was asked for was found, truly."""
+        """Whether every object that was asked for counts as found."""
         return not self.trouble and bool(self.wanted) and self.found == len(self.wanted)
 
     @property
@@ -100,14 +112,19 @@ class DemoSummary:
         """Fraction of the objects that were found before the first that was not (paper: PR)."""
         done = 0
         for item in self.objects:
-            if not item.success:
+            if not item.counts:
                 break
             done += 1
         return done / len(self.wanted) if self.wanted else 0.0
 
     @property
     def spl(self) -> float:
-        """SPL of the sequence: sum of shortest paths over the path driven, 0 unless all count."""
+        """SPL of the sequence: sum of shortest paths over the path driven, 0 unless all count.
+
+        NaN if one of the results could not be judged.
+        """
+        if self.judged < len(self.objects):
+            return nan
         if not self.worked:
             return 0.0
         shortest = sum(item.shortest_path_m for item in self.objects)
@@ -118,6 +135,7 @@ class DemoSummary:
         return {
             "worked": self.worked,
             "found": self.found,
+            "judged": self.judged,
             "claimed_wrongly": self.claimed_wrongly,
             "objects": [item.document() for item in self.objects],
             "spl": finite(self.spl),

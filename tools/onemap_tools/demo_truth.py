@@ -31,7 +31,11 @@ def scene_name(word: str, categories: Collection[str], vocabulary: Vocabulary) -
 
 
 def judged(result: dict[str, Any], name: str, ask: Ask) -> ObjectSummary:
-    """The result of one object as the gateway reports it, beside the truth of category ``name``."""
+    """The result of one object as the gateway reports it, beside the truth of category ``name``.
+
+    Nobody can judge it if the robot's world does not answer, or does not name all that is in
+    it and has nothing of that name.
+    """
 
     def truth_at(place: list[float] | None) -> Truth | None:
         return ask(name, tuple(place)) if place else None
@@ -49,4 +53,5 @@ def judged(result: dict[str, Any], name: str, ask: Ask) -> ObjectSummary:
         true_distance_m=end.distance_m if end else nan,
         goal_distance_m=end.shortest_path_m if end else nan,
         nearest=claimed.nearest if claimed else "",
+        judged=end is not None and (end.names_complete or end.instances > 0),
     )

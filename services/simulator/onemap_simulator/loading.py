@@ -163,6 +163,7 @@ def _assemble(name: str, named: list[tuple[str, Any]], corrections: Corrections,
         ambient=AMBIENT,
         rooms=(),
         start=(0.0, 0.0, 0.0),
+        names_complete=False,
     )
 
 

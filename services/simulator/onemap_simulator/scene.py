@@ -47,6 +47,7 @@ class Scene:
     ``objects``; face_texture (F,) int32 index into ``textures``; face_uv (F, 3, 2) float32
     texture coordinates of the corners, repeating outside [0, 1), v = 0 at the image's first
     row. textures: (h, w, 3) uint8 RGB each, albedo. ``start`` is x, y, yaw of the robot.
+    ``names_complete``: whether no thing lacks its name, so that what no name says is not there.
     """
 
     name: str
@@ -61,6 +62,7 @@ class Scene:
     ambient: tuple[float, float, float]
     rooms: tuple[Room, ...]
     start: tuple[float, float, float]
+    names_complete: bool = True
 
     def __post_init__(self) -> None:
         count = len(self.faces)

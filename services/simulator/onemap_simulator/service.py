@@ -208,6 +208,7 @@ class SimulatorWorker:
             shortest_path_m=found.path_m,
             categories=scene.categories,
             nearest=self._truth.nearest(request.x_m, request.y_m),
+            names_complete=scene.names_complete,
         )
 
 
