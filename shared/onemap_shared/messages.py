@@ -20,6 +20,7 @@ from onemap_shared.grid import GridSpec
 
 MAX_TEXT_CHARS = 200  # one object name, not an essay
 MAX_OBJECTS = 20  # objects of one search
+MAX_RIVALS = 30  # names that compete in one view: the mapper keeps the scores of 32 texts
 MAX_PIXELS = 4096 * 4096
 F16 = NDArray[np.float16]
 
@@ -322,13 +323,21 @@ class SimilarityReply:
 
 @dataclass(frozen=True, slots=True)
 class SearchViewRequest:
-    """The layers of the map for one object; an empty text asks for no similarity."""
+    """The layers of the map for one object; an empty text asks for no similarity.
+
+    rivals: other names that what looks like ``text`` may be.
+    """
 
     text: str = ""
+    rivals: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.text:
             check_text(self.text)
+        if len(self.rivals) > MAX_RIVALS:
+            raise ValueError(f"{len(self.rivals)} rivals; at most {MAX_RIVALS} are compared")
+        for name in self.rivals:
+            check_text(name, "rival")
 
 
 @dataclass(frozen=True, slots=True)
@@ -337,7 +346,8 @@ class SearchView:
 
     occupancy (nx, ny) uint8, values of ``Occupancy``; layers (nx, ny) uint8, bits of
     ``Layer``; similarity (nx, ny) float32 score in [0, 1], NaN where not observed,
-    (0, 0) without a text. stamp_ns is the newest fused frame's, 0 for an empty map.
+    (0, 0) without a text; rival the same for the best of the request's rivals, (0, 0) without
+    any that the encoder knows. stamp_ns is the newest fused frame's, 0 for an empty map.
     """
 
     text: str
@@ -348,11 +358,13 @@ class SearchView:
     occupancy: U8
     layers: U8
     similarity: F32
+    rival: F32 = field(default_factory=lambda: np.zeros((0, 0), np.float32))
 
     def __post_init__(self) -> None:
         expect(self.occupancy, "occupancy", np.uint8, self.grid.shape)
         expect(self.layers, "layers", np.uint8, self.grid.shape)
         expect(self.similarity, "similarity", np.float32, (None, None))
+        expect(self.rival, "rival", np.float32, (None, None))
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,16 +22,18 @@ from onemap_shared.messages import (
     MapRevision,
     Occupancy,
     SearchReset,
+    SearchView,
     SearchViewRequest,
     SimilarityRequest,
     TextEmbeddings,
     TextRequest,
 )
 from onemap_shared.runner import StartError
-from onemap_shared.transport import RemoteError
+from onemap_shared.transport import Refusal, RemoteError
 from tests.mapper import scenes
 
 SOFA = np.eye(16, dtype=np.float32)[3]
+WORDS = {"desk": np.eye(16, dtype=np.float32)[1], "cup": np.eye(16, dtype=np.float32)[2]}
 NEUTRAL = np.eye(16, dtype=np.float32)[[5, 6]]
 
 
@@ -55,11 +57,13 @@ class Rig:
             self.asked += request.texts
             if "flurb" in request.texts:
                 raise ValueError("flurb is not a word I know")
+            if "flub" in request.texts:
+                raise Refusal("unknown_word", "flub is not a word I know")
             return TextEmbeddings(
                 "encoder-a",
                 text_space,
                 request.texts,
-                SOFA[None, :channels],
+                WORDS.get(request.texts[0], SOFA)[None, :channels],
                 NEUTRAL[:, :channels],
                 np.ones((1, 2), np.uint8),
                 30.0,
@@ -153,6 +157,24 @@ def test_the_view_shows_all_layers(rig: Rig) -> None:
     after = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
     np.testing.assert_array_equal(after.layers, view.layers & ~np.uint8(Layer.SEARCHED))
     assert after.revision == view.revision + 1 == rig.newest().revision
+
+
+def test_a_view_holds_the_best_score_of_the_names_that_compete(rig: Rig) -> None:
+    rig.feed(*(sofa_ahead(k) for k in range(3)))
+
+    def view(*rivals: str) -> SearchView:
+        return rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("desk", rivals))
+
+    alone, beside = view("sofa"), view("sofa", "cup")
+    known = np.isfinite(alone.similarity)
+    np.testing.assert_array_equal(np.isfinite(alone.rival), known)
+    assert (beside.rival[known] >= alone.rival[known]).all()
+    best = np.unravel_index(np.nanargmax(alone.rival), alone.rival.shape)
+    assert alone.rival[best] > 0.9 > alone.similarity[best]
+    np.testing.assert_array_equal(view("sofa", "flub").rival, alone.rival)  # nobody knows a flub
+    assert view("flub").rival.shape == view().rival.shape == (0, 0)
+    with pytest.raises(ValueError, match="31 rivals; at most 30"):
+        SearchViewRequest("desk", ("sofa",) * 31)
 
 
 def test_an_empty_map_says_so(rig: Rig) -> None:

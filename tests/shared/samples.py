@@ -56,10 +56,10 @@ SAMPLES: tuple[Any, ...] = (
     m.SimilarityReply(
         "sofa", 4, 123, "mini-1", f32(2, 2), f32(2, 4), f32(2), f32(2), GRID, f32(4, 5)
     ),
-    m.SearchViewRequest("sofa"),
+    m.SearchViewRequest("sofa", ("bed", "desk")),
     m.SearchView(
         "sofa", 4, 7, 123, GRID, np.ones((4, 5), np.uint8), np.zeros((4, 5), np.uint8),
-        np.full((4, 5), np.nan, np.float32),
+        np.full((4, 5), np.nan, np.float32), f32(4, 5),
     ),
     m.SearchReset("s1"),
     m.MapFile("flat"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,14 +68,26 @@ def similarity_reply(
 
 
 def search_view(
-    belief: BeliefMap, cache: ScoreCache, *, text: str, query: Query | None
+    belief: BeliefMap,
+    cache: ScoreCache,
+    *,
+    text: str,
+    query: Query | None,
+    rivals: Sequence[Query] = (),
 ) -> SearchView:
-    """All layers over the map's bounding box, with the similarity if there is a query."""
+    """All layers over the map's bounding box, with the similarity if there is a query.
+
+    Of the rivals each cell gets the best score.
+    """
     similarity = NO_GRID
     if query is not None:
         similarity = belief.spread(cache.scores(query, belief.store, belief.revision))
     elif text:  # asked of a map without features: nothing was observed
         similarity = np.full(belief.grid.shape, np.nan, np.float32)
+    rival = NO_GRID
+    if rivals:
+        each = [cache.scores(other, belief.store, belief.revision) for other in rivals]
+        rival = belief.spread(np.max(each, axis=0))
     return SearchView(
         text=text,
         revision=belief.revision,
@@ -84,6 +97,7 @@ def search_view(
         occupancy=belief.occupancy_grid(),
         layers=belief.layers(),
         similarity=similarity,
+        rival=rival,
     )
 
 

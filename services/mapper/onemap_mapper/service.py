@@ -118,8 +118,9 @@ class Mapper:
         with self._lock:
             known = self._map.store.count > 0
         query = self._query(text) if text and known else None
+        rivals = self._rivals(request.rivals) if query is not None else []
         with self._lock:
-            return search_view(self._map, self._scores, text=text, query=query)
+            return search_view(self._map, self._scores, text=text, query=query, rivals=rivals)
 
     def reset_searched(self, _request: SearchReset) -> MapSummary:
         """Begin a new search: sigma_E is forgotten."""
@@ -220,6 +221,17 @@ class Mapper:
                 "with the map's encoder",
             )
         return query
+
+    def _rivals(self, names: tuple[str, ...]) -> list[Query]:
+        """The queries of those names that the encoder knows: the others compete with nothing."""
+        queries = []
+        for name in names:
+            try:
+                queries.append(self._query(check_text(name)))
+            except Refusal as problem:
+                if problem.code != "unknown_word":
+                    raise
+        return queries
 
     def _embed(self, text: str) -> TextEmbeddings:
         try:
