@@ -47,6 +47,7 @@ def drawn(*rows: str, scale: int = 1, similarity: F32 | None = None) -> Belief:
             if similarity is None
             else similarity
         ),
+        rival=np.full(letters.shape, -np.inf, np.float32),
     )
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from onemap_planner.brain import Decision, Senses, think
+from onemap_planner.competition import rivals_of
 from onemap_planner.config import PlannerConfig
 from onemap_planner.control import STILL, Pose, Velocity, limited, steer
 from onemap_planner.memory import Mind
@@ -146,8 +147,9 @@ class World:
         ).astype(np.uint8)
         return seen
 
-    def view(self, text: str) -> SearchView:
+    def view(self, text: str, rivals: tuple[str, ...] = ()) -> SearchView:
         observed = self.confidence > 0
+        best = [self.likeness.get(name, self.likeness[""]) for name in rivals]
         layers = (
             observed * Layer.OBSERVED
             + (self.confidence > 1.0) * Layer.EXPLORED
@@ -164,6 +166,7 @@ class World:
             similarity=np.where(
                 observed, self.likeness.get(text, self.likeness[""]), np.nan
             ).astype(np.float32),
+            rival=np.max(best, axis=0) if rivals else np.zeros((0, 0), np.float32),
         )
 
     def detect(self, text: str, seen: Bool) -> Detections:
@@ -235,7 +238,9 @@ class Run:
             odometer_m=self.world.odometer_m,
             command=self.world.velocity,
             collided=self.world.collided,
-            view=self.world.view(target),
+            view=self.world.view(
+                target, rivals_of(target, self.mind.search.objects, self.mind.claims)
+            ),
             detections=(self.world.detect(target, seen),),
             complaint=self.complaint,
         )

@@ -74,7 +74,8 @@ def confirm(
     candidate = latest(mind, phase.candidate, rules.consensus)
     motion = Drive(np.array([situation.pose.xy]), (candidate.xyz[0], candidate.xyz[1]))
     agreeing = candidate.sightings - phase.candidate.sightings
-    if agreeing >= rules.explore.confirm_sightings:
+    against = candidate.against - phase.candidate.against
+    if agreeing >= rules.explore.confirm_sightings and agreeing > against:
         return mind, Rest(), Confirmed(candidate)
     if mind.attentive_s - phase.since_s > rules.explore.confirm_s:
         return reject(mind, candidate), Rest(), Rejected()

@@ -18,7 +18,8 @@ class Belief:
     """The layers of a ``SearchView`` as masks, all (nx, ny) on ``grid``.
 
     occupancy uint8, values of ``Occupancy``; observed O, explored E, searched C bool;
-    similarity float32 in [0, 1], NaN where not observed.
+    similarity float32 in [0, 1], NaN where not observed; rival the same for the best of the
+    names that compete with the object, -infinity where none does.
     """
 
     grid: GridSpec
@@ -27,6 +28,7 @@ class Belief:
     explored: Bool
     searched: Bool
     similarity: F32
+    rival: F32
 
     @property
     def cell_area_m2(self) -> float:
@@ -57,6 +59,9 @@ def belief_around(view: SearchView, robot_xy: F64) -> Belief:
     similarity = np.full(grid.shape, np.nan, np.float32)
     if view.similarity.shape == view.grid.shape:
         similarity[into] = view.similarity[out_of]
+    rival = np.full(grid.shape, -np.inf, np.float32)
+    if view.rival.shape == view.grid.shape:
+        rival[into] = np.nan_to_num(view.rival[out_of], nan=-np.inf)
     return Belief(
         grid=grid,
         occupancy=occupancy,
@@ -64,6 +69,7 @@ def belief_around(view: SearchView, robot_xy: F64) -> Belief:
         explored=(layers & Layer.EXPLORED) > 0,
         searched=(layers & Layer.SEARCHED) > 0,
         similarity=similarity,
+        rival=rival,
     )
 
 

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 
 from onemap_planner import memory
 from onemap_planner.approach import approach, confirm, latest, reject
-from onemap_planner.consensus import agrees, remember, sightings_of
+from onemap_planner.competition import claimant, contested, with_claim
+from onemap_planner.consensus import Candidate, agrees, remember, sightings_of
 from onemap_planner.control import Motion, Pose, Rest, Reverse, Spin, Velocity
 from onemap_planner.explore import Landmarks, explore, spot
 from onemap_planner.goals import Goal
@@ -19,6 +20,7 @@ from onemap_planner.phases import (
     Approaching,
     Begun,
     Broken,
+    Confirmed,
     Confirming,
     Event,
     Exhausted,
@@ -142,22 +144,34 @@ def _notice(mind: Mind, senses: Senses, situation: Situation, rules: Rules) -> M
     """The mind with the new sightings, and aware of a map that began anew."""
     known_m2 = situation.known_m2()
     if known_m2 < LOST_PART * mind.known_m2:
-        mind = replace(mind, known_m2=known_m2, quest=Quest(), dead_ends=())
+        mind = replace(mind, known_m2=known_m2, quest=Quest(), dead_ends=(), claims=())
         return _happen(mind, MapLost(), senses)
+    candidates = mind.quest.candidates
+    for detections in senses.detections:
+        candidates = _sighted(candidates, detections, mind, situation, rules)
+    target, belief = mind.search.target, situation.belief
+    free = tuple(c for c in candidates if claimant(c, target, mind.claims, belief) is None)
+    return replace(mind, known_m2=known_m2, quest=replace(mind.quest, candidates=free))
+
+
+def _sighted(
+    candidates: tuple[Candidate, ...],
+    detections: Detections,
+    mind: Mind,
+    situation: Situation,
+    rules: Rules,
+) -> tuple[Candidate, ...]:
+    """The candidates after the detections of one frame."""
+    target, belief, limits = mind.search.target, situation.belief, rules.consensus
     fresh = [
         sighting
-        for detections in senses.detections
         for sighting in sightings_of(
-            mind.search.target,
-            detections,
-            situation.belief,
-            seen_from=situation.pose.xy,
-            rules=rules.consensus,
+            target, detections, belief, seen_from=situation.pose.xy, rules=limits
         )
-        if not any(agrees(gone, sighting, rules.consensus) for gone in mind.quest.rejected)
+        if not any(agrees(gone, sighting, limits) for gone in mind.quest.rejected)
     ]
-    candidates = remember(mind.quest.candidates, fresh, rules.consensus)
-    return replace(mind, known_m2=known_m2, quest=replace(mind.quest, candidates=candidates))
+    candidates = remember(candidates, fresh, limits)
+    return contested(candidates, detections, fresh, target=target, belief=belief, rules=limits)
 
 
 def _act(
@@ -227,6 +241,9 @@ def _happen(mind: Mind, event: Event, senses: Senses) -> Mind:
     """The mind after the event; a new object begins with an empty quest."""
     xy = senses.pose.xy if senses.pose else None
     moment = Moment(senses.now_s, mind.attentive_s, xy, senses.odometer_m)
+    if isinstance(event, Confirmed):
+        claims = with_claim(mind.claims, mind.search.target, event.candidate)
+        mind = replace(mind, claims=claims)
     search = transition(mind.search, event, moment)
     quest = mind.quest if search.index == mind.search.index else Quest()
     return replace(mind, search=search, quest=quest)

@@ -47,7 +47,10 @@ class Sighting:
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """Sightings that agree in place. xyz is their mean; ``seen_from`` the latest stands."""
+    """Sightings that agree in place. xyz is their mean; ``seen_from`` the latest stands.
+
+    against: frames in which another name was detected there and this one was not.
+    """
 
     xyz: tuple[float, float, float]
     cells: frozenset[tuple[int, int]]
@@ -55,6 +58,7 @@ class Candidate:
     score: float
     match: float
     seen_from: tuple[tuple[float, float], ...]
+    against: int = 0
 
     def distance_m(self, xyz: tuple[float, float, float]) -> float:
         """Horizontal distance of a point to the middle."""
@@ -91,7 +95,8 @@ def sightings_of(
         inside = belief.grid.contains(cells)
         points, cells = points[inside], cells[inside]
         values = belief.similarity[cells[:, 0], cells[:, 1]]
-        supported = values >= threshold  # NaN compares false
+        # NaN compares false; where another name of the search fits better, it is that one's cell.
+        supported = (values >= threshold) & (values >= belief.rival[cells[:, 0], cells[:, 1]])
         covered = len(np.unique(cells, axis=0))
         backing = np.unique(cells[supported], axis=0)
         if covered == 0 or len(backing) < max(1.0, rules.support_fraction * covered):

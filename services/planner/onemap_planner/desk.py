@@ -53,7 +53,8 @@ class Desk:
                 self._past[other.search_id] = other
                 while len(self._past) > KEPT:
                     del self._past[next(iter(self._past))]
-            self._mind = Mind(begin(search_id, objects, moment, started_ns))
+            claims = self._mind.claims if self._mind is not None else ()
+            self._mind = Mind(begin(search_id, objects, moment, started_ns), claims=claims)
             return self._mind.search
 
     def cancel(self, search_id: str, moment: Moment) -> Search:

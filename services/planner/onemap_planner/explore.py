@@ -40,6 +40,8 @@ def spot(mind: Mind, situation: Situation, rules: Rules) -> Event | None:
     for candidate in mind.quest.candidates[:MAX_HINTS]:
         if candidate.sightings < rules.consensus.min_sightings:
             continue
+        if candidate.against > candidate.sightings:
+            continue  # more often seen as something else
         if find_stand(candidate, situation, rules.explore) is not None:
             return Spotted(candidate)
     return None

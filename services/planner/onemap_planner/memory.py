@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from onemap_planner.competition import Claim
 from onemap_planner.consensus import Candidate
 from onemap_planner.control import Pose
 from onemap_planner.goals import Goal, GoalKind
@@ -46,7 +47,8 @@ class Quest:
 class Mind:
     """All the planner remembers during one search.
 
-    trail: where the robot has been, metres; dead_ends: frontiers that stayed after a visit,
+    trail: where the robot has been, metres; claims: what was found, in this search and those
+    before on the same map, and where; dead_ends: frontiers that stayed after a visit,
     kept for the whole search, since what could not be seen for one object cannot for the next.
     attentive_s: seconds in which the senses were fresh; thought_s: when it last thought;
     stale_since_s: since when the senses are not fresh, None when they are.
@@ -58,6 +60,7 @@ class Mind:
     trail: tuple[tuple[float, float], ...] = ()
     footing: Footing | None = None
     pose: Pose | None = None
+    claims: tuple[Claim, ...] = ()
     known_m2: float = 0.0
     attentive_s: float = 0.0
     thought_s: float | None = None

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from onemap_planner.brain import Decision, Senses, think
+from onemap_planner.competition import rivals_of
 from onemap_planner.control import Velocity
 from onemap_planner.desk import Desk
 from onemap_planner.display import planned_path
@@ -100,7 +101,7 @@ class Planning:
         view: SearchView | None = None
         complaint = ""
         try:
-            view = self._ask(mind.search)
+            view = self._ask(mind)
         except RemoteError as problem:
             if problem.code in HOPELESS:
                 self._give_up(mind, str(problem))
@@ -143,13 +144,15 @@ class Planning:
             self._paths.put(planned_path(mind.search, decision, time.time_ns()))
         self.outcome = outcome
 
-    def _ask(self, search: Search) -> SearchView:
+    def _ask(self, mind: Mind) -> SearchView:
         """The view for the object now sought; a new object first resets what was searched."""
+        search = mind.search
         if isinstance(search.phase, Starting) and self._was_reset != _leg(search):
             reset = SearchReset(search.search_id)
             self._bus.call(keys.MAP_SEARCH_RESET, reset, VIEW_TIMEOUT_S)
             self._was_reset = _leg(search)
-        request = SearchViewRequest(search.target)
+        rivals = rivals_of(search.target, search.objects, mind.claims)
+        request = SearchViewRequest(search.target, rivals)
         return self._bus.call(keys.MAP_SEARCH_VIEW, request, VIEW_TIMEOUT_S)
 
     def _give_up(self, mind: Mind, reason: str) -> None:
