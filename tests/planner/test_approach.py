@@ -56,6 +56,15 @@ def test_what_stands_deep_on_furniture_is_approached_as_near_as_possible() -> No
     assert np.hypot(stand[0] - 2.0, stand[1] - 3.9) < RULES.explore.approach_last_resort_m
 
 
+def test_a_stray_cell_before_the_thing_does_not_keep_the_robot_away() -> None:
+    thing = frozenset((x, y) for x in (24, 25) for y in (24, 25))
+    stray = thing | {(17, 19)}  # towards the robot
+    seen = replace(candidate(2.5, 2.5), cells=stray, recent=(stray, *[thing] * 8))
+    stand = find_stand(seen, situation(), RULES.explore)
+    assert stand is not None
+    assert np.hypot(stand[0] - 2.45, stand[1] - 2.45) < 1.5
+
+
 def test_nowhere_to_stand_is_waited_for_and_then_rejected() -> None:
     far = candidate(9.0, 9.0)
     assert find_stand(far, situation(), RULES.explore) is None

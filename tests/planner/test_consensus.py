@@ -10,6 +10,7 @@ from hypothesis.extra.numpy import arrays
 
 from onemap_planner.consensus import (
     CROWD,
+    RECENT,
     Candidate,
     Sighting,
     remember,
@@ -126,6 +127,26 @@ def test_far_sightings_are_others_unless_they_share_cells() -> None:
     bed = frozenset({(1, 1), (2, 1)})
     joined = remember((), [sighting(0.0, bed), sighting(1.0, bed)], RULES.consensus)
     assert [candidate.sightings for candidate in joined] == [2]
+
+
+def test_a_stray_cell_of_one_frame_is_not_the_surface() -> None:
+    thing = frozenset((x, y) for x in range(10, 14) for y in range(10, 14))
+    stray = (18, 12)
+    found: tuple[Candidate, ...] = ()
+    for number in range(RECENT):
+        cells = thing | {stray} if number == 0 else thing
+        found = remember(found, [sighting(1.2, cells)], RULES.consensus)
+    assert stray in found[0].cells
+    assert found[0].surface == thing
+    moved = frozenset((x + 1, y) for x, y in thing)  # the last sightings, from near, decide
+    for _ in range(RECENT):
+        found = remember(found, [sighting(1.3, moved)], RULES.consensus)
+    assert found[0].surface == moved
+
+
+def test_with_one_sighting_all_its_cells_are_the_surface() -> None:
+    (found,) = remember((), [sighting(0.0, frozenset({(1, 1), (2, 1)}))], RULES.consensus)
+    assert found.surface == found.cells
 
 
 def test_memory_is_bounded_and_keeps_the_most_seen() -> None:

@@ -21,7 +21,7 @@ def find_stand(
     candidate: Candidate, situation: Situation, rules: ExploreRules
 ) -> tuple[float, float] | None:
     """Where (metres) to stand before the candidate; None if nowhere can be reached."""
-    cells = situation.cells_of(candidate.cells)
+    cells = situation.cells_of(candidate.surface)
     if len(cells) == 0:
         return None
     terrain, reach = situation.terrain, situation.reach

@@ -6,6 +6,7 @@ both point at is worth the walk (paper, Object Search).
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
@@ -17,6 +18,8 @@ from onemap_shared.messages import Detections
 
 MAX_CELLS = 2000  # of one candidate: a bed covers about 400 cells of 10 cm
 CROWD = 64  # bounded memory: the weakest candidates are forgotten beyond this
+RECENT = 12  # sightings that say where a candidate's surface is: 1.5 s at 8 Hz, seen from near
+SURFACE_SHARE = 0.25  # of the votes of the most seen cell; a stray point of one frame has less
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +52,8 @@ class Sighting:
 class Candidate:
     """Sightings that agree in place. xyz is their mean; ``seen_from`` the latest stands.
 
-    against: frames in which another name was detected there and this one was not.
+    against: frames in which another name was detected there and this one was not. recent: the
+    cells of the last ``RECENT`` sightings, each; empty where they are not known.
     """
 
     xyz: tuple[float, float, float]
@@ -59,6 +63,19 @@ class Candidate:
     match: float
     seen_from: tuple[tuple[float, float], ...]
     against: int = 0
+    recent: tuple[frozenset[tuple[int, int]], ...] = ()
+
+    @property
+    def surface(self) -> frozenset[tuple[int, int]]:
+        """World cells that the recent sightings agree on; all cells where there are too few.
+
+        One stray point, on the floor or on a table before the thing, must not decide how near
+        the robot comes.
+        """
+        votes = Counter(cell for cells in self.recent for cell in cells)
+        needed = max(2.0, SURFACE_SHARE * max(votes.values(), default=0))
+        agreed = frozenset(cell for cell, count in votes.items() if count >= needed)
+        return agreed or self.cells
 
     def distance_m(self, xyz: tuple[float, float, float]) -> float:
         """Horizontal distance of a point to the middle."""
@@ -134,6 +151,7 @@ def remember(
                     sighting.score,
                     sighting.match,
                     (sighting.seen_from,),
+                    recent=(sighting.cells,),
                 )
             )
     known.sort(key=lambda candidate: (-candidate.sightings, candidate.xyz))
@@ -161,4 +179,5 @@ def _joined(candidate: Candidate, sighting: Sighting) -> Candidate:
         score=max(candidate.score, sighting.score),
         match=max(candidate.match, sighting.match),
         seen_from=(*candidate.seen_from[-4:], sighting.seen_from),
+        recent=(*candidate.recent, sighting.cells)[-RECENT:],
     )
