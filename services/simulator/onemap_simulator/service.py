@@ -14,12 +14,13 @@ import time
 from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from onemap_shared.geometry import F64
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
-from onemap_shared.messages import Odometry, RgbdFrame, Truth, TruthRequest
+from onemap_shared.messages import Odometry, RgbdFrame
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
 from onemap_simulator.collision import CollisionMap
@@ -29,7 +30,7 @@ from onemap_simulator.robot import RobotState, Velocity
 from onemap_simulator.scene import Scene
 from onemap_simulator.sensor import RgbdCamera, noisy_pose
 from onemap_simulator.simulation import Simulation
-from onemap_simulator.truth import SceneTruth
+from onemap_simulator.truth import SceneTruth, answer_truth
 from onemap_simulator.worlds import open_scene
 
 LOG = logging.getLogger("onemap.simulator")
@@ -121,7 +122,7 @@ class SimulatorWorker:
             deadman_s=config.robot.deadman_s,
             now_s=time.monotonic(),
         )
-        self._truth = SceneTruth(
+        truth = SceneTruth(
             scene,
             radius_m=robot.radius_m,
             height_m=robot.height_m,
@@ -131,7 +132,7 @@ class SimulatorWorker:
         self._odometry = bus.publish(ROBOT_ODOMETRY)
         camera = RgbdCamera(Renderer(scene), config.camera.parameters(), camera_rng)
         self._camera = CameraThread(bus, camera)
-        bus.serve(ROBOT_TRUTH, self._answer_truth)
+        bus.serve(ROBOT_TRUTH, partial(answer_truth, truth))
         self._sequence = 0
         self._collided = False
         self._odometry_due_s = self._rgbd_due_s = time.monotonic()
@@ -195,21 +196,6 @@ class SimulatorWorker:
         )
         self._sequence += 1
         self._collided = False
-
-    def _answer_truth(self, request: TruthRequest) -> Truth:
-        if not np.isfinite((request.x_m, request.y_m)).all():
-            raise ValueError(f"the place ({request.x_m}, {request.y_m}) is not finite")
-        found = self._truth.distances(request.name, request.x_m, request.y_m)
-        scene = self._truth.scene
-        return Truth(
-            scene=scene.name,
-            instances=found.instances,
-            distance_m=found.straight_m,
-            shortest_path_m=found.path_m,
-            categories=scene.categories,
-            nearest=self._truth.nearest(request.x_m, request.y_m),
-            names_complete=scene.names_complete,
-        )
 
 
 def _next(due_s: float, rate_hz: float, now_s: float) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 
 from onemap_shared.geometry import F32, F64, I64, Bool
 from onemap_shared.grid import GridSpec
+from onemap_shared.messages import Truth, TruthRequest
 from onemap_simulator.collision import CollisionMap
 from onemap_simulator.floorplan import rasterise
 from onemap_simulator.scene import STRUCTURE, Scene
@@ -111,6 +112,22 @@ class SceneTruth:
         if category not in self._ways:
             self._ways[category] = Ways.to(self.success_places(category)[1], self._free)
         return self._ways[category].length(start) * CELL_SIZE_M
+
+
+def answer_truth(truth: SceneTruth, request: TruthRequest) -> Truth:
+    """All that is true of the request's category and place; raises ValueError."""
+    if not np.isfinite((request.x_m, request.y_m)).all():
+        raise ValueError(f"the place ({request.x_m}, {request.y_m}) is not finite")
+    found = truth.distances(request.name, request.x_m, request.y_m)
+    return Truth(
+        scene=truth.scene.name,
+        instances=found.instances,
+        distance_m=found.straight_m,
+        shortest_path_m=found.path_m,
+        categories=truth.scene.categories,
+        nearest=truth.nearest(request.x_m, request.y_m),
+        names_complete=truth.scene.names_complete,
+    )
 
 
 def within(outline: Bool, distance_m: float) -> Bool:
