@@ -1,0 +1,244 @@
+"""A whole search in simulated time: the services' own pure modules, one after the other.
+
+Each step moves the simulated robot, renders and encodes a frame when one is due, fuses it,
+plans and steers, all at the rates of the configuration and without latency. A run is
+repeatable for a seed, whatever else the machine does, and needs no bus.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from onemap_mapper.answers import search_view
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.frame import observe
+from onemap_mapper.similarity import Query, ScoreCache, query_of
+from onemap_perception.config import PerceptionConfig
+from onemap_perception.detectors.protocol import Detector
+from onemap_perception.encoders.protocol import Encoder
+from onemap_perception.factory import make_detector, make_encoder
+from onemap_perception.lookout import Sought, look
+from onemap_perception.observation import observation_variance
+from onemap_perception.points import MILLIMETRE_M
+from onemap_planner.brain import Senses, think
+from onemap_planner.competition import rivals_of
+from onemap_planner.config import PlannerConfig
+from onemap_planner.control import Pose, Velocity
+from onemap_planner.memory import Mind
+from onemap_planner.phases import Moment, Search, Starting
+from onemap_planner.pilot import Helm, HelmSenses, Order, tick
+from onemap_planner.rules import Rules
+from onemap_planner.search import begin
+from onemap_shared.geometry import yaw_of
+from onemap_shared.messages import Detections, FeatureField, RgbdFrame, SearchView
+from onemap_simulator.collision import CollisionMap
+from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.render import Renderer
+from onemap_simulator.robot import RobotState
+from onemap_simulator.robot import Velocity as Twist
+from onemap_simulator.scene import Scene
+from onemap_simulator.sensor import RgbdCamera, noisy_pose
+from onemap_simulator.simulation import Simulation
+
+COMMAND_VALID_S = 0.3  # as ``VelocityCommand`` has it by default
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """The sections of the configuration that a search depends on."""
+
+    simulator: SimulatorConfig = field(default_factory=SimulatorConfig)
+    perception: PerceptionConfig = field(default_factory=PerceptionConfig)
+    mapper: MapperConfig = field(default_factory=MapperConfig)
+    planner: PlannerConfig = field(default_factory=PlannerConfig)
+
+
+class Eyes:
+    """Encoder and detector, loaded once for many searches."""
+
+    def __init__(self, config: PerceptionConfig) -> None:
+        self.encoder: Encoder = make_encoder(config.encoder)
+        self.detector: Detector = make_detector(config.detector, self.encoder)
+        self._observation = config.observation.model()
+
+    def field(self, frame: RgbdFrame) -> FeatureField:
+        """The frame's features and variances, as perception publishes them."""
+        return FeatureField(
+            sequence=frame.sequence,
+            stamp_ns=frame.stamp_ns,
+            encoder_id=self.encoder.encoder_id,
+            text_space=self.encoder.text_space,
+            features=self.encoder.encode(frame.rgb),
+            variance=observation_variance(
+                frame.depth_mm * MILLIMETRE_M, frame.intrinsics, self._observation
+            ),
+            depth_mm=frame.depth_mm,
+            intrinsics=frame.intrinsics,
+            T_map_camera=frame.T_map_camera,
+        )
+
+
+class SimulatedRobot:
+    """The simulator's body and camera in simulated time."""
+
+    def __init__(self, scene: Scene, config: SimulatorConfig) -> None:
+        robot = config.robot.parameters()
+        camera_rng, self._pose_rng = np.random.default_rng(config.seed).spawn(2)
+        self._noise = config.pose_noise
+        self._simulation = Simulation(
+            CollisionMap.of(scene, robot.height_m),
+            robot,
+            RobotState(*scene.start),
+            deadman_s=config.robot.deadman_s,
+            now_s=0.0,
+        )
+        self._camera = RgbdCamera(Renderer(scene), config.camera.parameters(), camera_rng)
+        self._frames = 0
+        self.collided = False
+
+    @property
+    def xy(self) -> tuple[float, float]:
+        """Where the body truly is, metres."""
+        T_map_body = self._simulation.state.pose
+        return float(T_map_body[0, 3]), float(T_map_body[1, 3])
+
+    def advance(self, command: Velocity, before_s: float, now_s: float) -> None:
+        """Obey a command given at ``before_s`` until ``now_s``."""
+        twist = Twist(command.linear_mps, command.angular_radps)
+        self._simulation.heard(twist, before_s, COMMAND_VALID_S)
+        self.collided = self._simulation.advance(now_s)
+
+    def reported(self) -> np.ndarray:
+        """T_map_body (4, 4) as the robot believes it to be."""
+        pose = self._simulation.state.pose
+        if not (self._noise.position_m or self._noise.yaw_deg):
+            return pose
+        yaw_rad = float(np.radians(self._noise.yaw_deg))
+        return noisy_pose(pose, self._noise.position_m, yaw_rad, self._pose_rng)
+
+    def frame(self, now_s: float) -> RgbdFrame:
+        """What the camera sees now."""
+        shot = self._camera.shoot(self._simulation.state.pose)
+        self._frames += 1
+        return RgbdFrame(
+            self._frames,
+            int((now_s + 1.0) * 1e9),  # 0 would mean that the map is empty
+            shot.rgb,
+            shot.depth_mm,
+            self._camera.intrinsics,
+            self.reported() @ self._camera.T_body_camera,
+        )
+
+
+@dataclass(slots=True)
+class Clock:
+    """Simulated seconds, and when each periodic task is due next."""
+
+    now_s: float = 0.0
+    due_s: dict[str, float] = field(default_factory=dict)
+
+    def is_due(self, task: str, rate_hz: float) -> bool:
+        """Whether the task's next turn has come; counts the turn."""
+        due_s = self.due_s.get(task, 0.0)
+        if self.now_s + 1e-9 < due_s:
+            return False
+        self.due_s[task] = due_s + 1.0 / rate_hz
+        return True
+
+
+class Lockstep:
+    """One robot in one scene, searching."""
+
+    def __init__(self, scene: Scene, settings: Settings, eyes: Eyes) -> None:
+        self.robot = SimulatedRobot(scene, settings.simulator)
+        self.belief = BeliefMap(settings.mapper.settings())
+        self.mind: Mind | None = None
+        self._settings, self._eyes = settings, eyes
+        self._rules: Rules = settings.planner.rules()
+        self._scores = ScoreCache()
+        self._queries: dict[str, Query] = {}
+        self._clock = Clock()
+        self._helm = Helm()
+        self._order: Order | None = None
+        self._odometer_m = 0.0
+        self._detections: list[Detections] = []
+        self._reset_for: tuple[str, int] | None = None
+
+    @property
+    def now_s(self) -> float:
+        """Simulated seconds since the start."""
+        return self._clock.now_s
+
+    def search(self, objects: tuple[str, ...], limit_s: float) -> Search:
+        """Search for the objects, one after the other; ends by itself or at ``limit_s``."""
+        moment = Moment(self.now_s, 0.0, self.robot.xy, self._odometer_m)
+        self.mind = Mind(begin("lockstep", objects, moment, 0))
+        end_s = self.now_s + limit_s
+        while self.mind.search.active and self.now_s < end_s:
+            self._step(self.mind)
+        return self.mind.search
+
+    def _step(self, mind: Mind) -> None:
+        clock, robot = self._clock, self.robot
+        planner, simulator = self._settings.planner, self._settings.simulator
+        if clock.is_due("frame", simulator.rgbd_hz):
+            self._see(mind.search)
+        T_map_body = robot.reported()
+        pose = Pose(float(T_map_body[0, 3]), float(T_map_body[1, 3]), yaw_of(T_map_body))
+        if clock.is_due("plan", planner.plan_hz):
+            self._plan(mind, pose)
+        active = self.mind is not None and self.mind.search.active
+        senses = HelmSenses(clock.now_s, mind.search.search_id if active else "", pose, "")
+        self._helm, _ = tick(self._helm, self._order, senses, self._rules)
+        before, before_s = robot.xy, clock.now_s
+        clock.now_s += 1.0 / planner.control_hz
+        robot.advance(self._helm.command, before_s, clock.now_s)
+        self._odometer_m += float(np.hypot(robot.xy[0] - before[0], robot.xy[1] - before[1]))
+
+    def _see(self, search: Search) -> None:
+        frame = self.robot.frame(self.now_s)
+        field = self._eyes.field(frame)
+        self.belief.absorb(observe(field, self.belief.settings))
+        rivals = tuple(name for name in search.objects if name != search.target)
+        queries = self._eyes.encoder.embed_text((search.target, *rivals))
+        sought = Sought(search.target, queries)
+        self._detections.append(look(self._eyes.detector, sought, frame, field.features))
+
+    def _plan(self, mind: Mind, pose: Pose) -> None:
+        senses = Senses(
+            now_s=self.now_s,
+            pose=pose,
+            odometer_m=self._odometer_m,
+            command=self._helm.command,
+            collided=self.robot.collided,
+            view=self._view(mind),
+            detections=tuple(self._detections),
+            complaint="",
+        )
+        self._detections.clear()
+        self.mind, decision = think(mind, senses, self._rules)
+        if decision is not None:
+            self._order = Order(mind.search.search_id, decision, self.now_s)
+
+    def _view(self, mind: Mind) -> SearchView:
+        search = mind.search
+        leg = (search.search_id, search.index)
+        if isinstance(search.phase, Starting) and self._reset_for != leg:
+            self.belief.reset_searched()
+            self._reset_for = leg
+        query = self._query(search.target)
+        rivals = [
+            self._query(name) for name in rivals_of(search.target, search.objects, mind.claims)
+        ]
+        return search_view(
+            self.belief, self._scores, text=search.target, query=query, rivals=rivals
+        )
+
+    def _query(self, text: str) -> Query:
+        if text not in self._queries:
+            embeddings = self._eyes.encoder.embed_text((text,))
+            self._queries[text] = query_of(embeddings, 0, self.belief.settings.device)
+        return self._queries[text]
