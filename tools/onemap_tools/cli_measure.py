@@ -32,6 +32,15 @@ def perception(ctx: typer.Context) -> None:
         raise typer.Exit(main(ctx.args))
 
 
+@app.command(context_settings=OWN_OPTIONS, add_help_option=False)
+def claims(ctx: typer.Context) -> None:
+    """What simulated searches claim to have found, and what really stands there."""
+    with _refusals("demo"):
+        from onemap_tools.bench.claims import main
+
+        raise typer.Exit(main(ctx.args))
+
+
 @contextmanager
 def _refusals(extra: str) -> Iterator[None]:
     try:
