@@ -515,7 +515,8 @@ class Truth:
     instances: how many there are; distance_m: straight line from the place to the surface
     of the nearest; shortest_path_m: along the floor for this robot to the nearest place that
     counts as success, 0 if the place itself does; infinity if there is none. nearest: category
-    of the thing nearest to the place, walls, floors, ceilings, doors and windows left out.
+    of the thing nearest to the place, walls, floors, ceilings, doors and windows left out;
+    empty if there is none or nobody named it.
     names_complete: whether nothing in the scene lacks its name. If not, a name that is not
     among the categories may still be there: nobody can judge a search for it.
     """

@@ -145,6 +145,12 @@ def test_an_empty_room_has_no_nearest_thing() -> None:
     assert truth_of(bare).nearest(1.0, 1.0) == ""
 
 
+def test_a_nearest_thing_that_nobody_named_is_not_named() -> None:
+    scene = divided_room(("object", (1, 1, 0), (1.5, 1.5, 0.5)), BED)
+    assert truth_of(scene).nearest(1.2, 1.2) == ""
+    assert truth_of(scene).nearest(5.0, 1.2) == "bed"
+
+
 def test_any_category_of_an_apartment_is_answered_from_its_start() -> None:
     scene = generate_apartment(1)
     truth = truth_of(scene)

@@ -15,6 +15,7 @@ from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Truth, TruthRequest
 from onemap_simulator.collision import CollisionMap
 from onemap_simulator.floorplan import rasterise
+from onemap_simulator.naming import UNNAMED
 from onemap_simulator.scene import STRUCTURE, Scene
 from onemap_simulator.sight import in_sight
 from onemap_simulator.success import SUCCESS_RADIUS_M
@@ -76,7 +77,7 @@ class SceneTruth:
         return self._grid, places
 
     def nearest(self, x_m: float, y_m: float) -> str:
-        """Category of the thing nearest to a place, seen from above; empty if there are none.
+        """Category of the thing nearest to a place, seen from above; empty if it has no name.
 
         Of things above one another it is the highest. Walls and the like are left out.
         """
@@ -90,7 +91,7 @@ class SceneTruth:
             rank = (float(apart[faces].min()), -float(triangles[faces][..., 2].max()))
             if rank < best:
                 best, nearest = rank, thing.category
-        return nearest
+        return "" if nearest == UNNAMED else nearest
 
     def _instances(self, category: str) -> list[int]:
         return [i for i, thing in enumerate(self.scene.objects) if thing.category == category]
