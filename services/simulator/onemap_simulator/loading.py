@@ -21,6 +21,7 @@ Y_UP_SUFFIXES = (".glb", ".gltf")  # by their standard; the other formats do not
 AMBIENT = (0.6, 0.6, 0.6)  # bright: unknown rooms may have no place for a lamp
 FLOOR_SEARCH_M = 1.0  # the floor lies within this height of the lowest point
 FLOOR_BIN_M = 0.02
+MAX_WIDTH_M = 200.0  # wider is no building in metres, and its floor plan would not fit in memory
 
 # Z_FROM_Y_UP takes glTF's axes (y up) to the map's (z up).
 Z_FROM_Y_UP: F64 = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -35,6 +36,35 @@ class Corrections:
     up: str | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class SceneFile:
+    """A file as it was read: (node name, trimesh in the file's axes) and the corrections."""
+
+    path: Path
+    named: list[tuple[str, Any]]
+    corrections: Corrections
+
+    @property
+    def yaml(self) -> Path:
+        """Where the corrections are, or would be."""
+        return self.path.with_suffix(".yaml")
+
+    @property
+    def up(self) -> str:
+        """The axis that points up, y or z."""
+        usual = "y" if self.path.suffix.lower() in Y_UP_SUFFIXES else "z"
+        return self.corrections.up or usual
+
+    @property
+    def unknown_nodes(self) -> tuple[str, ...]:
+        """Nodes that the YAML renames and the file does not have."""
+        return tuple(sorted(set(self.corrections.categories) - {name for name, _ in self.named}))
+
+    def category(self, node: str) -> str:
+        """What a node is taken for."""
+        return self.corrections.categories.get(node, category_of(node))
+
+
 def load_scene(path: Path | str) -> Scene:
     """The scene in a file, in metres with z up.
 
@@ -43,9 +73,27 @@ def load_scene(path: Path | str) -> Scene:
     lowest metre with the largest horizontal area, else the lowest point. Node names become
     categories (see ``naming``), PLY is one "object"; the YAML's ``categories`` rename nodes.
     Without a ``start`` the robot stands at the roomiest place of the largest free floor.
-    ValueError: a missing, unreadable, empty or unsupported file, or a YAML that is wrong.
+    ValueError: a missing, unreadable, empty or unsupported file, one that is wider than 200 m,
+    or a YAML that is wrong.
     """
-    path = Path(path)
+    file = read_scene_file(Path(path))
+    if file.unknown_nodes:
+        raise ValueError(missing_node(file))
+    scene, _ = assemble(file)
+    if problem := size_problem(scene):
+        raise ValueError(f"scene {path} {problem}")
+    grid, clearance = free_space(scene)
+    start = file.corrections.start or start_pose(grid, clearance)
+    if start is None:
+        raise ValueError(
+            f"scene {path} has no free floor for a robot: give 'start: [x, y, yaw]' in "
+            f"{file.yaml.name}"
+        )
+    return replace(scene, start=start, lights=lamps(grid, clearance))
+
+
+def read_scene_file(path: Path) -> SceneFile:
+    """What a scene file and the YAML beside it hold; ValueError as ``load_scene``."""
     if path.suffix.lower() not in SUFFIXES:
         raise ValueError(
             f"scene {path}: suffix {path.suffix!r} is not one of {', '.join(SUFFIXES)}"
@@ -53,23 +101,28 @@ def load_scene(path: Path | str) -> Scene:
     if not path.is_file():
         raise ValueError(f"scene {path} does not exist")
     corrections = read_corrections(path.with_suffix(".yaml"))
-    named = _named_meshes(path)
-    unknown = set(corrections.categories) - {name for name, _ in named}
-    if unknown:
-        raise ValueError(
-            f"{path.with_suffix('.yaml')}: no node is called {sorted(unknown)[0]!r}; "
-            f"the scene has {', '.join(sorted({name for name, _ in named})[:20])}"
-        )
-    up = corrections.up or ("y" if path.suffix.lower() in Y_UP_SUFFIXES else "z")
-    scene = _assemble(path.stem, named, corrections, up)
-    grid, clearance = free_space(scene)
-    start = corrections.start or start_pose(grid, clearance)
-    if start is None:
-        raise ValueError(
-            f"scene {path} has no free floor for a robot: give 'start: [x, y, yaw]' in "
-            f"{path.with_suffix('.yaml').name}"
-        )
-    return replace(scene, start=start, lights=lamps(grid, clearance))
+    return SceneFile(path, _named_meshes(path), corrections)
+
+
+def missing_node(file: SceneFile) -> str:
+    """One sentence about the first node that the YAML renames and the file does not have."""
+    names = sorted({name for name, _ in file.named})
+    return (
+        f"{file.yaml}: no node is called {file.unknown_nodes[0]!r}; "
+        f"the scene has {', '.join(names[:20])}"
+    )
+
+
+def size_problem(scene: Scene) -> str:
+    """Why a scene is too wide to be one in metres, empty if it is not."""
+    width_m = float(np.ptp(scene.vertices[:, :2], axis=0).max())
+    if width_m <= MAX_WIDTH_M:
+        return ""
+    unit, factor = ("centimetres", 0.01) if width_m <= 2500 else ("millimetres", 0.001)
+    return (
+        f"is {width_m:.0f} m wide, more than {MAX_WIDTH_M:.0f} m: its unit looks like {unit}; "
+        f"export it in metres, that is scaled by {factor:g}"
+    )
 
 
 def read_corrections(path: Path) -> Corrections:
@@ -134,23 +187,22 @@ def _obj_options(path: Path) -> dict[str, bool]:
     return {"split_objects": objects, "split_groups": not objects, "group_material": False}
 
 
-def _assemble(name: str, named: list[tuple[str, Any]], corrections: Corrections, up: str) -> Scene:
-    """The scene without light and start, floor at z = 0."""
-    R = Z_FROM_Y_UP if up == "y" else np.eye(3)
-    vertices = [np.asarray(mesh.vertices, dtype=np.float64) @ R.T for _, mesh in named]
+def assemble(file: SceneFile) -> tuple[Scene, float]:
+    """The scene without light and start, floor at z = 0, and how high the floor was, in metres."""
+    name = file.path.stem
+    R = Z_FROM_Y_UP if file.up == "y" else np.eye(3)
+    vertices = [np.asarray(mesh.vertices, dtype=np.float64) @ R.T for _, mesh in file.named]
     offsets = np.cumsum([0, *(len(v) for v in vertices[:-1])])
-    meshes = [mesh for _, mesh in named]
+    meshes = [mesh for _, mesh in file.named]
     faces = np.concatenate([mesh.faces + at for mesh, at in zip(meshes, offsets, strict=True)])
     owners = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
     looks = [surface_of(mesh) for mesh in meshes]
     points = np.concatenate(vertices)
     if not np.isfinite(points).all():
         raise ValueError(f"scene {name} has vertices that are NaN or infinite")
-    points[:, 2] -= floor_height(points, faces)
-    objects = tuple(
-        SceneObject(corrections.categories.get(node, category_of(node))) for node, _ in named
-    )
-    return Scene(
+    floor_m = floor_height(points, faces)
+    points[:, 2] -= floor_m
+    scene = Scene(
         name=name,
         vertices=points.astype(np.float32),
         faces=faces.astype(np.int32),
@@ -158,13 +210,14 @@ def _assemble(name: str, named: list[tuple[str, Any]], corrections: Corrections,
         face_texture=owners.astype(np.int32),
         face_uv=np.concatenate([uv for _, uv in looks]).astype(np.float32),
         textures=tuple(image for image, _ in looks),
-        objects=objects,
+        objects=tuple(SceneObject(file.category(node)) for node, _ in file.named),
         lights=(),
         ambient=AMBIENT,
         rooms=(),
         start=(0.0, 0.0, 0.0),
         names_complete=False,
     )
+    return scene, floor_m
 
 
 def floor_height(vertices: F64, faces: np.ndarray) -> float:

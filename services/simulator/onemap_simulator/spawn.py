@@ -26,11 +26,18 @@ def free_space(scene: Scene) -> tuple[GridSpec, F32]:
     Floor is where geometry lies at height 0; a scene without any is taken to stand on a plane.
     """
     grid, blocked = occupied_cells(scene, CELL_M, *BODY_M)
-    _, floor = occupied_cells(scene, CELL_M, *FLOOR_M)
-    if not (floor & ~blocked).any():
+    floor = floor_cells(scene, blocked)
+    if not floor.any():
         floor = np.ones_like(blocked)
     clearance = clearance_m(blocked | ~floor, CELL_M)
     return grid, np.where(_largest(clearance >= ROBOT_M), clearance, np.float32(0.0))
+
+
+def floor_cells(scene: Scene, blocked: Bool) -> Bool:
+    """Cells (nx, ny) with geometry at height 0; none if that is just the foot of what blocks."""
+    _, floor = occupied_cells(scene, CELL_M, *FLOOR_M)
+    foot = cv2.dilate(blocked.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
+    return floor if (floor & ~foot).any() else np.zeros_like(floor)
 
 
 def start_pose(grid: GridSpec, clearance: F32) -> tuple[float, float, float] | None:
