@@ -27,6 +27,8 @@ COMMANDS = (
     ["doctor"],
     ["map"],
     *(["map", name] for name in ("save", "load", "info", "export", "clear")),
+    ["scene"],
+    ["scene", "check"],
     ["bench"],
     ["bench", "fusion"],
     ["train"],

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from onemap_tools import cli_ask, cli_map, cli_measure, cli_models
+from onemap_tools import cli_ask, cli_map, cli_measure, cli_models, cli_scene
 from onemap_tools.options import Config, Json
 from onemap_tools.train.commands import app as train_app
 from onemap_tools.trouble import EXIT_FAILED, EXIT_MISUSED, EXIT_OK, Trouble
@@ -43,6 +43,10 @@ app = typer.Typer(
     epilog="Start with 'onemap demo'. Exit codes: 0 ok, 1 failed, 2 misused.",
 )
 PANEL = "Run"
+SCENE_HELP = (
+    "A GLB, glTF, OBJ or PLY file instead. A YAML file beside it with the same name corrects it: "
+    "categories (node: name), start (x, y, yaw), up (y or z). See 'onemap scene check'."
+)
 
 
 @app.command(rich_help_panel=PANEL)
@@ -51,7 +55,7 @@ def demo(
     seed: Annotated[int, typer.Option(min=0, help="Which made-up apartment.")] = 1,
     scene: Annotated[
         Path | None,
-        typer.Option(exists=True, dir_okay=False, help="A GLB, glTF, OBJ or PLY file instead."),
+        typer.Option(exists=True, dir_okay=False, help=SCENE_HELP),
     ] = None,
     objects: Annotated[
         str, typer.Option(help="What to find, separated by commas; by default what is there.")
@@ -189,6 +193,7 @@ def gateway(config: Config = None) -> None:
 
 app.add_typer(cli_ask.app)
 app.add_typer(cli_map.app, name="map", rich_help_panel=cli_ask.PANEL)
+app.add_typer(cli_scene.app, name="scene", rich_help_panel=cli_measure.PANEL)
 app.add_typer(cli_measure.app, name="bench", rich_help_panel=cli_measure.PANEL)
 app.add_typer(cli_models.app, name="models", rich_help_panel=cli_measure.PANEL)
 app.command(name="export-encoder", rich_help_panel=cli_measure.PANEL)(cli_models.export_encoder)

@@ -1,0 +1,186 @@
+"""What the simulator understands of a user's scene file, and whether a robot can search there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from onemap_shared.geometry import Bool
+from onemap_shared.grid import GridSpec
+from onemap_simulator.collision import CollisionMap
+from onemap_simulator.floorplan import occupied_cells
+from onemap_simulator.loading import (
+    Y_UP_SUFFIXES,
+    SceneFile,
+    assemble,
+    missing_node,
+    read_scene_file,
+    size_problem,
+)
+from onemap_simulator.naming import UNNAMED
+from onemap_simulator.scene import Scene
+from onemap_simulator.spawn import BODY_M, CELL_M, floor_cells, free_space, start_pose
+
+MIN_WIDTH_M = 1.0  # narrower is no room in metres
+LISTED = 5  # names in a warning
+
+Pose = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """One node of the file: what it is taken for, whether the YAML said so, its triangles."""
+
+    name: str
+    category: str
+    from_yaml: bool
+    triangles: int
+
+
+@dataclass(frozen=True, slots=True)
+class Floor:
+    """The floor plan (nx, ny) over ``grid``: obstacles, and where the robot's centre can get."""
+
+    grid: GridSpec
+    obstacles: Bool
+    reachable: Bool
+
+    @property
+    def reachable_m2(self) -> float:
+        """Area that the robot's centre can get to."""
+        return float(self.reachable.sum()) * self.grid.cell_size_m**2
+
+
+@dataclass(frozen=True, slots=True)
+class Inspection:
+    """A scene file as understood, in the map's axes (z up, floor at 0), lengths in metres.
+
+    floor_m: the floor's height along the file's up axis; start: x, y, yaw, None if there is no
+    place; floor: None if the scene is too wide to be examined. ``problems`` keep a robot from
+    searching there, ``warnings`` do not.
+    """
+
+    scene: Scene
+    nodes: tuple[Node, ...]
+    up: str
+    up_reason: str
+    floor_m: float
+    start: Pose | None
+    start_from_yaml: bool
+    floor: Floor | None
+    warnings: tuple[str, ...]
+    problems: tuple[str, ...]
+
+    @property
+    def searchable(self) -> bool:
+        """Whether a robot can search there."""
+        return not self.problems
+
+    @property
+    def extent_m(self) -> tuple[Pose, Pose]:
+        """The lowest and the highest x, y, z."""
+        low, high = self.scene.vertices.min(axis=0), self.scene.vertices.max(axis=0)
+        return (
+            (float(low[0]), float(low[1]), float(low[2])),
+            (float(high[0]), float(high[1]), float(high[2])),
+        )
+
+
+def inspect_scene(path: Path, *, radius_m: float, height_m: float) -> Inspection:
+    """Examine a scene file for a robot of this size; ValueError if the file is no scene.
+
+    What is only wrong for a robot, or is corrected in the YAML beside it, becomes a problem
+    or a warning in the result.
+    """
+    file = read_scene_file(path)
+    scene, floor_m = assemble(file)
+    problems = [missing_node(file)] if file.unknown_nodes else []
+    warnings = _naming_warnings(file)
+    too_wide = size_problem(scene)
+    start, floor = file.corrections.start, None
+    if too_wide:
+        problems.append(f"The scene {too_wide}.")
+    else:
+        warnings += _floor_warnings(scene)
+        start = start or start_pose(*free_space(scene))
+        floor = _floor_of(scene, start, radius_m, height_m)
+        problems += _start_problems(file, start, floor, radius_m)
+    return Inspection(
+        scene=replace(scene, start=start or scene.start),
+        nodes=_nodes(file),
+        up=file.up,
+        up_reason=_up_reason(file),
+        floor_m=floor_m,
+        start=start,
+        start_from_yaml=file.corrections.start is not None,
+        floor=floor,
+        warnings=tuple(warnings),
+        problems=tuple(problems),
+    )
+
+
+def _nodes(file: SceneFile) -> tuple[Node, ...]:
+    return tuple(
+        Node(name, file.category(name), name in file.corrections.categories, len(mesh.faces))
+        for name, mesh in file.named
+    )
+
+
+def _up_reason(file: SceneFile) -> str:
+    if file.corrections.up:
+        return f"said by {file.yaml.name}"
+    if file.path.suffix.lower() in Y_UP_SUFFIXES:
+        return "the glTF standard"
+    return f"assumed, the format does not say; 'up: y' in {file.yaml.name} changes it"
+
+
+def _naming_warnings(file: SceneFile) -> list[str]:
+    unnamed = sorted(name for name, _ in file.named if file.category(name) == UNNAMED)
+    if not unnamed:
+        return []
+    more = ", ..." if len(unnamed) > LISTED else ""
+    return [
+        f"{len(unnamed)} of {len(file.named)} nodes have no name that says what they are "
+        f"({', '.join(unnamed[:LISTED])}{more}): a search for them has no ground truth. "
+        f"Name them under 'categories' in {file.yaml.name}."
+    ]
+
+
+def _floor_warnings(scene: Scene) -> list[str]:
+    warnings = []
+    width_m = float(np.ptp(scene.vertices[:, :2], axis=0).max())
+    if width_m < MIN_WIDTH_M:
+        warnings.append(f"The scene is only {width_m:.2g} m wide: is its unit the metre?")
+    _, blocked = occupied_cells(scene, CELL_M, *BODY_M)
+    if not floor_cells(scene, blocked).any():
+        warnings.append(
+            "No floor was found at height 0: the robot is taken to drive on a plane. If that is "
+            "wrong, look whether the up axis is right."
+        )
+    return warnings
+
+
+def _floor_of(scene: Scene, start: Pose | None, radius_m: float, height_m: float) -> Floor:
+    collision = CollisionMap.of(scene, height_m)
+    reachable = np.zeros(collision.clearance.shape, bool)
+    if start is not None:
+        reachable = collision.standable(start[0], start[1], radius_m)
+    return Floor(collision.grid, collision.clearance <= 0, reachable)
+
+
+def _start_problems(
+    file: SceneFile, start: Pose | None, floor: Floor, radius_m: float
+) -> list[str]:
+    if start is None:
+        return [
+            "There is no free floor for a robot: look whether unit and up axis are right, or "
+            f"give 'start: [x, y, yaw]' in {file.yaml.name}."
+        ]
+    if not floor.reachable.any():
+        return [
+            f"A robot of {radius_m:g} m radius cannot stand at the start ({start[0]:.2f}, "
+            f"{start[1]:.2f}): give another 'start: [x, y, yaw]' in {file.yaml.name}."
+        ]
+    return []

@@ -1,0 +1,93 @@
+"""The floor plan of a scene from above, as a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from onemap_shared.geometry import F64, U8, Bool
+from onemap_shared.grid import GridSpec
+from onemap_simulator.floorplan import rasterise
+from onemap_simulator.inspection import Floor, Pose
+from onemap_simulator.naming import UNNAMED
+from onemap_simulator.scene import STRUCTURE, Scene
+
+# BGR, as OpenCV writes them.
+UNREACHABLE, REACHABLE, OBSTACLE = (225, 225, 225), (255, 255, 255), (130, 130, 130)
+THING, EDGE, INK, START = (225, 190, 140), (170, 110, 50), (60, 30, 0), (40, 40, 220)
+LONGEST_PX = 1400  # of the picture's longer side, about
+FONT, FONT_SCALE = cv2.FONT_HERSHEY_SIMPLEX, 0.45
+ARROW_M = 0.4
+ALL_HEIGHTS_M = (-np.inf, np.inf)
+
+Box = tuple[int, int, int, int]  # left, top, right, bottom in pixels
+
+
+def picture_of(scene: Scene, floor: Floor, start: Pose | None) -> U8:
+    """A (rows, columns, 3) uint8 BGR picture: x to the right, y upwards.
+
+    White: where the robot's centre can get; dark grey: obstacles; blue: named things, with
+    their category where there is room for it; red: the start.
+    """
+    plan = np.full((*floor.grid.shape, 3), UNREACHABLE, np.uint8)
+    plan[floor.reachable] = REACHABLE
+    plan[floor.obstacles] = OBSTACLE
+    outlines = _outlines(scene, floor.grid)
+    for _, outline in outlines:
+        plan[outline & ~floor.reachable] = THING  # a rug is driven over
+        plan[outline & ~cv2.erode(outline.astype(np.uint8), np.ones((3, 3))).astype(bool)] = EDGE
+    scale = max(LONGEST_PX // max(floor.grid.shape), 1)
+    large = np.repeat(np.repeat(plan, scale, axis=0), scale, axis=1)
+    image: U8 = np.ascontiguousarray(large.transpose(1, 0, 2)[::-1])
+    if start is not None:
+        _draw_start(image, floor.grid, scale, start)
+    taken: list[Box] = []
+    for name, outline in outlines:
+        middle = floor.grid.centres(np.argwhere(outline)).mean(axis=0)
+        _draw_label(image, name, _pixel(floor.grid, scale, middle), taken)
+    return image
+
+
+def write_png(file: Path, image: U8) -> None:
+    """Write a picture; OSError if it cannot be written."""
+    _, encoded = cv2.imencode(".png", image)
+    file.write_bytes(encoded.tobytes())
+
+
+def _outlines(scene: Scene, grid: GridSpec) -> list[tuple[str, Bool]]:
+    """Category and cells (nx, ny) seen from above of every named thing, the largest first."""
+    triangles: F64 = scene.vertices[scene.faces].astype(np.float64)
+    outlines = [
+        (thing.category, rasterise(triangles[scene.face_object == i], grid, ALL_HEIGHTS_M))
+        for i, thing in enumerate(scene.objects)
+        if thing.category not in STRUCTURE | {UNNAMED}
+    ]
+    return sorted(outlines, key=lambda item: -int(item[1].sum()))
+
+
+def _pixel(grid: GridSpec, scale: int, place_m: F64) -> tuple[int, int]:
+    """Column and row of a place (2,) in metres."""
+    x, y = (place_m / grid.cell_size_m - grid.origin_cell) * scale
+    return round(float(x)), round(grid.shape[1] * scale - float(y))
+
+
+def _draw_start(image: U8, grid: GridSpec, scale: int, start: Pose) -> None:
+    here = np.array(start[:2])
+    ahead = here + ARROW_M * np.array([np.cos(start[2]), np.sin(start[2])])
+    first = _pixel(grid, scale, here)
+    cv2.circle(image, first, max(round(0.1 / grid.cell_size_m * scale), 3), START, -1)
+    cv2.arrowedLine(image, first, _pixel(grid, scale, ahead), START, 2, tipLength=0.3)
+
+
+def _draw_label(image: U8, text: str, middle: tuple[int, int], taken: list[Box]) -> None:
+    """Write a word around a pixel, within the picture, unless another word is there."""
+    (width, height), base = cv2.getTextSize(text, FONT, FONT_SCALE, 1)
+    left = min(max(middle[0] - width // 2, 1), max(image.shape[1] - width - 1, 1))
+    bottom = min(max(middle[1] + height // 2, height + 1), image.shape[0] - base - 1)
+    box = (left, bottom - height, left + width, bottom + base)
+    if any(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in taken):
+        return
+    taken.append(box)
+    cv2.putText(image, text, (left, bottom), FONT, FONT_SCALE, INK, 1, cv2.LINE_AA)
