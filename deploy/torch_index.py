@@ -1,0 +1,160 @@
+"""Which build of torch pip should take on this machine; prints the arguments for pip.
+
+    python deploy/torch_index.py [auto|cpu|cuda]
+
+On Linux, PyPI's torch brings CUDA along: gigabytes that a machine without an NVIDIA GPU has
+no use for. PyTorch's own index has the same version without it. ``auto`` names that index to
+pip where there is no GPU and the index answers, ``cpu`` always, ``cuda`` never. One sentence
+on stderr says what was decided and why. Run it with the Python that torch is installed for.
+
+Standard library only: it runs before anything is installed.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import ssl
+import subprocess
+import sys
+import threading
+import urllib.request
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+CPU_INDEX = "https://download.pytorch.org/whl/cpu"
+CPU = ("--extra-index-url", CPU_INDEX)
+WISHES = ("auto", "cpu", "cuda")
+ANSWER_S = 3.0  # one try; whoever is offline should not wait longer
+DRIVER_FILE = Path("/proc/driver/nvidia/version")
+NVIDIA_SMI = ("nvidia-smi", "-L")
+NVIDIA_SMI_S = 10.0  # it wakes the driver; without one it fails at once
+OWN_SETTINGS = ("PIP_INDEX_URL", "PIP_EXTRA_INDEX_URL", "PIP_NO_INDEX")
+CPU_ARCHITECTURES = ("x86_64", "aarch64", "arm64")  # that the CPU index has wheels for
+
+
+@dataclass(frozen=True)
+class Machine:
+    """What the decision depends on. ``torch``: the installed version, empty if there is none;
+    ``own_settings``: the pip settings that the user made in the environment."""
+
+    system: str
+    architecture: str
+    nvidia: bool
+    torch: str
+    own_settings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Arguments for ``pip install``, and the sentence that explains them."""
+
+    arguments: tuple[str, ...]
+    reason: str
+
+
+def decide(wish: str, machine: Machine, reachable: Callable[[], bool]) -> Decision:
+    """What pip is told; ``reachable`` tells whether the CPU index answers, asked only if needed."""
+    if nothing := _why_nothing(wish, machine):
+        return Decision((), nothing)
+    if wish == "cpu":
+        return Decision(CPU, "torch: the CPU build from PyTorch's own index, as asked for.")
+    if reachable():
+        reason = "because there is no NVIDIA GPU here (TORCH=cuda takes the other)"
+        return Decision(CPU, f"torch: the CPU build from PyTorch's own index, {reason}.")
+    reason = f"because {CPU_INDEX} does not answer (TORCH=cpu insists on it)"
+    return Decision((), f"torch: what pip finds, perhaps with some GB of CUDA, {reason}.")
+
+
+def _why_nothing(wish: str, machine: Machine) -> str:
+    """Why pip is told nothing, whatever the CPU index says; empty if the index matters."""
+    reasons = [
+        (bool(machine.torch), f"torch {machine.torch} is installed already and stays."),
+        (machine.system != "Linux", f"torch: PyPI's build, the only one for {machine.system}."),
+    ]
+    if wish != "cpu":
+        settings = " and ".join(machine.own_settings)
+        reasons += [
+            (wish == "cuda", "torch: PyPI's build with CUDA, as asked for."),
+            (bool(settings), f"torch: what pip finds with your {settings}."),
+            (machine.nvidia, "torch: PyPI's build with CUDA, because there is an NVIDIA GPU."),
+            (
+                machine.architecture not in CPU_ARCHITECTURES,
+                f"torch: what PyPI has for {machine.architecture}.",
+            ),
+        ]
+    return next((reason for holds, reason in reasons if holds), "")
+
+
+def look(environment: Mapping[str, str]) -> Machine:
+    """This machine, and the Python that runs this."""
+    try:
+        torch = version("torch")
+    except PackageNotFoundError:
+        torch = ""
+    return Machine(
+        platform.system(),
+        platform.machine(),
+        has_nvidia(DRIVER_FILE, NVIDIA_SMI),
+        torch,
+        tuple(name for name in OWN_SETTINGS if environment.get(name)),
+    )
+
+
+def has_nvidia(driver_file: Path, command: tuple[str, ...]) -> bool:
+    """Whether an NVIDIA driver is loaded, or the command finds a GPU (as on WSL)."""
+    if driver_file.exists():
+        return True
+    try:
+        done = subprocess.run(
+            command,
+            check=False,
+            capture_output=True,
+            stdin=subprocess.DEVNULL,
+            timeout=NVIDIA_SMI_S,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return done.returncode == 0 and bool(done.stdout.strip())
+
+
+def answers(url: str, limit_s: float = ANSWER_S) -> bool:
+    """Whether a page can be had within the limit, the name's look-up included.
+
+    Proxies are those of the environment, certificates those that pip is told to trust.
+    """
+    replies: list[int] = []
+
+    def ask() -> None:
+        try:
+            request = urllib.request.Request(url, method="HEAD")
+            trust = ssl.create_default_context(cafile=os.environ.get("PIP_CERT") or None)
+            with urllib.request.urlopen(request, timeout=limit_s, context=trust) as reply:
+                replies.append(reply.status)
+        except (OSError, ValueError):  # no name, no way, no certificate, no HTTP, an error page
+            pass
+
+    # In a thread of its own: neither a name's look-up nor a trickle of bytes ends in time alone.
+    asking = threading.Thread(target=ask, daemon=True)
+    asking.start()
+    asking.join(limit_s)
+    return bool(replies)
+
+
+def main(arguments: list[str]) -> int:
+    """Print the arguments for pip; 2 if the wish is unknown."""
+    wish = arguments[0] if arguments else "auto"
+    if wish not in WISHES or len(arguments) > 1:
+        given = " ".join(arguments)
+        print(f"TORCH is {given!r}; it must be one of {', '.join(WISHES)}.", file=sys.stderr)
+        return 2
+    decision = decide(wish, look(os.environ), lambda: answers(f"{CPU_INDEX}/torch/"))
+    print(decision.reason, file=sys.stderr)
+    print(*decision.arguments)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
