@@ -8,8 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from click.testing import Result
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 from onemap_tools.cli import app
 from onemap_tools.trouble import EXIT_FAILED, EXIT_MISUSED, EXIT_OK
