@@ -15,6 +15,7 @@ M = TypeVar("M")
 
 KEPT = 512  # messages kept between two looks: odometry at 50 Hz for ten seconds
 TRACK_STEP_M = 0.02  # a finer track is not seen in the picture
+TRUTH_S = 10.0  # a busy machine must not turn a verdict into "no ground truth"
 
 
 class Witness:
@@ -71,7 +72,7 @@ class Witness:
         """What the simulator knows; None where the robot's world does not tell."""
         x, y = place_m[:2] if len(place_m) >= 2 else (0.0, 0.0)
         try:
-            return self._bus.call(ROBOT_TRUTH, TruthRequest(name, x, y))
+            return self._bus.call(ROBOT_TRUTH, TruthRequest(name, x, y), TRUTH_S)
         except CallError:
             return None
 
