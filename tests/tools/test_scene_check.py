@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import cv2
@@ -94,6 +95,19 @@ def test_a_picture_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     blocked = check(path, "--out", path / "plan.png")
     assert blocked.exit_code == EXIT_FAILED
     assert "Cannot write the picture" in blocked.stderr
+
+
+def test_without_the_simulators_packages_it_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delitem(sys.modules, "onemap_simulator.loading", raising=False)
+    monkeypatch.delitem(sys.modules, "onemap_simulator.inspection", raising=False)
+    monkeypatch.delitem(sys.modules, "onemap_tools.scene_check", raising=False)
+    monkeypatch.delattr("onemap_tools.scene_check", raising=False)
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    result = check(room(tmp_path))
+    assert result.exit_code == EXIT_MISUSED
+    assert "pip install 'onemap[simulator]'" in result.stderr
 
 
 def test_names_are_printed_as_they_are(tmp_path: Path) -> None:

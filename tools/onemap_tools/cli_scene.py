@@ -42,7 +42,13 @@ def check(
 
     Exit code 0 if a robot can search there, 1 if it cannot, 2 if the file is no scene.
     """
-    from onemap_tools import scene_check
+    try:
+        from onemap_tools import scene_check
+    except ModuleNotFoundError as missing:
+        raise Trouble(
+            f"This needs the package {missing.name!r}: pip install 'onemap[simulator]'",
+            EXIT_MISUSED,
+        ) from missing
     from onemap_tools.terminal import print_json, result_console
 
     if out is not None and out.suffix.lower() != ".png":
