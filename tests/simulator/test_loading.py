@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from onemap_simulator.apartment import generate_apartment
-from onemap_simulator.loading import floor_height, load_scene
+from onemap_simulator.loading import floor_height, load_scene, read_corrections
 from onemap_simulator.naming import category_of
 from onemap_simulator.scene import Scene
 
@@ -136,6 +136,15 @@ def test_corrections_rename_and_place(tmp_path: Path) -> None:
     scene = load_scene(tmp_path / "room.glb")
     assert scene.categories == ("bench", "coffee table", "floor")
     assert scene.start == (-1.0, 0.5, 1.57)
+
+
+def test_the_example_in_the_documentation_is_read(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="utf-8")
+    (tmp_path / "flat.yaml").write_text(page.partition("```yaml\n")[2].partition("```")[0])
+    corrections = read_corrections(tmp_path / "flat.yaml")
+    assert corrections.categories == {"geometry_12": "sofa", "Cube.004": "coffee table"}
+    assert corrections.start == (1.5, 2.0, 0.0)
+    assert corrections.up == "z"
 
 
 @pytest.mark.parametrize(
