@@ -36,7 +36,7 @@ def picture_of(scene: Scene, floor: Floor, start: Pose | None) -> U8:
     plan[floor.obstacles] = OBSTACLE
     outlines = _outlines(scene, floor.grid)
     for _, outline in outlines:
-        plan[outline & ~floor.reachable] = THING  # a rug is driven over
+        plan[outline & floor.obstacles] = THING  # a rug is driven over: its edge alone
         plan[outline & ~cv2.erode(outline.astype(np.uint8), np.ones((3, 3))).astype(bool)] = EDGE
     scale = max(LONGEST_PX // max(floor.grid.shape), 1)
     large = np.repeat(np.repeat(plan, scale, axis=0), scale, axis=1)
