@@ -1,0 +1,144 @@
+"""The lowest level surface in one depth image: the floor, if the camera sees it.
+
+The image is divided into tiles and a plane is fitted to each, in inverse depth: a plane is
+n . P = 1 in the camera frame, so 1/depth = n . (x, y, 1) is linear in the pixel's direction, and
+the noise of a depth camera, which grows with the square of the distance, is the same for all
+pixels. Tiles that face up and touch each other at one height make a surface. Walls, fronts of
+furniture, ramps and noise make none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from onemap_shared.geometry import F32, F64, I64, Bool, Intrinsics
+
+RANGE_M = (0.3, 4.0)  # nearer is the robot itself; farther, a tile on the floor spans a metre
+IMAGE_ROWS = (
+    120  # larger images are thinned to this height: 8 x 8 pixels a tile are enough, in 2 ms
+)
+TILE_ROWS = 15  # tiles in a column of the image
+TILE_MIN_PX = 8
+TILE_MIN_VALID = 0.75  # of its pixels; an edge between two surfaces leaves a bad fit anyway
+MAX_RESIDUAL_PER_M = 0.03  # rms of 1/depth in 1/m: 3 cm of noise at 1 m, 12 cm at 2 m
+MAX_TILT_RAD = float(np.deg2rad(12.0))  # a mounting wrong by 5 degrees, and the noise of one tile
+MAX_STEP_M = 0.03  # between neighbouring tiles of one surface; half a stair's edge
+MIN_SHARE = 0.02  # of the image's tiles: less is a shelf or a box, and its tilt is not sure
+
+
+@dataclass(frozen=True, slots=True)
+class LevelSurface:
+    """Mean height above z = 0 in metres where it is seen, and angle to the horizontal in rad."""
+
+    height_m: float
+    tilt_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Tiles:
+    """Planes of the tiles, in image order (rows, columns).
+
+    AtA (..., 3, 3) and Atq (..., 3): normal equations of 1/depth over the rays (x, y, 1);
+    n (..., 3) in the camera frame, NaN where no plane fits; centres (..., 3) map, metres.
+    """
+
+    AtA: F64
+    Atq: F64
+    n: F64
+    centres: F64
+
+
+def lowest_level_surface(
+    depth_m: F32, *, intrinsics: Intrinsics, T_map_camera: F64
+) -> LevelSurface | None:
+    """The lowest level surface seen from above within 4 m; None if there is none.
+
+    depth_m (H, W) float32 metres, 0 = no return.
+    """
+    step = max(1, depth_m.shape[0] // IMAGE_ROWS)
+    tiles = _fit(depth_m, step, intrinsics, T_map_camera)
+    up_map = -_unit(tiles.n) @ T_map_camera[:3, :3].T  # n points away from the camera
+    level = np.nan_to_num(up_map[..., 2], nan=-1.0) > np.cos(MAX_TILT_RAD)
+    surfaces = [
+        _surface(tiles, members, T_map_camera)
+        for members in _connected(tiles.centres, up_map, level)
+        if members.sum() >= max(2.0, MIN_SHARE * level.size)
+    ]
+    return min(surfaces, key=lambda surface: surface.height_m, default=None)
+
+
+def _fit(depth_m: F32, step: int, intrinsics: Intrinsics, T_map_camera: F64) -> _Tiles:
+    """A plane for every tile of the image thinned by ``step``."""
+    depth = depth_m[::step, ::step].astype(np.float64)
+    side = max(TILE_MIN_PX, depth.shape[0] // TILE_ROWS)
+    rows, columns = depth.shape[0] // side, depth.shape[1] // side
+    depth = depth[: rows * side, : columns * side]
+    y, x = np.mgrid[: rows * side, : columns * side] * step + 0.5
+    rays = np.stack(
+        [(x - intrinsics.cx) / intrinsics.fx, (y - intrinsics.cy) / intrinsics.fy, np.ones_like(x)],
+        axis=-1,
+    )
+    valid = _tiled((depth > RANGE_M[0]) & (depth < RANGE_M[1]), side)
+    A = _tiled(rays, side) * valid[..., None]
+    q = np.divide(1.0, _tiled(depth, side), out=np.zeros(valid.shape), where=valid)
+    At = A.swapaxes(-1, -2)
+    AtA, Atq = At @ A, (At @ q[..., None])[..., 0]
+    count = valid.sum(axis=-1)
+    full = count >= TILE_MIN_VALID * side**2
+    n = np.full((rows, columns, 3), np.nan)
+    n[full] = np.linalg.solve(AtA[full], Atq[full][..., None])[..., 0]
+    squares = (q * q).sum(axis=-1) - (n * Atq).sum(axis=-1)  # of the residuals at the minimum
+    n[~(squares <= MAX_RESIDUAL_PER_M**2 * count)] = np.nan
+    centre_rays = A.sum(axis=-2) / np.maximum(count, 1)[..., None]
+    inverse_depth = (centre_rays * n).sum(axis=-1)
+    inverse_depth[~(inverse_depth > 0)] = np.nan
+    centres = centre_rays / inverse_depth[..., None]
+    return _Tiles(AtA, Atq, n, centres @ T_map_camera[:3, :3].T + T_map_camera[:3, 3])
+
+
+def _tiled(pixels: F64 | Bool, side: int) -> F64 | Bool:
+    """Pixels (H, W, ...) as (rows, columns, side * side, ...)."""
+    height, width, *rest = pixels.shape
+    blocks = pixels.reshape(height // side, side, width // side, side, *rest).swapaxes(1, 2)
+    return blocks.reshape(height // side, width // side, side * side, *rest)
+
+
+def _unit(vectors: F64) -> F64:
+    unit: F64 = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return unit
+
+
+def _connected(centres: F64, up: F64, level: Bool) -> list[Bool]:
+    """Sets of level tiles (rows, columns) that continue each other's planes."""
+    labels: I64 = np.where(level, np.arange(level.size).reshape(level.shape), level.size)
+    across = _continues(centres[:, :-1], centres[:, 1:], up[:, :-1] + up[:, 1:])
+    across &= level[:, :-1] & level[:, 1:]
+    down = _continues(centres[:-1], centres[1:], up[:-1] + up[1:]) & level[:-1] & level[1:]
+    while True:  # the smallest label spreads over each set
+        before = labels.copy()
+        for one, other, linked in (
+            (labels[:, :-1], labels[:, 1:], across),
+            (labels[:-1], labels[1:], down),
+        ):
+            smallest = np.minimum(one, other)[linked]
+            one[linked] = smallest
+            other[linked] = np.minimum(other[linked], smallest)
+        if np.array_equal(before, labels):
+            return [labels == label for label in np.unique(labels[level])]
+
+
+def _continues(centre: F64, neighbour: F64, up: F64) -> Bool:
+    """Whether the neighbour lies in the plane through the tile with the normal of both."""
+    apart = (_unit(up) * (neighbour - centre)).sum(axis=-1)
+    linked: Bool = np.abs(np.nan_to_num(apart, nan=np.inf)) < MAX_STEP_M
+    return linked
+
+
+def _surface(tiles: _Tiles, members: Bool, T_map_camera: F64) -> LevelSurface:
+    """One plane through all pixels of the tiles."""
+    n = np.linalg.solve(tiles.AtA[members].sum(axis=0), tiles.Atq[members].sum(axis=0))
+    up_z = -float(T_map_camera[2, :3] @ _unit(n))
+    tilt = float(np.arccos(np.clip(up_z, -1.0, 1.0)))
+    return LevelSurface(float(tiles.centres[members][:, 2].mean()), tilt)

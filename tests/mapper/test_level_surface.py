@@ -1,0 +1,112 @@
+"""The lowest level surface of one image: floors and tables count, walls and noise do not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from onemap_mapper.level_surface import LevelSurface, lowest_level_surface
+from onemap_shared.geometry import F32, F64, Intrinsics, camera_mount, unproject
+from tests.mapper import scenes
+
+SIZE = (240, 320)
+CAMERA = Intrinsics.from_fov(SIZE[1], SIZE[0], np.radians(79.0))
+TABLE = scenes.Box((0.3, -2.5, 0.5), (3.0, 2.5, 0.55))
+CABINET = scenes.Box((0.8, -2.0, 0.0), (1.4, 2.0, 2.2))
+
+
+def depth_of(*boxes: scenes.Box, T_map_camera: F64 | None = None) -> F32:
+    T = scenes.pose() if T_map_camera is None else T_map_camera
+    return scenes.depth_of((*scenes.ROOM, *boxes), T, CAMERA, SIZE)
+
+
+def surface_in(depth_m: F32, T_believed: F64 | None = None) -> LevelSurface | None:
+    T = scenes.pose() if T_believed is None else T_believed
+    return lowest_level_surface(depth_m, intrinsics=CAMERA, T_map_camera=T)
+
+
+def height_in(depth_m: F32, T_believed: F64 | None = None) -> float:
+    surface = surface_in(depth_m, T_believed)
+    assert surface is not None
+    return surface.height_m
+
+
+@pytest.mark.parametrize("error_m", [-1.2, -0.4, -0.1, 0.0, 0.07, 0.5])
+def test_a_wrong_height_of_the_camera_moves_the_floor_as_far(error_m: float) -> None:
+    believed = scenes.pose(height_m=1.0 + error_m)
+    assert height_in(depth_of(), believed) == pytest.approx(error_m, abs=0.01)
+
+
+@pytest.mark.parametrize("axis", [0, 2], ids=["pitch", "roll"])
+@pytest.mark.parametrize("error_deg", [-5.0, 3.0])
+def test_a_wrong_angle_of_the_camera_tilts_the_floor_by_it(axis: int, error_deg: float) -> None:
+    c, s = np.cos(np.radians(error_deg)), np.sin(np.radians(error_deg))
+    one, other = ((axis + 1) % 3, (axis + 2) % 3)
+    turn = np.eye(4)
+    turn[one, one], turn[one, other], turn[other, one], turn[other, other] = c, -s, s, c
+    surface = surface_in(depth_of(), scenes.pose() @ turn)
+    assert surface is not None
+    assert np.degrees(surface.tilt_rad) == pytest.approx(abs(error_deg), rel=0.07)
+
+
+def test_the_floor_is_found_below_a_table() -> None:
+    table = scenes.Box((0.8, -0.4, 0.5), (1.6, 0.4, 0.55))
+    assert height_in(depth_of(table)) == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_table_that_fills_the_view_is_what_is_seen() -> None:
+    assert height_in(depth_of(TABLE)) == pytest.approx(0.55, abs=0.01)
+
+
+@pytest.mark.parametrize("noise_m", [0.0, 0.01])
+def test_noise_that_grows_with_the_square_of_the_distance_leaves_the_floor(noise_m: float) -> None:
+    depth_m = depth_of()
+    error = np.random.default_rng(1).standard_normal(SIZE)
+    noisy = (depth_m + noise_m * depth_m**2 * error).astype(np.float32)
+    surface = surface_in(noisy)
+    assert surface is not None
+    assert abs(surface.height_m) < 0.02
+    assert np.degrees(surface.tilt_rad) < 1.0
+
+
+def test_large_images_are_thinned_and_say_the_same() -> None:
+    size, camera = (720, 960), Intrinsics.from_fov(960, 720, np.radians(79.0))
+    depth_m = scenes.depth_of(scenes.ROOM, scenes.pose(), camera, size)
+    surface = lowest_level_surface(depth_m, intrinsics=camera, T_map_camera=scenes.pose())
+    assert surface is not None
+    assert surface.height_m == pytest.approx(0.0, abs=1e-3)
+    assert surface.tilt_rad == pytest.approx(0.0, abs=5e-3)
+
+
+def ramp() -> F32:
+    """A plane through the camera's foot that rises by 30 degrees straight ahead."""
+    rays = unproject(np.ones(SIZE, np.float32), CAMERA) @ scenes.pose()[:3, :3].T
+    up = np.array([-np.sin(np.radians(30.0)), 0.0, np.cos(np.radians(30.0))])
+    towards = -rays @ up
+    return np.where(towards > 0.05, up[2] / np.maximum(towards, 0.05), 0.0).astype(np.float32)
+
+
+@pytest.mark.parametrize(
+    "depth_m",
+    [
+        pytest.param(np.zeros(SIZE, np.float32), id="nothing"),
+        pytest.param(np.full(SIZE, 2.0, np.float32), id="2 m everywhere"),
+        pytest.param(ramp(), id="a ramp"),
+        pytest.param(
+            np.random.default_rng(0).uniform(0.5, 3.0, SIZE).astype(np.float32), id="noise"
+        ),
+    ],
+)
+def test_what_is_not_level_is_no_floor(depth_m: F32) -> None:
+    assert surface_in(depth_m) is None
+
+
+def test_a_cabinet_from_close_is_no_floor() -> None:
+    level = camera_mount(0.0, 1.0, 0.0)
+    depth_m = depth_of(CABINET, T_map_camera=level)
+    assert surface_in(depth_m, level) is None
+
+
+def test_a_ceiling_is_no_floor() -> None:
+    up = camera_mount(0.0, 1.0, np.radians(-50.0))
+    assert surface_in(depth_of(T_map_camera=up), up) is None
