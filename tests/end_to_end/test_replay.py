@@ -86,7 +86,7 @@ def at(house: House, place: tuple[float, float]) -> Occupancy:
 
 
 def test_the_floor_lies_at_zero(study: House) -> None:
-    """The median over the recording; the pose of frame 000422 alone puts it 9 cm low."""
+    """The median over the recording; frame 000422 shows nothing level."""
     heights: dict[int, float] = {}
 
     def heard() -> bool:

@@ -1,32 +1,22 @@
-"""Diagnosis of depth: the floor's height, near depth, and silence."""
+"""Diagnosis of depth: what is seen of the floor, near depth, and silence."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 import pytest
 
-from onemap_mapper.depth_check import check_depth, floor_height
-from onemap_shared.geometry import F64
+from onemap_mapper.depth_check import check_depth
+from onemap_mapper.floor_monitor import Viewpoint
 from tests.mapper import scenes
 
-TABLE = scenes.Box((0.8, -1.0, 0.5), (2.0, 1.0, 0.55))
 
-
-def seen_as(T_believed: F64, boxes: tuple[scenes.Box, ...] = scenes.ROOM) -> float:
-    """The floor's height if the camera is believed to be elsewhere than it is."""
-    depth = scenes.depth_of(boxes, scenes.pose())
-    return check_depth(depth, intrinsics=scenes.CAMERA, T_map_camera=T_believed).floor_height_m
-
-
-@pytest.mark.parametrize("error_m", [-0.4, -0.1, 0.0, 0.07, 0.5])
-def test_a_wrong_mounting_moves_the_floor(error_m: float) -> None:
-    assert seen_as(scenes.pose(height_m=1.0 + error_m)) == pytest.approx(error_m, abs=0.01)
-
-
-def test_the_floor_is_found_below_a_table() -> None:
-    assert seen_as(scenes.pose(), (*scenes.ROOM, TABLE)) == pytest.approx(0, abs=0.01)
+def test_the_floor_is_told_with_the_place_it_was_seen_from() -> None:
+    T = scenes.pose(1.0, 0.5, 0.3)
+    depth = scenes.depth_of(scenes.ROOM, T)
+    check = check_depth(depth, intrinsics=scenes.CAMERA, T_map_camera=T)
+    assert check.surface is not None
+    assert check.surface.height_m == pytest.approx(0.0, abs=0.01)
+    assert check.viewpoint.apart(Viewpoint(1.0, 0.5, 0.3)) == pytest.approx((0.0, 0.0), abs=1e-6)
 
 
 def test_without_depth_there_is_no_floor() -> None:
@@ -34,12 +24,7 @@ def test_without_depth_there_is_no_floor() -> None:
         np.zeros((60, 80), np.float32), intrinsics=scenes.CAMERA, T_map_camera=scenes.pose()
     )
     assert (check.valid_fraction, check.near_fraction) == (0, 0)
-    assert math.isnan(check.floor_height_m)
-
-
-def test_walls_are_no_floor() -> None:
-    z = np.random.default_rng(0).uniform(-1, 1, 1000)
-    assert math.isnan(floor_height(z[:40]))
+    assert check.surface is None
 
 
 def test_depth_in_the_wrong_unit_is_near() -> None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-import math
+from math import radians
 
 import pytest
 
 from onemap_mapper.depth_check import DepthCheck
+from onemap_mapper.floor_monitor import Viewpoint
+from onemap_mapper.level_surface import LevelSurface
 from onemap_mapper.telemetry import SILENT_AFTER_S, Telemetry
 from onemap_shared.transport import Counters
 
-GOOD = DepthCheck(0.9, 0.0, 0.01)
+AHEAD = Viewpoint(0.0, 0.0, 0.0)
+GOOD = DepthCheck(0.9, 0.0, AHEAD, LevelSurface(0.01, 0.0))
 
 
 def fed(*depths: DepthCheck, every_s: float = 0.2) -> Telemetry:
@@ -36,9 +39,8 @@ def test_nothing_is_wrong_with_good_frames() -> None:
 @pytest.mark.parametrize(
     ("depth", "sentence"),
     [
-        (DepthCheck(0.0, 0.0, math.nan), "all zero"),
-        (DepthCheck(0.9, 0.8, 0.0), "nearer than 0.1 m"),
-        (DepthCheck(0.9, 0.0, 0.2), r"z = \+0.20 m"),
+        (DepthCheck(0.0, 0.0, AHEAD), "all zero"),
+        (DepthCheck(0.9, 0.8, AHEAD), "nearer than 0.1 m"),
     ],
 )
 def test_bad_depth_is_named_but_frames_still_count(depth: DepthCheck, sentence: str) -> None:
@@ -48,10 +50,42 @@ def test_bad_depth_is_named_but_frames_still_count(depth: DepthCheck, sentence: 
     assert telemetry.working(0.5)
 
 
-def test_one_wobbling_frame_does_not_move_the_floor() -> None:
-    telemetry = fed(GOOD, GOOD, DepthCheck(0.9, 0.0, -0.2), GOOD)
+def turning(height_m: float) -> list[DepthCheck]:
+    """Frames of a robot that turns by 180 degrees and sees the floor at this height."""
+    headings = [radians(45 * k) for k in range(5)]
+    surface = LevelSurface(height_m, 0.0)
+    return [DepthCheck(0.9, 0.0, Viewpoint(0.0, 0.0, h), surface) for h in headings]
+
+
+def test_a_floor_that_is_wrong_all_around_is_told_in_words_and_numbers() -> None:
+    telemetry = fed(*turning(-0.3))
+    assert "z = -0.30 m" in telemetry.problem(2.0)
+    assert telemetry.working(2.0)
+    metrics = telemetry.metrics(2.0, Counters())
+    assert metrics["floor_height_m"] == pytest.approx(-0.3)
+    assert (metrics["floor_wrong"], metrics["floor_viewpoints"]) == (1, 5)
+
+
+def test_a_cabinet_or_a_table_before_the_robot_is_no_problem() -> None:
+    telemetry = fed(*turning(0.49)[:1] * 50)
+    assert telemetry.problem(9.0) == ""
+    metrics = telemetry.metrics(9.0, Counters())
+    assert metrics["floor_viewpoints"] == 1
+    assert not {"floor_height_m", "floor_wrong"} & metrics.keys()  # cannot tell
+
+
+def test_one_wobbling_frame_is_no_problem() -> None:
+    tilted = DepthCheck(0.9, 0.0, AHEAD, LevelSurface(-0.2, 0.1))
+    telemetry = fed(GOOD, GOOD, tilted)
     assert telemetry.problem(1.0) == ""
-    assert telemetry.metrics(1.0, Counters())["floor_height_m"] == pytest.approx(0.01)
+    assert fed(GOOD, tilted, GOOD).metrics(1.0, Counters())["floor_wrong"] == 0
+
+
+def test_a_new_map_forgets_the_floor() -> None:
+    telemetry = fed(*turning(0.3))
+    telemetry.forget_floor()
+    assert telemetry.problem(1.5) == ""
+    assert telemetry.metrics(1.5, Counters())["floor_viewpoints"] == 0
 
 
 def test_silence_and_refusals_are_named() -> None:

@@ -193,6 +193,7 @@ class Mapper:
         """Exchange the map and all that was derived from it; the lock is held."""
         self._map = belief
         self._scores = ScoreCache()
+        self._telemetry.forget_floor()
         self._announce()
 
     def _announce(self) -> None:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-import statistics
 from collections import deque
 from dataclasses import dataclass, field
 
 from onemap_mapper.depth_check import DepthCheck
+from onemap_mapper.floor_monitor import FloorMonitor, FloorState
 from onemap_shared.transport import Counters
 
 RATE_WINDOW_S = 5.0
 SILENT_AFTER_S = 5.0  # without a frame for this long the map is not being kept
-FLOOR_LIMIT_M = 0.05
-FLOOR_FRAMES = 25  # the floor of one frame follows every wobble of the pose; their median does not
 NEAR_LIMIT = 0.5  # of the depth nearer than 0.1 m
 
 
@@ -26,15 +24,15 @@ class Telemetry:
     refusal: str = ""  # why the newest frame was refused, empty if it was fused
     update_ms: float = 0.0
     depth: DepthCheck | None = None
-    _floors_m: deque[float] = field(default_factory=lambda: deque(maxlen=FLOOR_FRAMES))
+    _floor: FloorMonitor = field(default_factory=FloorMonitor)
     _fused_at_s: deque[float] = field(default_factory=deque)
 
     def fused(self, *, now_s: float, update_ms: float, depth: DepthCheck) -> None:
         """Note a frame that went into the map."""
         self.refusal, self.update_ms, self.depth = "", update_ms, depth
         self._fused_at_s.append(now_s)
-        if math.isfinite(depth.floor_height_m):
-            self._floors_m.append(depth.floor_height_m)
+        if depth.surface is not None:
+            self._floor = self._floor.with_surface(depth.surface, depth.viewpoint, now_s)
         while now_s - self._fused_at_s[0] > RATE_WINDOW_S:
             self._fused_at_s.popleft()
 
@@ -42,6 +40,10 @@ class Telemetry:
         """Note a frame that did not."""
         self.refused += 1
         self.refusal = reason
+
+    def forget_floor(self) -> None:
+        """Drop all readings of the floor: a new map may have another frame."""
+        self._floor = FloorMonitor()
 
     def rate_hz(self, now_s: float) -> float:
         """Frames fused per second over the last five seconds."""
@@ -66,8 +68,18 @@ class Telemetry:
         if self.depth is not None:
             numbers["depth_valid_fraction"] = self.depth.valid_fraction
             numbers["near_fraction"] = self.depth.near_fraction
-        if self._floors_m:
-            numbers["floor_height_m"] = statistics.median(self._floors_m)
+            numbers |= self._floor_metrics(now_s)
+        return numbers
+
+    def _floor_metrics(self, now_s: float) -> dict[str, float]:
+        """How many viewpoints tell of the floor; where it is and whether that is wrong only once
+        they tell it."""
+        verdict = self._floor.verdict(now_s)
+        numbers = {"floor_viewpoints": float(verdict.viewpoints)}
+        if verdict.state is not FloorState.UNKNOWN:
+            numbers["floor_height_m"] = verdict.height_m
+            numbers["floor_tilt_deg"] = math.degrees(verdict.tilt_rad)
+            numbers["floor_wrong"] = float(verdict.state is FloorState.WRONG)
         return numbers
 
     def problem(self, now_s: float) -> str:
@@ -78,25 +90,20 @@ class Telemetry:
             return "no frame has arrived yet: is perception running?"
         if self._silent_s(now_s) > SILENT_AFTER_S:
             return f"no frame for {self._silent_s(now_s):.0f} s: is perception running?"
-        floor_m = statistics.median(self._floors_m) if self._floors_m else 0.0
-        return depth_problem(self.depth, floor_m) if self.depth else ""
+        wrong_depth = depth_problem(self.depth) if self.depth else ""
+        return wrong_depth or self._floor.verdict(now_s).problem
 
     def _silent_s(self, now_s: float) -> float:
         return now_s - self._fused_at_s[-1] if self._fused_at_s else math.inf
 
 
-def depth_problem(depth: DepthCheck, floor_m: float) -> str:
-    """What a depth image, and the floor of many, say is wrong with the sensor or its mounting."""
+def depth_problem(depth: DepthCheck) -> str:
+    """What a depth image says is wrong with the sensor."""
     if depth.valid_fraction == 0:
         return "the newest depth image is all zero: is the depth camera on and aligned?"
     if depth.near_fraction > NEAR_LIMIT:
         return (
             f"{depth.near_fraction:.0%} of the depth is nearer than 0.1 m: "
             "is it in millimetres, and the lens free?"
-        )
-    if abs(floor_m) > FLOOR_LIMIT_M:
-        return (
-            f"the floor appears at z = {floor_m:+.2f} m instead of 0: "
-            "check the camera's mounting (T_map_camera)"
         )
     return ""
