@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from onemap_tools.doctor import document, healthy
 from onemap_tools.doctor_checks import (
     CHECKS,
     NEEDED,
@@ -31,6 +32,12 @@ from onemap_tools.observations import (
 )
 
 ENCODER = ("mini-1", "minilm")
+FLOOR = {
+    "floor_viewpoints": 5.0,
+    "floor_height_m": 0.01,
+    "floor_tilt_deg": 0.4,
+    "floor_wrong": 0.0,
+}
 RGBD = Stream("rgbd", "robot", count=28, age_s=0.05)
 HEALTHY = Observations(
     duration_s=3.5,
@@ -42,9 +49,10 @@ HEALTHY = Observations(
         Stream("revision", "mapper", count=25, age_s=0.2),
     ),
     pulses=tuple(
-        Pulse(name, f"{name}-1", True, "", -0.01, True, {"floor_height_m": 0.01}) for name in NEEDED
+        Pulse(name, f"{name}-1", True, "", -0.01, True, FLOOR if name == "mapper" else {})
+        for name in NEEDED
     ),
-    depth=DepthLook(valid=0.97, median_m=2.4, near=0.0, lowest_m=-0.01),
+    depth=DepthLook(valid=0.97, median_m=2.4, near=0.0),
     map=MapLook(frames=(100, 115), cells=(4000, 4100), encoder_id="mini-1", text_space="minilm"),
     field_encoder=ENCODER,
     text_encoder=ENCODER,
@@ -136,26 +144,47 @@ def test_stamps_from_the_future_are_a_clock_problem() -> None:
 @pytest.mark.parametrize(
     ("depth", "words"),
     [
-        (DepthLook(0.0, float("nan"), 0.0, float("nan")), "Only 0% of the depth"),
-        (DepthLook(0.9, 0.003, 0.98, 0.9), "nearer than 10 cm"),
-        (DepthLook(0.9, 34.0, 0.0, -10.0), "34 m, more than any room"),
+        (DepthLook(0.0, float("nan"), 0.0), "Only 0% of the depth"),
+        (DepthLook(0.9, 0.003, 0.98), "nearer than 10 cm"),
+        (DepthLook(0.9, 34.0, 0.0), "34 m, more than any room"),
     ],
 )
 def test_depth_that_cannot_be_is_told(depth: DepthLook, words: str) -> None:
     assert words in the_one(check_depth(replace(HEALTHY, depth=depth))).sentence
 
 
-def test_a_floor_away_from_zero_points_to_the_extrinsics() -> None:
-    finding = the_one(check_floor(with_pulse(metrics={"floor_height_m": 0.31})))
-    assert "z = 0.31 m" in finding.sentence
+def with_floor(metrics: dict[str, float]) -> Observations:
+    pulses = tuple(
+        replace(pulse, metrics=metrics) if pulse.service == "mapper" else pulse
+        for pulse in HEALTHY.pulses
+    )
+    return replace(HEALTHY, pulses=pulses)
+
+
+def test_a_floor_that_the_mapper_calls_wrong_points_to_the_extrinsics() -> None:
+    wrong = {**FLOOR, "floor_height_m": 0.31, "floor_tilt_deg": 5.2, "floor_wrong": 1.0}
+    finding = the_one(check_floor(with_floor(wrong)))
+    assert finding.severity is Severity.ERROR
+    assert "z = 0.31 m, tilted by 5.2 degrees, from 5 viewpoints" in finding.sentence
     assert "T_map_camera" in finding.remedy
 
 
-def test_surfaces_below_the_floor_are_told_where_the_mapper_is_silent() -> None:
-    pulses = tuple(replace(pulse, metrics={}) for pulse in HEALTHY.pulses)
-    sunk = DepthLook(0.97, 2.4, 0.0, lowest_m=-1.2)
-    finding = the_one(check_floor(replace(HEALTHY, pulses=pulses, depth=sunk)))
-    assert "1.20 m below the floor" in finding.sentence
+def test_a_height_that_the_mapper_does_not_call_wrong_is_repeated_by_nobody() -> None:
+    assert check_floor(with_floor({**FLOOR, "floor_height_m": 0.4})) == []
+
+
+def test_a_floor_that_nobody_can_tell_is_a_note_and_no_failure() -> None:
+    seen = with_floor({"floor_viewpoints": 1.0})
+    finding = the_one(check_floor(seen))
+    assert finding.severity is Severity.NOTE
+    assert "cannot tell yet" in finding.sentence
+    assert finding.remedy.startswith("Drive or turn the robot")
+    assert healthy(diagnose(seen))
+    assert document(diagnose(seen))["findings"][0]["severity"] == "note"
+
+
+def test_a_mapper_without_frames_says_nothing_of_the_floor() -> None:
+    assert check_floor(with_floor({})) == []
 
 
 def test_encoders_that_differ_are_all_named() -> None:
@@ -202,10 +231,12 @@ def test_a_collision_is_a_warning() -> None:
 
 
 def test_errors_come_first() -> None:
-    seen = replace(with_pulse(problem="slow"), alive=frozenset())
+    seen = with_floor({"floor_viewpoints": 0.0})
+    slow = replace(seen.pulses[0], problem="slow")
+    seen = replace(seen, pulses=(*seen.pulses[1:], slow), alive=frozenset())
     severities = [finding.severity for finding in diagnose(seen)]
-    assert severities == sorted(severities, key=lambda s: s is not Severity.ERROR)
-    assert len(set(severities)) == 2
+    assert severities == sorted(severities, key=list(Severity).index)
+    assert set(severities) == set(Severity)
 
 
 def test_every_check_is_asked() -> None:

@@ -15,7 +15,7 @@ from onemap_tools.joining import joined
 
 JOIN_S = 3.0
 LISTEN_S = 3.5  # three heartbeats of every service
-COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow"}
+COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.NOTE: "dim"}
 
 
 def examine(config: Path | None, console: Console) -> list[Finding]:
@@ -30,13 +30,13 @@ def describe(findings: list[Finding], console: Console) -> None:
     for finding in findings:
         severity = Text(str(finding.severity), style=COLOURS[finding.severity])
         console.print(severity, Text(f"{finding.sentence} {finding.remedy}"))
-    if not findings:
+    if all(finding.severity is Severity.NOTE for finding in findings):
         console.print("Nothing is wrong that can be seen from here.")
 
 
 def healthy(findings: list[Finding]) -> bool:
-    """Whether nothing was found that explains a failure; warnings only may."""
-    return all(finding.severity is Severity.WARNING for finding in findings)
+    """Whether nothing was found that explains a failure: warnings and notes do not."""
+    return all(finding.severity is not Severity.ERROR for finding in findings)
 
 
 def document(findings: list[Finding]) -> dict[str, Any]:

@@ -14,7 +14,6 @@ from onemap_tools.observations import NEAR_M, Observations, Pulse
 
 CLOCK_TOLERANCE_S = 0.3  # transport and a frame's work take less; NTP keeps clocks within 0.05 s
 OLD_S = 2.0  # content older than this was made before the robot's last few metres
-FLOOR_TOLERANCE_M = 0.15  # a step; walls and furniture come out at wrong heights beyond it
 FAR_M = 20.0  # no room is so large: a median beyond is a scale error
 NO_RETURN_FRACTION = 0.9  # so many pixels without depth leave too little to map
 FEW_FRAMES = 5  # fewer fused frames than this may all have seen the same place
@@ -22,10 +21,14 @@ COMMAND_EPSILON = 0.02  # m/s or rad/s: below is standing still
 
 
 class Severity(str, Enum):
-    """How bad a finding is: an error explains why nothing is found, a warning may."""
+    """How bad a finding is: an error explains why nothing is found, a warning may.
+
+    A note says what could not be checked, and how it could.
+    """
 
     ERROR = "error"
     WARNING = "warning"
+    NOTE = "note"
 
     def __str__(self) -> str:
         return self.value
@@ -171,22 +174,29 @@ def check_depth(seen: Observations) -> list[Finding]:
 
 
 def check_floor(seen: Observations) -> list[Finding]:
-    """Extrinsics that put the floor elsewhere than at z = 0."""
-    height_m = next(
-        (p.metrics["floor_height_m"] for p in seen.pulses if "floor_height_m" in p.metrics), None
-    )
-    remedy = (
-        "Check T_map_camera: camera frame x right, y down, z forward; map z up, floor at z = 0."
-    )
-    if height_m is not None and abs(height_m) > FLOOR_TOLERANCE_M:
-        return [_error(f"The mapper sees the floor at z = {height_m:.2f} m.", remedy)]
-    if seen.depth is not None and seen.depth.lowest_m < -2 * FLOOR_TOLERANCE_M:
+    """Extrinsics that put the floor elsewhere than at z = 0, as the mapper judges them."""
+    mapper = next((p.metrics for p in seen.pulses if "floor_viewpoints" in p.metrics), None)
+    if mapper is None:
+        return []
+    viewpoints = f"{mapper['floor_viewpoints']:.0f} viewpoints"
+    if "floor_wrong" not in mapper:
         return [
-            _error(
-                f"The camera sees surfaces {-seen.depth.lowest_m:.2f} m below the floor.", remedy
+            Finding(
+                Severity.NOTE,
+                f"The mapper cannot tell yet whether the floor lies at z = 0, from {viewpoints}.",
+                "Drive or turn the robot: the lowest surface in one view may be a table.",
             )
         ]
-    return []
+    if not mapper["floor_wrong"]:
+        return []
+    return [
+        _error(
+            f"The mapper sees the floor at z = {mapper['floor_height_m']:.2f} m, tilted by "
+            f"{mapper['floor_tilt_deg']:.1f} degrees, from {viewpoints}.",
+            "Check T_map_camera: camera frame x right, y down, z forward; map z up, floor at "
+            "z = 0.",
+        )
+    ]
 
 
 def check_encoders(seen: Observations) -> list[Finding]:
@@ -271,6 +281,7 @@ CHECKS: tuple[Callable[[Observations], list[Finding]], ...] = (
 
 
 def diagnose(seen: Observations) -> list[Finding]:
-    """All findings, errors first, each sentence once."""
+    """All findings, errors first and notes last, each sentence once."""
     findings = {f.sentence: f for check in CHECKS for f in check(seen)}
-    return sorted(findings.values(), key=lambda finding: finding.severity is not Severity.ERROR)
+    order = list(Severity)
+    return sorted(findings.values(), key=lambda finding: order.index(finding.severity))

@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from onemap_shared import keys
-from onemap_shared.geometry import F32, transform, unproject
+from onemap_shared.geometry import F32
 from onemap_shared.messages import (
     FeatureField,
     Heartbeat,
@@ -174,15 +174,12 @@ def look_at_depth(frame: RgbdFrame) -> DepthLook:
     valid = depth_m > 0
     if not valid.any():
         nan = float("nan")
-        return DepthLook(0.0, nan, 0.0, nan)
-    points_camera = unproject(depth_m, frame.intrinsics)[valid].astype(np.float64)
-    heights_m = transform(frame.T_map_camera, points_camera)[:, 2]
+        return DepthLook(0.0, nan, 0.0)
     returns_m = depth_m[valid]
     return DepthLook(
         valid=float(valid.mean()),
         median_m=float(np.median(returns_m)),
         near=float((returns_m < NEAR_M).mean()),
-        lowest_m=float(np.percentile(heights_m, 2)),
     )
 
 

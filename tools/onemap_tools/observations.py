@@ -38,13 +38,12 @@ class DepthLook:
     """The newest depth image in numbers.
 
     valid: fraction of pixels with a return; median_m of those, NaN if none; near: fraction
-    of those below ``NEAR_M``; lowest_m: 2nd percentile of their height in the map.
+    of those below ``NEAR_M``.
     """
 
     valid: float
     median_m: float
     near: float
-    lowest_m: float
 
 
 @dataclass(frozen=True, slots=True)
