@@ -3,7 +3,7 @@
     python examples/my_robot.py [tcp/127.0.0.1:7447]
 
 Replace the three methods of ``Robot`` by your driver's. This one stands in an
-empty room, so that the file runs as it is.
+empty room, 3 m before a wall, so that the file runs as it is.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from onemap_shared import keys
 from onemap_shared.bus import open_bus
 from onemap_shared.config import BusConfig
-from onemap_shared.geometry import F64, U8, U16, Intrinsics, camera_mount, pose_2d
+from onemap_shared.geometry import F64, U8, U16, Intrinsics, camera_mount, pose_2d, unproject
 from onemap_shared.messages import Odometry, RgbdFrame, VelocityCommand
 
 CAMERA = Intrinsics(fx=195.0, fy=195.0, cx=160.0, cy=120.0)  # of the depth-aligned colour image
@@ -32,7 +32,11 @@ class Robot:
 
     def image(self) -> tuple[U8, U16]:
         """Colour (H, W, 3) uint8 RGB and depth (H, W) uint16 millimetres, 0 = no return."""
-        return np.full((240, 320, 3), 127, np.uint8), np.full((240, 320), 2000, np.uint16)
+        rays = unproject(np.ones((240, 320), np.float32), CAMERA) @ T_BODY_CAMERA[:3, :3].T
+        wall_m = (3.0 - T_BODY_CAMERA[0, 3]) / rays[..., 0]
+        floor_m = T_BODY_CAMERA[2, 3] / np.maximum(-rays[..., 2], 1e-9)
+        depth_mm = (1000 * np.minimum(wall_m, floor_m)).astype(np.uint16)
+        return np.full((240, 320, 3), 127, np.uint8), depth_mm
 
     def pose(self) -> F64:
         """T_map_body (4, 4) of the moment the image was taken: x forward, y left, z up."""

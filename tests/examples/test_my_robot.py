@@ -5,24 +5,71 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from pathlib import Path
 
+import numpy as np
+import pytest
+
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.service import build
 from onemap_shared import keys
+from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.messages import FeatureField, RgbdFrame
+from onemap_shared.transport import Bus
 from tests.shared.test_bus import Router, eventually, join, router
 from tests.test_architecture import ROOT
 
 __all__ = ["router"]  # the fixture
 
 
-def test_the_example_robot_sends_frames_and_odometry_and_stops(router: Router) -> None:
+@pytest.fixture
+def witness(router: Router) -> Iterator[Bus]:
+    """A visitor of the bus that the example robot joins; the robot ends as Ctrl-C ends it."""
     bus = join(router, "planner")
-    frames, odometry = bus.subscribe(keys.ROBOT_RGBD), bus.subscribe(keys.ROBOT_ODOMETRY)
     script = ROOT / "examples" / "my_robot.py"
     robot = subprocess.Popen([sys.executable, str(script), router.endpoint])
+    yield bus
+    robot.send_signal(signal.SIGINT)
+    assert robot.wait(timeout=10) == 0
+    bus.close()
+
+
+def test_the_example_robot_sends_frames_and_odometry_and_stops(witness: Bus) -> None:
+    frames, odometry = witness.subscribe(keys.ROBOT_RGBD), witness.subscribe(keys.ROBOT_ODOMETRY)
     first = eventually(lambda: frames.take(0.5))
     later = eventually(lambda: frames.take(0.5))
     assert later.sequence > first.sequence
     assert first.T_map_camera[2, 3] == 1.0
     assert eventually(lambda: odometry.take(0.5)).stamp_ns > 0
-    robot.send_signal(signal.SIGINT)
-    assert robot.wait(timeout=10) == 0
-    bus.close()
+
+
+def field_of(frame: RgbdFrame) -> FeatureField:
+    """What perception makes of a frame, with the same feature everywhere."""
+    return FeatureField(
+        sequence=frame.sequence,
+        stamp_ns=frame.stamp_ns,
+        encoder_id="encoder-a",
+        text_space="space-a",
+        features=np.full((6, 8, 16), 0.25, np.float16),
+        variance=np.ones(frame.depth_mm.shape, np.float32),
+        depth_mm=frame.depth_mm,
+        intrinsics=frame.intrinsics,
+        T_map_camera=frame.T_map_camera,
+    )
+
+
+def test_the_mapper_finds_nothing_wrong_with_the_example(witness: Bus, tmp_path: Path) -> None:
+    frames = witness.subscribe(keys.ROBOT_RGBD)
+    hub = MemoryHub()
+    mapper = build(hub.bus("mapper"), MapperConfig(map_folder=tmp_path))
+    fields = hub.bus("perception").publish(keys.FIELD)
+    for _ in range(3):
+        fields.put(field_of(eventually(lambda: frames.take(0.5))))
+        mapper.step(1.0)
+    health = mapper.health()
+    assert (health.ready, health.problem) == (True, "")
+    assert health.metrics is not None
+    assert health.metrics["frames_fused"] == 3
+    assert health.metrics["floor_height_m"] == pytest.approx(0.0, abs=0.01)
+    assert health.metrics["floor_wrong"] == 0
