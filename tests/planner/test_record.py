@@ -90,6 +90,22 @@ def test_a_search_cancelled_during_a_thought_stays_cancelled() -> None:
     assert not desk.mind.search.active
 
 
+def test_the_end_of_a_search_is_noted_once_whoever_ends_it() -> None:
+    times = iter([100, 200])
+    desk = Desk(clock_ns=lambda: next(times))
+    desk.start("a", ("cup",), THEN, 1)
+    taken = desk.mind
+    assert taken is not None
+    exploring = replace(taken.search, phase=Exploring())
+    given_up = transition(exploring, Exhausted("nothing left"), NOW)
+    assert desk.put_back(taken, replace(taken, search=given_up))
+    desk.start("b", ("bed",), THEN, 150)
+    desk.cancel("b", NOW)
+    for search_id, ended_ns in (("a", 100), ("b", 200), ("b", 200)):
+        told = status(desk.cancel(search_id, NOW), odometer_m=0.0, now_ns=999)
+        assert told.updated_ns == ended_ns
+
+
 def test_old_searches_are_forgotten_one_day() -> None:
     desk = Desk()
     for number in range(KEPT + 2):

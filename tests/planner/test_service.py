@@ -143,6 +143,19 @@ def test_a_second_search_is_refused_with_the_first_one_s_id(house: House) -> Non
     assert refused.value.code == "conflict"
 
 
+def test_a_search_that_is_over_keeps_the_time_of_its_end(house: House) -> None:
+    told = house.start("sofa")
+    house.until(lambda: house.get().reason != told.reason)
+    ended = house.caller.call(keys.SEARCH_CANCEL, SearchId(told.search_id))
+    while house.states.take(0.0) is not None:
+        pass
+    house.until(lambda: (later := house.states.take(0.0)) is not None and later == ended)
+    house.start("bed")
+    house.frame()
+    assert house.get(told.search_id) == ended
+    assert house.get().updated_ns > ended.updated_ns
+
+
 def test_cancel_brakes_and_frees_the_way(house: House) -> None:
     first = house.start("sofa")
     house.until(lambda: any(map(moves, house.driven())))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+import time
+from collections.abc import Callable
 from dataclasses import replace
 
 from onemap_planner.memory import Mind
@@ -24,10 +26,14 @@ class Desk:
     """Holds the mind of the newest search and what became of older ones.
 
     The planning thread takes a mind, thinks, and puts the next one back only if nobody
-    changed it meanwhile: a search that is cancelled during a thought stays cancelled.
+    changed it meanwhile: a search that is cancelled during a thought stays cancelled. Whoever
+    ends a search, the desk notes when, on ``clock_ns`` (nanoseconds since 1970).
     """
 
-    def __init__(self, restored: Search | None = None) -> None:
+    def __init__(
+        self, restored: Search | None = None, clock_ns: Callable[[], int] = time.time_ns
+    ) -> None:
+        self._clock_ns = clock_ns
         self._lock = threading.Lock()
         self._mind = Mind(restored) if restored else None
         self._past: dict[str, Search] = {}
@@ -62,7 +68,7 @@ class Desk:
         with self._lock:
             search = self._find(search_id)
             if self._mind is not None and search is self._mind.search:
-                search = transition(search, Cancelled(), moment)
+                search = self._stamped(transition(search, Cancelled(), moment))
                 self._mind = replace(self._mind, search=search)
             return search
 
@@ -76,8 +82,13 @@ class Desk:
         with self._lock:
             if self._mind is not taken:
                 return False
-            self._mind = thought
+            self._mind = replace(thought, search=self._stamped(thought.search))
             return True
+
+    def _stamped(self, search: Search) -> Search:
+        if search.active or search.ended_ns is not None:
+            return search
+        return replace(search, ended_ns=self._clock_ns())
 
     def _find(self, search_id: str) -> Search:
         if self._mind is not None and search_id in ("", self._mind.search.search_id):

@@ -169,7 +169,10 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class Search:
-    """One search: its objects, how far it is, and the results so far."""
+    """One search: its objects, how far it is, and the results so far.
+
+    started_ns and ended_ns: nanoseconds since 1970; ended_ns is None until it is over.
+    """
 
     search_id: str
     objects: tuple[str, ...]
@@ -179,6 +182,7 @@ class Search:
     results: tuple[ObjectResult, ...]
     reason: str
     started_ns: int
+    ended_ns: int | None = None
 
     @property
     def active(self) -> bool:

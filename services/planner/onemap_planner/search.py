@@ -81,7 +81,10 @@ def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
 
 
 def status(search: Search, *, odometer_m: float, now_ns: int, waiting: str = "") -> SearchStatus:
-    """What the world is told; ``waiting`` says what the robot stands still for."""
+    """What the world is told; ``waiting`` says what the robot stands still for.
+
+    A search that is over was updated last when it ended, however late it is asked about.
+    """
     return SearchStatus(
         search_id=search.search_id,
         state=_public(search.phase),
@@ -90,7 +93,7 @@ def status(search: Search, *, odometer_m: float, now_ns: int, waiting: str = "")
         reason=f"waiting: {waiting}" if waiting and search.active else search.reason,
         results=search.results,
         started_ns=search.started_ns,
-        updated_ns=now_ns,
+        updated_ns=now_ns if search.ended_ns is None else search.ended_ns,
         path_length_m=_driven(search, odometer_m),
     )
 
