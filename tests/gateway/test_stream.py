@@ -124,6 +124,7 @@ def test_news_is_a_later_state_of_the_same_search() -> None:
     first = search("s1", updated_ns=5)
     assert is_news(search("s1", SearchState.FOUND, updated_ns=6), first)
     assert not is_news(first, first)
-    assert not is_news(search("s1", SearchState.FOUND, updated_ns=4), first)
+    assert not is_news(search("s1", SearchState.APPROACHING, updated_ns=4), first)
+    assert is_news(search("s1", SearchState.FOUND, updated_ns=4), first)  # made in one instant
     assert not is_news(search("s2", updated_ns=6), first)
     assert not is_news(search("s1", updated_ns=7), search("s1", SearchState.FOUND, updated_ns=6))

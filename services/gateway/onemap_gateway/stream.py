@@ -68,9 +68,14 @@ async def search_events(
 
 
 def is_news(status: SearchStatus, last: SearchStatus) -> bool:
-    """Whether ``status`` is a later state of the same search, which had not ended."""
+    """Whether ``status`` is a later state of the same search, which had not ended.
+
+    The end is later than anything, though a status that was made in the same instant may bear a
+    later time.
+    """
     same = status.search_id == last.search_id and last.active
-    return same and status != last and status.updated_ns >= last.updated_ns
+    later = status.updated_ns >= last.updated_ns or not status.active
+    return same and status != last and later
 
 
 def _status(gateway: Gateway, status: SearchStatus) -> bytes:
