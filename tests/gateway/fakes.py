@@ -179,7 +179,7 @@ class FakeMapper:
 
     def _load(self, request: m.MapFile) -> m.MapSummary:
         if request.name not in self.saved:
-            raise Refusal("not_found", f"there is no map {request.name!r}")
+            raise Refusal("unknown_map", f"there is no map {request.name!r}")
         return self._summary(f"maps/{request.name}")
 
     def _summary(self, path: str) -> m.MapSummary:

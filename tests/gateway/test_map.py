@@ -80,6 +80,7 @@ def test_a_map_is_saved_loaded_and_cleared(client: TestClient, mapper: FakeMappe
 def test_a_map_that_is_not_there_cannot_be_loaded(client: TestClient) -> None:
     answer = client.post("/v1/map/load", json={"name": "nix"})
     assert answer.status_code == 404
+    assert answer.json()["type"].endswith("unknown_map")
     assert "nix" in answer.json()["detail"]
 
 
@@ -87,6 +88,13 @@ def test_a_map_that_is_not_there_cannot_be_loaded(client: TestClient) -> None:
 @pytest.mark.parametrize("verb", ["save", "load"])
 def test_a_name_that_is_a_path_is_refused(client: TestClient, name: object, verb: str) -> None:
     assert client.post(f"/v1/map/{verb}", json={"name": name}).status_code == 422
+
+
+def test_a_refused_name_is_told_which_letters_are_allowed(client: TestClient) -> None:
+    detail = client.post("/v1/map/save", json={"name": "Küche 1"}).json()["detail"]
+    assert "letters (A-Z, a-z), digits, '.', '_' and '-'" in detail
+    names = client.get("/openapi.json").json()["components"]["schemas"]["MapName"]["properties"]
+    assert names["name"]["pattern"] == "^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
 
 
 @pytest.mark.parametrize(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import string
+from typing import Literal
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from onemap_gateway.problems import KINDS, Problem, from_call, from_validation, sentence
 from onemap_gateway.responses import problem_response
@@ -41,6 +42,7 @@ def test_a_failed_call_is_always_a_whole_problem(error: CallError, service: str)
         ("invalid", 422),
         ("conflict", 409),
         ("unknown_search", 404),
+        ("unknown_map", 404),
         ("unknown_word", 422),
         ("empty_map", 409),
         ("encoder_mismatch", 409),
@@ -94,6 +96,16 @@ def test_all_wrong_fields_are_listed() -> None:
     problem = refused(QueryRequest, '{"text": 5, "max_regions": 0}')
     fields = [error["field"] for error in problem.extra["errors"]]
     assert fields == ["text", "max_regions"]
+
+
+def test_the_words_of_a_schema_keep_their_case() -> None:
+    class Choice(BaseModel):
+        colour: Literal["Red", "BLUE"]
+        code: str = Field(pattern="^[A-Z]+$")
+
+    detail = refused(Choice, '{"colour": "green", "code": "x"}').detail
+    assert "'colour': input should be 'Red' or 'BLUE'" in detail
+    assert "[A-Z]" in detail
 
 
 def test_a_search_names_its_objects_in_one_way() -> None:

@@ -285,9 +285,11 @@ def test_a_refused_load_changes_nothing(rig: Rig, tmp_path: Path) -> None:
     before = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
     (tmp_path / "maps").mkdir()
     (tmp_path / "maps" / "broken.npz").write_bytes(b"PK\x03\x04 no map")
-    for name in ("broken", "missing", "../escape"):
-        with pytest.raises(RemoteError, match=name.strip("./")):
+    codes = {"broken": "invalid", "missing": "unknown_map", "../escape": "invalid"}
+    for name, code in codes.items():
+        with pytest.raises(RemoteError, match=name.strip("./")) as refused:
             rig.client.call(keys.MAP_LOAD, MapFile(name))
+        assert refused.value.code == code
     after = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
     assert after.revision == before.revision
     np.testing.assert_array_equal(after.occupancy, before.occupancy)

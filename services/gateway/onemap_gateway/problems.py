@@ -30,6 +30,7 @@ KINDS: Mapping[str, Kind] = {
     "foreign_origin": Kind(403, "The request comes from another site's page"),
     "not_found": Kind(404, "There is no such thing here"),
     "unknown_search": Kind(404, "There is no such search"),
+    "unknown_map": Kind(404, "There is no such map"),
     "method_not_allowed": Kind(405, "This address does not take this method"),
     "slow_body": Kind(408, "The body did not arrive in time"),
     "conflict": Kind(409, "Another search is under way"),
@@ -142,7 +143,8 @@ def _reason(error: Mapping[str, Any]) -> str:
         case "value_error":  # the schema's own sentence
             return str(error["msg"]).removeprefix("Value error, ")
         case _:
-            return f"{place!r}: {str(error['msg']).lower()}" if place else str(error["msg"])
+            reason = str(error["msg"])
+            return f"{place!r}: {reason[0].lower()}{reason[1:]}" if place else reason
 
 
 def sentence(text: str) -> str:

@@ -33,6 +33,10 @@ ARRAYS = (
 )
 
 
+class UnknownMap(SnapshotError):
+    """There is no file of this name."""
+
+
 def file_in(folder: Path, name: str) -> Path:
     """The file of this name, always directly inside ``folder``."""
     if not NAME.fullmatch(name) or name.startswith("."):
@@ -59,9 +63,12 @@ def write(snapshot: Snapshot, path: Path) -> int:
 
 
 def read(path: Path) -> Snapshot:
-    """The checked content of a file; raises ``SnapshotError``."""
+    """The checked content of a file; raises ``UnknownMap`` or another ``SnapshotError``."""
     if not path.is_file():
-        raise SnapshotError(f"there is no map {path.name} in {path.parent}")
+        raise UnknownMap(
+            f"there is no map {path.name} in {path.parent} on the mapper's machine: save one with "
+            "'onemap map save', or correct the name"
+        )
     try:
         with np.load(path, allow_pickle=False) as archive:
             raw = json.loads(str(archive["header"]))

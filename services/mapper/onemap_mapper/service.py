@@ -147,7 +147,10 @@ class Mapper:
     def load(self, request: MapFile) -> MapSummary:
         """Replace the map by one from the configured folder, or refuse and change nothing."""
         path = map_file.file_in(self._config.map_folder, request.name)
-        content = map_file.read(path)
+        try:
+            content = map_file.read(path)
+        except map_file.UnknownMap as problem:
+            raise Refusal("unknown_map", str(problem)) from problem
         with self._lock:
             self._replace(
                 snapshot.restore(
