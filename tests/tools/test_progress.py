@@ -52,7 +52,12 @@ def test_a_line_comes_at_a_change_and_every_five_seconds() -> None:
 def test_what_nobody_tells_is_left_out() -> None:
     unknown = Progress(1.0, ("sofa",), (), "sofa", "exploring", "", 0.0)
     assert unknown.robot == "drove 0.0 m"
-    assert unknown.map == "no map yet"
+    assert unknown.map == ""
+    out = console()
+    with LineView(out) as view:
+        view.show(unknown)
+    out.print(panel(unknown))
+    assert "map" not in text_of(out)
 
 
 def test_the_panel_names_objects_state_and_robot() -> None:

@@ -48,11 +48,19 @@ def report(state: str, *results: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def gateway(*answers: dict[str, Any] | int) -> Gateway:
-    """Answers these in turn (a number is an error of that status), the last one for ever."""
+STATUS = {"streams": [{"name": "revision", "age_s": 0.25, "rate_hz": 5.0}]}
+
+
+def gateway(*answers: dict[str, Any] | int, status: dict[str, Any] | None = None) -> Gateway:
+    """Answers these in turn (a number is an error of that status), the last one for ever.
+
+    /v1/status answers with ``status``, or 404 without.
+    """
     waiting = list(answers)
 
-    def handle(_: httpx.Request) -> httpx.Response:
+    def handle(request: httpx.Request) -> httpx.Response:
+        if request.url.path == "/v1/status":
+            return httpx.Response(200, json=status) if status else httpx.Response(404)
         answer = waiting.pop(0) if len(waiting) > 1 else waiting[0]
         if isinstance(answer, int):
             return httpx.Response(answer, json={"detail": "The planner is not running."})
@@ -88,6 +96,22 @@ def test_a_planner_that_is_away_for_a_while_is_waited_for() -> None:
     door = gateway(report("exploring"), 503, 503, report("found", RESULT))
     assert all_found(search(door, ("sofa",), out))
     assert "The planner is not running." in text_of(out)
+
+
+def test_the_pace_of_the_map_comes_from_the_gateway() -> None:
+    out = console()
+    search(gateway(report("exploring"), report("found", RESULT), status=STATUS), ("sofa",), out)
+    assert "map 0.2 s old, 5.0 updates/s" in text_of(out)
+
+
+@pytest.mark.parametrize(
+    "status", [None, {"streams": []}, {"streams": [{**STATUS["streams"][0], "age_s": None}]}]
+)
+def test_a_map_of_which_nobody_tells_is_left_out(status: dict[str, Any] | None) -> None:
+    out = console()
+    search(gateway(report("exploring"), report("found", RESULT), status=status), ("sofa",), out)
+    assert "sofa: exploring" in text_of(out)
+    assert "map" not in text_of(out)
 
 
 def test_patience_ends() -> None:

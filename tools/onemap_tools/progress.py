@@ -47,8 +47,10 @@ class Progress:
 
     @property
     def map(self) -> str:
-        """How old the map is and how often it is updated."""
-        age = "no map yet" if self.map_age_s is None else f"{self.map_age_s:.1f} s old"
+        """How old the map is and how often it is updated; empty if nobody tells."""
+        if self.map_age_s is None:
+            return ""
+        age = f"{self.map_age_s:.1f} s old"
         known = self.map_rate_hz is not None and isfinite(self.map_rate_hz)
         return f"{age}, {self.map_rate_hz:.1f} updates/s" if known else age
 
@@ -103,9 +105,10 @@ class LineView:
     def show(self, progress: Progress) -> None:
         """See ``View``."""
         settled = f"{len(progress.done)}/{len(progress.objects)}"
+        known = f"map {progress.map}; " if progress.map else ""
         text = (
             f"[{settled}] {progress.target or 'search'}: {progress.state}; robot {progress.robot}; "
-            f"map {progress.map}; {progress.reason}"
+            f"{known}{progress.reason}"
         )
         self._line(progress.elapsed_s, (progress.target, progress.state), text)
 
@@ -155,7 +158,8 @@ def panel(progress: Progress) -> Group:
     table.add_row("objects", names)
     table.add_row("state", Text(f"{progress.state}: {progress.reason}"))
     table.add_row("robot", Text(progress.robot))
-    table.add_row("map", Text(progress.map))
+    if progress.map:
+        table.add_row("map", Text(progress.map))
     table.add_row("time", Text(f"{progress.elapsed_s:.0f} s"))
     bar = ProgressBar(total=len(progress.objects), completed=len(progress.done), width=BAR_WIDTH)
     return Group(bar, table)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 from rich.console import Console
@@ -18,8 +19,30 @@ POLL_S = 0.5
 PATIENCE = 20  # polls in a row that may fail: a killed gateway is back by then
 
 
-def progress_of(search: dict[str, Any], witness: Witness | None = None) -> Progress:
-    """A search as the gateway reports it, with what a witness on the bus knows besides."""
+@dataclass(frozen=True, slots=True)
+class MapPace:
+    """Seconds since the map last changed, and updates per second; None: not told."""
+
+    map_age_s: float | None = None
+    map_rate_hz: float | None = None
+
+
+def map_pace(gateway: Gateway) -> MapPace:
+    """What the gateway has cached of the map; nothing if it does not say. No call to the mapper."""
+    try:
+        streams = gateway.status()["streams"]
+    except (Trouble, KeyError):
+        return MapPace()
+    revision = next((stream for stream in streams if stream["name"] == "revision"), {})
+    return MapPace(revision.get("age_s"), revision.get("rate_hz"))
+
+
+def progress_of(
+    search: dict[str, Any], witness: Witness | None = None, pace: MapPace | None = None
+) -> Progress:
+    """A search as the gateway reports it, with what a witness on the bus knows besides, or with
+    the ``pace`` of the map where there is none."""
+    told = witness or pace
     return Progress(
         elapsed_s=search["elapsed_s"],
         objects=tuple(search["objects"]),
@@ -29,8 +52,8 @@ def progress_of(search: dict[str, Any], witness: Witness | None = None) -> Progr
         reason=search["reason"],
         path_length_m=search["path_length_m"],
         position_m=witness.position_m if witness else None,
-        map_age_s=witness.map_age_s if witness else None,
-        map_rate_hz=witness.map_rate_hz if witness else None,
+        map_age_s=told.map_age_s if told else None,
+        map_rate_hz=told.map_rate_hz if told else None,
     )
 
 
@@ -69,7 +92,7 @@ def search(gateway: Gateway, objects: tuple[str, ...], console: Console) -> dict
     with interruptible() as stop, view_for(console) as view:
         followed = Followed(gateway, gateway.start_search(objects))
         while followed.active:
-            view.show(progress_of(followed.report))
+            view.show(progress_of(followed.report, pace=map_pace(gateway)))
             if stop.wait(POLL_S):
                 followed.cancel()
                 break
