@@ -233,7 +233,8 @@ def gateway_on(hub: MemoryHub, config: GatewayConfig | None = None) -> Iterator[
     bus = hub.bus("gateway")
     ear = Hub(bus)
     try:
-        yield Gateway(ear, Calls(bus, config.call_timeout_s, config.calls_at_once), config)
+        calls = Calls(bus, config.call_timeout_s, config.calls_at_once, ear.hung)
+        yield Gateway(ear, calls, config)
     finally:
         ear.begin_close()  # its threads end by themselves
         bus.close()

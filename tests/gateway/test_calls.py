@@ -12,7 +12,8 @@ from onemap_gateway.calls import Calls
 from onemap_gateway.problems import Problem
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryHub
-from onemap_shared.messages import SearchId, SearchStatus
+from onemap_shared.messages import MapClear, MapSummary, SearchId, SearchStatus
+from onemap_shared.transport import Refusal
 from tests.gateway.fakes import FakeMapper, FakePlanner, search
 
 NEWEST = SearchId()
@@ -96,3 +97,25 @@ def test_a_hung_service_does_not_hold_up_another(hung: MemoryHub) -> None:
 
     anyio.run(both)
     assert order == ["mapper", "planner"]
+
+
+def hangs(service: str) -> str:
+    return f"The {service} hangs."
+
+
+def test_nobody_there_is_a_timeout_where_the_service_is_known_to_hang(hub: MemoryHub) -> None:
+    problem = problem_of(Calls(hub.bus(), 2.0, 2, hangs))
+    assert (problem.kind, problem.extra["service"]) == ("timeout", "planner")
+    assert problem.detail == "The planner hangs."
+
+
+def test_a_hung_service_behind_the_one_asked_is_told_the_same_way(hub: MemoryHub) -> None:
+    bus = hub.bus("mapper")
+
+    def refuse(_request: MapClear) -> MapSummary:
+        raise Refusal("perception_missing", "perception does not run")
+
+    bus.serve(keys.MAP_CLEAR, refuse)
+    with pytest.raises(Problem, match="perception hangs") as refused:
+        anyio.run(Calls(hub.bus(), 2.0, 2, hangs).ask, keys.MAP_CLEAR, MapClear())
+    assert (refused.value.kind, refused.value.extra["service"]) == ("timeout", "perception")

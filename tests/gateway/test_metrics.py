@@ -24,7 +24,7 @@ def samples(state: LiveState, requests: RequestCounter | None = None) -> dict[st
 
 
 def test_what_runs_and_what_not() -> None:
-    state = LiveState().with_alive(frozenset({"mapper"}))
+    state = LiveState().with_alive(frozenset({"mapper"}), 0.0)
     state = state.with_message(fakes.heartbeat("mapper"), 9.0)
     found = samples(state)
     assert found["onemap_up service=mapper"] == 1

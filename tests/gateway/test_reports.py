@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from onemap_gateway.reports import STAGES, Condition, find_gap, report_service, reports
+from onemap_gateway.reports import (
+    STAGES,
+    Condition,
+    find_gap,
+    hung_problem,
+    report_service,
+    reports,
+)
 from onemap_gateway.state import LiveState
 from tests.gateway import fakes
 
@@ -13,7 +20,7 @@ SERVICES = frozenset({"simulator", "perception", "mapper", "planner"})
 
 def well(now_s: float) -> LiveState:
     """A robot of which all is well at ``now_s``."""
-    state = LiveState().with_alive(SERVICES)
+    state = LiveState().with_alive(SERVICES, 0.0)
     for service in SERVICES:
         state = state.with_message(fakes.heartbeat(service), now_s)
     state = state.with_message(fakes.rgbd(), now_s)
@@ -40,7 +47,7 @@ def test_at_the_start_the_robot_is_missing() -> None:
 
 @pytest.mark.parametrize("service", ["perception", "mapper", "planner"])
 def test_a_killed_service_is_named_with_the_command_that_starts_it(service: str) -> None:
-    state = well(10.0).with_alive(SERVICES - {service})
+    state = well(10.0).with_alive(SERVICES - {service}, 10.5)
     report = report_service(service, state, 10.0)
     assert report.condition is Condition.DOWN
     assert not report.ready
@@ -49,7 +56,7 @@ def test_a_killed_service_is_named_with_the_command_that_starts_it(service: str)
 
 @pytest.mark.parametrize("service", ["perception", "mapper"])
 def test_the_map_is_fresh_for_a_while_after_a_stage_was_killed(service: str) -> None:
-    state = well(10.0).with_alive(SERVICES - {service})
+    state = well(10.0).with_alive(SERVICES - {service}, 10.5)
     assert find_gap(state, 13.0, 5.0) is None
     state = state.with_message(fakes.rgbd(), 16.0).with_message(fakes.odometry(0, 0), 16.0)
     for other in SERVICES:
@@ -60,7 +67,7 @@ def test_the_map_is_fresh_for_a_while_after_a_stage_was_killed(service: str) -> 
 
 
 def test_without_a_planner_the_robot_is_not_ready() -> None:
-    gap = find_gap(well(10.0).with_alive(SERVICES - {"planner"}), 10.0, 5.0)
+    gap = find_gap(well(10.0).with_alive(SERVICES - {"planner"}, 10.5), 10.0, 5.0)
     assert gap is not None
     assert gap.service == "planner"
 
@@ -84,10 +91,48 @@ def test_frames_that_get_lost_without_a_culprit_are_said_so() -> None:
     assert "onemap doctor" in gap.detail
 
 
-def test_a_silent_service_is_down() -> None:
+def test_a_service_that_falls_silent_hangs_and_must_not_be_started_twice() -> None:
     report = report_service("mapper", well(10.0), 14.0)
     assert report.condition is Condition.DOWN
-    assert "not been heard for 4 s" in report.problem
+    assert report.problem == (
+        "The mapper has not been heard for 4 s: its process hangs or its link is down; restart it "
+        "rather than start a second one."
+    )
+
+
+@pytest.mark.parametrize("lost_after_s", [0.0, 0.5, 1.3])
+def test_a_token_that_goes_with_the_heartbeat_is_of_a_process_that_ended(
+    lost_after_s: float,
+) -> None:
+    state = well(10.0).with_alive(SERVICES - {"mapper"}, 10.0 + lost_after_s)
+    report = report_service("mapper", state, 18.0)
+    assert report.problem.startswith("The mapper stopped 8 s ago: start it with 'onemap mapper'")
+    assert hung_problem("mapper", state, 18.0) == ""
+
+
+@pytest.mark.parametrize("lost_after_s", [2.0, 2.5, 3.3])
+def test_a_token_that_outlives_the_heartbeat_is_of_a_process_that_hangs(
+    lost_after_s: float,
+) -> None:
+    state = well(10.0).with_alive(SERVICES - {"mapper"}, 10.0 + lost_after_s)
+    report = report_service("mapper", state, 18.0)
+    assert report.condition is Condition.DOWN
+    assert report.problem.startswith("The mapper has not been heard for 8 s: its process hangs")
+    assert report.problem == hung_problem("mapper", state, 18.0)
+    gap = find_gap(state.with_message(fakes.rgbd(), 18.0), 18.0, 5.0)
+    assert gap is not None
+    assert "start it" not in gap.detail
+
+
+def test_a_service_that_is_back_and_not_yet_heard_neither_hangs_nor_is_down() -> None:
+    state = well(10.0).with_alive(SERVICES - {"mapper"}, 12.5).with_alive(SERVICES, 20.0)
+    report = report_service("mapper", state, 21.0)
+    assert (report.condition, report.problem) == (
+        Condition.DEGRADED,
+        "The mapper has just started.",
+    )
+    state = state.with_message(fakes.heartbeat("mapper", 5), 21.5)
+    assert report_service("mapper", state, 22.0).condition is Condition.OK
 
 
 def test_a_hung_loop_is_down_though_it_still_beats() -> None:
@@ -112,7 +157,7 @@ def test_not_ready_without_a_reason_is_said_so() -> None:
 
 
 def test_a_service_that_has_just_started_is_not_down() -> None:
-    state = LiveState().with_alive(frozenset({"mapper"}))
+    state = LiveState().with_alive(frozenset({"mapper"}), 0.0)
     assert report_service("mapper", state, 0.0).condition is Condition.DEGRADED
 
 
@@ -124,5 +169,5 @@ def test_a_robot_without_odometry_is_degraded() -> None:
 
 
 def test_visitors_of_the_bus_are_not_services() -> None:
-    state = LiveState().with_alive(frozenset({"doctor", "demo", "perception"}))
+    state = LiveState().with_alive(frozenset({"doctor", "demo", "perception"}), 0.0)
     assert [report.name for report in reports(state, 10.0)] == list(STAGES)

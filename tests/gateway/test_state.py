@@ -111,9 +111,9 @@ def test_old_detections_and_paths_are_not_shown() -> None:
 
 
 def test_the_same_liveliness_is_the_same_state() -> None:
-    state = LiveState().with_alive(frozenset({"mapper"}))
+    state = LiveState().with_alive(frozenset({"mapper"}), 0.0)
     assert state.alive == {"mapper"}
-    assert state.with_alive(frozenset({"mapper"})) is state
+    assert state.with_alive(frozenset({"mapper"}), 1.0) is state
 
 
 def test_a_final_status_is_kept_like_any_other() -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TypeVar
 
 import anyio
 from anyio import CapacityLimiter, to_thread
 
-from onemap_gateway.problems import from_call
+from onemap_gateway.problems import from_call, never_hung
 from onemap_shared import keys
 from onemap_shared.keys import Procedure
 from onemap_shared.transport import Bus, CallError, QueryTimeout
@@ -30,11 +31,18 @@ class Calls:
     """Asks the mapper and the planner without blocking the event loop.
 
     Each service has its own few threads, so one that hangs cannot keep the others' answers
-    from coming; who finds all of them taken is told so in time.
+    from coming; who finds all of them taken is told so in time. ``hung``: see ``from_call``.
     """
 
-    def __init__(self, bus: Bus, timeout_s: float, calls_at_once: int) -> None:
+    def __init__(
+        self,
+        bus: Bus,
+        timeout_s: float,
+        calls_at_once: int,
+        hung: Callable[[str], str] = never_hung,
+    ) -> None:
         self._bus = bus
+        self._hung = hung
         self._timeout_s = timeout_s
         self._limiters = {
             service: CapacityLimiter(calls_at_once) for service in ("mapper", "planner")
@@ -57,6 +65,6 @@ class Calls:
                     limiter=self._limiters[service],
                 )
         except TimeoutError:
-            raise from_call(QueryTimeout(), service, limit_s) from None
+            raise from_call(QueryTimeout(), service, limit_s, self._hung) from None
         except CallError as error:
-            raise from_call(error, service, limit_s) from error
+            raise from_call(error, service, limit_s, self._hung) from error

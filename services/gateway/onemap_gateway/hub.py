@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from onemap_gateway.reports import hung_for_s, hung_problem
 from onemap_gateway.state import LiveState, Message
 from onemap_shared import keys
 from onemap_shared.keys import Topic
@@ -74,6 +75,14 @@ class Hub:
         """What became of each stream's messages."""
         return {name: subscription.counters for name, subscription in self._subscriptions.items()}
 
+    def hung(self, service: str) -> str:
+        """What to say if the service hangs or is cut off; empty if it is not."""
+        return hung_problem(service, self._state, self._clock_s())
+
+    def hung_for_s(self, service: str) -> float | None:
+        """Seconds since a service that hangs was heard; None if it does not hang."""
+        return hung_for_s(service, self._state, self._clock_s())
+
     def wait_for(self, condition: Callable[[LiveState], bool], timeout_s: float) -> bool:
         """Block until the snapshot satisfies ``condition``; False after ``timeout_s``."""
         with self._changed:
@@ -106,7 +115,7 @@ class Hub:
         while True:
             alive = self._bus.alive()
             with self._changed:
-                self._state = self._state.with_alive(alive)
+                self._state = self._state.with_alive(alive, self._clock_s())
                 self._changed.notify_all()
             if self._closing.wait(ALIVE_S):
                 return

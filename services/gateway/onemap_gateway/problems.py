@@ -6,7 +6,7 @@ tells what to do. The codes with which services refuse a request are kinds, too.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -90,8 +90,22 @@ class Problem(Exception):
         return {}
 
 
-def from_call(error: CallError, service: str, timeout_s: float) -> Problem:
-    """The problem behind a question to ``service`` that got no answer."""
+def never_hung(_service: str) -> str:
+    """Where nobody knows whether a service hangs."""
+    return ""
+
+
+def from_call(
+    error: CallError, service: str, timeout_s: float, hung: Callable[[str], str] = never_hung
+) -> Problem:
+    """The problem behind a question to ``service`` that got no answer.
+
+    ``hung`` says of a service that it hangs, in a sentence, or nothing: the bus cannot tell a
+    process that hangs from one that ended, since both lose their connection.
+    """
+    silent = _silent(error, service)
+    if silent and (detail := hung(silent)):
+        return Problem("timeout", detail, service=silent)
     match error:
         case NoReply():
             detail = f"{called(service)} is not running: {START.format(service=service)}."
@@ -110,6 +124,13 @@ def from_call(error: CallError, service: str, timeout_s: float) -> Problem:
         case _:
             detail = f"{called(service)} failed: {sentence(str(error))}"
             return Problem("remote", detail, service=service)
+
+
+def _silent(error: CallError, asked: str) -> str:
+    """The service that gave no sign, empty if all did."""
+    if isinstance(error, RemoteError):
+        return BEHIND[error.code][1] if error.code in BEHIND else ""
+    return asked
 
 
 def called(service: str) -> str:

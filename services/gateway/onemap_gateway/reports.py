@@ -12,6 +12,10 @@ from onemap_shared.keys import SERVICES
 
 STREAM_S = 2.0  # a robot that sends a frame every second is slow, one slower than this is silent
 SILENT_S = 3.5  # three heartbeats missed
+# A process that ends takes its token along, at most one heartbeat (1 s) and one look at the tokens
+# (0.25 s) after it was last heard. One that hangs, or whose link is cut, keeps its token for the
+# 2 s of the bus's lease.
+ENDED_WITHIN_S = 1.6
 HANGS_S = 5.0  # a loop steps ten times a second, and no step of a healthy service takes so long
 STAGES = ("robot", "perception", "mapper", "planner")  # in the order a frame passes them
 
@@ -59,7 +63,7 @@ def report_service(name: str, state: LiveState, now_s: float) -> Report:
     if beat is None:
         start = START.format(service=name)
         return Report(name, Condition.DOWN, f"{called(name)} is not running: {start}.")
-    condition, problem = _judge(name, alive, beat, now_s)
+    condition, problem = _judge(name, state, beat, now_s)
     heartbeat = beat.heartbeat
     return Report(
         name=name,
@@ -72,20 +76,54 @@ def report_service(name: str, state: LiveState, now_s: float) -> Report:
     )
 
 
-def _judge(name: str, alive: bool, beat: Beat, now_s: float) -> tuple[Condition, str]:
+def hung_for_s(name: str, state: LiveState, now_s: float) -> float | None:
+    """Seconds since a service that hangs, or whose link is cut, was heard; None if it ended,
+    runs, has just started again, or was never heard."""
+    beat = state.beats.get(name)
+    if beat is None:
+        return None
+    changed_s = state.alive_changed_s.get(name, beat.arrived_s)
+    silent_s = now_s - beat.arrived_s
+    if name in state.alive:
+        return silent_s if silent_s > SILENT_S and changed_s <= beat.arrived_s else None
+    return silent_s if changed_s - beat.arrived_s > ENDED_WITHIN_S else None
+
+
+def hung_problem(name: str, state: LiveState, now_s: float) -> str:
+    """What to do about a service that hangs or is cut off; empty if it is not."""
+    silent_s = hung_for_s(name, state, now_s)
+    return "" if silent_s is None else hung_sentence(name, silent_s)
+
+
+def hung_sentence(name: str, silent_s: float) -> str:
+    """A second process beside one that hangs would mix its messages with the first's."""
+    return (
+        f"{called(name)} has not been heard for {silent_s:.0f} s: its process hangs or its link "
+        "is down; restart it rather than start a second one."
+    )
+
+
+def _judge(name: str, state: LiveState, beat: Beat, now_s: float) -> tuple[Condition, str]:
     silent_s, hangs_s = now_s - beat.arrived_s, now_s - beat.advanced_s
-    if not alive:
+    if hung := hung_problem(name, state, now_s):
+        return Condition.DOWN, hung
+    if name not in state.alive:
         start = START.format(service=name)
         return Condition.DOWN, f"{called(name)} stopped {silent_s:.0f} s ago: {start}."
-    if silent_s > SILENT_S:
-        return Condition.DOWN, f"{called(name)} has not been heard for {silent_s:.0f} s."
-    if hangs_s > HANGS_S:
+    if silent_s <= SILENT_S and hangs_s > HANGS_S:
         return Condition.DOWN, f"{called(name)} runs but has stood still for {hangs_s:.0f} s."
+    problem = _ailing(name, beat, silent_s)
+    return Condition.DEGRADED if problem else Condition.OK, problem
+
+
+def _ailing(name: str, beat: Beat, silent_s: float) -> str:
+    if silent_s > SILENT_S:  # its token is newer than this heartbeat, which another process sent
+        return f"{called(name)} has just started."
     if beat.heartbeat.problem:
-        return Condition.DEGRADED, sentence(beat.heartbeat.problem)
+        return sentence(beat.heartbeat.problem)
     if not beat.heartbeat.ready:
-        return Condition.DEGRADED, f"{called(name)} is not ready and does not say why."
-    return Condition.OK, ""
+        return f"{called(name)} is not ready and does not say why."
+    return ""
 
 
 def report_robot(state: LiveState, now_s: float) -> Report:

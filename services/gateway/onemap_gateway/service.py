@@ -15,6 +15,7 @@ from onemap_gateway.config import GatewayConfig
 from onemap_gateway.context import Gateway
 from onemap_gateway.guard import MAX_BODY_BYTES
 from onemap_gateway.hub import Hub
+from onemap_shared.keys import SERVICES
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
 
@@ -32,7 +33,7 @@ class GatewayWorker:
         listener = listen(config.host, config.port)
         self.port: int = listener.getsockname()[1]
         self._hub = Hub(bus)
-        calls = Calls(bus, config.call_timeout_s, config.calls_at_once)
+        calls = Calls(bus, config.call_timeout_s, config.calls_at_once, self._hub.hung)
         app = create_app(Gateway(self._hub, calls, config))
         self._server = uvicorn.Server(
             uvicorn.Config(
@@ -66,6 +67,9 @@ class GatewayWorker:
             for stream, counters in self._hub.counters().items()
             for outcome in ("received", "missed", "skipped", "refused")
         }
+        for service in SERVICES:
+            if (silent_s := self._hub.hung_for_s(service)) is not None:
+                metrics[f"hung_{service}_s"] = silent_s  # for a doctor, who came later than that
         ready = self._server.started
         return Health(ready, "" if ready else "the HTTP server is starting", metrics)
 

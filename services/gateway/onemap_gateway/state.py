@@ -72,6 +72,7 @@ class LiveState:
 
     ``search_log`` keeps the newest statuses in order; ``search_count`` counts all, so that a
     reader knows which of them are new to it. ``trail_m``: where the robot has been, (x, y).
+    ``alive_changed_s``: when each service's liveliness token was last seen to come or go.
     """
 
     frame: Seen[RgbdFrame] | None = None
@@ -86,14 +87,19 @@ class LiveState:
     fused_s: float | None = None
     beats: Mapping[str, Beat] = field(default_factory=dict)
     alive: frozenset[str] = frozenset()
+    alive_changed_s: Mapping[str, float] = field(default_factory=dict)
 
     def with_message(self, message: Message, now_s: float) -> LiveState:
         """The state after ``message`` arrived."""
         return replace(self, **_changes(self, message, now_s))
 
-    def with_alive(self, services: frozenset[str]) -> LiveState:
+    def with_alive(self, services: frozenset[str], now_s: float) -> LiveState:
         """The state after the liveliness tokens were read."""
-        return self if services == self.alive else replace(self, alive=services)
+        changed = services ^ self.alive
+        if not changed:
+            return self
+        times_s = {**self.alive_changed_s, **dict.fromkeys(changed, now_s)}
+        return replace(self, alive=services, alive_changed_s=times_s)
 
     def detections_now(self, now_s: float) -> Detections | None:
         """What is seen now: boxes of long ago would lie over another image."""
