@@ -145,7 +145,11 @@ class Pulse:
     progress: int = 0
 
     def run(self, stop: threading.Event) -> None:
-        """Publish health once a second and feed systemd's watchdog while the loop advances."""
+        """Publish health once a second and feed systemd's watchdog while the loop advances.
+
+        The last heartbeat is sent when the process stops, so that its end follows a sign of life
+        at once: what ends later than that was cut off.
+        """
         publisher = self.bus.publish(heartbeat(self.service))
         systemd = sdnotify.SystemdNotifier()
         systemd.notify("READY=1")
@@ -166,6 +170,7 @@ class Pulse:
             publisher.put(self._beat(health))
             if stop.wait(HEARTBEAT_S):
                 systemd.notify("STOPPING=1")
+                publisher.put(self._beat(Health(ready=False, problem="it is stopping")))
                 return
 
     def _beat(self, health: Health) -> Heartbeat:

@@ -79,6 +79,10 @@ def test_heartbeats_tell_health_and_progress_until_sigterm(router: Router) -> No
     assert process.returncode == 0
     assert "closed" in stdout
     eventually(lambda: True if "mapper" not in bus.alive() else None)
+    last = second
+    while (beat := beats.take(0.0)) is not None:
+        last = beat
+    assert (last.ready, last.problem) == (False, "it is stopping")
     bus.close()
 
 
