@@ -73,3 +73,17 @@ def test_closing_is_told_to_streams_before_it_is_done(hub: MemoryHub) -> None:
     after = ear.closing
     ear.close()
     assert (before, after) == (False, True)
+
+
+def test_a_service_hangs_if_it_was_silent_before_its_token_went(hub: MemoryHub) -> None:
+    now_s = [10.0]
+    mapper = hub.bus("mapper")
+    ear = Hub(hub.bus("gateway"), clock_s=lambda: now_s[0])
+    mapper.publish(keys.heartbeat("mapper")).put(fakes.heartbeat("mapper"))
+    assert ear.wait_for(lambda state: "mapper" in state.beats, WAIT_S)
+    assert ear.wait_for(lambda state: "mapper" in state.alive, WAIT_S)
+    now_s[0] = 12.5
+    assert ear.hung("mapper") == ""
+    mapper.close()
+    assert "its process hangs" in ear.hung("mapper")  # before the next look at the tokens
+    ear.close()

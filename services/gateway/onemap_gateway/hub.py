@@ -76,8 +76,12 @@ class Hub:
         return {name: subscription.counters for name, subscription in self._subscriptions.items()}
 
     def hung(self, service: str) -> str:
-        """What to say if the service hangs or is cut off; empty if it is not."""
-        return hung_problem(service, self._state, self._clock_s())
+        """What to say if the service hangs or is cut off; empty if it is not.
+
+        Reads the liveliness tokens anew: who asks has just seen that nobody answers.
+        """
+        now_s = self._clock_s()
+        return hung_problem(service, self._state.with_alive(self._bus.alive(), now_s), now_s)
 
     def hung_for_s(self, service: str) -> float | None:
         """Seconds since a service that hangs was heard; None if it does not hang."""
