@@ -9,7 +9,7 @@ import pytest
 
 from onemap_shared import keys
 from onemap_shared.messages import TruthRequest
-from tests.end_to_end.house import START_S, House
+from tests.end_to_end.house import PATIENCE_S, START_S, House
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(180)]
 
@@ -155,6 +155,44 @@ def test_a_stopped_mapper_skips_frames_and_does_not_queue_them(house: House) -> 
     fused, passed = after.frames_fused - before.frames_fused, after.sequence - before.sequence
     assert fused < passed / 2  # the frames of the pause were left out
     goes_on(house, search_id)
+
+
+def told_of(house: House, service: str) -> str:
+    """What /v1/status says is wrong with a service."""
+    services = house.http.get("/v1/status").json()["services"]
+    problem: str = next(each["problem"] for each in services if each["name"] == service)
+    return problem
+
+
+@pytest.mark.parametrize("service", ["mapper", "planner"])
+def test_a_hung_service_is_to_be_restarted_and_an_ended_one_to_be_started(
+    house: House, service: str
+) -> None:
+    house.mend()
+    house.freeze(service)
+    house.until(lambda: "process hangs" in told_of(house, service), "it is missed", TOLD_S)
+    house.until(lambda: house.lacks(service), f"/readyz names {service}", TOLD_S)
+    refusal = refused_in_time(house, *REQUESTS[service])
+    assert (refusal["type"], refusal["service"]) == ("/docs#problem-timeout", service)
+    answer = house.ready()
+    assert answer is not None
+    doctor = house.onemap("doctor")
+    assert doctor.returncode == 1
+    status = house.onemap("status", "--url", str(house.http.base_url))
+    for told in (told_of(house, service), refusal["detail"], answer.json()["detail"]):
+        assert told.startswith(f"The {service} has not been heard for ")
+        assert told.endswith("restart it rather than start a second one.")
+    for output in (doctor.stdout, status.stdout):
+        words = " ".join(output.split())
+        assert "process hangs or its link" in words
+        assert f"The {service} is not running" not in words
+        assert f"onemap {service}" not in words
+    house.kill(service)
+    house.start(service)
+    house.until(house.is_ready, "all is well again", START_S)
+    house.processes[service].terminate()
+    house.until(lambda: f"start it with 'onemap {service}'" in told_of(house, service), "it ended")
+    house.processes[service].wait(PATIENCE_S)
 
 
 def test_the_healthcheck_of_the_containers_tells_who_works(house: House) -> None:

@@ -95,6 +95,14 @@ def test_a_missing_service_is_named_with_its_command(name: str) -> None:
     assert f"onemap {name}" in finding.remedy
 
 
+def test_a_service_that_the_gateway_knows_to_hang_is_not_to_be_started() -> None:
+    gateway = Pulse("gateway", "g", True, "", 0.0, True, {"hung_mapper_s": 8.2})
+    seen = replace(HEALTHY, alive=HEALTHY.alive - {"mapper"}, pulses=(gateway,))
+    finding = the_one(check_services(seen))
+    assert finding.sentence.startswith("The mapper has not been heard for 8 s: its process hangs")
+    assert finding.remedy.startswith("Restart it rather than start a second one")
+
+
 def test_two_mappers_are_one_too_many() -> None:
     twin = replace(HEALTHY.pulses[1], instance="another")
     finding = the_one(check_services(replace(HEALTHY, pulses=(*HEALTHY.pulses, twin))))

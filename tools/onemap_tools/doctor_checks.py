@@ -57,10 +57,7 @@ def _warning(sentence: str, remedy: str) -> Finding:
 
 def check_services(seen: Observations) -> list[Finding]:
     """Services that do not run, hang, are not ready, or run twice."""
-    findings = []
-    for name in NEEDED:
-        if name not in seen.alive:
-            findings.append(_error(f"The {name} is not running.", f"Start it: onemap {name}."))
+    findings = [_absent(name, seen) for name in NEEDED if name not in seen.alive]
     for name in sorted({pulse.service for pulse in seen.pulses}):
         pulses = [pulse for pulse in seen.pulses if pulse.service == name]
         if len(pulses) > 1:
@@ -72,6 +69,20 @@ def check_services(seen: Observations) -> list[Finding]:
             )
         findings += [finding for pulse in pulses for finding in _ailing(pulse)]
     return findings
+
+
+def _absent(name: str, seen: Observations) -> Finding:
+    """A service that is not connected: it ended, or the gateway, who was here before, says that it
+    hangs."""
+    metric = f"hung_{name}_s"
+    silent_s = next((p.metrics[metric] for p in seen.pulses if metric in p.metrics), None)
+    if silent_s is not None:
+        return _error(
+            f"The {name} has not been heard for {silent_s:.0f} s: its process hangs or its link is "
+            "down.",
+            "Restart it rather than start a second one; look at its log first.",
+        )
+    return _error(f"The {name} is not running.", f"Start it: onemap {name}.")
 
 
 def _ailing(pulse: Pulse) -> list[Finding]:

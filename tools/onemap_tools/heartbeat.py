@@ -43,7 +43,10 @@ def next_heartbeat(bus: Bus, name: str, patience_s: float) -> Heartbeat | None:
 def problem_of(name: str, beat: Heartbeat | None) -> str:
     """What is wrong with the service, in a sentence; empty if it is ready."""
     if beat is None:
-        return f"No heartbeat of the {name}: start it with 'onemap {name}'."
+        return (
+            f"No heartbeat of the {name} within {PATIENCE_S:g} s: start it with 'onemap {name}' if "
+            "it does not run, restart it if its process hangs."
+        )
     if beat.ready:
         return ""
     return f"The {name} is not ready: {beat.problem or 'it does not say why'}."
