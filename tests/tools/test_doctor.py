@@ -38,6 +38,16 @@ def test_health_is_said_too() -> None:
     assert said([]).startswith("Nothing is wrong")
 
 
+def test_a_note_is_no_failure_and_hides_no_health() -> None:
+    note = Finding(Severity.NOTE, "The floor cannot be told yet.", "Drive or turn the robot.")
+    assert healthy([note, WARNING])
+    assert said([note]).splitlines() == [
+        "note The floor cannot be told yet. Drive or turn the robot.",
+        "Nothing is wrong that can be seen from here.",
+    ]
+    assert "Nothing is wrong" not in said([WARNING, note])
+
+
 def test_the_document_is_complete() -> None:
     assert document([WARNING]) == {
         "healthy": True,

@@ -33,8 +33,8 @@ def map_pace(gateway: Gateway) -> MapPace:
         streams = gateway.status()["streams"]
     except (Trouble, KeyError):
         return MapPace()
-    revision = next((stream for stream in streams if stream["name"] == "revision"), {})
-    return MapPace(revision.get("age_s"), revision.get("rate_hz"))
+    told = [stream for stream in streams if stream["name"] == "revision"]
+    return MapPace(told[0]["age_s"], told[0]["rate_hz"]) if told else MapPace()
 
 
 def progress_of(

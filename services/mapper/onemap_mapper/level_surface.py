@@ -25,6 +25,7 @@ TILE_MIN_VALID = 0.75  # of its pixels; an edge between two surfaces leaves a ba
 MAX_RESIDUAL_PER_M = 0.03  # rms of 1/depth in 1/m: 3 cm of noise at 1 m, 12 cm at 2 m
 MAX_TILT_RAD = float(np.deg2rad(12.0))  # a mounting wrong by 5 degrees, and the noise of one tile
 MAX_STEP_M = 0.03  # between neighbouring tiles of one surface; half a stair's edge
+RIDGE = 1e-12  # keeps the fit solvable where a focal length is so long that all rays are one
 MIN_SHARE = 0.02  # of the image's tiles: less is a shelf or a box, and its tilt is not sure
 
 
@@ -84,7 +85,7 @@ def _fit(depth_m: F32, step: int, intrinsics: Intrinsics, T_map_camera: F64) -> 
     A = _tiled(rays, side) * valid[..., None]
     q = np.divide(1.0, _tiled(depth, side), out=np.zeros(valid.shape), where=valid)
     At = A.swapaxes(-1, -2)
-    AtA, Atq = At @ A, (At @ q[..., None])[..., 0]
+    AtA, Atq = At @ A + RIDGE * np.eye(3), (At @ q[..., None])[..., 0]
     count = valid.sum(axis=-1)
     full = count >= TILE_MIN_VALID * side**2
     n = np.full((rows, columns, 3), np.nan)
@@ -102,7 +103,8 @@ def _tiled(pixels: F64 | Bool, side: int) -> F64 | Bool:
     """Pixels (H, W, ...) as (rows, columns, side * side, ...)."""
     height, width, *rest = pixels.shape
     blocks = pixels.reshape(height // side, side, width // side, side, *rest).swapaxes(1, 2)
-    return blocks.reshape(height // side, width // side, side * side, *rest)
+    tiled: F64 | Bool = blocks.reshape(height // side, width // side, side * side, *rest)
+    return tiled
 
 
 def _unit(vectors: F64) -> F64:
