@@ -302,6 +302,7 @@ def test_a_map_of_another_encoder_is_not_loaded(rig: Rig) -> None:
     rig.feed(scenes.field(1, scenes.pose(), encoder_id="encoder-b"))
     error = refusal(lambda: rig.client.call(keys.MAP_LOAD, MapFile("a")))
     assert "made with encoder encoder-a, but encoder-b" in str(error)
+    assert error.code == "encoder_mismatch"
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:

@@ -152,14 +152,16 @@ class Mapper:
         except map_file.UnknownMap as problem:
             raise Refusal("unknown_map", str(problem)) from problem
         with self._lock:
-            self._replace(
-                snapshot.restore(
+            try:
+                restored = snapshot.restore(
                     content,
                     self._settings,
                     encoder_id=self._map.encoder_id or self._encoder_seen,
                     first_revision=self._map.revision + 1,
                 )
-            )
+            except snapshot.OtherEncoder as problem:
+                raise Refusal("encoder_mismatch", str(problem)) from problem
+            self._replace(restored)
             summary = summary_of(self._map)
         LOG.info("loaded %d cells from %s", summary.cells_observed, path)
         return replace(summary, path=str(path), file_bytes=path.stat().st_size)

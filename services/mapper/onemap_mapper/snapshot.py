@@ -20,6 +20,10 @@ class SnapshotError(ValueError):
     """A map file that cannot be used; the text says why in one sentence."""
 
 
+class OtherEncoder(SnapshotError):
+    """The map was made with another encoder than the one in use."""
+
+
 @dataclass(frozen=True, slots=True)
 class Header:
     """What a file says of itself."""
@@ -91,12 +95,12 @@ def restore(
 ) -> BeliefMap:
     """A new map with the snapshot's content.
 
-    ``encoder_id`` is the encoder in use, empty if none is known yet. Raises ``SnapshotError``
-    if the map was made by another encoder or with another grid.
+    ``encoder_id`` is the encoder in use, empty if none is known yet. Raises ``OtherEncoder``
+    if the map was made by another one, ``SnapshotError`` if it has another grid.
     """
     header = snapshot.header
     if encoder_id and header.encoder_id and header.encoder_id != encoder_id:
-        raise SnapshotError(
+        raise OtherEncoder(
             f"the map was made with encoder {header.encoder_id}, but {encoder_id} is running"
         )
     ours = (
