@@ -80,9 +80,8 @@ def export_encoder(
     console = result_console(as_json)
     console.print(
         f"{exported.path}: {width} x {height} pixels to {exported.cells[0]} x "
-        f"{exported.cells[1]} cells, cosine at least {exported.least_cosine:.6f}",
-        highlight=False,
+        f"{exported.cells[1]} cells, cosine at least {exported.least_cosine:.6f}"
     )
-    console.print(f"On the Jetson: {exported.trtexec}", highlight=False, soft_wrap=True)
+    console.print(f"On the Jetson: {exported.trtexec}", soft_wrap=True)
     if as_json:
         print_json(exported.document())

@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rich.text import Text
+
 from onemap_perception import hub
 from onemap_tools.trouble import EXIT_MISUSED, Trouble
 
@@ -74,14 +76,12 @@ def describe(entries: Sequence[Entry], console: Console) -> None:
     """A line or two per model."""
     for entry in entries:
         model = entry.model
-        console.print(f"{model.repo}  [dim]{model.backend}, {model.licence}[/dim]", highlight=False)
+        console.print(Text.assemble(model.repo, (f"  {model.backend}, {model.licence}", "dim")))
         if entry.folder:
-            console.print(
-                f"  {entry.bytes_here / MEGABYTE:.0f} MB in {entry.folder}", highlight=False
-            )
+            console.print(f"  {entry.bytes_here / MEGABYTE:.0f} MB in {entry.folder}")
         else:
             size = f"about {model.about_mb} MB" if model.about_mb else "size unknown"
-            console.print(f"  not fetched, {size}", highlight=False)
+            console.print(f"  not fetched, {size}")
 
 
 def describe_reports(reports: Sequence[dict[str, Any]], console: Console) -> None:
@@ -91,7 +91,7 @@ def describe_reports(reports: Sequence[dict[str, Any]], console: Console) -> Non
     for report in reports:
         bad = ", ".join(report["damaged"])
         state = f"damaged: {bad}; delete {report['folder']}" if bad else "whole"
-        console.print(f"{report['repo']}: {state}", highlight=False)
+        console.print(f"{report['repo']}: {state}")
 
 
 def _known(repo: str) -> hub.KnownModel:

@@ -116,9 +116,7 @@ class LineView:
         if subject == self._said and elapsed_s < self._due_s:
             return
         self._said, self._due_s = subject, elapsed_s + LINE_EVERY_S
-        self._console.print(
-            f"{elapsed_s:6.1f} s  {text}", highlight=False, markup=False, soft_wrap=True
-        )
+        self._console.print(f"{elapsed_s:6.1f} s  {text}", soft_wrap=True)
 
 
 class LiveView:

@@ -4,19 +4,27 @@ from __future__ import annotations
 
 import json
 import sys
-from typing import Any
+from typing import IO, Any
 
 from rich.console import Console
 
 
+def plain_console(*, stderr: bool = False, file: IO[str] | None = None) -> Console:
+    """Prints strings as they are: what users and robots name is no markup and no emoji.
+
+    Styles are given by ``Text`` and ``style=``. All consoles are made here.
+    """
+    return Console(stderr=stderr, file=file, markup=False, emoji=False, highlight=False)
+
+
 def progress_console() -> Console:
     """For what is going on."""
-    return Console(stderr=True)
+    return plain_console(stderr=True)
 
 
 def result_console(as_json: bool) -> Console:
     """For what came out of it; beside a JSON result the prose goes to stderr."""
-    return Console(stderr=as_json)
+    return plain_console(stderr=as_json)
 
 
 def stays_up(headless: bool) -> bool:
