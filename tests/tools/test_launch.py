@@ -17,9 +17,11 @@ from onemap_tools.launch import (
     Ended,
     Processes,
     ProcessSpec,
+    _wait_for_group,
     available_cores,
     backoff_s,
     child_environment,
+    group_runs,
     tail,
 )
 
@@ -94,6 +96,37 @@ def test_who_ignores_sigterm_is_killed(folder: Path, monkeypatch: pytest.MonkeyP
         first_line(folder / "stubborn.log")
         (pid,) = processes.pids().values()
     assert not runs(pid)
+
+
+def test_a_zombie_that_nobody_reaps_is_gone(folder: Path) -> None:
+    """A child that ended and whose parent does not ask for it: process 1 of many containers."""
+    child = subprocess.Popen([sys.executable, "-c", "pass"], start_new_session=True)
+    os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
+    os.killpg(child.pid, 0)  # it is still listed
+    assert not group_runs(child.pid)
+    child.wait()
+    assert not group_runs(child.pid)
+
+
+def test_a_group_runs_as_long_as_one_of_its_processes(folder: Path) -> None:
+    """The leader is gone, its child goes on: what stop() has to wait for."""
+    code = (
+        "import subprocess, sys;"
+        "print(subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)']).pid)"
+    )
+    leader = subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, start_new_session=True
+    )
+    assert leader.stdout is not None
+    child = int(leader.stdout.readline())
+    leader.wait()
+    assert group_runs(leader.pid)
+    os.kill(child, signal.SIGSTOP)  # stopped is not gone
+    assert group_runs(leader.pid)
+    os.kill(child, signal.SIGKILL)
+    _wait_for_group(leader.pid, time.monotonic() + SOON_S)
+    assert not runs(child)
+    leader.stdout.close()
 
 
 def test_the_router_goes_last(folder: Path) -> None:

@@ -21,6 +21,8 @@ from onemap_shared.runner import EXIT_MISUSED, PARENT_VARIABLE
 
 GRACE_S = 3.0  # from SIGTERM to SIGKILL
 LAST_GRACE_S = 1.0  # the same for the process that goes last
+KILLED_S = 2.0  # longest wait for the kernel to end what got SIGKILL: milliseconds, unless it hangs
+LOOK_S = 0.005  # between two looks whether it did
 FIRST_BACKOFF_S, LONGEST_BACKOFF_S = 1.0, 10.0
 HEALTHY_S = 30.0  # a process that ran this long crashed anew, not again
 TAIL_LINES = 12
@@ -189,7 +191,10 @@ class Processes:
         return [child.spec.name for child in due]
 
     def stop(self) -> None:
-        """Ask all to end, wait, kill the rest; under 5 s together."""
+        """Ask all to end, wait, kill the rest; returns when their own children are gone too.
+
+        Under 5 s, unless the kernel itself holds on to a killed process.
+        """
         first = [child for child in self._children if not child.spec.last]
         last = [child for child in self._children if child.spec.last]
         for group, grace_s in ((first, GRACE_S), (last, LAST_GRACE_S)):
@@ -204,6 +209,9 @@ class Processes:
             for process in running:
                 _signal(process, signal.SIGKILL)
                 process.wait()
+            deadline = time.monotonic() + KILLED_S
+            for process in running:
+                _wait_for_group(process.pid, deadline)
 
     def kill(self) -> None:
         """End all at once."""
@@ -225,6 +233,36 @@ def _wait(process: subprocess.Popen[bytes], deadline_s: float) -> None:
         process.wait(timeout=max(deadline_s - time.monotonic(), 0.0))
     except subprocess.TimeoutExpired:
         return
+
+
+def _wait_for_group(group: int, deadline_s: float) -> None:
+    """Return when no process of the group runs: a killed one ends a moment after the signal."""
+    while group_runs(group) and time.monotonic() < deadline_s:
+        time.sleep(LOOK_S)
+
+
+def group_runs(group: int) -> bool:
+    """Whether a process of this group still runs.
+
+    A zombie counts as gone: it runs no code and holds no file. An orphan's is reaped by
+    process 1, which in a container may never do so.
+    """
+    try:
+        os.killpg(group, 0)
+    except (ProcessLookupError, PermissionError):  # macOS: EPERM where only zombies are left
+        return False
+    if not Path("/proc/self/stat").exists():
+        return True
+    return any(_runs_in(stat, group) for stat in Path("/proc").glob("[0-9]*/stat"))
+
+
+def _runs_in(stat: Path, group: int) -> bool:
+    """Whether a process, by its /proc/PID/stat, is of this group and no zombie."""
+    try:  # PID (NAME) STATE PARENT GROUP ...; the name may hold anything
+        state, _parent, of_group = stat.read_text().rpartition(")")[2].split()[:3]
+    except OSError:  # gone in between
+        return False
+    return int(of_group) == group and state not in "ZX"
 
 
 def tail(log: Path, lines: int = TAIL_LINES) -> str:
