@@ -78,10 +78,14 @@ def run_service(
     model: type[C],
     build: Callable[[Bus, C], Worker],
     arguments: list[str] | None = None,
+    *,
+    check: Callable[[C], None] = lambda _: None,
 ) -> int:
     """Run a service until SIGTERM or SIGINT; returns the exit code.
 
-    0 after a signal, 1 after a crash, 2 when it cannot start as configured.
+    0 after a signal, 1 after a crash, 2 when it cannot start as configured. ``check`` looks
+    at what the configuration names, such as files, before the router is waited for; it and
+    ``build`` may raise StartError.
     """
     parser = argparse.ArgumentParser(prog=f"onemap {service}")
     parser.add_argument("--config", type=Path, help="YAML file; defaults apply without it")
@@ -92,6 +96,11 @@ def run_service(
         print(f"{service}: {problem}", file=sys.stderr)
         return EXIT_MISUSED
     set_up_logging(log_config, service)
+    try:
+        check(config)
+    except StartError as problem:
+        LOG.error("%s", problem)
+        return EXIT_MISUSED
     stop = threading.Event()
     _stop_on_signals(stop)
     watch_parent(stop)

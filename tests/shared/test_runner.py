@@ -46,7 +46,11 @@ def build(bus, config):
         raise StartError("there is no camera at /dev/video7")
     return Worker(config.mode)
 
-sys.exit(run_service("mapper", Config, build))
+def check(config):
+    if config.mode == "no file":
+        raise StartError("there is no file at /no/such.glb")
+
+sys.exit(run_service("mapper", Config, build, check=check))
 """
 
 
@@ -102,6 +106,15 @@ def test_a_service_that_cannot_start_says_why_in_one_sentence(router: Router) ->
     _, stderr = process.communicate(timeout=10)
     assert process.returncode == 2
     assert "there is no camera at /dev/video7" in stderr
+    assert "Traceback" not in stderr
+
+
+def test_what_a_service_checks_first_needs_no_router() -> None:
+    process = start("tcp/127.0.0.1:1", "no file")
+    _, stderr = process.communicate(timeout=10)
+    assert process.returncode == 2
+    assert "there is no file at /no/such.glb" in stderr
+    assert "waiting for a router" not in stderr
     assert "Traceback" not in stderr
 
 

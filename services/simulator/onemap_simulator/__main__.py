@@ -2,6 +2,6 @@
 
 from onemap_shared.runner import run_service
 from onemap_simulator.config import SimulatorConfig
-from onemap_simulator.service import build
+from onemap_simulator.service import build, check
 
-raise SystemExit(run_service("simulator", SimulatorConfig, build))
+raise SystemExit(run_service("simulator", SimulatorConfig, build, check=check))

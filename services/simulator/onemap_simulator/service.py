@@ -31,7 +31,7 @@ from onemap_simulator.scene import Scene
 from onemap_simulator.sensor import RgbdCamera, noisy_pose
 from onemap_simulator.simulation import Simulation
 from onemap_simulator.truth import SceneTruth, answer_truth
-from onemap_simulator.worlds import open_scene
+from onemap_simulator.worlds import check_scene, open_scene
 
 LOG = logging.getLogger("onemap.simulator")
 
@@ -202,6 +202,14 @@ def _next(due_s: float, rate_hz: float, now_s: float) -> float:
     """When something periodic is due again; what a stall delayed is not caught up."""
     following = due_s + 1.0 / rate_hz
     return following if following > now_s else now_s + 1.0 / rate_hz
+
+
+def check(config: SimulatorConfig) -> None:
+    """Raise StartError if there is no scene to open; takes a moment, and no bus."""
+    try:
+        check_scene(config.scene)
+    except ValueError as problem:
+        raise StartError(str(problem)) from problem
 
 
 def build(bus: Bus, config: SimulatorConfig) -> SimulatorWorker:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from onemap_simulator.apartment import generate_apartment
-from onemap_simulator.loading import SUFFIXES, load_scene
+from onemap_simulator.loading import SUFFIXES, check_file, load_scene
 from onemap_simulator.scene import Scene
 from onemap_simulator.style import HELD_OUT, TRAINING
 
@@ -18,11 +18,19 @@ def open_scene(name: str, *, seed: int, style: str) -> Scene:
 
     Raises ValueError with one sentence for a scene that cannot be opened.
     """
+    check_scene(name)
     if name == APARTMENT:
         return generate_apartment(seed, STYLES[style])
+    return load_scene(Path(name))
+
+
+def check_scene(name: str) -> None:
+    """Raise ValueError with one sentence if there is no such scene; opens none."""
+    if name == APARTMENT:
+        return
     if not Path(name).suffix:
         raise ValueError(
             f"scene {name!r} is unknown: write {APARTMENT!r} or the path of a file "
             f"({', '.join(SUFFIXES)})"
         )
-    return load_scene(Path(name))
+    check_file(Path(name))

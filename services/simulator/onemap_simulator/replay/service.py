@@ -97,9 +97,19 @@ def body_below(T_map_camera: F64) -> F64:
 
 def build(bus: Bus, config: ReplayConfig) -> ReplayWorker:
     """Open the recording and make the worker, or raise StartError."""
+    return ReplayWorker(bus, open_recording(config), config)
+
+
+def check(config: ReplayConfig) -> None:
+    """Raise StartError if there is no recording to play; takes a moment, and no bus."""
+    open_recording(config)
+
+
+def open_recording(config: ReplayConfig) -> Recording:
+    """The recording; StartError if its index or its first frame cannot be read."""
     try:
         recording = Recording.open(config.directory)
         recording.frame(0)  # a recording that cannot be read at all should not start
     except RecordingError as problem:
         raise StartError(str(problem)) from problem
-    return ReplayWorker(bus, recording, config)
+    return recording

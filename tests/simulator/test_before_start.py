@@ -1,0 +1,46 @@
+"""What a robot of files refuses before it waits for a router, as real processes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.shared.test_bus import free_port
+
+pytestmark = pytest.mark.slow
+
+
+def run(module: str, folder: Path, section: str) -> subprocess.CompletedProcess[str]:
+    config = folder / "robot.yaml"
+    config.write_text(f"bus: {{connect: [tcp/127.0.0.1:{free_port()}]}}\n{section}\n")
+    command = [sys.executable, "-m", module, "--config", str(config)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+
+@pytest.mark.parametrize(
+    ("scene", "reason"),
+    [
+        ("flat.txt", "suffix '.txt' is not one of .glb, .gltf, .obj, .ply"),
+        ("flat.glb", "does not exist"),
+        ("flat", "scene 'flat' is unknown"),
+        ("bad.obj", "bad.yaml: up is 'x'; it must be y or z"),
+    ],
+)
+def test_a_scene_that_is_none(tmp_path: Path, scene: str, reason: str) -> None:
+    (tmp_path / "bad.obj").touch()
+    (tmp_path / "bad.yaml").write_text("up: x\n")
+    name = scene if scene == "flat" else str(tmp_path / scene)
+    result = run("onemap_simulator", tmp_path, f"simulator: {{scene: {name}}}")
+    assert result.returncode == 2
+    assert reason in result.stderr
+    assert "waiting for a router" not in result.stderr
+
+
+def test_a_folder_without_a_recording(tmp_path: Path) -> None:
+    result = run("onemap_simulator.replay", tmp_path, f"replay: {{directory: {tmp_path}}}")
+    assert result.returncode == 2
+    assert f"cannot read {tmp_path / 'frames.json'}" in result.stderr
+    assert "waiting for a router" not in result.stderr
