@@ -120,6 +120,7 @@ class ZenohBus:
 
     def __init__(self, settings: zenoh.Config, service: str, instance: str) -> None:
         self._settings = settings
+        self._name = (service, instance)
         self._session = zenoh.open(settings)
         self._command_session: zenoh.Session | None = None
         self._servers: list[_Server] = []
@@ -208,6 +209,22 @@ class ZenohBus:
     def alive(self) -> frozenset[str]:
         """See ``transport.Bus``."""
         return frozenset(self._alive.copy().values())
+
+    def present(self) -> frozenset[tuple[str, str]]:
+        """Service and instance of every process on the bus, as the router knows now; ours is one.
+
+        ``alive`` learns of them one by one and may know none yet right after joining. Asks in a
+        session of its own: in one that follows the tokens, Zenoh answers from what it was told
+        so far. Of two processes that join and then ask, at least one finds the other.
+        """
+        deadline = time.monotonic() + CALL_TIMEOUT_S
+        with zenoh.open(self._settings) as session:
+            while True:
+                replies = session.liveliness().get(ALL_LIVELINESS, timeout=CALL_TIMEOUT_S)
+                keys = [str(reply.ok.key_expr).split("/") for reply in replies if reply.ok]
+                found = frozenset((parts[-3], parts[-1]) for parts in keys)
+                if self._name in found or time.monotonic() > deadline:
+                    return found
 
     def close(self) -> None:
         """Leave the bus; nothing is received afterwards."""

@@ -280,3 +280,16 @@ def test_joining_without_a_router_waits_until_told_to_stop() -> None:
     config = BusConfig(connect=(f"tcp/127.0.0.1:{free_port()}",))
     threading.Timer(0.3, stop.set).start()
     assert open_bus(config, "mapper", "test", stop) is None
+
+
+def test_who_is_present_is_known_right_after_joining(router: Router) -> None:
+    """``alive`` learns it a moment later: too late for who must not be the second."""
+    first = join(router, "mapper")
+    for number in range(20):
+        bus = open_bus(BusConfig(connect=(router.endpoint,)), "up", f"u{number}", threading.Event())
+        assert bus is not None
+        present = bus.present()
+        assert {service for service, _ in present} == {"mapper", "up"}
+        assert ("up", f"u{number}") in present
+        bus.close()
+    first.close()
