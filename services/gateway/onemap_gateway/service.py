@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import errno
 import logging
-import socket
 import threading
 
 import uvicorn
@@ -15,15 +13,14 @@ from onemap_gateway.config import GatewayConfig
 from onemap_gateway.context import Gateway
 from onemap_gateway.guard import MAX_BODY_BYTES
 from onemap_gateway.hub import Hub
+from onemap_gateway.listening import listen
 from onemap_shared.keys import SERVICES
-from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
 
 LOG = logging.getLogger("onemap.gateway")
 
 DRAIN_S = 1  # open streams end by themselves within 0.2 s; what is left then is cut off
 STOP_S = 1.5
-BACKLOG = 128
 
 
 class GatewayWorker:
@@ -81,21 +78,6 @@ class GatewayWorker:
         self._server.force_exit = True
         self._thread.join(0.5)
         self._hub.close()
-
-
-def listen(host: str, port: int) -> socket.socket:
-    """A listening socket, or ``StartError`` with what to do."""
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    try:
-        return socket.create_server((host, port), family=family, backlog=BACKLOG)
-    except OSError as problem:
-        reason = {
-            errno.EADDRINUSE: "another program uses it; stop that, or choose another port with "
-            f"'gateway.port' (ONEMAP__GATEWAY__PORT={port + 1})",
-            errno.EACCES: "ports below 1024 need privileges; choose another with 'gateway.port'",
-            errno.EADDRNOTAVAIL: "this machine has no such address; correct 'gateway.host'",
-        }.get(problem.errno or 0, f"{problem.strerror or problem}; correct 'gateway.host'")
-        raise StartError(f"cannot listen on {host} port {port}: {reason}") from problem
 
 
 def build(bus: Bus, config: GatewayConfig) -> GatewayWorker:

@@ -1,0 +1,25 @@
+"""The gateway's TCP socket, or what to do if it cannot be had."""
+
+from __future__ import annotations
+
+import errno
+import socket
+
+from onemap_shared.runner import StartError
+
+BACKLOG = 128
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A listening socket, or ``StartError`` with what to do."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family, backlog=BACKLOG)
+    except OSError as problem:
+        reason = {
+            errno.EADDRINUSE: "another program uses it; stop that, or choose another port with "
+            f"'gateway.port' (ONEMAP__GATEWAY__PORT={port + 1})",
+            errno.EACCES: "ports below 1024 need privileges; choose another with 'gateway.port'",
+            errno.EADDRNOTAVAIL: "this machine has no such address; correct 'gateway.host'",
+        }.get(problem.errno or 0, f"{problem.strerror or problem}; correct 'gateway.host'")
+        raise StartError(f"cannot listen on {host} port {port}: {reason}") from problem
