@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from onemap_tools.claim import claim, rivals
 from onemap_tools.launch import Processes, ProcessSpec
 from onemap_tools.network import is_local
 from onemap_tools.trouble import EXIT_MISUSED, Trouble
@@ -35,6 +36,33 @@ def test_the_robot_is_the_one_that_the_file_describes() -> None:
 def test_only_means_only() -> None:
     chosen = choose(("mapper", "router"), {"simulator": {}}, has_file=True, router_here=False)
     assert chosen == ("router", "mapper")
+
+
+@pytest.mark.parametrize("only", [(), ("simulator", "replay")])
+def test_two_robots_are_refused(only: tuple[str, ...]) -> None:
+    with pytest.raises(Trouble, match="both robots") as trouble:
+        choose(only, {"simulator": {}, "replay": {}}, has_file=True, router_here=True)
+    assert trouble.value.exit_code == EXIT_MISUSED
+
+
+def test_only_chooses_between_two_robots() -> None:
+    sections = {"simulator": {}, "replay": {}}
+    assert choose(("replay",), sections, has_file=True, router_here=True) == ("replay",)
+
+
+def test_a_rival_runs_what_would_be_started() -> None:
+    own, other = claim(("mapper", "gateway")), claim(("simulator", "mapper"))
+    present = {("up", own), ("doctor", "d1"), ("planner", "p1")}
+    assert rivals(present, own) == ()
+    assert rivals({*present, ("mapper", "m1")}, own) == ("mapper",)
+    assert rivals({*present, ("up", other)}, own) == ("mapper",)  # before its mapper is there
+    assert rivals({*present, ("up", claim(("router", "simulator")))}, own) == ()
+
+
+@pytest.mark.parametrize("robot", ["simulator", "replay", "robot"])
+def test_a_map_follows_one_robot(robot: str) -> None:
+    assert rivals({(robot, "x")}, claim(("replay", "mapper"))) == (robot,)
+    assert rivals({(robot, "x")}, claim(("mapper",))) == ()
 
 
 def test_a_name_that_is_none_is_a_misuse() -> None:

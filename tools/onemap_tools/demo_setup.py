@@ -15,8 +15,9 @@ from rich.console import Console
 from onemap_shared.config import PREFIX, read
 from onemap_simulator.naming import UNNAMED
 from onemap_simulator.scene import STRUCTURE
-from onemap_tools.launch import ProcessSpec, command_of
+from onemap_tools.launch import ProcessSpec, command_of, make_folder
 from onemap_tools.network import LOOPBACK, any_free_port, next_free_port
+from onemap_tools.services import check_robot
 
 DEMO_FILE = Path(__file__).with_name("demo.yaml")
 STARTED = ("simulator", "perception", "mapper", "planner", "gateway")
@@ -82,11 +83,12 @@ def run_folder(parent: Path, now: datetime, seed: int) -> Path:
 
 
 def set_up(options: DemoOptions) -> Setup:
-    """Write the run's configuration and say what to start with it."""
+    """Write the run's configuration and say what to start with it; Trouble if that could not."""
     endpoint = f"tcp/{LOOPBACK}:{any_free_port()}"
     environment = dict(os.environ)
     sections = demo_sections(environment, options, endpoint)
-    options.folder.mkdir(parents=True, exist_ok=True)
+    check_robot("simulator", sections)
+    make_folder(options.folder)
     config_file = options.folder / "config.yaml"
     config_file.write_text(yaml.safe_dump(sections, sort_keys=False), encoding="utf-8")
     router = ProcessSpec("router", command_of("router", "--config", str(config_file)), last=True)

@@ -1,4 +1,4 @@
-"""Joining the bus for a while, as a visitor."""
+"""Joining the bus as a command: for a while, or not at all."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from onemap_shared.bus import open_bus
+from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.config import BusConfig
 from onemap_shared.transport import Bus
 from onemap_tools.trouble import Trouble
@@ -17,14 +17,7 @@ from onemap_tools.trouble import Trouble
 @contextmanager
 def joined(config: BusConfig, name: str, patience_s: float) -> Iterator[Bus]:
     """The bus; Trouble if there is no router within ``patience_s``."""
-    logging.getLogger("onemap.bus").setLevel(logging.ERROR)  # Trouble says it better
-    gave_up = threading.Event()
-    timer = threading.Timer(patience_s, gave_up.set)
-    timer.start()
-    try:
-        bus = open_bus(config, name, uuid.uuid4().hex[:12], gave_up)
-    finally:
-        timer.cancel()
+    bus = join(config, name, uuid.uuid4().hex[:12], patience_s)
     if bus is None:
         raise Trouble(
             f"No router at {', '.join(config.connect)}: start everything with 'onemap up', or the "
@@ -34,3 +27,15 @@ def joined(config: BusConfig, name: str, patience_s: float) -> Iterator[Bus]:
         yield bus
     finally:
         bus.close()
+
+
+def join(config: BusConfig, name: str, instance: str, patience_s: float) -> ZenohBus | None:
+    """The bus, under this name; None if there is no router within ``patience_s``."""
+    logging.getLogger("onemap.bus").setLevel(logging.ERROR)  # the caller says it better
+    gave_up = threading.Event()
+    timer = threading.Timer(patience_s, gave_up.set)
+    timer.start()
+    try:
+        return open_bus(config, name, instance, gave_up)
+    finally:
+        timer.cancel()

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
-from onemap_shared.runner import EXIT_MISUSED, PARENT_VARIABLE
+from onemap_shared.runner import PARENT_VARIABLE
+from onemap_tools.trouble import EXIT_MISUSED, Trouble
 
 GRACE_S = 3.0  # from SIGTERM to SIGKILL
 LAST_GRACE_S = 1.0  # the same for the process that goes last
@@ -113,6 +114,15 @@ def backoff_s(failures: int) -> float:
     return longest
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder and those above it; Trouble if that is not possible."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        reason = problem.strerror or problem
+        raise Trouble(f"Cannot make the folder {folder}: {reason}.", EXIT_MISUSED) from problem
+
+
 class Processes:
     """A set of processes; a context manager that stops them all at its end."""
 
@@ -122,7 +132,7 @@ class Processes:
         log_folder: Path,
         environment: Mapping[str, str] | None = None,
     ) -> None:
-        log_folder.mkdir(parents=True, exist_ok=True)
+        make_folder(log_folder)
         self.folder = log_folder
         self._children = [_Child(spec, log_folder / f"{spec.name}.log") for spec in specs]
         inherited = os.environ if environment is None else environment
@@ -139,10 +149,15 @@ class Processes:
     ) -> None:
         self.stop()
 
-    def start(self) -> None:
-        """Start all that do not run."""
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All of them, whether they run or not."""
+        return tuple(child.spec.name for child in self._children)
+
+    def start(self, *names: str) -> None:
+        """Start those of these names, or all without any, that do not run."""
         for child in self._children:
-            if child.process is None:
+            if child.process is None and (not names or child.spec.name in names):
                 self._start(child)
 
     def _start(self, child: _Child) -> None:

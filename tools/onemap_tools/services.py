@@ -1,12 +1,17 @@
-"""Which services there are, and how one runs inside this process."""
+"""Which services there are, what configures them, and how one runs inside this process."""
 
 from __future__ import annotations
 
 import runpy
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
 
+from onemap_shared.config import StrictModel, section
+from onemap_shared.runner import StartError
 from onemap_tools.trouble import EXIT_MISUSED, Trouble
 
 
@@ -41,17 +46,47 @@ def run(name: str, arguments: Sequence[str]) -> int:
     before = sys.argv
     sys.argv = [f"onemap {name}", *arguments]
     try:
-        runpy.run_module(service.module, run_name="__main__", alter_sys=True)
+        with installed(service):
+            runpy.run_module(service.module, run_name="__main__", alter_sys=True)
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else EXIT_MISUSED
+    finally:
+        sys.argv = before
+    return 0
+
+
+def section_model(name: str) -> type[StrictModel]:
+    """What the section of this service must fit; Trouble if its packages are not installed."""
+    service = SERVICES[name]
+    with installed(service):
+        config = import_module(f"{service.module}.config")
+    model: type[StrictModel] = getattr(config, f"{name.capitalize()}Config")
+    return model
+
+
+def check_robot(name: str, sections: Mapping[str, Any]) -> None:
+    """Trouble if this robot, simulator or replay, cannot start with what its section names."""
+    config = section(sections, name, section_model(name))
+    service = SERVICES[name]
+    with installed(service):
+        check = import_module(f"{service.module}.service").check
+    try:
+        check(config)
+    except StartError as problem:
+        raise Trouble(f"The {name} cannot start: {problem}.", EXIT_MISUSED) from problem
+
+
+@contextmanager
+def installed(service: Service) -> Iterator[None]:
+    """Turns a package that is not here into Trouble that says what installs it."""
+    try:
+        yield
     except ModuleNotFoundError as missing:
         package = (missing.name or "").split(".")[0]
         if package.startswith("onemap_"):
             raise
         raise Trouble(
-            f"The {name} needs the package {package!r}: pip install 'onemap[{service.extra}]'",
+            f"The {service.name} needs the package {package!r}: "
+            f"pip install 'onemap[{service.extra}]'",
             EXIT_MISUSED,
         ) from missing
-    finally:
-        sys.argv = before
-    return 0

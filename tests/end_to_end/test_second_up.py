@@ -1,0 +1,169 @@
+"""``onemap up`` beside something that runs already, as real processes on a real router."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import httpx
+import pytest
+import yaml
+
+from onemap_shared.bus import ZenohBus, open_bus
+from onemap_shared.config import BusConfig
+from onemap_tools.claim import claim
+from onemap_tools.launch import command_of
+from onemap_tools.network import answers, any_free_port
+from onemap_tools.trouble import EXIT_FAILED, EXIT_MISUSED, EXIT_OK
+from tests.shared.test_bus import Router, eventually, router
+
+__all__ = ["router"]  # the fixture
+
+pytestmark = pytest.mark.slow
+PATIENCE_S = 60.0
+
+
+def configuration(folder: Path, endpoint: str, port: int = 0, **sections: object) -> Path:
+    path = folder / "robot.yaml"
+    gateway = {"port": port or any_free_port()}
+    content = {"bus": {"connect": [endpoint]}, "gateway": gateway, **sections}
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return path
+
+
+def up(config: Path, logs: Path, *more: str) -> subprocess.CompletedProcess[str]:
+    """Run until it ends by itself: only for what is refused."""
+    command = command_of("up", "--config", str(config), "--logs", str(logs), *more)
+    return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+
+
+def started(logs: Path) -> list[str]:
+    return sorted(path.stem for path in logs.glob("*.log"))
+
+
+@contextmanager
+def somebody(endpoint: str, service: str, instance: str) -> Iterator[ZenohBus]:
+    """A process on the bus, as far as others see."""
+    bus = open_bus(BusConfig(connect=(endpoint,)), service, instance, threading.Event())
+    assert bus is not None
+    try:
+        yield bus
+    finally:
+        bus.close()
+
+
+@pytest.mark.parametrize(
+    ("service", "instance"),
+    [
+        ("mapper", "m1"),
+        ("robot", "my-robot"),  # examples/my_robot.py
+        ("up", claim(("router", "replay", "perception"))),  # none of which is there yet
+    ],
+)
+def test_nothing_is_started_where_somebody_runs_the_same(
+    router: Router, tmp_path: Path, service: str, instance: str
+) -> None:
+    config = configuration(tmp_path, router.endpoint, simulator={})
+    with somebody(router.endpoint, service, instance):
+        result = up(config, tmp_path / "logs")
+    assert result.returncode == EXIT_FAILED
+    names = {"up": "perception, replay"}.get(service, service)
+    assert f"at the router {router.endpoint} somebody runs {names}." in result.stderr
+    assert "--only" in result.stderr
+    assert "Traceback" not in result.stderr
+    assert started(tmp_path / "logs") == []
+
+
+def test_the_first_goes_on_when_a_second_is_refused(tmp_path: Path) -> None:
+    endpoint, port = f"tcp/127.0.0.1:{any_free_port()}", any_free_port()
+    config = configuration(tmp_path, endpoint, port)
+    first = subprocess.Popen(
+        command_of("up", "--config", str(config), "--logs", str(tmp_path / "first"))
+        + ("--only", "router,gateway"),
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        status = eventually(lambda: status_of(port))
+        assert "up" not in [service["name"] for service in status["services"]]
+        second = up(config, tmp_path / "second", "--only", "gateway")
+        assert second.returncode == EXIT_FAILED
+        assert "somebody runs gateway." in second.stderr
+        assert started(tmp_path / "second") == []
+        assert status_of(port) is not None
+        with somebody(endpoint, "witness", "w") as bus:
+            assert "up" in {service for service, _ in bus.present()}
+    finally:
+        first.send_signal(signal.SIGINT)
+        _, told = first.communicate(timeout=PATIENCE_S)
+    assert first.returncode == EXIT_OK, told
+
+
+def status_of(port: int) -> dict | None:
+    try:
+        document: dict = httpx.get(f"http://127.0.0.1:{port}/v1/status", trust_env=False).json()
+    except httpx.TransportError:
+        return None
+    return document
+
+
+def test_a_claim_leaves_the_bus_with_its_launcher(router: Router, tmp_path: Path) -> None:
+    """Whoever pulls the plug of a launcher need not tidy up before the next one."""
+    config = configuration(tmp_path, router.endpoint)
+    command = command_of("up", "--config", str(config), "--logs", str(tmp_path / "logs"))
+    launcher = subprocess.Popen((*command, "--only", "gateway"))
+    with somebody(router.endpoint, "witness", "w") as bus:
+        eventually(lambda: "up" in dict(bus.present()) or None)
+        launcher.kill()
+        launcher.wait()
+        eventually(lambda: {"up", "gateway"}.isdisjoint(dict(bus.present())) or None)
+
+
+def test_a_taken_port_is_told_before_anything_starts(tmp_path: Path) -> None:
+    endpoint = f"tcp/127.0.0.1:{any_free_port()}"
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        config = configuration(tmp_path, endpoint, other.getsockname()[1])
+        result = up(config, tmp_path / "logs")
+    assert result.returncode == EXIT_FAILED
+    assert "Nothing was started" in result.stderr
+    assert "gateway.port" in result.stderr
+    assert started(tmp_path / "logs") == []
+    assert not answers(endpoint)
+
+
+def test_a_second_router_is_not_started(router: Router, tmp_path: Path) -> None:
+    config = configuration(tmp_path, router.endpoint)
+    result = up(config, tmp_path / "logs", "--only", "router,gateway")
+    assert result.returncode == EXIT_FAILED
+    assert "A router answers" in result.stderr
+    assert started(tmp_path / "logs") == []
+
+
+@pytest.mark.parametrize(
+    ("sections", "reason"),
+    [
+        ({"simulator": {}, "replay": {}}, "both robots"),
+        ({"simulator": {"scene": "flat.txt"}}, "suffix '.txt' is not one of"),
+        ({"simulator": {"scene": "/no/such.glb"}}, "does not exist"),
+        ({"replay": {"directory": "/no/such"}}, "cannot read /no/such/frames.json"),
+        ({"simulator": {"sede": 1}}, "did you mean 'seed'"),
+        ({"gateway": {"prot": 1}}, "did you mean 'port'"),
+    ],
+    ids=str,
+)
+def test_what_cannot_work_is_refused_before_anything_starts(
+    tmp_path: Path, sections: dict[str, object], reason: str
+) -> None:
+    endpoint = f"tcp/127.0.0.1:{any_free_port()}"
+    config = configuration(tmp_path, endpoint, **sections)
+    result = up(config, tmp_path / "logs")
+    assert result.returncode == EXIT_MISUSED
+    assert reason in result.stderr
+    assert "Traceback" not in result.stderr
+    assert started(tmp_path / "logs") == []
+    assert not answers(endpoint)
