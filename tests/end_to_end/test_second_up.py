@@ -9,6 +9,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import httpx
 import pytest
@@ -28,7 +29,7 @@ pytestmark = pytest.mark.slow
 PATIENCE_S = 60.0
 
 
-def configuration(folder: Path, endpoint: str, port: int = 0, **sections: object) -> Path:
+def configuration(folder: Path, endpoint: str, port: int = 0, **sections: Any) -> Path:
     path = folder / "robot.yaml"
     gateway = {"port": port or any_free_port()}
     content = {"bus": {"connect": [endpoint]}, "gateway": gateway, **sections}
@@ -157,7 +158,7 @@ def test_a_second_router_is_not_started(router: Router, tmp_path: Path) -> None:
     ids=str,
 )
 def test_what_cannot_work_is_refused_before_anything_starts(
-    tmp_path: Path, sections: dict[str, object], reason: str
+    tmp_path: Path, sections: dict[str, Any], reason: str
 ) -> None:
     endpoint = f"tcp/127.0.0.1:{any_free_port()}"
     config = configuration(tmp_path, endpoint, **sections)

@@ -46,7 +46,7 @@ def test_two_robots_are_refused(only: tuple[str, ...]) -> None:
 
 
 def test_only_chooses_between_two_robots() -> None:
-    sections = {"simulator": {}, "replay": {}}
+    sections: dict[str, dict] = {"simulator": {}, "replay": {}}
     assert choose(("replay",), sections, has_file=True, router_here=True) == ("replay",)
 
 
