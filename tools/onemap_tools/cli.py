@@ -6,47 +6,53 @@ import json
 import os
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-from typer.core import TyperGroup
 
 from onemap_tools import cli_ask, cli_map, cli_measure, cli_models, cli_scene
+from onemap_tools.command_group import CommandGroup
 from onemap_tools.options import Config, Json
 from onemap_tools.train.commands import app as train_app
-from onemap_tools.trouble import EXIT_FAILED, EXIT_MISUSED, EXIT_OK, Trouble
+from onemap_tools.trouble import EXIT_FAILED, EXIT_OK, Trouble
 
-
-class Commands(TyperGroup):
-    """Turns what a user got wrong into one sentence and an exit code, never a traceback."""
-
-    def invoke(self, ctx: Any) -> Any:
-        """Run the command."""
-        from onemap_shared.config import ConfigError
-
-        try:
-            return super().invoke(ctx)
-        except Trouble as trouble:
-            typer.echo(str(trouble), err=True)
-            raise typer.Exit(trouble.exit_code) from trouble
-        except ConfigError as problem:
-            typer.echo(str(problem), err=True)
-            raise typer.Exit(EXIT_MISUSED) from problem
-
-
+EPILOG = (
+    "Start with 'onemap demo'.\n\n"
+    "Exit codes: 0 yes or done; 1 no: not found, not ready, refused or failed; 2 misused: an "
+    "option, a word or a configuration is wrong; 130 stopped by Ctrl-C.\n\n"
+    "With --json the last line on stdout is one JSON object; for an error it holds 'error', the "
+    "sentence that is on stderr too, and 'exit_code'."
+)
 app = typer.Typer(
-    cls=Commands,
+    cls=CommandGroup,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
-    help="A robot finds things that people name in plain words.",
-    epilog="Start with 'onemap demo'. Exit codes: 0 ok, 1 failed, 2 misused.",
+    epilog=EPILOG,
 )
 PANEL = "Run"
 SCENE_HELP = (
     "A GLB, glTF, OBJ or PLY file instead. A YAML file beside it with the same name corrects it: "
     "categories (node: name), start (x, y, yaw), up (y or z). See 'onemap scene check'."
 )
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from onemap_tools.version import version
+
+        typer.echo(f"onemap {version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def root(
+    _: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Say it and end."),
+    ] = False,
+) -> None:
+    """A robot finds things that people name in plain words."""
 
 
 @app.command(rich_help_panel=PANEL)
@@ -77,7 +83,9 @@ def demo(
     Exit code 0 only if all were found and the simulator confirms it. It cannot for what a
     scene file does not name: there the robot's own word counts. See 'onemap scene check'.
     """
+    from onemap_shared.config import ConfigError
     from onemap_tools import demo as command
+    from onemap_tools.command_group import trouble_of
     from onemap_tools.demo_setup import DemoOptions, choose_port, failed_document, run_folder
     from onemap_tools.terminal import print_json, progress_console, stays_up
 
@@ -94,10 +102,10 @@ def demo(
     )
     try:
         document = command.run(options, console)
-    except Trouble as trouble:
-        if as_json:
-            print_json(failed_document(options, str(trouble)))
-        raise
+    except (Trouble, ConfigError) as problem:
+        trouble = trouble_of(problem)
+        document = failed_document(options, str(trouble))
+        raise Trouble(str(trouble), trouble.exit_code, document) from problem
     if as_json:
         print_json(document)
     raise typer.Exit(EXIT_OK if document["worked"] else EXIT_FAILED)

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 EXIT_OK, EXIT_FAILED, EXIT_MISUSED, EXIT_INTERRUPTED = 0, 1, 2, 130
 
 
 class Trouble(Exception):
-    """The command cannot go on; the text says what happened and what to do about it."""
+    """The command cannot go on; the text says what happened and what to do about it.
 
-    def __init__(self, sentence: str, exit_code: int = EXIT_FAILED) -> None:
+    ``document``: what else a program is told beside the error, if it asked for JSON.
+    """
+
+    def __init__(
+        self,
+        sentence: str,
+        exit_code: int = EXIT_FAILED,
+        document: Mapping[str, Any] | None = None,
+    ) -> None:
         super().__init__(sentence)
         self.exit_code = exit_code
+        self.document = document or {}

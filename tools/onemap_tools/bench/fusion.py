@@ -8,11 +8,9 @@ decoding to the bus; both are made beforehand. The room is simulated, the featur
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import resource
-import sys
 import time
 
 import numpy as np
@@ -23,6 +21,7 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame import observe
 from onemap_shared.geometry import F32, F64, Intrinsics, camera_mount, pose_2d
 from onemap_shared.messages import FeatureField
+from onemap_tools.bench.parser import Parser
 
 SIZE = (480, 640)
 CAMERA = Intrinsics.from_fov(SIZE[1], SIZE[0], np.deg2rad(79))  # a usual RGB-D camera
@@ -114,8 +113,8 @@ def _wait_for(device: torch.device) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """``python -m onemap_tools.bench.fusion``."""
-    parser = argparse.ArgumentParser(prog="onemap bench fusion", description=__doc__)
+    """``onemap bench fusion``; returns the exit code."""
+    parser = Parser(prog="onemap bench fusion", description=__doc__)
     parser.add_argument("--frames", type=int, default=50)
     parser.add_argument("--device", default="cpu", help="cpu or cuda")
     parser.add_argument("--threads", type=int, default=1, help="CPU threads of torch")
@@ -128,7 +127,3 @@ def main(arguments: list[str] | None = None) -> int:
     for name, value in result.items():
         print(f"{name:20} {value}")
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -13,7 +13,6 @@ import gc
 import json
 import os
 import resource
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -41,6 +40,7 @@ from onemap_perception.faults import Fault
 from onemap_perception.importing import OPEN_CLIP, TRANSFORMERS, needing
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import F16
+from onemap_tools.bench.parser import Parser
 
 BACKENDS = ("mini", "openclip_convnext", "tipsv2")
 ARCHITECTURE = "convnext_large_d_320"  # the paper's
@@ -220,8 +220,8 @@ def _document(results: list[dict[str, Any]], plan: Plan) -> dict[str, Any]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """``python -m onemap_tools.bench.perception``."""
-    parser = argparse.ArgumentParser(prog="onemap bench perception", description=__doc__)
+    """``onemap bench perception``; returns the exit code."""
+    parser = Parser(prog="onemap bench perception", description=__doc__)
     parser.add_argument("--config", type=Path, help="measure this deployment's encoder")
     parser.add_argument(
         "--random-weights", action="store_true", help="measure backends without their weights"
@@ -266,7 +266,3 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     from onemap_shared.config import load
 
     return run_configured(load(options.config, "perception", PerceptionConfig)[2].encoder, plan)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

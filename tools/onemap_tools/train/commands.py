@@ -11,10 +11,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from onemap_tools.command_group import CommandGroup
+from onemap_tools.trouble import EXIT_MISUSED, Trouble
+
 if TYPE_CHECKING:
     from onemap_tools.train.pipeline import Work
 
-app = typer.Typer(no_args_is_help=True, help="Train an encoder as the one that ships.")
+app = typer.Typer(
+    cls=CommandGroup, no_args_is_help=True, help="Train an encoder as the one that ships."
+)
 
 APARTMENTS = 600
 PER_APARTMENT = 20
@@ -138,13 +143,13 @@ def _refusals() -> Iterator[None]:
     try:
         yield
     except ImportError as problem:
-        typer.echo(f"{problem}; training needs: pip install 'onemap[train]'", err=True)
-        raise typer.Exit(2) from problem
+        raise Trouble(
+            f"{problem}; training needs: pip install 'onemap[train]'", EXIT_MISUSED
+        ) from problem
     except Exception as problem:
         from onemap_perception.encoders.protocol import EncoderError
         from onemap_tools.train.pipeline import TrainingError
 
         if not isinstance(problem, EncoderError | TrainingError | ValueError):
             raise
-        typer.echo(str(problem), err=True)
-        raise typer.Exit(2) from problem
+        raise Trouble(str(problem), EXIT_MISUSED) from problem

@@ -1,0 +1,16 @@
+"""The options of a benchmark."""
+
+from __future__ import annotations
+
+import argparse
+from typing import NoReturn
+
+from onemap_tools.trouble import EXIT_MISUSED, Trouble
+
+
+class Parser(argparse.ArgumentParser):
+    """Tells what is wrong as every command does."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise Trouble."""
+        raise Trouble(f"{self.prog}: {message}", EXIT_MISUSED)
