@@ -70,14 +70,17 @@ def status(
 
     With --service: 0 only if that service says that it is ready.
     """
+    from onemap_tools.terminal import print_json, result_console
+
     if service:
         from onemap_tools.heartbeat import check_service
 
         check_service(service, config)
+        if as_json:
+            print_json({"service": service, "ready": True})
         return
     from onemap_tools.client import Gateway
     from onemap_tools.status import describe_status
-    from onemap_tools.terminal import print_json, result_console
 
     with Gateway(url, token) as door:
         document = door.status()

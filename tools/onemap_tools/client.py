@@ -7,11 +7,13 @@ from typing import Any
 
 import httpx
 
-from onemap_tools.trouble import EXIT_MISUSED, Trouble
+from onemap_tools.trouble import EXIT_FAILED, EXIT_MISUSED, Trouble
 
 DEFAULT_URL = "http://127.0.0.1:8080"
 TIMEOUT_S = 5.0  # the gateway itself answers within its call_timeout_s of 2 s
 FILE_TIMEOUT_S = 60.0  # a large map takes a while to write
+MAX_PORT = 65535
+MISUSED_STATUSES = (400, 413, 415, 422)  # the request is wrong by its words, whoever is there
 
 
 class Gateway:
@@ -20,17 +22,15 @@ class Gateway:
     def __init__(
         self, url: str = DEFAULT_URL, token: str = "", transport: httpx.BaseTransport | None = None
     ) -> None:
-        headers = {"Authorization": f"Bearer {token}"} if token else {}
-        try:
-            self._http = httpx.Client(
-                base_url=url,
-                headers=headers,
-                timeout=TIMEOUT_S,
-                transport=transport,
-                trust_env=False,  # a proxy for the internet has no business on the way to a robot
-            )
-        except httpx.InvalidURL as problem:
-            raise Trouble(f"{url!r} is not a URL: {problem}", EXIT_MISUSED) from problem
+        if not (token.isascii() and token.isprintable()):
+            raise Trouble("The token may hold only printable ASCII characters.", EXIT_MISUSED)
+        self._http = httpx.Client(
+            base_url=checked_url(url),
+            headers={"Authorization": f"Bearer {token}"} if token else {},
+            timeout=TIMEOUT_S,
+            transport=transport,
+            trust_env=False,  # a proxy for the internet has no business on the way to a robot
+        )
         self.url = url
 
     def __enter__(self) -> Gateway:
@@ -120,19 +120,29 @@ class Gateway:
                 f"The gateway at {self.url} did not answer within {timeout_s:g} s: "
                 "'onemap doctor' looks for the reason."
             ) from problem
-        except httpx.UnsupportedProtocol as problem:
-            raise Trouble(
-                f"{self.url!r} is no address of a gateway: it should look like {DEFAULT_URL}",
-                EXIT_MISUSED,
-            ) from problem
         except httpx.HTTPError as problem:
             raise Trouble(
                 f"No gateway at {self.url}: start everything with 'onemap up' or 'onemap demo', "
                 "or give its address with --url."
             ) from problem
         if not reply.is_success:
-            raise Trouble(_detail(reply))
+            misused = reply.status_code in MISUSED_STATUSES
+            raise Trouble(_detail(reply), EXIT_MISUSED if misused else EXIT_FAILED)
         return reply
+
+
+def checked_url(url: str) -> httpx.URL:
+    """The address of a gateway; Trouble if it is none."""
+    try:
+        parsed = httpx.URL(url)
+    except httpx.InvalidURL as problem:
+        raise Trouble(f"{url!r} is not a URL: {problem}", EXIT_MISUSED) from problem
+    known = parsed.scheme in ("http", "https") and (parsed.port or 0) <= MAX_PORT
+    if not known or not parsed.host or len(url.split()) != 1:
+        raise Trouble(
+            f"{url!r} is no address of a gateway: it should look like {DEFAULT_URL}", EXIT_MISUSED
+        )
+    return parsed
 
 
 def _detail(reply: httpx.Response) -> str:

@@ -20,8 +20,10 @@ def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -
     """
     sections = read(config)
     set_up_logging(section(sections, "log", LogConfig), "router")
-    endpoints = tuple(listen)
-    if not endpoints and zenoh_config is None:
+    endpoints: tuple[str, ...] = ()
+    if listen:
+        endpoints = section({"bus": {"connect": list(listen)}}, "bus", BusConfig).connect
+    elif zenoh_config is None:
         endpoints = section(sections, "bus", BusConfig).connect
     if zenoh_config is not None and not zenoh_config.is_file():
         raise ConfigError(f"cannot read the router's configuration {zenoh_config}: no such file")
