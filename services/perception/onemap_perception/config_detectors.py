@@ -18,7 +18,9 @@ OPEN_MODEL = "iSEE-Laboratory/llmdet_tiny"
 class PatchesConfig(StrictModel):
     """The detector that reads the encoder's patch scores."""
 
-    backend: Literal["patches"] = "patches"
+    backend: Literal["patches"] = Field(
+        default="patches", description="Chooses this detector: it costs no second network."
+    )
     score: float = Field(
         default=0.4, gt=0, lt=1, description="From this score on a patch belongs to the thing."
     )
@@ -43,12 +45,12 @@ class PatchesConfig(StrictModel):
 class BoxesConfig(StrictModel):
     """What the detectors of other people have in common. Scores of two are not one scale."""
 
-    model: str
+    model: str = Field(description="A hub id or a folder.")
     allow_fetch: bool = Field(
         default=False, description="Fetch a missing model at start; off, a robot may be offline."
     )
     device: Device = Field(default="cpu", description="cpu, cuda or cuda:N.")
-    score: float
+    score: float = Field(description="A box counts from here; each detector has its own scale.")
     detections: int = Field(default=16, ge=1, le=256, description="Most detections per picture.")
 
     def limits(self) -> BoxLimits:
@@ -59,7 +61,9 @@ class BoxesConfig(StrictModel):
 class CocoConfig(BoxesConfig):
     """RT-DETRv2: COCO's eighty names only."""
 
-    backend: Literal["coco"] = "coco"
+    backend: Literal["coco"] = Field(
+        default="coco", description="Chooses this detector: fast, where its names are enough."
+    )
     model: str = Field(default=COCO_MODEL, description="A hub id or a folder.")
     score: float = Field(
         default=0.5, gt=0, lt=1, description="A box counts from here; RT-DETR's usual value."
@@ -69,7 +73,10 @@ class CocoConfig(BoxesConfig):
 class OpenVocabularyConfig(BoxesConfig):
     """Any grounding detector of transformers: any name."""
 
-    backend: Literal["open_vocabulary"] = "open_vocabulary"
+    backend: Literal["open_vocabulary"] = Field(
+        default="open_vocabulary",
+        description="Chooses this detector: slow without a GPU, but no name is unknown to it.",
+    )
     model: str = Field(default=OPEN_MODEL, description="A hub id or a folder.")
     score: float = Field(
         default=0.35, gt=0, lt=1, description="A box counts from here; GroundingDINO's own value."
@@ -79,7 +86,9 @@ class OpenVocabularyConfig(BoxesConfig):
 class RoutedConfig(StrictModel):
     """COCO's names to one, all others to the other, as in the paper."""
 
-    backend: Literal["routed"]
+    backend: Literal["routed"] = Field(
+        description="Chooses both detectors: the fast one wherever its names suffice."
+    )
     coco: CocoConfig = Field(default=CocoConfig(), description="For COCO's names.")
     open_vocabulary: OpenVocabularyConfig = Field(
         default=OpenVocabularyConfig(), description="For all others."
@@ -89,7 +98,7 @@ class RoutedConfig(StrictModel):
 class PluginConfig(StrictModel):
     """A detector of another package; see docs/detectors.md."""
 
-    backend: Literal["plugin"]
+    backend: Literal["plugin"] = Field(description="Chooses a detector that is not OneMap's.")
     name: str = Field(description="Of the entry point in the group onemap.detectors.")
     options: dict[str, Any] = Field(default={}, description="Handed to it as they are.")
 

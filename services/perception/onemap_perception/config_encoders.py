@@ -18,7 +18,9 @@ Pixels = Annotated[int, Field(ge=1, le=8192)]
 class MiniConfig(StrictModel):
     """The encoder that ships with OneMap."""
 
-    backend: Literal["mini"] = "mini"
+    backend: Literal["mini"] = Field(
+        default="mini", description="Chooses this encoder: it ships with OneMap and needs no GPU."
+    )
     folder: Path = Field(
         default=SHIPPED, description="Weights and words; another folder holds one's own training."
     )
@@ -68,7 +70,9 @@ class TorchConfig(StrictModel):
 class OpenClipConvNextConfig(TorchConfig):
     """OpenCLIP's ConvNeXt, the paper's encoder among them."""
 
-    backend: Literal["openclip_convnext"]
+    backend: Literal["openclip_convnext"] = Field(
+        description="Chooses this encoder: the paper's, any word, a GPU is advised."
+    )
     architecture: str = Field(
         default="",
         description="open_clip's name or a JSON file; empty: open_clip_config.json beside it.",
@@ -84,7 +88,9 @@ class OpenClipConvNextConfig(TorchConfig):
 class Tipsv2Config(TorchConfig):
     """TIPSv2 through transformers."""
 
-    backend: Literal["tipsv2"]
+    backend: Literal["tipsv2"] = Field(
+        description="Chooses this encoder: any word, trained for features of single patches."
+    )
     long_side_px: int = Field(
         default=448, ge=14, le=2048, description="Pixels of the longer side fed in, shape kept."
     )
@@ -93,7 +99,9 @@ class Tipsv2Config(TorchConfig):
 class RadioConfig(TorchConfig):
     """C-RADIO with its SigLIP2 adaptor."""
 
-    backend: Literal["radio"]
+    backend: Literal["radio"] = Field(
+        description="Chooses this encoder: any word; needs allow_remote_code."
+    )
     allow_remote_code: bool = Field(
         default=False,
         description="Run the Python that comes with the weights, which may use the network.",

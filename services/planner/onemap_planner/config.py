@@ -161,15 +161,42 @@ class PlannerConfig(StrictModel):
     control_hz: PositiveFloat = Field(
         default=20.0, description="Commands per second: well within their validity of 300 ms."
     )
-    terrain: TerrainConfig = TerrainConfig()
-    frontier: FrontierConfig = FrontierConfig()
-    region: RegionConfig = RegionConfig()
-    goal: GoalConfig = GoalConfig()
-    consensus: ConsensusConfig = ConsensusConfig()
-    explore: ExploreConfig = ExploreConfig()
-    drive: DriveConfig = DriveConfig()
-    freshness: FreshnessConfig = FreshnessConfig()
-    recovery: RecoveryConfig = RecoveryConfig()
+    terrain: TerrainConfig = Field(
+        default=TerrainConfig(),
+        description="Where the robot may drive: its size, in metres, against the map.",
+    )
+    frontier: FrontierConfig = Field(
+        default=FrontierConfig(),
+        description="What counts as a border of the explored that is worth a visit.",
+    )
+    region: RegionConfig = Field(
+        default=RegionConfig(),
+        description="What counts as a place on the map that is worth a second look.",
+    )
+    goal: GoalConfig = Field(
+        default=GoalConfig(),
+        description="How places to go to are weighed against each other and the way there.",
+    )
+    consensus: ConsensusConfig = Field(
+        default=ConsensusConfig(),
+        description="When a detection and the map agree, so that it is believed.",
+    )
+    explore: ExploreConfig = Field(
+        default=ExploreConfig(),
+        description="Times in seconds and distances in metres of the search itself.",
+    )
+    drive: DriveConfig = Field(
+        default=DriveConfig(),
+        description="Speeds, accelerations and tolerances of driving along a path.",
+    )
+    freshness: FreshnessConfig = Field(
+        default=FreshnessConfig(),
+        description="How old, in seconds, what the robot drives by may be: older stops it.",
+    )
+    recovery: RecoveryConfig = Field(
+        default=RecoveryConfig(),
+        description="What to do when the robot does not move as it should.",
+    )
 
     def rules(self) -> Rules:
         """The same as the plain values that the pure modules take."""
