@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, SecretStr, ValidationError
 
 S = TypeVar("S", bound=BaseModel)
 
@@ -121,6 +121,15 @@ def section(sections: Mapping[str, Any], name: str, model: type[S]) -> S:
         raise ConfigError("; ".join(_sentences(problem, name, model))) from None
 
 
+def mistakes(sections: Mapping[str, Any], name: str, model: type[BaseModel]) -> list[str]:
+    """Every mistake of the section ``name``, one sentence each; empty if it fits ``model``."""
+    try:
+        model.model_validate(sections.get(name, {}))
+    except ValidationError as problem:
+        return _sentences(problem, name, model)
+    return []
+
+
 def _sentences(problem: ValidationError, name: str, model: type[BaseModel]) -> list[str]:
     sentences = []
     for error in problem.errors():
@@ -132,8 +141,14 @@ def _sentences(problem: ValidationError, name: str, model: type[BaseModel]) -> l
             hint = f"did you mean {near[0]!r}?" if near else f"valid are {', '.join(valid)}"
             sentences.append(f"{path} is unknown; {hint}")
         else:
-            sentences.append(f"{path}: {error['msg']} (got {error['input']!r})")
+            got = "a secret" if _is_secret(model, place) else repr(error["input"])
+            sentences.append(f"{path}: {error['msg']} (got {got})")
     return sentences
+
+
+def _is_secret(model: type[BaseModel], place: tuple[int | str, ...]) -> bool:
+    field = model.model_fields.get(str(place[0])) if place else None
+    return field is not None and field.annotation is SecretStr
 
 
 def _follow(model: type[BaseModel], place: tuple[int | str, ...]) -> tuple[list[str], list[str]]:
