@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from onemap_tools import cli_ask, cli_map, cli_measure, cli_models, cli_scene
+from onemap_tools import cli_ask, cli_config, cli_map, cli_measure, cli_models, cli_scene
 from onemap_tools.command_group import CommandGroup
 from onemap_tools.options import Config, Json
 from onemap_tools.train.commands import app as train_app
@@ -202,6 +202,7 @@ def gateway(config: Config = None) -> None:
 app.add_typer(cli_ask.app)
 app.add_typer(cli_map.app, name="map", rich_help_panel=cli_ask.PANEL)
 app.add_typer(cli_scene.app, name="scene", rich_help_panel=cli_measure.PANEL)
+app.add_typer(cli_config.app, name="config", rich_help_panel=PANEL)
 app.add_typer(cli_measure.app, name="bench", rich_help_panel=cli_measure.PANEL)
 app.add_typer(cli_models.app, name="models", rich_help_panel=cli_measure.PANEL)
 app.command(name="export-encoder", rich_help_panel=cli_measure.PANEL)(cli_models.export_encoder)
