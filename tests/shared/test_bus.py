@@ -293,3 +293,22 @@ def test_who_is_present_is_known_right_after_joining(router: Router) -> None:
         assert ("up", f"u{number}") in present
         bus.close()
     first.close()
+
+
+def test_a_fleet_shares_a_router_and_no_names(router: Router) -> None:
+    """Robots with namespaces of their own do not see each other's processes."""
+    buses = [
+        open_bus(
+            BusConfig(connect=(router.endpoint,), namespace=f"fleet/{robot}"),
+            "mapper",
+            robot,
+            threading.Event(),
+        )
+        for robot in ("r1", "r2")
+    ]
+    for bus, robot in zip(buses, ("r1", "r2"), strict=True):
+        assert bus is not None
+        assert bus.present() == {("mapper", robot)}
+    for bus in buses:
+        assert bus is not None
+        bus.close()

@@ -17,12 +17,12 @@ from onemap_tools.launch import (
     Ended,
     Processes,
     ProcessSpec,
-    _wait_for_group,
     available_cores,
     backoff_s,
     child_environment,
     group_runs,
     tail,
+    wait_for_group,
 )
 
 SOON_S = 20.0  # a deadline for a loaded machine, not a measure
@@ -124,7 +124,7 @@ def test_a_group_runs_as_long_as_one_of_its_processes(folder: Path) -> None:
     os.kill(child, signal.SIGSTOP)  # stopped is not gone
     assert group_runs(leader.pid)
     os.kill(child, signal.SIGKILL)
-    _wait_for_group(leader.pid, time.monotonic() + SOON_S)
+    wait_for_group(leader.pid, time.monotonic() + SOON_S)
     assert not runs(child)
     leader.stdout.close()
 

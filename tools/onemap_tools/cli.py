@@ -124,7 +124,8 @@ def up(
     """All services on this machine until Ctrl-C; what crashes is started again.
 
     The robot is the one that the configuration has a section for: simulator or replay.
-    A router is started if the configuration expects one here and none answers.
+    A router is started if the configuration expects one here and none answers. Nothing is
+    started where somebody runs the same already, or where the page's port is taken.
     """
     from onemap_tools import up as command
     from onemap_tools.terminal import progress_console

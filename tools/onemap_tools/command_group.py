@@ -23,14 +23,15 @@ class CommandGroup(TyperGroup):
     ``error`` and ``exit_code`` is the last line of stdout.
     """
 
-    def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
+    ) -> Any:
         """Parse the options of this group."""
         as_json = wants_json(args)
-        nested = bool(more) or extra.get("parent") is not None
         try:
-            context = super().make_context(info_name, args, *more, **extra)
+            context = super().make_context(info_name, args, parent, **extra)
         except UsageError as mistake:
-            if not nested:
+            if parent is None:
                 _print_mistake(mistake, as_json)
             raise
         context.meta.setdefault(JSON, as_json)

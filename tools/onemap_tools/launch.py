@@ -226,7 +226,7 @@ class Processes:
                 process.wait()
             deadline = time.monotonic() + KILLED_S
             for process in running:
-                _wait_for_group(process.pid, deadline)
+                wait_for_group(process.pid, deadline)
 
     def kill(self) -> None:
         """End all at once."""
@@ -250,7 +250,7 @@ def _wait(process: subprocess.Popen[bytes], deadline_s: float) -> None:
         return
 
 
-def _wait_for_group(group: int, deadline_s: float) -> None:
+def wait_for_group(group: int, deadline_s: float) -> None:
     """Return when no process of the group runs: a killed one ends a moment after the signal."""
     while group_runs(group) and time.monotonic() < deadline_s:
         time.sleep(LOOK_S)
