@@ -29,6 +29,12 @@ pytestmark = pytest.mark.slow
 PATIENCE_S = 60.0
 
 
+@pytest.fixture(autouse=True)
+def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A whole ``onemap up`` takes longer to be there than a session on the bus."""
+    monkeypatch.setattr("tests.shared.test_bus.PATIENCE_S", PATIENCE_S)
+
+
 def configuration(folder: Path, endpoint: str, port: int = 0, **sections: Any) -> Path:
     path = folder / "robot.yaml"
     gateway = {"port": port or any_free_port()}
