@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import importlib.util
+import logging
+from collections.abc import Iterator
 from typing import Any
+
+import pytest
 
 SCHEMAS = (
     "nms(Tensor dets, Tensor scores, float iou_threshold) -> Tensor",
@@ -32,3 +36,16 @@ def make_torchvision_importable() -> None:
 
 
 make_torchvision_importable()
+
+
+@pytest.fixture(autouse=True)
+def _logging_as_before() -> Iterator[None]:
+    """A command that sets up logging in this process must not make later tests' commands log."""
+    root = logging.getLogger()
+    level, handlers = root.level, list(root.handlers)
+    yield
+    root.setLevel(level)
+    for handler in [each for each in root.handlers if each not in handlers]:
+        root.removeHandler(handler)
+    for handler in [each for each in handlers if each not in root.handlers]:
+        root.addHandler(handler)

@@ -100,7 +100,7 @@ def test_a_service_says_what_installs_it() -> None:
 @pytest.mark.parametrize("name", NASTY)
 def test_a_demo_shows_its_objects(name: str) -> None:
     console = plain_console(file=io.StringIO())
-    item = ObjectSummary(name, "not_found", "it is nowhere", (), 1.0, 1.0, 1.0, 1.0)
+    item = ObjectSummary(name, "not_found", "it is nowhere", (), 1.0, 1.0, 1.0, 1.0, 1.0)
     summary = DemoSummary((name, name), (item,), 1.0, 1.0, 1.0)
     describe(summary, {"picture": f"runs/{name}/map.png"}, console)
     done = ((name, "not_found"),)
@@ -112,13 +112,13 @@ def test_a_demo_shows_its_objects(name: str) -> None:
 def test_a_demo_tells_what_the_scene_does_not_hold(name: str) -> None:
     from types import SimpleNamespace
 
-    from onemap_tools.demo import _objects
+    from onemap_tools.demo import _wishes
 
     console = plain_console(file=io.StringIO())
     demo: Any = SimpleNamespace(options=SimpleNamespace(objects=(name,)))
-    truth = Truth(f"flat {name}", 0, 0.0, 0.0, ("bed",))
+    truth = Truth(f"flat {name}", 0, 0.0, 0.0, ("bed",), "bed", names_complete=True)
     witness: Any = SimpleNamespace(truth=lambda *_: truth)
-    assert _objects(demo, witness, console) == (name,)
+    assert _wishes(demo, witness, console).objects == (name,)
     assert f"flat {name}" in text_of(console)
     assert "nothing that is called" in text_of(console)
 

@@ -125,8 +125,7 @@ def _wishes(demo: Run, witness: Witness, console: Console) -> Wishes:
             unjudged = "" if truth.names_complete else ", without ground truth"
             console.print(
                 f"{truth.scene} has nothing that is called {word!r}; it is searched for all "
-                f"the same{unjudged}. It has: {', '.join(sorted(categories))}.",
-                markup=False,
+                f"the same{unjudged}. It has: {', '.join(sorted(categories))}."
             )
     return Wishes(objects, names)
 

@@ -25,7 +25,7 @@ def describe(summary: DemoSummary, document: dict[str, Any], console: Console) -
     console.print(table)
     for item in summary.objects:
         if not item.counts:
-            console.print(f"{item.name}: {_why(item)}", markup=False, highlight=False)
+            console.print(f"{item.name}: {_why(item)}")
     if summary.trouble:
         console.print(Text(summary.trouble, style="red"))
     console.print(

@@ -76,9 +76,9 @@ def describe(inspection: Inspection, picture: Path | None, console: Console) -> 
         table.add_row(*_row([node for node in inspection.nodes if node.category == category]))
     console.print(table)
     for line in _facts(inspection):
-        console.print(line, markup=False, highlight=False)
+        console.print(line)
     if picture:
-        console.print(f"Floor plan: {picture}", markup=False, highlight=False, soft_wrap=True)
+        console.print(f"Floor plan: {picture}", soft_wrap=True)
     for warning in inspection.warnings:
         console.print(Text(f"Warning: {warning}", style="yellow"))
     for problem in inspection.problems:

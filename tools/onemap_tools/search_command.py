@@ -122,13 +122,13 @@ def describe_search(report: dict[str, Any], console: Console) -> None:
         )
     console.print(table)
     if not all_found(report):
-        console.print(report["reason"], markup=False, highlight=False)
+        console.print(report["reason"])
 
 
 def describe_query(reply: dict[str, Any], console: Console) -> None:
     """Print where on the map it may be."""
     if not reply["regions"]:
-        console.print(f"Nothing on the map looks like {reply['text']!r}.", markup=False)
+        console.print(f"Nothing on the map looks like {reply['text']!r}.")
         return
     table = Table("", "centre", "size", "score", title=reply["text"])
     for region in reply["regions"]:

@@ -7,7 +7,6 @@ wrong one it says what stands nearest to the claimed place.
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 import time
@@ -30,6 +29,7 @@ from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.truth import SceneTruth, answer_truth
 from onemap_simulator.worlds import APARTMENT, open_scene
 from onemap_tools.bench.lockstep import Eyes, Lockstep, Settings
+from onemap_tools.bench.parser import Parser
 from onemap_tools.demo_summary import ObjectSummary
 from onemap_tools.demo_truth import judged
 
@@ -167,8 +167,8 @@ def seeds_of(text: str) -> list[int]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """``python -m onemap_tools.bench.claims``."""
-    parser = argparse.ArgumentParser(prog="onemap bench claims", description=__doc__)
+    """``onemap bench claims``; returns the exit code."""
+    parser = Parser(prog="onemap bench claims", description=__doc__)
     parser.add_argument("--seeds", default="1-10", help="1-10 or 3,5,8")
     parser.add_argument("--style", default="training", choices=("training", "held out"))
     parser.add_argument("--objects", default=",".join(OBJECTS), help="separated by commas")
@@ -193,7 +193,3 @@ def main(arguments: list[str] | None = None) -> int:
     if options.json:
         print(json.dumps(summary))
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
