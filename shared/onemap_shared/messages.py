@@ -79,6 +79,12 @@ def expect_finite(array: np.ndarray, name: str) -> None:
         raise ValueError(f"{name} contains NaN or infinity")
 
 
+def _expect_share(value: float, name: str) -> None:
+    """Raise ValueError unless 0 <= value <= 1; also refuses NaN."""
+    if not 0.0 <= value <= 1.0:
+        raise ValueError(f"{name} is {value}; it must lie in [0, 1]")
+
+
 def check_text(text: str, what: str = "text") -> str:
     """Return the text stripped and with single spaces, or raise ValueError with one sentence."""
     if not isinstance(text, str):
@@ -241,6 +247,9 @@ class TextEmbeddings:
     cell may show; neutral_mask (N, M) uint8, 1 where neutral word m competes with text n
     (synonyms do not). score = softmax over {text, competing neutrals} of temperature * cosine.
     M = 0: the encoder has no calibration and score = (1 + cosine) / 2.
+    floor: a best score below this means "not here"; 0: not measured for this encoder.
+    nearest: per text, known words closest to it if the encoder cannot place the text, else
+    none; () for an encoder that places every text.
     """
 
     encoder_id: str
@@ -250,6 +259,8 @@ class TextEmbeddings:
     neutral: F32
     neutral_mask: U8
     temperature: float
+    floor: float = 0.0
+    nearest: tuple[tuple[str, ...], ...] = ()
 
     def __post_init__(self) -> None:
         expect(self.embeddings, "embeddings", np.float32, (len(self.texts), None))
@@ -257,6 +268,9 @@ class TextEmbeddings:
         expect(self.neutral_mask, "neutral_mask", np.uint8, (len(self.texts), len(self.neutral)))
         expect_finite(self.embeddings, "embeddings")
         expect_finite(self.neutral, "neutral")
+        _expect_share(self.floor, "floor")
+        if self.nearest and len(self.nearest) != len(self.texts):
+            raise ValueError(f"nearest has {len(self.nearest)} entries for {len(self.texts)} texts")
 
 
 # ---------------------------------------------------------------- mapper
@@ -296,6 +310,9 @@ class SimilarityRequest:
 class SimilarityReply:
     """Ranked regions of high similarity, best first, and the grid if it was asked for.
 
+    No region scores below ``floor``; ``best_score`` is that of the best region before those were
+    left out, 0 if nothing was observed. ``nearest``: known words near a text that the encoder
+    cannot place.
     centres_m (N, 2), extents_m (N, 4) x_min, y_min, x_max, y_max, scores (N,) in [0, 1],
     variances (N,), all float32. scores_grid (nx, ny) float32, NaN where nothing was
     observed; (0, 0) if not asked for.
@@ -311,6 +328,9 @@ class SimilarityReply:
     variances: F32
     grid: GridSpec
     scores_grid: F32
+    best_score: float = 0.0
+    floor: float = 0.0
+    nearest: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.scores)
@@ -319,6 +339,8 @@ class SimilarityReply:
         expect(self.scores, "scores", np.float32, (count,))
         expect(self.variances, "variances", np.float32, (count,))
         expect(self.scores_grid, "scores_grid", np.float32, (None, None))
+        _expect_share(self.best_score, "best_score")
+        _expect_share(self.floor, "floor")
 
 
 @dataclass(frozen=True, slots=True)

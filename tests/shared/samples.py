@@ -49,12 +49,14 @@ SAMPLES: tuple[Any, ...] = (
     ),
     m.TextRequest(("sofa", "teddy bear")),
     m.TextEmbeddings(
-        "mini-1", "minilm", ("sofa",), f32(1, 4), f32(3, 4), np.ones((1, 3), np.uint8), 20.0
+        "mini-1", "minilm", ("sofa",), f32(1, 4), f32(3, 4), np.ones((1, 3), np.uint8), 20.0,
+        0.3, (("armchair", "bed"),),
     ),
     m.MapRevision(4, 7, 123, "mini-1", "minilm", 3, 100, 4096, 8.5, 5.0),
     m.SimilarityRequest("sofa", 3, include_grid=True),
     m.SimilarityReply(
-        "sofa", 4, 123, "mini-1", f32(2, 2), f32(2, 4), f32(2), f32(2), GRID, f32(4, 5)
+        "sofa", 4, 123, "mini-1", f32(2, 2), f32(2, 4), f32(2), f32(2), GRID, f32(4, 5),
+        0.9, 0.3, ("armchair",),
     ),
     m.SearchViewRequest("sofa", ("bed", "desk")),
     m.SearchView(

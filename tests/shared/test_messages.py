@@ -54,6 +54,11 @@ WRONG: dict[str, tuple[type, dict[str, Any], str]] = {
     "regions": (m.SimilarityRequest, {"max_regions": 0}, "max_regions"),
     "occupancy": (m.SearchView, {"occupancy": np.zeros((1, 1), np.uint8)}, "occupancy has shape"),
     "neutral": (m.TextEmbeddings, {"neutral": np.zeros((3, 5), np.float32)}, "neutral has shape"),
+    "floor": (m.TextEmbeddings, {"floor": 1.2}, "floor is 1.2"),
+    "no floor": (m.TextEmbeddings, {"floor": float("nan")}, "floor is nan"),
+    "nearest": (m.TextEmbeddings, {"nearest": ((), ())}, "nearest has 2 entries for 1 texts"),
+    "best score": (m.SimilarityReply, {"best_score": -0.1}, "best_score is -0.1"),
+    "reply's floor": (m.SimilarityReply, {"floor": 2.0}, "floor is 2.0"),
 }
 
 

@@ -50,4 +50,6 @@ def only(names: TextEmbeddings, rows: np.ndarray) -> TextEmbeddings:
         neutral=names.neutral,
         neutral_mask=names.neutral_mask[rows],
         temperature=names.temperature,
+        floor=names.floor,
+        nearest=tuple(names.nearest[row] for row in rows) if names.nearest else (),
     )
