@@ -244,7 +244,8 @@ def _packet(attachment: zenoh.ZBytes | None, payload: zenoh.ZBytes) -> Packet:
 def _remote_error(body: bytes) -> RemoteError:
     try:
         error = json.loads(body)
-        return RemoteError(str(error["code"]), str(error["message"]))
+        code, message, details = str(error["code"]), str(error["message"]), error.get("details")
+        return RemoteError(code, message, details if isinstance(details, dict) else None)
     except (ValueError, KeyError, TypeError):
         return RemoteError("internal", body[:200].decode(errors="replace"))
 
@@ -305,7 +306,9 @@ class _Server(Generic[Q, R]):
         try:
             packet = answer(self._procedure, self._handler, request or Packet(b"", b""))
         except RemoteError as error:
-            body = json.dumps({"code": error.code, "message": str(error)})
+            body = json.dumps(
+                {"code": error.code, "message": str(error), "details": error.details}
+            )
             query.reply_err(body, encoding=zenoh.Encoding.APPLICATION_JSON)
         else:
             query.reply(self._procedure.key, packet.body, attachment=packet.header)

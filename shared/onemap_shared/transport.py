@@ -11,9 +11,9 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from onemap_shared.keys import Procedure, Topic
 from onemap_shared.wire import Packet, WireError, decode, encode
@@ -42,19 +42,24 @@ class QueryTimeout(CallError):
 
 
 class RemoteError(CallError):
-    """The service refused: ``code`` for programs, the message for people."""
+    """The service refused: ``code`` and ``details`` for programs, the message for people."""
 
-    def __init__(self, code: str, message: str) -> None:
+    def __init__(self, code: str, message: str, details: Mapping[str, Any] | None = None) -> None:
         super().__init__(message)
         self.code = code
+        self.details = dict(details or {})
 
 
 class Refusal(Exception):
-    """Raised by a handler to refuse a request; arrives at the caller as ``RemoteError``."""
+    """Raised by a handler to refuse a request; arrives at the caller as ``RemoteError``.
 
-    def __init__(self, code: str, message: str) -> None:
+    ``details`` is JSON beside the message, for programs.
+    """
+
+    def __init__(self, code: str, message: str, details: Mapping[str, Any] | None = None) -> None:
         super().__init__(message)
         self.code = code
+        self.details = dict(details or {})
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,7 +212,7 @@ def answer(procedure: Procedure[Q, R], handler: Callable[[Q], R], packet: Packet
     try:
         return encode(handler(decode(procedure.request, packet)))
     except Refusal as refusal:
-        raise RemoteError(refusal.code, str(refusal)) from refusal
+        raise RemoteError(refusal.code, str(refusal), refusal.details) from refusal
     except ValueError as problem:
         raise RemoteError("invalid", str(problem)) from problem
     except Exception as problem:

@@ -182,7 +182,9 @@ def test_refusals_travel_with_code_and_sentence(buses: tuple[Bus, Bus]) -> None:
 
     def handler(request: m.MapFile) -> m.MapSummary:
         if request.name == "refused":
-            raise Refusal("encoder_mismatch", "the map was made by another encoder")
+            raise Refusal(
+                "encoder_mismatch", "the map was made by another encoder", {"ours": ["mini"]}
+            )
         if request.name == "wrong":
             raise ValueError("that is no name")
         if request.name == "broken":
@@ -199,6 +201,7 @@ def test_refusals_travel_with_code_and_sentence(buses: tuple[Bus, Bus]) -> None:
         with pytest.raises(RemoteError, match=sentence) as caught:
             here.call(keys.MAP_SAVE, m.MapFile(name))
         assert caught.value.code == code
+        assert caught.value.details == ({"ours": ["mini"]} if name == "refused" else {})
     assert here.call(keys.MAP_SAVE, m.MapFile("flat")) == summary("flat")
 
 
