@@ -48,6 +48,8 @@ class Rig:
         self.revisions = self.client.subscribe(keys.MAP_REVISION, capacity=100)
         self.fields = self.client.publish(keys.FIELD)
         self.asked: list[str] = []
+        self.floor = 0.0
+        self.nearest: tuple[tuple[str, ...], ...] = ()
         self.perception: MemoryBus | None = None
 
     def embed(self, text_space: str = "space-a", channels: int = 16) -> None:
@@ -67,6 +69,8 @@ class Rig:
                 NEUTRAL[:, :channels],
                 np.ones((1, 2), np.uint8),
                 30.0,
+                self.floor,
+                self.nearest,
             )
 
         self.perception = self.hub.bus("perception")
@@ -137,6 +141,28 @@ def test_the_sofa_is_where_it_was_seen(rig: Rig) -> None:
     view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
     np.testing.assert_array_equal(view.similarity, reply.scores_grid)
     assert rig.asked == ["sofa"]  # embedded once
+
+
+def test_below_the_encoder_s_floor_nothing_looks_like_it(rig: Rig) -> None:
+    rig.floor, rig.nearest = 0.3, (("armchair",),)
+    rig.feed(sofa_ahead(0), scenes.field(1, scenes.pose(), features=np.tile(NEUTRAL[0], (6, 8, 1))))
+    there = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
+    assert there.scores.min() >= 0.3
+    assert (there.best_score, there.floor) == (pytest.approx(there.scores[0]), 0.3)
+    assert there.nearest == ("armchair",)
+    rig.client.call(keys.MAP_CLEAR, MapClear())
+    rig.feed(scenes.field(2, scenes.pose(), features=np.tile(NEUTRAL[0], (6, 8, 1))))
+    absent = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa", include_grid=True))
+    assert len(absent.scores) == len(absent.centres_m) == 0
+    assert 0 < absent.best_score < 0.01
+    assert np.nanmax(absent.scores_grid) == pytest.approx(absent.best_score, rel=0.1)
+
+
+def test_without_a_measured_floor_every_region_is_told(rig: Rig) -> None:
+    rig.feed(scenes.field(0, scenes.pose(), features=np.tile(NEUTRAL[0], (6, 8, 1))))
+    reply = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
+    assert len(reply.scores) > 0
+    assert reply.floor == 0.0
 
 
 def test_the_grid_comes_only_on_request(rig: Rig) -> None:

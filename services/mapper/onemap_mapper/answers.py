@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.regions import find_regions, threshold
+from onemap_mapper.regions import above, find_regions, threshold
 from onemap_mapper.similarity import Query, ScoreCache
 from onemap_shared.geometry import F32
 from onemap_shared.messages import (
@@ -38,7 +38,10 @@ def similarity_reply(
     request: SimilarityRequest,
     settings: RegionSettings,
 ) -> SimilarityReply:
-    """Ranked regions, and the grid if asked for. The map must not be empty."""
+    """Ranked regions that score above the query's floor, and the grid if asked for.
+
+    The map must not be empty.
+    """
     values = cache.scores(query, belief.store, belief.revision)
     grid_scores = belief.spread(values)
     limit = threshold(
@@ -53,6 +56,8 @@ def similarity_reply(
         limit=max(limit, float(np.finfo(np.float32).tiny)),
         max_regions=request.max_regions,
     )
+    best_score = min(float(regions.scores[0]), 1.0) if len(regions.scores) else 0.0  # rounding
+    regions = above(regions, query.floor)
     return SimilarityReply(
         text=request.text,
         revision=belief.revision,
@@ -64,6 +69,9 @@ def similarity_reply(
         variances=regions.variances,
         grid=belief.grid,
         scores_grid=grid_scores if request.include_grid else NO_GRID,
+        best_score=best_score,
+        floor=query.floor,
+        nearest=query.nearest,
     )
 
 

@@ -62,6 +62,17 @@ def find_regions(
     )
 
 
+def above(regions: Regions, floor: float) -> Regions:
+    """The regions that score at least ``floor``."""
+    kept = regions.scores >= np.float32(floor)
+    return Regions(
+        regions.centres_m[kept],
+        regions.extents_m[kept],
+        regions.scores[kept],
+        regions.variances[kept],
+    )
+
+
 def _top_mean(owner: I64, score: np.ndarray, count: int) -> np.ndarray:
     """Mean of the TOP_CELLS best scores of each region, of all if it has fewer."""
     order = np.lexsort((-score, owner))

@@ -243,7 +243,7 @@ class Mapper:
         try:
             return self._bus.call(keys.EMBED_TEXT, TextRequest((text,)))
         except RemoteError as problem:
-            raise Refusal(problem.code, str(problem)) from problem
+            raise Refusal(problem.code, str(problem), problem.details) from problem
         except NoReply as problem:
             raise Refusal(
                 "perception_missing", "perception does not run, so texts cannot be embedded"

@@ -23,11 +23,17 @@ REMEMBERED = 32  # texts whose scores are kept: 1 MB each for a flat of 250,000 
 
 @dataclass(frozen=True, slots=True)
 class Query:
-    """One text. concepts (1 + m, D) float32 unit rows: the text, then its competing words."""
+    """One text. concepts (1 + m, D) float32 unit rows: the text, then its competing words.
+
+    floor: a best score below this means "not here", 0: not measured; nearest: known words next
+    to a text that the encoder cannot place.
+    """
 
     text: str
     concepts: Tensor
     temperature: float
+    floor: float = 0.0
+    nearest: tuple[str, ...] = ()
 
     @property
     def calibrated(self) -> bool:
@@ -40,7 +46,11 @@ def query_of(embeddings: TextEmbeddings, index: int, device: torch.device) -> Qu
     competing = embeddings.neutral[embeddings.neutral_mask[index] > 0]
     concepts = np.concatenate([embeddings.embeddings[index : index + 1], competing])
     return Query(
-        embeddings.texts[index], torch.from_numpy(concepts).to(device), embeddings.temperature
+        embeddings.texts[index],
+        torch.from_numpy(concepts).to(device),
+        embeddings.temperature,
+        embeddings.floor,
+        embeddings.nearest[index] if embeddings.nearest else (),
     )
 
 
