@@ -27,9 +27,11 @@ from onemap_shared.messages import (
     SearchStatus,
     SearchView,
     SearchViewRequest,
+    TextEmbeddings,
+    TextRequest,
     VelocityCommand,
 )
-from onemap_shared.transport import RemoteError
+from onemap_shared.transport import Refusal, RemoteError
 from onemap_shared.wire import Packet
 from tests.planner.rooms import as_view, drawn
 
@@ -53,6 +55,8 @@ class House:
         self.answer: Callable[[SearchViewRequest], SearchView] = lambda q: as_view(ROOM, q.text)
         self.mapper.serve(keys.MAP_SEARCH_VIEW, self._view)
         self.mapper.serve(keys.MAP_SEARCH_RESET, self._reset)
+        self.perception = self.hub.bus("p")
+        self.perception.serve(keys.EMBED_TEXT, self._embed)
         self.config = config
         self.planner = Planner(self.hub.bus("planner"), config)
         self.count = 0
@@ -64,6 +68,18 @@ class House:
     def _reset(self, request: SearchReset) -> MapSummary:
         self.resets.append(request.search_id)
         return MapSummary("", "mini", "mini", 0.1, 1, 1)
+
+    def _embed(self, request: TextRequest) -> TextEmbeddings:
+        """As an encoder without its sentence encoder: 'flurb' is no word, 'kite' has no place."""
+        if "flurb" in request.texts:
+            unknown = {"words": [{"word": "flurb", "did_you_mean": ["curb"]}]}
+            raise Refusal("unknown_word", "'flurb' (did you mean 'curb'?) is no word", unknown)
+        rows = np.ones((len(request.texts), 1), np.float32)
+        nearest = tuple(("ball", "fan") if text == "kite" else () for text in request.texts)
+        mask = np.zeros((len(rows), 0), np.uint8)
+        return TextEmbeddings(
+            "mini", "mini", request.texts, rows, rows[:0], mask, 1.0, 0.2, nearest
+        )
 
     def frame(self, *, odometry: bool = True, revision: bool = True) -> None:
         """One message of each; the planner takes them and waits for its next command."""
@@ -134,6 +150,49 @@ def test_a_search_moves_the_robot_and_tells_about_it(house: House) -> None:
     assert {"plan_ms", "view_age_s", "odometry_age_s", "goals", "stops_on_stale", "control_hz"} <= (
         set(metrics)
     )
+
+
+@pytest.mark.parametrize(
+    ("objects", "word", "near"),
+    [(("sofa", "flurb"), "flurb", ["curb"]), (("kite", "sofa"), "kite", ["ball", "fan"])],
+)
+def test_words_are_checked_before_anything_moves(
+    house: House, objects: tuple[str, ...], word: str, near: list[str]
+) -> None:
+    with pytest.raises(RemoteError, match=f"'{word}' .did you mean '{near[0]}'") as caught:
+        house.start(*objects)
+    assert caught.value.code == "unknown_word"
+    assert caught.value.details == {"words": [{"word": word, "did_you_mean": near}]}
+    for _ in range(5):
+        house.frame()
+    assert house.driven() == []
+    assert house.states.take(0.0) is None
+    with pytest.raises(RemoteError, match="no search has been started"):
+        house.get()
+
+
+def test_without_perception_no_search_starts(house: House) -> None:
+    house.perception.close()
+    with pytest.raises(RemoteError, match="words cannot be checked") as caught:
+        house.start("sofa")
+    assert caught.value.code == "perception_missing"
+    house.frame()
+    assert house.states.take(0.0) is None
+
+
+def test_a_perception_that_hangs_is_named(house: House, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("onemap_planner.service.EMBED_TIMEOUT_S", 0.01)
+    released = threading.Event()
+
+    def hang(request: TextRequest) -> TextEmbeddings:
+        released.wait(20.0)
+        return house._embed(request)
+
+    house.perception.serve(keys.EMBED_TEXT, hang)
+    with pytest.raises(RemoteError, match="in time") as caught:
+        house.start("sofa")
+    released.set()
+    assert caught.value.code == "perception_silent"
 
 
 def test_a_second_search_is_refused_with_the_first_one_s_id(house: House) -> None:

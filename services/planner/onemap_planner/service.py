@@ -7,7 +7,7 @@ import math
 import time
 import uuid
 
-from onemap_planner import record
+from onemap_planner import record, words
 from onemap_planner.config import PlannerConfig
 from onemap_planner.desk import Desk, DeskError
 from onemap_planner.hearing import Heard, hear_odometry, hear_revision
@@ -20,14 +20,25 @@ from onemap_shared.messages import (
     SearchId,
     SearchRequest,
     SearchStatus,
+    TextRequest,
     VelocityCommand,
     check_text,
 )
-from onemap_shared.transport import Bus, Counters, Health, Refusal, Worker
+from onemap_shared.transport import (
+    Bus,
+    CallError,
+    Counters,
+    Health,
+    NoReply,
+    Refusal,
+    RemoteError,
+    Worker,
+)
 
 LOG = logging.getLogger("onemap.planner")
 
 ANNOUNCE_S = 1.0
+EMBED_TIMEOUT_S = 2.0  # for all words of a search; the gateway gives the whole call 3 s
 IDLE_AGE_S = 5.0  # without a search, only a silence this long is worth a word
 
 
@@ -36,7 +47,7 @@ class Planner:
 
     def __init__(self, bus: Bus, config: PlannerConfig) -> None:
         now_s = time.monotonic()
-        self._config, self._rules = config, config.rules()
+        self._bus, self._config, self._rules = bus, config, config.rules()
         self._odometry = bus.subscribe(keys.ROBOT_ODOMETRY)
         self._revisions = bus.subscribe(keys.MAP_REVISION)
         self._commands = bus.publish(keys.ROBOT_CMD_VEL)
@@ -186,6 +197,7 @@ class Planner:
 
     def _start(self, request: SearchRequest) -> SearchStatus:
         objects = tuple(check_text(name, "object name") for name in request.objects)
+        self._check_words(objects)
         try:
             search = self._desk.start(
                 uuid.uuid4().hex[:12], objects, self._moment(), time.time_ns()
@@ -193,6 +205,24 @@ class Planner:
         except DeskError as problem:
             raise Refusal(problem.code, str(problem)) from problem
         return self._status(search, time.monotonic())
+
+    def _check_words(self, objects: tuple[str, ...]) -> None:
+        """Refuse words that perception has no embedding or no place for."""
+        try:
+            embeddings = self._bus.call(keys.EMBED_TEXT, TextRequest(objects), EMBED_TIMEOUT_S)
+        except RemoteError as problem:
+            raise Refusal(problem.code, str(problem), problem.details) from problem
+        except NoReply as problem:
+            raise Refusal(
+                "perception_missing", "perception does not run, so the words cannot be checked"
+            ) from problem
+        except CallError as problem:
+            raise Refusal(
+                "perception_silent", "perception did not check the words in time: try again"
+            ) from problem
+        unplaced = words.unplaced(embeddings)
+        if unplaced:
+            raise Refusal("unknown_word", words.sentence(unplaced), words.details(unplaced))
 
     def _cancel(self, request: SearchId) -> SearchStatus:
         try:
