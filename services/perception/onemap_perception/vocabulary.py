@@ -12,11 +12,13 @@ FILE = "vocabulary.json"
 @dataclass(frozen=True, slots=True)
 class WordClass:
     """One trained class. ``aliases`` (the name among them) were training targets;
-    ``held_out`` are synonyms that never were, for evaluation only."""
+    ``held_out`` are synonyms that never were, for evaluation only; ``also`` are names whose
+    embedding is known to fail: a query with one is answered as the class."""
 
     name: str
     aliases: tuple[str, ...]
     held_out: tuple[str, ...]
+    also: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +51,13 @@ class Vocabulary:
                 return index
         return None
 
+    def also_called(self, word: str) -> int | None:
+        """Index of the class that ``word`` stands for in queries only, None if for none."""
+        for index, entry in enumerate(self.classes):
+            if word in entry.also:
+                return index
+        return None
+
 
 def load_vocabulary(folder: Path) -> Vocabulary:
     """Read ``vocabulary.json``; raises ValueError naming what is wrong."""
@@ -56,7 +65,12 @@ def load_vocabulary(folder: Path) -> Vocabulary:
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         classes = tuple(
-            WordClass(entry["name"], tuple(entry["aliases"]), tuple(entry["held_out"]))
+            WordClass(
+                entry["name"],
+                tuple(entry["aliases"]),
+                tuple(entry["held_out"]),
+                tuple(entry.get("also", ())),
+            )
             for entry in document["classes"]
         )
         return Vocabulary(
