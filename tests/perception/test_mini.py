@@ -17,6 +17,8 @@ from onemap_perception.encoders.mini import (
     input_size,
 )
 from onemap_perception.encoders.protocol import Encoder, EncoderError, UnknownWordError
+from onemap_perception.minilm import find_model_folder
+from onemap_perception.vocabulary import load_vocabulary
 from onemap_shared.geometry import U8
 
 MAX_SHIPPED_BYTES = 12 * 2**20
@@ -101,8 +103,47 @@ def test_without_the_sentence_encoder_an_unknown_word_is_refused(
     monkeypatch.setattr("onemap_perception.encoders.mini.find_model_folder", lambda: None)
     bare = MiniEncoder(MiniSettings())
     assert bare.embed_text(["refrigerator"]).texts == ("refrigerator",)
-    with pytest.raises(UnknownWordError, match=r"'refrigeratr' .*near it: .*refrigerator"):
+    with pytest.raises(UnknownWordError, match=r"'refrigeratr' .did you mean 'refrigerator'"):
         bare.embed_text(["refrigeratr"])
+
+
+@pytest.mark.parametrize(
+    ("word", "name"), [("loo", "toilet"), ("telly", "television"), ("hob", "oven")]
+)
+def test_shipped_names_that_the_embedding_misplaces_are_aliases(
+    encoder: Encoder, word: str, name: str
+) -> None:
+    queries = encoder.embed_text([word, name])
+    np.testing.assert_array_equal(queries.embeddings[0], queries.embeddings[1])
+    np.testing.assert_array_equal(queries.neutral_mask[0], queries.neutral_mask[1])
+
+
+def test_an_alias_belongs_to_one_class_and_was_never_trained() -> None:
+    classes = load_vocabulary(SHIPPED).classes
+    also = [word for entry in classes for word in entry.also]
+    assert len(also) == len(set(also))
+    trained = {word for entry in classes for word in entry.aliases}
+    assert not trained & set(also)
+    for entry in classes:
+        others = {word for other in classes if other is not entry for word in other.held_out}
+        assert not others & set(entry.also)
+
+
+def test_the_limit_of_a_place_lets_synonyms_pass(encoder: Encoder) -> None:
+    bare = MiniEncoder(MiniSettings(aliases=False))
+    synonyms = [word for entry in load_vocabulary(SHIPPED).classes for word in entry.held_out]
+    nearest = bare.embed_text(synonyms).nearest
+    assert [word for word, near in zip(synonyms, nearest, strict=True) if near] == ["telly"]
+    assert not any(encoder.embed_text(synonyms).nearest)
+
+
+@pytest.mark.skipif(find_model_folder() is None, reason="needs the sentence encoder")
+def test_strings_that_are_no_words_have_no_place(encoder: Encoder) -> None:
+    rng = np.random.default_rng(0)
+    letters = list("abcdefghijklmnopqrstuvwxyz")
+    strings = ["".join(rng.choice(letters, 6)) for _ in range(60)]
+    nearest = encoder.embed_text(strings).nearest
+    assert sum(map(bool, nearest)) >= 54  # nine in ten
 
 
 def copied(folder: Path) -> Path:

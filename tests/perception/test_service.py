@@ -137,6 +137,7 @@ def test_text_is_embedded_for_others(world: World) -> None:
     with pytest.raises(RemoteError, match="'mauve' is no colour") as refusal:
         world.outside.call(keys.EMBED_TEXT, TextRequest(("mauve",)))
     assert refusal.value.code == "unknown_word"
+    assert refusal.value.details == {"words": [{"word": "mauve", "did_you_mean": ["blue"]}]}
 
 
 def test_ready_means_that_a_frame_was_encoded(world: World) -> None:

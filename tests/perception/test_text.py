@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from onemap_perception.encoders.protocol import UnknownWordError
 from onemap_perception.text import (
     Calibration,
     QueryText,
@@ -22,12 +23,14 @@ from onemap_perception.words import WordTable
 from onemap_shared.geometry import F32
 from onemap_shared.messages import TextEmbeddings
 
-CALIBRATION = Calibration(temperature=12.0, expansion=1.0, sharpness=20.0, synonym=0.7)
+CALIBRATION = Calibration(
+    temperature=12.0, expansion=1.0, sharpness=20.0, synonym=0.7, floor=0.2, placed=0.3
+)
 VOCABULARY = Vocabulary(
     prompt="a {}",
     classes=(
         WordClass("sofa", ("sofa", "couch"), ("settee",)),
-        WordClass("lamp", ("lamp", "light"), ("lantern",)),
+        WordClass("lamp", ("lamp", "light"), ("lantern",), also=("glowworm", "harp")),
     ),
     neutral=("car",),
     common=("piano",),
@@ -41,13 +44,15 @@ VECTORS = {
     "lantern": (0.1, 0.5, 0.3, 0.4),
     "car": (0.0, 0.0, 1.0, 0.0),
     "piano": (0.2, 0.1, 0.1, 1.0),
+    "harp": (0.9, 0.1, 0.0, 0.0),
+    "kite": (0.1, 0.0, 0.2, 1.0),
 }
 
 
-def text() -> QueryText:
+def text(*, aliases: bool = True) -> QueryText:
     rows = np.stack([unit(np.array(v, np.float32)) for v in VECTORS.values()])
     table = WordTable(tuple(VECTORS), rows, prompt="a {}")
-    return QueryText(VOCABULARY, table, CALIBRATION)
+    return QueryText(VOCABULARY, table, CALIBRATION, aliases=aliases)
 
 
 def ask(*words: str) -> TextEmbeddings:
@@ -70,6 +75,35 @@ def test_other_words_lean_to_the_nearest_class_and_synonyms_do_not_compete() -> 
     np.testing.assert_allclose(np.linalg.norm(queries.embeddings, axis=1), 1, rtol=1e-5)
     assert queries.neutral_mask[0].tolist() == [0, 1, 1]
     assert queries.neutral_mask[2].tolist() == [1, 1, 1]
+
+
+@pytest.mark.parametrize("word", ["glowworm", "a Harp"])
+def test_a_name_that_is_known_to_fail_stands_for_its_class(word: str) -> None:
+    np.testing.assert_array_equal(ask(word).embeddings, ask("lamp").embeddings)
+    np.testing.assert_array_equal(ask(word).neutral_mask, ask("lamp").neutral_mask)
+
+
+def test_evaluation_sends_such_a_name_through_the_embedding() -> None:
+    harp = text(aliases=False).queries(["harp"], encoder_id="e", text_space="s").embeddings[0]
+    sofa, lamp = ask("sofa", "lamp").embeddings
+    assert harp @ sofa > harp @ lamp
+
+
+def test_a_word_without_a_place_comes_with_the_nearest_known_ones() -> None:
+    queries = ask("sofa", "kite", "settee", "piano")
+    assert queries.nearest == ((), ("sofa", "lamp"), (), ("sofa", "lamp"))
+    assert queries.floor == 0.2
+
+
+def test_unknown_words_are_all_named_with_what_is_spelt_alike() -> None:
+    with pytest.raises(
+        UnknownWordError, match=r"'couhc' .did you mean 'couch'.* and 'x'"
+    ) as caught:
+        ask("sofa", "couhc", "x")
+    assert caught.value.words == {"couhc": ("couch",), "x": ()}
+    with pytest.raises(UnknownWordError) as caught:
+        ask("glowwurm", "kitte")  # an alias is offered, a word without a place is not
+    assert caught.value.words == {"glowwurm": ("glowworm",), "kitte": ()}
 
 
 def test_a_thing_scores_as_itself_and_not_as_others() -> None:
@@ -118,6 +152,14 @@ def test_without_calibration_the_score_is_the_cosine() -> None:
     )
     features = np.array([[1, 0, 0, 0], [-1, 0, 0, 0], [0, 1, 0, 0]], np.float32)
     np.testing.assert_allclose(scores(features, bare)[:, 0], [1, 0, 0.5])
+
+
+def test_a_calibration_without_a_floor_has_not_measured_one(tmp_path: Path) -> None:
+    (tmp_path / "calibration.json").write_text(
+        '{"temperature": 3, "expansion": 1, "sharpness": 20, "synonym": 0.7}'
+    )
+    loaded = load_calibration(tmp_path)
+    assert (loaded.floor, loaded.placed) == (0.0, 0.0)
 
 
 def test_calibration_goes_to_disk_and_back(tmp_path: Path) -> None:

@@ -40,11 +40,18 @@ def test_an_article_alone_is_a_word() -> None:
     assert plain("A  Lamp") == "lamp"
 
 
-def test_an_unknown_word_names_near_ones_and_the_remedy() -> None:
-    with pytest.raises(UnknownWordError, match=r"'sofaa' is not .*near it: sofa.*pip install"):
-        table().embed(["sofa", "sofaa"])
-    with pytest.raises(UnknownWordError, match=r"'диван' is not among the 4 words"):
-        table().embed(["диван"])
+def test_unknown_words_are_all_named_with_the_remedy() -> None:
+    with pytest.raises(UnknownWordError, match=r"'диван' is not among the 4 words.*pip install"):
+        table().embed(["sofa", "диван"])
+    with pytest.raises(UnknownWordError, match=r"'sofaa', 'x' and 'y' are not among") as caught:
+        table().embed(["sofaa", "x", "y"])
+    assert caught.value.words == {"sofaa": (), "x": (), "y": ()}
+
+
+def test_a_table_with_a_sentence_encoder_knows_every_word() -> None:
+    assert table().knows("the Sofas")
+    assert not table().knows("sofaa")
+    assert table(lambda texts: ROWS[:1]).knows("sofaa")
 
 
 def test_other_words_go_to_the_sentence_encoder_in_the_prompt_and_only_once() -> None:

@@ -32,7 +32,7 @@ class ColourEncoder:
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         for text in texts:
             if text not in COLOURS:
-                raise UnknownWordError(f"{text!r} is no colour")
+                raise UnknownWordError(f"{text!r} is no colour", {text: ("blue",)})
         axes = np.eye(3, dtype=np.float32)
         chosen = [COLOURS.index(text) for text in texts]
         return TextEmbeddings(

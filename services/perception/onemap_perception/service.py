@@ -103,7 +103,8 @@ class Perception:
         try:
             return self._parts.encoder.embed_text(texts)
         except UnknownWordError as problem:
-            raise Refusal("unknown_word", str(problem)) from problem
+            words = [{"word": w, "did_you_mean": list(near)} for w, near in problem.words.items()]
+            raise Refusal("unknown_word", str(problem), {"words": words}) from problem
 
     def _encode(self, frame: RgbdFrame) -> F16 | None:
         """Publish the frame's features and return them; None if that failed."""

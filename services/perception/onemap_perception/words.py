@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -47,29 +46,58 @@ class WordTable:
         self._sentence_encoder = sentence_encoder
         self._asked: dict[str, F32] = {}
 
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The words of the table itself."""
+        return tuple(self._rows)
+
     def embed(self, texts: Sequence[str]) -> F32:
-        """Unit rows (N, D) float32; raises UnknownWordError for the first unknown word."""
+        """Unit rows (N, D) float32; raises UnknownWordError that names all unknown words."""
+        unknown = [text for text in texts if not self.knows(text)]
+        if unknown:
+            raise self.refusal(dict.fromkeys(unknown, ()))
         return np.stack([self._row(plain(text)) for text in texts])
 
-    def _row(self, word: str) -> F32:
+    def knows(self, text: str) -> bool:
+        """Whether ``embed`` takes this text."""
+        return self._sentence_encoder is not None or self._known(plain(text)) is not None
+
+    def _known(self, word: str) -> F32 | None:
         for spelling in (word, word.removesuffix("s"), word.removesuffix("es")):
             known: F32 | None = self._rows.get(spelling, self._asked.get(spelling))
             if known is not None:
                 return known
-        if self._sentence_encoder is None:
-            raise UnknownWordError(self._sentence(word))
+        return None
+
+    def _row(self, word: str) -> F32:
+        known = self._known(word)
+        if known is not None:
+            return known
+        assert self._sentence_encoder is not None
         row: F32 = self._sentence_encoder([self._prompt.format(word)])[0]
         if len(self._asked) < CACHED:
             self._asked[word] = row
         return row
 
-    def _sentence(self, word: str) -> str:
-        near = difflib.get_close_matches(word, self._rows, n=3, cutoff=0.6)
-        hint = f" (near it: {', '.join(near)})" if near else ""
-        return (
-            f"{word!r} is not among the {len(self._rows)} words that ship with this encoder"
-            f"{hint}; for any other word install the sentence encoder: {INSTALL}"
+    def refusal(self, unknown: Mapping[str, tuple[str, ...]]) -> UnknownWordError:
+        """The error about texts that this table has no embedding for, with near known words."""
+        named = [
+            f"{text!r} (did you mean {listed([repr(word) for word in near], 'or')}?)"
+            if near
+            else repr(text)
+            for text, near in unknown.items()
+        ]
+        are = "is" if len(named) == 1 else "are"
+        return UnknownWordError(
+            f"{listed(named, 'and')} {are} not among the {len(self._rows)} words that ship with "
+            f"this encoder; for any other word install the sentence encoder: {INSTALL}",
+            unknown,
         )
+
+
+def listed(parts: Sequence[str], last: str) -> str:
+    """The parts, one or more, as a sentence lists them: a, b and c."""
+    return f" {last} ".join(part for part in (", ".join(parts[:-1]), parts[-1]) if part)
 
 
 def load_table(folder: Path, *, prompt: str, sentence_encoder: Embed | None) -> WordTable:

@@ -32,11 +32,13 @@ TEXT_SPACE = "all-MiniLM-L6-v2"
 @dataclass(frozen=True, slots=True)
 class MiniSettings:
     """folder: weights and words; threads: of onnxruntime; input_width_px: larger pictures are
-    reduced to this width, because the network learned things at the size they have there."""
+    reduced to this width, because the network learned things at the size they have there;
+    aliases: answer names whose embedding is known to fail as their class (off to evaluate)."""
 
     folder: Path = SHIPPED
     threads: int = 1
     input_width_px: int = 320
+    aliases: bool = True
 
 
 class MiniEncoder:
@@ -47,7 +49,7 @@ class MiniEncoder:
         self._session = _open(path, settings.threads)
         self._input_width_px = settings.input_width_px
         self._id = f"mini-{hashlib.sha256(path.read_bytes()).hexdigest()[:8]}"
-        self._text = _load_text(settings.folder)
+        self._text = _load_text(settings.folder, aliases=settings.aliases)
 
     @property
     def encoder_id(self) -> str:
@@ -92,12 +94,12 @@ def _open(path: Path, threads: int) -> Any:
         raise EncoderError(f"the encoder's weights {path} are damaged: {problem}") from problem
 
 
-def _load_text(folder: Path) -> QueryText:
+def _load_text(folder: Path, *, aliases: bool) -> QueryText:
     model = find_model_folder()
     sentence_encoder = None if model is None else MiniLm(model).embed
     try:
         vocabulary = load_vocabulary(folder)
         table = load_table(folder, prompt=vocabulary.prompt, sentence_encoder=sentence_encoder)
-        return QueryText(vocabulary, table, load_calibration(folder))
+        return QueryText(vocabulary, table, load_calibration(folder), aliases=aliases)
     except ValueError as problem:
         raise EncoderError(str(problem)) from problem

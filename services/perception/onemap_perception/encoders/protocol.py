@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from onemap_perception.faults import Fault
@@ -15,7 +15,14 @@ class EncoderError(Fault):
 
 
 class UnknownWordError(Exception):
-    """A text that this encoder has no embedding for; one sentence that says what helps."""
+    """Texts that this encoder has no embedding for; one sentence that says what helps.
+
+    ``words``: each of them, with the known words nearest to it.
+    """
+
+    def __init__(self, message: str, words: Mapping[str, tuple[str, ...]] | None = None) -> None:
+        super().__init__(message)
+        self.words = dict(words or {})
 
 
 class Encoder(Protocol):
