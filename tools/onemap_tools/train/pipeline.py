@@ -126,8 +126,11 @@ def export(work: Work) -> float:
 
 
 def evaluate_all(work: Work) -> dict[str, Any]:
-    """Figures on held-out apartments and on the simulator's held-out style, and plain facts."""
-    encoder = MiniEncoder(MiniSettings(folder=work.output))
+    """Figures on held-out apartments and on the simulator's held-out style, and plain facts.
+
+    Held-out synonyms are embedded even where a query would take them for an alias.
+    """
+    encoder = MiniEncoder(MiniSettings(folder=work.output, aliases=False))
     result: dict[str, Any] = {"encoder_id": encoder.encoder_id, "facts": _facts(work, encoder)}
     for name in ("held_out", "other_style"):
         frames = _frames(work, name)
