@@ -133,10 +133,10 @@ def search_view(text: str = "", number: int = 7) -> m.SearchView:
 
 @dataclass
 class FakeMapper:
-    """Answers as a mapper with one small map; knows the words in ``vocabulary``."""
+    """Answers as a mapper with one small map; knows the words in ``vocabulary``, has no kite."""
 
     hub: MemoryHub
-    vocabulary: frozenset[str] = frozenset({"sofa", "kettle"})
+    vocabulary: frozenset[str] = frozenset({"sofa", "kettle", "kite"})
     saved: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -153,7 +153,8 @@ class FakeMapper:
 
     def _similarity(self, request: m.SimilarityRequest) -> m.SimilarityReply:
         self._check(request.text)
-        count = min(request.max_regions, 2)
+        absent = request.text == "kite"
+        count = 0 if absent else min(request.max_regions, 2)
         grid = search_view(request.text).similarity if request.include_grid else None
         return m.SimilarityReply(
             text=request.text,
@@ -166,6 +167,9 @@ class FakeMapper:
             variances=np.array([0.1, np.inf], np.float32)[:count],
             grid=GRID,
             scores_grid=np.zeros((0, 0), np.float32) if grid is None else grid,
+            best_score=0.199 if absent else 0.9,
+            floor=0.2,
+            nearest=("ball", "fan") if absent else (),
         )
 
     def _view(self, request: m.SearchViewRequest) -> m.SearchView:
@@ -210,6 +214,9 @@ class FakePlanner:
     def _start(self, request: m.SearchRequest) -> m.SearchStatus:
         if self.status is not None and self.status.active:
             raise Refusal("conflict", "another search is under way")
+        if "flurb" in request.objects:
+            words = {"words": [{"word": "flurb", "did_you_mean": ["curb"]}], "status": 200}
+            raise Refusal("unknown_word", "'flurb' (did you mean 'curb'?) is no word", words)
         self.status = search("s1", objects=request.objects)
         self._publisher.put(self.status)
         return self.status

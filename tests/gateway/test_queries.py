@@ -21,6 +21,24 @@ def test_regions_come_back_best_first(client: TestClient) -> None:
     assert reply["grid"] is None
 
 
+def test_what_is_not_there_gets_a_sentence_instead_of_regions(client: TestClient) -> None:
+    answer = client.post("/v1/queries", json={"text": "kite"})
+    assert answer.status_code == 200
+    reply = answer.json()
+    assert reply["regions"] == []
+    assert reply["best_score"] == pytest.approx(0.199)
+    assert reply["message"] == (
+        "Nothing on the map looks like 'kite': the best score is 0.19, and answers begin at 0.20. "
+        "Did you mean 'ball' or 'fan'?"
+    )
+    assert reply["did_you_mean"] == ["ball", "fan"]
+
+
+def test_what_is_there_gets_no_sentence(client: TestClient) -> None:
+    reply = client.post("/v1/queries", json={"text": "sofa"}).json()
+    assert (reply["best_score"], reply["message"], reply["did_you_mean"]) == (0.9, "", [])
+
+
 def test_fewer_regions_if_asked(client: TestClient) -> None:
     answer = client.post("/v1/queries", json={"text": "sofa", "max_regions": 1})
     assert len(answer.json()["regions"]) == 1

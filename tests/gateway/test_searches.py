@@ -34,6 +34,16 @@ def test_a_second_search_is_refused_with_the_id_of_the_first(client: TestClient)
     assert "DELETE /v1/searches/s1" in answer.json()["detail"]
 
 
+def test_unknown_words_come_back_with_the_nearest_known_ones(client: TestClient) -> None:
+    answer = client.post("/v1/searches", json={"objects": ["sofa", "flurb"]})
+    assert answer.status_code == 422
+    problem = answer.json()
+    assert problem["type"].endswith("unknown_word")
+    assert problem["status"] == 422  # what a service adds replaces no member of the document
+    assert "'flurb' (did you mean 'curb'?)" in problem["detail"]
+    assert problem["words"] == [{"word": "flurb", "did_you_mean": ["curb"]}]
+
+
 def test_after_the_first_has_ended_a_second_may_start(
     client: TestClient, planner: FakePlanner
 ) -> None:

@@ -11,8 +11,16 @@ import numpy as np
 from onemap_gateway.live import live_document
 from onemap_gateway.reports import Gap
 from onemap_gateway.state import LiveState
-from onemap_gateway.views import age_s, finite, map_archive, map_info, marks_of, search_report
-from onemap_shared.messages import SearchState
+from onemap_gateway.views import (
+    age_s,
+    finite,
+    map_archive,
+    map_info,
+    marks_of,
+    nothing_like,
+    search_report,
+)
+from onemap_shared.messages import SearchState, SimilarityReply
 from tests.gateway import fakes
 from tests.gateway.fakes import STAMP_NS, search_view
 
@@ -20,6 +28,32 @@ from tests.gateway.fakes import STAMP_NS, search_view
 def test_numbers_that_json_lacks_are_null() -> None:
     assert finite(float("nan")) is finite(float("inf")) is None
     assert finite(0.5) == 0.5
+
+
+def nothing(floor: float, nearest: tuple[str, ...]) -> SimilarityReply:
+    none = np.zeros((0, 4), np.float32)
+    return SimilarityReply(
+        text="yeti",
+        revision=1,
+        stamp_ns=1,
+        encoder_id="e",
+        centres_m=none[:, :2],
+        extents_m=none,
+        scores=none[:, 0],
+        variances=none[:, 0],
+        grid=fakes.GRID,
+        scores_grid=np.zeros((0, 0), np.float32),
+        floor=floor,
+        nearest=nearest,
+    )
+
+
+def test_an_empty_answer_says_what_it_knows() -> None:
+    assert nothing_like(nothing(0.0, ())) == "Nothing on the map looks like 'yeti'."
+    assert nothing_like(nothing(0.3, ())).endswith(
+        "the best score is 0.00, and answers begin at 0.30."
+    )
+    assert nothing_like(nothing(0.0, ("bed",))).endswith("'yeti'. Did you mean 'bed'?")
 
 
 def test_an_age_is_never_negative_and_never_of_nothing() -> None:

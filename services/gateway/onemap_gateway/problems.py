@@ -56,6 +56,9 @@ BEHIND = {
     "perception_silent": ("timeout", "perception"),
 }
 
+# Members of the document, and of ``Problem``, that the details of a service may not replace.
+OWN_MEMBERS = frozenset({"type", "title", "status", "detail", "service", "kind", "self"})
+
 START = "start it with 'onemap {service}', or see 'onemap status'"
 
 
@@ -120,7 +123,8 @@ def from_call(
             kind, missing = BEHIND[code]
             return Problem(kind, sentence(str(error)), service=missing)
         case RemoteError(code=code) if code in KINDS and KINDS[code].status != 500:
-            return Problem(code, sentence(str(error)), service=service)
+            details = {k: v for k, v in error.details.items() if k not in OWN_MEMBERS}
+            return Problem(code, sentence(str(error)), service=service, **details)
         case _:
             detail = f"{called(service)} failed: {sentence(str(error))}"
             return Problem("remote", detail, service=service)

@@ -54,7 +54,10 @@ class ScoreGrid(BaseModel):
 
 
 class QueryReply(BaseModel):
-    """Ranked regions, best first; an empty list means that nothing on the map looks like it."""
+    """Ranked regions, best first; an empty list means that nothing on the map looks like it.
+
+    What scores below the encoder's floor is left out; ``message`` then says so.
+    """
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -73,8 +76,23 @@ class QueryReply(BaseModel):
                     "revision": 412,
                     "age_s": 0.21,
                     "encoder_id": "mini-1",
+                    "best_score": 0.91,
+                    "message": "",
+                    "did_you_mean": [],
                     "grid": None,
-                }
+                },
+                {
+                    "text": "skateboard",
+                    "regions": [],
+                    "revision": 412,
+                    "age_s": 0.21,
+                    "encoder_id": "mini-1",
+                    "best_score": 0.04,
+                    "message": "Nothing on the map looks like 'skateboard': the best score is "
+                    "0.04, and answers begin at 0.20. Did you mean 'floor' or 'box'?",
+                    "did_you_mean": ["floor", "box"],
+                    "grid": None,
+                },
             ]
         }
     )
@@ -84,6 +102,11 @@ class QueryReply(BaseModel):
     revision: int = Field(description="Counts every change of the map.")
     age_s: float | None = Field(description="Age of the newest frame in the map; null if empty.")
     encoder_id: str
+    best_score: float = Field(description="Of the best region, also if it was left out.")
+    message: str = Field(description="Why there are no regions; empty if there are.")
+    did_you_mean: list[str] = Field(
+        description="Known words next to one that the encoder cannot place."
+    )
     grid: ScoreGrid | None = None
 
 

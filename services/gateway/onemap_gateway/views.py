@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping
-from math import isfinite
+from math import floor, isfinite
 from typing import Any
 
 import numpy as np
@@ -68,8 +68,22 @@ def query_reply(reply: SimilarityReply, now_ns: int) -> QueryReply:
         revision=reply.revision,
         age_s=age_s(reply.stamp_ns, now_ns),
         encoder_id=reply.encoder_id,
+        best_score=reply.best_score,
+        message="" if regions else nothing_like(reply),
+        did_you_mean=list(reply.nearest),
         grid=_score_grid(reply.grid, reply.scores_grid) if reply.scores_grid.size else None,
     )
+
+
+def nothing_like(reply: SimilarityReply) -> str:
+    """Why the answer to a query is empty, and what may have been meant."""
+    best = floor(reply.best_score * 100) / 100  # never rounded up to where answers begin
+    sentence = f"Nothing on the map looks like {reply.text!r}"
+    if reply.floor > 0:
+        sentence += f": the best score is {best:.2f}, and answers begin at {reply.floor:.2f}"
+    if reply.nearest:
+        sentence += f". Did you mean {' or '.join(map(repr, reply.nearest))}?"
+    return sentence if reply.nearest else sentence + "."
 
 
 def _score_grid(grid: GridSpec, scores: np.ndarray) -> ScoreGrid:

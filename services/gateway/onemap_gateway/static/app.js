@@ -100,10 +100,15 @@ function askWhere() {
   return act(by("where"), async () => {
     const reply = await send("POST", "/v1/queries", { text: names()[0] ?? "" });
     asked = reply.text;
-    showRegions(reply, (region) => map.lookAt(...region.centre_m));
+    showRegions(reply, (region) => map.lookAt(...region.centre_m), askInstead);
     map.showRegions(reply.regions);
     showHeat();
   });
+}
+
+function askInstead(word) {
+  by("text").value = word;
+  return askWhere();
 }
 
 function goAndFind() {

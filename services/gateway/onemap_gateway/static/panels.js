@@ -104,7 +104,8 @@ function describe(search, name, index) {
   return ["found", name, `${where} · ${duration(result.duration_s)} · ${result.path_length_m.toFixed(1)} m`];
 }
 
-export function showRegions(reply, onChoose) {
+// onChoose takes a region that was clicked, onAsk a word that may have been meant.
+export function showRegions(reply, onChoose, onAsk) {
   by("regions-card").hidden = !reply;
   if (!reply) return;
   by("regions-title").textContent = `Where is the ${reply.text}?`;
@@ -121,8 +122,14 @@ export function showRegions(reply, onChoose) {
     return element("li", {}, [button]);
   });
   if (!rows.length) {
-    const text = "Nothing on the map looks like it so far. “Go and find” explores further.";
+    const text = `${reply.message} “Go and find” explores further.`;
     rows.push(element("li", { className: "none", text }));
+  }
+  for (const word of reply.did_you_mean) {
+    const button = element("button", { text: `Ask for “${word}”` });
+    button.type = "button";
+    button.addEventListener("click", () => onAsk(word));
+    rows.push(element("li", {}, [button]));
   }
   by("regions").replaceChildren(...rows);
 }
