@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from onemap_tools.cli import app
+from onemap_tools.client import Gateway
 from onemap_tools.network import any_free_port
 from onemap_tools.services import SERVICES
 from onemap_tools.trouble import EXIT_FAILED, EXIT_MISUSED, EXIT_OK
@@ -51,6 +52,15 @@ def test_every_command_explains_itself(command: list[str]) -> None:
     result = RUNNER.invoke(app, [*command, "--help"])
     assert result.exit_code == EXIT_OK
     assert "usage: " in result.output.lower()
+
+
+def test_a_query_without_an_answer_exits_with_no(monkeypatch: pytest.MonkeyPatch) -> None:
+    reply = {"text": "yeti", "regions": [], "message": "Nothing on the map looks like 'yeti'."}
+    monkeypatch.setattr(Gateway, "query", lambda self, text, regions: reply)
+    result = RUNNER.invoke(app, ["query", "yeti", "--json"])
+    assert result.exit_code == EXIT_FAILED
+    assert json.loads(result.stdout.splitlines()[-1]) == reply
+    assert RUNNER.invoke(app, ["query", "yeti"]).stdout.strip() == reply["message"]
 
 
 @pytest.mark.parametrize("command", ASKING, ids=" ".join)

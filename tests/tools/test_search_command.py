@@ -153,5 +153,6 @@ def test_a_query_lists_places_best_first() -> None:
 
 def test_a_query_without_answer_says_so() -> None:
     out = console()
-    describe_query({"text": "yeti", "regions": []}, out)
-    assert "Nothing on the map looks like 'yeti'" in text_of(out)
+    why = "Nothing on the map looks like 'yeti': the best score is 0.04. Did you mean 'bed'?"
+    describe_query({"text": "yeti", "regions": [], "message": why}, out)
+    assert why in " ".join(text_of(out).split())

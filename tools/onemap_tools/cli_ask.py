@@ -21,7 +21,10 @@ def query(
     token: Token = "",
     as_json: Json = False,
 ) -> None:
-    """Where is it? Places on the map that look like it, best first."""
+    """Where is it? Places on the map that look like it, best first.
+
+    Exit code 1 if nothing on the map does.
+    """
     from onemap_tools.client import Gateway
     from onemap_tools.search_command import describe_query
     from onemap_tools.terminal import print_json, result_console
@@ -31,6 +34,7 @@ def query(
     describe_query(reply, result_console(as_json))
     if as_json:
         print_json(reply)
+    raise typer.Exit(EXIT_OK if reply["regions"] else EXIT_FAILED)
 
 
 @app.command(rich_help_panel=PANEL)

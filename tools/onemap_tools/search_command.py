@@ -128,7 +128,7 @@ def describe_search(report: dict[str, Any], console: Console) -> None:
 def describe_query(reply: dict[str, Any], console: Console) -> None:
     """Print where on the map it may be."""
     if not reply["regions"]:
-        console.print(f"Nothing on the map looks like {reply['text']!r}.")
+        console.print(reply["message"])
         return
     table = Table("", "centre", "size", "score", title=reply["text"])
     for region in reply["regions"]:
