@@ -41,6 +41,15 @@ def claims(ctx: typer.Context) -> None:
         raise typer.Exit(main(ctx.args))
 
 
+@app.command(context_settings=OWN_OPTIONS, add_help_option=False)
+def queries(ctx: typer.Context) -> None:
+    """Which scores mean something: the floor of an encoder and how often it errs."""
+    with _refusals("demo"):
+        from onemap_tools.bench.queries import main
+
+        raise typer.Exit(main(ctx.args))
+
+
 @contextmanager
 def _refusals(extra: str) -> Iterator[None]:
     try:

@@ -1,0 +1,74 @@
+"""Maps of scenes made in this process: sampled poses, rendered, encoded and fused.
+
+The parts are those of the services, without a bus and without a robot that drives.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.frame import observe
+from onemap_perception.encoders.protocol import Encoder
+from onemap_perception.observation import ObservationModel, observation_variance
+from onemap_shared.geometry import F64, Intrinsics
+from onemap_shared.messages import FeatureField
+from onemap_simulator.render import Renderer, View
+from onemap_simulator.scene import Scene
+from onemap_simulator.sensor import CameraParameters, measured_mm
+from onemap_simulator.views import sample_poses
+
+CAMERA = CameraParameters()
+INTRINSICS = Intrinsics.from_fov(CAMERA.width, CAMERA.height, CAMERA.horizontal_fov_rad)
+FRAME_NS = 100_000_000
+SHOWN_PIXELS = 192  # of 320 x 240, in one picture: three patches of 8 x 8
+SHOWN_WITHIN_M = 4.0  # farther away the released variance trusts a pixel less than a quarter
+
+
+@dataclass(frozen=True, slots=True)
+class Mapped:
+    """A scene, its map, and the categories that the map was shown well enough to know."""
+
+    scene: Scene
+    belief: BeliefMap
+    shown: frozenset[str]
+
+
+def map_scene(scene: Scene, encoder: Encoder, seed: int, pictures: int) -> Mapped:
+    """The map of ``pictures`` poses drawn from the seed."""
+    settings = MapperConfig().settings()
+    belief = BeliefMap(settings)
+    renderer = Renderer(scene)
+    shown: set[str] = set()
+    for sequence, pose in enumerate(sample_poses(scene, np.random.default_rng(seed), pictures)):
+        view = renderer.render(pose, INTRINSICS, width=CAMERA.width, height=CAMERA.height)
+        belief.absorb(observe(field_of(view, pose, sequence, encoder), settings))
+        shown |= categories_shown(scene, view)
+    return Mapped(scene, belief, frozenset(shown))
+
+
+def categories_shown(scene: Scene, view: View) -> set[str]:
+    """Categories of which one thing fills enough pixels near enough."""
+    near = view.labels[(view.labels >= 0) & (view.depth_m <= SHOWN_WITHIN_M)]
+    counts = np.bincount(near, minlength=len(scene.objects))
+    return {scene.objects[i].category for i in np.flatnonzero(counts >= SHOWN_PIXELS)}
+
+
+def field_of(view: View, T_map_camera: F64, sequence: int, encoder: Encoder) -> FeatureField:
+    """What perception would publish of a rendered view."""
+    depth_mm = measured_mm(view.depth_m, CAMERA.min_depth_m, CAMERA.max_depth_m)
+    depth_m = np.divide(depth_mm, 1000, dtype=np.float32)
+    return FeatureField(
+        sequence=sequence,
+        stamp_ns=(sequence + 1) * FRAME_NS,
+        encoder_id=encoder.encoder_id,
+        text_space=encoder.text_space,
+        features=encoder.encode(view.rgb),
+        variance=observation_variance(depth_m, INTRINSICS, ObservationModel()),
+        depth_mm=depth_mm,
+        intrinsics=INTRINSICS,
+        T_map_camera=T_map_camera,
+    )
