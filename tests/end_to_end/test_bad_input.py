@@ -143,6 +143,45 @@ def test_bytes_that_are_no_text_are_refused_over_http(house: House) -> None:
     assert answer.headers["content-type"] == "application/problem+json"
 
 
+NO_PLACE = "skateboard"  # ships in the table, and is near nothing that mini was trained to see
+
+
+def test_a_search_with_a_word_without_a_place_is_refused_and_nothing_drives(house: House) -> None:
+    commands = house.witness.bus.subscribe(keys.ROBOT_CMD_VEL, capacity=1000)
+    before = house.witness.search
+    answer = house.http.post("/v1/searches", json={"objects": ["sofa", NO_PLACE]})
+    assert answer.status_code == 422, answer.text
+    problem = answer.json()
+    assert problem["type"].endswith("unknown_word")
+    [unknown] = problem["words"]
+    assert unknown["word"] == NO_PLACE
+    assert unknown["did_you_mean"]
+    assert f"{NO_PLACE!r} (did you mean {unknown['did_you_mean'][0]!r}" in problem["detail"]
+    for _ in range(2):  # heartbeats: commands go out twenty times a second
+        progress = house.witness.beats["planner"].progress
+        house.until(
+            lambda progress=progress: house.witness.beats["planner"].progress > progress,  # type: ignore[misc]
+            "the planner goes on",
+        )
+    sent = iter(lambda: commands.take(0.0), None)
+    assert not [c for c in sent if c is not None and (c.linear_mps or c.angular_radps)]
+    assert house.witness.stands
+    assert house.witness.search is before
+
+
+def test_a_query_for_what_is_not_there_is_no_place_but_a_sentence(house: House) -> None:
+    house.until(house.is_ready, "all is well")
+    answer = house.http.post("/v1/queries", json={"text": NO_PLACE})
+    assert answer.status_code == 200, answer.text
+    reply = answer.json()
+    assert reply["regions"] == []
+    assert reply["message"].startswith(f"Nothing on the map looks like {NO_PLACE!r}: the best")
+    assert reply["did_you_mean"]
+    found = house.http.post("/v1/queries", json={"text": "wall"}).json()
+    assert found["regions"]
+    assert found["message"] == ""
+
+
 def test_a_second_search_is_refused_with_the_id_of_the_first(house: House) -> None:
     first = house.http.post("/v1/searches", json={"objects": ["sofa"]})
     assert first.status_code == 201, first.text

@@ -142,6 +142,14 @@ def test_texts_go_through_the_prompt_once(
     assert first.neutral.shape == (0, EMBED_DIM)
 
 
+def test_a_floor_that_was_measured_goes_with_the_texts(
+    folder: Path, encoder: OpenClipConvNext
+) -> None:
+    measured = OpenClipConvNext(OpenClipSettings(folder, floor=0.62, tower=SMALL))
+    assert measured.embed_text(["lamp"]).floor == 0.62
+    assert encoder.embed_text(["lamp"]).floor == 0.0
+
+
 def test_an_embedding_is_the_models_own(encoder: OpenClipConvNext) -> None:
     model = open_clip_model()
     tokenizer = pytest.importorskip("open_clip.tokenizer").SimpleTokenizer(context_length=77)

@@ -65,6 +65,13 @@ class TorchConfig(StrictModel):
     kept_texts: int = Field(
         default=1024, ge=1, le=65536, description="Newest embeddings kept: 3 MB at 768 numbers."
     )
+    floor: float = Field(
+        default=0.0,
+        ge=0,
+        lt=1,
+        description="A query whose best score, (1 + cosine) / 2, is lower gets no region. 0: not "
+        "measured, every query is answered; 'onemap bench queries --config' measures it.",
+    )
 
 
 class OpenClipConvNextConfig(TorchConfig):

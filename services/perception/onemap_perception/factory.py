@@ -73,6 +73,7 @@ def _openclip_convnext(config: OpenClipConvNextConfig) -> Encoder:
             sed_compat=config.sed_compat,
             prompt=config.prompt,
             kept_texts=config.kept_texts,
+            floor=config.floor,
             tower=_tower(config),
         )
     )
@@ -87,6 +88,7 @@ def _tipsv2(config: Tipsv2Config) -> Encoder:
             long_side_px=config.long_side_px,
             prompt=config.prompt,
             kept_texts=config.kept_texts,
+            floor=config.floor,
             tower=_tower(config),
         )
     )
@@ -102,6 +104,7 @@ def _radio(config: RadioConfig) -> Encoder:
             long_side_px=config.long_side_px,
             prompt=config.prompt,
             kept_texts=config.kept_texts,
+            floor=config.floor,
             tower=_tower(config),
         )
     )

@@ -43,7 +43,8 @@ CLIP_STD: F32 = np.array([0.26862954, 0.26130258, 0.27577711], np.float32)
 class OpenClipSettings:
     """weights: a file, or a folder as the hub lays it out. architecture: open_clip's name or a
     JSON file; empty takes the folder's own. sed_compat: the paper's 768 x 768, shape not kept.
-    prompt: ``{}`` in it is the text; kept_texts: embeddings remembered."""
+    prompt: ``{}`` in it is the text; kept_texts: embeddings remembered;
+    floor: a best score below it means "not here", 0: not measured."""
 
     weights: Path
     architecture: str = ""
@@ -51,6 +52,7 @@ class OpenClipSettings:
     sed_compat: bool = False
     prompt: str = "a {}"
     kept_texts: int = 1024
+    floor: float = 0.0
     tower: TowerSettings = field(default_factory=TowerSettings)
 
 
@@ -88,6 +90,7 @@ class OpenClipConvNext:
         self._tower = open_tower(DenseConvNext(model.visual), settings.tower, self._id)
         del model.visual  # the text side stays in single precision
         self._model, self._tokenizer = model.to(device), tokenizer
+        self._floor = settings.floor
         self._texts = Prompted(self._embed, prompt=settings.prompt, kept=settings.kept_texts)
         width, height = settings.tower.warm_up_px
         self.encode(np.zeros((height, width, 3), np.uint8))
@@ -118,7 +121,9 @@ class OpenClipConvNext:
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         """See ``Encoder``. Any text has an embedding, the better the more English it is."""
         rows = self._texts(texts)
-        return uncalibrated(texts, rows, encoder_id=self._id, text_space=self._text_space)
+        return uncalibrated(
+            texts, rows, encoder_id=self._id, text_space=self._text_space, floor=self._floor
+        )
 
     def _input_size(self, rgb: U8) -> tuple[int, int]:
         if self._settings.sed_compat:

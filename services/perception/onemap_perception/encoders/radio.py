@@ -39,6 +39,7 @@ class RadioSettings:
     long_side_px: int = 640
     prompt: str = "a {}"
     kept_texts: int = 1024
+    floor: float = 0.0
     tower: TowerSettings = field(default_factory=TowerSettings)
 
 
@@ -68,6 +69,7 @@ class RadioEncoder:
         self._long_side_px = settings.long_side_px
         self._tower = open_tower(DenseRadio(model), settings.tower, self._id)
         self._adaptor = adaptor.to(self._device)
+        self._floor = settings.floor
         self._texts = Prompted(self._embed, prompt=settings.prompt, kept=settings.kept_texts)
         width, height = settings.tower.warm_up_px
         self.encode(np.zeros((height, width, 3), np.uint8))
@@ -92,7 +94,7 @@ class RadioEncoder:
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         """See ``Encoder``."""
         rows = self._texts(texts)
-        return uncalibrated(texts, rows, encoder_id=self._id, text_space=ADAPTOR)
+        return uncalibrated(texts, rows, encoder_id=self._id, text_space=ADAPTOR, floor=self._floor)
 
     def _embed(self, prompts: Sequence[str]) -> F32:
         with torch.inference_mode():

@@ -44,6 +44,7 @@ class Tipsv2Settings:
     long_side_px: int = 448
     prompt: str = "a {}"
     kept_texts: int = 1024
+    floor: float = 0.0
     tower: TowerSettings = field(default_factory=TowerSettings)
 
 
@@ -102,6 +103,7 @@ class Tipsv2Encoder:
         self._long_side_px = settings.long_side_px
         self._tower = open_tower(dense, settings.tower, self._id)
         self._text = model.text_model.to(self._device)
+        self._floor = settings.floor
         self._texts = Prompted(self._embed, prompt=settings.prompt, kept=settings.kept_texts)
         width, height = settings.tower.warm_up_px
         self.encode(np.zeros((height, width, 3), np.uint8))
@@ -135,7 +137,9 @@ class Tipsv2Encoder:
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         """See ``Encoder``. Any text has an embedding, the better the more English it is."""
         rows = self._texts(texts)
-        return uncalibrated(texts, rows, encoder_id=self._id, text_space=self._text_space)
+        return uncalibrated(
+            texts, rows, encoder_id=self._id, text_space=self._text_space, floor=self._floor
+        )
 
     def _embed(self, prompts: Sequence[str]) -> F32:
         tokens = self._tokenizer(

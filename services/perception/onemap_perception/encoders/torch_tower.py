@@ -77,7 +77,7 @@ def open_tower(module: torch.nn.Module, settings: TowerSettings, encoder_id: str
 
 
 def uncalibrated(
-    texts: Sequence[str], rows: F32, *, encoder_id: str, text_space: str
+    texts: Sequence[str], rows: F32, *, encoder_id: str, text_space: str, floor: float
 ) -> TextEmbeddings:
     """Queries (N, D) whose score is (1 + cosine) / 2: nothing to compare them with."""
     return TextEmbeddings(
@@ -88,4 +88,5 @@ def uncalibrated(
         neutral=np.zeros((0, rows.shape[1]), np.float32),
         neutral_mask=np.zeros((len(texts), 0), np.uint8),
         temperature=1.0,
+        floor=floor,
     )
