@@ -14,9 +14,7 @@ from onemap_tools.train.losses import patch_targets
 TEMPERATURES = np.geomspace(5, 80, 57)
 # Chosen once, not fitted: a word leans to its nearest classes as much as on itself, these
 # are a soft choice among about three, and words as near as 'a sofa' and 'a couch' are synonyms.
-FIRST_GUESS = Calibration(
-    temperature=20.0, expansion=1.0, sharpness=20.0, synonym=0.7, placed=0.45
-)
+FIRST_GUESS = Calibration(temperature=20.0, expansion=1.0, sharpness=20.0, synonym=0.7, placed=0.45)
 SAMPLED_PATCHES = 60  # per picture
 
 
