@@ -18,6 +18,7 @@ from onemap_perception.encoders.mini import (
 )
 from onemap_perception.encoders.protocol import Encoder, EncoderError, UnknownWordError
 from onemap_perception.minilm import find_model_folder
+from onemap_perception.text import load_calibration
 from onemap_perception.vocabulary import load_vocabulary
 from onemap_shared.geometry import U8
 
@@ -175,6 +176,12 @@ def test_the_id_changes_with_the_weights(tmp_path: Path, encoder: Encoder) -> No
     with (folder / NETWORK_FILE).open("ab") as file:
         file.write(b"\x7a\x00")  # an unknown field of length 0: other bytes, the same network
     assert MiniEncoder(MiniSettings(folder=folder)).encoder_id != encoder.encoder_id
+
+
+def test_the_card_holds_what_the_generator_would_write_of_these_weights() -> None:
+    card = (SHIPPED / "MODEL_CARD.md").read_text(encoding="utf-8")
+    assert card.endswith((SHIPPED / "NOTES.md").read_text(encoding="utf-8"))
+    assert f"from a best score of {load_calibration(SHIPPED).floor:g} on" in card
 
 
 def test_it_ships_small() -> None:

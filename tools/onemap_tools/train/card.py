@@ -55,7 +55,8 @@ outside its classes looks to it like the most similar thing inside.
 All from one command, `onemap train evaluate --card`, on encoder `{encoder_id}`. A word's
 R-precision: of a picture's R patches that show the thing, how many are among the R best by score;
 averaged over pictures, then over words. AUROC: a picture with the thing against one without, by
-the mean of its two best patches. Things smaller than two patches do not count. The detector looks
+the mean of its two best patches. Held-out synonyms are embedded, also those that a query takes
+for an alias. Things smaller than two patches do not count. The detector looks
 for every name in every picture; a thing counts from three patches on.
 
 """
@@ -79,8 +80,9 @@ names of the held-out apartments:
 - Things of similar shape are taken for each other, and from close by, where a picture shows only
   a plain face, large things for walls. See the confusions.
 - Rare synonyms depend on MiniLM: words that lie far from their class in its space ("telly",
-  "loo") are not found.
-- Words that name no class are answered with a low score at best; similar concepts leak.
+  "loo") are answered only where `vocabulary.json` lists them as aliases (`also`).
+- Words that name no class score low, and get no answer below the floor of `calibration.json`;
+  similar concepts leak, and the floor has to be measured for each training.
 - Held-out apartments come from the same generator as the training ones; expect much worse on any
   other renderer, and nothing useful on photographs.
 """
