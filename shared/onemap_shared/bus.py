@@ -306,9 +306,7 @@ class _Server(Generic[Q, R]):
         try:
             packet = answer(self._procedure, self._handler, request or Packet(b"", b""))
         except RemoteError as error:
-            body = json.dumps(
-                {"code": error.code, "message": str(error), "details": error.details}
-            )
+            body = json.dumps({"code": error.code, "message": str(error), "details": error.details})
             query.reply_err(body, encoding=zenoh.Encoding.APPLICATION_JSON)
         else:
             query.reply(self._procedure.key, packet.body, attachment=packet.header)
