@@ -42,8 +42,9 @@ from onemap_shared.messages import SimilarityRequest
 from onemap_simulator.apartment import generate_apartment
 from onemap_simulator.scene import Scene
 from onemap_simulator.style import HELD_OUT, TRAINING, Style
-from onemap_simulator.truth import distance_from_above
+from onemap_simulator.truth import distances_from_above
 from onemap_tools.bench.mapping import Mapped, map_scene
+from onemap_tools.bench.parser import Parser
 
 FIRST_SEED = 800
 NEAR_M = 1.0  # from a region's centre to the thing, seen from above
@@ -164,7 +165,8 @@ def _distance_m(scene: Scene, category: str, place: F32) -> float:
     """From a place (2,) to the nearest thing of the category, seen from above."""
     things = [i for i, thing in enumerate(scene.objects) if thing.category == category]
     faces = scene.faces[np.isin(scene.face_object, things)]
-    return distance_from_above(scene.vertices[faces].astype(np.float64), place.astype(np.float64))
+    triangles = scene.vertices[faces].astype(np.float64)
+    return float(distances_from_above(triangles, place.astype(np.float64)).min())
 
 
 def report(asked: Sequence[Asked], plan: Plan) -> dict[str, Any]:
@@ -252,8 +254,8 @@ def subject_of(config: EncoderConfig) -> Subject:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """``python -m onemap_tools.bench.queries``."""
-    parser = argparse.ArgumentParser(
+    """``onemap bench queries``; returns the exit code."""
+    parser = Parser(
         prog="onemap bench queries",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -301,7 +303,3 @@ def lines(result: dict[str, Any]) -> list[str]:
             f"{group:12}{each['absent']:>8}{wrong:>10}{each['present']:>9}{answered:>10}{right:>8}"
         )
     return rows
-
-
-if __name__ == "__main__":
-    sys.exit(main())
