@@ -169,6 +169,8 @@ def test_a_hung_service_is_to_be_restarted_and_an_ended_one_to_be_started(
     house: House, service: str
 ) -> None:
     house.mend()
+    # After the router was killed, the gateway must have heard of the service again to miss it.
+    house.until(lambda: told_of(house, service) == "", "it is well", TOLD_S)
     house.freeze(service)
     house.until(lambda: "process hangs" in told_of(house, service), "it is missed", TOLD_S)
     house.until(lambda: house.lacks(service), f"/readyz names {service}", TOLD_S)

@@ -31,8 +31,8 @@ class Breaking:
         self.worker.step(timeout_s)
 
 run = runner.run_service
-def breaking(service, model, build, arguments=None):
-    return run(service, model, lambda bus, config: Breaking(build(bus, config)), arguments)
+def breaking(service, model, build, **rest):
+    return run(service, model, lambda bus, config: Breaking(build(bus, config)), **rest)
 
 runner.run_service = breaking
 runpy.run_module(sys.argv.pop(1), run_name="__main__", alter_sys=True)
