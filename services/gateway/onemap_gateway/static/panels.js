@@ -122,11 +122,13 @@ export function showRegions(reply, onChoose, onAsk) {
     return element("li", {}, [button]);
   });
   if (!rows.length) {
-    const text = `${reply.message} “Go and find” explores further.`;
+    // A word that the encoder cannot place is refused by a search too.
+    const further = reply.did_you_mean.length ? "" : " “Go and find” explores further.";
+    const text = reply.message + further;
     rows.push(element("li", { className: "none", text }));
   }
   for (const word of reply.did_you_mean) {
-    const button = element("button", { text: `Ask for “${word}”` });
+    const button = element("button", { className: "word", text: `Ask for “${word}”` });
     button.type = "button";
     button.addEventListener("click", () => onAsk(word));
     rows.push(element("li", {}, [button]));
