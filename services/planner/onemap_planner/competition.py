@@ -61,6 +61,12 @@ def claimant(
     return None
 
 
+def claim_at(cell: tuple[int, int], target: str, claims: Sequence[Claim]) -> Claim | None:
+    """The newest find of another name that a world cell supported."""
+    others = (claim for claim in reversed(claims) if not same_name(claim.name, target))
+    return next((claim for claim in others if cell in claim.cells), None)
+
+
 def contested(
     candidates: tuple[Candidate, ...],
     detections: Detections,

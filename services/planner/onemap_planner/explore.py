@@ -8,6 +8,7 @@ import numpy as np
 
 from onemap_planner import memory
 from onemap_planner.approach import find_stand
+from onemap_planner.competition import claim_at
 from onemap_planner.control import Motion, Rest, arrived
 from onemap_planner.frontiers import Frontier, find_frontiers
 from onemap_planner.goals import (
@@ -155,10 +156,11 @@ def _idle(mind: Mind, situation: Situation, rules: Rules) -> tuple[Mind, Motion,
         return mind, Rest(), None
     if mind.quest.rejected and not mind.quest.reconsidered:
         return memory.reconsider(mind), Rest(), None
-    return mind, Rest(), Exhausted(_covered(situation))
+    return mind, Rest(), Exhausted(_covered(mind, situation))
 
 
-def _covered(situation: Situation) -> str:
+def _covered(mind: Mind, situation: Situation) -> str:
+    """How much was searched, and what came nearest to the object."""
     belief = situation.belief
     area_m2 = float(belief.explored.sum()) * belief.cell_area_m2
     text = f"searched everything reachable: {area_m2:.0f} m² explored"
@@ -167,4 +169,7 @@ def _covered(situation: Situation) -> str:
     if similarity[best] < 0:
         return f"{text}; the map has no features"
     x, y = belief.grid.centres(np.array(best))
-    return f"{text}; best match {similarity[best]:.2f} at ({x:.1f}, {y:.1f})"
+    cell = np.array(best) + np.asarray(belief.grid.origin_cell)
+    claim = claim_at((int(cell[0]), int(cell[1])), mind.search.target, mind.claims)
+    there = f", which is the {claim.name} found before" if claim else ""
+    return f"{text}; best match {similarity[best]:.2f} at ({x:.1f}, {y:.1f}){there}"
