@@ -143,8 +143,19 @@ def test_a_taken_port_is_told_before_anything_starts(tmp_path: Path) -> None:
     assert not answers(endpoint)
 
 
+def test_a_router_whose_place_is_taken_in_between_ends_it(tmp_path: Path) -> None:
+    """Nobody answers there yet, as when two launchers begin in the same instant."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
+        result = up(configuration(tmp_path, endpoint), tmp_path / "logs", "--only", "router")
+    assert result.returncode == EXIT_MISUSED
+    assert "The router cannot listen" in result.stderr
+
+
 def test_a_second_router_is_not_started(router: Router, tmp_path: Path) -> None:
     config = configuration(tmp_path, router.endpoint)
+    eventually(lambda: answers(router.endpoint) or None)
     result = up(config, tmp_path / "logs", "--only", "router,gateway")
     assert result.returncode == EXIT_FAILED
     assert "A router answers" in result.stderr

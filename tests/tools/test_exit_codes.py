@@ -197,7 +197,10 @@ def test_ctrl_c_is_130_and_json(tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as silent:
         url = f"http://127.0.0.1:{silent.getsockname()[1]}"
         command = command_of("query", "sofa", "--url", url, "--json")
+        # A suite that was started in the background ignores the signal, and so would its child.
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        signal.signal(signal.SIGINT, before)
         silent.accept()
         process.send_signal(signal.SIGINT)
         stdout, stderr = process.communicate(timeout=30)
