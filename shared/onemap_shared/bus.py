@@ -30,6 +30,7 @@ from onemap_shared.transport import (
     RemoteError,
     Subscription,
     answer,
+    refuse_stale,
 )
 from onemap_shared.wire import Packet, decode, encode, schema
 
@@ -285,9 +286,9 @@ class _Server(Generic[Q, R]):
     ) -> None:
         self._procedure = procedure
         self._handler = handler
-        self._queries: SimpleQueue[zenoh.Query] = SimpleQueue()
+        self._queries: SimpleQueue[tuple[zenoh.Query, float]] = SimpleQueue()
         self._closed = threading.Event()
-        callback = zenoh.handlers.Callback(self._queries.put, indirect=False)
+        callback = zenoh.handlers.Callback(self._arrived, indirect=False)
         self._queryable = session.declare_queryable(procedure.key, callback, complete=True)
         self._thread = threading.Thread(target=self._run, name=procedure.key, daemon=True)
         self._thread.start()
@@ -295,15 +296,19 @@ class _Server(Generic[Q, R]):
     def _run(self) -> None:
         while not self._closed.is_set():
             try:
-                query = self._queries.get(timeout=0.2)
+                query, arrived_s = self._queries.get(timeout=0.2)
             except Empty:
                 continue
             with query:
-                self._answer(query)
+                self._answer(query, time.monotonic() - arrived_s)
 
-    def _answer(self, query: zenoh.Query) -> None:
+    def _arrived(self, query: zenoh.Query) -> None:
+        self._queries.put((query, time.monotonic()))
+
+    def _answer(self, query: zenoh.Query, waited_s: float) -> None:
         request = _packet(query.attachment, query.payload) if query.payload is not None else None
         try:
+            refuse_stale(self._procedure, waited_s)
             packet = answer(self._procedure, self._handler, request or Packet(b"", b""))
         except RemoteError as error:
             body = json.dumps({"code": error.code, "message": str(error), "details": error.details})

@@ -33,11 +33,16 @@ class Topic(Generic[M]):
 
 @dataclass(frozen=True, slots=True)
 class Procedure(Generic[Q, R]):
-    """A question of type Q that one service answers with an R."""
+    """A question of type Q that one service answers with an R.
+
+    stale_after_s: a request that waited longer for its turn is refused, because its caller may
+    have given up; None: it is served however late.
+    """
 
     key: str
     request: type[Q]
     reply: type[R]
+    stale_after_s: float | None = None
 
 
 ROBOT_RGBD = Topic("robot/rgbd/v1", m.RgbdFrame, Delivery.FRAME)
@@ -59,7 +64,7 @@ MAP_CLEAR = Procedure("map/clear/v1", m.MapClear, m.MapSummary)
 
 SEARCH_STATE = Topic("search/state/v1", m.SearchStatus, latched=True)
 SEARCH_PATH = Topic("search/path/v1", m.PlannedPath)
-SEARCH_START = Procedure("search/start/v1", m.SearchRequest, m.SearchStatus)
+SEARCH_START = Procedure("search/start/v1", m.SearchRequest, m.SearchStatus, stale_after_s=0.5)
 SEARCH_CANCEL = Procedure("search/cancel/v1", m.SearchId, m.SearchStatus)
 SEARCH_GET = Procedure("search/get/v1", m.SearchId, m.SearchStatus)
 

@@ -207,6 +207,17 @@ class Inbox(Generic[M]):
         return self._counters
 
 
+def refuse_stale(procedure: Procedure[Q, R], waited_s: float) -> None:
+    """Raise ``RemoteError`` for a request that waited too long for its turn."""
+    limit_s = procedure.stale_after_s
+    if limit_s is not None and waited_s > limit_s:
+        raise RemoteError(
+            "busy",
+            f"{procedure.key} was busy: the request waited {waited_s:.1f} s, more than "
+            f"{limit_s:g} s, and was not carried out; try again",
+        )
+
+
 def answer(procedure: Procedure[Q, R], handler: Callable[[Q], R], packet: Packet) -> Packet:
     """Run a handler on an encoded request; raises ``RemoteError`` with what to tell the caller."""
     try:

@@ -7,6 +7,8 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import TimeoutError as FutureTimeout
 from dataclasses import replace
 from typing import TypeVar
 
@@ -203,6 +205,36 @@ def test_refusals_travel_with_code_and_sentence(buses: tuple[Bus, Bus]) -> None:
         assert caught.value.code == code
         assert caught.value.details == ({"ours": ["mini"]} if name == "refused" else {})
     assert here.call(keys.MAP_SAVE, m.MapFile("flat")) == summary("flat")
+
+
+def test_a_request_that_waited_too_long_is_not_carried_out(router: Router) -> None:
+    """Its caller may have given up: a robot must not start then."""
+    there, here = join(router, "planner"), join(router, "gateway")
+    released, served = threading.Event(), []
+    start = replace(keys.MAP_SAVE, stale_after_s=0.2)
+
+    def handler(request: m.MapFile) -> m.MapSummary:
+        served.append(request.name)
+        if request.name == "slow":
+            released.wait(PATIENCE_S)
+        return summary(request.name)
+
+    there.serve(start, handler)
+    eventually(lambda: answered(here, "first"))
+    with ThreadPoolExecutor() as pool:
+        slow = pool.submit(here.call, start, m.MapFile("slow"), PATIENCE_S)
+        eventually(lambda: "slow" in served or None)
+        late = pool.submit(here.call, start, m.MapFile("late"), PATIENCE_S)
+        with pytest.raises(FutureTimeout):  # longer than a request may wait
+            late.result(0.5)
+        released.set()
+        assert slow.result(PATIENCE_S) == summary("slow")
+        with pytest.raises(RemoteError, match="was not carried out") as refused:
+            late.result(PATIENCE_S)
+    assert refused.value.code == "busy"
+    assert served == ["first", "slow"]
+    for bus in (here, there):
+        bus.close()
 
 
 def test_silence_is_a_timeout(buses: tuple[Bus, Bus]) -> None:

@@ -46,6 +46,7 @@ KINDS: Mapping[str, Kind] = {
     "remote": Kind(502, "A service failed"),
     "unavailable": Kind(503, "A service is missing"),
     "timeout": Kind(503, "A service does not answer"),
+    "busy": Kind(503, "A service is busy"),
     "not_ready": Kind(503, "The robot's map is not being updated"),
     "storage": Kind(507, "A file cannot be written"),
 }
