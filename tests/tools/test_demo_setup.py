@@ -11,6 +11,8 @@ import pytest
 import yaml
 from rich.console import Console
 
+from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.vocabulary import load_vocabulary
 from onemap_shared.config import PREFIX, ConfigError
 from onemap_tools.demo_setup import (
     DEMO_FILE,
@@ -24,8 +26,10 @@ from onemap_tools.demo_setup import (
     run_folder,
     set_up,
 )
+from onemap_tools.demo_truth import known_words
 from onemap_tools.network import LOOPBACK, any_free_port
 
+KNOWN = known_words(load_vocabulary(SHIPPED))
 NOON = datetime(2026, 1, 2, 12, 30, 45)
 
 
@@ -88,13 +92,21 @@ def test_a_scene_of_the_users_is_found_from_any_folder(tmp_path: Path) -> None:
 
 
 def test_favourites_are_sought_where_they_exist() -> None:
-    assert choose_objects(("wall", "toilet", "sofa", "bed")) == ("bed", "toilet", "sofa")
+    assert choose_objects(("wall", "toilet", "sofa", "bed"), KNOWN) == ("bed", "toilet", "sofa")
 
 
 def test_a_strange_scene_is_searched_for_what_it_holds() -> None:
-    assert choose_objects(("wall", "floor", "anvil", "sofa")) == ("sofa", "anvil")
-    assert choose_objects(()) == FAVOURITES[:3]
-    assert choose_objects(("floor", "object")) == FAVOURITES[:3]  # a file that names nothing
+    assert choose_objects(("wall", "floor", "couch", "chair", "sofa"), KNOWN) == (
+        ("sofa", "chair", "couch")
+    )
+    assert choose_objects((), KNOWN) == FAVOURITES[:3]
+    assert choose_objects(("floor", "object"), KNOWN) == FAVOURITES[:3]  # a file that names nothing
+
+
+def test_words_without_a_place_are_not_chosen_by_themselves() -> None:
+    """One of them would have the whole search refused."""
+    assert choose_objects(("bed", "cube", "polysurface"), KNOWN) == ("bed",)
+    assert choose_objects(("cube", "polysurface"), KNOWN) == FAVOURITES[:3]
 
 
 def test_a_taken_port_is_told_and_the_next_one_used() -> None:

@@ -18,7 +18,7 @@ from onemap_tools.client import Gateway
 from onemap_tools.demo_report import describe
 from onemap_tools.demo_setup import DemoOptions, Setup, choose_objects, set_up
 from onemap_tools.demo_summary import DemoSummary
-from onemap_tools.demo_truth import judged, scene_name
+from onemap_tools.demo_truth import judged, known_words, scene_name
 from onemap_tools.interrupts import interruptible
 from onemap_tools.joining import joined
 from onemap_tools.launch import Processes
@@ -118,7 +118,7 @@ def _wishes(demo: Run, witness: Witness, console: Console) -> Wishes:
     truth = witness.truth(wanted[0] if wanted else "sofa", ())
     categories = truth.categories if truth else ()
     vocabulary = load_vocabulary(SHIPPED)
-    objects = wanted or choose_objects(categories)
+    objects = wanted or choose_objects(categories, known_words(vocabulary))
     names = {word: scene_name(word, categories, vocabulary) for word in objects}
     for word, name in names.items():
         if truth is not None and name not in categories:

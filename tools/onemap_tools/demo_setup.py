@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -135,9 +135,12 @@ def failed_document(options: DemoOptions, trouble: str) -> dict[str, Any]:
     }
 
 
-def choose_objects(categories: Sequence[str]) -> tuple[str, ...]:
-    """Three objects that exist in the scene, favourites first."""
+def choose_objects(categories: Sequence[str], known: Collection[str]) -> tuple[str, ...]:
+    """Three objects that exist in the scene, favourites first, then others of the known words.
+
+    A word that the encoder cannot place would have the whole search refused.
+    """
     present = set(categories)
     favourites = [name for name in FAVOURITES if name in present]
-    others = sorted(present - set(FAVOURITES) - BORING - {UNNAMED})
+    others = sorted(present.intersection(known) - set(FAVOURITES) - BORING - {UNNAMED})
     return tuple([*favourites, *others][:OBJECTS]) or FAVOURITES[:OBJECTS]

@@ -6,12 +6,21 @@ from collections.abc import Callable, Collection
 from math import nan
 from typing import Any
 
-from onemap_perception.vocabulary import Vocabulary
+from onemap_perception.vocabulary import Vocabulary, WordClass
 from onemap_shared.messages import Truth
 from onemap_tools.demo_summary import ObjectSummary
 
 Place = tuple[float, ...]
 Ask = Callable[[str, Place], Truth | None]  # category, place in metres -> truth, None: no answer
+
+
+def known_words(vocabulary: Vocabulary) -> frozenset[str]:
+    """Every name of a class that ``mini`` was trained on."""
+    return frozenset(word for entry in vocabulary.classes for word in _names(entry))
+
+
+def _names(entry: WordClass) -> tuple[str, ...]:
+    return (entry.name, *entry.aliases, *entry.held_out, *entry.also)
 
 
 def scene_name(word: str, categories: Collection[str], vocabulary: Vocabulary) -> str:
@@ -24,7 +33,7 @@ def scene_name(word: str, categories: Collection[str], vocabulary: Vocabulary) -
     if wanted in categories:
         return wanted
     for entry in vocabulary.classes:
-        names = (entry.name, *entry.aliases, *entry.held_out)
+        names = _names(entry)
         if wanted in names:
             return next((name for name in names if name in categories), wanted)
     return wanted
