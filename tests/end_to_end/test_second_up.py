@@ -149,7 +149,7 @@ def test_a_router_whose_place_is_taken_in_between_ends_it(tmp_path: Path) -> Non
         taken.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
         result = up(configuration(tmp_path, endpoint), tmp_path / "logs", "--only", "router")
-    assert result.returncode == EXIT_MISUSED
+    assert result.returncode == EXIT_FAILED
     assert "The router cannot listen" in result.stderr
 
 

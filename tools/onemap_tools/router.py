@@ -9,7 +9,9 @@ from onemap_shared.bus import run_router
 from onemap_shared.config import BusConfig, ConfigError, LogConfig, read, section
 from onemap_shared.runner import set_up_logging, watch_parent
 from onemap_tools.interrupts import interruptible
-from onemap_tools.trouble import EXIT_MISUSED, Trouble
+from onemap_tools.trouble import Trouble
+
+CANNOT_LISTEN = "The router cannot listen"
 
 
 def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -> None:
@@ -35,6 +37,5 @@ def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -
             reason = str(problem).split(" at /")[0]
             where = ", ".join(endpoints) or str(zenoh_config)
             raise Trouble(
-                f"The router cannot listen on {where}: {reason}. Is another one running there?",
-                EXIT_MISUSED,  # trying again, as a launcher would, does not help
+                f"{CANNOT_LISTEN} on {where}: {reason}. Is another one running there?"
             ) from problem

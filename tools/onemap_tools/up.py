@@ -18,6 +18,7 @@ from onemap_tools.interrupts import interruptible
 from onemap_tools.joining import join
 from onemap_tools.launch import Ended, Processes, ProcessSpec, command_of
 from onemap_tools.network import answers, is_local
+from onemap_tools.router import CANNOT_LISTEN
 from onemap_tools.services import check_robot
 from onemap_tools.trouble import EXIT_MISUSED, Trouble
 
@@ -161,6 +162,8 @@ def supervise(processes: Processes, now_s: float, console: Console) -> None:
     for ended in processes.collect(now_s):
         if ended.misused:
             raise Trouble(told(ended), EXIT_MISUSED)
+        if CANNOT_LISTEN in ended.tail:  # somebody else's router was faster
+            raise Trouble(told(ended))
         console.print(told(ended), style="red")
     for name in processes.restart(now_s):
         console.print(f"Started {name} again.")
