@@ -77,6 +77,13 @@ def test_the_settings_are_the_file_s_in_the_apartment_asked_for(tmp_path: Path) 
 
 
 @pytest.mark.slow
+def test_what_the_time_did_not_suffice_for_was_not_found() -> None:
+    (couch, bed) = run(Task(settings_of(None, 2, "training"), ("couch", "bed"), 0.5)).objects
+    assert (couch.outcome, bed.outcome) == ("not_found", "not_found")
+    assert (couch.judged, bed.judged) == (False, False)
+
+
+@pytest.mark.slow
 def test_a_search_in_simulated_time_finds_and_repeats_itself() -> None:
     task = Task(settings_of(None, 2, "training"), ("bed",), 60.0)
     first, second = run(task), run(task)

@@ -22,16 +22,18 @@ import torch
 
 from onemap_mapper.config import MapperConfig
 from onemap_perception.config import PerceptionConfig
+from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.vocabulary import load_vocabulary
 from onemap_planner.config import PlannerConfig
 from onemap_shared.config import read, section
-from onemap_shared.messages import TruthRequest
+from onemap_shared.messages import ObjectResult, SearchState, TruthRequest
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.truth import SceneTruth, answer_truth
 from onemap_simulator.worlds import APARTMENT, open_scene
 from onemap_tools.bench.lockstep import Eyes, Lockstep, Settings
 from onemap_tools.bench.parser import Parser
 from onemap_tools.demo_summary import ObjectSummary
-from onemap_tools.demo_truth import judged
+from onemap_tools.demo_truth import judged, scene_name
 
 # Large things that most apartments have, and one, the bookcase, that some do not.
 OBJECTS = ("bed", "sofa", "television", "refrigerator", "toilet", "bookcase")
@@ -78,21 +80,28 @@ def run(task: Task) -> Episode:
         height_m=simulator.robot.height_m,
         eye_height_m=simulator.camera.height_m,
     )
-    summaries = [
-        judged(
-            asdict(result),
-            result.name,
-            lambda name, place: answer_truth(truth, TruthRequest(name, *place[:2])),
-        )
-        for result in search.results
-    ]
+    vocabulary = load_vocabulary(SHIPPED)
+    names = [scene_name(word, scene.categories, vocabulary) for word in task.objects]
+    results = [*search.results, *(unfinished(w) for w in task.objects[len(search.results) :])]
     return Episode(
         seed=simulator.seed,
-        objects=tuple(summaries),
-        present=tuple(item.name in scene.categories for item in summaries),
+        objects=tuple(
+            judged(
+                asdict(result),
+                name,
+                lambda name, place: answer_truth(truth, TruthRequest(name, *place[:2])),
+            )
+            for name, result in zip(names, results, strict=True)
+        ),
+        present=tuple(name in scene.categories for name in names),
         simulated_s=lockstep.now_s,
         wall_s=time.perf_counter() - began_s,
     )
+
+
+def unfinished(name: str) -> ObjectResult:
+    """The result of an object that the time did not suffice for."""
+    return ObjectResult(name, SearchState.NOT_FOUND, "the time was over", (), 0.0, 0.0, 0.0, (), ())
 
 
 def summary_of(episodes: Sequence[Episode], objects: Sequence[str]) -> dict[str, Any]:
