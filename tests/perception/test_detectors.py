@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -87,10 +88,17 @@ def test_any_box_is_clipped_or_left_out(
 
 
 def test_boxes_below_the_score_do_not_count_and_the_best_come_first() -> None:
-    boxes = [Box(str(score), score, (0, 0, 9, 9)) for score in (0.3, 0.9, 0.6)]
+    boxes = [Box("x", score, (0, 0, 9, 9)) for score in (0.3, 0.9, 0.6)]
     rgb = np.zeros((9, 9, 3), np.uint8)
-    assert [thing.name for thing in found_in(boxes, rgb, BoxLimits(0.5))] == ["0.9", "0.6"]
+    assert [thing.score for thing in found_in(boxes, rgb, BoxLimits(0.5))] == [0.9, 0.6]
     assert len(found_in(boxes, rgb, BoxLimits(0.0, detections=1))) == 1
+
+
+def test_many_sure_boxes_of_one_name_do_not_crowd_out_another() -> None:
+    boxes = [Box("chair", 0.9, (0, 0, 9, 9))] * 20 + [Box("cup", 0.4, (0, 0, 9, 9))]
+    rgb = np.zeros((9, 9, 3), np.uint8)
+    found = found_in(boxes, rgb, BoxLimits(0.3, detections=3))
+    assert [thing.name for thing in found] == ["chair"] * 3 + ["cup"]
 
 
 @pytest.mark.parametrize(
@@ -125,7 +133,7 @@ def test_an_open_detector_takes_any_name(grounding: OpenVocabularyDetector) -> N
     assert inside(found, picture.rgb)
     assert {thing.name for thing in found} <= {"Red lamp", "unicorn", "電視"}
     assert grounding.detect(picture, names()) == ()
-    assert len(found) == 6
+    assert 1 <= max(Counter(thing.name for thing in found).values()) <= 6
 
 
 def test_each_name_goes_to_one_detector(coco: CocoDetector) -> None:

@@ -51,7 +51,7 @@ class BoxesConfig(StrictModel):
     )
     device: Device = Field(default="cpu", description="cpu, cuda or cuda:N.")
     score: float = Field(description="A box counts from here; each detector has its own scale.")
-    detections: int = Field(default=16, ge=1, le=256, description="Most detections per picture.")
+    detections: int = Field(default=16, ge=1, le=256, description="Most per picture and name.")
 
     def limits(self) -> BoxLimits:
         """As the detector reads them."""

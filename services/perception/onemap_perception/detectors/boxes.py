@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -18,7 +19,7 @@ INNER_SHARE = 0.6
 @dataclass(frozen=True, slots=True)
 class BoxLimits:
     """score: from which a box counts, of this detector alone, scores of two are not the same
-    thing; detections: how many at most, per picture."""
+    thing; detections: how many at most, per picture and name."""
 
     score: float
     detections: int = 16
@@ -39,16 +40,20 @@ def found_in(boxes: Iterable[Box], rgb: U8, limits: BoxLimits) -> tuple[Found, .
     counting = sorted(
         (box for box in boxes if box.score >= limits.score), key=lambda box: -box.score
     )
-    found = []
+    found: list[Found] = []
+    kept: Counter[str] = Counter()
     for box in counting:
+        if kept[box.name] == limits.detections:
+            continue
         x0, x1 = np.clip((box.corners_px[0], box.corners_px[2]), 0, width)
         y0, y1 = np.clip((box.corners_px[1], box.corners_px[3]), 0, height)
         if not (x1 > x0 and y1 > y0):  # also refuses NaN
             continue
         corners = (float(x0), float(y0), float(x1), float(y1))
         mask = inner_mask(corners, (width, height))
+        kept[box.name] += 1
         found.append(Found(box.name, float(min(box.score, 1.0)), corners, mask))
-    return tuple(found[: limits.detections])
+    return tuple(found)
 
 
 def inner_mask(corners_px: tuple[float, float, float, float], picture_px: tuple[int, int]) -> Bool:
