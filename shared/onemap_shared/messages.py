@@ -9,17 +9,20 @@ Zero-length arrays stand for "not asked for".
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum, IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from onemap_shared.geometry import F32, F64, I32, U8, U16, Intrinsics, check_rigid
+from onemap_shared.geometry import F32, F64, I32, I64, U8, U16, Bool, Intrinsics, check_rigid
 from onemap_shared.grid import GridSpec
 
 MAX_TEXT_CHARS = 200  # one object name, not an essay
 MAX_OBJECTS = 20  # objects of one search
+# Texts of an encoder without neutral words mean the same from this cosine on. Not measured (no
+# weights are at hand); chosen high, so that paraphrases rather fail to compete than block.
+SAME_MEANING_COSINE = 0.9
 MAX_RIVALS = 30  # names that compete in one view: the mapper keeps the scores of 32 texts
 MAX_PIXELS = 4096 * 4096
 F16 = NDArray[np.float16]
@@ -272,6 +275,30 @@ class TextEmbeddings:
         if self.nearest and len(self.nearest) != len(self.texts):
             raise ValueError(f"nearest has {len(self.nearest)} entries for {len(self.texts)} texts")
 
+    def only(self, rows: I64) -> TextEmbeddings:
+        """The texts of these rows (K,)."""
+        return replace(
+            self,
+            texts=tuple(self.texts[row] for row in rows),
+            embeddings=self.embeddings[rows],
+            neutral_mask=self.neutral_mask[rows],
+            nearest=tuple(self.nearest[row] for row in rows) if self.nearest else (),
+        )
+
+    def same_meaning(self) -> Bool:
+        """Which of the texts mean the same: (N, N) bool, symmetric, true on the diagonal.
+
+        Those do that do not compete with one and the same neutral word; without neutral words,
+        those whose cosine is at least ``SAME_MEANING_COSINE``.
+        """
+        alike: Bool = np.eye(len(self.texts), dtype=bool)
+        if len(self.neutral):
+            spared = (self.neutral_mask == 0).astype(np.int32)
+            alike |= spared @ spared.T > 0
+        else:
+            alike |= self.embeddings @ self.embeddings.T >= SAME_MEANING_COSINE
+        return alike
+
 
 # ---------------------------------------------------------------- mapper
 
@@ -426,11 +453,17 @@ class MapSummary:
 
 @dataclass(frozen=True, slots=True)
 class SearchRequest:
-    """Find these objects, one after the other."""
+    """Find these objects, one after the other.
+
+    patience_s: how long the caller waits for the answer; afterwards no robot may start.
+    """
 
     objects: tuple[str, ...]
+    patience_s: float = 2.0
 
     def __post_init__(self) -> None:
+        if not self.patience_s > 0:  # also refuses NaN
+            raise ValueError(f"patience_s is {self.patience_s}; it must be positive")
         if not 1 <= len(self.objects) <= MAX_OBJECTS:
             raise ValueError(
                 f"a search has {len(self.objects)} objects; between 1 and {MAX_OBJECTS} are allowed"

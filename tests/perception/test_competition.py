@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_perception.detectors.competition import iou, winners
+from onemap_perception.detectors.competition import competing, iou, winners
 from onemap_perception.detectors.protocol import Found
+from onemap_perception.encoders.mini import MiniEncoder, MiniSettings
 
 
 def thing(name: str, score: float, x: int, y: int, side: int = 4) -> Found:
@@ -31,6 +34,18 @@ def test_what_lies_on_a_thing_is_not_the_thing() -> None:
 def test_one_name_does_not_compete_with_itself() -> None:
     twins = (thing("chair", 0.9, 2, 2), thing("chair", 0.6, 2, 2))
     assert winners(twins) == twins
+
+
+def test_scores_of_two_networks_are_not_compared() -> None:
+    chair = replace(thing("chair", 0.9, 2, 2), scale="coco")
+    throne = replace(thing("throne", 0.4, 2, 2), scale="open")
+    assert winners((chair, throne)) == (chair, throne)
+
+
+def test_words_that_mean_the_same_do_not_compete() -> None:
+    encoder = MiniEncoder(MiniSettings())
+    words = ("sofa", "couch", "bed", "sectional sofa", "armchair")
+    assert competing(encoder.embed_text(words)).texts == ("sofa", "bed", "armchair")
 
 
 def test_masks_of_two_grids_are_not_compared() -> None:

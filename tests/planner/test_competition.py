@@ -14,15 +14,24 @@ from onemap_planner.competition import (
     Claim,
     claimant,
     contested,
+    of_others,
     rivals_of,
+    synonyms_of,
     with_claim,
 )
 from onemap_planner.consensus import Candidate, Sighting, sightings_of
 from onemap_planner.desk import Desk
+from onemap_planner.hearing import Heard, hear_revision
 from onemap_planner.memory import Mind, Quest
 from onemap_planner.phases import Confirmed, Confirming, Moment, Over
 from onemap_planner.search import begin
-from onemap_shared.messages import MAX_RIVALS, Detections, SearchState
+from onemap_shared.messages import (
+    MAX_RIVALS,
+    Detections,
+    MapRevision,
+    SearchState,
+    TextEmbeddings,
+)
 from tests.planner.rooms import RULES, as_view, drawn
 from tests.planner.test_approach import situation
 from tests.planner.world import Run, World, in_four_rooms, start
@@ -71,6 +80,21 @@ def test_rivals_are_the_search_s_other_names_and_the_finds() -> None:
     assert rivals_of("sofa", many, ()) == many[:MAX_RIVALS]
 
 
+def test_synonyms_are_no_rivals_and_keep_no_place_from_each_other() -> None:
+    eye = np.eye(3, dtype=np.float32)
+    spared = np.array([[0, 1, 1], [0, 1, 1], [1, 0, 1]], np.uint8)  # the third means another thing
+    texts = ("Sofa", "couch", "bed")
+    synonyms = synonyms_of(TextEmbeddings("e", "s", texts, eye, eye, spared, 20.0))
+    assert synonyms == {frozenset(("sofa", "couch"))}
+    claims = (Claim("couch", BED), Claim("bed", BED))
+    assert rivals_of("sofa", ("sofa", "desk"), claims, synonyms) == ("desk", "bed")
+    assert of_others(claims, "sofa", synonyms) == (claims[1],)
+    alike = np.array([[1, 0, 0], [0.95, 0.31, 0], [0.8, 0.6, 0]], np.float32)
+    none = np.zeros((0, 3), np.float32), np.zeros((3, 0), np.uint8)
+    uncalibrated = TextEmbeddings("e", "s", texts, alike, *none, 20.0)
+    assert synonyms_of(uncalibrated) == {frozenset(("sofa", "couch")), frozenset(("couch", "bed"))}
+
+
 def test_a_detection_counts_only_where_its_name_fits_best() -> None:
     own = dict.fromkeys(BED, 0.6)
     for better, count in ((0.5, 1), (0.6, 1), (0.7, 0)):
@@ -85,17 +109,16 @@ def test_the_place_of_a_find_belongs_to_it_where_its_name_fits_better() -> None:
     claims = (Claim("bed", BED),)
     # The end of the bed looks like a sofa, the bed as a whole does not.
     end = belief_where(dict.fromkeys(BED_END, 0.9), dict.fromkeys(BED - BED_END, 0.9))
-    assert claimant(candidate(BED_END), "sofa", claims, end) == claims[0]
-    assert claimant(candidate(BED_END), "Bed", claims, end) is None
-    assert claimant(candidate(BED_END), "sofa", (), end) is None
+    assert claimant(candidate(BED_END), claims, end) == claims[0]
+    assert claimant(candidate(BED_END), (), end) is None
     # The find was the mistake: all of it looks like a sofa by now.
     wrong = belief_where(dict.fromkeys(BED, 0.9), dict.fromkeys(BED, 0.3))
-    assert claimant(candidate(BED_END), "sofa", claims, wrong) is None
+    assert claimant(candidate(BED_END), claims, wrong) is None
 
 
 def test_what_lies_beside_or_on_a_find_is_free() -> None:
     belief = belief_where(dict.fromkeys(PILLOW, 0.9), dict.fromkeys(BED, 0.9))
-    assert claimant(candidate(PILLOW), "pillow", (Claim("bed", BED),), belief) is None
+    assert claimant(candidate(PILLOW), (Claim("bed", BED),), belief) is None
 
 
 def test_finds_are_remembered_up_to_a_limit_from_one_search_to_the_next() -> None:
@@ -109,10 +132,34 @@ def test_finds_are_remembered_up_to_a_limit_from_one_search_to_the_next() -> Non
     taken = desk.mind
     assert taken is not None
     over = replace(taken.search, phase=Over(SearchState.FOUND))
-    desk.put_back(taken, replace(taken, search=over, claims=(Claim("bed", BED),)))
+    known = replace(taken, search=over, claims=(Claim("bed", BED),), known_m2=40.0)
+    desk.put_back(taken, known)
     desk.start("b", ("sofa",), MOMENT, 0)
     assert desk.mind is not None
-    assert desk.mind.claims == (Claim("bed", BED),)
+    assert (desk.mind.claims, desk.mind.known_m2) == ((Claim("bed", BED),), 40.0)
+    desk.forget_finds()
+    assert desk.mind.claims == ()
+
+
+@pytest.mark.parametrize(
+    ("revision", "frames", "another"),
+    [
+        pytest.param(11, 11, False, id="one frame more"),
+        pytest.param(14, 13, False, id="some missed, one reset among them"),
+        pytest.param(11, 0, True, id="cleared"),
+        pytest.param(11, 500, True, id="another one loaded"),
+        pytest.param(3, 3, True, id="the mapper began anew"),
+    ],
+)
+def test_another_map_is_noticed_whatever_its_size(
+    revision: int, frames: int, another: bool
+) -> None:
+    def told(revision: int, frames: int) -> MapRevision:
+        return MapRevision(revision, 1, 1, "e", "s", frames, 10, 10, 1.0, 8.0)
+
+    heard = hear_revision(Heard(), told(10, 10), 0.0)
+    after = hear_revision(heard, told(revision, frames), 1.0)
+    assert (after.maps > heard.maps) == another
 
 
 @pytest.mark.parametrize(

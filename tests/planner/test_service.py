@@ -195,6 +195,24 @@ def test_a_perception_that_hangs_is_named(house: House, monkeypatch: pytest.Monk
     assert caught.value.code == "perception_silent"
 
 
+def test_no_robot_starts_for_a_caller_that_gave_up(house: House) -> None:
+    """The words were checked, but too late."""
+    patience_s = 0.5 * (keys.SEARCH_START.stale_after_s or 0.0)
+    with pytest.raises(RemoteError, match="nothing was started") as caught:
+        house.caller.call(keys.SEARCH_START, SearchRequest(("sofa",), patience_s))
+    assert caught.value.code == "busy"
+    with pytest.raises(RemoteError, match="no search has been started"):
+        house.get()
+
+
+def test_a_second_search_is_refused_even_without_perception(house: House) -> None:
+    house.start("sofa")
+    house.perception.close()
+    with pytest.raises(RemoteError) as refused:
+        house.start("bed")
+    assert refused.value.code == "conflict"
+
+
 def test_a_second_search_is_refused_with_the_first_one_s_id(house: House) -> None:
     first = house.start("sofa")
     with pytest.raises(RemoteError, match=first.search_id) as refused:

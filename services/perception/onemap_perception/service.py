@@ -7,6 +7,7 @@ import time
 from dataclasses import dataclass
 
 from onemap_perception.config import PerceptionConfig
+from onemap_perception.detectors.competition import competing
 from onemap_perception.detectors.protocol import Detector
 from onemap_perception.encoders.protocol import Encoder, UnknownWordError
 from onemap_perception.factory import make_detector, make_encoder
@@ -179,24 +180,33 @@ class Perception:
             self._refused = refused
 
     def _look_for(self, name: str, objects: tuple[str, ...]) -> Sought:
-        """The queries of the target and, where they can be embedded, of its rivals."""
-        problem = self._why_unknown(name)
-        self._telemetry.text_problem = problem
-        if problem:
+        """The queries of the target and, after it, of its rivals, synonyms left out."""
+        names = tuple(dict.fromkeys((name, *objects)))
+        try:
+            queries = self._embedded(names)
+        except (UnknownWordError, ValueError) as problem:
             LOG.warning("nothing can be detected as %r: %s", name, problem)
+            self._telemetry.text_problem = str(problem)
             return Sought(name, None)
+        self._telemetry.text_problem = ""
         LOG.info("looking for %s", name)
-        rivals = (other for other in dict.fromkeys(objects) if other != name)
-        known = [other for other in rivals if not self._why_unknown(other)]
-        return Sought(name, self._parts.encoder.embed_text((name, *known)))
+        return Sought(name, competing(queries))
 
-    def _why_unknown(self, name: str) -> str:
-        """Why the encoder cannot embed a name; empty if it can."""
+    def _embedded(self, names: tuple[str, ...]) -> TextEmbeddings:
+        """Of the first name and, where they can be embedded, of the others; raises as it does."""
+        encoder = self._parts.encoder
+        try:
+            return encoder.embed_text(tuple(check_text(name) for name in names))
+        except (UnknownWordError, ValueError):
+            known = [name for name in names[1:] if self._is_known(name)]
+            return encoder.embed_text((check_text(names[0]), *known))
+
+    def _is_known(self, name: str) -> bool:
         try:
             self._parts.encoder.embed_text((check_text(name),))
-        except (UnknownWordError, ValueError) as problem:
-            return str(problem)
-        return ""
+        except (UnknownWordError, ValueError):
+            return False
+        return True
 
 
 def _out_of_memory(problem: Fault) -> bool:

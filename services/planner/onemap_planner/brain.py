@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from onemap_planner import memory
 from onemap_planner.approach import approach, confirm, latest, reject
-from onemap_planner.competition import claimant, contested, with_claim
+from onemap_planner.competition import claimant, contested, of_others, with_claim
 from onemap_planner.consensus import Candidate, agrees, remember, sightings_of
 from onemap_planner.control import Motion, Pose, Rest, Reverse, Spin, Velocity
 from onemap_planner.explore import Landmarks, explore, spot
@@ -149,8 +149,8 @@ def _notice(mind: Mind, senses: Senses, situation: Situation, rules: Rules) -> M
     candidates = mind.quest.candidates
     for detections in senses.detections:
         candidates = _sighted(candidates, detections, mind, situation, rules)
-    target, belief = mind.search.target, situation.belief
-    free = tuple(c for c in candidates if claimant(c, target, mind.claims, belief) is None)
+    others = of_others(mind.claims, mind.search.target, mind.synonyms)
+    free = tuple(c for c in candidates if claimant(c, others, situation.belief) is None)
     return replace(mind, known_m2=known_m2, quest=replace(mind.quest, candidates=free))
 
 

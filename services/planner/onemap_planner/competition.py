@@ -14,7 +14,7 @@ import numpy as np
 from onemap_planner.belief import Belief
 from onemap_planner.consensus import Candidate, ConsensusRules, Sighting, agrees
 from onemap_shared.geometry import I64
-from onemap_shared.messages import MAX_RIVALS, Detections
+from onemap_shared.messages import MAX_RIVALS, Detections, TextEmbeddings
 
 # Two sets of cells are one place if they share this part of the smaller one. A pillow on a bed
 # is another place: its cells never looked like the bed.
@@ -30,41 +30,61 @@ class Claim:
     cells: frozenset[tuple[int, int]]
 
 
+# Pairs of names, in lower case, that mean the same and so do not compete.
+Synonyms = frozenset[frozenset[str]]
+NO_SYNONYMS: Synonyms = frozenset()
+
+
+def synonyms_of(embeddings: TextEmbeddings) -> Synonyms:
+    """The pairs among the texts that mean the same to the encoder."""
+    pairs = np.argwhere(np.triu(embeddings.same_meaning(), 1))
+    texts = [text.casefold() for text in embeddings.texts]
+    return frozenset(frozenset((texts[one], texts[other])) for one, other in pairs)
+
+
 def with_claim(claims: tuple[Claim, ...], name: str, candidate: Candidate) -> tuple[Claim, ...]:
     """The claims and that of a candidate just confirmed."""
     return (*claims, Claim(name, candidate.cells))[-MAX_CLAIMS:]
 
 
-def rivals_of(target: str, objects: Iterable[str], claims: Iterable[Claim]) -> tuple[str, ...]:
+def rivals_of(
+    target: str,
+    objects: Iterable[str],
+    claims: Iterable[Claim],
+    synonyms: Synonyms = NO_SYNONYMS,
+) -> tuple[str, ...]:
     """Other names that what looks like the target may be: of the search, then of newest finds."""
     newest_first = reversed([claim.name for claim in claims])
     names = dict.fromkeys((*objects, *newest_first))
-    return tuple(name for name in names if not same_name(name, target))[:MAX_RIVALS]
+    return tuple(n for n in names if not means_same(n, target, synonyms))[:MAX_RIVALS]
 
 
-def claimant(
-    candidate: Candidate, target: str, claims: Iterable[Claim], belief: Belief
-) -> Claim | None:
-    """The find of another name that the candidate's place belongs to; None if it is free.
+def of_others(claims: Iterable[Claim], target: str, synonyms: Synonyms) -> tuple[Claim, ...]:
+    """The finds of names that do not mean the target."""
+    return tuple(c for c in claims if not means_same(c.name, target, synonyms))
+
+
+def claimant(candidate: Candidate, claims: Iterable[Claim], belief: Belief) -> Claim | None:
+    """The find, of those of other names, that the candidate's place belongs to; None: it is free.
 
     It does if the two are one place, and if over the cells of both some other name fits the
     map better than the target, on average.
     """
     for claim in claims:
-        if same_name(claim.name, target) or not _one_place(claim.cells, candidate.cells):
+        if not _one_place(claim.cells, candidate.cells):
             continue
         cells = _inside(candidate.cells | claim.cells, belief)
-        own = np.nan_to_num(belief.similarity[cells[:, 0], cells[:, 1]], nan=0.0)
+        own = belief.similarity[cells[:, 0], cells[:, 1]]
         other = belief.rival[cells[:, 0], cells[:, 1]]
-        if len(cells) and other.mean() > own.mean():
+        seen = np.isfinite(own) & np.isfinite(other)
+        if seen.any() and other[seen].mean() > own[seen].mean():
             return claim
     return None
 
 
-def claim_at(cell: tuple[int, int], target: str, claims: Sequence[Claim]) -> Claim | None:
-    """The newest find of another name that a world cell supported."""
-    others = (claim for claim in reversed(claims) if not same_name(claim.name, target))
-    return next((claim for claim in others if cell in claim.cells), None)
+def claim_at(cell: tuple[int, int], claims: Sequence[Claim]) -> Claim | None:
+    """The newest of these finds that a world cell supported."""
+    return next((claim for claim in reversed(claims) if cell in claim.cells), None)
 
 
 def contested(
@@ -98,6 +118,11 @@ def contested(
 def same_name(one: str, other: str) -> bool:
     """Whether two names are one, in whatever case."""
     return one.casefold() == other.casefold()
+
+
+def means_same(one: str, other: str, synonyms: Synonyms) -> bool:
+    """Whether two names are one, or mean the same."""
+    return same_name(one, other) or frozenset((one.casefold(), other.casefold())) in synonyms
 
 
 def _one_place(one: frozenset[tuple[int, int]], other: frozenset[tuple[int, int]]) -> bool:

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
+from onemap_planner.competition import NO_SYNONYMS, Synonyms
 from onemap_planner.memory import Mind
 from onemap_planner.phases import Cancelled, Moment, Search
 from onemap_planner.search import begin, transition
@@ -44,24 +45,46 @@ class Desk:
         return self._mind
 
     def start(
-        self, search_id: str, objects: tuple[str, ...], moment: Moment, started_ns: int
+        self,
+        search_id: str,
+        objects: tuple[str, ...],
+        moment: Moment,
+        started_ns: int,
+        synonyms: Synonyms = NO_SYNONYMS,
     ) -> Search:
-        """Begin a search; refused while another is active."""
+        """Begin a search; refused while another is active. What was found before stays known."""
         with self._lock:
-            if self._mind is not None:
-                other = self._mind.search
-                if other.active:
-                    raise DeskError(
-                        "conflict",
-                        f"search {other.search_id} is still looking for {other.target!r}: "
-                        "wait for it or cancel it",
-                    )
-                self._past[other.search_id] = other
+            self._refuse_second()
+            before = self._mind
+            search = begin(search_id, objects, moment, started_ns)
+            self._mind = Mind(search, synonyms=synonyms)
+            if before is not None:
+                self._mind = replace(self._mind, claims=before.claims, known_m2=before.known_m2)
+                self._past[before.search.search_id] = before.search
                 while len(self._past) > KEPT:
                     del self._past[next(iter(self._past))]
-            claims = self._mind.claims if self._mind is not None else ()
-            self._mind = Mind(begin(search_id, objects, moment, started_ns), claims=claims)
-            return self._mind.search
+            return search
+
+    def refuse_second(self) -> None:
+        """Raise DeskError if a search is active."""
+        with self._lock:
+            self._refuse_second()
+
+    def forget_finds(self) -> None:
+        """The map is another one: what was found on the old one claims no place on it."""
+        with self._lock:
+            if self._mind is not None and self._mind.claims:
+                self._mind = replace(self._mind, claims=())
+
+    def _refuse_second(self) -> None:
+        if self._mind is None or not self._mind.search.active:
+            return
+        other = self._mind.search
+        raise DeskError(
+            "conflict",
+            f"search {other.search_id} is still looking for {other.target!r}: wait for it or "
+            "cancel it",
+        )
 
     def cancel(self, search_id: str, moment: Moment) -> Search:
         """Call a search off; one that is over stays as it ended."""

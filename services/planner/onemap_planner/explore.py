@@ -8,7 +8,7 @@ import numpy as np
 
 from onemap_planner import memory
 from onemap_planner.approach import find_stand
-from onemap_planner.competition import claim_at
+from onemap_planner.competition import claim_at, of_others
 from onemap_planner.control import Motion, Rest, arrived
 from onemap_planner.frontiers import Frontier, find_frontiers
 from onemap_planner.goals import (
@@ -170,6 +170,7 @@ def _covered(mind: Mind, situation: Situation) -> str:
         return f"{text}; the map has no features"
     x, y = belief.grid.centres(np.array(best))
     cell = np.array(best) + np.asarray(belief.grid.origin_cell)
-    claim = claim_at((int(cell[0]), int(cell[1])), mind.search.target, mind.claims)
+    others = of_others(mind.claims, mind.search.target, mind.synonyms)
+    claim = claim_at((int(cell[0]), int(cell[1])), others)
     there = f", which is the {claim.name} found before" if claim else ""
     return f"{text}; best match {similarity[best]:.2f} at ({x:.1f}, {y:.1f}){there}"

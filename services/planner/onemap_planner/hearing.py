@@ -17,7 +17,8 @@ STANDING_MPS = 0.005  # below this a changing pose is noise and no way
 class Heard:
     """The newest of each stream.
 
-    collided_s: when a collision was last reported; odometer_m: way driven since the start.
+    collided_s: when a collision was last reported; odometer_m: way driven since the start;
+    map_changes: (revision, frames fused) of the newest map; maps: how many were heard of.
     """
 
     pose: Pose | None = None
@@ -25,6 +26,8 @@ class Heard:
     odometer_m: float = 0.0
     odometry: Arrival | None = None
     revision: Arrival | None = None
+    map_changes: tuple[int, int] = (0, 0)
+    maps: int = 0
 
     def ages(self, now_s: float) -> Ages:
         """How old it all is."""
@@ -51,6 +54,18 @@ def hear_odometry(heard: Heard, message: Odometry, now_s: float) -> Heard:
 
 
 def hear_revision(heard: Heard, message: MapRevision, now_s: float) -> Heard:
-    """With the map's new revision."""
+    """With the map's new revision.
+
+    It is another map (cleared, loaded, or of a mapper that began anew) if it holds fewer frames
+    than before, or more than it took revisions to fuse.
+    """
     arrival = Arrival(message.revision, message.stamp_ns, now_s)
-    return replace(heard, revision=newest(heard.revision, arrival))
+    revisions = message.revision - heard.map_changes[0]
+    frames = message.frames_fused - heard.map_changes[1]
+    another = heard.revision is None or frames < 0 or frames > revisions
+    return replace(
+        heard,
+        revision=newest(heard.revision, arrival),
+        map_changes=(message.revision, message.frames_fused),
+        maps=heard.maps + another,
+    )

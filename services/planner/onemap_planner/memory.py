@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from onemap_planner.competition import Claim
+from onemap_planner.competition import NO_SYNONYMS, Claim, Synonyms
 from onemap_planner.consensus import Candidate
 from onemap_planner.control import Pose
 from onemap_planner.goals import Goal, GoalKind
@@ -48,8 +48,9 @@ class Mind:
     """All the planner remembers during one search.
 
     trail: where the robot has been, metres; claims: what was found, in this search and those
-    before on the same map, and where; dead_ends: frontiers that stayed after a visit,
-    kept for the whole search, since what could not be seen for one object cannot for the next.
+    before on the same map, and where; synonyms: of all these names; dead_ends: frontiers that
+    stayed after a visit, kept for the whole search, since what could not be seen for one object
+    cannot for the next.
     attentive_s: seconds in which the senses were fresh; thought_s: when it last thought;
     stale_since_s: since when the senses are not fresh, None when they are.
     """
@@ -61,6 +62,7 @@ class Mind:
     footing: Footing | None = None
     pose: Pose | None = None
     claims: tuple[Claim, ...] = ()
+    synonyms: Synonyms = NO_SYNONYMS
     known_m2: float = 0.0
     attentive_s: float = 0.0
     thought_s: float | None = None

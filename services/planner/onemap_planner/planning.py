@@ -151,7 +151,7 @@ class Planning:
             reset = SearchReset(search.search_id)
             self._bus.call(keys.MAP_SEARCH_RESET, reset, VIEW_TIMEOUT_S)
             self._was_reset = _leg(search)
-        rivals = rivals_of(search.target, search.objects, mind.claims)
+        rivals = rivals_of(search.target, search.objects, mind.claims, mind.synonyms)
         request = SearchViewRequest(search.target, rivals)
         return self._bus.call(keys.MAP_SEARCH_VIEW, request, VIEW_TIMEOUT_S)
 

@@ -6,8 +6,10 @@ import logging
 import math
 import time
 import uuid
+from contextlib import suppress
 
 from onemap_planner import record, words
+from onemap_planner.competition import Synonyms, synonyms_of
 from onemap_planner.config import PlannerConfig
 from onemap_planner.desk import Desk, DeskError
 from onemap_planner.hearing import Heard, hear_odometry, hear_revision
@@ -20,6 +22,7 @@ from onemap_shared.messages import (
     SearchId,
     SearchRequest,
     SearchStatus,
+    TextEmbeddings,
     TextRequest,
     VelocityCommand,
     check_text,
@@ -38,7 +41,8 @@ from onemap_shared.transport import (
 LOG = logging.getLogger("onemap.planner")
 
 ANNOUNCE_S = 1.0
-EMBED_TIMEOUT_S = 2.0  # for all words of a search; the gateway gives the whole call 3 s
+EMBED_TIMEOUT_S = 1.5  # for all words of a search; the gateway gives the whole call 3 s
+SYNONYMS_TIMEOUT_S = 0.5  # the same once more with the names found before
 IDLE_AGE_S = 5.0  # without a search, only a silence this long is worth a word
 
 
@@ -81,7 +85,10 @@ class Planner:
             self._heard = hear_odometry(self._heard, odometry, now_s)
         revision = self._revisions.take(0.0)
         if revision is not None:
+            maps = self._heard.maps
             self._heard = hear_revision(self._heard, revision, now_s)
+            if self._heard.maps > maps:
+                self._desk.forget_finds()
         if now_s >= self._next_tick_s:
             self._next_tick_s = max(self._next_tick_s + 1.0 / self._config.control_hz, now_s)
             self._ticked_s = [t for t in self._ticked_s if now_s - t < 1.0] + [now_s]
@@ -197,19 +204,48 @@ class Planner:
 
     def _start(self, request: SearchRequest) -> SearchStatus:
         objects = tuple(check_text(name, "object name") for name in request.objects)
-        self._check_words(objects)
+        began_s = time.monotonic()
         try:
+            self._desk.refuse_second()
+            synonyms = self._check_words(objects)
+            self._refuse_late(request, time.monotonic() - began_s)
             search = self._desk.start(
-                uuid.uuid4().hex[:12], objects, self._moment(), time.time_ns()
+                uuid.uuid4().hex[:12], objects, self._moment(), time.time_ns(), synonyms
             )
         except DeskError as problem:
             raise Refusal(problem.code, str(problem)) from problem
         return self._status(search, time.monotonic())
 
-    def _check_words(self, objects: tuple[str, ...]) -> None:
-        """Refuse words that perception has no embedding or no place for."""
+    def _refuse_late(self, request: SearchRequest, took_s: float) -> None:
+        """No robot starts for a caller that has given up meanwhile."""
+        waited_s = took_s + (keys.SEARCH_START.stale_after_s or 0.0)
+        if waited_s > request.patience_s:
+            raise Refusal(
+                "busy",
+                f"checking the words took {took_s:.1f} s of the {request.patience_s:g} s that the "
+                "caller waits: nothing was started; try again",
+            )
+
+    def _check_words(self, objects: tuple[str, ...]) -> Synonyms:
+        """Refuse words that perception has no embedding or no place for.
+
+        Returns which of the objects and of the names found before mean the same.
+        """
+        embeddings = self._embedded(objects)
+        unplaced = words.unplaced(embeddings)
+        if unplaced:
+            raise Refusal("unknown_word", words.sentence(unplaced), words.details(unplaced))
+        mind = self._desk.mind
+        found = [claim.name for claim in mind.claims] if mind is not None else []
+        if found:
+            names = tuple(dict.fromkeys((*objects, *found)))
+            with suppress(CallError):  # of another encoder, perhaps: then only spelling tells
+                embeddings = self._bus.call(keys.EMBED_TEXT, TextRequest(names), SYNONYMS_TIMEOUT_S)
+        return synonyms_of(embeddings)
+
+    def _embedded(self, objects: tuple[str, ...]) -> TextEmbeddings:
         try:
-            embeddings = self._bus.call(keys.EMBED_TEXT, TextRequest(objects), EMBED_TIMEOUT_S)
+            return self._bus.call(keys.EMBED_TEXT, TextRequest(objects), EMBED_TIMEOUT_S)
         except RemoteError as problem:
             raise Refusal(problem.code, str(problem), problem.details) from problem
         except NoReply as problem:
@@ -220,9 +256,6 @@ class Planner:
             raise Refusal(
                 "perception_silent", "perception did not check the words in time: try again"
             ) from problem
-        unplaced = words.unplaced(embeddings)
-        if unplaced:
-            raise Refusal("unknown_word", words.sentence(unplaced), words.details(unplaced))
 
     def _cancel(self, request: SearchId) -> SearchStatus:
         try:

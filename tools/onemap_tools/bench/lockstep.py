@@ -17,6 +17,7 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame import observe
 from onemap_mapper.similarity import Query, ScoreCache, query_of
 from onemap_perception.config import PerceptionConfig
+from onemap_perception.detectors.competition import competing
 from onemap_perception.detectors.protocol import Detector
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.factory import make_detector, make_encoder
@@ -24,7 +25,7 @@ from onemap_perception.lookout import Sought, look
 from onemap_perception.observation import observation_variance
 from onemap_perception.points import MILLIMETRE_M
 from onemap_planner.brain import Senses, think
-from onemap_planner.competition import rivals_of
+from onemap_planner.competition import rivals_of, synonyms_of
 from onemap_planner.config import PlannerConfig
 from onemap_planner.control import Pose, Velocity
 from onemap_planner.memory import Mind
@@ -175,7 +176,8 @@ class Lockstep:
     def search(self, objects: tuple[str, ...], limit_s: float) -> Search:
         """Search for the objects, one after the other; ends by itself or at ``limit_s``."""
         moment = Moment(self.now_s, 0.0, self.robot.xy, self._odometer_m)
-        self.mind = Mind(begin("lockstep", objects, moment, 0))
+        synonyms = synonyms_of(self._eyes.encoder.embed_text(objects))
+        self.mind = Mind(begin("lockstep", objects, moment, 0), synonyms=synonyms)
         end_s = self.now_s + limit_s
         while self.mind.search.active and self.now_s < end_s:
             self._step(self.mind)
@@ -202,9 +204,8 @@ class Lockstep:
         frame = self.robot.frame(self.now_s)
         field = self._eyes.field(frame)
         self.belief.absorb(observe(field, self.belief.settings))
-        rivals = tuple(name for name in search.objects if name != search.target)
-        queries = self._eyes.encoder.embed_text((search.target, *rivals))
-        sought = Sought(search.target, queries)
+        names = tuple(dict.fromkeys((search.target, *search.objects)))
+        sought = Sought(search.target, competing(self._eyes.encoder.embed_text(names)))
         self._detections.append(look(self._eyes.detector, sought, frame, field.features))
 
     def _plan(self, mind: Mind, pose: Pose) -> None:
@@ -231,7 +232,8 @@ class Lockstep:
             self._reset_for = leg
         query = self._query(search.target)
         rivals = [
-            self._query(name) for name in rivals_of(search.target, search.objects, mind.claims)
+            self._query(name)
+            for name in rivals_of(search.target, search.objects, mind.claims, mind.synonyms)
         ]
         return search_view(
             self.belief, self._scores, text=search.target, query=query, rivals=rivals

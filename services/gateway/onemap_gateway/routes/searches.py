@@ -51,7 +51,8 @@ async def start_search(
     One search at a time: a second one gets 409 with the `search_id` of the first.
     """
     try:
-        status = await gateway.calls.ask(keys.SEARCH_START, SearchRequest(request.names))
+        wish = SearchRequest(request.names, patience_s=gateway.config.call_timeout_s)
+        status = await gateway.calls.ask(keys.SEARCH_START, wish)
     except Problem as problem:
         if problem.kind != "conflict":
             raise

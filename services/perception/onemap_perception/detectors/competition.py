@@ -4,12 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from onemap_perception.detectors.protocol import Found
 from onemap_shared.geometry import Bool
+from onemap_shared.messages import TextEmbeddings
 
 # Two detections cover one thing from this intersection over union on. A pillow lies within the
 # bed's box and covers little of it: both stand.
 SAME_THING_IOU = 0.5
+
+
+def competing(queries: TextEmbeddings) -> TextEmbeddings:
+    """The queries of the first text and of all that do not mean the same."""
+    chosen = ~queries.same_meaning()[0]
+    chosen[0] = True
+    return queries.only(np.flatnonzero(chosen))
 
 
 def winners(found: Sequence[Found]) -> tuple[Found, ...]:
@@ -23,6 +33,7 @@ def winners(found: Sequence[Found]) -> tuple[Found, ...]:
 def _beats(rival: Found, thing: Found) -> bool:
     return (
         rival.name != thing.name
+        and rival.scale == thing.scale
         and rival.score > thing.score
         and rival.mask.shape == thing.mask.shape
         and iou(rival.mask, thing.mask) >= SAME_THING_IOU

@@ -26,12 +26,14 @@ class Seen:
 @dataclass(frozen=True, slots=True)
 class Found:
     """One detection. box_px is x0, y0, x1, y1; mask (h, w) bool says which cells of a grid laid
-    over the whole picture it covers: the encoder's patches, or single pixels."""
+    over the whole picture it covers: the encoder's patches, or single pixels. Scores are
+    comparable where ``scale`` is the same."""
 
     name: str
     score: float
     box_px: tuple[float, float, float, float]
     mask: Bool
+    scale: str = ""
 
 
 class Detector(Protocol):

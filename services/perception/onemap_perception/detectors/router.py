@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -36,20 +37,6 @@ class RoutedDetector:
         found: list[Found] = []
         for detector, chosen in ((self._specialist, known), (self._generalist, ~known)):
             if chosen.any():
-                found += detector.detect(seen, only(names, np.flatnonzero(chosen)))
+                own = detector.detect(seen, names.only(np.flatnonzero(chosen)))
+                found += [replace(thing, scale=detector.detector_id) for thing in own]
         return tuple(sorted(found, key=lambda thing: -thing.score))
-
-
-def only(names: TextEmbeddings, rows: np.ndarray) -> TextEmbeddings:
-    """The queries of these rows (N,) int."""
-    return TextEmbeddings(
-        encoder_id=names.encoder_id,
-        text_space=names.text_space,
-        texts=tuple(names.texts[row] for row in rows),
-        embeddings=names.embeddings[rows],
-        neutral=names.neutral,
-        neutral_mask=names.neutral_mask[rows],
-        temperature=names.temperature,
-        floor=names.floor,
-        nearest=tuple(names.nearest[row] for row in rows) if names.nearest else (),
-    )
