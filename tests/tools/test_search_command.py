@@ -146,7 +146,11 @@ def test_a_query_lists_places_best_first() -> None:
         "extent_m": [1.5, -1.6, 3.2, -0.6],
         "score": 0.91,
     }
-    describe_query({"text": "sofa", "regions": [region]}, out)
+    reply = {"text": "sofa", "regions": [region], "did_you_mean": []}
+    describe_query(reply, out)
+    assert "did you mean" not in text_of(out)
+    describe_query({**reply, "did_you_mean": ["couch", "bed"]}, out)
+    assert "did you mean 'couch' or 'bed'?" in text_of(out)
     assert "(2.35, -1.10) m" in text_of(out)
     assert "1.7 x 1.0 m" in text_of(out)
 

@@ -10,7 +10,7 @@ import httpx
 from onemap_tools.trouble import EXIT_FAILED, EXIT_MISUSED, Trouble
 
 DEFAULT_URL = "http://127.0.0.1:8080"
-TIMEOUT_S = 5.0  # the gateway itself answers within its call_timeout_s of 2 s
+TIMEOUT_S = 5.0  # the gateway itself answers within its call_timeout_s of 3 s
 FILE_TIMEOUT_S = 60.0  # a large map takes a while to write
 MAX_PORT = 65535
 MISUSED_STATUSES = (400, 413, 415, 422)  # the request is wrong by its words, whoever is there

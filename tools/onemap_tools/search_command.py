@@ -140,3 +140,8 @@ def describe_query(reply: dict[str, Any], console: Console) -> None:
             f"{region['score']:.2f}",
         )
     console.print(table)
+    if near := reply.get("did_you_mean"):  # older gateways do not tell
+        console.print(
+            f"The encoder does not know {reply['text']!r}; did you mean "
+            f"{' or '.join(repr(word) for word in near)}?"
+        )

@@ -38,8 +38,9 @@ class GatewayConfig(StrictModel):
         default=3.0,
         gt=0,
         le=30,
-        description="Seconds to wait for a service's answer. Each takes under 0.5 s when well; the "
-        "mapper itself waits 2 s for perception, and then says so.",
+        description="Seconds to wait for a service's answer. Each takes under 0.5 s when well; "
+        "mapper and planner themselves wait up to 2 s for perception, and then say so. A search "
+        "whose words took longer to check is not started.",
     )
     calls_at_once: int = Field(
         default=4,

@@ -89,7 +89,7 @@ class QueryReply(BaseModel):
                     "encoder_id": "mini-1",
                     "best_score": 0.04,
                     "message": "Nothing on the map looks like 'skateboard': the best score is "
-                    "0.04, and answers begin at 0.20. Did you mean 'floor' or 'box'?",
+                    "0.04, and answers begin at 0.22. Did you mean 'floor' or 'box'?",
                     "did_you_mean": ["floor", "box"],
                     "grid": None,
                 },
