@@ -152,6 +152,28 @@ def copied(folder: Path) -> Path:
     return folder / "mini"
 
 
+@pytest.mark.skipif(find_model_folder() is None, reason="needs the sentence encoder")
+@pytest.mark.parametrize(
+    ("slip", "word"),
+    [
+        ("refridgerator", "refrigerator"),
+        ("televison", "television"),
+        ("dinning table", "dining table"),
+        ("bedd", "bed"),
+        ("sofaa", "sofa"),
+    ],
+)
+def test_a_slip_of_the_pen_is_asked_back_whatever_it_means(
+    encoder: Encoder, slip: str, word: str
+) -> None:
+    assert encoder.embed_text((slip,)).nearest[0][0] == word
+
+
+def test_words_of_the_table_and_their_plurals_are_no_slips(encoder: Encoder) -> None:
+    words = ("chairs", "couches", "a bed", "dining room table", "floor lamp", "leather couch")
+    assert encoder.embed_text(words).nearest == ((),) * len(words)
+
+
 def test_damaged_files_are_named(tmp_path: Path) -> None:
     with pytest.raises(EncoderError, match=r"mini\.onnx are missing"):
         MiniEncoder(MiniSettings(folder=tmp_path))

@@ -23,6 +23,9 @@ from onemap_shared.messages import TextEmbeddings
 CALIBRATION_FILE = "calibration.json"
 SUGGESTED = 3  # words offered for one that has no place
 SPELT_ALIKE = 0.75  # share of letters in common: one slip in a word of five letters
+# From this share on a word that is not in the table is taken for a slip of one that is, whatever
+# the sentence encoder makes of it: it places 'refridgerator' far from the refrigerator.
+MISSPELT = 0.85
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,15 +112,18 @@ class QueryText:
         return self._expand(embedding), self._mask(embedding), self._nearest(text, embedding)
 
     def _nearest(self, text: str, embedding: F32) -> tuple[str, ...]:
-        """Known words for a text that lies far from every class, none for any other."""
+        """Known words for a misspelt text or one far from every class, none for any other."""
+        slips = () if self._table.holds(text) else self._spelt_alike(text, MISSPELT)
+        if slips:
+            return slips
         cosine = self._classes @ embedding
         if float(cosine.max()) >= self._calibration.placed:
             return ()
         meant = np.argsort(-cosine)[:SUGGESTED]
         return self._spelt_alike(text) or tuple(self._vocabulary.names[i] for i in meant)
 
-    def _spelt_alike(self, text: str) -> tuple[str, ...]:
-        alike = difflib.get_close_matches(plain(text), self._offered, SUGGESTED, SPELT_ALIKE)
+    def _spelt_alike(self, text: str, share: float = SPELT_ALIKE) -> tuple[str, ...]:
+        alike = difflib.get_close_matches(plain(text), self._offered, SUGGESTED, share)
         return tuple(word for word in alike if word != plain(text))
 
     def _words_with_a_place(self) -> tuple[str, ...]:

@@ -62,8 +62,12 @@ class WordTable:
         """Whether ``embed`` takes this text."""
         return self._sentence_encoder is not None or self._known(plain(text)) is not None
 
+    def holds(self, text: str) -> bool:
+        """Whether the table itself has this word, in whatever number."""
+        return any(spelling in self._rows for spelling in spellings(plain(text)))
+
     def _known(self, word: str) -> F32 | None:
-        for spelling in (word, word.removesuffix("s"), word.removesuffix("es")):
+        for spelling in spellings(word):
             known: F32 | None = self._rows.get(spelling, self._asked.get(spelling))
             if known is not None:
                 return known
@@ -93,6 +97,11 @@ class WordTable:
             f"this encoder; for any other word install the sentence encoder: {INSTALL}",
             unknown,
         )
+
+
+def spellings(word: str) -> tuple[str, ...]:
+    """A word as the table may have it: as it is, or without an ending of the plural."""
+    return (word, word.removesuffix("s"), word.removesuffix("es"))
 
 
 def listed(parts: Sequence[str], last: str) -> str:
