@@ -154,10 +154,9 @@ def find_gap(state: LiveState, now_s: float, within_s: float) -> Gap | None:
     """None if a frame reached the map within ``within_s`` and a search could start now."""
     fresh = state.fused_s is not None and now_s - state.fused_s <= within_s
     by_name = {report.name: report for report in reports(state, now_s)}
-    if fresh:
-        planner = by_name["planner"]
-        down = planner.condition is Condition.DOWN
-        return Gap("planner", planner.problem) if down else None
+    if fresh:  # what is down stops the frames in a moment; what is degraded does not
+        down = (by_name[name] for name in STAGES[1:] if by_name[name].condition is Condition.DOWN)
+        return next((Gap(report.name, report.problem) for report in down), None)
     for name in STAGES[:-1]:
         if by_name[name].condition is not Condition.OK:
             return Gap(name, by_name[name].problem)

@@ -21,7 +21,8 @@ async def get_health() -> Health:
 
 @router.get("/readyz", summary="Does the robot work?", responses=problem_responses(503))
 async def get_ready(gateway: GatewayOf) -> Health:
-    """200 only if a camera frame went all the way to the map within the last 5 s.
+    """200 only if a camera frame went all the way to the map within the last 5 s, and perception,
+    mapper and planner are there now.
 
     Otherwise 503, and `service` names the stage that is missing or silent: robot, perception,
     mapper or planner.
