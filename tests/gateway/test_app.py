@@ -106,6 +106,14 @@ def test_the_examples_of_the_documentation_work(client: TestClient) -> None:
         assert client.post(path, json=example).status_code == 200
 
 
+def test_what_a_wrong_body_gets_is_documented(client: TestClient) -> None:
+    paths = client.get("/openapi.json").json()["paths"]
+    posts = [path["post"] for path in paths.values() if "requestBody" in path.get("post", {})]
+    assert len(posts) >= 4
+    for post in posts:
+        assert {"400", "413", "415", "422"} <= set(post["responses"])
+
+
 def test_problems_are_documented(client: TestClient) -> None:
     assert set(client.get("/openapi.json").json()["x-problems"]) == set(KINDS)
 

@@ -84,7 +84,12 @@ def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
     }
 
 
+BODY = (400, 413, 415)  # of every request with a body
+
 PROBLEM_STATUSES = {
+    400: "The body is not JSON.",
+    413: "The body is too large.",
+    415: "The body's content type is not JSON.",
     401: "The token is missing or wrong.",
     404: "No such search, or no such map file.",
     409: "Another search is under way (`search_id` names it), the map is empty, or it belongs to "

@@ -10,7 +10,7 @@ from fastapi import APIRouter, Query, Response
 from onemap_gateway.context import GatewayOf
 from onemap_gateway.render import MAX_SCALE, encode_png, map_picture
 from onemap_gateway.schemas import MapChange, MapInfo, MapName, ObjectName
-from onemap_gateway.status import problem_responses
+from onemap_gateway.status import BODY, problem_responses
 from onemap_gateway.views import map_archive, map_change, map_info, marks_of
 from onemap_shared import keys
 from onemap_shared.messages import MapClear, MapFile
@@ -100,7 +100,7 @@ async def get_map_arrays(gateway: GatewayOf, text: Text = None) -> Response:
 
 
 @router.post(
-    "/map/save", summary="Save the map", responses=problem_responses(401, 409, 422, 503, 507)
+    "/map/save", summary="Save the map", responses=problem_responses(*BODY, 401, 409, 422, 503, 507)
 )
 async def save_map(request: MapName, gateway: GatewayOf) -> MapChange:
     """Write the map to a file in the mapper's map folder; an older one is replaced."""
@@ -108,7 +108,7 @@ async def save_map(request: MapName, gateway: GatewayOf) -> MapChange:
 
 
 @router.post(
-    "/map/load", summary="Load a map", responses=problem_responses(401, 404, 409, 422, 503)
+    "/map/load", summary="Load a map", responses=problem_responses(*BODY, 401, 404, 409, 422, 503)
 )
 async def load_map(request: MapName, gateway: GatewayOf) -> MapChange:
     """Replace the map by a saved one; refused if another encoder made it."""

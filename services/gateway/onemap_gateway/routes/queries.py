@@ -6,7 +6,7 @@ from fastapi import APIRouter
 
 from onemap_gateway.context import GatewayOf
 from onemap_gateway.schemas import QueryReply, QueryRequest
-from onemap_gateway.status import problem_responses
+from onemap_gateway.status import BODY, problem_responses
 from onemap_gateway.views import query_reply
 from onemap_shared import keys
 from onemap_shared.messages import SimilarityRequest
@@ -14,7 +14,9 @@ from onemap_shared.messages import SimilarityRequest
 router = APIRouter(prefix="/v1", tags=["queries"])
 
 
-@router.post("/queries", summary="Where is it?", responses=problem_responses(401, 409, 422, 503))
+@router.post(
+    "/queries", summary="Where is it?", responses=problem_responses(*BODY, 401, 409, 422, 503)
+)
 async def ask_where(request: QueryRequest, gateway: GatewayOf) -> QueryReply:
     """Regions of the map that look like the text, best first, without moving the robot."""
     question = SimilarityRequest(request.text, request.max_regions, request.include_grid)

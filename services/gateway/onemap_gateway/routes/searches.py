@@ -11,7 +11,7 @@ from fastapi.responses import StreamingResponse
 from onemap_gateway.context import Gateway, GatewayOf
 from onemap_gateway.problems import Problem
 from onemap_gateway.schemas import SearchReport, SearchStart
-from onemap_gateway.status import problem_responses
+from onemap_gateway.status import BODY, problem_responses
 from onemap_gateway.stream import MEDIA_TYPE, search_events
 from onemap_gateway.views import search_report
 from onemap_shared import keys
@@ -40,7 +40,7 @@ Id = Annotated[str, Depends(known_id)]
     summary="Go and find",
     responses={
         201: {"headers": {"Location": {"schema": {"type": "string"}}}},
-        **problem_responses(401, 409, 422, 503),
+        **problem_responses(*BODY, 401, 409, 422, 503),
     },
 )
 async def start_search(
