@@ -157,13 +157,14 @@ def test_the_command_starts_without_what_it_does_not_need() -> None:
 def test_a_demo_that_cannot_start_ends_with_json(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The simulator is given a scene that is none; the demo says so, and leaves nothing running."""
+    """The scene is none: the demo says so, and starts nothing."""
     scene = tmp_path / "flat.glb"
     scene.write_bytes(b"this is no scene")
     arguments = ["demo", "--headless", "--json", "--scene", str(scene), "--out", str(tmp_path)]
     result = RUNNER.invoke(app, [*arguments, "--time-limit", "60"])
-    assert result.exit_code == EXIT_FAILED
+    assert result.exit_code == EXIT_MISUSED
     document = json.loads(result.stdout.splitlines()[-1])
     assert document["worked"] is False
-    assert document["trouble"]
-    assert Path(document["folder"]).is_dir()
+    assert document["trouble"] == document["error"]
+    assert "onemap scene check" in document["error"]
+    assert not Path(document["folder"]).exists()

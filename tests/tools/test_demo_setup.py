@@ -8,6 +8,7 @@ from datetime import datetime
 from pathlib import Path
 
 import pytest
+import trimesh
 import yaml
 from rich.console import Console
 
@@ -23,11 +24,13 @@ from onemap_tools.demo_setup import (
     choose_port,
     demo_sections,
     failed_document,
+    named,
     run_folder,
     set_up,
 )
 from onemap_tools.demo_truth import known_words
 from onemap_tools.network import LOOPBACK, any_free_port
+from onemap_tools.trouble import EXIT_MISUSED, Trouble
 
 KNOWN = known_words(load_vocabulary(SHIPPED))
 NOON = datetime(2026, 1, 2, 12, 30, 45)
@@ -43,6 +46,25 @@ def options(folder: Path, *, scene: Path | None = None) -> DemoOptions:
         folder=folder,
         time_limit_s=10.0,
     )
+
+
+@pytest.mark.parametrize("objects", ["", ",", " , "])
+def test_a_list_that_names_nothing_is_no_wish_for_the_usual(objects: str) -> None:
+    with pytest.raises(Trouble, match="which names nothing") as trouble:
+        named(objects)
+    assert trouble.value.exit_code == EXIT_MISUSED
+    assert named(None) == ()
+    assert named("bed, teddy bear,") == ("bed", "teddy bear")
+
+
+def test_a_scene_that_cannot_be_opened_starts_nothing(tmp_path: Path) -> None:
+    scene = tmp_path / "flat.glb"
+    trimesh.Scene({"cube": trimesh.creation.box((4, 4, 0.1))}).export(scene)
+    scene.with_suffix(".yaml").write_text("categories: {ball: sofa}\n")
+    with pytest.raises(Trouble, match="no node is called 'ball'") as trouble:
+        set_up(options(tmp_path / "run", scene=scene))
+    assert trouble.value.exit_code == EXIT_MISUSED
+    assert not (tmp_path / "run").exists()
 
 
 def test_a_run_never_writes_over_another(tmp_path: Path) -> None:

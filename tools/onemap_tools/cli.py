@@ -14,7 +14,7 @@ from onemap_tools import cli_ask, cli_config, cli_map, cli_measure, cli_models, 
 from onemap_tools.command_group import CommandGroup
 from onemap_tools.options import Config, Json
 from onemap_tools.train.commands import app as train_app
-from onemap_tools.trouble import EXIT_FAILED, EXIT_OK, Trouble
+from onemap_tools.trouble import EXIT_FAILED, EXIT_OK
 
 EPILOG = (
     "Start with 'onemap demo'.\n\n"
@@ -64,8 +64,9 @@ def demo(
         typer.Option(exists=True, dir_okay=False, help=SCENE_HELP),
     ] = None,
     objects: Annotated[
-        str, typer.Option(help="What to find, separated by commas; by default what is there.")
-    ] = "",
+        str | None,
+        typer.Option(help="What to find, separated by commas; by default what is there."),
+    ] = None,
     headless: Annotated[bool, typer.Option(help="End after the search.")] = False,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Of the live page; 0: 8080, headless any.")
@@ -83,10 +84,8 @@ def demo(
     Exit code 0 only if all were found and the simulator confirms it. It cannot for what a
     scene file does not name: there the robot's own word counts. See 'onemap scene check'.
     """
-    from onemap_shared.config import ConfigError
     from onemap_tools import demo as command
-    from onemap_tools.command_group import trouble_of
-    from onemap_tools.demo_setup import DemoOptions, choose_port, failed_document, run_folder
+    from onemap_tools.demo_setup import DemoOptions, choose_port, named, run_folder
     from onemap_tools.terminal import print_json, progress_console, stays_up
 
     console = progress_console()
@@ -94,18 +93,13 @@ def demo(
     options = DemoOptions(
         seed=seed,
         scene=scene,
-        objects=tuple(name for part in objects.split(",") if (name := part.strip())),
+        objects=named(objects),
         headless=not stay,
         port=choose_port(port, headless=not stay, console=console),
         folder=run_folder(out, datetime.now(), seed),
         time_limit_s=time_limit,
     )
-    try:
-        document = command.run(options, console)
-    except (Trouble, ConfigError) as problem:
-        trouble = trouble_of(problem)
-        document = failed_document(options, str(trouble))
-        raise Trouble(str(trouble), trouble.exit_code, document) from problem
+    document = command.run_or_tell(options, console)
     if as_json:
         print_json(document)
     raise typer.Exit(EXIT_OK if document["worked"] else EXIT_FAILED)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -65,7 +66,10 @@ def status(
     service: Annotated[
         str, typer.Option(help="Only this one, by its heartbeat on the bus, without the gateway.")
     ] = "",
-    config: Config = None,
+    config: Annotated[
+        Path | None,
+        typer.Option("--config", help="With --service: YAML file that says where the bus is."),
+    ] = None,
     url: Url = HERE,
     token: Token = "",
     as_json: Json = False,

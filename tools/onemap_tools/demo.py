@@ -12,11 +12,12 @@ from rich.console import Console
 
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.vocabulary import load_vocabulary
-from onemap_shared.config import BusConfig
+from onemap_shared.config import BusConfig, ConfigError
 from onemap_shared.messages import SearchState
 from onemap_tools.client import Gateway
+from onemap_tools.command_group import trouble_of
 from onemap_tools.demo_report import describe
-from onemap_tools.demo_setup import DemoOptions, Setup, choose_objects, set_up
+from onemap_tools.demo_setup import DemoOptions, Setup, choose_objects, failed_document, set_up
 from onemap_tools.demo_summary import DemoSummary
 from onemap_tools.demo_truth import judged, known_words, scene_name
 from onemap_tools.interrupts import interruptible
@@ -91,6 +92,16 @@ def run(options: DemoOptions, console: Console) -> dict[str, Any]:
         if not options.headless:
             _stay_up(demo, console)
     return document
+
+
+def run_or_tell(options: DemoOptions, console: Console) -> dict[str, Any]:
+    """Run the demo; Trouble carries a summary of what did not come about, for JSON."""
+    try:
+        return run(options, console)
+    except (Trouble, ConfigError) as problem:
+        trouble = trouble_of(problem)
+        document = failed_document(options, str(trouble))
+        raise Trouble(str(trouble), trouble.exit_code, document) from problem
 
 
 def _wait_until_ready(demo: Run, gateway: Gateway, view: View) -> None:

@@ -18,6 +18,7 @@ from onemap_simulator.scene import STRUCTURE
 from onemap_tools.launch import ProcessSpec, command_of, make_folder
 from onemap_tools.network import LOOPBACK, any_free_port, next_free_port
 from onemap_tools.services import check_robot
+from onemap_tools.trouble import EXIT_MISUSED, Trouble
 
 DEMO_FILE = Path(__file__).with_name("demo.yaml")
 STARTED = ("simulator", "perception", "mapper", "planner", "gateway")
@@ -64,6 +65,19 @@ class Setup:
     environment: dict[str, str]
 
 
+def named(objects: str | None) -> tuple[str, ...]:
+    """The objects in a list with commas; none if nothing was asked for. Trouble for no names."""
+    if objects is None:
+        return ()
+    names = tuple(name for part in objects.split(",") if (name := part.strip()))
+    if not names:
+        raise Trouble(
+            f"--objects is {objects!r}, which names nothing: write bed,television or leave it out",
+            EXIT_MISUSED,
+        )
+    return names
+
+
 def choose_port(wanted: int, *, headless: bool, console: Console) -> int:
     """The port of the live page: the wanted one (0: the usual one, headless any) or the next."""
     if wanted == 0 and headless:
@@ -88,6 +102,8 @@ def set_up(options: DemoOptions) -> Setup:
     environment = dict(os.environ)
     sections = demo_sections(environment, options, endpoint)
     check_robot("simulator", sections)
+    if options.scene is not None:
+        check_scene_file(options.scene)
     make_folder(options.folder)
     config_file = options.folder / "config.yaml"
     config_file.write_text(yaml.safe_dump(sections, sort_keys=False), encoding="utf-8")
@@ -103,6 +119,18 @@ def set_up(options: DemoOptions) -> Setup:
         # The overrides are in the file by now; applied again they would undo what the run needs.
         environment={k: v for k, v in environment.items() if not k.startswith(PREFIX)},
     )
+
+
+def check_scene_file(path: Path) -> None:
+    """Trouble if the simulator could not open the scene: told before anything is started."""
+    from onemap_simulator.loading import load_scene
+
+    try:
+        load_scene(path)
+    except ValueError as problem:
+        raise Trouble(
+            f"{problem}. 'onemap scene check {path}' shows more.", EXIT_MISUSED
+        ) from problem
 
 
 def demo_sections(
