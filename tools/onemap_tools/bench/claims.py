@@ -142,7 +142,8 @@ def line_of(episode: Episode) -> str:
     for item, present in zip(episode.objects, episode.present, strict=True):
         verdict = "found" if item.success else item.outcome.replace("_", " ")
         if item.claimed_wrongly:
-            verdict = f"WRONG, {item.nearest} there, {item.goal_distance_m:.1f} m short"
+            short = f"{item.goal_distance_m:.1f} m short" if present else "none to be found"
+            verdict = f"WRONG, {item.nearest} there, {short}"
         elif not present:
             verdict += " (absent)"
         parts.append(f"{item.name}: {verdict}")
