@@ -173,7 +173,7 @@ def test_words_are_checked_before_anything_moves(
 
 def test_without_perception_no_search_starts(house: House) -> None:
     house.perception.close()
-    with pytest.raises(RemoteError, match="words cannot be checked") as caught:
+    with pytest.raises(RemoteError, match="words cannot be looked up") as caught:
         house.start("sofa")
     assert caught.value.code == "perception_missing"
     house.frame()

@@ -16,9 +16,7 @@ import numpy as np
 from onemap_shared.geometry import F32, F64, I64, Bool, Intrinsics
 
 RANGE_M = (0.3, 4.0)  # nearer is the robot itself; farther, a tile on the floor spans a metre
-IMAGE_ROWS = (
-    120  # larger images are thinned to this height: 8 x 8 pixels a tile are enough, in 2 ms
-)
+IMAGE_ROWS = 120  # larger images are thinned to this height: 8 x 8 pixels a tile are enough
 TILE_ROWS = 15  # tiles in a column of the image
 TILE_MIN_PX = 8
 TILE_MIN_VALID = 0.75  # of its pixels; an edge between two surfaces leaves a bad fit anyway

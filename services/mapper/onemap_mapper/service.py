@@ -39,12 +39,11 @@ from onemap_shared.messages import (
     SearchViewRequest,
     SimilarityReply,
     SimilarityRequest,
-    TextEmbeddings,
-    TextRequest,
     check_text,
 )
 from onemap_shared.runner import StartError
-from onemap_shared.transport import Bus, CallError, Health, NoReply, Refusal, RemoteError
+from onemap_shared.text_embedding import embed_texts
+from onemap_shared.transport import Bus, Health, Refusal
 
 LOG = logging.getLogger("onemap.mapper")
 
@@ -57,14 +56,13 @@ class Mapper:
     """The mapper's worker."""
 
     def __init__(self, bus: Bus, config: MapperConfig) -> None:
-        self._bus = bus
         self._config = config
         self._settings = config.settings()
         self._regions = RegionSettings(config.region_best_share, config.region_top_share)
         self._lock = threading.Lock()
         self._map = BeliefMap(self._settings)
         self._scores = ScoreCache()
-        self._texts = TextCache(self._embed, self._settings.device)
+        self._texts = TextCache(lambda text: embed_texts(bus, (text,)), self._settings.device)
         self._encoder_seen = ""
         self._telemetry = Telemetry()
         self._fields = bus.subscribe(keys.FIELD)
@@ -238,20 +236,6 @@ class Mapper:
                 if problem.code != "unknown_word":
                     raise
         return queries
-
-    def _embed(self, text: str) -> TextEmbeddings:
-        try:
-            return self._bus.call(keys.EMBED_TEXT, TextRequest((text,)))
-        except RemoteError as problem:
-            raise Refusal(problem.code, str(problem), problem.details) from problem
-        except NoReply as problem:
-            raise Refusal(
-                "perception_missing", "perception does not run, so texts cannot be embedded"
-            ) from problem
-        except CallError as problem:
-            raise Refusal(
-                "perception_silent", "perception did not embed the text in time: try again"
-            ) from problem
 
 
 def _empty() -> Refusal:

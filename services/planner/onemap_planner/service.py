@@ -22,19 +22,15 @@ from onemap_shared.messages import (
     SearchId,
     SearchRequest,
     SearchStatus,
-    TextEmbeddings,
-    TextRequest,
     VelocityCommand,
     check_text,
 )
+from onemap_shared.text_embedding import embed_texts
 from onemap_shared.transport import (
     Bus,
-    CallError,
     Counters,
     Health,
-    NoReply,
     Refusal,
-    RemoteError,
     Worker,
 )
 
@@ -231,7 +227,7 @@ class Planner:
 
         Returns which of the objects and of the names found before mean the same.
         """
-        embeddings = self._embedded(objects)
+        embeddings = embed_texts(self._bus, objects, EMBED_TIMEOUT_S)
         unplaced = words.unplaced(embeddings)
         if unplaced:
             raise Refusal("unknown_word", words.sentence(unplaced), words.details(unplaced))
@@ -239,23 +235,9 @@ class Planner:
         found = [claim.name for claim in mind.claims] if mind is not None else []
         if found:
             names = tuple(dict.fromkeys((*objects, *found)))
-            with suppress(CallError):  # of another encoder, perhaps: then only spelling tells
-                embeddings = self._bus.call(keys.EMBED_TEXT, TextRequest(names), SYNONYMS_TIMEOUT_S)
+            with suppress(Refusal):  # of another encoder, perhaps: then only spelling tells
+                embeddings = embed_texts(self._bus, names, SYNONYMS_TIMEOUT_S)
         return synonyms_of(embeddings)
-
-    def _embedded(self, objects: tuple[str, ...]) -> TextEmbeddings:
-        try:
-            return self._bus.call(keys.EMBED_TEXT, TextRequest(objects), EMBED_TIMEOUT_S)
-        except RemoteError as problem:
-            raise Refusal(problem.code, str(problem), problem.details) from problem
-        except NoReply as problem:
-            raise Refusal(
-                "perception_missing", "perception does not run, so the words cannot be checked"
-            ) from problem
-        except CallError as problem:
-            raise Refusal(
-                "perception_silent", "perception did not check the words in time: try again"
-            ) from problem
 
     def _cancel(self, request: SearchId) -> SearchStatus:
         try:
