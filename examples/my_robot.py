@@ -17,8 +17,9 @@ import numpy as np
 
 from onemap_shared import keys
 from onemap_shared.bus import open_bus
+from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.config import BusConfig
-from onemap_shared.geometry import F64, U8, U16, Intrinsics, camera_mount, pose_2d, unproject
+from onemap_shared.geometry import F64, U8, U16, camera_mount, pose_2d
 from onemap_shared.messages import Odometry, RgbdFrame, VelocityCommand
 
 CAMERA = Intrinsics(fx=195.0, fy=195.0, cx=160.0, cy=120.0)  # of the depth-aligned colour image

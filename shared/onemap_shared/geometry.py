@@ -1,4 +1,4 @@
-"""Rigid transforms, the pinhole camera and unprojection.
+"""Rigid transforms, planar velocity and array types.
 
 Frames: map and body are x forward, y left, z up; camera optical is x right,
 y down, z forward. A transform is named by both ends, destination first:
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+F16 = NDArray[np.float16]
 F64 = NDArray[np.float64]
 F32 = NDArray[np.float32]
 U8 = NDArray[np.uint8]
@@ -25,39 +26,6 @@ R_BODY_CAMERA_LEVEL: F64 = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1
 
 MAX_RIGID_ERROR = 1e-3  # largest |R R^T - I| entry still accepted: float32 poses from robots
 MAX_COORDINATE_M = 1e5  # 100 km: beyond this a pose is a unit error, not a place
-
-
-@dataclass(frozen=True, slots=True)
-class Intrinsics:
-    """A pinhole camera in pixels; pixel centres lie at half-integer coordinates.
-
-    Pixel column ``u`` (0-based) looks along x = (u + 0.5 - cx) / fx at depth 1.
-    """
-
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-
-    def __post_init__(self) -> None:
-        values = (self.fx, self.fy, self.cx, self.cy)
-        if not np.isfinite(values).all() or self.fx <= 0 or self.fy <= 0:
-            raise ValueError(
-                f"intrinsics fx={self.fx} fy={self.fy} cx={self.cx} cy={self.cy}: "
-                "focal lengths must be positive and all values finite"
-            )
-
-    @classmethod
-    def from_fov(cls, width: int, height: int, horizontal_fov_rad: float) -> Intrinsics:
-        """The camera with square pixels whose image spans ``horizontal_fov_rad``."""
-        focal = 0.5 * width / np.tan(0.5 * horizontal_fov_rad)
-        return cls(float(focal), float(focal), width / 2, height / 2)
-
-    def scaled(self, scale_x: float, scale_y: float) -> Intrinsics:
-        """The same camera after its image was resized by these factors."""
-        return Intrinsics(
-            self.fx * scale_x, self.fy * scale_y, self.cx * scale_x, self.cy * scale_y
-        )
 
 
 def check_rigid(T: F64, name: str) -> F64:
@@ -82,6 +50,14 @@ def check_rigid(T: F64, name: str) -> F64:
     if float(np.abs(T[:3, 3]).max()) > MAX_COORDINATE_M:
         raise ValueError(f"{name} lies beyond {MAX_COORDINATE_M:g} m: are its units metres?")
     return T
+
+
+@dataclass(frozen=True, slots=True)
+class Velocity2d:
+    """Velocity of a robot on the floor, in its body frame (x forward, positive turns left)."""
+
+    linear_mps: float = 0.0
+    angular_radps: float = 0.0
 
 
 def pose_2d(x_m: float, y_m: float, yaw_rad: float) -> F64:
@@ -123,15 +99,3 @@ def yaw_of(T_map_body: F64) -> float:
 def wrap_angle(angle_rad: float) -> float:
     """The same angle in [-pi, pi)."""
     return float((angle_rad + np.pi) % (2 * np.pi) - np.pi)
-
-
-def unproject(depth_m: F32, intrinsics: Intrinsics) -> F32:
-    """Camera-frame points (H, W, 3) float32, metres, of z-depth (H, W); depth 0 is the origin."""
-    height, width = depth_m.shape
-    x = (np.arange(width, dtype=np.float32) + np.float32(0.5 - intrinsics.cx)) / intrinsics.fx
-    y = (np.arange(height, dtype=np.float32) + np.float32(0.5 - intrinsics.cy)) / intrinsics.fy
-    points = np.empty((height, width, 3), np.float32)
-    points[..., 0] = depth_m * x
-    points[..., 1] = depth_m * y[:, None]
-    points[..., 2] = depth_m
-    return points

@@ -17,7 +17,8 @@ from onemap_gateway.context import Gateway
 from onemap_gateway.hub import Hub
 from onemap_shared import keys
 from onemap_shared import messages as m
-from onemap_shared.geometry import Intrinsics, pose_2d
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import pose_2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.memory_bus import MemoryHub
 from onemap_shared.transport import Refusal

@@ -10,7 +10,8 @@ import pytest
 
 from onemap_mapper.depth_check import check_depth
 from onemap_mapper.floor_monitor import FloorMonitor, FloorState
-from onemap_shared.geometry import F32, F64, Intrinsics, camera_mount, pose_2d
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_simulator.apartment import generate_apartment
 from onemap_simulator.render import Renderer
 from onemap_simulator.sensor import measured_mm, noisy_depth

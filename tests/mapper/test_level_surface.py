@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from onemap_mapper.level_surface import LevelSurface, lowest_level_surface
-from onemap_shared.geometry import F32, F64, Intrinsics, camera_mount, unproject
+from onemap_shared.camera import Intrinsics, unproject
+from onemap_shared.geometry import F32, F64, camera_mount
 from tests.mapper import scenes
 
 SIZE = (240, 320)

@@ -22,7 +22,8 @@ from onemap_mapper.occupancy import (
     thinned,
     voxels,
 )
-from onemap_shared.geometry import F64, Intrinsics, transform, unproject
+from onemap_shared.camera import Intrinsics, unproject
+from onemap_shared.geometry import F64, transform
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
 from tests.mapper import scenes

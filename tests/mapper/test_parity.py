@@ -12,7 +12,8 @@ from onemap_mapper.blur import blur_kernel, blurred
 from onemap_mapper.cell_store import CellStore
 from onemap_mapper.projection import ProjectionSettings, mix, project
 from onemap_perception.observation import ObservationModel, observation_variance
-from onemap_shared.geometry import F32, F64, R_BODY_CAMERA_LEVEL, Intrinsics
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, F64, R_BODY_CAMERA_LEVEL
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data" / "fusion_parity"
 CELL_M, CELLS, TOLERANCE = 0.1, 600, 1e-3

@@ -16,7 +16,8 @@ from onemap_mapper.projection import (
     project,
     world_cells,
 )
-from onemap_shared.geometry import F32, F64, Intrinsics, transform, unproject
+from onemap_shared.camera import Intrinsics, unproject
+from onemap_shared.geometry import F32, F64, transform
 from onemap_shared.grid import GridSpec
 from tests.mapper import scenes
 from tests.reference import mapping as slow

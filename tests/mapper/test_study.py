@@ -15,7 +15,8 @@ from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.depth_check import check_depth
 from onemap_mapper.floor_monitor import FloorMonitor, FloorState
 from onemap_mapper.occupancy import observe
-from onemap_shared.geometry import F32, F64, Intrinsics, check_rigid, transform, unproject
+from onemap_shared.camera import Intrinsics, unproject
+from onemap_shared.geometry import F32, F64, check_rigid, transform
 from onemap_shared.messages import Occupancy
 from tests.mapper import scenes
 

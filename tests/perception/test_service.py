@@ -13,9 +13,9 @@ from onemap_perception.faults import OutOfDeviceMemoryError
 from onemap_perception.observation import ObservationModel
 from onemap_perception.service import Parts, Perception, build
 from onemap_shared import keys
-from onemap_shared.geometry import U8
+from onemap_shared.geometry import F16, U8
 from onemap_shared.memory_bus import MemoryBus, MemoryHub
-from onemap_shared.messages import F16, SearchState, SearchStatus, TextRequest
+from onemap_shared.messages import SearchState, SearchStatus, TextRequest
 from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError
 from onemap_shared.wire import Packet

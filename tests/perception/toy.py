@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from onemap_perception.encoders.protocol import EncoderError, UnknownWordError
-from onemap_shared.geometry import U8, Intrinsics
-from onemap_shared.messages import F16, RgbdFrame, TextEmbeddings
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F16, U8
+from onemap_shared.messages import RgbdFrame, TextEmbeddings
 
 PATCH_PX = 8
 COLOURS = ("red", "green", "blue")

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from onemap_shared.geometry import F32, F64, I64, Intrinsics, transform
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, F64, I64, transform
 
 Cells = dict[tuple[int, int], tuple[F64, float]]  # cell -> feature (D,), confidence
 

@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from onemap_perception.observation import ObservationModel, VarianceFormula
-from onemap_shared.geometry import F32, F64, Intrinsics
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, F64
 
 
 def variance(depth_m: F32, intrinsics: Intrinsics, model: ObservationModel) -> F64:

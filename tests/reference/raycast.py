@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from onemap_shared.geometry import F32, F64, I32, Intrinsics
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, F64, I32
 
 
 def first_hits(

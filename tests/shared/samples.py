@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from onemap_shared import messages as m
-from onemap_shared.geometry import Intrinsics, pose_2d
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import pose_2d
 from onemap_shared.grid import GridSpec
 
 CAMERA = Intrinsics(300.0, 300.0, 4.0, 3.0)
@@ -82,12 +83,12 @@ SAMPLES: tuple[Any, ...] = (
 
 
 def message_types() -> set[type]:
-    """Every top-level message type in messages.py."""
+    """Every top-level message type of the package."""
     return {
         cls
         for _, cls in inspect.getmembers(m, inspect.isclass)
         if dataclasses.is_dataclass(cls)
-        and cls.__module__ == m.__name__
+        and cls.__module__.startswith(m.__name__)
         and cls is not m.ObjectResult
     }
 

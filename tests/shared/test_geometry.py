@@ -6,13 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_shared.geometry import (
-    Intrinsics,
     camera_mount,
     check_rigid,
     inverse,
     pose_2d,
     transform,
-    unproject,
     wrap_angle,
     yaw_of,
 )
@@ -55,22 +53,6 @@ def test_pitching_the_camera_down_lowers_what_lies_ahead() -> None:
     np.testing.assert_allclose(point, [np.cos(np.pi / 6), 0.0, 0.5], atol=1e-12)
 
 
-@given(st.integers(1, 7), st.integers(1, 9), st.floats(0.1, 50))
-def test_unprojected_points_project_back_to_their_pixel(h: int, w: int, depth_m: float) -> None:
-    intrinsics = Intrinsics(11.0, 13.0, w / 2, h / 2)
-    points = unproject(np.full((h, w), depth_m, np.float32), intrinsics)
-    u = points[..., 0] / points[..., 2] * intrinsics.fx + intrinsics.cx - 0.5
-    v = points[..., 1] / points[..., 2] * intrinsics.fy + intrinsics.cy - 0.5
-    np.testing.assert_allclose(u, np.broadcast_to(np.arange(w), (h, w)), atol=1e-4)
-    np.testing.assert_allclose(v, np.broadcast_to(np.arange(h)[:, None], (h, w)), atol=1e-4)
-
-
-def test_scaling_the_image_keeps_the_rays() -> None:
-    camera = Intrinsics.from_fov(640, 480, np.deg2rad(79))
-    half = camera.scaled(0.5, 0.5)
-    assert half == Intrinsics.from_fov(320, 240, np.deg2rad(79))
-
-
 NOT_RIGID = {
     "shape": (np.eye(3), "shape"),
     "nan": (np.full((4, 4), np.nan), "NaN"),
@@ -92,9 +74,3 @@ def test_what_is_not_a_rigid_transform_is_refused(case: str) -> None:
 def test_float32_poses_are_rigid_enough() -> None:
     T = pose_2d(3.0, -2.0, 0.7).astype(np.float32)
     assert check_rigid(T.astype(np.float64), "T").dtype == np.float64
-
-
-@pytest.mark.parametrize("values", [(0, 1, 1, 1), (1, -1, 1, 1), (1, 1, float("nan"), 1)])
-def test_impossible_intrinsics_are_refused(values: tuple[float, float, float, float]) -> None:
-    with pytest.raises(ValueError, match="focal lengths"):
-        Intrinsics(*values)

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_shared.geometry import Intrinsics, camera_mount, pose_2d, transform, unproject
+from onemap_shared.camera import Intrinsics, unproject
+from onemap_shared.geometry import camera_mount, pose_2d, transform
 from onemap_simulator.bench import frame_seconds
 from onemap_simulator.render import Renderer, View
 from onemap_simulator.scene import Light

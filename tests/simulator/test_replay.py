@@ -10,7 +10,8 @@ import cv2
 import numpy as np
 import pytest
 
-from onemap_shared.geometry import Intrinsics, camera_mount, pose_2d, transform, unproject
+from onemap_shared.camera import Intrinsics, unproject
+from onemap_shared.geometry import camera_mount, pose_2d, transform
 from onemap_shared.keys import ROBOT_ODOMETRY, ROBOT_RGBD
 from onemap_shared.memory_bus import MemoryHub
 from onemap_shared.messages import Odometry, RgbdFrame

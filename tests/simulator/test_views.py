@@ -3,7 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_shared.geometry import Intrinsics, check_rigid
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import check_rigid
 from onemap_simulator.collision import CollisionMap
 from onemap_simulator.render import Renderer
 from onemap_simulator.scene import STRUCTURE

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from onemap_shared import keys
-from onemap_shared.geometry import Intrinsics, camera_mount, pose_2d
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import camera_mount, pose_2d
 from onemap_shared.memory_bus import MemoryHub
 from onemap_shared.messages import (
     Heartbeat,

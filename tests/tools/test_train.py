@@ -16,8 +16,8 @@ from typer.testing import CliRunner
 
 from onemap_perception.detectors.protocol import Seen
 from onemap_perception.vocabulary import Vocabulary, WordClass
-from onemap_shared.geometry import F32, U8
-from onemap_shared.messages import F16, TextEmbeddings
+from onemap_shared.geometry import F16, F32, U8
+from onemap_shared.messages import TextEmbeddings
 from onemap_tools.train import measures
 from onemap_tools.train.augment import augment, augment_mildly
 from onemap_tools.train.backbone import FROZEN, WIDTHS, EfficientNetLite, load_pretrained

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from onemap_mapper.floor_monitor import Viewpoint, viewpoint_of
 from onemap_mapper.level_surface import LevelSurface, lowest_level_surface
-from onemap_shared.geometry import F32, F64, Intrinsics
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, F64
 
 NEAR_M = 0.1  # nothing a robot looks at is nearer: a wrong depth scale, or a covered lens
 STRIDE = 4

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from onemap_shared.geometry import F32, F64, I64, Bool, Intrinsics
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, F64, I64, Bool
 
 RANGE_M = (0.3, 4.0)  # nearer is the robot itself; farther, a tile on the floor spans a metre
 IMAGE_ROWS = 120  # larger images are thinned to this height: 8 x 8 pixels a tile are enough

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from onemap_shared.geometry import F32, F64, I64, U8, Bool, Intrinsics
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
 

@@ -14,7 +14,8 @@ import torch
 from torch import Tensor
 from torch.nn.functional import embedding_bag
 
-from onemap_shared.geometry import F64, Intrinsics
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F64
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,8 @@ import numpy as np
 from onemap_perception.detectors.competition import winners
 from onemap_perception.detectors.protocol import Detector, Found, Seen
 from onemap_perception.points import DepthView, detection_points
-from onemap_shared.messages import F16, Detections, RgbdFrame, TextEmbeddings
+from onemap_shared.geometry import F16
+from onemap_shared.messages import Detections, RgbdFrame, TextEmbeddings
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,8 @@ from enum import Enum
 import cv2
 import numpy as np
 
-from onemap_shared.geometry import F32, Bool, Intrinsics
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, Bool
 from onemap_shared.messages import expect
 
 EDGE_WINDOW_PX = 11  # a depth edge taints this neighbourhood; the size the authors' code uses

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_perception.detectors.protocol import Found
-from onemap_shared.geometry import F32, F64, I32, U16, Bool, Intrinsics, transform
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, F64, I32, U16, Bool, transform
 
 MAX_POINTS = 64  # per detection: enough for the planner's consensus, small on the wire
 DEPTH_SPREAD_M = 0.6  # deeper than half a sofa behind the median is the wall seen past it

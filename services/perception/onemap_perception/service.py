@@ -17,8 +17,8 @@ from onemap_perception.observation import ObservationModel, observation_variance
 from onemap_perception.points import MILLIMETRE_M
 from onemap_perception.telemetry import Telemetry
 from onemap_shared import keys
+from onemap_shared.geometry import F16
 from onemap_shared.messages import (
-    F16,
     FeatureField,
     RgbdFrame,
     SearchStatus,

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from onemap_shared.geometry import F64, Intrinsics
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F64
 from onemap_simulator.render import Renderer
 
 

@@ -11,7 +11,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from onemap_shared.geometry import F32, F64, I32, U8, Intrinsics, check_rigid
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, F64, I32, U8, check_rigid
 from onemap_simulator.atlas import TextureAtlas
 from onemap_simulator.light import LightField
 from onemap_simulator.scene import Scene

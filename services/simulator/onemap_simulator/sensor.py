@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from onemap_shared.geometry import F32, F64, U8, U16, Intrinsics, camera_mount, pose_2d
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, F64, U8, U16, camera_mount, pose_2d
 from onemap_simulator.render import Renderer
 
 

@@ -14,7 +14,8 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame import observe
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.observation import ObservationModel, observation_variance
-from onemap_shared.geometry import F64, Intrinsics
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F64
 from onemap_shared.messages import FeatureField
 from onemap_simulator.render import Renderer, View
 from onemap_simulator.scene import Scene

@@ -38,8 +38,7 @@ from onemap_perception.encoders.torch_tower import TorchTower, TowerSettings
 from onemap_perception.factory import make_encoder
 from onemap_perception.faults import Fault
 from onemap_perception.importing import OPEN_CLIP, TRANSFORMERS, needing
-from onemap_shared.geometry import F32, U8
-from onemap_shared.messages import F16
+from onemap_shared.geometry import F16, F32, U8
 from onemap_tools.bench.parser import Parser
 
 BACKENDS = ("mini", "openclip_convnext", "tipsv2")

@@ -18,7 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from onemap_shared.geometry import U8, Intrinsics
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import U8
 from onemap_simulator.apartment import generate_apartment
 from onemap_simulator.render import Renderer, View
 from onemap_simulator.style import TRAINING, Style

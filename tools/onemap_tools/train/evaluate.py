@@ -13,8 +13,8 @@ from onemap_perception.detectors.protocol import Seen
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.text import scores
 from onemap_perception.vocabulary import Vocabulary
-from onemap_shared.geometry import F32, F64, I64, U8, Bool
-from onemap_shared.messages import F16, TextEmbeddings
+from onemap_shared.geometry import F16, F32, F64, I64, U8, Bool
+from onemap_shared.messages import TextEmbeddings
 from onemap_tools.train import measures
 from onemap_tools.train.dataset import Frames
 from onemap_tools.train.detections import DetectionTally

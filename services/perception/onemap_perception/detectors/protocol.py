@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from onemap_perception.faults import Fault
-from onemap_shared.geometry import U8, Bool
-from onemap_shared.messages import F16, TextEmbeddings
+from onemap_shared.geometry import F16, U8, Bool
+from onemap_shared.messages import TextEmbeddings
 
 
 class DetectorError(Fault):

@@ -8,8 +8,7 @@ import numpy as np
 
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.onnx import open_session
-from onemap_shared.geometry import F32
-from onemap_shared.messages import F16
+from onemap_shared.geometry import F16, F32
 
 ENCODER_KEY = "onemap_encoder_id"  # in the file's metadata: whose tower it is
 INPUT, OUTPUT = "picture", "features"

@@ -20,8 +20,8 @@ from onemap_perception.onnx import open_session
 from onemap_perception.text import QueryText, load_calibration
 from onemap_perception.vocabulary import load_vocabulary
 from onemap_perception.words import load_table
-from onemap_shared.geometry import U8
-from onemap_shared.messages import F16, TextEmbeddings, expect
+from onemap_shared.geometry import F16, U8
+from onemap_shared.messages import TextEmbeddings, expect
 
 STRIDE = 8
 SHIPPED = Path(__file__).parents[1] / "mini"

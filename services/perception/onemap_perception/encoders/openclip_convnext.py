@@ -28,8 +28,8 @@ from onemap_perception.encoders.torch_tower import (
 )
 from onemap_perception.importing import OPEN_CLIP, needing
 from onemap_perception.torch_device import open_device
-from onemap_shared.geometry import F32, U8
-from onemap_shared.messages import F16, TextEmbeddings
+from onemap_shared.geometry import F16, F32, U8
+from onemap_shared.messages import TextEmbeddings
 
 STRIDE = 32  # of every ConvNeXt
 SED_SIDE_PX = 768

@@ -22,8 +22,8 @@ from onemap_perception.encoders.tipsv2 import NO_MEAN, NO_STD
 from onemap_perception.encoders.torch_tower import TowerSettings, open_tower, uncalibrated
 from onemap_perception.importing import TRANSFORMERS, needing
 from onemap_perception.torch_device import open_device
-from onemap_shared.geometry import F32, U8
-from onemap_shared.messages import F16, TextEmbeddings
+from onemap_shared.geometry import F16, F32, U8
+from onemap_shared.messages import TextEmbeddings
 
 STRIDE = 16
 ADAPTOR = "siglip2-g"  # its name in the repository: features in the space of SigLIP2's texts

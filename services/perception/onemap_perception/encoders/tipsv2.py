@@ -27,8 +27,8 @@ from onemap_perception.encoders.torch_tower import (
 )
 from onemap_perception.importing import TRANSFORMERS, needing
 from onemap_perception.torch_device import open_device
-from onemap_shared.geometry import F32, U8
-from onemap_shared.messages import F16, TextEmbeddings
+from onemap_shared.geometry import F16, F32, U8
+from onemap_shared.messages import TextEmbeddings
 
 MAX_TOKENS = 64  # what the text side was trained with; shorter texts are padded to it
 NO_MEAN: F32 = np.zeros(3, np.float32)

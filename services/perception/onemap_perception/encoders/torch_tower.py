@@ -13,8 +13,8 @@ import torch
 from onemap_perception.encoders.exported import ExportedTower
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.torch_device import open_device, running
-from onemap_shared.geometry import F32
-from onemap_shared.messages import F16, TextEmbeddings
+from onemap_shared.geometry import F16, F32
+from onemap_shared.messages import TextEmbeddings
 
 Dense = Callable[[torch.Tensor], torch.Tensor]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from onemap_shared.geometry import Intrinsics
+from onemap_shared.camera import Intrinsics
 from onemap_simulator.replay.recording import INDEX_FILE, MILLIMETRE, RecordedFrame
 
 

@@ -19,7 +19,8 @@ from typing import Any
 import cv2
 import numpy as np
 
-from onemap_shared.geometry import F64, U8, U16, Intrinsics, check_rigid
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F64, U8, U16, check_rigid
 
 INDEX_FILE = "frames.json"
 MILLIMETRE = 0.001

@@ -1,0 +1,103 @@
+"""The pinhole camera: pixel rays, strides and unprojection.
+
+No other module computes with focal lengths and principal points.
+
+Camera frame (optical): x right, y down, z forward, metres. Pixel centres lie at half-integer
+image coordinates: pixel column u (0-based index) is centred at u + 0.5.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from onemap_shared.geometry import F32, F64
+
+X = TypeVar("X")  # float, NumPy array or torch tensor
+
+
+@dataclass(frozen=True, slots=True)
+class Intrinsics:
+    """Focal lengths and principal point of a pinhole camera, in pixels, no distortion."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+    def __post_init__(self) -> None:
+        values = (self.fx, self.fy, self.cx, self.cy)
+        if not np.isfinite(values).all() or self.fx <= 0 or self.fy <= 0:
+            raise ValueError(
+                f"intrinsics fx={self.fx} fy={self.fy} cx={self.cx} cy={self.cy}: "
+                "focal lengths must be positive and all values finite"
+            )
+
+    @classmethod
+    def from_fov(cls, width: int, height: int, horizontal_fov_rad: float) -> Intrinsics:
+        """The camera with square pixels whose image spans ``horizontal_fov_rad``."""
+        focal = 0.5 * width / np.tan(0.5 * horizontal_fov_rad)
+        return cls(float(focal), float(focal), width / 2, height / 2)
+
+    def scaled(self, scale_x: float, scale_y: float) -> Intrinsics:
+        """The same camera after its image was resized by these factors."""
+        return Intrinsics(
+            self.fx * scale_x, self.fy * scale_y, self.cx * scale_x, self.cy * scale_y
+        )
+
+    def strided(self, n: int) -> Intrinsics:
+        """The camera of ``image[::n, ::n]``: every n-th pixel, without averaging."""
+        cx, cy = ((centre - 0.5) / n + 0.5 for centre in (self.cx, self.cy))
+        return Intrinsics(self.fx / n, self.fy / n, cx, cy)
+
+    def x_at(self, u: X) -> X:
+        """x at depth 1 of pixel columns ``u`` (0-based indices); the dtype follows ``u``."""
+        return (u + (0.5 - self.cx)) / self.fx  # type: ignore[operator, return-value]
+
+    def y_at(self, v: X) -> X:
+        """y at depth 1 of pixel rows ``v`` (0-based indices); the dtype follows ``v``."""
+        return (v + (0.5 - self.cy)) / self.fy  # type: ignore[operator, return-value]
+
+    def size_over_focal(self, width: int, height: int) -> tuple[float, float]:
+        """Image width over fx and height over fy: the extent of the view at depth 1."""
+        return width / self.fx, height / self.fy
+
+
+def ray_directions(intrinsics: Intrinsics, width: int, height: int) -> F32:
+    """Camera-frame directions (H, W, 3) float32 of all pixels, scaled to z = 1.
+
+    With this scale the length along a ray, in units of its direction, is the z-depth.
+    """
+    directions = np.ones((height, width, 3), np.float32)
+    directions[..., 0] = intrinsics.x_at(np.arange(width))
+    directions[..., 1] = intrinsics.y_at(np.arange(height))[:, None]
+    return directions
+
+
+def unproject(depth_m: F32, intrinsics: Intrinsics) -> F32:
+    """Camera-frame points (H, W, 3) float32, metres, of z-depth (H, W); depth 0 is the origin."""
+    height, width = depth_m.shape
+    points = np.empty((height, width, 3), np.float32)
+    points[..., 0] = depth_m * intrinsics.x_at(np.arange(width, dtype=np.float32))
+    points[..., 1] = depth_m * intrinsics.y_at(np.arange(height, dtype=np.float32))[:, None]
+    points[..., 2] = depth_m
+    return points
+
+
+def unproject_to_map(depth_m: F32, intrinsics: Intrinsics, T_map_camera: F64) -> F32:
+    """Map-frame points (H, W, 3) float32, metres, of z-depth (H, W) float32.
+
+    ``transform(T_map_camera, unproject(depth_m, intrinsics))``, but faster: a pixel's direction
+    is the sum of what its column and what its row contribute. Where the depth is 0, the point is
+    the camera's position.
+    """
+    height, width = depth_m.shape
+    R, t = T_map_camera[:3, :3].astype(np.float32), T_map_camera[:3, 3].astype(np.float32)
+    x = intrinsics.x_at(np.arange(width, dtype=np.float32))
+    y = intrinsics.y_at(np.arange(height, dtype=np.float32))
+    points = np.empty((height, width, 3), np.float32)
+    for k in range(3):
+        points[..., k] = (R[k, 0] * x + (R[k, 1] * y + R[k, 2])[:, None]) * depth_m + t[k]
+    return points

@@ -1,0 +1,89 @@
+"""Every message that travels between services, as frozen dataclasses.
+
+A message checks itself when it is built, on both sides of the wire: whoever
+holds one holds a valid one. Arrays are read-only for the receiver. ``stamp_ns``
+is always the capture time of the camera frame the content derives from, in
+nanoseconds of the wall clock; ``sequence`` counts that robot's frames.
+Zero-length arrays stand for "not asked for".
+"""
+
+from onemap_shared.messages.checks import (
+    MAX_TEXT_CHARS,
+    check_text,
+    expect,
+    expect_finite,
+    expect_share,
+)
+from onemap_shared.messages.ground_truth import Truth, TruthRequest
+from onemap_shared.messages.health import Heartbeat
+from onemap_shared.messages.map import (
+    MAX_RIVALS,
+    Layer,
+    MapClear,
+    MapFile,
+    MapRevision,
+    MapSummary,
+    Occupancy,
+    SearchReset,
+    SearchView,
+    SearchViewRequest,
+    SimilarityReply,
+    SimilarityRequest,
+)
+from onemap_shared.messages.perception import (
+    SAME_MEANING_COSINE,
+    Detections,
+    FeatureField,
+    TextEmbeddings,
+    TextRequest,
+)
+from onemap_shared.messages.robot import Odometry, RgbdFrame, VelocityCommand
+from onemap_shared.messages.search import (
+    FINAL_STATES,
+    MAX_OBJECTS,
+    ObjectResult,
+    PlannedPath,
+    SearchId,
+    SearchRequest,
+    SearchState,
+    SearchStatus,
+)
+
+__all__ = [
+    "FINAL_STATES",
+    "MAX_OBJECTS",
+    "MAX_RIVALS",
+    "MAX_TEXT_CHARS",
+    "SAME_MEANING_COSINE",
+    "Detections",
+    "FeatureField",
+    "Heartbeat",
+    "Layer",
+    "MapClear",
+    "MapFile",
+    "MapRevision",
+    "MapSummary",
+    "ObjectResult",
+    "Occupancy",
+    "Odometry",
+    "PlannedPath",
+    "RgbdFrame",
+    "SearchId",
+    "SearchRequest",
+    "SearchReset",
+    "SearchState",
+    "SearchStatus",
+    "SearchView",
+    "SearchViewRequest",
+    "SimilarityReply",
+    "SimilarityRequest",
+    "TextEmbeddings",
+    "TextRequest",
+    "Truth",
+    "TruthRequest",
+    "VelocityCommand",
+    "check_text",
+    "expect",
+    "expect_finite",
+    "expect_share",
+]

@@ -1,0 +1,48 @@
+"""Checks that messages make when they are built: arrays, shares and texts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+MAX_TEXT_CHARS = 200  # one object name, not an essay
+
+
+def expect(array: np.ndarray, name: str, dtype: type, shape: tuple[int | None, ...]) -> None:
+    """Raise ValueError unless ``array`` has this dtype and shape (None is any length)."""
+    if array.dtype != np.dtype(dtype):
+        raise ValueError(f"{name} has dtype {array.dtype}; expected {np.dtype(dtype)}")
+    fits = array.ndim == len(shape) and all(
+        want is None or have == want for have, want in zip(array.shape, shape, strict=True)
+    )
+    if not fits:
+        wanted = tuple("any" if n is None else n for n in shape)
+        raise ValueError(f"{name} has shape {array.shape}; expected {wanted}")
+
+
+def expect_finite(array: np.ndarray, name: str) -> None:
+    """Raise ValueError if any value is NaN or infinite."""
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} contains NaN or infinity")
+
+
+def expect_share(value: float, name: str) -> None:
+    """Raise ValueError unless 0 <= value <= 1; also refuses NaN."""
+    if not 0.0 <= value <= 1.0:
+        raise ValueError(f"{name} is {value}; it must lie in [0, 1]")
+
+
+def check_text(text: str, what: str = "text") -> str:
+    """Return the text stripped and with single spaces, or raise ValueError with one sentence."""
+    if not isinstance(text, str):
+        raise ValueError(f"{what} must be a string, not {type(text).__name__}")
+    cleaned = " ".join(text.split())
+    if not cleaned:
+        raise ValueError(f"{what} is empty: name an object, for example 'sofa'")
+    if len(cleaned) > MAX_TEXT_CHARS:
+        raise ValueError(
+            f"{what} has {len(cleaned)} characters; the limit is {MAX_TEXT_CHARS}: "
+            "name an object, for example 'sofa'"
+        )
+    if not any(character.isalpha() for character in cleaned) or not cleaned.isprintable():
+        raise ValueError(f"{what} holds no readable word: name an object, for example 'sofa'")
+    return cleaned

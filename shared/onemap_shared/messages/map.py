@@ -1,0 +1,175 @@
+"""What the mapper publishes and answers: revisions, similarity, layers, map files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+
+from onemap_shared.geometry import F32, U8
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages.checks import check_text, expect, expect_share
+
+MAX_RIVALS = 30  # names that compete in one view: the mapper keeps the scores of 32 texts
+
+
+class Occupancy(IntEnum):
+    """What a map cell is known to be, for driving."""
+
+    UNKNOWN = 0
+    FREE = 1
+    OCCUPIED = 2
+
+
+class Layer(IntEnum):
+    """Bit flags of ``SearchView.layers``."""
+
+    OBSERVED = 1  # O: any feature was fused here
+    EXPLORED = 2  # E: variance below the threshold
+    SEARCHED = 4  # C: the same, since the search of this object began
+
+
+@dataclass(frozen=True, slots=True)
+class MapRevision:
+    """The state of the map after the newest fused frame; revision counts every change."""
+
+    revision: int
+    sequence: int
+    stamp_ns: int
+    encoder_id: str
+    text_space: str
+    frames_fused: int
+    cells_observed: int
+    memory_bytes: int
+    update_ms: float
+    rate_hz: float
+
+
+@dataclass(frozen=True, slots=True)
+class SimilarityRequest:
+    """Where is this?"""
+
+    text: str
+    max_regions: int = 5
+    include_grid: bool = False
+
+    def __post_init__(self) -> None:
+        check_text(self.text)
+        if not 1 <= self.max_regions <= 100:
+            raise ValueError(f"max_regions is {self.max_regions}; it must lie in [1, 100]")
+
+
+@dataclass(frozen=True, slots=True)
+class SimilarityReply:
+    """Ranked regions of high similarity, best first, and the grid if it was asked for.
+
+    No region scores below ``floor``; ``best_score`` is that of the best region before those were
+    left out, 0 if nothing was observed. ``nearest``: known words near a text that the encoder
+    cannot place.
+    centres_m (N, 2), extents_m (N, 4) x_min, y_min, x_max, y_max, scores (N,) in [0, 1],
+    variances (N,), all float32. scores_grid (nx, ny) float32, NaN where nothing was
+    observed; (0, 0) if not asked for.
+    """
+
+    text: str
+    revision: int
+    stamp_ns: int
+    encoder_id: str
+    centres_m: F32
+    extents_m: F32
+    scores: F32
+    variances: F32
+    grid: GridSpec
+    scores_grid: F32
+    best_score: float = 0.0
+    floor: float = 0.0
+    nearest: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        count = len(self.scores)
+        expect(self.centres_m, "centres_m", np.float32, (count, 2))
+        expect(self.extents_m, "extents_m", np.float32, (count, 4))
+        expect(self.scores, "scores", np.float32, (count,))
+        expect(self.variances, "variances", np.float32, (count,))
+        expect(self.scores_grid, "scores_grid", np.float32, (None, None))
+        expect_share(self.best_score, "best_score")
+        expect_share(self.floor, "floor")
+
+
+@dataclass(frozen=True, slots=True)
+class SearchViewRequest:
+    """The layers of the map for one object; an empty text asks for no similarity.
+
+    rivals: other names that what looks like ``text`` may be.
+    """
+
+    text: str = ""
+    rivals: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.text:
+            check_text(self.text)
+        if len(self.rivals) > MAX_RIVALS:
+            raise ValueError(f"{len(self.rivals)} rivals; at most {MAX_RIVALS} are compared")
+        for name in self.rivals:
+            check_text(name, "rival")
+
+
+@dataclass(frozen=True, slots=True)
+class SearchView:
+    """All a planner needs of the map, of one instant.
+
+    occupancy (nx, ny) uint8, values of ``Occupancy``; layers (nx, ny) uint8, bits of
+    ``Layer``; similarity (nx, ny) float32 score in [0, 1], NaN where not observed,
+    (0, 0) without a text; rival the same for the best of the request's rivals, (0, 0) without
+    any that the encoder knows. stamp_ns is the newest fused frame's, 0 for an empty map.
+    """
+
+    text: str
+    revision: int
+    sequence: int
+    stamp_ns: int
+    grid: GridSpec
+    occupancy: U8
+    layers: U8
+    similarity: F32
+    rival: F32 = field(default_factory=lambda: np.zeros((0, 0), np.float32))
+
+    def __post_init__(self) -> None:
+        expect(self.occupancy, "occupancy", np.uint8, self.grid.shape)
+        expect(self.layers, "layers", np.uint8, self.grid.shape)
+        expect(self.similarity, "similarity", np.float32, (None, None))
+        expect(self.rival, "rival", np.float32, (None, None))
+
+
+@dataclass(frozen=True, slots=True)
+class SearchReset:
+    """Forget what has been searched (sigma_E), keep what has been learned."""
+
+    search_id: str
+
+
+@dataclass(frozen=True, slots=True)
+class MapFile:
+    """Save to or load from this file name (no folder) in the mapper's map folder."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class MapClear:
+    """Empty the map."""
+
+
+@dataclass(frozen=True, slots=True)
+class MapSummary:
+    """The answer to save, load and clear: what the map now holds, and where the file lies."""
+
+    path: str
+    encoder_id: str
+    text_space: str
+    cell_size_m: float
+    cells_observed: int
+    frames_fused: int
+    file_bytes: int = 0

@@ -1,0 +1,151 @@
+"""What perception publishes and answers: feature fields, detections, text embeddings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F16, F32, F64, I32, I64, U8, U16, Bool, check_rigid
+from onemap_shared.messages.checks import check_text, expect, expect_finite, expect_share
+
+# Texts of an encoder without neutral words mean the same from this cosine on. Not measured (no
+# weights are at hand); chosen high, so that paraphrases rather fail to compete than block.
+SAME_MEANING_COSINE = 0.9
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureField:
+    """Language-aligned patch features of one frame, with a variance for each depth pixel.
+
+    features (h, w, D) float16, L2-normalised per patch; patch (i, j) covers the image's
+    i-th of h rows of patches. variance (H, W) float32 > 0, infinity = do not use.
+    depth_mm (H, W) uint16, intrinsics and T_map_camera as in the frame.
+    """
+
+    sequence: int
+    stamp_ns: int
+    encoder_id: str
+    text_space: str
+    features: F16
+    variance: F32
+    depth_mm: U16
+    intrinsics: Intrinsics
+    T_map_camera: F64
+
+    def __post_init__(self) -> None:
+        expect(self.features, "features", np.float16, (None, None, None))
+        expect(self.variance, "variance", np.float32, (None, None))
+        expect(self.depth_mm, "depth_mm", np.uint16, self.variance.shape)
+        if self.features.size == 0 or self.depth_mm.size == 0:
+            raise ValueError("the feature field is empty")
+        expect_finite(self.features, "features")
+        if not (self.variance > 0).all():  # also refuses NaN
+            raise ValueError("variance must be positive (infinity marks unusable pixels)")
+        check_rigid(self.T_map_camera, "T_map_camera")
+
+
+@dataclass(frozen=True, slots=True)
+class Detections:
+    """What the detector saw in one frame, of the names that are being searched.
+
+    boxes_px (N, 4) float32 x0, y0, x1, y1; scores (N,) float32 in [0, 1]; names one each.
+    points_map (P, 3) float32 metres: surface points of all detections;
+    point_owner (P,) int32: which detection a point belongs to.
+    """
+
+    sequence: int
+    stamp_ns: int
+    detector_id: str
+    names: tuple[str, ...]
+    boxes_px: F32
+    scores: F32
+    points_map: F32
+    point_owner: I32
+
+    def __post_init__(self) -> None:
+        count = len(self.names)
+        expect(self.boxes_px, "boxes_px", np.float32, (count, 4))
+        expect(self.scores, "scores", np.float32, (count,))
+        expect(self.points_map, "points_map", np.float32, (None, 3))
+        expect(self.point_owner, "point_owner", np.int32, (len(self.points_map),))
+        for name in ("boxes_px", "scores", "points_map"):
+            expect_finite(getattr(self, name), name)
+        if self.point_owner.size and not (
+            self.point_owner.min() >= 0 and self.point_owner.max() < count
+        ):
+            raise ValueError(f"point_owner must lie in [0, {count})")
+
+
+@dataclass(frozen=True, slots=True)
+class TextRequest:
+    """Texts to embed."""
+
+    texts: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if not 1 <= len(self.texts) <= 256:
+            raise ValueError(
+                f"{len(self.texts)} texts in one request; between 1 and 256 are allowed"
+            )
+        for text in self.texts:
+            check_text(text)
+
+
+@dataclass(frozen=True, slots=True)
+class TextEmbeddings:
+    """Embeddings and how to turn a cosine into a score.
+
+    embeddings (N, D) float32 unit rows. neutral (M, D) float32 unit rows: other concepts a
+    cell may show; neutral_mask (N, M) uint8, 1 where neutral word m competes with text n
+    (synonyms do not). score = softmax over {text, competing neutrals} of temperature * cosine.
+    M = 0: the encoder has no calibration and score = (1 + cosine) / 2.
+    floor: a best score below this means "not here"; 0: not measured for this encoder.
+    nearest: per text, known words closest to it if the encoder cannot place the text, else
+    none; () for an encoder that places every text.
+    """
+
+    encoder_id: str
+    text_space: str
+    texts: tuple[str, ...]
+    embeddings: F32
+    neutral: F32
+    neutral_mask: U8
+    temperature: float
+    floor: float = 0.0
+    nearest: tuple[tuple[str, ...], ...] = ()
+
+    def __post_init__(self) -> None:
+        expect(self.embeddings, "embeddings", np.float32, (len(self.texts), None))
+        expect(self.neutral, "neutral", np.float32, (None, self.embeddings.shape[1]))
+        expect(self.neutral_mask, "neutral_mask", np.uint8, (len(self.texts), len(self.neutral)))
+        expect_finite(self.embeddings, "embeddings")
+        expect_finite(self.neutral, "neutral")
+        expect_share(self.floor, "floor")
+        if self.nearest and len(self.nearest) != len(self.texts):
+            raise ValueError(f"nearest has {len(self.nearest)} entries for {len(self.texts)} texts")
+
+    def only(self, rows: I64) -> TextEmbeddings:
+        """The texts of these rows (K,)."""
+        return replace(
+            self,
+            texts=tuple(self.texts[row] for row in rows),
+            embeddings=self.embeddings[rows],
+            neutral_mask=self.neutral_mask[rows],
+            nearest=tuple(self.nearest[row] for row in rows) if self.nearest else (),
+        )
+
+    def same_meaning(self) -> Bool:
+        """Which of the texts mean the same: (N, N) bool, symmetric, true on the diagonal.
+
+        Those do that do not compete with one and the same neutral word; without neutral words,
+        those whose cosine is at least ``SAME_MEANING_COSINE``.
+        """
+        alike: Bool = np.eye(len(self.texts), dtype=bool)
+        if len(self.neutral):
+            spared = (self.neutral_mask == 0).astype(np.int32)
+            alike |= spared @ spared.T > 0
+        else:
+            alike |= self.embeddings @ self.embeddings.T >= SAME_MEANING_COSINE
+        return alike

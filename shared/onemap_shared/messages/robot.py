@@ -1,0 +1,64 @@
+"""What a robot publishes and obeys: RGB-D frames, odometry, velocity commands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F64, U8, U16, check_rigid
+from onemap_shared.messages.checks import expect
+
+
+@dataclass(frozen=True, slots=True)
+class RgbdFrame:
+    """One aligned colour and depth image with the camera's pose at capture.
+
+    rgb (H, W, 3) uint8; depth_mm (H, W) uint16 along the optical axis, 0 = no return;
+    T_map_camera (4, 4) float64, rigid.
+    """
+
+    sequence: int
+    stamp_ns: int
+    rgb: U8
+    depth_mm: U16
+    intrinsics: Intrinsics
+    T_map_camera: F64
+
+    def __post_init__(self) -> None:
+        expect(self.rgb, "rgb", np.uint8, (None, None, 3))
+        expect(self.depth_mm, "depth_mm", np.uint16, self.rgb.shape[:2])
+        if self.depth_mm.size == 0:
+            raise ValueError("the image has no pixels")
+        check_rigid(self.T_map_camera, "T_map_camera")
+
+
+@dataclass(frozen=True, slots=True)
+class Odometry:
+    """Where the robot's body is and how fast it moves (body frame: x forward, z up)."""
+
+    sequence: int
+    stamp_ns: int
+    T_map_body: F64
+    linear_mps: float
+    angular_radps: float
+    collided: bool = False
+
+    def __post_init__(self) -> None:
+        check_rigid(self.T_map_body, "T_map_body")
+
+
+@dataclass(frozen=True, slots=True)
+class VelocityCommand:
+    """Drive with this velocity for at most ``validity_ms`` after it arrived, then brake."""
+
+    sequence: int
+    stamp_ns: int
+    linear_mps: float
+    angular_radps: float
+    validity_ms: int = 300
+
+    def __post_init__(self) -> None:
+        if not np.isfinite((self.linear_mps, self.angular_radps)).all():
+            raise ValueError("velocity is NaN or infinite")

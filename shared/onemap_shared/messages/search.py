@@ -1,0 +1,133 @@
+"""What the planner publishes and answers: searches, how they stand, the planned path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from onemap_shared.geometry import F32
+from onemap_shared.messages.checks import check_text, expect, expect_finite
+
+MAX_OBJECTS = 20  # objects of one search
+
+
+class SearchState(str, Enum):
+    """States of a search; the last four are final."""
+
+    EXPLORING = "exploring"
+    APPROACHING = "approaching"
+    CONFIRMING = "confirming"
+    FOUND = "found"
+    NOT_FOUND = "not_found"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+FINAL_STATES = frozenset(
+    {SearchState.FOUND, SearchState.NOT_FOUND, SearchState.FAILED, SearchState.CANCELLED}
+)
+
+
+@dataclass(frozen=True, slots=True)
+class SearchRequest:
+    """Find these objects, one after the other.
+
+    patience_s: how long the caller waits for the answer; afterwards no robot may start.
+    """
+
+    objects: tuple[str, ...]
+    patience_s: float = 2.0
+
+    def __post_init__(self) -> None:
+        if not self.patience_s > 0:  # also refuses NaN
+            raise ValueError(f"patience_s is {self.patience_s}; it must be positive")
+        if not 1 <= len(self.objects) <= MAX_OBJECTS:
+            raise ValueError(
+                f"a search has {len(self.objects)} objects; between 1 and {MAX_OBJECTS} are allowed"
+            )
+        for name in self.objects:
+            check_text(name, "object name")
+
+
+@dataclass(frozen=True, slots=True)
+class SearchId:
+    """Which search; an empty id means the newest."""
+
+    search_id: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectResult:
+    """How the search for one object ended. ``position_m`` is (x, y, z), empty if not found."""
+
+    name: str
+    outcome: SearchState
+    reason: str
+    position_m: tuple[float, ...]
+    score: float
+    duration_s: float
+    path_length_m: float
+    start_xy_m: tuple[float, ...]
+    end_xy_m: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SearchStatus:
+    """Where a search stands. ``state`` of the object now sought; the whole search's when final.
+
+    ``reason`` says in a sentence what is going on or why it ended.
+    """
+
+    search_id: str
+    state: SearchState
+    objects: tuple[str, ...]
+    index: int
+    reason: str
+    results: tuple[ObjectResult, ...]
+    started_ns: int
+    updated_ns: int
+    path_length_m: float
+
+    @property
+    def active(self) -> bool:
+        """Whether the robot is still at it."""
+        return self.state not in FINAL_STATES
+
+    @property
+    def target(self) -> str:
+        """The object now sought, empty when the search is over."""
+        return self.objects[self.index] if self.active and self.index < len(self.objects) else ""
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedPath:
+    """What the planner means to do, for display. All arrays float32, metres in the map frame.
+
+    points_m (N, 2) path; goal_m (0 or 1, 2); goal_kind: frontier, region, detection or none.
+    frontiers_m (F, 2) with frontier_scores (F,); regions_m (R, 2) with region_scores (R,).
+    """
+
+    stamp_ns: int
+    goal_kind: str
+    goal_reason: str
+    points_m: F32
+    goal_m: F32
+    frontiers_m: F32
+    frontier_scores: F32
+    regions_m: F32
+    region_scores: F32
+
+    def __post_init__(self) -> None:
+        expect(self.points_m, "points_m", np.float32, (None, 2))
+        expect(self.goal_m, "goal_m", np.float32, (None, 2))
+        expect(self.frontiers_m, "frontiers_m", np.float32, (None, 2))
+        expect(self.frontier_scores, "frontier_scores", np.float32, (len(self.frontiers_m),))
+        expect(self.regions_m, "regions_m", np.float32, (None, 2))
+        expect(self.region_scores, "region_scores", np.float32, (len(self.regions_m),))
+        for name in ("points_m", "goal_m", "frontiers_m", "regions_m"):
+            expect_finite(getattr(self, name), name)
