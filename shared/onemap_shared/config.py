@@ -9,33 +9,30 @@ from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, SecretStr, ValidationError
+from pydantic import BaseModel, Field, SecretStr, ValidationError
+
+from onemap_shared.params import Params
+from onemap_shared.services import SERVICES
 
 S = TypeVar("S", bound=BaseModel)
 
 PREFIX = "ONEMAP__"
-SECTIONS = ("bus", "log", "perception", "mapper", "planner", "gateway", "simulator", "replay")
+SECTIONS = ("bus", "log", *SERVICES)
 
 
 class ConfigError(Exception):
     """A configuration that cannot be used; the text says where and what to write instead."""
 
 
-class StrictModel(BaseModel):
-    """Base of all configuration sections: immutable, unknown keys refused, no NaN."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
 Endpoint = Annotated[str, Field(pattern=r"^(tcp|tls|quic|unixsock-stream)/.+$")]
 
 
-class BusConfig(StrictModel):
+class BusConfig(Params):
     """Where the router is."""
 
     connect: tuple[Endpoint, ...] = Field(
@@ -50,7 +47,7 @@ class BusConfig(StrictModel):
     )
 
 
-class LogConfig(StrictModel):
+class LogConfig(Params):
     """How a process logs."""
 
     format: Literal["human", "json"] = Field(
@@ -108,9 +105,12 @@ def _override(sections: dict[str, dict[str, Any]], environment: Mapping[str, str
 def _check_name(name: object, valid: tuple[str, ...], problem: str) -> None:
     if name in valid:
         return
-    near = difflib.get_close_matches(str(name), valid, n=1, cutoff=0.5)
-    hint = f"did you mean {near[0]!r}?" if near else f"valid are {', '.join(valid)}"
-    raise ConfigError(f"{problem}; {hint}")
+    raise ConfigError(f"{problem}; {_hint(str(name), valid)}")
+
+
+def _hint(name: str, valid: Sequence[str]) -> str:
+    near = difflib.get_close_matches(name, valid, n=1, cutoff=0.5)
+    return f"did you mean {near[0]!r}?" if near else f"valid are {', '.join(valid)}"
 
 
 def section(sections: Mapping[str, Any], name: str, model: type[S]) -> S:
@@ -134,16 +134,23 @@ def _sentences(problem: ValidationError, name: str, model: type[BaseModel]) -> l
     sentences = []
     for error in problem.errors():
         place = error["loc"]
-        names, valid = _follow(model, place[:-1])
+        names, owners = _follow(model, place[:-1])
         path = ".".join([name, *names, *(str(part) for part in place[-1:])])
         if error["type"] == "extra_forbidden":
-            near = difflib.get_close_matches(str(place[-1]), valid, n=1, cutoff=0.5)
-            hint = f"did you mean {near[0]!r}?" if near else f"valid are {', '.join(valid)}"
-            sentences.append(f"{path} is unknown; {hint}")
+            sentences.append(f"{path} {_unknown_key(str(place[-1]), owners)}")
         else:
             got = "a secret" if _is_secret(model, place) else repr(error["input"])
             sentences.append(f"{path}: {error['msg']} (got {got})")
     return sentences
+
+
+def _unknown_key(key: str, owners: Sequence[type[BaseModel]]) -> str:
+    """What is said of a key that none of the models has: its new name, or the nearest one."""
+    for owner in owners:
+        if issubclass(owner, Params) and key in owner.former_keys:
+            return f"is now called {owner.former_keys[key]!r}: rename it"
+    valid = tuple(field for owner in owners for field in owner.model_fields)
+    return f"is unknown; {_hint(key, valid)}"
 
 
 def _is_secret(model: type[BaseModel], place: tuple[int | str, ...]) -> bool:
@@ -151,8 +158,10 @@ def _is_secret(model: type[BaseModel], place: tuple[int | str, ...]) -> bool:
     return field is not None and field.annotation is SecretStr
 
 
-def _follow(model: type[BaseModel], place: tuple[int | str, ...]) -> tuple[list[str], list[str]]:
-    """The path as it is written in the file, and the names that are valid at its end.
+def _follow(
+    model: type[BaseModel], place: tuple[int | str, ...]
+) -> tuple[list[str], list[type[BaseModel]]]:
+    """The path as it is written in the file, and the models whose fields are valid at its end.
 
     Where a section is one of several models, pydantic's path also holds the chosen one's tag,
     which stands in no file.
@@ -167,7 +176,7 @@ def _follow(model: type[BaseModel], place: tuple[int | str, ...]) -> tuple[list[
         fields = [m.model_fields[str(part)] for m in here if str(part) in m.model_fields]
         options = [kind for f in fields for kind in get_args(f.annotation) or (f.annotation,)]
         here = [kind for kind in options if isinstance(kind, type) and issubclass(kind, BaseModel)]
-    return written, [field for member in here for field in member.model_fields]
+    return written, here
 
 
 def _has_tag(model: type[BaseModel], tag: str) -> bool:

@@ -68,8 +68,6 @@ SEARCH_START = Procedure("search/start/v1", m.SearchRequest, m.SearchStatus, sta
 SEARCH_CANCEL = Procedure("search/cancel/v1", m.SearchId, m.SearchStatus)
 SEARCH_GET = Procedure("search/get/v1", m.SearchId, m.SearchStatus)
 
-SERVICES = ("simulator", "replay", "perception", "mapper", "planner", "gateway")
-
 
 def heartbeat(service: str) -> Topic[m.Heartbeat]:
     """The heartbeat topic of a service."""

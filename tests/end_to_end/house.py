@@ -26,10 +26,10 @@ from onemap_shared.bus import open_bus
 from onemap_shared.config import PREFIX, BusConfig
 from onemap_shared.keys import Topic
 from onemap_shared.messages import Heartbeat, MapRevision, Odometry, SearchStatus
+from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus
 from onemap_tools.launch import available_cores, child_environment, command_of, tail
 from onemap_tools.network import any_free_port
-from onemap_tools.services import SERVICES
 
 M = TypeVar("M")
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from onemap_tools.services import SERVICES
+from onemap_shared.services import SERVICES
 from tests.end_to_end.house import House
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(60)]

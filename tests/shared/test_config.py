@@ -1,35 +1,38 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import pytest
 from pydantic import Field
 
-from onemap_shared.config import BusConfig, ConfigError, StrictModel, load, read, section
+from onemap_shared.config import BusConfig, ConfigError, load, read, section
+from onemap_shared.params import Params
 
 
-class Inner(StrictModel):
+class Inner(Params):
     depth_factor: float = 0.01
 
 
-class Sample(StrictModel):
+class Sample(Params):
+    former_keys: ClassVar = {"resolution_m": "cell_size_m", "merge": "fusion"}
+
     cell_size_m: float = Field(default=0.1, gt=0)
     fusion: Inner = Inner()
 
 
-class Near(StrictModel):
+class Near(Params):
     kind: Literal["near"] = "near"
     depth_m: float = 1.0
     inner: Inner = Inner()
 
 
-class Far(StrictModel):
+class Far(Params):
     kind: Literal["far"]
     height_m: float = 2.0
 
 
-class Choice(StrictModel):
+class Choice(Params):
     """A section that is one of several models."""
 
     sensor: Annotated[Near | Far, Field(discriminator="kind")] = Near()
@@ -143,3 +146,12 @@ def test_one_of_several_models_is_named_as_in_the_file(
         section({"mapper": {"sensor": sensor}}, "mapper", Choice)
     assert "sensor.near" not in str(told.value)
     assert "sensor.far" not in str(told.value)
+
+
+@pytest.mark.parametrize(("old", "new"), [("resolution_m", "cell_size_m"), ("merge", "fusion")])
+def test_a_key_of_an_earlier_release_is_refused_with_its_new_name(
+    old: str, new: str, tmp_path: Path
+) -> None:
+    file = write(tmp_path, f"mapper: {{{old}: 1}}")
+    with pytest.raises(ConfigError, match=rf"mapper\.{old} is now called '{new}': rename it"):
+        load(file, "mapper", Sample)

@@ -19,11 +19,11 @@ __all__ = ["router"]  # the fixture
 
 SERVICE = """
 import sys, threading, time
-from onemap_shared.config import StrictModel
+from onemap_shared.params import Params
 from onemap_shared.runner import StartError, run_service
 from onemap_shared.transport import Health
 
-class Config(StrictModel):
+class Config(Params):
     mode: str = "good"
 
 class Worker:

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from onemap_shared.services import SERVICES
 from onemap_tools.cli import app
 from onemap_tools.client import Gateway
 from onemap_tools.network import any_free_port
-from onemap_tools.services import SERVICES
 from onemap_tools.trouble import EXIT_FAILED, EXIT_MISUSED, EXIT_OK
 
 RUNNER = CliRunner()

@@ -9,34 +9,27 @@ from typing import Any
 
 from pydantic.json_schema import models_json_schema
 
-from onemap_shared.config import (
-    SECTIONS,
-    BusConfig,
-    LogConfig,
-    StrictModel,
-    mistakes,
-    read,
-    section,
-)
+from onemap_shared.config import SECTIONS, BusConfig, LogConfig, mistakes, read, section
+from onemap_shared.params import Params
 from onemap_tools.claim import ROBOTS
 from onemap_tools.services import section_model
 from onemap_tools.trouble import EXIT_MISUSED, Trouble
 from onemap_tools.up import TWO_ROBOTS
 
-COMMON: Mapping[str, type[StrictModel]] = {"bus": BusConfig, "log": LogConfig}
+COMMON: Mapping[str, type[Params]] = {"bus": BusConfig, "log": LogConfig}
 
 
 @dataclass(frozen=True, slots=True)
 class Models:
     """What sections must fit. ``missing``: why a section's model cannot be had on this machine."""
 
-    known: Mapping[str, type[StrictModel]]
+    known: Mapping[str, type[Params]]
     missing: Mapping[str, str]
 
 
 def installed_models() -> Models:
     """The models of all sections whose packages are installed."""
-    known: dict[str, type[StrictModel]] = {}
+    known: dict[str, type[Params]] = {}
     missing = {}
     for name in SECTIONS:
         try:

@@ -6,8 +6,9 @@ import time
 from pathlib import Path
 
 from onemap_shared.config import BusConfig, read, section
-from onemap_shared.keys import SERVICES, heartbeat
+from onemap_shared.keys import heartbeat
 from onemap_shared.messages import Heartbeat
+from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus
 from onemap_tools.joining import joined
 from onemap_tools.trouble import EXIT_MISUSED, Trouble

@@ -1,4 +1,4 @@
-"""Which services there are, what configures them, and how one runs inside this process."""
+"""How a service runs inside this process, and what configures it."""
 
 from __future__ import annotations
 
@@ -6,38 +6,14 @@ import runpy
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
-from onemap_shared.config import StrictModel, section
+from onemap_shared.config import section
+from onemap_shared.params import Params
 from onemap_shared.runner import StartError
+from onemap_shared.services import SERVICES, Service
 from onemap_tools.trouble import EXIT_MISUSED, Trouble
-
-
-@dataclass(frozen=True, slots=True)
-class Service:
-    """A service: the module that runs it and the extra that installs what it needs."""
-
-    name: str
-    module: str
-    extra: str
-    summary: str
-
-
-SERVICES = {
-    service.name: service
-    for service in (
-        Service("simulator", "onemap_simulator", "simulator", "a robot in a made-up apartment"),
-        Service(
-            "replay", "onemap_simulator.replay", "simulator", "a recording in place of a robot"
-        ),
-        Service("perception", "onemap_perception", "perception", "images to features"),
-        Service("mapper", "onemap_mapper", "mapper", "features to a map that answers text"),
-        Service("planner", "onemap_planner", "planner", "where to look next, and driving there"),
-        Service("gateway", "onemap_gateway", "gateway", "the HTTP API and the live page"),
-    )
-}
 
 
 def run(name: str, arguments: Sequence[str]) -> int:
@@ -55,12 +31,12 @@ def run(name: str, arguments: Sequence[str]) -> int:
     return 0
 
 
-def section_model(name: str) -> type[StrictModel]:
+def section_model(name: str) -> type[Params]:
     """What the section of this service must fit; Trouble if its packages are not installed."""
     service = SERVICES[name]
     with installed(service):
         config = import_module(f"{service.module}.config")
-    model: type[StrictModel] = getattr(config, f"{name.capitalize()}Config")
+    model: type[Params] = getattr(config, f"{name.capitalize()}Config")
     return model
 
 

@@ -6,10 +6,10 @@ from ipaddress import ip_address
 
 from pydantic import Field, SecretStr, model_validator
 
-from onemap_shared.config import StrictModel
+from onemap_shared.params import Params
 
 
-class GatewayConfig(StrictModel):
+class GatewayConfig(Params):
     """Section ``gateway`` of the configuration."""
 
     host: str = Field(

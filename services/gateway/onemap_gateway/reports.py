@@ -8,7 +8,7 @@ from enum import Enum
 
 from onemap_gateway.problems import START, called, sentence
 from onemap_gateway.state import Beat, LiveState, Seen
-from onemap_shared.keys import SERVICES
+from onemap_shared.services import SERVICES
 
 STREAM_S = 2.0  # a robot that sends a frame every second is slow, one slower than this is silent
 SILENT_S = 3.5  # three heartbeats missed

@@ -14,7 +14,7 @@ from onemap_gateway.context import Gateway
 from onemap_gateway.guard import MAX_BODY_BYTES
 from onemap_gateway.hub import Hub
 from onemap_gateway.listening import listen
-from onemap_shared.keys import SERVICES
+from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus, Health
 
 LOG = logging.getLogger("onemap.gateway")

@@ -11,10 +11,10 @@ from pydantic import Field, model_validator
 from onemap_mapper.frame import MapSettings
 from onemap_mapper.occupancy import OccupancySettings
 from onemap_mapper.projection import ProjectionSettings
-from onemap_shared.config import StrictModel
+from onemap_shared.params import Params
 
 
-class MapperConfig(StrictModel):
+class MapperConfig(Params):
     """How the map is built, queried and kept."""
 
     cell_size_m: float = Field(

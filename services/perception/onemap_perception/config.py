@@ -9,10 +9,10 @@ from pydantic import Field, model_validator
 from onemap_perception.config_detectors import DetectorConfig, PatchesConfig
 from onemap_perception.config_encoders import EncoderConfig, MiniConfig
 from onemap_perception.observation import ObservationModel, VarianceFormula
-from onemap_shared.config import StrictModel
+from onemap_shared.params import Params
 
 
-class ObservationConfig(StrictModel):
+class ObservationConfig(Params):
     """The variance of a pixel's feature; see ``observation.ObservationModel``."""
 
     formula: VarianceFormula = Field(
@@ -39,7 +39,7 @@ class ObservationConfig(StrictModel):
         return ObservationModel(**self.model_dump())
 
 
-class PerceptionConfig(StrictModel):
+class PerceptionConfig(Params):
     """Everything perception can be told. ``mini: {...}`` is short for an encoder of that
     backend, ``patches: {...}`` for a detector of that one."""
 

@@ -9,13 +9,13 @@ from pydantic import Field
 from onemap_perception.config_encoders import Device
 from onemap_perception.detectors.boxes import BoxLimits
 from onemap_perception.detectors.patches import PatchThresholds
-from onemap_shared.config import StrictModel
+from onemap_shared.params import Params
 
 COCO_MODEL = "PekingU/rtdetr_v2_r18vd"
 OPEN_MODEL = "iSEE-Laboratory/llmdet_tiny"
 
 
-class PatchesConfig(StrictModel):
+class PatchesConfig(Params):
     """The detector that reads the encoder's patch scores."""
 
     backend: Literal["patches"] = Field(
@@ -42,7 +42,7 @@ class PatchesConfig(StrictModel):
         return PatchThresholds(self.score, self.core, self.patches, self.detections)
 
 
-class BoxesConfig(StrictModel):
+class BoxesConfig(Params):
     """What the detectors of other people have in common. Scores of two are not one scale."""
 
     model: str = Field(description="A hub id or a folder.")
@@ -83,7 +83,7 @@ class OpenVocabularyConfig(BoxesConfig):
     )
 
 
-class RoutedConfig(StrictModel):
+class RoutedConfig(Params):
     """COCO's names to one, all others to the other, as in the paper."""
 
     backend: Literal["routed"] = Field(
@@ -95,7 +95,7 @@ class RoutedConfig(StrictModel):
     )
 
 
-class PluginConfig(StrictModel):
+class PluginConfig(Params):
     """A detector of another package; see docs/detectors.md."""
 
     backend: Literal["plugin"] = Field(description="Chooses a detector that is not OneMap's.")

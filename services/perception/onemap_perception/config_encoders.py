@@ -8,14 +8,14 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from onemap_perception.encoders.mini import SHIPPED, MiniSettings
-from onemap_shared.config import StrictModel
+from onemap_shared.params import Params
 
 Device = Annotated[str, Field(pattern=r"^(cpu|cuda(:\d+)?)$")]
 Prompt = Annotated[str, Field(pattern=r"^[^{}]*\{\}[^{}]*$")]
 Pixels = Annotated[int, Field(ge=1, le=8192)]
 
 
-class MiniConfig(StrictModel):
+class MiniConfig(Params):
     """The encoder that ships with OneMap."""
 
     backend: Literal["mini"] = Field(
@@ -39,7 +39,7 @@ class MiniConfig(StrictModel):
         return MiniSettings(self.folder, self.threads, self.input_width_px)
 
 
-class TorchConfig(StrictModel):
+class TorchConfig(Params):
     """What the encoders of other people have in common."""
 
     model: str = Field(

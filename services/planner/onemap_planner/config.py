@@ -22,10 +22,10 @@ from onemap_planner.recovery import RecoveryRules
 from onemap_planner.regions import RegionRules
 from onemap_planner.rules import ExploreRules, Rules
 from onemap_planner.terrain import TerrainRules
-from onemap_shared.config import StrictModel
+from onemap_shared.params import Params
 
 
-class TerrainConfig(StrictModel):
+class TerrainConfig(Params):
     """How the robot's size turns the map into where it may drive."""
 
     radius_m: PositiveFloat = Field(
@@ -57,7 +57,7 @@ class TerrainConfig(StrictModel):
     )
 
 
-class DriveConfig(StrictModel):
+class DriveConfig(Params):
     """What the robot's drive may do."""
 
     max_linear_mps: PositiveFloat = Field(
@@ -103,7 +103,7 @@ class DriveConfig(StrictModel):
     )
 
 
-class FreshnessConfig(StrictModel):
+class FreshnessConfig(Params):
     """How old the senses may be while the robot moves."""
 
     max_odometry_age_s: PositiveFloat = Field(
@@ -124,7 +124,7 @@ class FreshnessConfig(StrictModel):
     )
 
 
-class RecoveryConfig(StrictModel):
+class RecoveryConfig(Params):
     """What to do when the robot does not get on."""
 
     stuck_s: PositiveFloat = Field(
@@ -147,7 +147,7 @@ class RecoveryConfig(StrictModel):
     )
 
 
-class PlannerConfig(StrictModel):
+class PlannerConfig(Params):
     """Everything the planner can be told."""
 
     state_dir: Path | None = Field(

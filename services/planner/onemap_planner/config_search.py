@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pydantic import Field, PositiveFloat, PositiveInt
 
-from onemap_shared.config import StrictModel
+from onemap_shared.params import Params
 
 
-class FrontierConfig(StrictModel):
+class FrontierConfig(Params):
     """What counts as a frontier."""
 
     min_length_m: PositiveFloat = Field(
@@ -34,7 +34,7 @@ class FrontierConfig(StrictModel):
     )
 
 
-class RegionConfig(StrictModel):
+class RegionConfig(Params):
     """What counts as a region worth looking at again."""
 
     threshold: float = Field(
@@ -58,7 +58,7 @@ class RegionConfig(StrictModel):
     )
 
 
-class GoalConfig(StrictModel):
+class GoalConfig(Params):
     """How goals are weighed against each other."""
 
     travel_weight_per_m: float = Field(
@@ -89,7 +89,7 @@ class GoalConfig(StrictModel):
     )
 
 
-class ConsensusConfig(StrictModel):
+class ConsensusConfig(Params):
     """When detector and map agree."""
 
     percentile: float = Field(
@@ -115,7 +115,7 @@ class ConsensusConfig(StrictModel):
     )
 
 
-class ExploreConfig(StrictModel):
+class ExploreConfig(Params):
     """Times and distances of the search itself. Seconds run only while the senses are fresh."""
 
     approach_nearest_m: PositiveFloat = Field(

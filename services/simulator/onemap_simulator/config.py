@@ -7,14 +7,14 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from onemap_shared.config import StrictModel
+from onemap_shared.params import Params
 from onemap_simulator.robot import RobotParameters
 from onemap_simulator.sensor import CameraParameters
 
 Metres = Annotated[float, Field(gt=0, le=10)]
 
 
-class RobotConfig(StrictModel):
+class RobotConfig(Params):
     """The robot's body and drive; the defaults are those of a small indoor base."""
 
     radius_m: Metres = Field(default=0.2, description="Of its round footprint: passes any door.")
@@ -36,7 +36,7 @@ class RobotConfig(StrictModel):
         return RobotParameters(**self.model_dump(exclude={"deadman_s"}))
 
 
-class CameraConfig(StrictModel):
+class CameraConfig(Params):
     """The RGB-D camera; the defaults resemble common robot cameras at a person's waist."""
 
     width: int = Field(default=320, ge=16, le=1920, description="Pixels.")
@@ -70,14 +70,14 @@ class CameraConfig(StrictModel):
         )
 
 
-class PoseNoiseConfig(StrictModel):
+class PoseNoiseConfig(Params):
     """Errors of the reported pose, new for each report; off by default."""
 
     position_m: float = Field(default=0.0, ge=0, le=1, description="Standard deviation of x and y.")
     yaw_deg: float = Field(default=0.0, ge=0, le=45, description="Standard deviation of heading.")
 
 
-class SimulatorConfig(StrictModel):
+class SimulatorConfig(Params):
     """A simulated robot in a simulated world."""
 
     scene: str = Field(

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from pydantic import Field
 
-from onemap_shared.config import StrictModel
+from onemap_shared.params import Params
 
 
-class ReplayConfig(StrictModel):
+class ReplayConfig(Params):
     """Which recording is played and how."""
 
     directory: Path = Field(
