@@ -1,9 +1,9 @@
 """The bus over Zenoh: the only module that imports it.
 
 Every service is a client of one router; discovery by multicast or gossip is
-off. Velocity commands travel in a session of their own so that no image can
-delay them. Callbacks hand a reference to an inbox and return; handlers of
-procedures run in a thread each.
+off. Velocity commands use a session of their own, so that no image delays
+them. Callbacks put a reference into an inbox and return; each procedure's
+handler runs in its own thread.
 """
 
 from __future__ import annotations
@@ -81,26 +81,26 @@ def _settings(mode: str, *, connect: tuple[str, ...], listen: tuple[str, ...]) -
 def open_bus(
     config: BusConfig, service: str, instance: str, stop: threading.Event
 ) -> ZenohBus | None:
-    """Join the router, retrying until it is there; None if ``stop`` was set before."""
+    """Connect to the router, retrying until it answers; None if ``stop`` was set before."""
     settings = _settings("client", connect=config.connect, listen=())
     if config.namespace:
         settings.insert_json5("namespace", json.dumps(config.namespace))
-    pause_s, told = RETRY_MS[0] / 1000, False
+    pause_s, warned = RETRY_MS[0] / 1000, False
     while not stop.is_set():
         try:
             return ZenohBus(settings, service, instance)
         except zenoh.ZError as problem:
-            if not told:
+            if not warned:
                 reason = str(problem).split(" at /")[0]
                 LOG.warning("waiting for a router at %s: %s", ", ".join(config.connect), reason)
-                told = True
+                warned = True
         stop.wait(pause_s)
         pause_s = min(2 * pause_s, RETRY_MS[1] / 1000)
     return None
 
 
 def run_router(listen: tuple[str, ...], stop: threading.Event, file: Path | None = None) -> None:
-    """Be the router that services meet at, until ``stop`` is set.
+    """Run the router that all services connect to, until ``stop`` is set.
 
     ``file`` is a Zenoh JSON5 configuration, the one that a ``zenohd`` would read;
     ``listen`` then replaces its endpoints unless it is empty.
@@ -211,12 +211,12 @@ class ZenohBus:
         """See ``transport.Bus``."""
         return frozenset(self._alive.copy().values())
 
-    def present(self) -> frozenset[tuple[str, str]]:
+    def processes(self) -> frozenset[tuple[str, str]]:
         """Service and instance of every process on the bus, as the router knows now; ours is one.
 
         ``alive`` learns of them one by one and may know none yet right after joining. Asks in a
-        session of its own: in one that follows the tokens, Zenoh answers from what it was told
-        so far. Of two processes that join and then ask, at least one finds the other.
+        session of its own: one that subscribes to the tokens is answered from its own cache.
+        Of two processes that join and then ask, at least one finds the other.
         """
         deadline = time.monotonic() + CALL_TIMEOUT_S
         with zenoh.open(self._settings) as session:
@@ -252,7 +252,7 @@ def _remote_error(body: bytes) -> RemoteError:
 
 
 class _Latch:
-    """The newest packet of a topic, handed to whoever joins late."""
+    """The newest packet of a topic, for late joiners."""
 
     def __init__(self, session: zenoh.Session, key: str) -> None:
         self._key = key

@@ -32,8 +32,8 @@ Q = TypeVar("Q")
 R = TypeVar("R")
 
 
-class MemoryHub:
-    """What the router is to Zenoh: all buses of one hub hear each other."""
+class MemoryRouter:
+    """Connects the buses of one process, as a Zenoh router connects sessions."""
 
     def __init__(self) -> None:
         self.lock = threading.Lock()
@@ -62,33 +62,33 @@ class MemoryHub:
 class MemoryBus:
     """One participant. Implements ``transport.Bus``."""
 
-    def __init__(self, hub: MemoryHub) -> None:
-        self._hub = hub
+    def __init__(self, router: MemoryRouter) -> None:
+        self._router = router
         self._pool = ThreadPoolExecutor(4, "memory-bus")
 
     def publish(self, topic: Topic[M]) -> Publisher[M]:
         """See ``transport.Bus``."""
-        return _MemoryPublisher(self._hub, topic)
+        return _MemoryPublisher(self._router, topic)
 
     def subscribe(self, topic: Topic[M], capacity: int = 1) -> Subscription[M]:
         """See ``transport.Bus``."""
         inbox = Inbox(topic.message, capacity)
-        with self._hub.lock:
-            self._hub.inboxes[topic.key].append(inbox)
-            if topic.latched and topic.key in self._hub.latched:
-                inbox.put(self._hub.latched[topic.key])
+        with self._router.lock:
+            self._router.inboxes[topic.key].append(inbox)
+            if topic.latched and topic.key in self._router.latched:
+                inbox.put(self._router.latched[topic.key])
         return inbox
 
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
         """See ``transport.Bus``."""
-        self._hub.handlers[procedure.key] = (
+        self._router.handlers[procedure.key] = (
             self,
             lambda packet: answer(procedure, handler, packet),
         )
 
     def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float = CALL_TIMEOUT_S) -> R:
         """See ``transport.Bus``."""
-        entry = self._hub.handlers.get(procedure.key)
+        entry = self._router.handlers.get(procedure.key)
         if entry is None:
             raise NoReply(f"nobody answers {procedure.key}")
         bus, handle = entry
@@ -100,24 +100,24 @@ class MemoryBus:
 
     def alive(self) -> frozenset[str]:
         """See ``transport.Bus``."""
-        return frozenset(self._hub.services.values())
+        return frozenset(self._router.services.values())
 
     def close(self) -> None:
-        """Disappear as a killed process would."""
-        self._hub.services.pop(self, None)
-        gone = [key for key, (bus, _) in self._hub.handlers.items() if bus is self]
+        """Leave at once, as a killed process would: its handlers answer no more."""
+        self._router.services.pop(self, None)
+        gone = [key for key, (bus, _) in self._router.handlers.items() if bus is self]
         for key in gone:
-            del self._hub.handlers[key]
+            del self._router.handlers[key]
         self._pool.shutdown(wait=False, cancel_futures=True)
 
 
 class _MemoryPublisher(Generic[M]):
-    def __init__(self, hub: MemoryHub, topic: Topic[M]) -> None:
-        self._hub = hub
+    def __init__(self, router: MemoryRouter, topic: Topic[M]) -> None:
+        self._router = router
         self._topic = topic
 
     def put(self, message: M) -> None:
         packet = encode(message)
         if self._topic.latched:
-            self._hub.latched[self._topic.key] = packet
-        self._hub.inject(self._topic.key, packet)
+            self._router.latched[self._topic.key] = packet
+        self._router.inject(self._topic.key, packet)

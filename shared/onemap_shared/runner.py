@@ -1,9 +1,7 @@
-"""What every service process does around its work.
+"""Runs a service process: configuration, logging, bus, heartbeat, signals, systemd.
 
-Reads the configuration, logs, joins the bus, steps the worker, tells the
-world once a second that it is alive and how it is, answers signals, talks to
-systemd, and dies within seconds when any thread dies: the supervisor's
-restart is the recovery.
+Calls the worker's ``step`` in a loop and publishes its health once a second. When any thread
+dies, the process ends within seconds: the supervisor's restart is the recovery.
 """
 
 from __future__ import annotations
@@ -38,7 +36,7 @@ LOG = logging.getLogger("onemap.runner")
 STEP_S = 0.1  # longest wait inside a step, and so the delay to notice a signal
 HEARTBEAT_S = 1.0
 PARENT_VARIABLE = "ONEMAP_PARENT_PID"  # set by a launcher to its own process id
-HANG_S = 10.0  # a loop that stands still this long is hung: stop feeding systemd's watchdog
+HANG_S = 10.0  # a loop without progress for this long hangs: stop feeding systemd's watchdog
 EXIT_OK, EXIT_CRASHED, EXIT_MISUSED = 0, 1, 2
 
 
@@ -124,28 +122,28 @@ def _work(
     except StartError as problem:
         LOG.error("%s", problem)
         return EXIT_MISUSED
-    pulse = Pulse(service, instance, bus, worker)
-    beating = threading.Thread(target=pulse.run, args=(stop,), name="pulse", daemon=True)
-    beating.start()
+    heartbeats = HeartbeatPublisher(service, instance, bus, worker)
+    thread = threading.Thread(target=heartbeats.run, args=(stop,), name="heartbeat", daemon=True)
+    thread.start()
     LOG.info("%s is up (instance %s)", service, instance)
     try:
         while not stop.is_set():
             worker.step(STEP_S)
-            pulse.progress += 1
+            heartbeats.progress += 1
     except Exception:
         LOG.exception("%s crashed", service)
         return EXIT_CRASHED
     finally:
         stop.set()
-        beating.join(timeout=2 * HEARTBEAT_S)
+        thread.join(timeout=2 * HEARTBEAT_S)
         worker.close()
         LOG.info("%s is down", service)
     return EXIT_OK
 
 
 @dataclass(slots=True)
-class Pulse:
-    """The heartbeat of a process; its only mutable state is the loop's progress."""
+class HeartbeatPublisher:
+    """Publishes the heartbeat of a process; its only mutable state is the loop's progress."""
 
     service: str
     instance: str
@@ -176,13 +174,13 @@ class Pulse:
             else:
                 systemd.notify("WATCHDOG=1")
             systemd.notify(f"STATUS={health.problem or 'working'}")
-            publisher.put(self._beat(health))
+            publisher.put(self._heartbeat(health))
             if stop.wait(HEARTBEAT_S):
                 systemd.notify("STOPPING=1")
-                publisher.put(self._beat(Health(ready=False, problem="it is stopping")))
+                publisher.put(self._heartbeat(Health(ready=False, problem="it is stopping")))
                 return
 
-    def _beat(self, health: Health) -> Heartbeat:
+    def _heartbeat(self, health: Health) -> Heartbeat:
         return Heartbeat(
             service=self.service,
             instance=self.instance,
@@ -210,7 +208,7 @@ def watch_parent(stop: threading.Event) -> None:
 
 def _stop_on_signals(stop: threading.Event) -> None:
     def handle(signum: int, _frame: FrameType | None) -> None:
-        if stop.is_set():  # asked twice: leave at once
+        if stop.is_set():  # the second signal: exit at once
             os._exit(128 + signum)
         stop.set()
 

@@ -1,4 +1,4 @@
-"""Asking perception, the one place that knows how text becomes an embedding."""
+"""Requests text embeddings from perception, the only service with a text encoder."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from onemap_shared.transport import (
     Bus,
     CallError,
     NoReply,
-    Refusal,
     RemoteError,
+    RequestRejected,
 )
 
 
 def embed_texts(
     bus: Bus, texts: tuple[str, ...], timeout_s: float = CALL_TIMEOUT_S
 ) -> TextEmbeddings:
-    """The embeddings of the texts, or ``Refusal`` as a handler may pass it on.
+    """The embeddings of the texts, or ``RequestRejected`` as a handler may pass it on.
 
     Its code is perception's own (``unknown_word``), ``perception_missing`` where nobody
     answers, or ``perception_silent`` where no answer came in time.
@@ -25,12 +25,12 @@ def embed_texts(
     try:
         return bus.call(EMBED_TEXT, TextRequest(texts), timeout_s)
     except RemoteError as problem:
-        raise Refusal(problem.code, str(problem), problem.details) from problem
+        raise RequestRejected(problem.code, str(problem), problem.details) from problem
     except NoReply as problem:
-        raise Refusal(
+        raise RequestRejected(
             "perception_missing", "perception does not run, so words cannot be looked up"
         ) from problem
     except CallError as problem:
-        raise Refusal(
+        raise RequestRejected(
             "perception_silent", "perception did not look the words up in time: try again"
         ) from problem

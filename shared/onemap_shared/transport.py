@@ -1,8 +1,8 @@
-"""What a service sees of the bus: a small Protocol, its errors and its counters.
+"""The bus as services use it: a Protocol, its errors and its counters.
 
 ``bus.ZenohBus`` implements it over Zenoh, ``memory_bus.MemoryBus`` inside one
-process with the same semantics: a subscription keeps the newest messages only,
-nobody there is ``NoReply``, silence is ``QueryTimeout``.
+process with the same semantics: a subscription keeps the newest messages only;
+a call without a server raises ``NoReply``, without an answer ``QueryTimeout``.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ CALL_TIMEOUT_S = 2.0  # every answer of the product takes under 0.5 s; 2 s means
 
 
 class CallError(Exception):
-    """A question got no answer; the subclasses say why."""
+    """A call failed; the subclasses say why."""
 
 
 class NoReply(CallError):
@@ -38,7 +38,7 @@ class NoReply(CallError):
 
 
 class QueryTimeout(CallError):
-    """Somebody serves it but did not answer in time."""
+    """A server exists but did not answer in time."""
 
 
 class RemoteError(CallError):
@@ -50,7 +50,7 @@ class RemoteError(CallError):
         self.details = dict(details or {})
 
 
-class Refusal(Exception):
+class RequestRejected(Exception):
     """Raised by a handler to refuse a request; arrives at the caller as ``RemoteError``.
 
     ``details`` is JSON beside the message, for programs.
@@ -64,7 +64,7 @@ class Refusal(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Counters:
-    """What became of a subscription's messages so far.
+    """Counts a subscription's messages by what happened to them.
 
     received: decoded; missed: gaps in the sequence numbers, the skipped ones included;
     skipped: replaced by a newer one before they were taken; refused: not decodable, the
@@ -79,7 +79,7 @@ class Counters:
 
 
 class Publisher(Protocol[M_contra]):
-    """Where a service puts the messages of one topic."""
+    """Publishes the messages of one topic."""
 
     def put(self, message: M_contra) -> None: ...
 
@@ -105,7 +105,7 @@ class Bus(Protocol):
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
         """Answer a procedure; the handler runs in a thread of its own, one call at a time.
 
-        A handler refuses by raising ``Refusal`` (its code travels) or ``ValueError``
+        A handler refuses by raising ``RequestRejected`` (its code travels) or ``ValueError``
         (code ``invalid``); any other exception is logged and answered as ``internal``.
         """
 
@@ -120,7 +120,7 @@ class Bus(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """What a service says of itself once a second."""
+    """Health of a service, published once a second."""
 
     ready: bool
     problem: str = ""
@@ -203,7 +203,7 @@ class Inbox(Generic[M]):
 
     @property
     def counters(self) -> Counters:
-        """What became of the packets so far."""
+        """Counts of the packets so far."""
         return self._counters
 
 
@@ -222,7 +222,7 @@ def answer(procedure: Procedure[Q, R], handler: Callable[[Q], R], packet: Packet
     """Run a handler on an encoded request; raises ``RemoteError`` with what to tell the caller."""
     try:
         return encode(handler(decode(procedure.request, packet)))
-    except Refusal as refusal:
+    except RequestRejected as refusal:
         raise RemoteError(refusal.code, str(refusal), refusal.details) from refusal
     except ValueError as problem:
         raise RemoteError("invalid", str(problem)) from problem

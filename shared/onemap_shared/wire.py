@@ -1,8 +1,8 @@
 """Messages as bytes: a msgpack header, and one body with every array, aligned.
 
 The header names the schema, the scalar fields and, for each array, dtype,
-shape and offset. Everything is checked before a byte is interpreted, so a bad
-packet is refused whole, with the reason, and never decoded half. No pickle.
+shape and offset. Everything is checked before a byte is interpreted: a bad packet
+is refused with the reason, never decoded in part. No pickle.
 """
 
 from __future__ import annotations

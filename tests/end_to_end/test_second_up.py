@@ -104,7 +104,7 @@ def test_the_first_goes_on_when_a_second_is_refused(tmp_path: Path) -> None:
         assert started(tmp_path / "second") == []
         assert status_of(port) is not None
         with somebody(endpoint, "witness", "w") as bus:
-            assert "up" in {service for service, _ in bus.present()}
+            assert "up" in {service for service, _ in bus.processes()}
     finally:
         first.send_signal(signal.SIGINT)
         _, told = first.communicate(timeout=PATIENCE_S)
@@ -125,10 +125,10 @@ def test_a_claim_leaves_the_bus_with_its_launcher(router: Router, tmp_path: Path
     command = command_of("up", "--config", str(config), "--logs", str(tmp_path / "logs"))
     launcher = subprocess.Popen((*command, "--only", "gateway"))
     with somebody(router.endpoint, "witness", "w") as bus:
-        eventually(lambda: "up" in dict(bus.present()) or None)
+        eventually(lambda: "up" in dict(bus.processes()) or None)
         launcher.kill()
         launcher.wait()
-        eventually(lambda: {"up", "gateway"}.isdisjoint(dict(bus.present())) or None)
+        eventually(lambda: {"up", "gateway"}.isdisjoint(dict(bus.processes())) or None)
 
 
 def test_a_taken_port_is_told_before_anything_starts(tmp_path: Path) -> None:

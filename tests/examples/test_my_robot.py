@@ -14,7 +14,7 @@ import pytest
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.service import build
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import FeatureField, RgbdFrame
 from onemap_shared.transport import Bus
 from tests.shared.test_bus import Router, eventually, join, router
@@ -61,7 +61,7 @@ def field_of(frame: RgbdFrame) -> FeatureField:
 
 def test_the_mapper_finds_nothing_wrong_with_the_example(witness: Bus, tmp_path: Path) -> None:
     frames = witness.subscribe(keys.ROBOT_RGBD)
-    hub = MemoryHub()
+    hub = MemoryRouter()
     mapper = build(hub.bus("mapper"), MapperConfig(map_folder=tmp_path))
     fields = hub.bus("perception").publish(keys.FIELD)
     for _ in range(3):

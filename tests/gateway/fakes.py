@@ -20,8 +20,8 @@ from onemap_shared import messages as m
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import pose_2d
 from onemap_shared.grid import GridSpec
-from onemap_shared.memory_bus import MemoryHub
-from onemap_shared.transport import Refusal
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.transport import RequestRejected
 
 GRID = GridSpec(0.1, (-10, -5), (40, 30))
 STAMP_NS = 1_767_225_600_000_000_000
@@ -136,7 +136,7 @@ def search_view(text: str = "", number: int = 7) -> m.SearchView:
 class FakeMapper:
     """Answers as a mapper with one small map; knows the words in ``vocabulary``, has no kite."""
 
-    hub: MemoryHub
+    hub: MemoryRouter
     vocabulary: frozenset[str] = frozenset({"sofa", "kettle", "kite"})
     saved: list[str] = field(default_factory=list)
 
@@ -150,7 +150,7 @@ class FakeMapper:
 
     def _check(self, text: str) -> None:
         if text not in self.vocabulary:
-            raise Refusal("unknown_word", f"the encoder does not know {text!r}")
+            raise RequestRejected("unknown_word", f"the encoder does not know {text!r}")
 
     def _similarity(self, request: m.SimilarityRequest) -> m.SimilarityReply:
         self._check(request.text)
@@ -184,7 +184,7 @@ class FakeMapper:
 
     def _load(self, request: m.MapFile) -> m.MapSummary:
         if request.name not in self.saved:
-            raise Refusal("unknown_map", f"there is no map {request.name!r}")
+            raise RequestRejected("unknown_map", f"there is no map {request.name!r}")
         return self._summary(f"maps/{request.name}")
 
     def _summary(self, path: str) -> m.MapSummary:
@@ -195,7 +195,7 @@ class FakeMapper:
 class FakePlanner:
     """Answers as a planner; ``move`` lets its search change state."""
 
-    hub: MemoryHub
+    hub: MemoryRouter
     status: m.SearchStatus | None = None
 
     def __post_init__(self) -> None:
@@ -214,17 +214,19 @@ class FakePlanner:
 
     def _start(self, request: m.SearchRequest) -> m.SearchStatus:
         if self.status is not None and self.status.active:
-            raise Refusal("conflict", "another search is under way")
+            raise RequestRejected("conflict", "another search is under way")
         if "flurb" in request.objects:
             words = {"words": [{"word": "flurb", "did_you_mean": ["curb"]}], "status": 200}
-            raise Refusal("unknown_word", "'flurb' (did you mean 'curb'?) is no word", words)
+            raise RequestRejected(
+                "unknown_word", "'flurb' (did you mean 'curb'?) is no word", words
+            )
         self.status = search("s1", objects=request.objects)
         self._publisher.put(self.status)
         return self.status
 
     def _get(self, request: m.SearchId) -> m.SearchStatus:
         if self.status is None or request.search_id not in ("", self.status.search_id):
-            raise Refusal("unknown_search", f"no search {request.search_id!r}")
+            raise RequestRejected("unknown_search", f"no search {request.search_id!r}")
         return self.status
 
     def _cancel(self, request: m.SearchId) -> m.SearchStatus:
@@ -235,7 +237,7 @@ class FakePlanner:
 
 
 @contextmanager
-def gateway_on(hub: MemoryHub, config: GatewayConfig | None = None) -> Iterator[Gateway]:
+def gateway_on(hub: MemoryRouter, config: GatewayConfig | None = None) -> Iterator[Gateway]:
     """A gateway on ``hub``, without HTTP."""
     config = config or GatewayConfig(call_timeout_s=2.0, live_rate_hz=50)
     bus = hub.bus("gateway")
@@ -249,7 +251,7 @@ def gateway_on(hub: MemoryHub, config: GatewayConfig | None = None) -> Iterator[
 
 
 @contextmanager
-def client_on(hub: MemoryHub, config: GatewayConfig | None = None) -> Iterator[TestClient]:
+def client_on(hub: MemoryRouter, config: GatewayConfig | None = None) -> Iterator[TestClient]:
     """A client of a gateway on ``hub``."""
     with gateway_on(hub, config) as gateway:
         yield client_of(gateway)

@@ -16,7 +16,7 @@ from onemap_gateway.context import Gateway
 from onemap_gateway.problems import KINDS
 from onemap_gateway.routes.pages import STATIC
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway.fakes import client_of, client_on, gateway_on
 
 BODIES: dict[str, object] = {
@@ -38,7 +38,7 @@ def operations(client: TestClient) -> list[tuple[str, str, dict[str, Any]]]:
 
 
 @pytest.fixture
-def deaf(hub: MemoryHub) -> Iterator[MemoryHub]:
+def deaf(hub: MemoryRouter) -> Iterator[MemoryRouter]:
     """A mapper and a planner whose every answer never comes."""
     release = threading.Event()
     procedures: list[keys.Procedure[Any, Any]] = [
@@ -63,7 +63,7 @@ def deaf(hub: MemoryHub) -> Iterator[MemoryHub]:
 @pytest.mark.timeout(30)
 @pytest.mark.parametrize("services", ["absent", "deaf"])
 def test_no_route_hangs_when_nobody_answers(
-    hub: MemoryHub, services: str, request: pytest.FixtureRequest
+    hub: MemoryRouter, services: str, request: pytest.FixtureRequest
 ) -> None:
     if services == "deaf":
         request.getfixturevalue("deaf")
@@ -134,7 +134,7 @@ def test_a_wrong_method_is_a_problem_and_names_the_right_ones(client: TestClient
 
 
 def test_a_failing_route_is_a_problem_and_is_logged(
-    hub: MemoryHub, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    hub: MemoryRouter, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     def fail(_gateway: Gateway) -> None:
         raise RuntimeError("a bug")

@@ -11,16 +11,16 @@ import pytest
 from onemap_gateway.calls import Calls
 from onemap_gateway.problems import Problem
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import MapClear, MapSummary, SearchId, SearchStatus
-from onemap_shared.transport import Refusal
+from onemap_shared.transport import RequestRejected
 from tests.gateway.fakes import FakeMapper, FakePlanner, search
 
 NEWEST = SearchId()
 
 
 @pytest.fixture
-def hung(hub: MemoryHub) -> Iterator[MemoryHub]:
+def hung(hub: MemoryRouter) -> Iterator[MemoryRouter]:
     """A planner that never answers, until the test is over."""
     bus, release = hub.bus("planner"), threading.Event()
 
@@ -40,27 +40,27 @@ def problem_of(calls: Calls) -> Problem:
     return refusal.value
 
 
-def test_an_answer_comes_back(hub: MemoryHub, planner: FakePlanner) -> None:
+def test_an_answer_comes_back(hub: MemoryRouter, planner: FakePlanner) -> None:
     planner.status = search("s9")
     calls = Calls(hub.bus(), 2.0, 2)
     assert anyio.run(calls.ask, keys.SEARCH_GET, NEWEST).search_id == "s9"
 
 
-def test_nobody_there_is_said_at_once(hub: MemoryHub) -> None:
+def test_nobody_there_is_said_at_once(hub: MemoryRouter) -> None:
     problem = problem_of(Calls(hub.bus(), 2.0, 2))
     assert (problem.kind, problem.extra["service"]) == ("unavailable", "planner")
 
 
-def test_a_refusal_keeps_its_code(hub: MemoryHub, planner: FakePlanner) -> None:
+def test_a_refusal_keeps_its_code(hub: MemoryRouter, planner: FakePlanner) -> None:
     assert problem_of(Calls(hub.bus(), 2.0, 2)).kind == "unknown_search"
 
 
-def test_silence_is_given_up(hung: MemoryHub) -> None:
+def test_silence_is_given_up(hung: MemoryRouter) -> None:
     problem = problem_of(Calls(hung.bus(), 0.05, 2))
     assert (problem.kind, problem.extra["service"]) == ("timeout", "planner")
 
 
-def test_a_crowd_before_a_hung_service_is_sent_away_too(hung: MemoryHub) -> None:
+def test_a_crowd_before_a_hung_service_is_sent_away_too(hung: MemoryRouter) -> None:
     calls, outcomes = Calls(hung.bus(), 0.4, 1), list[str]()
 
     async def one() -> None:
@@ -78,7 +78,7 @@ def test_a_crowd_before_a_hung_service_is_sent_away_too(hung: MemoryHub) -> None
     assert outcomes == ["timeout"] * 20
 
 
-def test_a_hung_service_does_not_hold_up_another(hung: MemoryHub) -> None:
+def test_a_hung_service_does_not_hold_up_another(hung: MemoryRouter) -> None:
     FakeMapper(hung)
     calls = Calls(hung.bus(), 0.5, 1)
     order: list[str] = []
@@ -103,17 +103,17 @@ def hangs(service: str) -> str:
     return f"The {service} hangs."
 
 
-def test_nobody_there_is_a_timeout_where_the_service_is_known_to_hang(hub: MemoryHub) -> None:
+def test_nobody_there_is_a_timeout_where_the_service_is_known_to_hang(hub: MemoryRouter) -> None:
     problem = problem_of(Calls(hub.bus(), 2.0, 2, hangs))
     assert (problem.kind, problem.extra["service"]) == ("timeout", "planner")
     assert problem.detail == "The planner hangs."
 
 
-def test_a_hung_service_behind_the_one_asked_is_told_the_same_way(hub: MemoryHub) -> None:
+def test_a_hung_service_behind_the_one_asked_is_told_the_same_way(hub: MemoryRouter) -> None:
     bus = hub.bus("mapper")
 
     def refuse(_request: MapClear) -> MapSummary:
-        raise Refusal("perception_missing", "perception does not run")
+        raise RequestRejected("perception_missing", "perception does not run")
 
     bus.serve(keys.MAP_CLEAR, refuse)
     with pytest.raises(Problem, match="perception hangs") as refused:

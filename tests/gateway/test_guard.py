@@ -15,7 +15,7 @@ from starlette.websockets import WebSocketDisconnect
 from onemap_gateway import guard
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.guard import MAX_BODY_BYTES
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway.fakes import FakeMapper, FakePlanner, client_on
 
 JSON = {"Content-Type": "application/json"}
@@ -36,7 +36,7 @@ def test_a_rebound_name_is_not(client: TestClient, host: str) -> None:
     assert "allowed_hosts" in answer.json()["detail"]
 
 
-def test_a_configured_name_is_served(hub: MemoryHub) -> None:
+def test_a_configured_name_is_served(hub: MemoryRouter) -> None:
     with client_on(hub, GatewayConfig(allowed_hosts=("robot.local",))) as client:
         assert client.get("/healthz", headers={"Host": "robot.local:8080"}).status_code == 200
         page = {"Host": "robot.local", "Origin": "https://robot.local"}
@@ -68,7 +68,7 @@ def test_no_other_site_may_read(client: TestClient) -> None:
 
 
 @pytest.fixture
-def locked(hub: MemoryHub, mapper: FakeMapper, planner: FakePlanner) -> Iterator[TestClient]:
+def locked(hub: MemoryRouter, mapper: FakeMapper, planner: FakePlanner) -> Iterator[TestClient]:
     with client_on(hub, GatewayConfig(token=SecretStr("päss"))) as client:
         yield client
 
@@ -83,7 +83,7 @@ def test_changes_need_the_token(locked: TestClient, given: str | None) -> None:
     assert locked.get("/v1/map").status_code == 200
 
 
-def test_the_token_opens(hub: MemoryHub, mapper: FakeMapper) -> None:
+def test_the_token_opens(hub: MemoryRouter, mapper: FakeMapper) -> None:
     with client_on(hub, GatewayConfig(token=SecretStr("secret"))) as client:
         right = {"Authorization": "Bearer secret"}
         assert client.post("/v1/map/clear", headers=right).status_code == 200

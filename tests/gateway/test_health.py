@@ -5,18 +5,18 @@ from __future__ import annotations
 from starlette.testclient import TestClient
 
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway import fakes
 from tests.gateway.fakes import WAIT_S, client_of, gateway_on
 
 
-def test_the_process_lives_whatever_else_is_missing(hub: MemoryHub) -> None:
+def test_the_process_lives_whatever_else_is_missing(hub: MemoryRouter) -> None:
     with gateway_on(hub) as gateway:
         answer = client_of(gateway).get("/healthz")
     assert answer.json() == {"status": "ok"}
 
 
-def test_the_robot_is_not_ready_until_a_frame_reached_the_map(hub: MemoryHub) -> None:
+def test_the_robot_is_not_ready_until_a_frame_reached_the_map(hub: MemoryRouter) -> None:
     buses = {name: hub.bus(name) for name in ("simulator", "perception", "mapper", "planner")}
     with gateway_on(hub) as gateway:
         client = client_of(gateway)

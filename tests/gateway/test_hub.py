@@ -8,13 +8,13 @@ import pytest
 
 from onemap_gateway.hub import Hub
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.wire import Packet, encode
 from tests.gateway import fakes
 from tests.gateway.fakes import WAIT_S
 
 
-def test_every_stream_arrives(hub: MemoryHub) -> None:
+def test_every_stream_arrives(hub: MemoryRouter) -> None:
     ear, robot = Hub(hub.bus("gateway")), hub.bus("simulator")
     robot.publish(keys.ROBOT_RGBD).put(fakes.rgbd())
     robot.publish(keys.ROBOT_ODOMETRY).put(fakes.odometry(1, 2))
@@ -32,7 +32,7 @@ def test_every_stream_arrives(hub: MemoryHub) -> None:
     assert all(counters.received == 1 for counters in ear.counters().values())
 
 
-def test_who_is_alive_is_known_and_who_is_gone(hub: MemoryHub) -> None:
+def test_who_is_alive_is_known_and_who_is_gone(hub: MemoryRouter) -> None:
     ear = Hub(hub.bus("gateway"))
     mapper = hub.bus("mapper")
     assert ear.wait_for(lambda state: "mapper" in state.alive, WAIT_S)
@@ -41,7 +41,7 @@ def test_who_is_alive_is_known_and_who_is_gone(hub: MemoryHub) -> None:
     ear.close()
 
 
-def test_no_change_of_a_search_is_lost(hub: MemoryHub) -> None:
+def test_no_change_of_a_search_is_lost(hub: MemoryRouter) -> None:
     ear = Hub(hub.bus("gateway"))
     publisher = hub.bus("planner").publish(keys.SEARCH_STATE)
     for index in range(10):
@@ -52,7 +52,7 @@ def test_no_change_of_a_search_is_lost(hub: MemoryHub) -> None:
 
 
 def test_a_broken_message_is_logged_and_passed_over(
-    hub: MemoryHub, caplog: pytest.LogCaptureFixture
+    hub: MemoryRouter, caplog: pytest.LogCaptureFixture
 ) -> None:
     ear = Hub(hub.bus("gateway"))
     good = encode(fakes.odometry(1, 2))
@@ -66,7 +66,7 @@ def test_a_broken_message_is_logged_and_passed_over(
     assert any("odometry: message refused" in record.message for record in caplog.records)
 
 
-def test_closing_is_told_to_streams_before_it_is_done(hub: MemoryHub) -> None:
+def test_closing_is_told_to_streams_before_it_is_done(hub: MemoryRouter) -> None:
     ear = Hub(hub.bus("gateway"))
     before = ear.closing
     ear.begin_close()
@@ -75,7 +75,7 @@ def test_closing_is_told_to_streams_before_it_is_done(hub: MemoryHub) -> None:
     assert (before, after) == (False, True)
 
 
-def test_a_service_hangs_if_it_was_silent_before_its_token_went(hub: MemoryHub) -> None:
+def test_a_service_hangs_if_it_was_silent_before_its_token_went(hub: MemoryRouter) -> None:
     now_s = [10.0]
     mapper = hub.bus("mapper")
     ear = Hub(hub.bus("gateway"), clock_s=lambda: now_s[0])

@@ -7,7 +7,7 @@ from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway import fakes
 from tests.gateway.fakes import client_of, gateway_on
 
@@ -27,7 +27,7 @@ def test_states_keep_coming_and_the_trail_only_once(client: TestClient) -> None:
     assert first["ready"] is False
 
 
-def test_the_newest_state_is_sent(hub: MemoryHub) -> None:
+def test_the_newest_state_is_sent(hub: MemoryRouter) -> None:
     publisher = hub.bus("simulator").publish(keys.ROBOT_ODOMETRY)
     with gateway_on(hub) as gateway, client_of(gateway).websocket_connect(LIVE) as socket:
         socket.receive_json()
@@ -45,7 +45,7 @@ def test_what_a_client_says_is_ignored(client: TestClient) -> None:
         assert socket.receive_json()["services"]
 
 
-def test_a_closing_gateway_says_good_bye(hub: MemoryHub) -> None:
+def test_a_closing_gateway_says_good_bye(hub: MemoryRouter) -> None:
     with gateway_on(hub) as gateway, client_of(gateway).websocket_connect(LIVE) as socket:
         socket.receive_json()
         gateway.hub.begin_close()

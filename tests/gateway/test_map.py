@@ -11,7 +11,7 @@ from starlette.testclient import TestClient
 
 from onemap_gateway.render import FREE, OCCUPIED
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway import fakes
 from tests.gateway.fakes import FakeMapper, client_of, gateway_on
 
@@ -108,7 +108,7 @@ def test_a_refused_name_is_told_which_letters_are_allowed(client: TestClient) ->
         ("POST", "/v1/map/clear"),
     ],
 )
-def test_without_a_mapper_it_is_named(hub: MemoryHub, method: str, path: str) -> None:
+def test_without_a_mapper_it_is_named(hub: MemoryRouter, method: str, path: str) -> None:
     with gateway_on(hub) as gateway:
         body = {"name": "flat"} if method == "POST" else None
         answer = client_of(gateway).request(method, path, json=body)
@@ -116,7 +116,7 @@ def test_without_a_mapper_it_is_named(hub: MemoryHub, method: str, path: str) ->
     assert answer.json()["service"] == "mapper"
 
 
-def test_the_camera_shows_the_newest_image_with_its_detections(hub: MemoryHub) -> None:
+def test_the_camera_shows_the_newest_image_with_its_detections(hub: MemoryRouter) -> None:
     robot = hub.bus("simulator")
     with gateway_on(hub) as gateway:
         robot.publish(keys.ROBOT_RGBD).put(fakes.rgbd(5))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from starlette.testclient import TestClient
 
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway.fakes import GRID, FakeMapper, client_on
 
 
@@ -109,7 +109,7 @@ def test_spaces_do_not_matter(client: TestClient) -> None:
     assert client.post("/v1/queries", json={"text": "  sofa "}).json()["text"] == "sofa"
 
 
-def test_a_killed_mapper_is_named_and_missed_only_until_it_is_back(hub: MemoryHub) -> None:
+def test_a_killed_mapper_is_named_and_missed_only_until_it_is_back(hub: MemoryRouter) -> None:
     mapper = FakeMapper(hub)
     with client_on(hub) as client:
         assert client.post("/v1/queries", json={"text": "sofa"}).status_code == 200

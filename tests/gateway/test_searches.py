@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from starlette.testclient import TestClient
 
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import SearchState
 from tests.gateway.fakes import FakePlanner, client_on
 
@@ -123,7 +123,7 @@ def test_events_of_a_search_that_is_over_end_at_once(
         ("GET", "/v1/searches/s1/events"),
     ],
 )
-def test_without_a_planner_it_is_named(hub: MemoryHub, method: str, path: str) -> None:
+def test_without_a_planner_it_is_named(hub: MemoryRouter, method: str, path: str) -> None:
     with client_on(hub) as client:
         body = {"object": "sofa"} if method == "POST" else None
         answer = client.request(method, path, json=body)

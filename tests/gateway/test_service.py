@@ -16,7 +16,7 @@ from onemap_gateway.config import GatewayConfig
 from onemap_gateway.listening import listen
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import SearchState
 from onemap_shared.runner import StartError
 from tests.gateway import fakes
@@ -26,7 +26,7 @@ TEST = GatewayConfig(port=0, live_rate_hz=50)
 
 
 @pytest.fixture
-def worker(hub: MemoryHub) -> Iterator[GatewayWorker]:
+def worker(hub: MemoryRouter) -> Iterator[GatewayWorker]:
     worker = build(hub.bus("gateway"), TEST)
     yield worker
     worker.close()
@@ -51,7 +51,7 @@ def test_it_answers_and_is_ready(worker: GatewayWorker) -> None:
     assert health.metrics["rgbd_received"] == 0
 
 
-def test_a_port_in_use_is_said_in_a_sentence(worker: GatewayWorker, hub: MemoryHub) -> None:
+def test_a_port_in_use_is_said_in_a_sentence(worker: GatewayWorker, hub: MemoryRouter) -> None:
     with pytest.raises(StartError, match=r"another program uses it.*gateway\.port"):
         build(hub.bus(), GatewayConfig(port=worker.port))
 
@@ -61,7 +61,7 @@ def test_an_address_that_is_not_ours_is_said_in_a_sentence() -> None:
         listen("192.0.2.1", 0)
 
 
-def test_a_search_is_followed_over_the_network(worker: GatewayWorker, hub: MemoryHub) -> None:
+def test_a_search_is_followed_over_the_network(worker: GatewayWorker, hub: MemoryRouter) -> None:
     planner = FakePlanner(hub)
     states = []
     with client_for(worker) as client:
@@ -78,7 +78,7 @@ def test_a_search_is_followed_over_the_network(worker: GatewayWorker, hub: Memor
 
 
 def test_a_client_that_does_not_read_holds_nobody_back(
-    worker: GatewayWorker, hub: MemoryHub
+    worker: GatewayWorker, hub: MemoryRouter
 ) -> None:
     odometry = hub.bus("simulator").publish(keys.ROBOT_ODOMETRY)
     address = f"ws://127.0.0.1:{worker.port}/v1/live"
@@ -91,7 +91,7 @@ def test_a_client_that_does_not_read_holds_nobody_back(
 
 
 @pytest.mark.timeout(20)
-def test_it_ends_though_clients_hold_on(hub: MemoryHub) -> None:
+def test_it_ends_though_clients_hold_on(hub: MemoryRouter) -> None:
     planner = FakePlanner(hub, fakes.search("s1"))
     worker = build(hub.bus("gateway"), TEST)
     with (

@@ -10,7 +10,7 @@ import anyio
 
 from onemap_gateway.context import Gateway
 from onemap_gateway.stream import KEEP_ALIVE, Pace, is_news, search_events
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import SearchState
 from tests.gateway.fakes import WAIT_S, FakePlanner, gateway_on, search
 
@@ -35,7 +35,7 @@ async def is_over(events: AsyncIterator[bytes]) -> bool:
 
 
 def listen(
-    hub: MemoryHub,
+    hub: MemoryRouter,
     scenario: Callable[[Gateway, AsyncIterator[bytes]], Any],
     pace: Pace = FAST,
 ) -> None:
@@ -46,7 +46,7 @@ def listen(
 
 
 def test_every_change_is_told_once_and_the_end_ends_it(
-    hub: MemoryHub, planner: FakePlanner
+    hub: MemoryRouter, planner: FakePlanner
 ) -> None:
     async def scenario(gateway: Gateway, events: AsyncIterator[bytes]) -> None:
         name, status = await next_event(events)
@@ -61,7 +61,7 @@ def test_every_change_is_told_once_and_the_end_ends_it(
     listen(hub, scenario)
 
 
-def test_the_stream_outlives_its_planner(hub: MemoryHub) -> None:
+def test_the_stream_outlives_its_planner(hub: MemoryRouter) -> None:
     old = FakePlanner(hub, search("s1"))
 
     async def scenario(gateway: Gateway, events: AsyncIterator[bytes]) -> None:
@@ -79,7 +79,7 @@ def test_the_stream_outlives_its_planner(hub: MemoryHub) -> None:
 
 
 def test_a_search_that_the_planner_forgot_ends_with_a_problem(
-    hub: MemoryHub, planner: FakePlanner
+    hub: MemoryRouter, planner: FakePlanner
 ) -> None:
     async def scenario(gateway: Gateway, events: AsyncIterator[bytes]) -> None:
         await next_event(events)
@@ -90,7 +90,7 @@ def test_a_search_that_the_planner_forgot_ends_with_a_problem(
     listen(hub, scenario)
 
 
-def test_a_final_search_is_told_and_over(hub: MemoryHub) -> None:
+def test_a_final_search_is_told_and_over(hub: MemoryRouter) -> None:
     async def scenario(gateway: Gateway) -> None:
         events = search_events(gateway, search(state=SearchState.FOUND), count=0)
         assert (await next_event(events))[1]["state"] == "found"
@@ -100,7 +100,7 @@ def test_a_final_search_is_told_and_over(hub: MemoryHub) -> None:
         anyio.run(scenario, gateway)
 
 
-def test_silence_is_filled_with_comments(hub: MemoryHub, planner: FakePlanner) -> None:
+def test_silence_is_filled_with_comments(hub: MemoryRouter, planner: FakePlanner) -> None:
     async def scenario(gateway: Gateway, events: AsyncIterator[bytes]) -> None:
         await next_event(events)
         with anyio.fail_after(WAIT_S):
@@ -110,7 +110,9 @@ def test_silence_is_filled_with_comments(hub: MemoryHub, planner: FakePlanner) -
     listen(hub, scenario, Pace(look_s=0.01, ask_s=60.0, keep_alive_s=0.02))
 
 
-def test_the_stream_ends_when_the_gateway_goes_down(hub: MemoryHub, planner: FakePlanner) -> None:
+def test_the_stream_ends_when_the_gateway_goes_down(
+    hub: MemoryRouter, planner: FakePlanner
+) -> None:
     async def scenario(gateway: Gateway, events: AsyncIterator[bytes]) -> None:
         await next_event(events)
         gateway.hub.begin_close()

@@ -13,7 +13,7 @@ import torch
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.service import Mapper, build
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryBus, MemoryHub
+from onemap_shared.memory_bus import MemoryBus, MemoryRouter
 from onemap_shared.messages import (
     FeatureField,
     Layer,
@@ -29,7 +29,7 @@ from onemap_shared.messages import (
     TextRequest,
 )
 from onemap_shared.runner import StartError
-from onemap_shared.transport import Refusal, RemoteError
+from onemap_shared.transport import RemoteError, RequestRejected
 from tests.mapper import scenes
 
 SOFA = np.eye(16, dtype=np.float32)[3]
@@ -41,7 +41,7 @@ class Rig:
     """A mapper and, around it, what perception and a planner would say and ask."""
 
     def __init__(self, folder: Path) -> None:
-        self.hub = MemoryHub()
+        self.hub = MemoryRouter()
         config = MapperConfig(map_folder=folder)
         self.mapper: Mapper = build(self.hub.bus("mapper"), config)
         self.client: MemoryBus = self.hub.bus("planner")
@@ -60,7 +60,7 @@ class Rig:
             if "flurb" in request.texts:
                 raise ValueError("flurb is not a word I know")
             if "flub" in request.texts:
-                raise Refusal("unknown_word", "flub is not a word I know")
+                raise RequestRejected("unknown_word", "flub is not a word I know")
             return TextEmbeddings(
                 "encoder-a",
                 text_space,
@@ -350,4 +350,4 @@ def test_a_gpu_that_is_not_there_is_named() -> None:
     if torch.cuda.is_available():
         pytest.skip("this machine has a CUDA device")
     with pytest.raises(StartError, match="no GPU"):
-        build(MemoryHub().bus("mapper"), MapperConfig(device="cuda"))
+        build(MemoryRouter().bus("mapper"), MapperConfig(device="cuda"))

@@ -17,7 +17,7 @@ from onemap_perception.faults import Fault
 from onemap_perception.service import build
 from onemap_shared import keys
 from onemap_shared.config import ConfigError, section
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import TextEmbeddings, TextRequest
 from onemap_shared.runner import StartError
 from tests.perception.tiny import open_clip_folder, owl_folder, rtdetr_folder, tipsv2_folder
@@ -82,7 +82,7 @@ def test_a_service_of_other_peoples_parts_sees_and_answers(tmp_path: Path) -> No
             },
         }
     )
-    hub = MemoryHub()
+    hub = MemoryRouter()
     fields = hub.bus().subscribe(keys.FIELD)
     service = build(hub.bus("perception"), config)
     hub.bus().publish(keys.ROBOT_RGBD).put(frame())
@@ -105,7 +105,7 @@ def test_a_model_that_is_not_here_names_the_command(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr("onemap_perception.hub.cached", lambda repo, files: None)
     document = {"backend": "openclip_convnext", "model": "laion/CLIP-x"}
     with pytest.raises(StartError, match="not on this machine: onemap models fetch laion/CLIP-x"):
-        build(MemoryHub().bus(), configured({"encoder": document}))
+        build(MemoryRouter().bus(), configured({"encoder": document}))
 
 
 class OnlyCosines(ColourEncoder):

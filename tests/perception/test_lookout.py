@@ -11,7 +11,7 @@ from onemap_perception.detectors.protocol import DetectorError, Found, Seen
 from onemap_perception.observation import ObservationModel
 from onemap_perception.service import Parts, Perception
 from onemap_shared import keys
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Detections, SearchState, TextEmbeddings
 from tests.perception.test_service import SEARCH
 from tests.perception.toy import ColourEncoder, frame
@@ -41,7 +41,7 @@ class World:
     """Perception with a detector that takes its time."""
 
     def __init__(self) -> None:
-        hub = MemoryHub()
+        hub = MemoryRouter()
         outside = hub.bus()
         self.detector = Held()
         parts = Parts(ColourEncoder(), self.detector, ObservationModel(), silent_after_s=5.0)

@@ -14,7 +14,7 @@ from onemap_perception.observation import ObservationModel
 from onemap_perception.service import Parts, Perception, build
 from onemap_shared import keys
 from onemap_shared.geometry import F16, U8
-from onemap_shared.memory_bus import MemoryBus, MemoryHub
+from onemap_shared.memory_bus import MemoryBus, MemoryRouter
 from onemap_shared.messages import SearchState, SearchStatus, TextRequest
 from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError
@@ -38,7 +38,7 @@ class World:
     """A perception service and everybody else on one bus."""
 
     def __init__(self) -> None:
-        self.hub = MemoryHub()
+        self.hub = MemoryRouter()
         self.outside: MemoryBus = self.hub.bus()
         parts = Parts(
             ColourEncoder(),
@@ -103,7 +103,7 @@ def test_while_a_search_runs_every_frame_is_looked_at_for_its_target(world: Worl
 
 
 def test_a_search_that_began_before_perception_is_followed() -> None:
-    hub = MemoryHub()
+    hub = MemoryRouter()
     hub.bus().publish(keys.SEARCH_STATE).put(SEARCH)
     world = World.__new__(World)
     world.hub = hub
@@ -206,7 +206,7 @@ def test_a_missing_encoder_is_one_sentence(tmp_path: object) -> None:
         {"encoder": {"backend": "mini", "folder": str(tmp_path)}}
     )
     with pytest.raises(StartError, match=r"the encoder's weights .*mini\.onnx are missing"):
-        build(MemoryHub().bus(), config)
+        build(MemoryRouter().bus(), config)
 
 
 def test_a_full_device_is_counted_and_the_service_lives(

@@ -15,7 +15,7 @@ from onemap_planner.record import FILE_NAME
 from onemap_planner.service import Planner
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
     MapRevision,
     MapSummary,
@@ -31,7 +31,7 @@ from onemap_shared.messages import (
     TextRequest,
     VelocityCommand,
 )
-from onemap_shared.transport import Refusal, RemoteError
+from onemap_shared.transport import RemoteError, RequestRejected
 from onemap_shared.wire import Packet
 from tests.planner.rooms import as_view, drawn
 
@@ -43,7 +43,7 @@ class House:
     """The planner and, on buses of their own, a robot, a mapper and a caller."""
 
     def __init__(self, config: PlannerConfig) -> None:
-        self.hub = MemoryHub()
+        self.hub = MemoryRouter()
         self.robot, self.mapper, self.caller = (self.hub.bus(name) for name in "rmc")
         self.odometry = self.robot.publish(keys.ROBOT_ODOMETRY)
         self.revisions = self.mapper.publish(keys.MAP_REVISION)
@@ -73,7 +73,9 @@ class House:
         """As an encoder without its sentence encoder: 'flurb' is no word, 'kite' has no place."""
         if "flurb" in request.texts:
             unknown = {"words": [{"word": "flurb", "did_you_mean": ["curb"]}]}
-            raise Refusal("unknown_word", "'flurb' (did you mean 'curb'?) is no word", unknown)
+            raise RequestRejected(
+                "unknown_word", "'flurb' (did you mean 'curb'?) is no word", unknown
+            )
         rows = np.ones((len(request.texts), 1), np.float32)
         nearest = tuple(("ball", "fan") if text == "kite" else () for text in request.texts)
         mask = np.zeros((len(rows), 0), np.uint8)

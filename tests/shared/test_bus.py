@@ -18,8 +18,8 @@ from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.bus import open_bus
 from onemap_shared.config import BusConfig
-from onemap_shared.memory_bus import MemoryHub
-from onemap_shared.transport import Bus, NoReply, QueryTimeout, Refusal, RemoteError
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.transport import Bus, NoReply, QueryTimeout, RemoteError, RequestRejected
 from onemap_shared.wire import Packet, encode
 from tests.shared.samples import SAMPLES
 
@@ -87,8 +87,8 @@ def join(router: Router, service: str, namespace: str = "") -> Bus:
 def buses(request: pytest.FixtureRequest) -> Iterator[tuple[Bus, Bus]]:
     pair: tuple[Bus, Bus]
     if request.param == "memory":
-        hub = MemoryHub()
-        pair = (hub.bus("perception"), hub.bus("mapper"))
+        router = MemoryRouter()
+        pair = (router.bus("perception"), router.bus("mapper"))
     else:
         router = request.getfixturevalue("router")
         pair = (join(router, "perception", "fleet/r1"), join(router, "mapper", "fleet/r1"))
@@ -184,7 +184,7 @@ def test_refusals_travel_with_code_and_sentence(buses: tuple[Bus, Bus]) -> None:
 
     def handler(request: m.MapFile) -> m.MapSummary:
         if request.name == "refused":
-            raise Refusal(
+            raise RequestRejected(
                 "encoder_mismatch", "the map was made by another encoder", {"ours": ["mini"]}
             )
         if request.name == "wrong":
@@ -263,11 +263,11 @@ def test_who_is_alive_is_known_until_it_leaves(buses: tuple[Bus, Bus]) -> None:
 
 
 def test_bad_packets_are_counted_and_passed_over() -> None:
-    hub = MemoryHub()
-    bus = hub.bus()
+    router = MemoryRouter()
+    bus = router.bus()
     odometry = bus.subscribe(keys.ROBOT_ODOMETRY, capacity=2)
-    hub.inject(keys.ROBOT_ODOMETRY.key, Packet(b"?", b""))
-    hub.inject(keys.ROBOT_ODOMETRY.key, encode(sample(m.Odometry)))
+    router.inject(keys.ROBOT_ODOMETRY.key, Packet(b"?", b""))
+    router.inject(keys.ROBOT_ODOMETRY.key, encode(sample(m.Odometry)))
     received = odometry.take(1.0)
     assert received is not None
     assert (odometry.counters.refused, odometry.counters.received) == (1, 1)
@@ -323,9 +323,9 @@ def test_who_is_present_is_known_right_after_joining(router: Router) -> None:
     for number in range(20):
         bus = open_bus(BusConfig(connect=(router.endpoint,)), "up", f"u{number}", threading.Event())
         assert bus is not None
-        present = bus.present()
-        assert {service for service, _ in present} == {"mapper", "up"}
-        assert ("up", f"u{number}") in present
+        processes = bus.processes()
+        assert {service for service, _ in processes} == {"mapper", "up"}
+        assert ("up", f"u{number}") in processes
         bus.close()
     first.close()
 
@@ -343,7 +343,7 @@ def test_a_fleet_shares_a_router_and_no_names(router: Router) -> None:
     ]
     for bus, robot in zip(buses, ("r1", "r2"), strict=True):
         assert bus is not None
-        assert bus.present() == {("mapper", robot)}
+        assert bus.processes() == {("mapper", robot)}
     for bus in buses:
         assert bus is not None
         bus.close()

@@ -13,7 +13,7 @@ import pytest
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import camera_mount, pose_2d, transform
 from onemap_shared.keys import ROBOT_ODOMETRY, ROBOT_RGBD
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Odometry, RgbdFrame
 from onemap_shared.runner import StartError
 from onemap_simulator.replay.config import ReplayConfig
@@ -132,7 +132,7 @@ def test_the_recorder_refuses_to_mix(directory: Path, tmp_path: Path) -> None:
 
 def play(config: ReplayConfig, steps: int) -> tuple[list[RgbdFrame], list[Odometry], float]:
     """Frames and odometry of a worker after so many steps, and its share of readable frames."""
-    hub = MemoryHub()
+    hub = MemoryRouter()
     listener = hub.bus()
     rgbd = listener.subscribe(ROBOT_RGBD, capacity=50)
     odometry = listener.subscribe(ROBOT_ODOMETRY, capacity=50)
@@ -171,7 +171,7 @@ def test_an_unreadable_frame_is_left_out_and_counted(directory: Path) -> None:
 
 def test_a_recording_that_cannot_be_read_does_not_start(tmp_path: Path) -> None:
     with pytest.raises(StartError, match="cannot read"):
-        build(MemoryHub().bus("replay"), ReplayConfig(directory=tmp_path))
+        build(MemoryRouter().bus("replay"), ReplayConfig(directory=tmp_path))
 
 
 def test_the_body_stands_below_a_camera_that_looks_down() -> None:

@@ -9,7 +9,7 @@ import trimesh
 
 from onemap_shared.geometry import camera_mount, yaw_of
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import TruthRequest, VelocityCommand
 from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError
@@ -28,7 +28,7 @@ class Robot:
     """A worker on an in-memory bus and what it publishes."""
 
     def __init__(self, config: SimulatorConfig = CONFIG) -> None:
-        hub = MemoryHub()
+        hub = MemoryRouter()
         self.bus = hub.bus()
         self.rgbd = self.bus.subscribe(ROBOT_RGBD)
         self.odometry = self.bus.subscribe(ROBOT_ODOMETRY)
@@ -128,20 +128,20 @@ def test_pose_noise_moves_the_report_and_not_the_robot() -> None:
 )
 def test_a_scene_that_cannot_be_opened_does_not_start(scene: str, reason: str) -> None:
     with pytest.raises(StartError, match=reason):
-        build(MemoryHub().bus("simulator"), SimulatorConfig(scene=scene))
+        build(MemoryRouter().bus("simulator"), SimulatorConfig(scene=scene))
 
 
 def test_a_scene_of_the_users_starts(tmp_path: Path) -> None:
     box = trimesh.creation.box((4.0, 0.1, 4.0))  # a floor: glTF has y up
     box.export(tmp_path / "plain.glb")
     config = CONFIG.model_copy(update={"scene": str(tmp_path / "plain.glb")})
-    worker = build(MemoryHub().bus("simulator"), config)
+    worker = build(MemoryRouter().bus("simulator"), config)
     worker.step(0.0)
     worker.close()
 
 
 def test_the_generated_apartment_starts() -> None:
-    worker = build(MemoryHub().bus("simulator"), CONFIG)
+    worker = build(MemoryRouter().bus("simulator"), CONFIG)
     worker.step(0.0)
     worker.close()
 

@@ -10,7 +10,7 @@ import pytest
 from onemap_shared import keys
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import camera_mount, pose_2d
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
     Heartbeat,
     MapRevision,
@@ -81,7 +81,7 @@ def test_the_map_is_compared_between_first_and_last() -> None:
 
 
 def test_everything_on_the_bus_is_heard() -> None:
-    hub = MemoryHub()
+    hub = MemoryRouter()
     robot, mapper = hub.bus("simulator"), hub.bus("mapper")
     ear = Ear(hub.bus())
 
@@ -116,4 +116,4 @@ def test_everything_on_the_bus_is_heard() -> None:
 
 
 def test_no_perception_means_no_text_encoder() -> None:
-    assert Ear(MemoryHub().bus()).observations(0.0).text_encoder is None
+    assert Ear(MemoryRouter().bus()).observations(0.0).text_encoder is None

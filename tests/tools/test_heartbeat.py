@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 
 from onemap_shared.keys import heartbeat
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Heartbeat
 from onemap_tools.heartbeat import next_heartbeat, problem_of
 
@@ -26,12 +26,12 @@ def test_an_unready_service_gives_its_reason() -> None:
 
 
 def test_silence_is_told_with_what_to_start() -> None:
-    assert next_heartbeat(MemoryHub().bus(), "mapper", 0.01) is None
+    assert next_heartbeat(MemoryRouter().bus(), "mapper", 0.01) is None
     assert "onemap mapper" in problem_of("mapper", None)
 
 
 def test_the_first_ready_heartbeat_is_enough() -> None:
-    hub = MemoryHub()
+    hub = MemoryRouter()
     mapper = hub.bus().publish(heartbeat("mapper"))
     heard: list[Heartbeat | None] = []
     listening = threading.Thread(
@@ -46,7 +46,7 @@ def test_the_first_ready_heartbeat_is_enough() -> None:
 
 
 def test_an_unready_one_is_listened_to_until_patience_ends() -> None:
-    hub = MemoryHub()
+    hub = MemoryRouter()
     mapper = hub.bus().publish(heartbeat("mapper"))
     heard: list[Heartbeat | None] = []
     listening = threading.Thread(

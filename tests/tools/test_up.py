@@ -52,11 +52,11 @@ def test_only_chooses_between_two_robots() -> None:
 
 def test_a_rival_runs_what_would_be_started() -> None:
     own, other = claim(("mapper", "gateway")), claim(("simulator", "mapper"))
-    present = {("up", own), ("doctor", "d1"), ("planner", "p1")}
-    assert rivals(present, own) == ()
-    assert rivals({*present, ("mapper", "m1")}, own) == ("mapper",)
-    assert rivals({*present, ("up", other)}, own) == ("mapper",)  # before its mapper is there
-    assert rivals({*present, ("up", claim(("router", "simulator")))}, own) == ()
+    processes = {("up", own), ("doctor", "d1"), ("planner", "p1")}
+    assert rivals(processes, own) == ()
+    assert rivals({*processes, ("mapper", "m1")}, own) == ("mapper",)
+    assert rivals({*processes, ("up", other)}, own) == ("mapper",)  # before its mapper is there
+    assert rivals({*processes, ("up", claim(("router", "simulator")))}, own) == ()
 
 
 @pytest.mark.parametrize("robot", ["simulator", "replay", "robot"])

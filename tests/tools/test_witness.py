@@ -10,7 +10,7 @@ import pytest
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
 from onemap_shared.grid import GridSpec
-from onemap_shared.memory_bus import MemoryHub
+from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
     MapRevision,
     Odometry,
@@ -31,7 +31,7 @@ def revision(frames: int, stamp_ns: int = 1) -> MapRevision:
 
 
 def test_the_track_keeps_steps_and_drops_standing_still() -> None:
-    hub = MemoryHub()
+    hub = MemoryRouter()
     witness = Witness(hub.bus())
     robot = hub.bus().publish(keys.ROBOT_ODOMETRY)
     for x in (0.0, 0.001, 0.1, 0.1, 0.2):
@@ -43,7 +43,7 @@ def test_the_track_keeps_steps_and_drops_standing_still() -> None:
 
 
 def test_the_pace_counts_frames_since_the_beginning_only() -> None:
-    hub = MemoryHub()
+    hub = MemoryRouter()
     witness = Witness(hub.bus())
     mapper = hub.bus().publish(keys.MAP_REVISION)
     assert np.isnan(witness.map_rate_hz)
@@ -56,7 +56,7 @@ def test_the_pace_counts_frames_since_the_beginning_only() -> None:
 
 
 def test_the_age_of_the_map_is_that_of_its_newest_frame() -> None:
-    hub = MemoryHub()
+    hub = MemoryRouter()
     witness = Witness(hub.bus())
     ages_s = [witness.map_age_s]
     hub.bus().publish(keys.MAP_REVISION).put(revision(1, time.time_ns() - 10**10))
@@ -68,14 +68,14 @@ def test_the_age_of_the_map_is_that_of_its_newest_frame() -> None:
 
 
 def test_nobody_to_ask_is_none() -> None:
-    witness = Witness(MemoryHub().bus())
+    witness = Witness(MemoryRouter().bus())
     assert witness.truth("sofa", (0.0, 0.0)) is None
     assert witness.map_view() is None
     assert witness.position_m is None
 
 
 def test_truth_and_map_are_asked_for() -> None:
-    hub = MemoryHub()
+    hub = MemoryRouter()
     other = hub.bus()
     asked: list[TruthRequest] = []
 

@@ -20,15 +20,15 @@ def claim(names: Collection[str]) -> str:
     return SEPARATOR.join((uuid.uuid4().hex[:12], *names))
 
 
-def rivals(present: Iterable[tuple[str, str]], own: str) -> tuple[str, ...]:
+def rivals(processes: Iterable[tuple[str, str]], own: str) -> tuple[str, ...]:
     """Who is there that the launcher with the claim ``own`` would start a second time, sorted.
 
-    ``present``: service and instance of every process on the bus. A robot is a rival of any
+    ``processes``: service and instance of every process on the bus. A robot is a rival of any
     other robot, because a map follows one; robots of other launchers and drivers count.
     """
     wanted = set(own.split(SEPARATOR)[1:])
     there: set[str] = set()
-    for service, instance in present:
+    for service, instance in processes:
         if service != LAUNCHER:
             there.add(service)
         elif instance != own:

@@ -168,7 +168,7 @@ def choose_objects(categories: Sequence[str], known: Collection[str]) -> tuple[s
 
     A word that the encoder cannot place would have the whole search refused.
     """
-    present = set(categories)
-    favourites = [name for name in FAVOURITES if name in present]
-    others = sorted(present.intersection(known) - set(FAVOURITES) - BORING - {UNNAMED})
+    processes = set(categories)
+    favourites = [name for name in FAVOURITES if name in processes]
+    others = sorted(processes.intersection(known) - set(FAVOURITES) - BORING - {UNNAMED})
     return tuple([*favourites, *others][:OBJECTS]) or FAVOURITES[:OBJECTS]

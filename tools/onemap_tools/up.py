@@ -114,7 +114,7 @@ def claimed(
             yield False
             return
     try:
-        refuse_rivals(rivals(bus.present(), own), config)
+        refuse_rivals(rivals(bus.processes(), own), config)
         yield True
     finally:
         processes.stop()  # the claim is the last to go

@@ -43,7 +43,7 @@ from onemap_shared.messages import (
 )
 from onemap_shared.runner import StartError
 from onemap_shared.text_embedding import embed_texts
-from onemap_shared.transport import Bus, Health, Refusal
+from onemap_shared.transport import Bus, Health, RequestRejected
 
 LOG = logging.getLogger("onemap.mapper")
 
@@ -138,7 +138,9 @@ class Mapper:
         try:
             size = map_file.write(taken, path)
         except OSError as problem:
-            raise Refusal("storage", f"cannot write {path}: {problem.strerror}") from problem
+            raise RequestRejected(
+                "storage", f"cannot write {path}: {problem.strerror}"
+            ) from problem
         LOG.info("saved %d cells to %s", summary.cells_observed, path)
         return replace(summary, path=str(path), file_bytes=size)
 
@@ -148,7 +150,7 @@ class Mapper:
         try:
             content = map_file.read(path)
         except map_file.UnknownMap as problem:
-            raise Refusal("unknown_map", str(problem)) from problem
+            raise RequestRejected("unknown_map", str(problem)) from problem
         with self._lock:
             try:
                 restored = snapshot.restore(
@@ -158,7 +160,7 @@ class Mapper:
                     first_revision=self._map.revision + 1,
                 )
             except snapshot.OtherEncoder as problem:
-                raise Refusal("encoder_mismatch", str(problem)) from problem
+                raise RequestRejected("encoder_mismatch", str(problem)) from problem
             self._replace(restored)
             summary = summary_of(self._map)
         LOG.info("loaded %d cells from %s", summary.cells_observed, path)
@@ -218,7 +220,7 @@ class Mapper:
             ours, dimension = self._map.text_space, self._map.dimension
         if dimension and (text_space, query.concepts.shape[1]) != (ours, dimension):
             self._texts.clear()  # perception may come back with the right encoder
-            raise Refusal(
+            raise RequestRejected(
                 "encoder_mismatch",
                 f"texts are embedded in {text_space} ({query.concepts.shape[1]} channels), but the "
                 f"map holds {ours} ({dimension} channels): clear the map or restart perception "
@@ -232,14 +234,14 @@ class Mapper:
         for name in names:
             try:
                 queries.append(self._query(check_text(name)))
-            except Refusal as problem:
+            except RequestRejected as problem:
                 if problem.code != "unknown_word":
                     raise
         return queries
 
 
-def _empty() -> Refusal:
-    return Refusal("empty_map", "the map is empty: nothing has been seen yet")
+def _empty() -> RequestRejected:
+    return RequestRejected("empty_map", "the map is empty: nothing has been seen yet")
 
 
 def build(bus: Bus, config: MapperConfig) -> Mapper:

@@ -27,7 +27,7 @@ from onemap_shared.messages import (
     check_text,
 )
 from onemap_shared.runner import StartError
-from onemap_shared.transport import Bus, Health, Refusal, Worker
+from onemap_shared.transport import Bus, Health, RequestRejected, Worker
 
 LOG = logging.getLogger("onemap.perception")
 
@@ -105,7 +105,7 @@ class Perception:
             return self._parts.encoder.embed_text(texts)
         except UnknownWordError as problem:
             words = [{"word": w, "did_you_mean": list(near)} for w, near in problem.words.items()]
-            raise Refusal("unknown_word", str(problem), {"words": words}) from problem
+            raise RequestRejected("unknown_word", str(problem), {"words": words}) from problem
 
     def _encode(self, frame: RgbdFrame) -> F16 | None:
         """Publish the frame's features and return them; None if that failed."""

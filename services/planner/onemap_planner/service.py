@@ -30,7 +30,7 @@ from onemap_shared.transport import (
     Bus,
     Counters,
     Health,
-    Refusal,
+    RequestRejected,
     Worker,
 )
 
@@ -209,14 +209,14 @@ class Planner:
                 uuid.uuid4().hex[:12], objects, self._moment(), time.time_ns(), synonyms
             )
         except DeskError as problem:
-            raise Refusal(problem.code, str(problem)) from problem
+            raise RequestRejected(problem.code, str(problem)) from problem
         return self._status(search, time.monotonic())
 
     def _refuse_late(self, request: SearchRequest, took_s: float) -> None:
         """No robot starts for a caller that has given up meanwhile."""
         waited_s = took_s + (keys.SEARCH_START.stale_after_s or 0.0)
         if waited_s > request.patience_s:
-            raise Refusal(
+            raise RequestRejected(
                 "busy",
                 f"checking the words took {took_s:.1f} s of the {request.patience_s:g} s that the "
                 "caller waits: nothing was started; try again",
@@ -230,12 +230,12 @@ class Planner:
         embeddings = embed_texts(self._bus, objects, EMBED_TIMEOUT_S)
         unplaced = words.unplaced(embeddings)
         if unplaced:
-            raise Refusal("unknown_word", words.sentence(unplaced), words.details(unplaced))
+            raise RequestRejected("unknown_word", words.sentence(unplaced), words.details(unplaced))
         mind = self._desk.mind
         found = [claim.name for claim in mind.claims] if mind is not None else []
         if found:
             names = tuple(dict.fromkeys((*objects, *found)))
-            with suppress(Refusal):  # of another encoder, perhaps: then only spelling tells
+            with suppress(RequestRejected):  # of another encoder, perhaps: then only spelling tells
                 embeddings = embed_texts(self._bus, names, SYNONYMS_TIMEOUT_S)
         return synonyms_of(embeddings)
 
@@ -243,14 +243,14 @@ class Planner:
         try:
             search = self._desk.cancel(request.search_id, self._moment())
         except DeskError as problem:
-            raise Refusal(problem.code, str(problem)) from problem
+            raise RequestRejected(problem.code, str(problem)) from problem
         return self._status(search, time.monotonic())
 
     def _get(self, request: SearchId) -> SearchStatus:
         try:
             found = self._desk.find(request.search_id)
         except DeskError as problem:
-            raise Refusal(problem.code, str(problem)) from problem
+            raise RequestRejected(problem.code, str(problem)) from problem
         return self._status(found, time.monotonic())
 
     def _moment(self) -> Moment:

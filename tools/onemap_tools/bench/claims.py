@@ -54,14 +54,14 @@ class Episode:
 
     seed: int
     objects: tuple[ObjectSummary, ...]
-    present: tuple[bool, ...]
+    processes: tuple[bool, ...]
     simulated_s: float
     wall_s: float
 
     def document(self) -> dict[str, Any]:
         """As JSON can carry it."""
-        pairs = zip(self.objects, self.present, strict=True)
-        objects = [{**item.document(), "present": present} for item, present in pairs]
+        pairs = zip(self.objects, self.processes, strict=True)
+        objects = [{**item.document(), "present": processes} for item, processes in pairs]
         times = {"simulated_s": round(self.simulated_s, 1), "wall_s": round(self.wall_s, 1)}
         return {"seed": self.seed, "objects": objects, **times}
 
@@ -93,7 +93,7 @@ def run(task: Task) -> Episode:
             )
             for name, result in zip(names, results, strict=True)
         ),
-        present=tuple(name in scene.categories for name in names),
+        processes=tuple(name in scene.categories for name in names),
         simulated_s=lockstep.now_s,
         wall_s=time.perf_counter() - began_s,
     )
@@ -107,11 +107,11 @@ def unfinished(name: str) -> ObjectResult:
 def summary_of(episodes: Sequence[Episode], objects: Sequence[str]) -> dict[str, Any]:
     """Counts over all episodes. spl: mean over the objects that were there, 0 where not found."""
     ended = [
-        (episode.seed, item, present)
+        (episode.seed, item, processes)
         for episode in episodes
-        for item, present in zip(episode.objects, episode.present, strict=True)
+        for item, processes in zip(episode.objects, episode.processes, strict=True)
     ]
-    there = [item for _, item, present in ended if present]
+    there = [item for _, item, processes in ended if processes]
     return {
         "benchmark": "claims",
         "seeds": [episode.seed for episode in episodes],
@@ -139,12 +139,12 @@ def summary_of(episodes: Sequence[Episode], objects: Sequence[str]) -> dict[str,
 def line_of(episode: Episode) -> str:
     """One episode for people."""
     parts = []
-    for item, present in zip(episode.objects, episode.present, strict=True):
+    for item, processes in zip(episode.objects, episode.processes, strict=True):
         verdict = "found" if item.success else item.outcome.replace("_", " ")
         if item.claimed_wrongly:
-            short = f"{item.goal_distance_m:.1f} m short" if present else "none to be found"
+            short = f"{item.goal_distance_m:.1f} m short" if processes else "none to be found"
             verdict = f"WRONG, {item.nearest} there, {short}"
-        elif not present:
+        elif not processes:
             verdict += " (absent)"
         parts.append(f"{item.name}: {verdict}")
     return f"seed {episode.seed}, {episode.simulated_s:.0f} s: {'; '.join(parts)}"

@@ -83,7 +83,7 @@ class Asked:
 
     word: Word
     seed: int
-    present: bool
+    processes: bool
     score: float
     near: bool
 
@@ -147,8 +147,8 @@ def ask_all(mapped: Mapped, questions: Sequence[tuple[Word, Query]], seed: int) 
     regions = RegionSettings(config.region_best_share, config.region_top_share)
     known = set(mapped.scene.categories)
     for word, query in questions:
-        present = word.category in mapped.shown
-        if not present and word.category in known:
+        processes = word.category in mapped.shown
+        if not processes and word.category in known:
             continue  # hardly seen
         reply = similarity_reply(
             mapped.belief,
@@ -157,8 +157,8 @@ def ask_all(mapped: Mapped, questions: Sequence[tuple[Word, Query]], seed: int) 
             request=SimilarityRequest(word.text, max_regions=1),
             settings=regions,
         )
-        near = present and _distance_m(mapped.scene, word.category, reply.centres_m[0]) <= NEAR_M
-        yield Asked(word, seed, present, reply.best_score, near)
+        near = processes and _distance_m(mapped.scene, word.category, reply.centres_m[0]) <= NEAR_M
+        yield Asked(word, seed, processes, reply.best_score, near)
 
 
 def _distance_m(scene: Scene, category: str, place: F32) -> float:
@@ -203,14 +203,14 @@ def choose_floor(asked: Sequence[Asked]) -> float:
 
 def rates(asked: Sequence[Asked], floor: float) -> dict[str, float | int | None]:
     """Shares of absent words answered, and of present words answered and answered rightly."""
-    absent = [one.score >= floor for one in asked if not one.present]
-    present = [one for one in asked if one.present]
+    absent = [one.score >= floor for one in asked if not one.processes]
+    processes = [one for one in asked if one.processes]
     return {
         "absent": len(absent),
         "false_positive_rate": _share(absent),
-        "present": len(present),
-        "answered_rate": _share([one.score >= floor for one in present]),
-        "right_rate": _share([one.score >= floor and one.near for one in present]),
+        "present": len(processes),
+        "answered_rate": _share([one.score >= floor for one in processes]),
+        "right_rate": _share([one.score >= floor and one.near for one in processes]),
     }
 
 
@@ -234,7 +234,7 @@ def _of(asked: Sequence[Asked], group: str) -> list[Asked]:
 
 
 def _texts(asked: Sequence[Asked], group: str, text: str) -> list[Asked]:
-    return [one for one in _of(asked, group) if one.word.text == text and one.present]
+    return [one for one in _of(asked, group) if one.word.text == text and one.processes]
 
 
 def _right(asked: Sequence[Asked], floor: float) -> float:

@@ -32,8 +32,8 @@ class DetectionTally:
         """One picture: shares (P, K) of every class in its patches; queries are ``names``."""
         assert seen.features is not None
         maps = shares.reshape(*seen.features.shape[:2], -1)
-        present: Bool = (maps > 0.5).sum(axis=(0, 1)) >= self.limits.patches
-        hit = np.zeros_like(present)
+        processes: Bool = (maps > 0.5).sum(axis=(0, 1)) >= self.limits.patches
+        hit = np.zeros_like(processes)
         for thing in PatchDetector(self.limits, "").detect(seen, queries):
             index = self.names.index(thing.name)
             if maps[..., index][thing.mask].mean() > 0.5:
@@ -42,8 +42,8 @@ class DetectionTally:
             else:
                 self.wrong += 1
         self.pictures += 1
-        self.there += int(present.sum())
-        self.found += int((present & hit).sum())
+        self.there += int(processes.sum())
+        self.found += int((processes & hit).sum())
 
     def summary(self) -> dict[str, float]:
         """precision, recall, and wrong finds per picture, over all names together."""

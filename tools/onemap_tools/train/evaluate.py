@@ -45,12 +45,12 @@ class _HeatMaps:
 
     count: int
     precision: list[list[float]] = field(init=False)
-    present: list[list[float]] = field(init=False)
+    processes: list[list[float]] = field(init=False)
     absent: list[list[float]] = field(init=False)
 
     def __post_init__(self) -> None:
         self.precision = [[] for _ in range(self.count)]
-        self.present = [[] for _ in range(self.count)]
+        self.processes = [[] for _ in range(self.count)]
         self.absent = [[] for _ in range(self.count)]
 
     def add(self, score: F32, shares: F32, words: Words) -> None:
@@ -60,7 +60,7 @@ class _HeatMaps:
             relevant: Bool = shares[:, label] > 0.5
             if relevant.sum() >= MIN_PATCHES:
                 self.precision[index].append(measures.r_precision(score[:, index], relevant))
-                self.present[index].append(float(best[index]))
+                self.processes[index].append(float(best[index]))
             elif shares[:, label].max() == 0:
                 self.absent[index].append(float(best[index]))
 
@@ -69,11 +69,11 @@ class _HeatMaps:
         seen = [index for index in range(self.count) if self.precision[index]]
         by_word = {texts[i]: round(float(np.mean(self.precision[i])), 3) for i in seen}
         per_word = [
-            measures.auroc(*_labelled(self.present[i], self.absent[i]))
+            measures.auroc(*_labelled(self.processes[i], self.absent[i]))
             for i in seen
             if self.absent[i]
         ]
-        pooled = _labelled(list(chain(*self.present)), list(chain(*self.absent)))
+        pooled = _labelled(list(chain(*self.processes)), list(chain(*self.absent)))
         return {
             "words": len(seen),
             "r_precision": float(np.mean(list(by_word.values()))),
@@ -158,9 +158,9 @@ def _pixel_classes(cosines: F32, shape: tuple[int, ...]) -> I64:
     return best
 
 
-def _labelled(present: Sequence[float], absent: Sequence[float]) -> tuple[F64, Bool]:
-    values = np.array([*present, *absent], np.float64)
-    return values, np.arange(len(values)) < len(present)
+def _labelled(processes: Sequence[float], absent: Sequence[float]) -> tuple[F64, Bool]:
+    values = np.array([*processes, *absent], np.float64)
+    return values, np.arange(len(values)) < len(processes)
 
 
 def _joined(parts: Sequence[F32]) -> F64:
