@@ -22,7 +22,7 @@ SHELL_MODULES = {
     "onemap_tools": "what people start",
     "onemap_planner.planning": "the thread that plans while the loop steers",
     "onemap_planner.desk": "what that thread, the loop and the bus's threads share",
-    "onemap_mapper.texts": "a cache that the bus's threads share",
+    "onemap_mapper.text_cache": "a cache that the bus's threads share",
 }
 # Plain values that happen to be defined beside what talks.
 VALUES = {"onemap_shared.transport.Counters", "onemap_shared.transport.Health"}

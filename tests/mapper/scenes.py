@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame import MapSettings
+from onemap_mapper.frame_update import MapSettings
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, U16, camera_mount, pose_2d
 from onemap_shared.messages import FeatureField

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.belief_map import BeliefMap, FieldRefused
-from onemap_mapper.frame import MapSettings, observe
+from onemap_mapper.frame_update import MapSettings, observe
 from onemap_mapper.tiles import MapTooLarge
 from onemap_shared.messages import FeatureField, Layer, Occupancy
 from tests.mapper import scenes

@@ -12,7 +12,7 @@ import torch
 
 from onemap_mapper import snapshot
 from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame import observe
+from onemap_mapper.frame_update import observe
 from onemap_mapper.map_file import file_in, read, write
 from onemap_mapper.snapshot import SnapshotError, restore, take
 from tests.mapper import scenes

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame import observe as observe_frame
+from onemap_mapper.frame_update import observe as observe_frame
 from onemap_mapper.occupancy import (
     LEAST,
     MOST,

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from onemap_mapper.cell_store import CellStore
-from onemap_mapper.frame import MapSettings, Observation
+from onemap_mapper.frame_update import MapSettings, Observation
 from onemap_mapper.occupancy import OccupancyFrame, accumulated, disc, states
 from onemap_mapper.tiles import TileIndex, TileLayer
 from onemap_shared.geometry import F32, I64, U8

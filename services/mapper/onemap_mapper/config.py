@@ -8,7 +8,7 @@ from typing import Literal
 import torch
 from pydantic import Field, model_validator
 
-from onemap_mapper.frame import MapSettings
+from onemap_mapper.frame_update import MapSettings
 from onemap_mapper.occupancy import OccupancySettings
 from onemap_mapper.projection import ProjectionSettings
 from onemap_shared.params import Params

@@ -14,19 +14,19 @@ from dataclasses import replace
 import torch
 
 from onemap_mapper import map_file, snapshot
-from onemap_mapper.answers import (
+from onemap_mapper.belief_map import BeliefMap, FieldRefused
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.diagnostics.telemetry import Telemetry
+from onemap_mapper.frame_update import observe
+from onemap_mapper.replies import (
     RegionSettings,
     revision_of,
     search_view,
     similarity_reply,
     summary_of,
 )
-from onemap_mapper.belief_map import BeliefMap, FieldRefused
-from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame import observe
 from onemap_mapper.similarity import Query, ScoreCache
-from onemap_mapper.telemetry import Telemetry
-from onemap_mapper.texts import TextCache
+from onemap_mapper.text_cache import TextCache
 from onemap_mapper.tiles import MapTooLarge
 from onemap_shared import keys
 from onemap_shared.messages import (

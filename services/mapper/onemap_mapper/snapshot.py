@@ -9,7 +9,7 @@ import torch
 from numpy.typing import NDArray
 
 from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame import MapSettings
+from onemap_mapper.frame_update import MapSettings
 from onemap_mapper.occupancy import OccupancyFrame
 from onemap_mapper.tiles import MapTooLarge
 

@@ -18,7 +18,7 @@ import torch
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame import observe
+from onemap_mapper.frame_update import observe
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_shared.messages import FeatureField

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from onemap_mapper.answers import search_view
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame import observe
+from onemap_mapper.frame_update import observe
+from onemap_mapper.replies import search_view
 from onemap_mapper.similarity import Query, ScoreCache, query_of
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors.competition import competing

@@ -11,7 +11,7 @@ import numpy as np
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame import observe
+from onemap_mapper.frame_update import observe
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.observation import ObservationModel, observation_variance
 from onemap_shared.camera import Intrinsics

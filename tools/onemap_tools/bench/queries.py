@@ -26,8 +26,8 @@ from typing import Any
 import numpy as np
 import torch
 
-from onemap_mapper.answers import RegionSettings, similarity_reply
 from onemap_mapper.config import MapperConfig
+from onemap_mapper.replies import RegionSettings, similarity_reply
 from onemap_mapper.similarity import Query, ScoreCache, query_of
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.config_encoders import EncoderConfig, MiniConfig

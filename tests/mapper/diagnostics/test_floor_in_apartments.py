@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from onemap_mapper.depth_check import check_depth
-from onemap_mapper.floor_monitor import FloorMonitor, FloorState
+from onemap_mapper.diagnostics.depth_diagnostics import check_depth
+from onemap_mapper.diagnostics.floor_monitor import FloorMonitor, FloorState
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_simulator.apartment import generate_apartment

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from onemap_mapper.floor_monitor import Viewpoint, viewpoint_of
-from onemap_mapper.level_surface import LevelSurface, lowest_level_surface
+from onemap_mapper.diagnostics.floor_monitor import Viewpoint, viewpoint_of
+from onemap_mapper.diagnostics.level_surface import LevelSurface, lowest_level_surface
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64
 

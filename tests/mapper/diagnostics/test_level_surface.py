@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.level_surface import LevelSurface, lowest_level_surface
+from onemap_mapper.diagnostics.level_surface import LevelSurface, lowest_level_surface
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import F32, F64, camera_mount
 from tests.mapper import scenes

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.depth_check import check_depth
-from onemap_mapper.floor_monitor import FloorMonitor, FloorState
+from onemap_mapper.diagnostics.depth_diagnostics import check_depth
+from onemap_mapper.diagnostics.floor_monitor import FloorMonitor, FloorState
 from onemap_mapper.occupancy import observe
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import F32, F64, check_rigid, transform

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_mapper.floor_monitor import (
+from onemap_mapper.diagnostics.floor_monitor import (
     MEMORY_S,
     FloorMonitor,
     FloorState,
@@ -17,7 +17,7 @@ from onemap_mapper.floor_monitor import (
     Viewpoint,
     viewpoint_of,
 )
-from onemap_mapper.level_surface import LevelSurface
+from onemap_mapper.diagnostics.level_surface import LevelSurface
 from onemap_shared.geometry import camera_mount, pose_2d
 
 FLOOR = LevelSurface(0.01, radians(0.5))

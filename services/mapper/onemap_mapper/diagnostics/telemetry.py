@@ -6,8 +6,8 @@ import math
 from collections import deque
 from dataclasses import dataclass, field
 
-from onemap_mapper.depth_check import DepthCheck
-from onemap_mapper.floor_monitor import FloorMonitor, FloorState
+from onemap_mapper.diagnostics.depth_diagnostics import DepthCheck
+from onemap_mapper.diagnostics.floor_monitor import FloorMonitor, FloorState
 from onemap_shared.transport import Counters
 
 RATE_WINDOW_S = 5.0

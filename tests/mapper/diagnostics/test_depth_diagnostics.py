@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.depth_check import check_depth
-from onemap_mapper.floor_monitor import Viewpoint
+from onemap_mapper.diagnostics.depth_diagnostics import check_depth
+from onemap_mapper.diagnostics.floor_monitor import Viewpoint
 from tests.mapper import scenes
 
 

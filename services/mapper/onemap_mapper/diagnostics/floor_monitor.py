@@ -13,7 +13,7 @@ from enum import Enum
 from itertools import combinations
 from math import atan2, degrees, hypot, radians
 
-from onemap_mapper.level_surface import LevelSurface
+from onemap_mapper.diagnostics.level_surface import LevelSurface
 from onemap_shared.geometry import F64, wrap_angle
 
 # The threshold for the floor's height: here obstacles begin by default, so the floor becomes one.

@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from onemap_mapper.blur import blur_kernel, blurred
-from onemap_mapper.depth_check import DepthCheck, check_depth
+from onemap_mapper.diagnostics.depth_diagnostics import DepthCheck, check_depth
 from onemap_mapper.occupancy import OccupancyFrame, OccupancySettings
 from onemap_mapper.occupancy import observe as observe_occupancy
 from onemap_mapper.projection import ProjectionSettings, mix, project

@@ -6,10 +6,10 @@ from math import radians
 
 import pytest
 
-from onemap_mapper.depth_check import DepthCheck
-from onemap_mapper.floor_monitor import Viewpoint
-from onemap_mapper.level_surface import LevelSurface
-from onemap_mapper.telemetry import SILENT_AFTER_S, Telemetry
+from onemap_mapper.diagnostics.depth_diagnostics import DepthCheck
+from onemap_mapper.diagnostics.floor_monitor import Viewpoint
+from onemap_mapper.diagnostics.level_surface import LevelSurface
+from onemap_mapper.diagnostics.telemetry import SILENT_AFTER_S, Telemetry
 from onemap_shared.transport import Counters
 
 AHEAD = Viewpoint(0.0, 0.0, 0.0)
