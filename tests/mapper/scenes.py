@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import MapSettings
+from onemap_mapper.frame_update import MapParams
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, U16, camera_mount, pose_2d
 from onemap_shared.messages import FeatureField
@@ -35,7 +35,7 @@ ROOM = (
 )
 
 
-def settings(**changes: object) -> MapSettings:
+def settings(**changes: object) -> MapParams:
     """The default settings with some of the configuration's values replaced."""
     return MapperConfig.model_validate(changes).settings()
 

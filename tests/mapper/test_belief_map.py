@@ -10,8 +10,8 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.belief_map import BeliefMap, FieldRefused
-from onemap_mapper.frame_update import MapSettings, observe
+from onemap_mapper.belief_map import BeliefMap, FieldRejected
+from onemap_mapper.frame_update import MapParams, compute_update
 from onemap_mapper.tiles import MapTooLarge
 from onemap_shared.messages import FeatureField, Layer, Occupancy
 from tests.mapper import scenes
@@ -21,11 +21,11 @@ from tests.reference import mapping as slow
 POSES = tuple(scenes.pose(0.4 * k - 0.8, 0.2 * k, 1.1 * k) for k in range(5))
 
 
-def mapped(fields: list[FeatureField], settings: MapSettings | None = None) -> BeliefMap:
+def mapped(fields: list[FeatureField], settings: MapParams | None = None) -> BeliefMap:
     settings = settings or scenes.settings()
     belief = BeliefMap(settings)
     for field in fields:
-        belief.absorb(observe(field, settings))
+        belief.fuse(compute_update(field, settings))
     return belief
 
 
@@ -37,7 +37,7 @@ def test_tiles_equal_a_dense_map() -> None:
     belief = mapped(fields())
     frames: list[slow.Cells] = []
     for field in fields():
-        seen = observe(field, belief.settings)
+        seen = compute_update(field, belief.settings)
         rows = zip(seen.cells, seen.features.numpy(), seen.confidence, strict=True)
         frames.append({(int(x), int(y)): (F.astype(np.float64), float(c)) for (x, y), F, c in rows})
     dense = slow.fused(frames)
@@ -46,7 +46,7 @@ def test_tiles_equal_a_dense_map() -> None:
     everything = np.arange(belief.store.count)
     np.testing.assert_allclose(belief.store.features(everything), features, atol=1e-5)
     np.testing.assert_allclose(belief.store.confidence, confidence, rtol=1e-4)
-    spread = belief.spread(belief.store.confidence.numpy())
+    spread = belief.to_grid(belief.store.confidence.numpy())
     place = belief.store.cells - np.array(belief.grid.origin_cell)
     np.testing.assert_array_equal(spread[tuple(place.T)], belief.store.confidence)
     assert np.isfinite(spread).sum() == len(dense)
@@ -96,7 +96,7 @@ def test_a_new_search_forgets_only_where_was_looked() -> None:
 def test_layers_follow_their_thresholds() -> None:
     belief = mapped(fields())
     layers = belief.layers()
-    confidence = belief.spread(belief.store.confidence.numpy())
+    confidence = belief.to_grid(belief.store.confidence.numpy())
     np.testing.assert_array_equal((layers & Layer.OBSERVED) > 0, np.isfinite(confidence))
     explored = np.nan_to_num(1 / confidence, nan=np.inf) < belief.settings.explored_variance
     np.testing.assert_array_equal((layers & Layer.EXPLORED) > 0, explored)
@@ -108,8 +108,8 @@ def test_another_encoder_or_dimension_is_refused_and_nothing_changes() -> None:
     other = scenes.field(1, POSES[1], encoder_id="encoder-b")
     wide = scenes.field(1, POSES[1], features=np.ones((2, 2, 5)))
     for field in (other, wide):
-        with pytest.raises(FieldRefused, match="clear the map"):
-            belief.absorb(observe(field, belief.settings))
+        with pytest.raises(FieldRejected, match="clear the map"):
+            belief.fuse(compute_update(field, belief.settings))
     assert (belief.revision, belief.store.count, belief.frames_fused) == before
 
 
@@ -118,16 +118,16 @@ def test_a_pose_that_jumps_is_refused_and_nothing_changes() -> None:
     before = (belief.revision, belief.store.count, belief.memory_bytes)
     jumped = dataclasses.replace(fields()[1], T_map_camera=scenes.pose(5000.0))
     with pytest.raises(MapTooLarge):
-        belief.absorb(observe(jumped, belief.settings))
+        belief.fuse(compute_update(jumped, belief.settings))
     assert (belief.revision, belief.store.count, belief.memory_bytes) == before
 
 
 def test_depth_all_zero_fuses_nothing_but_counts() -> None:
     blind = scenes.field(0, scenes.pose(), boxes=())
     belief = mapped([blind])
-    assert observe(blind, belief.settings).depth.valid_fraction == 0
+    assert compute_update(blind, belief.settings).depth.valid_fraction == 0
     assert (belief.frames_fused, belief.store.count) == (1, 0)
-    belief.absorb(observe(scenes.field(1, POSES[1]), belief.settings))
+    belief.fuse(compute_update(scenes.field(1, POSES[1]), belief.settings))
     assert belief.store.count > 0
 
 
@@ -143,12 +143,12 @@ def test_the_robots_own_place_is_free_at_first_sight_only() -> None:
 
 
 def test_forgetting_lets_old_cells_fade() -> None:
-    settings = scenes.settings(forgetting_per_s=0.5)
+    settings = scenes.settings(process_noise_per_s=0.5)
     once = scenes.field(0, POSES[0])
     later = dataclasses.replace(scenes.field(1, POSES[0], boxes=()), stamp_ns=once.stamp_ns + 10**9)
     belief = mapped([once], settings)
     before = belief.store.confidence.clone()
-    belief.absorb(observe(later, settings))
+    belief.fuse(compute_update(later, settings))
     torch.testing.assert_close(1 / belief.store.confidence, 1 / before + 0.5)
 
 

@@ -7,7 +7,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.blur import MIN_SHARE, BlurKernel, blur_kernel, blurred
+from onemap_mapper.blur import MIN_WEIGHT, BlurKernel, blur_kernel, blurred
 from tests.reference import mapping as slow
 
 
@@ -41,7 +41,7 @@ def test_agrees_with_the_double_loop(seed: int, half_width: int, factor: float) 
         half_width=half_width,
     )
     values, weights = slow.table(expected, fast.cells.numpy())
-    tolerance = 49 * MIN_SHARE * 4  # what may be left out, times the largest feature
+    tolerance = 49 * MIN_WEIGHT * 4  # what may be left out, times the largest feature
     np.testing.assert_allclose(
         blurred(fast, torch.from_numpy(features)).numpy(), values, atol=tolerance
     )

@@ -70,7 +70,7 @@ def test_forgetting_and_reset_touch_what_they_should() -> None:
     store = new_store()
     slots = store.add(np.zeros((2, 2), np.int64))
     store.fuse(slots, torch.ones((2, 3)), torch.tensor([1.0, 4.0]), revision=1)
-    store.forget(rate_per_s=0.5, elapsed_s=2.0)
+    store.add_process_noise(rate_per_s=0.5, elapsed_s=2.0)
     torch.testing.assert_close(store.confidence, torch.tensor([0.5, 0.8]))
     torch.testing.assert_close(store.searched_confidence, store.confidence)
     store.reset_searched()

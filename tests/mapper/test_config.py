@@ -28,7 +28,7 @@ def test_the_default_threshold_means_a_few_good_frames() -> None:
         {"feature_dtype": "float64"},
         {"obstacle_min_height_m": 1.3},
         {"floor_tolerance_m": 0.2},
-        {"forgetting_per_s": -1},
+        {"process_noise_per_s": -1},
         {"explored_variance": float("nan")},
         {"cellsize": 0.1},
     ],

@@ -12,9 +12,9 @@ import torch
 
 from onemap_mapper import snapshot
 from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame_update import observe
-from onemap_mapper.map_file import file_in, read, write
-from onemap_mapper.snapshot import SnapshotError, restore, take
+from onemap_mapper.frame_update import compute_update
+from onemap_mapper.map_file import map_path, read, write
+from onemap_mapper.snapshot import MapFileError, restore, take
 from tests.mapper import scenes
 
 SETTINGS = scenes.settings()
@@ -24,9 +24,9 @@ SETTINGS = scenes.settings()
 def belief() -> BeliefMap:
     made = BeliefMap(SETTINGS)
     for k in range(3):
-        made.absorb(observe(scenes.field(k, scenes.pose(-0.5, 0.2, 2.0 * k)), SETTINGS))
+        made.fuse(compute_update(scenes.field(k, scenes.pose(-0.5, 0.2, 2.0 * k)), SETTINGS))
     made.reset_searched()
-    made.absorb(observe(scenes.field(3, scenes.pose()), SETTINGS))
+    made.fuse(compute_update(scenes.field(3, scenes.pose()), SETTINGS))
     return made
 
 
@@ -78,7 +78,7 @@ def loaded_half(belief: BeliefMap) -> BeliefMap:
 def test_a_loaded_map_goes_on_growing(belief: BeliefMap, tmp_path: Path) -> None:
     write(take(belief), tmp_path / "a.npz")
     again = loaded(tmp_path / "a.npz")
-    again.absorb(observe(scenes.field(4, scenes.pose(1.0, 1.0, 3.0)), SETTINGS))
+    again.fuse(compute_update(scenes.field(4, scenes.pose(1.0, 1.0, 3.0)), SETTINGS))
     assert again.frames_fused == 5
 
 
@@ -89,17 +89,17 @@ def test_no_encoder_in_use_yet_takes_any_map(belief: BeliefMap, tmp_path: Path) 
 
 def test_a_snapshot_is_detached_from_the_map() -> None:
     made = BeliefMap(SETTINGS)
-    made.absorb(observe(scenes.field(0, scenes.pose()), SETTINGS))
+    made.fuse(compute_update(scenes.field(0, scenes.pose()), SETTINGS))
     taken = take(made)
     before = taken.features.copy(), taken.confidence.copy(), taken.evidence.copy()
-    made.absorb(observe(scenes.field(1, scenes.pose()), SETTINGS))
+    made.fuse(compute_update(scenes.field(1, scenes.pose()), SETTINGS))
     for old, now in zip(before, (taken.features, taken.confidence, taken.evidence), strict=True):
         np.testing.assert_array_equal(old, now)
 
 
 @pytest.mark.parametrize("name", ["a", "a.npz", "A-1_b.c", "x.npz.npz"])
 def test_good_names_stay_in_the_folder(name: str) -> None:
-    path = file_in(Path("/maps"), name)
+    path = map_path(Path("/maps"), name)
     assert path.parent == Path("/maps")
     assert path.suffix == ".npz"
 
@@ -109,13 +109,13 @@ def test_good_names_stay_in_the_folder(name: str) -> None:
     ["", ".", "..", "../a", "a/b", "/etc/passwd", "a\\b", ".hidden", "a b", "ä", "a\n", "a\0"],
 )
 def test_bad_names_are_refused(name: str) -> None:
-    with pytest.raises(SnapshotError, match="not allowed"):
-        file_in(Path("/maps"), name)
+    with pytest.raises(MapFileError, match="not allowed"):
+        map_path(Path("/maps"), name)
 
 
 def test_another_encoder_is_refused(belief: BeliefMap, tmp_path: Path) -> None:
     write(take(belief), tmp_path / "a.npz")
-    with pytest.raises(SnapshotError, match=r"made with encoder encoder-a, but encoder-b"):
+    with pytest.raises(MapFileError, match=r"made with encoder encoder-a, but encoder-b"):
         loaded(tmp_path / "a.npz", encoder_id="encoder-b")
 
 
@@ -130,12 +130,12 @@ def test_another_grid_is_refused(
     if "max_extent_m" in changes:
         far = belief.store.cells.astype(np.int32) + 10_000
         path = rewritten(path, cells=far)
-    with pytest.raises(SnapshotError, match=r"cell size|larger than"):
+    with pytest.raises(MapFileError, match=r"cell size|larger than"):
         loaded(path, **changes)
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(SnapshotError, match=r"no map gone\.npz"):
+    with pytest.raises(MapFileError, match=r"no map gone\.npz"):
         read(tmp_path / "gone.npz")
 
 
@@ -144,7 +144,7 @@ def test_a_truncated_file_is_refused(belief: BeliefMap, tmp_path: Path, share: f
     path = tmp_path / "a.npz"
     size = write(take(belief), path)
     path.write_bytes(path.read_bytes()[: int(size * share)])
-    with pytest.raises(SnapshotError, match="damaged"):
+    with pytest.raises(MapFileError, match="damaged"):
         read(path)
 
 
@@ -154,7 +154,7 @@ def test_a_flipped_byte_is_noticed(belief: BeliefMap, tmp_path: Path) -> None:
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 0xFF
     path.write_bytes(bytes(content))
-    with pytest.raises(SnapshotError, match="damaged"):
+    with pytest.raises(MapFileError, match="damaged"):
         read(path)
 
 
@@ -165,14 +165,14 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
         np.save(file, np.zeros(3))
     np.savez(foreign, header=np.array('{"format": "other"}'))
     for path in (text, single, foreign):
-        with pytest.raises(SnapshotError):
+        with pytest.raises(MapFileError):
             read(path)
 
 
 def test_pickles_are_never_read(belief: BeliefMap, tmp_path: Path) -> None:
     write(take(belief), tmp_path / "a.npz")
     path = rewritten(tmp_path / "a.npz", cells=np.array([{"a": 1}], dtype=object))
-    with pytest.raises(SnapshotError, match="damaged"):
+    with pytest.raises(MapFileError, match="damaged"):
         read(path)
 
 
@@ -196,7 +196,7 @@ def test_a_damaged_file_is_refused(
     belief: BeliefMap, tmp_path: Path, changes: dict[str, Any], reason: str
 ) -> None:
     write(take(belief), tmp_path / "a.npz")
-    with pytest.raises(SnapshotError, match=reason):
+    with pytest.raises(MapFileError, match=reason):
         read(rewritten(tmp_path / "a.npz", **changes))
 
 
@@ -211,7 +211,7 @@ def test_impossible_values_are_refused(belief: BeliefMap, tmp_path: Path) -> Non
         {"cells": np.zeros((n, 2), np.int32)},
     ]
     for arrays in wrong:
-        with pytest.raises(SnapshotError, match="damaged"):
+        with pytest.raises(MapFileError, match="damaged"):
             read(rewritten(tmp_path / "a.npz", **arrays))
 
 
@@ -219,7 +219,7 @@ def test_columns_of_another_height_are_refused(belief: BeliefMap, tmp_path: Path
     write(take(belief), tmp_path / "a.npz")
     m = len(take(belief).driving_cells)
     path = rewritten(tmp_path / "a.npz", evidence=np.zeros((m, 3), np.int8))
-    with pytest.raises(SnapshotError, match="3 levels"):
+    with pytest.raises(MapFileError, match="3 levels"):
         loaded(path)
 
 

@@ -8,19 +8,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame_update import observe as observe_frame
+from onemap_mapper.frame_update import compute_update
 from onemap_mapper.occupancy import (
-    LEAST,
-    MOST,
-    OCCUPIED_FROM,
-    accumulated,
-    disc,
+    MAX_EVIDENCE,
+    MIN_EVIDENCE,
+    OCCUPIED_THRESHOLD,
+    accumulated_evidence,
+    cells_within,
     map_points,
-    observe,
+    occupancy_states,
+    occupancy_update,
     ray_samples,
-    states,
     thinned,
-    voxels,
+    voxel_indices,
 )
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import F64, transform
@@ -44,7 +44,9 @@ def look_around(belief: BeliefMap, boxes: tuple[Box, ...], poses: list[F64]) -> 
     for T in poses:
         if frame is None or T is not last:
             depth = scenes.millimetres(scenes.depth_of(boxes, T, CAMERA, SIZE)) / np.float32(1000)
-            frame = observe(depth, intrinsics=CAMERA, T_map_camera=T, settings=SETTINGS.occupancy)
+            frame = occupancy_update(
+                depth, intrinsics=CAMERA, T_map_camera=T, settings=SETTINGS.occupancy
+            )
             last = T
         belief.grow(frame.cells)
         belief.fuse_occupancy(frame)
@@ -137,7 +139,7 @@ def test_a_tilted_camera_sees_the_same_room() -> None:
 
 
 def test_no_depth_says_nothing() -> None:
-    frame = observe(
+    frame = occupancy_update(
         np.zeros(SIZE, np.float32),
         intrinsics=CAMERA,
         T_map_camera=scenes.pose(),
@@ -186,24 +188,26 @@ def test_voxels_count_up_from_the_lowest_obstacle() -> None:
     points = np.array([[-0.15, 0.35, 0.10], [0.11, 0.72, 0.25], [0.11, 0.72, 1.19]], np.float32)
     levels = SETTINGS.occupancy.levels
     expected = [(0 * 5 + 0) * levels, (3 * 5 + 4) * levels + 1, (3 * 5 + 4) * levels + levels - 1]
-    assert voxels(points, box, SETTINGS.occupancy).tolist() == expected
+    assert voxel_indices(points, box, SETTINGS.occupancy).tolist() == expected
 
 
 @given(
-    st.lists(st.integers(LEAST, MOST), min_size=1, max_size=6),
+    st.lists(st.integers(MIN_EVIDENCE, MAX_EVIDENCE), min_size=1, max_size=6),
     st.lists(st.integers(-1, 4), min_size=1, max_size=6),
 )
 def test_evidence_is_bounded(have: list[int], more: list[int]) -> None:
     n = min(len(have), len(more))
-    total = accumulated(np.array([have[:n]], np.int8), np.array([more[:n]], np.int8))
-    assert (total >= LEAST).all()
-    assert (total <= MOST).all()
+    total = accumulated_evidence(np.array([have[:n]], np.int8), np.array([more[:n]], np.int8))
+    assert (total >= MIN_EVIDENCE).all()
+    assert (total <= MAX_EVIDENCE).all()
 
 
 def test_states_need_evidence() -> None:
-    evidence = np.array([[0, 0], [0, OCCUPIED_FROM], [0, 0], [-4, OCCUPIED_FROM - 1]], np.int8)
+    evidence = np.array(
+        [[0, 0], [0, OCCUPIED_THRESHOLD], [0, 0], [-4, OCCUPIED_THRESHOLD - 1]], np.int8
+    )
     clear = np.array([False, True, True, True])
-    assert states(evidence, clear).tolist() == [
+    assert occupancy_states(evidence, clear).tolist() == [
         Occupancy.UNKNOWN,
         Occupancy.OCCUPIED,
         Occupancy.FREE,
@@ -213,7 +217,7 @@ def test_states_need_evidence() -> None:
 
 @pytest.mark.parametrize("radius_m", [0.0, 0.35, 1.0])
 def test_a_disc_holds_the_cells_whose_centre_is_near(radius_m: float) -> None:
-    cells = disc(np.array([0.52, -0.31, 1.0]), radius_m, 0.1)
+    cells = cells_within(np.array([0.52, -0.31, 1.0]), radius_m, 0.1)
     grid = GridSpec(0.1, (-50, -50), (100, 100))
     everything = np.argwhere(np.ones(grid.shape, bool))
     near = np.linalg.norm(grid.centres(everything) - (0.52, -0.31), axis=1) <= radius_m
@@ -223,7 +227,7 @@ def test_a_disc_holds_the_cells_whose_centre_is_near(radius_m: float) -> None:
 
 def test_a_whole_field_reaches_the_occupancy() -> None:
     belief = BeliefMap(SETTINGS)
-    belief.absorb(
-        observe_frame(scenes.field(0, scenes.pose(-0.5), boxes=(*ROOM, COFFEE_TABLE)), SETTINGS)
+    belief.fuse(
+        compute_update(scenes.field(0, scenes.pose(-0.5), boxes=(*ROOM, COFFEE_TABLE)), SETTINGS)
     )
     assert state_at(belief, (1.05, 0.0), (0.6, 0.0)) == [Occupancy.OCCUPIED, Occupancy.FREE]

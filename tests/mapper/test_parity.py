@@ -10,14 +10,14 @@ import torch
 
 from onemap_mapper.blur import blur_kernel, blurred
 from onemap_mapper.cell_store import CellStore
-from onemap_mapper.projection import ProjectionSettings, mix, project
+from onemap_mapper.projection import ProjectionParams, cell_features, project
 from onemap_perception.observation import ObservationModel, observation_variance
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, R_BODY_CAMERA_LEVEL
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data" / "fusion_parity"
 CELL_M, CELLS, TOLERANCE = 0.1, 600, 1e-3
-EVERYTHING = ProjectionSettings(CELL_M, max_range_m=100.0, max_height_m=100.0)
+EVERYTHING = ProjectionParams(CELL_M, max_range_m=100.0, max_height_m=100.0)
 
 pytestmark = pytest.mark.skipif(not DATA.exists(), reason=f"no parity data in {DATA}")
 
@@ -59,7 +59,7 @@ def fused(data: dict[str, np.ndarray], half_width: int) -> tuple[F32, F32]:
         patches = torch.from_numpy(features.reshape(32, 64).T.copy())
         store.fuse(
             slots[place],
-            blurred(kernel, mix(weights, patches)),
+            blurred(kernel, cell_features(weights, patches)),
             blurred(kernel, weights.confidence),
             revision=k,
         )

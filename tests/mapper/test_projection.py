@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from onemap_mapper.projection import (
     CellWeights,
-    ProjectionSettings,
-    mix,
+    ProjectionParams,
+    cell_features,
     pixels_to_map,
     project,
     world_cells,
@@ -22,12 +22,12 @@ from onemap_shared.grid import GridSpec
 from tests.mapper import scenes
 from tests.reference import mapping as slow
 
-EVERYTHING = ProjectionSettings(cell_size_m=0.1, max_range_m=100.0, max_height_m=100.0)
+EVERYTHING = ProjectionParams(cell_size_m=0.1, max_range_m=100.0, max_height_m=100.0)
 SMALL = Intrinsics(9.0, 8.0, 6.5, 5.0)
 
 
 def projected(
-    depth_m: F32, variance: F32, T: F64, shape: tuple[int, int], limits: ProjectionSettings
+    depth_m: F32, variance: F32, T: F64, shape: tuple[int, int], limits: ProjectionParams
 ) -> CellWeights:
     return project(
         torch.from_numpy(depth_m),
@@ -50,7 +50,7 @@ def test_agrees_with_the_upsampled_image(seed: int, h: int, w: int) -> None:
     variance[rng.random(depth.shape) < 0.1] = np.inf
     features = rng.normal(size=(h, w, 3)).astype(np.float32)
     weights = projected(depth, variance, T, (h, w), EVERYTHING)
-    fast = mix(weights, torch.from_numpy(features.reshape(h * w, 3))).numpy()
+    fast = cell_features(weights, torch.from_numpy(features.reshape(h * w, 3))).numpy()
     cells = slow.projected(
         features, depth, variance, intrinsics=SMALL, T_map_camera=T, cell_size_m=0.1
     )
@@ -71,7 +71,7 @@ def test_rows_of_the_weights_sum_to_one() -> None:
         patch_shape=(6, 8),
         settings=EVERYTHING,
     )
-    ones = mix(weights, torch.ones((48, 1)))
+    ones = cell_features(weights, torch.ones((48, 1)))
     torch.testing.assert_close(ones, torch.ones_like(ones))
     assert (weights.values >= 0).all()
 
@@ -99,7 +99,7 @@ def test_a_frame_without_usable_pixels_has_no_cells(fill: float) -> None:
     variance = np.full(depth.shape, np.inf, np.float32)
     weights = projected(depth, variance, np.eye(4), (2, 2), EVERYTHING)
     assert weights.cells.shape == (0, 2)
-    assert mix(weights, torch.ones((4, 5))).shape == (0, 5)
+    assert cell_features(weights, torch.ones((4, 5))).shape == (0, 5)
 
 
 def test_range_and_height_limit_the_pixels() -> None:
@@ -107,7 +107,7 @@ def test_range_and_height_limit_the_pixels() -> None:
     depth = np.full((11, 13), 2.0, np.float32)
     variance = np.ones(depth.shape, np.float32)
     everything = projected(depth, variance, T, (2, 2), EVERYTHING)
-    near = projected(depth, variance, T, (2, 2), ProjectionSettings(0.1, 1.9, 100.0))
-    low = projected(depth, variance, T, (2, 2), ProjectionSettings(0.1, 100.0, 0.3))
+    near = projected(depth, variance, T, (2, 2), ProjectionParams(0.1, 1.9, 100.0))
+    low = projected(depth, variance, T, (2, 2), ProjectionParams(0.1, 100.0, 0.3))
     assert len(near.cells) == 0
     assert 0 < len(low.cells) < len(everything.cells)

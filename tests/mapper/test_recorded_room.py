@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.diagnostics.depth_diagnostics import check_depth
+from onemap_mapper.diagnostics.depth_diagnostics import diagnose_depth
 from onemap_mapper.diagnostics.floor_monitor import FloorMonitor, FloorState
-from onemap_mapper.occupancy import observe
+from onemap_mapper.occupancy import occupancy_update
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import F32, F64, check_rigid, transform
 from onemap_shared.messages import Occupancy
@@ -45,7 +45,9 @@ def room() -> BeliefMap:
     intrinsics, frames = recording()
     belief = BeliefMap(SETTINGS)
     for depth_m, T in frames.values():
-        seen = observe(depth_m, intrinsics=intrinsics, T_map_camera=T, settings=SETTINGS.occupancy)
+        seen = occupancy_update(
+            depth_m, intrinsics=intrinsics, T_map_camera=T, settings=SETTINGS.occupancy
+        )
         belief.grow(seen.cells)
         belief.fuse_occupancy(seen)
     return belief
@@ -55,14 +57,14 @@ def test_the_floor_lies_at_zero_wherever_it_is_seen() -> None:
     intrinsics, frames = recording()
     monitor, seen = FloorMonitor(), 0
     for at_s, (depth_m, T) in enumerate(frames.values()):
-        check = check_depth(depth_m, intrinsics=intrinsics, T_map_camera=T)
+        check = diagnose_depth(depth_m, intrinsics=intrinsics, T_map_camera=T)
         if check.surface is not None:
             seen += 1
             assert abs(check.surface.height_m) < 0.02
             monitor = monitor.with_surface(check.surface, check.viewpoint, at_s)
-        assert monitor.verdict(at_s).problem == ""
+        assert monitor.assessment(at_s).problem == ""
     assert seen >= 3
-    assert monitor.verdict(len(frames)).state is FloorState.RIGHT
+    assert monitor.assessment(len(frames)).state is FloorState.CONSISTENT
 
 
 # Pixels of the first frame, chosen by looking at its picture.

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from onemap_mapper import similarity
 from onemap_mapper.cell_store import CellStore
-from onemap_mapper.similarity import Query, ScoreCache, query_of, scores
+from onemap_mapper.similarity import ScoreCache, TextQuery, scores, text_query
 from onemap_shared.messages import TextEmbeddings
 
 CPU = torch.device("cpu")
@@ -38,7 +38,7 @@ def test_scores_are_those_of_the_message(seed: int, neutrals: int, temperature: 
     reply = embeddings(rng, neutrals, temperature)
     features = rng.normal(size=(6, 8)).astype(np.float32) * rng.uniform(0.1, 9, (6, 1))
     for text in range(2):
-        fast = scores(torch.from_numpy(features.astype(np.float32)), query_of(reply, text, CPU))
+        fast = scores(torch.from_numpy(features.astype(np.float32)), text_query(reply, text, CPU))
         mask = reply.neutral_mask[text] > 0
         for cell, value in zip(features, fast.tolist(), strict=True):
             direction = cell / np.linalg.norm(cell)
@@ -51,17 +51,17 @@ def test_scores_are_those_of_the_message(seed: int, neutrals: int, temperature: 
 
 
 def test_a_cell_without_a_feature_gets_a_score_too() -> None:
-    query = query_of(embeddings(np.random.default_rng(0), 0), 0, CPU)
+    query = text_query(embeddings(np.random.default_rng(0), 0), 0, CPU)
     assert scores(torch.zeros((1, 8)), query).tolist() == [0.5]
 
 
 def test_only_changed_cells_are_computed_again(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(0)
     store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
-    query = query_of(embeddings(rng, 3), 0, CPU)
+    query = text_query(embeddings(rng, 3), 0, CPU)
     computed: list[int] = []
 
-    def counting(features: torch.Tensor, query: Query) -> torch.Tensor:
+    def counting(features: torch.Tensor, query: TextQuery) -> torch.Tensor:
         computed.append(len(features))
         return scores(features, query)
 
@@ -83,17 +83,17 @@ def test_a_new_embedding_of_the_same_text_is_not_mixed_with_the_old() -> None:
     store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
     slots = store.add(np.zeros((5, 2), np.int64))
     store.fuse(slots, torch.from_numpy(unit(rng, 5, 8)), torch.ones(5), revision=1)
-    one, two = (query_of(embeddings(rng, 3), 0, CPU) for _ in range(2))
+    one, two = (text_query(embeddings(rng, 3), 0, CPU) for _ in range(2))
     cache.scores(one, store, 1)
     fresh = scores(store.features(slots), two)
     np.testing.assert_allclose(cache.scores(two, store, 1), fresh, atol=1e-6)
 
 
 def test_the_cache_forgets_the_text_asked_longest_ago(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(similarity, "REMEMBERED", 2)
+    monkeypatch.setattr(similarity, "MAX_TEXTS", 2)
     rng = np.random.default_rng(0)
     store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
-    base = query_of(embeddings(rng, 2), 0, CPU)
+    base = text_query(embeddings(rng, 2), 0, CPU)
     for text in ("a", "b", "c"):
-        cache.scores(Query(text, base.concepts, base.temperature), store, 0)
+        cache.scores(TextQuery(text, base.concepts, base.temperature), store, 0)
     assert list(cache._known) == ["b", "c"]

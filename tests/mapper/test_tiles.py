@@ -34,7 +34,7 @@ def test_crop_is_the_obvious_dense_array(batch: list[Cell]) -> None:
     rows = index.allocate(cells)
     layer.grow(index.count)
     layer.values[rows] = np.arange(len(cells))
-    dense = index.crop(layer.values, -7)
+    dense = index.to_dense(layer.values, -7)
     assert dense.shape == index.grid.shape
     expected = np.full(dense.shape, -7)
     for number, cell in enumerate(cells):
@@ -54,7 +54,7 @@ def test_an_empty_index_has_an_empty_grid() -> None:
     index = TileIndex(0.1, 200.0)
     assert index.grid.shape == (0, 0)
     assert index.allocate(np.zeros((0, 2), np.int64)).shape == (0,)
-    assert index.crop(TileLayer(np.uint8, 0).values, 0).shape == (0, 0)
+    assert index.to_dense(TileLayer(np.uint8, 0).values, 0).shape == (0, 0)
 
 
 def test_a_jump_beyond_the_extent_is_refused_and_changes_nothing() -> None:

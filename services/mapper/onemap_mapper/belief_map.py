@@ -9,8 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from onemap_mapper.cell_store import CellStore
-from onemap_mapper.frame_update import MapSettings, Observation
-from onemap_mapper.occupancy import OccupancyFrame, accumulated, disc, states
+from onemap_mapper.frame_update import FrameUpdate, MapParams
+from onemap_mapper.occupancy import (
+    OccupancyUpdate,
+    accumulated_evidence,
+    cells_within,
+    occupancy_states,
+)
 from onemap_mapper.tiles import TileIndex, TileLayer
 from onemap_shared.geometry import F32, I64, U8
 from onemap_shared.grid import GridSpec
@@ -19,7 +24,7 @@ from onemap_shared.messages import Layer, Occupancy
 NO_SLOT = -1
 
 
-class FieldRefused(ValueError):
+class FieldRejected(ValueError):
     """A field that must not be fused into this map; the text is one sentence."""
 
 
@@ -29,7 +34,7 @@ class BeliefMap:
     Not thread-safe: whoever shares it between threads holds a lock.
     """
 
-    def __init__(self, settings: MapSettings, *, first_revision: int = 0) -> None:
+    def __init__(self, settings: MapParams, *, first_revision: int = 0) -> None:
         self.settings = settings
         self.encoder_id = ""
         self.text_space = ""
@@ -43,7 +48,7 @@ class BeliefMap:
         self.evidence = TileLayer(np.int8, 0, (settings.occupancy.levels,))
         self.clear = TileLayer(np.bool_, 0)
         self.occupancy = TileLayer(np.uint8, Occupancy.UNKNOWN)
-        self._placed = False  # whether the robot's own surroundings were marked free
+        self._start_marked_free = False  # whether the robot's own surroundings were marked free
 
     @property
     def dimension(self) -> int:
@@ -61,28 +66,28 @@ class BeliefMap:
         layers = (self.slots, self.evidence, self.clear, self.occupancy)
         return self.store.nbytes + self.tiles.nbytes + sum(layer.nbytes for layer in layers)
 
-    def absorb(self, seen: Observation) -> None:
-        """Fuse an observation. Raises ``FieldRefused`` before anything has changed."""
+    def fuse(self, seen: FrameUpdate) -> None:
+        """Fuse an observation. Raises ``FieldRejected`` before anything has changed."""
         self._check(seen)
         free = np.zeros((0, 2), np.int64)
-        if not self._placed:
+        if not self._start_marked_free:
             radius_m = self.settings.initially_free_radius_m
-            free = disc(seen.camera_m, radius_m, self.settings.cell_size_m)
+            free = cells_within(seen.camera_m, radius_m, self.settings.cell_size_m)
         self.grow(np.concatenate([seen.cells, seen.occupancy.cells, free]))
         if self.dimension == 0:
-            self.adopt(seen.encoder_id, seen.text_space, seen.features.shape[1])
-        self._forget(seen.stamp_ns)
+            self.set_encoder(seen.encoder_id, seen.text_space, seen.features.shape[1])
+        self._add_process_noise(seen.stamp_ns)
         self.revision += 1
         slots = self.slots_of(seen.cells)
         self.store.fuse(slots, seen.features, seen.confidence, revision=self.revision)
         self.fuse_occupancy(seen.occupancy)
-        if not self._placed:
-            self._free(free)
-        self._placed = True
+        if not self._start_marked_free:
+            self._mark_free(free)
+        self._start_marked_free = True
         self.frames_fused += 1
         self.sequence, self.stamp_ns = seen.sequence, seen.stamp_ns
 
-    def adopt(self, encoder_id: str, text_space: str, dimension: int) -> None:
+    def set_encoder(self, encoder_id: str, text_space: str, dimension: int) -> None:
         """Decide whose features this map holds; only while it is empty."""
         self.encoder_id, self.text_space = encoder_id, text_space
         device, dtype = self.settings.device, self.settings.feature_dtype
@@ -103,14 +108,14 @@ class BeliefMap:
         self.slots.values[rows[new]] = slots[new]
         return slots
 
-    def fuse_occupancy(self, frame: OccupancyFrame) -> None:
+    def fuse_occupancy(self, frame: OccupancyUpdate) -> None:
         """Add a frame's evidence to cells inside the tiles."""
         rows = self.tiles.rows(frame.cells)
-        evidence = accumulated(self.evidence.values[rows], frame.evidence)
+        evidence = accumulated_evidence(self.evidence.values[rows], frame.evidence)
         clear = self.clear.values[rows] | frame.clear
         self.evidence.values[rows] = evidence
         self.clear.values[rows] = clear
-        self.occupancy.values[rows] = states(evidence, clear)
+        self.occupancy.values[rows] = occupancy_states(evidence, clear)
 
     def reset_searched(self) -> None:
         """Forget sigma_E; features and their variance stay."""
@@ -125,39 +130,41 @@ class BeliefMap:
         searched = (self.store.searched_confidence > threshold).cpu().numpy()
         bits[:-1] |= explored * np.uint8(Layer.EXPLORED) | searched * np.uint8(Layer.SEARCHED)
         bits[NO_SLOT] = 0
-        dense: U8 = bits[self.tiles.crop(self.slots.values, NO_SLOT)]
+        dense: U8 = bits[self.tiles.to_dense(self.slots.values, NO_SLOT)]
         return dense
 
     def occupancy_grid(self) -> U8:
         """Values of ``Occupancy`` (nx, ny) uint8 over ``grid``."""
-        dense: U8 = self.tiles.crop(self.occupancy.values, Occupancy.UNKNOWN)
+        dense: U8 = self.tiles.to_dense(self.occupancy.values, Occupancy.UNKNOWN)
         return dense
 
-    def spread(self, per_slot: F32) -> F32:
+    def to_grid(self, per_slot: F32) -> F32:
         """Values (count,) of the observed cells as a grid (nx, ny) float32, NaN elsewhere."""
         padded = np.append(per_slot, np.float32(np.nan))
-        dense: F32 = padded[self.tiles.crop(self.slots.values, NO_SLOT)]
+        dense: F32 = padded[self.tiles.to_dense(self.slots.values, NO_SLOT)]
         return dense
 
-    def _check(self, seen: Observation) -> None:
+    def _check(self, seen: FrameUpdate) -> None:
         if self.dimension == 0:
             return
         ours = (self.encoder_id, self.text_space, self.dimension)
         theirs = (seen.encoder_id, seen.text_space, seen.features.shape[1])
         if ours != theirs:
-            raise FieldRefused(
+            raise FieldRejected(
                 f"the map holds features of encoder {ours[0]} ({ours[1]}, {ours[2]} channels) but "
                 f"the frame has {theirs[0]} ({theirs[1]}, {theirs[2]} channels): clear the map or "
                 "restart perception with the map's encoder"
             )
 
-    def _forget(self, stamp_ns: int) -> None:
+    def _add_process_noise(self, stamp_ns: int) -> None:
         elapsed_s = (stamp_ns - self.stamp_ns) * 1e-9 if self.stamp_ns else 0.0
-        if self.settings.forgetting_per_s > 0 and elapsed_s > 0:
-            rate_per_s = self.settings.forgetting_per_s
-            self.store.forget(rate_per_s=rate_per_s, elapsed_s=elapsed_s)
+        if self.settings.process_noise_per_s > 0 and elapsed_s > 0:
+            rate_per_s = self.settings.process_noise_per_s
+            self.store.add_process_noise(rate_per_s=rate_per_s, elapsed_s=elapsed_s)
 
-    def _free(self, cells: I64) -> None:
+    def _mark_free(self, cells: I64) -> None:
         rows = self.tiles.rows(cells)
         self.clear.values[rows] = True
-        self.occupancy.values[rows] = states(self.evidence.values[rows], self.clear.values[rows])
+        self.occupancy.values[rows] = occupancy_states(
+            self.evidence.values[rows], self.clear.values[rows]
+        )

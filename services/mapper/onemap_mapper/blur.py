@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from onemap_mapper.projection import weighted_rows
+from onemap_mapper.projection import sparse_matmul
 
 # Shares of a kernel below this are left out: the results move by less than a thousandth of
 # the largest value, and cells that were hardly seen do not count as observed.
-MIN_SHARE = 1e-4
-REACH_SIGMAS = math.sqrt(-2 * math.log(MIN_SHARE))  # where the Gaussian falls to that share
+MIN_WEIGHT = 1e-4
+CUTOFF_SIGMAS = math.sqrt(-2 * math.log(MIN_WEIGHT))  # where the Gaussian falls to that share
 MIN_SIGMA_CELLS = 0.15  # narrower kernels give their neighbours 1e-9: all weight on itself
 
 
@@ -53,7 +53,7 @@ def blur_kernel(
     farthest_m = 1.5 * half_width * cell_size_m  # beyond the seen cells, corner to corner
     if len(cells):
         farthest_m += float(_distance_m(cells, camera, cell_size_m).amax())
-    reach_cells = min(half_width, math.ceil(REACH_SIGMAS * sigma_per_m * farthest_m))
+    reach_cells = min(half_width, math.ceil(CUTOFF_SIGMAS * sigma_per_m * farthest_m))
     reach = torch.arange(-reach_cells, reach_cells + 1, device=cells.device)
     steps = torch.cartesian_prod(reach, reach)
     targets = cells[:, None] + steps  # (n, k, 2)
@@ -63,7 +63,7 @@ def blur_kernel(
     side = _exp(-whole.square() * precision[..., None])
     window = (1.0 + 2.0 * side.sum(dim=-1)).square()  # S_i: the kernel is separable
     share = _exp(-steps.square().sum(dim=-1) * precision) / window
-    source, step = torch.nonzero(share >= MIN_SHARE, as_tuple=True)
+    source, step = torch.nonzero(share >= MIN_WEIGHT, as_tuple=True)
     return _by_target(targets[source, step], source, share[source, step])
 
 
@@ -93,5 +93,5 @@ def _by_target(targets: Tensor, sources: Tensor, values: Tensor) -> BlurKernel:
 def blurred(kernel: BlurKernel, table: Tensor) -> Tensor:
     """B times a table (seen cells, D) or (seen cells,) float32."""
     if table.ndim == 1:
-        return weighted_rows(table[:, None], kernel.sources, kernel.values, kernel.starts)[:, 0]
-    return weighted_rows(table, kernel.sources, kernel.values, kernel.starts)
+        return sparse_matmul(table[:, None], kernel.sources, kernel.values, kernel.starts)[:, 0]
+    return sparse_matmul(table, kernel.sources, kernel.values, kernel.starts)

@@ -12,7 +12,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from onemap_mapper.fusion import forgotten, fused, gain
+from onemap_mapper.fusion import fused, gain, with_process_noise
 from onemap_shared.geometry import I64
 
 BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
@@ -106,15 +106,17 @@ class CellStore:
             part = table[first : last + 1] if together else table[within]
             yield chosen.cpu().numpy(), part.float()
 
-    def forget(self, *, rate_per_s: float, elapsed_s: float) -> None:
+    def add_process_noise(self, *, rate_per_s: float, elapsed_s: float) -> None:
         """Let every variance grow (process noise)."""
-        self._confidence = forgotten(self._confidence, rate_per_s=rate_per_s, elapsed_s=elapsed_s)
+        self._confidence = with_process_noise(
+            self._confidence, rate_per_s=rate_per_s, elapsed_s=elapsed_s
+        )
 
     def reset_searched(self) -> None:
         """Forget where was looked; features and their confidence stay."""
         self._confidence[1] = 0.0
 
-    def restore_searched(self, confidence: Tensor) -> None:
+    def set_searched_confidence(self, confidence: Tensor) -> None:
         """Set 1 / sigma_E^2 (count,) of all slots, as loaded from a file."""
         self._confidence[1, : self.count] = confidence.to(self._device)
 

@@ -8,9 +8,9 @@ from typing import Literal
 import torch
 from pydantic import Field, model_validator
 
-from onemap_mapper.frame_update import MapSettings
-from onemap_mapper.occupancy import OccupancySettings
-from onemap_mapper.projection import ProjectionSettings
+from onemap_mapper.frame_update import MapParams
+from onemap_mapper.occupancy import OccupancyParams
+from onemap_mapper.projection import ProjectionParams
 from onemap_shared.params import Params
 
 
@@ -75,7 +75,7 @@ class MapperConfig(Params):
         "model gives a pixel s = 0.86 at 2 m, 0.55 at 3 m and 0.26 at 4 m, so 0.5 takes three "
         "frames at 2 m, four at 3 m, eight at 4 m: seen for a second or two, not in passing.",
     )
-    forgetting_per_s: float = Field(
+    process_noise_per_s: float = Field(
         default=0.0,
         ge=0,
         description="Variance added per second (process noise); 0 never forgets, as the paper.",
@@ -89,7 +89,7 @@ class MapperConfig(Params):
     obstacle_max_height_m: float = Field(
         default=1.2, gt=0, description="m; the robot's height, it passes under what is higher."
     )
-    low_height_m: float = Field(
+    clearing_height_m: float = Field(
         default=0.30,
         gt=0,
         description="m; a ray lower than this shows that a cell is free even where the floor "
@@ -150,18 +150,18 @@ class MapperConfig(Params):
             )
         return self
 
-    def settings(self) -> MapSettings:
+    def settings(self) -> MapParams:
         """What the pure modules need."""
-        return MapSettings(
-            projection=ProjectionSettings(
+        return MapParams(
+            projection=ProjectionParams(
                 self.cell_size_m, self.max_feature_range_m, self.max_feature_height_m
             ),
-            occupancy=OccupancySettings(
+            occupancy=OccupancyParams(
                 cell_size_m=self.cell_size_m,
                 floor_tolerance_m=self.floor_tolerance_m,
                 min_height_m=self.obstacle_min_height_m,
                 max_height_m=self.obstacle_max_height_m,
-                low_height_m=self.low_height_m,
+                clearing_height_m=self.clearing_height_m,
                 height_error_per_m=self.height_error_per_m,
                 max_range_m=self.occupancy_range_m,
                 clear_range_m=self.clearing_range_m,
@@ -170,7 +170,7 @@ class MapperConfig(Params):
             depth_factor=self.depth_factor,
             blur_half_width=self.blur_half_width_cells,
             explored_variance=self.explored_variance,
-            forgetting_per_s=self.forgetting_per_s,
+            process_noise_per_s=self.process_noise_per_s,
             initially_free_radius_m=self.initially_free_radius_m,
             max_extent_m=self.max_extent_m,
             feature_dtype=torch.float32 if self.feature_dtype == "float32" else torch.float16,

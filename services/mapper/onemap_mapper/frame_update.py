@@ -13,24 +13,23 @@ import torch
 from torch import Tensor
 
 from onemap_mapper.blur import blur_kernel, blurred
-from onemap_mapper.diagnostics.depth_diagnostics import DepthCheck, check_depth
-from onemap_mapper.occupancy import OccupancyFrame, OccupancySettings
-from onemap_mapper.occupancy import observe as observe_occupancy
-from onemap_mapper.projection import ProjectionSettings, mix, project
+from onemap_mapper.diagnostics.depth_diagnostics import DepthDiagnostics, diagnose_depth
+from onemap_mapper.occupancy import OccupancyParams, OccupancyUpdate, occupancy_update
+from onemap_mapper.projection import ProjectionParams, cell_features, project
 from onemap_shared.geometry import F64, I64
 from onemap_shared.messages import FeatureField
 
 
 @dataclass(frozen=True, slots=True)
-class MapSettings:
+class MapParams:
     """All a map needs to know; metres, and 1/variance thresholds as variances."""
 
-    projection: ProjectionSettings
-    occupancy: OccupancySettings
+    projection: ProjectionParams
+    occupancy: OccupancyParams
     depth_factor: float
     blur_half_width: int
     explored_variance: float
-    forgetting_per_s: float
+    process_noise_per_s: float
     initially_free_radius_m: float
     max_extent_m: float
     feature_dtype: torch.dtype
@@ -43,7 +42,7 @@ class MapSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class Observation:
+class FrameUpdate:
     """One frame, ready to be fused.
 
     cells (n, 2) int64 world cells with features (n, D) and confidence (n,) float32.
@@ -57,11 +56,11 @@ class Observation:
     cells: I64
     features: Tensor
     confidence: Tensor
-    occupancy: OccupancyFrame
-    depth: DepthCheck
+    occupancy: OccupancyUpdate
+    depth: DepthDiagnostics
 
 
-def observe(field: FeatureField, settings: MapSettings) -> Observation:
+def compute_update(field: FeatureField, settings: MapParams) -> FrameUpdate:
     """What a field says about the map's cells. Pure; the expensive half of an update."""
     depth_m = np.divide(field.depth_mm, 1000, dtype=np.float32)
     h, w, dimension = field.features.shape
@@ -83,20 +82,20 @@ def observe(field: FeatureField, settings: MapSettings) -> Observation:
         half_width=settings.blur_half_width,
     )
     patches = torch.tensor(field.features, device=device).view(h * w, dimension).float()
-    return Observation(
+    return FrameUpdate(
         sequence=field.sequence,
         stamp_ns=field.stamp_ns,
         encoder_id=field.encoder_id,
         text_space=field.text_space,
         camera_m=camera_m,
         cells=kernel.cells.cpu().numpy(),
-        features=blurred(kernel, mix(weights, patches)),
+        features=blurred(kernel, cell_features(weights, patches)),
         confidence=blurred(kernel, weights.confidence),
-        occupancy=observe_occupancy(
+        occupancy=occupancy_update(
             depth_m,
             intrinsics=field.intrinsics,
             T_map_camera=field.T_map_camera,
             settings=settings.occupancy,
         ),
-        depth=check_depth(depth_m, intrinsics=field.intrinsics, T_map_camera=field.T_map_camera),
+        depth=diagnose_depth(depth_m, intrinsics=field.intrinsics, T_map_camera=field.T_map_camera),
     )

@@ -22,7 +22,7 @@ def fused(features: Tensor, features_new: Tensor, K: Tensor) -> Tensor:
     return torch.lerp(features, features_new, K[:, None])
 
 
-def forgotten(confidence: Tensor, *, rate_per_s: float, elapsed_s: float) -> Tensor:
+def with_process_noise(confidence: Tensor, *, rate_per_s: float, elapsed_s: float) -> Tensor:
     """Confidence after the variance grew by ``rate_per_s`` for ``elapsed_s`` (process noise)."""
     return confidence / (1.0 + rate_per_s * elapsed_s * confidence)
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from onemap_mapper.snapshot import FORMAT, VERSION, Header, Snapshot, SnapshotError
+from onemap_mapper.snapshot import FORMAT, VERSION, MapFileError, MapHeader, MapSnapshot
 
 SUFFIX = ".npz"
 NAME = re.compile(r"[A-Za-z0-9._-]+")
@@ -33,20 +33,20 @@ ARRAYS = (
 )
 
 
-class UnknownMap(SnapshotError):
+class MapNotFound(MapFileError):
     """There is no file of this name."""
 
 
-def file_in(folder: Path, name: str) -> Path:
+def map_path(folder: Path, name: str) -> Path:
     """The file of this name, always directly inside ``folder``."""
     if not NAME.fullmatch(name) or name.startswith("."):
-        raise SnapshotError(
+        raise MapFileError(
             f"map name {name[:80]!r} is not allowed: use letters, digits, dot, dash, underscore"
         )
     return folder / (name if name.endswith(SUFFIX) else name + SUFFIX)
 
 
-def write(snapshot: Snapshot, path: Path) -> int:
+def write(snapshot: MapSnapshot, path: Path) -> int:
     """Write the file in one step; returns its size in bytes."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
@@ -62,10 +62,10 @@ def write(snapshot: Snapshot, path: Path) -> int:
     return path.stat().st_size
 
 
-def read(path: Path) -> Snapshot:
-    """The checked content of a file; raises ``UnknownMap`` or another ``SnapshotError``."""
+def read(path: Path) -> MapSnapshot:
+    """The checked content of a file; raises ``MapNotFound`` or another ``MapFileError``."""
     if not path.is_file():
-        raise UnknownMap(
+        raise MapNotFound(
             f"there is no map {path.name} in {path.parent} on the mapper's machine: save one with "
             "'onemap map save', or correct the name"
         )
@@ -73,28 +73,28 @@ def read(path: Path) -> Snapshot:
         with np.load(path, allow_pickle=False) as archive:
             raw = json.loads(str(archive["header"]))
             _check_identity(raw, path)
-            header = Header(**raw)
+            header = MapHeader(**raw)
             _check_types(header, path)
-            snapshot = Snapshot(header, **{name: archive[name] for name in ARRAYS})
-    except SnapshotError:
+            snapshot = MapSnapshot(header, **{name: archive[name] for name in ARRAYS})
+    except MapFileError:
         raise
     except UNREADABLE as problem:
-        raise SnapshotError(f"{path.name} is damaged or not a map: {problem}") from problem
+        raise MapFileError(f"{path.name} is damaged or not a map: {problem}") from problem
     _check_arrays(snapshot, path)
     return snapshot
 
 
 def _check_identity(raw: Any, path: Path) -> None:
     if not isinstance(raw, dict) or raw.get("format") != FORMAT:
-        raise SnapshotError(f"{path.name} is not a map of OneMap")
+        raise MapFileError(f"{path.name} is not a map of OneMap")
     if raw.get("version") != VERSION:
-        raise SnapshotError(
+        raise MapFileError(
             f"{path.name} has format version {raw.get('version')}; this program reads {VERSION}"
         )
 
 
-def _check_types(header: Header, path: Path) -> None:
-    for field in fields(Header):
+def _check_types(header: MapHeader, path: Path) -> None:
+    for field in fields(MapHeader):
         value = getattr(header, field.name)
         fits = {
             "str": isinstance(value, str),
@@ -102,10 +102,10 @@ def _check_types(header: Header, path: Path) -> None:
             "float": isinstance(value, float),
         }
         if not fits[str(field.type)]:
-            raise SnapshotError(f"{path.name} is damaged: {field.name} is {value!r}")
+            raise MapFileError(f"{path.name} is damaged: {field.name} is {value!r}")
 
 
-def _check_arrays(snapshot: Snapshot, path: Path) -> None:
+def _check_arrays(snapshot: MapSnapshot, path: Path) -> None:
     n, m = len(snapshot.cells), len(snapshot.driving_cells)
     half = snapshot.features.dtype == np.float16
     layout: dict[str, tuple[str, tuple[int, ...]]] = {
@@ -120,7 +120,7 @@ def _check_arrays(snapshot: Snapshot, path: Path) -> None:
     for name, (dtype, shape) in layout.items():
         array = getattr(snapshot, name)
         if str(array.dtype) != dtype or array.shape != shape:
-            raise SnapshotError(
+            raise MapFileError(
                 f"{path.name} is damaged: {name} is {array.dtype} {array.shape}, "
                 f"expected {dtype} {shape}"
             )
@@ -130,4 +130,4 @@ def _check_arrays(snapshot: Snapshot, path: Path) -> None:
     )
     distinct = len(np.unique(snapshot.cells, axis=0)) == n
     if not (finite and distinct and (snapshot.confidence >= 0).all()):
-        raise SnapshotError(f"{path.name} is damaged: it holds values that no map can hold")
+        raise MapFileError(f"{path.name} is damaged: it holds values that no map can hold")

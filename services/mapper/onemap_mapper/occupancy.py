@@ -23,24 +23,27 @@ I8 = NDArray[np.int8]
 
 # Evidence is a log-odds in steps of about 0.4, an int8 per voxel.
 HIT = 4  # two or more points: occupied at once where nothing was known
-GLIMPSE = 2  # one point: a far leg or table edge, or a stray pixel, so twice before it counts
+SINGLE_HIT = 2  # one point: a far leg or table edge, or a stray pixel, so twice before it counts
 MISS = 1  # four frames clear what was seen once, twelve what was seen often
-MOST, LEAST = 12, -4  # bounded, so that what moved away disappears and what comes appears
-OCCUPIED_FROM = 3
+MAX_EVIDENCE, MIN_EVIDENCE = (
+    12,
+    -4,
+)  # bounded, so that what moved away disappears and what comes appears
+OCCUPIED_THRESHOLD = 3
 MIN_HITS = 2
 RAY_STRIDE = 4  # of the thinned image: rays 0.1 m apart at the clearing range
 RAY_STEP = 1.0  # cells between samples: crossing a mere corner seldom clears a voxel
 
 
 @dataclass(frozen=True, slots=True)
-class OccupancySettings:
+class OccupancyParams:
     """Heights above the floor and ranges from the camera, in metres."""
 
     cell_size_m: float
     floor_tolerance_m: float
     min_height_m: float
     max_height_m: float
-    low_height_m: float
+    clearing_height_m: float
     height_error_per_m: float
     max_range_m: float
     clear_range_m: float
@@ -53,7 +56,7 @@ class OccupancySettings:
 
 
 @dataclass(frozen=True, slots=True)
-class OccupancyFrame:
+class OccupancyUpdate:
     """What one frame says of the cells it touches.
 
     cells (n, 2) int64 world cells; evidence (n, levels) int8 to add; clear (n,) bool: the
@@ -72,9 +75,9 @@ def thinned(depth_m: F32, intrinsics: Intrinsics, max_rows: int) -> tuple[F32, I
     return depth_m[::n, ::n], Intrinsics(intrinsics.fx / n, intrinsics.fy / n, cx, cy)
 
 
-def observe(
-    depth_m: F32, *, intrinsics: Intrinsics, T_map_camera: F64, settings: OccupancySettings
-) -> OccupancyFrame:
+def occupancy_update(
+    depth_m: F32, *, intrinsics: Intrinsics, T_map_camera: F64, settings: OccupancyParams
+) -> OccupancyUpdate:
     """Evidence of one depth image (H, W) float32 metres, 0 = none, with the full pose."""
     depth_m, intrinsics = thinned(depth_m, intrinsics, settings.max_image_rows)
     points = map_points(depth_m, intrinsics=intrinsics, T_map_camera=T_map_camera)
@@ -89,19 +92,19 @@ def observe(
     obstacles = points[usable & is_obstacle]
     box = _box((floor, obstacles, samples, camera[None]), settings.cell_size_m)
     hits = np.zeros((*box.shape, settings.levels), np.int64)
-    np.add.at(hits.reshape(-1), voxels(obstacles, box, settings), 1)
+    np.add.at(hits.reshape(-1), voxel_indices(obstacles, box, settings), 1)
     crossed = np.zeros(hits.shape, bool)
     high = samples[samples[:, 2] >= settings.min_height_m]
-    crossed.reshape(-1)[voxels(high, box, settings)] = True
+    crossed.reshape(-1)[voxel_indices(high, box, settings)] = True
     clear = np.zeros(box.shape, bool)
-    for seen in (floor, samples[samples[:, 2] < settings.low_height_m]):
+    for seen in (floor, samples[samples[:, 2] < settings.clearing_height_m]):
         clear[tuple(box.cells(seen[:, :2].astype(np.float64)).T)] = True
     evidence = (crossed * np.int8(-MISS)).astype(np.int8)
-    evidence[hits > 0] = GLIMPSE
+    evidence[hits > 0] = SINGLE_HIT
     evidence[hits >= MIN_HITS] = HIT
     touched = clear | evidence.any(axis=2)
     cells = np.argwhere(touched) + np.asarray(box.origin_cell)
-    return OccupancyFrame(cells, evidence[touched], clear[touched])
+    return OccupancyUpdate(cells, evidence[touched], clear[touched])
 
 
 def map_points(depth_m: F32, *, intrinsics: Intrinsics, T_map_camera: F64) -> F32:
@@ -119,7 +122,7 @@ def map_points(depth_m: F32, *, intrinsics: Intrinsics, T_map_camera: F64) -> F3
     return points
 
 
-def ray_samples(camera: F32, ends: F32, *, settings: OccupancySettings) -> F32:
+def ray_samples(camera: F32, ends: F32, *, settings: OccupancyParams) -> F32:
     """Points (n, 3) in the empty space between camera (3,) and surface points (m, 3).
 
     Only within the clearing range, below the robot's height and above the floor, and not in
@@ -140,7 +143,7 @@ def ray_samples(camera: F32, ends: F32, *, settings: OccupancySettings) -> F32:
     return samples
 
 
-def voxels(points: F32, box: GridSpec, settings: OccupancySettings) -> I64:
+def voxel_indices(points: F32, box: GridSpec, settings: OccupancyParams) -> I64:
     """Flat voxel indices (n,) in (nx, ny, levels) of points (n, 3) inside box and height band."""
     thickness = (settings.max_height_m - settings.min_height_m) / settings.levels
     level = ((points[:, 2] - settings.min_height_m) / thickness).astype(np.int64)
@@ -157,21 +160,23 @@ def _box(clouds: tuple[F32, ...], cell_size_m: float) -> GridSpec:
     return GridSpec.covering(cell_size_m, (low_x, low_y), (high_x, high_y))
 
 
-def accumulated(evidence: I8, added: I8) -> I8:
+def accumulated_evidence(evidence: I8, added: I8) -> I8:
     """The bounded sum of evidence (n, levels)."""
-    total: I8 = np.clip(evidence.astype(np.int16) + added, LEAST, MOST).astype(np.int8)
+    total: I8 = np.clip(evidence.astype(np.int16) + added, MIN_EVIDENCE, MAX_EVIDENCE).astype(
+        np.int8
+    )
     return total
 
 
-def states(evidence: I8, clear: Bool) -> U8:
+def occupancy_states(evidence: I8, clear: Bool) -> U8:
     """Values of ``Occupancy`` (n,) uint8 from evidence (n, levels) and clear (n,)."""
-    occupied = (evidence >= OCCUPIED_FROM).any(axis=1)
+    occupied = (evidence >= OCCUPIED_THRESHOLD).any(axis=1)
     state: U8 = np.where(clear, Occupancy.FREE, Occupancy.UNKNOWN).astype(np.uint8)
     state[occupied] = Occupancy.OCCUPIED
     return state
 
 
-def disc(centre_m: F64, radius_m: float, cell_size_m: float) -> I64:
+def cells_within(centre_m: F64, radius_m: float, cell_size_m: float) -> I64:
     """World cells (n, 2) whose centre lies within ``radius_m`` of a point (x, y, ...)."""
     x, y = float(centre_m[0]), float(centre_m[1])
     box = GridSpec.covering(cell_size_m, (x - radius_m, y - radius_m), (x + radius_m, y + radius_m))

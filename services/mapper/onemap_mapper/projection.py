@@ -19,7 +19,7 @@ from onemap_shared.geometry import F64
 
 
 @dataclass(frozen=True, slots=True)
-class ProjectionSettings:
+class ProjectionParams:
     """Which pixels count, and how large a cell is. All in metres, map frame."""
 
     cell_size_m: float
@@ -70,7 +70,7 @@ def project(
     intrinsics: Intrinsics,
     T_map_camera: F64,
     patch_shape: tuple[int, int],
-    settings: ProjectionSettings,
+    settings: ProjectionParams,
 ) -> CellWeights:
     """The cells a frame saw and how its patches mix in them.
 
@@ -83,7 +83,7 @@ def project(
     )
     usable &= z <= settings.max_height_m
     ix, iy = (world_cells(axis, settings.cell_size_m) for axis in (x, y))
-    cells, row = _compact(ix, iy, usable)
+    cells, row = _unique_cells(ix, iy, usable)
     count = len(cells)
     pixels = torch.bincount(row, minlength=count + 1)[:count]
     confidence = torch.where(usable, 1.0 / variance, 0.0)
@@ -94,30 +94,30 @@ def project(
     return CellWeights(cells, total / pixels, starts, patches, values / total[owner])
 
 
-def mix(weights: CellWeights, patch_features: Tensor) -> Tensor:
+def cell_features(weights: CellWeights, patch_features: Tensor) -> Tensor:
     """F_M = W F: (n, D) float32 features of the cells from patch features (h * w, D) float32."""
-    return weighted_rows(patch_features, weights.patches, weights.values, weights.starts)
+    return sparse_matmul(patch_features, weights.patches, weights.values, weights.starts)
 
 
-def weighted_rows(table: Tensor, columns: Tensor, values: Tensor, starts: Tensor) -> Tensor:
+def sparse_matmul(table: Tensor, columns: Tensor, values: Tensor, starts: Tensor) -> Tensor:
     """Sparse times dense: row i is the sum of values * table[columns] from starts[i] on."""
     if len(starts) == 0:
         return table.new_zeros((0, table.shape[1]))
     return embedding_bag(columns, table, starts, mode="sum", per_sample_weights=values)
 
 
-def _compact(ix: Tensor, iy: Tensor, usable: Tensor) -> tuple[Tensor, Tensor]:
+def _unique_cells(ix: Tensor, iy: Tensor, usable: Tensor) -> tuple[Tensor, Tensor]:
     """World cells (n, 2) that usable pixels fall in, and each pixel's row in them, else n."""
     low_x, high_x = (int(bound) for bound in torch.aminmax(ix))
     low_y, high_y = (int(bound) for bound in torch.aminmax(iy))
     depth = high_y - low_y + 1
     box = (high_x - low_x + 1) * depth
     flat = torch.where(usable, (ix - low_x) * depth + (iy - low_y), box)
-    found, rows = _numbered(flat.flatten().long(), box)
+    found, rows = _unique_inverse(flat.flatten().long(), box)
     return torch.stack([found // depth + low_x, found % depth + low_y], dim=1), rows
 
 
-def _numbered(values: Tensor, limit: int) -> tuple[Tensor, Tensor]:
+def _unique_inverse(values: Tensor, limit: int) -> tuple[Tensor, Tensor]:
     """The distinct values (k,) below ``limit``, ascending, and each value's place in them.
 
     The value ``limit`` stands for "none" and gets place k. ``torch.unique`` would sort.
@@ -145,7 +145,7 @@ def _scatter(
     left, b = _interpolation(width, w, confidence.device)
     down, right = w * (h > 1), int(w > 1)
     key = row * (h * w) + (top[:, None] * w + left).flatten()
-    used, place = _numbered(key.clamp_(max=count * h * w), count * h * w)
+    used, place = _unique_inverse(key.clamp_(max=count * h * w), count * h * w)
     s_a, s_b = confidence * a[:, None], confidence * b
     sums = confidence.new_zeros((4, len(used) + 1))
     for k, weight in enumerate((confidence, s_a, s_b, s_a * b)):

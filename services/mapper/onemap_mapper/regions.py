@@ -28,7 +28,7 @@ class Regions:
     variances: F32
 
 
-def threshold(values: F32, *, best_share: float, top_share: float | None) -> float:
+def region_threshold(values: F32, *, best_share: float, top_share: float | None) -> float:
     """The score (of those observed, (n,)) from which cells belong to a region.
 
     ``best_share`` of the best score, and among the ``top_share`` highest where it is given:
@@ -62,7 +62,7 @@ def find_regions(
     )
 
 
-def above(regions: Regions, floor: float) -> Regions:
+def scoring_at_least(regions: Regions, floor: float) -> Regions:
     """The regions that score at least ``floor``."""
     kept = regions.scores >= np.float32(floor)
     return Regions(

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.regions import above, find_regions, threshold
-from onemap_mapper.similarity import Query, ScoreCache
+from onemap_mapper.regions import find_regions, region_threshold, scoring_at_least
+from onemap_mapper.similarity import ScoreCache, TextQuery
 from onemap_shared.geometry import F32
 from onemap_shared.messages import (
     MapRevision,
@@ -23,7 +23,7 @@ NO_GRID: F32 = np.zeros((0, 0), np.float32)
 
 
 @dataclass(frozen=True, slots=True)
-class RegionSettings:
+class RegionParams:
     """Which cells make a region, see ``regions.threshold``."""
 
     best_share: float
@@ -34,30 +34,30 @@ def similarity_reply(
     belief: BeliefMap,
     cache: ScoreCache,
     *,
-    query: Query,
+    query: TextQuery,
     request: SimilarityRequest,
-    settings: RegionSettings,
+    settings: RegionParams,
 ) -> SimilarityReply:
     """Ranked regions that score above the query's floor, and the grid if asked for.
 
     The map must not be empty.
     """
     values = cache.scores(query, belief.store, belief.revision)
-    grid_scores = belief.spread(values)
-    limit = threshold(
+    grid_scores = belief.to_grid(values)
+    limit = region_threshold(
         values,
         best_share=settings.best_share,
         top_share=None if query.calibrated else settings.top_share,
     )
     regions = find_regions(
         grid_scores,
-        belief.spread(belief.store.confidence.reciprocal().cpu().numpy()),
+        belief.to_grid(belief.store.confidence.reciprocal().cpu().numpy()),
         belief.grid,
         limit=max(limit, float(np.finfo(np.float32).tiny)),
         max_regions=request.max_regions,
     )
     best_score = min(float(regions.scores[0]), 1.0) if len(regions.scores) else 0.0  # rounding
-    regions = above(regions, query.floor)
+    regions = scoring_at_least(regions, query.floor)
     return SimilarityReply(
         text=request.text,
         revision=belief.revision,
@@ -80,8 +80,8 @@ def search_view(
     cache: ScoreCache,
     *,
     text: str,
-    query: Query | None,
-    rivals: Sequence[Query] = (),
+    query: TextQuery | None,
+    rivals: Sequence[TextQuery] = (),
 ) -> SearchView:
     """All layers over the map's bounding box, with the similarity if there is a query.
 
@@ -89,13 +89,13 @@ def search_view(
     """
     similarity = NO_GRID
     if query is not None:
-        similarity = belief.spread(cache.scores(query, belief.store, belief.revision))
+        similarity = belief.to_grid(cache.scores(query, belief.store, belief.revision))
     elif text:  # asked of a map without features: nothing was observed
         similarity = np.full(belief.grid.shape, np.nan, np.float32)
     rival = NO_GRID
     if rivals:
         each = [cache.scores(other, belief.store, belief.revision) for other in rivals]
-        rival = belief.spread(np.max(each, axis=0))
+        rival = belief.to_grid(np.max(each, axis=0))
     return SearchView(
         text=text,
         revision=belief.revision,

@@ -14,18 +14,18 @@ from dataclasses import replace
 import torch
 
 from onemap_mapper import map_file, snapshot
-from onemap_mapper.belief_map import BeliefMap, FieldRefused
+from onemap_mapper.belief_map import BeliefMap, FieldRejected
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.diagnostics.telemetry import Telemetry
-from onemap_mapper.frame_update import observe
+from onemap_mapper.diagnostics.telemetry import MapperTelemetry
+from onemap_mapper.frame_update import compute_update
 from onemap_mapper.replies import (
-    RegionSettings,
+    RegionParams,
     revision_of,
     search_view,
     similarity_reply,
     summary_of,
 )
-from onemap_mapper.similarity import Query, ScoreCache
+from onemap_mapper.similarity import ScoreCache, TextQuery
 from onemap_mapper.text_cache import TextCache
 from onemap_mapper.tiles import MapTooLarge
 from onemap_shared import keys
@@ -58,13 +58,13 @@ class Mapper:
     def __init__(self, bus: Bus, config: MapperConfig) -> None:
         self._config = config
         self._settings = config.settings()
-        self._regions = RegionSettings(config.region_best_share, config.region_top_share)
+        self._regions = RegionParams(config.region_best_share, config.region_top_share)
         self._lock = threading.Lock()
         self._map = BeliefMap(self._settings)
         self._scores = ScoreCache()
         self._texts = TextCache(lambda text: embed_texts(bus, (text,)), self._settings.device)
         self._encoder_seen = ""
-        self._telemetry = Telemetry()
+        self._telemetry = MapperTelemetry()
         self._fields = bus.subscribe(keys.FIELD)
         self._revisions = bus.publish(keys.MAP_REVISION)
         bus.serve(keys.MAP_SIMILARITY, self.similarity)
@@ -93,7 +93,7 @@ class Mapper:
             now_s = time.monotonic()
             metrics |= self._telemetry.metrics(now_s, self._fields.counters)
             problem = self._telemetry.problem(now_s)
-            ready = self._telemetry.working(now_s)
+            ready = self._telemetry.ready(now_s)
         return Health(ready=ready, problem=problem, metrics=metrics)
 
     def close(self) -> None:
@@ -129,7 +129,7 @@ class Mapper:
 
     def save(self, request: MapFile) -> MapSummary:
         """Write the map to the configured folder."""
-        path = map_file.file_in(self._config.map_folder, request.name)
+        path = map_file.map_path(self._config.map_folder, request.name)
         with self._lock:
             if self._map.dimension == 0:
                 raise _empty()
@@ -146,10 +146,10 @@ class Mapper:
 
     def load(self, request: MapFile) -> MapSummary:
         """Replace the map by one from the configured folder, or refuse and change nothing."""
-        path = map_file.file_in(self._config.map_folder, request.name)
+        path = map_file.map_path(self._config.map_folder, request.name)
         try:
             content = map_file.read(path)
-        except map_file.UnknownMap as problem:
+        except map_file.MapNotFound as problem:
             raise RequestRejected("unknown_map", str(problem)) from problem
         with self._lock:
             try:
@@ -159,7 +159,7 @@ class Mapper:
                     encoder_id=self._map.encoder_id or self._encoder_seen,
                     first_revision=self._map.revision + 1,
                 )
-            except snapshot.OtherEncoder as problem:
+            except snapshot.EncoderMismatch as problem:
                 raise RequestRejected("encoder_mismatch", str(problem)) from problem
             self._replace(restored)
             summary = summary_of(self._map)
@@ -180,12 +180,12 @@ class Mapper:
         if 0 < self._map.stamp_ns - field.stamp_ns < CLOCK_JUMP_NS:
             self._telemetry.late += 1
             return
-        seen = observe(field, self._settings)
+        seen = compute_update(field, self._settings)
         with self._lock:
             try:
-                self._map.absorb(seen)
-            except (FieldRefused, MapTooLarge) as problem:
-                self._telemetry.refuse(str(problem))
+                self._map.fuse(seen)
+            except (FieldRejected, MapTooLarge) as problem:
+                self._telemetry.record_rejected(str(problem))
                 LOG.warning("frame %d refused: %s", field.sequence, problem)
                 return
             now_s = time.monotonic()
@@ -198,7 +198,7 @@ class Mapper:
         """Exchange the map and all that was derived from it; the lock is held."""
         self._map = belief
         self._scores = ScoreCache()
-        self._telemetry.forget_floor()
+        self._telemetry.reset_floor()
         self._announce()
 
     def _announce(self) -> None:
@@ -213,7 +213,7 @@ class Mapper:
             if self._map.store.count == 0:
                 raise _empty()
 
-    def _query(self, text: str) -> Query:
+    def _query(self, text: str) -> TextQuery:
         """The query of a text, refused if the text encoder does not belong to the map."""
         text_space, query = self._texts.query(text)
         with self._lock:
@@ -228,7 +228,7 @@ class Mapper:
             )
         return query
 
-    def _rivals(self, names: tuple[str, ...]) -> list[Query]:
+    def _rivals(self, names: tuple[str, ...]) -> list[TextQuery]:
         """The queries of those names that the encoder knows: the others compete with nothing."""
         queries = []
         for name in names:

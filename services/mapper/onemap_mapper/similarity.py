@@ -18,11 +18,11 @@ from onemap_mapper.cell_store import CellStore
 from onemap_shared.geometry import F32
 from onemap_shared.messages import TextEmbeddings
 
-REMEMBERED = 32  # texts whose scores are kept: 1 MB each for a flat of 250,000 cells
+MAX_TEXTS = 32  # texts whose scores are kept: 1 MB each for a flat of 250,000 cells
 
 
 @dataclass(frozen=True, slots=True)
-class Query:
+class TextQuery:
     """One text. concepts (1 + m, D) float32 unit rows: the text, then its competing words.
 
     floor: a best score below this means "not here", 0: not measured; nearest: known words next
@@ -41,11 +41,11 @@ class Query:
         return len(self.concepts) > 1
 
 
-def query_of(embeddings: TextEmbeddings, index: int, device: torch.device) -> Query:
+def text_query(embeddings: TextEmbeddings, index: int, device: torch.device) -> TextQuery:
     """The query for one of the texts of a reply."""
     competing = embeddings.neutral[embeddings.neutral_mask[index] > 0]
     concepts = np.concatenate([embeddings.embeddings[index : index + 1], competing])
-    return Query(
+    return TextQuery(
         embeddings.texts[index],
         torch.from_numpy(concepts).to(device),
         embeddings.temperature,
@@ -54,7 +54,7 @@ def query_of(embeddings: TextEmbeddings, index: int, device: torch.device) -> Qu
     )
 
 
-def scores(features: Tensor, query: Query) -> Tensor:
+def scores(features: Tensor, query: TextQuery) -> Tensor:
     """Scores (n,) float32 in [0, 1] of cell features (n, D) float32, of any length."""
     norms = torch.linalg.vector_norm(features, dim=1, keepdim=True)
     cosines = features @ query.concepts.T / norms.clamp(min=1e-12)
@@ -68,9 +68,9 @@ class ScoreCache:
     """Scores of one map for the texts asked last; only changed cells are computed again."""
 
     def __init__(self) -> None:
-        self._known: OrderedDict[str, tuple[Query, int, F32]] = OrderedDict()
+        self._known: OrderedDict[str, tuple[TextQuery, int, F32]] = OrderedDict()
 
-    def scores(self, query: Query, store: CellStore, revision: int) -> F32:
+    def scores(self, query: TextQuery, store: CellStore, revision: int) -> F32:
         """Scores (count,) float32 of all slots at this revision of the map."""
         held = self._known.pop(query.text, None)
         current = np.zeros(store.count, np.float32)
@@ -81,6 +81,6 @@ class ScoreCache:
         for chosen, features in store.chunks(stale):
             current[stale[chosen]] = scores(features, query).cpu().numpy()
         self._known[query.text] = (query, revision, current)
-        if len(self._known) > REMEMBERED:
+        if len(self._known) > MAX_TEXTS:
             self._known.popitem(last=False)
         return current

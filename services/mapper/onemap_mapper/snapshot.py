@@ -9,23 +9,23 @@ import torch
 from numpy.typing import NDArray
 
 from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame_update import MapSettings
-from onemap_mapper.occupancy import OccupancyFrame
+from onemap_mapper.frame_update import MapParams
+from onemap_mapper.occupancy import OccupancyUpdate
 from onemap_mapper.tiles import MapTooLarge
 
 FORMAT, VERSION = "onemap-map", 1
 
 
-class SnapshotError(ValueError):
+class MapFileError(ValueError):
     """A map file that cannot be used; the text says why in one sentence."""
 
 
-class OtherEncoder(SnapshotError):
+class EncoderMismatch(MapFileError):
     """The map was made with another encoder than the one in use."""
 
 
 @dataclass(frozen=True, slots=True)
-class Header:
+class MapHeader:
     """What a file says of itself."""
 
     format: str
@@ -42,14 +42,14 @@ class Header:
 
 
 @dataclass(frozen=True, slots=True)
-class Snapshot:
+class MapSnapshot:
     """A copy of a map, detached from it.
 
     cells (n, 2) int32 world cells with features (n, D), confidence and searched (n,) float32;
     driving_cells (m, 2) int32 with evidence (m, levels) int8 and clear (m,) uint8.
     """
 
-    header: Header
+    header: MapHeader
     cells: NDArray[np.int32]
     features: NDArray
     confidence: NDArray[np.float32]
@@ -59,11 +59,11 @@ class Snapshot:
     clear: NDArray[np.uint8]
 
 
-def take(belief: BeliefMap) -> Snapshot:
+def take(belief: BeliefMap) -> MapSnapshot:
     """A copy of all that a map knows."""
     store, settings = belief.store, belief.settings
     rows = np.nonzero(belief.clear.values | belief.evidence.values.any(axis=1))[0]
-    header = Header(
+    header = MapHeader(
         format=FORMAT,
         version=VERSION,
         encoder_id=belief.encoder_id,
@@ -78,7 +78,7 @@ def take(belief: BeliefMap) -> Snapshot:
     )
     half = settings.feature_dtype == torch.float16
     features = store.features(np.arange(store.count)).cpu().numpy()
-    return Snapshot(
+    return MapSnapshot(
         header=header,
         cells=store.cells.astype(np.int32),
         features=features.astype(np.float16) if half else features,
@@ -91,16 +91,16 @@ def take(belief: BeliefMap) -> Snapshot:
 
 
 def restore(
-    snapshot: Snapshot, settings: MapSettings, *, encoder_id: str, first_revision: int
+    snapshot: MapSnapshot, settings: MapParams, *, encoder_id: str, first_revision: int
 ) -> BeliefMap:
     """A new map with the snapshot's content.
 
-    ``encoder_id`` is the encoder in use, empty if none is known yet. Raises ``OtherEncoder``
-    if the map was made by another one, ``SnapshotError`` if it has another grid.
+    ``encoder_id`` is the encoder in use, empty if none is known yet. Raises ``EncoderMismatch``
+    if the map was made by another one, ``MapFileError`` if it has another grid.
     """
     header = snapshot.header
     if encoder_id and header.encoder_id and header.encoder_id != encoder_id:
-        raise OtherEncoder(
+        raise EncoderMismatch(
             f"the map was made with encoder {header.encoder_id}, but {encoder_id} is running"
         )
     ours = (
@@ -110,11 +110,11 @@ def restore(
     )
     theirs = (header.cell_size_m, header.obstacle_min_height_m, header.obstacle_max_height_m)
     if ours != theirs:
-        raise SnapshotError(
+        raise MapFileError(
             f"the map has cell size and obstacle heights {theirs} m, the configuration {ours} m"
         )
     if snapshot.evidence.shape[1] != settings.occupancy.levels:
-        raise SnapshotError(
+        raise MapFileError(
             f"the map's columns have {snapshot.evidence.shape[1]} levels, ours "
             f"{settings.occupancy.levels}: the file is damaged"
         )
@@ -123,17 +123,17 @@ def restore(
     try:
         belief.grow(np.concatenate([cells, driving_cells]))
     except MapTooLarge as problem:
-        raise SnapshotError(f"the map is larger than max_extent_m allows: {problem}") from problem
-    belief.fuse_occupancy(OccupancyFrame(driving_cells, snapshot.evidence, snapshot.clear > 0))
+        raise MapFileError(f"the map is larger than max_extent_m allows: {problem}") from problem
+    belief.fuse_occupancy(OccupancyUpdate(driving_cells, snapshot.evidence, snapshot.clear > 0))
     if header.dimension > 0:
-        belief.adopt(header.encoder_id, header.text_space, header.dimension)
+        belief.set_encoder(header.encoder_id, header.text_space, header.dimension)
         confidence, searched, features = (
             torch.from_numpy(array).to(settings.device)
             for array in (snapshot.confidence, snapshot.searched, snapshot.features)
         )
         slots = belief.slots_of(cells)
         belief.store.fuse(slots, features.float(), confidence, revision=first_revision)
-        belief.store.restore_searched(searched)
+        belief.store.set_searched_confidence(searched)
     belief.frames_fused, belief.sequence = header.frames_fused, header.sequence
     belief.stamp_ns = header.stamp_ns
     return belief

@@ -8,10 +8,10 @@ from collections.abc import Callable
 
 import torch
 
-from onemap_mapper.similarity import Query, query_of
+from onemap_mapper.similarity import TextQuery, text_query
 from onemap_shared.messages import TextEmbeddings
 
-REMEMBERED = 256  # texts; a few KB each
+MAX_TEXTS = 256  # texts; a few KB each
 
 
 class TextCache:
@@ -21,19 +21,19 @@ class TextCache:
         self._ask = ask
         self._device = device
         self._lock = threading.Lock()
-        self._known: OrderedDict[str, tuple[str, Query]] = OrderedDict()
+        self._known: OrderedDict[str, tuple[str, TextQuery]] = OrderedDict()
 
-    def query(self, text: str) -> tuple[str, Query]:
+    def query(self, text: str) -> tuple[str, TextQuery]:
         """The text space and the query of a text; asks without holding the lock."""
         with self._lock:
             if text in self._known:
                 self._known.move_to_end(text)
                 return self._known[text]
         reply = self._ask(text)
-        entry = (reply.text_space, query_of(reply, 0, self._device))
+        entry = (reply.text_space, text_query(reply, 0, self._device))
         with self._lock:
             self._known[text] = entry
-            if len(self._known) > REMEMBERED:
+            if len(self._known) > MAX_TEXTS:
                 self._known.popitem(last=False)
         return entry
 

@@ -66,7 +66,7 @@ class TileIndex:
         """
         if len(cells) == 0:
             return np.zeros(0, np.int64)
-        self._widen(cells // SIDE)
+        self._grow_directory(cells // SIDE)
         place = cells // SIDE - self._origin
         wanted = np.zeros(self._directory.shape, bool)
         wanted[tuple(place.T)] = True
@@ -84,7 +84,7 @@ class TileIndex:
         cells: I64 = tiles[rows // AREA] * SIDE + within
         return cells
 
-    def crop(self, values: NDArray, fill: float) -> NDArray:
+    def to_dense(self, values: NDArray, fill: float) -> NDArray:
         """The per-row array (count * 4096,) as a dense one over ``grid``; ``fill`` elsewhere."""
         tiles = np.full((self.count + 1, SIDE, SIDE), fill, values.dtype)
         tiles[: self.count] = values.reshape(self.count, SIDE, SIDE)
@@ -93,7 +93,7 @@ class TileIndex:
         joined: NDArray = dense.transpose(0, 2, 1, 3).reshape(nx, ny)
         return joined
 
-    def _widen(self, tiles: I64) -> None:
+    def _grow_directory(self, tiles: I64) -> None:
         low, high = tiles.min(axis=0), tiles.max(axis=0) + 1
         if self.count:
             low = np.minimum(low, self._origin)

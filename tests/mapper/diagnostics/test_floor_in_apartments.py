@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from onemap_mapper.diagnostics.depth_diagnostics import check_depth
+from onemap_mapper.diagnostics.depth_diagnostics import diagnose_depth
 from onemap_mapper.diagnostics.floor_monitor import FloorMonitor, FloorState
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
@@ -61,28 +61,28 @@ def views(seed: int) -> list[tuple[F64, F32]]:
     return found
 
 
-def verdicts(seed: int, believed: F64, noise_m: float) -> Iterator[FloorState]:
+def assessments(seed: int, believed: F64, noise_m: float) -> Iterator[FloorState]:
     """The verdict after each frame, one a second, of a camera believed to be mounted like this."""
     rng, monitor = np.random.default_rng(seed), FloorMonitor()
     for at_s, (T_map_body, exact_m) in enumerate(views(seed)):
         depth_m = noisy_depth(exact_m, noise_m, rng)
         measured = np.divide(measured_mm(depth_m, 0.1, 8.0), 1000, dtype=np.float32)
-        check = check_depth(measured, intrinsics=CAMERA, T_map_camera=T_map_body @ believed)
+        check = diagnose_depth(measured, intrinsics=CAMERA, T_map_camera=T_map_body @ believed)
         if check.surface is not None:
             monitor = monitor.with_surface(check.surface, check.viewpoint, at_s)
-        yield monitor.verdict(at_s).state
+        yield monitor.assessment(at_s).state
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("noise_m", [0.0, 0.01])
 def test_a_camera_that_is_mounted_right_raises_no_alarm(seed: int, noise_m: float) -> None:
-    states = list(verdicts(seed, MOUNT, noise_m))
-    assert FloorState.WRONG not in states
-    assert states[-1] is FloorState.RIGHT
+    states = list(assessments(seed, MOUNT, noise_m))
+    assert FloorState.INCONSISTENT not in states
+    assert states[-1] is FloorState.CONSISTENT
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("error", WRONG)
 @pytest.mark.parametrize("noise_m", [0.0, 0.01])
 def test_a_camera_that_is_mounted_wrong_is_told(seed: int, error: str, noise_m: float) -> None:
-    assert FloorState.WRONG in verdicts(seed, WRONG[error], noise_m)
+    assert FloorState.INCONSISTENT in assessments(seed, WRONG[error], noise_m)

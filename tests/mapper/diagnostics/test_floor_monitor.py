@@ -10,26 +10,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_mapper.diagnostics.floor_monitor import (
-    MEMORY_S,
+    READING_LIFETIME_S,
+    CameraPose2D,
+    FloorAssessment,
     FloorMonitor,
     FloorState,
-    FloorVerdict,
-    Viewpoint,
-    viewpoint_of,
+    camera_pose_2d,
 )
 from onemap_mapper.diagnostics.level_surface import LevelSurface
 from onemap_shared.geometry import camera_mount, pose_2d
 
 FLOOR = LevelSurface(0.01, radians(0.5))
 TABLE = LevelSurface(0.45, radians(0.5))
-HERE = Viewpoint(0.0, 0.0, 0.0)
+HERE = CameraPose2D(0.0, 0.0, 0.0)
 
 
 def turning(surface: LevelSurface, degrees: int, *, at_s: float = 0.0) -> FloorMonitor:
     """Turned on the spot, with a reading at every degree."""
     monitor = FloorMonitor()
     for degree in range(degrees + 1):
-        here = Viewpoint(0.0, 0.0, radians(degree))
+        here = CameraPose2D(0.0, 0.0, radians(degree))
         monitor = monitor.with_surface(surface, here, at_s + 0.01 * degree)
     return monitor
 
@@ -38,62 +38,66 @@ def driving(surface: LevelSurface, metres: float) -> FloorMonitor:
     """Driven straight ahead, with a reading every 10 cm."""
     monitor = FloorMonitor()
     for x_m in np.arange(0.0, metres + 0.05, 0.1):
-        monitor = monitor.with_surface(surface, Viewpoint(float(x_m), 0.0, 0.0), float(x_m))
+        monitor = monitor.with_surface(surface, CameraPose2D(float(x_m), 0.0, 0.0), float(x_m))
     return monitor
 
 
 def state(monitor: FloorMonitor, now_s: float = 5.0) -> FloorState:
-    return monitor.verdict(now_s).state
+    return monitor.assessment(now_s).state
 
 
 def test_nothing_seen_tells_nothing() -> None:
-    verdict = FloorMonitor().verdict(0.0)
-    assert (verdict.state, verdict.viewpoints, verdict.problem) == (FloorState.UNKNOWN, 0, "")
+    assessment = FloorMonitor().assessment(0.0)
+    assert (assessment.state, assessment.viewpoints, assessment.problem) == (
+        FloorState.UNKNOWN,
+        0,
+        "",
+    )
 
 
 def test_one_floor_is_enough_for_all_is_well() -> None:
-    verdict = FloorMonitor().with_surface(FLOOR, HERE, 0.0).verdict(1.0)
-    assert verdict.state is FloorState.RIGHT
-    assert verdict.height_m == pytest.approx(0.01)
+    assessment = FloorMonitor().with_surface(FLOOR, HERE, 0.0).assessment(1.0)
+    assert assessment.state is FloorState.CONSISTENT
+    assert assessment.height_m == pytest.approx(0.01)
 
 
 def test_a_table_seen_a_thousand_times_from_one_place_tells_nothing() -> None:
     monitor = FloorMonitor()
     for k in range(1000):
-        wobble = Viewpoint(0.2 * np.sin(k), 0.2 * np.cos(k), 0.1 * np.sin(k))
+        wobble = CameraPose2D(0.2 * np.sin(k), 0.2 * np.cos(k), 0.1 * np.sin(k))
         monitor = monitor.with_surface(TABLE, wobble, 0.05 * k)
-    verdict = monitor.verdict(50.0)
-    assert (verdict.state, verdict.viewpoints) == (FloorState.UNKNOWN, 1)
+    assessment = monitor.assessment(50.0)
+    assert (assessment.state, assessment.viewpoints) == (FloorState.UNKNOWN, 1)
 
 
 @pytest.mark.parametrize("height_m", [-1.0, -0.3, 0.3, 0.45])
 def test_one_height_seen_all_around_is_a_wrong_mounting(height_m: float) -> None:
-    verdict = turning(LevelSurface(height_m, 0.0), 120).verdict(5.0)
-    assert verdict.state is FloorState.WRONG
-    assert f"z = {height_m:+.2f} m" in verdict.problem
-    assert "T_map_camera" in verdict.problem
+    assessment = turning(LevelSurface(height_m, 0.0), 120).assessment(5.0)
+    assert assessment.state is FloorState.INCONSISTENT
+    assert f"z = {height_m:+.2f} m" in assessment.problem
+    assert "T_map_camera" in assessment.problem
 
 
 def test_a_robot_that_drives_straight_comes_to_the_same_verdict() -> None:
     assert state(driving(TABLE, 0.4)) is FloorState.UNKNOWN
     assert state(driving(TABLE, 1.6)) is FloorState.UNKNOWN  # as long as a table
-    assert state(driving(TABLE, 3.0)) is FloorState.WRONG
+    assert state(driving(TABLE, 3.0)) is FloorState.INCONSISTENT
 
 
 def test_a_small_turn_is_not_enough() -> None:
     assert state(turning(TABLE, 60)) is FloorState.UNKNOWN
-    assert state(turning(TABLE, 95)) is FloorState.WRONG
+    assert state(turning(TABLE, 95)) is FloorState.INCONSISTENT
 
 
 def test_one_view_of_the_floor_outweighs_all_tables() -> None:
-    monitor = turning(TABLE, 180).with_surface(FLOOR, Viewpoint(0.0, 0.0, radians(-90)), 4.0)
-    assert state(monitor) is FloorState.RIGHT
+    monitor = turning(TABLE, 180).with_surface(FLOOR, CameraPose2D(0.0, 0.0, radians(-90)), 4.0)
+    assert state(monitor) is FloorState.CONSISTENT
 
 
 def test_tables_of_different_heights_tell_nothing() -> None:
     monitor = FloorMonitor()
     for k, height_m in enumerate([0.2, 0.3, 0.4, 0.5, 0.6, 0.55]):
-        here = Viewpoint(0.0, 0.0, radians(60 * k))
+        here = CameraPose2D(0.0, 0.0, radians(60 * k))
         monitor = monitor.with_surface(LevelSurface(height_m, 0.0), here, float(k))
     assert state(monitor, 6.0) is FloorState.UNKNOWN
 
@@ -102,10 +106,10 @@ def test_a_tilt_is_told_though_the_height_depends_on_the_distance() -> None:
     monitor = FloorMonitor()
     for k in range(6):
         tilted = LevelSurface(-0.05 * k, radians(5.0))
-        monitor = monitor.with_surface(tilted, Viewpoint(0.0, 0.0, radians(60 * k)), float(k))
-    verdict = monitor.verdict(6.0)
-    assert verdict.state is FloorState.WRONG
-    assert "5.0 degrees" in verdict.problem
+        monitor = monitor.with_surface(tilted, CameraPose2D(0.0, 0.0, radians(60 * k)), float(k))
+    assessment = monitor.assessment(6.0)
+    assert assessment.state is FloorState.INCONSISTENT
+    assert "5.0 degrees" in assessment.problem
 
 
 def test_surfaces_higher_than_any_mistake_are_tables() -> None:
@@ -114,24 +118,24 @@ def test_surfaces_higher_than_any_mistake_are_tables() -> None:
 
 def test_old_readings_expire() -> None:
     wrong = turning(TABLE, 120)
-    assert state(wrong, MEMORY_S) is FloorState.WRONG
-    assert state(wrong, 2 * MEMORY_S) is FloorState.UNKNOWN
-    later = wrong.with_surface(FLOOR, HERE, 3 * MEMORY_S)
+    assert state(wrong, READING_LIFETIME_S) is FloorState.INCONSISTENT
+    assert state(wrong, 2 * READING_LIFETIME_S) is FloorState.UNKNOWN
+    later = wrong.with_surface(FLOOR, HERE, 3 * READING_LIFETIME_S)
     assert len(later.readings) == 1
 
 
 def test_the_newest_reading_of_a_viewpoint_replaces_the_older() -> None:
     monitor = turning(FLOOR, 120)
     for degree in range(121):
-        monitor = monitor.with_surface(TABLE, Viewpoint(0.0, 0.0, radians(degree)), 3.0)
-    assert state(monitor) is FloorState.WRONG
+        monitor = monitor.with_surface(TABLE, CameraPose2D(0.0, 0.0, radians(degree)), 3.0)
+    assert state(monitor) is FloorState.INCONSISTENT
 
 
 @given(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5))
 def test_the_heading_of_a_camera_does_not_depend_on_its_tilt(yaw: float, pitch: float) -> None:
-    viewpoint = viewpoint_of(pose_2d(1.0, 2.0, yaw) @ camera_mount(0.0, 1.0, pitch))
-    assert viewpoint.apart(Viewpoint(1.0, 2.0, yaw)) == pytest.approx((0.0, 0.0), abs=1e-6)
+    viewpoint = camera_pose_2d(pose_2d(1.0, 2.0, yaw) @ camera_mount(0.0, 1.0, pitch))
+    assert viewpoint.offset_to(CameraPose2D(1.0, 2.0, yaw)) == pytest.approx((0.0, 0.0), abs=1e-6)
 
 
 def test_an_unknown_floor_has_no_height() -> None:
-    assert FloorVerdict(FloorState.UNKNOWN).height_m == pytest.approx(nan, nan_ok=True)
+    assert FloorAssessment(FloorState.UNKNOWN).height_m == pytest.approx(nan, nan_ok=True)

@@ -6,18 +6,18 @@ from math import radians
 
 import pytest
 
-from onemap_mapper.diagnostics.depth_diagnostics import DepthCheck
-from onemap_mapper.diagnostics.floor_monitor import Viewpoint
+from onemap_mapper.diagnostics.depth_diagnostics import DepthDiagnostics
+from onemap_mapper.diagnostics.floor_monitor import CameraPose2D
 from onemap_mapper.diagnostics.level_surface import LevelSurface
-from onemap_mapper.diagnostics.telemetry import SILENT_AFTER_S, Telemetry
+from onemap_mapper.diagnostics.telemetry import SILENT_AFTER_S, MapperTelemetry
 from onemap_shared.transport import Counters
 
-AHEAD = Viewpoint(0.0, 0.0, 0.0)
-GOOD = DepthCheck(0.9, 0.0, AHEAD, LevelSurface(0.01, 0.0))
+AHEAD = CameraPose2D(0.0, 0.0, 0.0)
+GOOD = DepthDiagnostics(0.9, 0.0, AHEAD, LevelSurface(0.01, 0.0))
 
 
-def fed(*depths: DepthCheck, every_s: float = 0.2) -> Telemetry:
-    telemetry = Telemetry()
+def fed(*depths: DepthDiagnostics, every_s: float = 0.2) -> MapperTelemetry:
+    telemetry = MapperTelemetry()
     for k, depth in enumerate(depths):
         telemetry.fused(now_s=k * every_s, update_ms=7.0, depth=depth)
     return telemetry
@@ -27,40 +27,40 @@ def test_the_rate_is_counted_over_the_last_seconds() -> None:
     telemetry = fed(*[GOOD] * 101)
     assert telemetry.rate_hz(20.0) == pytest.approx(5.0, rel=0.05)
     assert telemetry.rate_hz(100.0) == 0
-    assert Telemetry().rate_hz(1.0) == 0
+    assert MapperTelemetry().rate_hz(1.0) == 0
 
 
 def test_nothing_is_wrong_with_good_frames() -> None:
     telemetry = fed(GOOD, GOOD)
     assert telemetry.problem(1.0) == ""
-    assert telemetry.working(1.0)
+    assert telemetry.ready(1.0)
 
 
 @pytest.mark.parametrize(
     ("depth", "sentence"),
     [
-        (DepthCheck(0.0, 0.0, AHEAD), "all zero"),
-        (DepthCheck(0.9, 0.8, AHEAD), "nearer than 0.1 m"),
+        (DepthDiagnostics(0.0, 0.0, AHEAD), "all zero"),
+        (DepthDiagnostics(0.9, 0.8, AHEAD), "nearer than 0.1 m"),
     ],
 )
-def test_bad_depth_is_named_but_frames_still_count(depth: DepthCheck, sentence: str) -> None:
+def test_bad_depth_is_named_but_frames_still_count(depth: DepthDiagnostics, sentence: str) -> None:
     telemetry = fed(depth)
     with pytest.raises(AssertionError, match=sentence):
         raise AssertionError(telemetry.problem(0.5))
-    assert telemetry.working(0.5)
+    assert telemetry.ready(0.5)
 
 
-def turning(height_m: float) -> list[DepthCheck]:
+def turning(height_m: float) -> list[DepthDiagnostics]:
     """Frames of a robot that turns by 180 degrees and sees the floor at this height."""
     headings = [radians(45 * k) for k in range(5)]
     surface = LevelSurface(height_m, 0.0)
-    return [DepthCheck(0.9, 0.0, Viewpoint(0.0, 0.0, h), surface) for h in headings]
+    return [DepthDiagnostics(0.9, 0.0, CameraPose2D(0.0, 0.0, h), surface) for h in headings]
 
 
 def test_a_floor_that_is_wrong_all_around_is_told_in_words_and_numbers() -> None:
     telemetry = fed(*turning(-0.3))
     assert "z = -0.30 m" in telemetry.problem(2.0)
-    assert telemetry.working(2.0)
+    assert telemetry.ready(2.0)
     metrics = telemetry.metrics(2.0, Counters())
     assert metrics["floor_height_m"] == pytest.approx(-0.3)
     assert (metrics["floor_wrong"], metrics["floor_viewpoints"]) == (1, 5)
@@ -75,7 +75,7 @@ def test_a_cabinet_or_a_table_before_the_robot_is_no_problem() -> None:
 
 
 def test_one_wobbling_frame_is_no_problem() -> None:
-    tilted = DepthCheck(0.9, 0.0, AHEAD, LevelSurface(-0.2, 0.1))
+    tilted = DepthDiagnostics(0.9, 0.0, AHEAD, LevelSurface(-0.2, 0.1))
     telemetry = fed(GOOD, GOOD, tilted)
     assert telemetry.problem(1.0) == ""
     assert fed(GOOD, tilted, GOOD).metrics(1.0, Counters())["floor_wrong"] == 0
@@ -83,27 +83,27 @@ def test_one_wobbling_frame_is_no_problem() -> None:
 
 def test_a_new_map_forgets_the_floor() -> None:
     telemetry = fed(*turning(0.3))
-    telemetry.forget_floor()
+    telemetry.reset_floor()
     assert telemetry.problem(1.5) == ""
     assert telemetry.metrics(1.5, Counters())["floor_viewpoints"] == 0
 
 
 def test_silence_and_refusals_are_named() -> None:
-    telemetry = Telemetry()
+    telemetry = MapperTelemetry()
     assert "no frame has arrived" in telemetry.problem(0.0)
-    assert not telemetry.working(0.0)
+    assert not telemetry.ready(0.0)
     telemetry = fed(GOOD)
     assert "no frame for" in telemetry.problem(SILENT_AFTER_S + 1)
-    assert not telemetry.working(SILENT_AFTER_S + 1)
-    telemetry.refuse("another encoder")
+    assert not telemetry.ready(SILENT_AFTER_S + 1)
+    telemetry.record_rejected("another encoder")
     assert telemetry.problem(0.1) == "another encoder"
-    assert not telemetry.working(0.1)
+    assert not telemetry.ready(0.1)
     telemetry.fused(now_s=0.2, update_ms=1.0, depth=GOOD)
-    assert telemetry.working(0.3)
+    assert telemetry.ready(0.3)
 
 
 def test_metrics_hold_only_what_is_known() -> None:
-    assert "floor_height_m" not in Telemetry().metrics(0.0, Counters())
+    assert "floor_height_m" not in MapperTelemetry().metrics(0.0, Counters())
     metrics = fed(GOOD).metrics(0.1, Counters(received=3, missed=2, refused=1))
     assert metrics["frames_missed"] == 2
     assert metrics["frames_refused"] == 1

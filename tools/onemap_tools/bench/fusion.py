@@ -18,7 +18,7 @@ import torch
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import observe
+from onemap_mapper.frame_update import compute_update
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_shared.messages import FeatureField
@@ -43,9 +43,9 @@ def run(frames: int = 50, *, device: str = "cpu", threads: int = 1, seed: int = 
     for sequence in range(frames + WARM_UP):
         field = simulated_field(sequence, rng)
         started, cpu_started = time.perf_counter(), time.process_time()
-        seen = observe(field, settings)
+        seen = compute_update(field, settings)
         observed = time.perf_counter()
-        belief.absorb(seen)
+        belief.fuse(seen)
         _wait_for(settings.device)
         ended = time.perf_counter()
         computing.append((time.process_time() - cpu_started) * 1e3)

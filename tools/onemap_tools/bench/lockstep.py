@@ -13,9 +13,9 @@ import numpy as np
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import observe
+from onemap_mapper.frame_update import compute_update
 from onemap_mapper.replies import search_view
-from onemap_mapper.similarity import Query, ScoreCache, query_of
+from onemap_mapper.similarity import ScoreCache, TextQuery, text_query
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors.competition import competing
 from onemap_perception.detectors.protocol import Detector
@@ -160,7 +160,7 @@ class Lockstep:
         self._settings, self._eyes = settings, eyes
         self._rules: Rules = settings.planner.rules()
         self._scores = ScoreCache()
-        self._queries: dict[str, Query] = {}
+        self._queries: dict[str, TextQuery] = {}
         self._clock = Clock()
         self._helm = Helm()
         self._order: Order | None = None
@@ -203,7 +203,7 @@ class Lockstep:
     def _see(self, search: Search) -> None:
         frame = self.robot.frame(self.now_s)
         field = self._eyes.field(frame)
-        self.belief.absorb(observe(field, self.belief.settings))
+        self.belief.fuse(compute_update(field, self.belief.settings))
         names = tuple(dict.fromkeys((search.target, *search.objects)))
         sought = Sought(search.target, competing(self._eyes.encoder.embed_text(names)))
         self._detections.append(look(self._eyes.detector, sought, frame, field.features))
@@ -239,8 +239,8 @@ class Lockstep:
             self.belief, self._scores, text=search.target, query=query, rivals=rivals
         )
 
-    def _query(self, text: str) -> Query:
+    def _query(self, text: str) -> TextQuery:
         if text not in self._queries:
             embeddings = self._eyes.encoder.embed_text((text,))
-            self._queries[text] = query_of(embeddings, 0, self.belief.settings.device)
+            self._queries[text] = text_query(embeddings, 0, self.belief.settings.device)
         return self._queries[text]

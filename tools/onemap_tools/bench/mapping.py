@@ -11,7 +11,7 @@ import numpy as np
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import observe
+from onemap_mapper.frame_update import compute_update
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.observation import ObservationModel, observation_variance
 from onemap_shared.camera import Intrinsics
@@ -46,7 +46,7 @@ def map_scene(scene: Scene, encoder: Encoder, seed: int, pictures: int) -> Mappe
     shown: set[str] = set()
     for sequence, pose in enumerate(sample_poses(scene, np.random.default_rng(seed), pictures)):
         view = renderer.render(pose, INTRINSICS, width=CAMERA.width, height=CAMERA.height)
-        belief.absorb(observe(field_of(view, pose, sequence, encoder), settings))
+        belief.fuse(compute_update(field_of(view, pose, sequence, encoder), settings))
         shown |= categories_shown(scene, view)
     return Mapped(scene, belief, frozenset(shown))
 

@@ -27,8 +27,8 @@ import numpy as np
 import torch
 
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.replies import RegionSettings, similarity_reply
-from onemap_mapper.similarity import Query, ScoreCache, query_of
+from onemap_mapper.replies import RegionParams, similarity_reply
+from onemap_mapper.similarity import ScoreCache, TextQuery, text_query
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.config_encoders import EncoderConfig, MiniConfig
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder
@@ -104,13 +104,13 @@ class Subject:
     shipped: Encoder
     bare: Encoder
 
-    def queries(self, words: Sequence[Word]) -> list[Query]:
+    def queries(self, words: Sequence[Word]) -> list[TextQuery]:
         """One for each word, without its floor."""
         device = MapperConfig().settings().device
         made = []
         for word in words:
             encoder = self.bare if word.group == "synonyms" else self.shipped
-            query = query_of(encoder.embed_text([word.text]), 0, device)
+            query = text_query(encoder.embed_text([word.text]), 0, device)
             made.append(replace(query, floor=0.0))
         return made
 
@@ -141,10 +141,12 @@ def words_of(vocabulary: Vocabulary) -> tuple[Word, ...]:
     return tuple(Word(text, name, group) for group in groups for text, name in groups[group])
 
 
-def ask_all(mapped: Mapped, questions: Sequence[tuple[Word, Query]], seed: int) -> Iterator[Asked]:
+def ask_all(
+    mapped: Mapped, questions: Sequence[tuple[Word, TextQuery]], seed: int
+) -> Iterator[Asked]:
     """Every word of a map, where it is known whether the answer should be no."""
     config = MapperConfig()
-    regions = RegionSettings(config.region_best_share, config.region_top_share)
+    regions = RegionParams(config.region_best_share, config.region_top_share)
     known = set(mapped.scene.categories)
     for word, query in questions:
         processes = word.category in mapped.shown
