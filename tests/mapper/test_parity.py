@@ -11,7 +11,7 @@ import torch
 from onemap_mapper.blur import blur_kernel, blurred
 from onemap_mapper.cell_store import CellStore
 from onemap_mapper.projection import ProjectionParams, cell_features, project
-from onemap_perception.observation import ObservationModel, observation_variance
+from onemap_perception.variance import ObservationModel, observation_variance
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, R_BODY_CAMERA_LEVEL
 

@@ -12,8 +12,8 @@ import pytest
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors import plugin
 from onemap_perception.detectors.protocol import DetectorError, Found, Seen
+from onemap_perception.errors import Fault
 from onemap_perception.factory import make_detector, make_encoder
-from onemap_perception.faults import Fault
 from onemap_perception.service import build
 from onemap_shared import keys
 from onemap_shared.config import ConfigError, section
@@ -102,7 +102,7 @@ def test_tipsv2_is_made(tmp_path: Path) -> None:
 
 
 def test_a_model_that_is_not_here_names_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("onemap_perception.hub.cached", lambda repo, files: None)
+    monkeypatch.setattr("onemap_perception.model_store.cached", lambda repo, files: None)
     document = {"backend": "openclip_convnext", "model": "laion/CLIP-x"}
     with pytest.raises(StartError, match="not on this machine: onemap models fetch laion/CLIP-x"):
         build(MemoryRouter().bus(), configured({"encoder": document}))

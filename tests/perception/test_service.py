@@ -9,9 +9,9 @@ import pytest
 
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors.patches import PatchDetector, PatchThresholds
-from onemap_perception.faults import OutOfDeviceMemoryError
-from onemap_perception.observation import ObservationModel
+from onemap_perception.errors import OutOfDeviceMemoryError
 from onemap_perception.service import Parts, Perception, build
+from onemap_perception.variance import ObservationModel
 from onemap_shared import keys
 from onemap_shared.geometry import F16, U8
 from onemap_shared.memory_bus import MemoryBus, MemoryRouter

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import torch
 
-from onemap_perception.faults import Fault, OutOfDeviceMemoryError
+from onemap_perception.errors import Fault, OutOfDeviceMemoryError
 from onemap_perception.torch_device import open_device, running
 
 CPU = torch.device("cpu")

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniSettings
-from onemap_perception.vocabulary import load_vocabulary
+from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_simulator.scene import Scene
 from onemap_tools.bench import queries
 from onemap_tools.bench.mapping import map_scene

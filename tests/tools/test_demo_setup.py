@@ -13,7 +13,7 @@ import yaml
 from rich.console import Console
 
 from onemap_perception.encoders.mini import SHIPPED
-from onemap_perception.vocabulary import load_vocabulary
+from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.config import PREFIX, ConfigError
 from onemap_tools.demo_setup import (
     DEMO_FILE,

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from onemap_perception.encoders.mini import SHIPPED
-from onemap_perception.vocabulary import load_vocabulary
+from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.messages import Truth
 from onemap_tools.demo_truth import Place, judged, scene_name
 

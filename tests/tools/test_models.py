@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from onemap_perception import hub
+from onemap_perception import model_store
 from onemap_tools.cli import app
 
 pytest.importorskip("huggingface_hub", reason="needs huggingface_hub (extra openclip)")
@@ -61,7 +61,7 @@ def test_the_list_says_what_is_here(cache: Path) -> None:
     code, text = run("list", "--json")
     assert code == 0
     entries = json.loads(text.splitlines()[-1])["models"]
-    assert {entry["repo"] for entry in entries} == {model.repo for model in hub.KNOWN}
+    assert {entry["repo"] for entry in entries} == {model.repo for model in model_store.KNOWN}
     assert {entry["folder"] for entry in entries} == {""}
     folder = put_in_cache(cache)
     here = next(
@@ -82,7 +82,7 @@ def test_a_whole_model_is_whole_and_a_changed_file_is_named(cache: Path) -> None
     assert "damaged: model.safetensors" in text
     (folder / "config.json").unlink()
     (folder / "config.json").write_text("{}")
-    assert hub.damaged(folder) == ["config.json", "model.safetensors"]
+    assert model_store.damaged(folder) == ["config.json", "model.safetensors"]
 
 
 def test_what_is_not_here_is_told_with_the_command(cache: Path) -> None:
@@ -91,8 +91,8 @@ def test_what_is_not_here_is_told_with_the_command(cache: Path) -> None:
     assert f"onemap models fetch {REPO}" in text
     assert run("verify") == (0, "No known model lies on this machine.\n")
     assert run("verify", "nobody/nothing")[0] == 2
-    with pytest.raises(hub.ModelError, match=f"onemap models fetch {REPO}"):
-        hub.locate(REPO)
+    with pytest.raises(model_store.ModelError, match=f"onemap models fetch {REPO}"):
+        model_store.locate(REPO)
 
 
 def test_fetch_downloads_what_is_needed_and_checks_it(
@@ -109,7 +109,7 @@ def test_fetch_downloads_what_is_needed_and_checks_it(
     monkeypatch.setattr(huggingface_hub, "snapshot_download", download)
     code, text = run("fetch", REPO, "--json")
     assert code == 0
-    assert asked == [(REPO, list(hub.known(REPO).files))]
+    assert asked == [(REPO, list(model_store.known(REPO).files))]
     assert json.loads(text.splitlines()[-1])["bytes_here"] == 702
     assert run("fetch", "nobody/nothing")[0] == 2
 
@@ -133,16 +133,16 @@ def test_a_start_fetches_only_when_told_to(cache: Path, monkeypatch: pytest.Monk
         fetched.append(repo)
         return cache
 
-    monkeypatch.setattr(hub, "fetch", fetch)
-    with pytest.raises(hub.ModelError):
-        hub.locate(REPO)
+    monkeypatch.setattr(model_store, "fetch", fetch)
+    with pytest.raises(model_store.ModelError):
+        model_store.locate(REPO)
     assert fetched == []
-    assert hub.locate(REPO, allow_fetch=True) == cache
+    assert model_store.locate(REPO, allow_fetch=True) == cache
     assert fetched == [REPO]
 
 
 def test_a_path_is_a_path(tmp_path: Path) -> None:
-    assert hub.locate(str(tmp_path)) == tmp_path
+    assert model_store.locate(str(tmp_path)) == tmp_path
     for place in ("/nowhere/at/all", "./here", "weights.pth"):
-        with pytest.raises(hub.ModelError, match="does not exist"):
-            hub.locate(place)
+        with pytest.raises(model_store.ModelError, match="does not exist"):
+            model_store.locate(place)

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from onemap_perception.detectors.protocol import Seen
-from onemap_perception.vocabulary import Vocabulary, WordClass
+from onemap_perception.text.vocabulary import Vocabulary, WordClass
 from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages import TextEmbeddings
 from onemap_tools.train import measures

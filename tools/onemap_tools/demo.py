@@ -11,7 +11,7 @@ from typing import Any
 from rich.console import Console
 
 from onemap_perception.encoders.mini import SHIPPED
-from onemap_perception.vocabulary import load_vocabulary
+from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.config import BusConfig, ConfigError
 from onemap_shared.messages import SearchState
 from onemap_tools.client import Gateway

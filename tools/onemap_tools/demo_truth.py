@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from math import nan
 from typing import Any
 
-from onemap_perception.vocabulary import Vocabulary, WordClass
+from onemap_perception.text.vocabulary import Vocabulary, WordClass
 from onemap_shared.messages import Truth
 from onemap_tools.demo_summary import ObjectSummary
 

@@ -11,18 +11,18 @@ import numpy as np
 import onnx
 import torch
 
-from onemap_perception.config_encoders import (
+from onemap_perception.encoders.exported_tower import ENCODER_KEY, INPUT, OUTPUT, ExportedTower
+from onemap_perception.encoders.openclip_convnext import OpenClipConvNext
+from onemap_perception.encoders.params import (
     EncoderConfig,
     MiniConfig,
     RadioConfig,
     TorchConfig,
 )
-from onemap_perception.encoders.exported import ENCODER_KEY, INPUT, OUTPUT, ExportedTower
-from onemap_perception.encoders.openclip_convnext import OpenClipConvNext
 from onemap_perception.encoders.tipsv2 import DenseTips, Tipsv2Encoder
 from onemap_perception.encoders.torch_tower import TorchTower
+from onemap_perception.errors import Fault
 from onemap_perception.factory import make_encoder
-from onemap_perception.faults import Fault
 from onemap_shared.geometry import F32
 from onemap_tools.trouble import EXIT_MISUSED, Trouble
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
 
-from onemap_perception import hub
+from onemap_perception import model_store
 from onemap_tools.trouble import EXIT_MISUSED, Trouble
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ MEGABYTE = 1e6
 class Entry:
     """A known model; ``folder`` is empty and ``bytes_here`` 0 if it was never fetched."""
 
-    model: hub.KnownModel
+    model: model_store.KnownModel
     folder: str
     bytes_here: int
 
@@ -34,8 +34,11 @@ class Entry:
 def survey() -> list[Entry]:
     """Every known model and where it lies."""
     try:
-        return [_entry(model, hub.cached(model.repo, model.files)) for model in hub.KNOWN]
-    except hub.ModelError as problem:
+        return [
+            _entry(model, model_store.cached(model.repo, model.files))
+            for model in model_store.KNOWN
+        ]
+    except model_store.ModelError as problem:
         raise Trouble(str(problem)) from problem
 
 
@@ -45,10 +48,10 @@ def fetch(repo: str, console: Console) -> Entry:
     size = f"about {model.about_mb} MB" if model.about_mb else "size unknown"
     console.print(f"Fetching {repo} ({size}, licence {model.licence})")
     try:
-        folder = hub.fetch(repo, model.files)
-    except hub.ModelError as problem:
+        folder = model_store.fetch(repo, model.files)
+    except model_store.ModelError as problem:
         raise Trouble(str(problem)) from problem
-    damaged = hub.damaged(folder)
+    damaged = model_store.damaged(folder)
     if damaged:
         raise Trouble(f"{repo} arrived damaged: {', '.join(damaged)}; delete {folder} and retry")
     return _entry(model, folder)
@@ -65,7 +68,7 @@ def verify(repo: str) -> list[dict[str, Any]]:
         {
             "repo": entry.model.repo,
             "folder": entry.folder,
-            "damaged": hub.damaged(Path(entry.folder)),
+            "damaged": model_store.damaged(Path(entry.folder)),
         }
         for entry in entries
         if entry.folder
@@ -94,14 +97,14 @@ def describe_reports(reports: Sequence[dict[str, Any]], console: Console) -> Non
         console.print(f"{report['repo']}: {state}")
 
 
-def _known(repo: str) -> hub.KnownModel:
+def _known(repo: str) -> model_store.KnownModel:
     try:
-        return hub.known(repo)
-    except hub.ModelError as problem:
+        return model_store.known(repo)
+    except model_store.ModelError as problem:
         raise Trouble(str(problem), EXIT_MISUSED) from problem
 
 
-def _entry(model: hub.KnownModel, folder: Path | None) -> Entry:
+def _entry(model: model_store.KnownModel, folder: Path | None) -> Entry:
     if folder is None:
         return Entry(model, "", 0)
-    return Entry(model, str(folder), hub.size_bytes(folder))
+    return Entry(model, str(folder), model_store.size_bytes(folder))

@@ -6,9 +6,9 @@ from typing import Any
 
 from pydantic import Field, model_validator
 
-from onemap_perception.config_detectors import DetectorConfig, PatchesConfig
-from onemap_perception.config_encoders import EncoderConfig, MiniConfig
-from onemap_perception.observation import ObservationModel, VarianceFormula
+from onemap_perception.detectors.params import DetectorConfig, PatchesConfig
+from onemap_perception.encoders.params import EncoderConfig, MiniConfig
+from onemap_perception.variance import ObservationModel, VarianceFormula
 from onemap_shared.params import Params
 
 

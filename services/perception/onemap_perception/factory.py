@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from onemap_perception.config_detectors import (
+from onemap_perception.detectors.params import (
     BoxesConfig,
     CocoConfig,
     DetectorConfig,
@@ -14,7 +14,12 @@ from onemap_perception.config_detectors import (
     PluginConfig,
     RoutedConfig,
 )
-from onemap_perception.config_encoders import (
+from onemap_perception.detectors.patches import PatchDetector
+from onemap_perception.detectors.plugin import load_plugin
+from onemap_perception.detectors.protocol import Detector, DetectorError
+from onemap_perception.detectors.router import RoutedDetector, Specialist
+from onemap_perception.encoders.mini import MiniEncoder
+from onemap_perception.encoders.params import (
     EncoderConfig,
     MiniConfig,
     OpenClipConvNextConfig,
@@ -22,13 +27,8 @@ from onemap_perception.config_encoders import (
     Tipsv2Config,
     TorchConfig,
 )
-from onemap_perception.detectors.patches import PatchDetector
-from onemap_perception.detectors.plugin import load_plugin
-from onemap_perception.detectors.protocol import Detector, DetectorError
-from onemap_perception.detectors.router import RoutedDetector, Specialist
-from onemap_perception.encoders.mini import MiniEncoder
 from onemap_perception.encoders.protocol import Encoder
-from onemap_perception.hub import locate
+from onemap_perception.model_store import locate
 
 if TYPE_CHECKING:
     from onemap_perception.encoders.torch_tower import TowerSettings

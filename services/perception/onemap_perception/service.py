@@ -6,16 +6,16 @@ import logging
 import time
 from dataclasses import dataclass
 
+from onemap_perception.backproject import MILLIMETRE_M
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.detectors.competition import competing
+from onemap_perception.detector_runner import Lookout, Sought
 from onemap_perception.detectors.protocol import Detector
+from onemap_perception.detectors.suppression import competing
 from onemap_perception.encoders.protocol import Encoder, UnknownWordError
+from onemap_perception.errors import Fault, OutOfDeviceMemoryError
 from onemap_perception.factory import make_detector, make_encoder
-from onemap_perception.faults import Fault, OutOfDeviceMemoryError
-from onemap_perception.lookout import Lookout, Sought
-from onemap_perception.observation import ObservationModel, observation_variance
-from onemap_perception.points import MILLIMETRE_M
 from onemap_perception.telemetry import Telemetry
+from onemap_perception.variance import ObservationModel, observation_variance
 from onemap_shared import keys
 from onemap_shared.geometry import F16
 from onemap_shared.messages import (

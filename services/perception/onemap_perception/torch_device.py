@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import torch
 
-from onemap_perception.faults import Fault, OutOfDeviceMemoryError
+from onemap_perception.errors import Fault, OutOfDeviceMemoryError
 
 
 def open_device(name: str) -> torch.device:

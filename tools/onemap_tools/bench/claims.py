@@ -23,7 +23,7 @@ import torch
 from onemap_mapper.config import MapperConfig
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders.mini import SHIPPED
-from onemap_perception.vocabulary import load_vocabulary
+from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_planner.config import PlannerConfig
 from onemap_shared.config import read, section
 from onemap_shared.messages import ObjectResult, SearchState, TruthRequest

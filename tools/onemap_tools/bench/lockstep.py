@@ -16,14 +16,14 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame_update import compute_update
 from onemap_mapper.replies import search_view
 from onemap_mapper.similarity import ScoreCache, TextQuery, text_query
+from onemap_perception.backproject import MILLIMETRE_M
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.detectors.competition import competing
+from onemap_perception.detector_runner import Sought, look
 from onemap_perception.detectors.protocol import Detector
+from onemap_perception.detectors.suppression import competing
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.factory import make_detector, make_encoder
-from onemap_perception.lookout import Sought, look
-from onemap_perception.observation import observation_variance
-from onemap_perception.points import MILLIMETRE_M
+from onemap_perception.variance import observation_variance
 from onemap_planner.brain import Senses, think
 from onemap_planner.competition import rivals_of, synonyms_of
 from onemap_planner.config import PlannerConfig

@@ -13,7 +13,7 @@ from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame_update import compute_update
 from onemap_perception.encoders.protocol import Encoder
-from onemap_perception.observation import ObservationModel, observation_variance
+from onemap_perception.variance import ObservationModel, observation_variance
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64
 from onemap_shared.messages import FeatureField

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from onemap_perception.config_encoders import EncoderConfig, MiniConfig
+from onemap_perception.encoders.image import fitted_size, planes, resized
 from onemap_perception.encoders.openclip_convnext import (
     CLIP_MEAN,
     CLIP_STD,
@@ -32,12 +32,12 @@ from onemap_perception.encoders.openclip_convnext import (
     OpenClipSettings,
     architecture,
 )
-from onemap_perception.encoders.picture import fitted_size, planes, resized
+from onemap_perception.encoders.params import EncoderConfig, MiniConfig
 from onemap_perception.encoders.tipsv2 import NO_MEAN, NO_STD, DenseTips
 from onemap_perception.encoders.torch_tower import TorchTower, TowerSettings
+from onemap_perception.errors import Fault
 from onemap_perception.factory import make_encoder
-from onemap_perception.faults import Fault
-from onemap_perception.importing import OPEN_CLIP, TRANSFORMERS, needing
+from onemap_perception.optional_import import OPEN_CLIP, TRANSFORMERS, needing
 from onemap_shared.geometry import F16, F32, U8
 from onemap_tools.bench.parser import Parser
 

@@ -30,12 +30,12 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.replies import RegionParams, similarity_reply
 from onemap_mapper.similarity import ScoreCache, TextQuery, text_query
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.config_encoders import EncoderConfig, MiniConfig
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder
+from onemap_perception.encoders.params import EncoderConfig, MiniConfig
 from onemap_perception.encoders.protocol import Encoder
+from onemap_perception.errors import Fault
 from onemap_perception.factory import make_encoder
-from onemap_perception.faults import Fault
-from onemap_perception.vocabulary import Vocabulary, load_vocabulary
+from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
 from onemap_shared.config import load
 from onemap_shared.geometry import F32
 from onemap_shared.messages import SimilarityRequest

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from onemap_perception.encoders.protocol import Encoder
-from onemap_perception.text import Calibration
+from onemap_perception.text.queries import Calibration
 from onemap_shared.geometry import F32, F64
 from onemap_shared.messages import TextEmbeddings
 from onemap_tools.train.dataset import Frames

@@ -11,8 +11,8 @@ import numpy as np
 
 from onemap_perception.detectors.protocol import Seen
 from onemap_perception.encoders.protocol import Encoder
-from onemap_perception.text import scores
-from onemap_perception.vocabulary import Vocabulary
+from onemap_perception.text.queries import scores
+from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import F16, F32, F64, I64, U8, Bool
 from onemap_shared.messages import TextEmbeddings
 from onemap_tools.train import measures

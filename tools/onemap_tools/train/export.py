@@ -13,8 +13,8 @@ from torch import Tensor, nn
 
 from onemap_perception.encoders.mini import NETWORK_FILE
 from onemap_perception.onnx import open_session
-from onemap_perception.vocabulary import Vocabulary
-from onemap_perception.words import TABLE_FILE
+from onemap_perception.text.embedding_table import TABLE_FILE
+from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import U8
 from onemap_tools.train.model import MiniNetwork
 from onemap_tools.train.texts import Embed

@@ -18,10 +18,10 @@ import torch
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniSettings
-from onemap_perception.minilm import INSTALL, MiniLm, find_model_folder
-from onemap_perception.text import save_calibration
-from onemap_perception.vocabulary import FILE as VOCABULARY_FILE
-from onemap_perception.vocabulary import Vocabulary, load_vocabulary
+from onemap_perception.text.minilm import INSTALL, MiniLm, find_model_folder
+from onemap_perception.text.queries import save_calibration
+from onemap_perception.text.vocabulary import FILE as VOCABULARY_FILE
+from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
 from onemap_simulator.style import HELD_OUT
 from onemap_tools.train.backbone import INSTALL as INSTALL_TRUNK
 from onemap_tools.train.backbone import find_weights

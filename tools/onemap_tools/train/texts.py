@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from onemap_perception.vocabulary import Vocabulary
+from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import F32
 
 Embed = Callable[[Sequence[str]], F32]

@@ -10,7 +10,7 @@ from onemap_perception.detectors.boxes import Box, BoxLimits, found_in
 from onemap_perception.detectors.pretrained import pretrained
 from onemap_perception.detectors.protocol import DetectorError, Found, Seen
 from onemap_perception.encoders.checkpoint import fingerprint
-from onemap_perception.importing import TRANSFORMERS, needing
+from onemap_perception.optional_import import TRANSFORMERS, needing
 from onemap_perception.torch_device import open_device, running
 from onemap_shared.messages import TextEmbeddings
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from onemap_perception.faults import Fault
+from onemap_perception.errors import Fault
 from onemap_shared.geometry import F16, U8, Bool
 from onemap_shared.messages import TextEmbeddings
 

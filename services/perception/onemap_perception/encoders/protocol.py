@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from onemap_perception.faults import Fault
+from onemap_perception.errors import Fault
 from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import TextEmbeddings
 

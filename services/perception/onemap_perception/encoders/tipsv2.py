@@ -16,16 +16,16 @@ import numpy as np
 import torch
 
 from onemap_perception.encoders.checkpoint import fingerprint
-from onemap_perception.encoders.picture import fitted_size, planes, resized
+from onemap_perception.encoders.image import fitted_size, planes, resized
 from onemap_perception.encoders.protocol import EncoderError
-from onemap_perception.encoders.sentences import Prompted
 from onemap_perception.encoders.torch_tower import (
     Tower,
     TowerSettings,
     open_tower,
     uncalibrated,
 )
-from onemap_perception.importing import TRANSFORMERS, needing
+from onemap_perception.optional_import import TRANSFORMERS, needing
+from onemap_perception.text.text_encoder import Prompted
 from onemap_perception.torch_device import open_device
 from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages import TextEmbeddings

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 import torch
 
-from onemap_perception.encoders.exported import ExportedTower
+from onemap_perception.encoders.exported_tower import ExportedTower
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.torch_device import open_device, running
 from onemap_shared.geometry import F16, F32

@@ -12,7 +12,7 @@ from safetensors.numpy import save_file
 from tokenizers import Tokenizer, models, pre_tokenizers
 from torch.nn import functional
 
-from onemap_perception.minilm import DIM, HEADS, LAYERS, MiniLm, find_model_folder, gelu
+from onemap_perception.text.minilm import DIM, HEADS, LAYERS, MiniLm, find_model_folder, gelu
 from onemap_shared.geometry import F32
 
 WORDS = {"[UNK]": 0, "a": 1, "sofa": 2, "lamp": 3}
@@ -122,7 +122,7 @@ def test_the_real_weights_know_synonyms() -> None:
 
 def test_the_table_that_ships_was_made_by_it() -> None:
     from onemap_perception.encoders.mini import SHIPPED
-    from onemap_perception.words import load_table
+    from onemap_perception.text.embedding_table import load_table
 
     folder = find_model_folder()
     if folder is None:

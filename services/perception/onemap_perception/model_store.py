@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from onemap_perception.faults import Fault
+from onemap_perception.errors import Fault
 
 INSTALL = "pip install 'onemap[openclip]'"
 CHUNK_BYTES = 1 << 22

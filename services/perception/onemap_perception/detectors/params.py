@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from onemap_perception.config_encoders import Device
 from onemap_perception.detectors.boxes import BoxLimits
 from onemap_perception.detectors.patches import PatchThresholds
+from onemap_perception.encoders.params import Device
 from onemap_shared.params import Params
 
 COCO_MODEL = "PekingU/rtdetr_v2_r18vd"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from onemap_perception.encoders.protocol import UnknownWordError
-from onemap_perception.minilm import INSTALL
+from onemap_perception.text.minilm import INSTALL
 from onemap_shared.geometry import F32
 
 TABLE_FILE = "words.npz"

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from onemap_perception.backproject import MAX_POINTS, DepthView, detection_points
 from onemap_perception.detectors.patches import PatchDetector, PatchThresholds, box_px, components
 from onemap_perception.detectors.protocol import Found, Seen
-from onemap_perception.points import MAX_POINTS, DepthView, detection_points
 from onemap_shared.geometry import Bool, inverse, pose_2d, transform
 from tests.perception.toy import CAMERA, COLOURS, ColourEncoder, frame
 

@@ -8,8 +8,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_perception.detectors.competition import competing, iou, winners
 from onemap_perception.detectors.protocol import Found
+from onemap_perception.detectors.suppression import competing, iou, winners
 from onemap_perception.encoders.mini import MiniEncoder, MiniSettings
 
 

@@ -17,7 +17,7 @@ from onemap_perception.detectors.open_vocabulary import (
 )
 from onemap_perception.encoders.openclip_convnext import OpenClipConvNext, OpenClipSettings
 from onemap_perception.encoders.tipsv2 import Tipsv2Encoder, Tipsv2Settings
-from onemap_perception.faults import Fault
+from onemap_perception.errors import Fault
 
 USERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "openclip_convnext": ("open_clip", lambda folder: OpenClipConvNext(OpenClipSettings(folder))),

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from onemap_perception.detectors.protocol import DetectorError, Found, Seen
-from onemap_perception.observation import ObservationModel
 from onemap_perception.service import Parts, Perception
+from onemap_perception.variance import ObservationModel
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Detections, SearchState, TextEmbeddings

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from onemap_perception.encoders.protocol import UnknownWordError
-from onemap_perception.words import WordTable, load_table, plain
+from onemap_perception.text.embedding_table import WordTable, load_table, plain
 from onemap_shared.geometry import F32
 
 WORDS = ("dish", "glass", "sofa", "teddy bear")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import chain
 
 from onemap_perception.encoders.mini import SHIPPED
-from onemap_perception.vocabulary import load_vocabulary
+from onemap_perception.text.vocabulary import load_vocabulary
 
 VOCABULARY = load_vocabulary(SHIPPED)
 

@@ -18,7 +18,7 @@ from onemap_perception.encoders.openclip_convnext import (
 )
 from onemap_perception.encoders.protocol import EncoderError, UnknownWordError
 from onemap_perception.encoders.torch_tower import TowerSettings
-from onemap_perception.faults import Fault, OutOfDeviceMemoryError
+from onemap_perception.errors import Fault, OutOfDeviceMemoryError
 from onemap_shared.geometry import U8
 from tests.perception.tiny import (
     EMBED_DIM,

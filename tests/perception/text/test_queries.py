@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_perception.encoders.protocol import UnknownWordError
-from onemap_perception.text import (
+from onemap_perception.text.embedding_table import WordTable
+from onemap_perception.text.queries import (
     Calibration,
     QueryText,
     load_calibration,
@@ -18,8 +19,7 @@ from onemap_perception.text import (
     scores,
     unit,
 )
-from onemap_perception.vocabulary import Vocabulary, WordClass, load_vocabulary
-from onemap_perception.words import WordTable
+from onemap_perception.text.vocabulary import Vocabulary, WordClass, load_vocabulary
 from onemap_shared.geometry import F32
 from onemap_shared.messages import TextEmbeddings
 

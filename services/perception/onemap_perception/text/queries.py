@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from onemap_perception.vocabulary import Vocabulary
-from onemap_perception.words import WordTable, plain
+from onemap_perception.text.embedding_table import WordTable, plain
+from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import TextEmbeddings
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from onemap_perception.detectors.competition import winners
+from onemap_perception.backproject import DepthView, detection_points
 from onemap_perception.detectors.protocol import Detector, Found, Seen
-from onemap_perception.points import DepthView, detection_points
+from onemap_perception.detectors.suppression import winners
 from onemap_shared.geometry import F16
 from onemap_shared.messages import Detections, RgbdFrame, TextEmbeddings
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_perception.observation import ObservationModel, VarianceFormula, observation_variance
+from onemap_perception.variance import ObservationModel, VarianceFormula, observation_variance
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32
-from tests.reference import observation as slow
+from tests.reference import variance as slow
 
 CAMERA = Intrinsics(30.0, 28.0, 16.0, 12.0)
 FORMULAS = list(VarianceFormula)

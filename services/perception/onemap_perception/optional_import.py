@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from onemap_perception.faults import Fault
+from onemap_perception.errors import Fault
 
 BESIDE = "pip install --no-deps -r requirements-encoders.txt"
 OPEN_CLIP = f"pip install 'onemap[openclip]' && {BESIDE}"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from onemap_perception.encoders.sentences import Prompted
+from onemap_perception.text.text_encoder import Prompted
 from onemap_shared.geometry import F32
 
 
