@@ -11,7 +11,7 @@ import torch
 from onemap_mapper.blur import blur_kernel, blurred
 from onemap_mapper.cell_store import CellStore
 from onemap_mapper.projection import ProjectionParams, cell_features, project
-from onemap_perception.variance import ObservationModel, observation_variance
+from onemap_perception.variance import VarianceParams, observation_variance
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, R_BODY_CAMERA_LEVEL
 
@@ -40,7 +40,7 @@ def fused(data: dict[str, np.ndarray], half_width: int) -> tuple[F32, F32]:
         T = camera_pose(data["pose"][k])
         weights = project(
             torch.from_numpy(depth),
-            torch.from_numpy(observation_variance(depth, intrinsics, ObservationModel())),
+            torch.from_numpy(observation_variance(depth, intrinsics, VarianceParams())),
             intrinsics=intrinsics,
             T_map_camera=T,
             patch_shape=(8, 8),

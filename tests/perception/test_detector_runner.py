@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from onemap_perception.detectors.protocol import DetectorError, Found, Seen
-from onemap_perception.service import Parts, Perception
-from onemap_perception.variance import ObservationModel
+from onemap_perception.detectors.protocol import Detection, DetectorError, Image
+from onemap_perception.service import Perception, PerceptionComponents
+from onemap_perception.variance import VarianceParams
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Detections, SearchState, TextEmbeddings
@@ -29,12 +29,12 @@ class Held:
         self.let_go = threading.Event()
         self.broken = False
 
-    def detect(self, seen: Seen, names: TextEmbeddings) -> tuple[Found, ...]:
+    def detect(self, seen: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
         assert seen.features is None
         assert self.let_go.wait(20)
         if self.broken:
             raise DetectorError("the weights are tired")
-        return (Found(names.texts[0], 0.9, (0, 0, 8, 8), np.ones((1, 1), bool)),)
+        return (Detection(names.texts[0], 0.9, (0, 0, 8, 8), np.ones((1, 1), bool)),)
 
 
 class World:
@@ -44,7 +44,9 @@ class World:
         hub = MemoryRouter()
         outside = hub.bus()
         self.detector = Held()
-        parts = Parts(ColourEncoder(), self.detector, ObservationModel(), silent_after_s=5.0)
+        parts = PerceptionComponents(
+            ColourEncoder(), self.detector, VarianceParams(), silent_after_s=5.0
+        )
         self.service = Perception(hub.bus("perception"), parts)
         self.camera = outside.publish(keys.ROBOT_RGBD)
         self.planner = outside.publish(keys.SEARCH_STATE)

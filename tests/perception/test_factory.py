@@ -11,8 +11,8 @@ import pytest
 
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors import plugin
-from onemap_perception.detectors.protocol import DetectorError, Found, Seen
-from onemap_perception.errors import Fault
+from onemap_perception.detectors.protocol import Detection, DetectorError, Image
+from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.service import build
 from onemap_shared import keys
@@ -132,9 +132,9 @@ class Corner:
     def __init__(self, score: float) -> None:
         self._score = score
 
-    def detect(self, seen: Seen, names: TextEmbeddings) -> tuple[Found, ...]:
+    def detect(self, seen: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
         mask = np.ones((1, 1), bool)
-        return tuple(Found(name, self._score, (0, 0, 1, 1), mask) for name in names.texts)
+        return tuple(Detection(name, self._score, (0, 0, 1, 1), mask) for name in names.texts)
 
 
 def entries(group: str) -> list[EntryPoint]:
@@ -152,7 +152,7 @@ def test_a_users_own_detector_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     document = {"backend": "plugin", "name": "corner", "options": {"score": 0.7}}
     detector = make_detector(configured({"detector": document}).detector, OnlyCosines())
     (found,) = detector.detect(
-        Seen(np.zeros((2, 2, 3), np.uint8)),
+        Image(np.zeros((2, 2, 3), np.uint8)),
         OnlyCosines().embed_text(["cup"]),
     )
     assert (found.name, found.score) == ("cup", 0.7)
@@ -170,5 +170,5 @@ def test_a_bad_plugin_is_one_sentence(
     name: str, sentence: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(plugin, "entry_points", entries)
-    with pytest.raises(Fault, match=sentence):
+    with pytest.raises(BackendError, match=sentence):
         plugin.load_plugin(name, {})

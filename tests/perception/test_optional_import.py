@@ -17,7 +17,7 @@ from onemap_perception.detectors.open_vocabulary import (
 )
 from onemap_perception.encoders.openclip_convnext import OpenClipConvNext, OpenClipSettings
 from onemap_perception.encoders.tipsv2 import Tipsv2Encoder, Tipsv2Settings
-from onemap_perception.errors import Fault
+from onemap_perception.errors import BackendError
 
 USERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "openclip_convnext": ("open_clip", lambda folder: OpenClipConvNext(OpenClipSettings(folder))),
@@ -58,7 +58,9 @@ def test_a_missing_library_is_told_with_its_command(
     library, make = USERS[backend]
     without(library, monkeypatch)
     monkeypatch.setitem(sys.modules, library, None)
-    with pytest.raises(Fault, match=f"{backend} needs {library}.*: pip install 'onemap") as told:
+    with pytest.raises(
+        BackendError, match=f"{backend} needs {library}.*: pip install 'onemap"
+    ) as told:
         make(tmp_path)
     assert "\n" not in str(told.value)
 
@@ -71,5 +73,5 @@ def test_a_torchvision_that_does_not_fit_is_told(
     without(library, monkeypatch)
     monkeypatch.setattr(sys, "meta_path", [Refuses(library), *sys.meta_path])
     sentence = r"torchvision::nms does not exist\): install the torchvision that was built for"
-    with pytest.raises(Fault, match=sentence):
+    with pytest.raises(BackendError, match=sentence):
         make(tmp_path)

@@ -10,8 +10,8 @@ import pytest
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors.patches import PatchDetector, PatchThresholds
 from onemap_perception.errors import OutOfDeviceMemoryError
-from onemap_perception.service import Parts, Perception, build
-from onemap_perception.variance import ObservationModel
+from onemap_perception.service import Perception, PerceptionComponents, build
+from onemap_perception.variance import VarianceParams
 from onemap_shared import keys
 from onemap_shared.geometry import F16, U8
 from onemap_shared.memory_bus import MemoryBus, MemoryRouter
@@ -40,10 +40,10 @@ class World:
     def __init__(self) -> None:
         self.hub = MemoryRouter()
         self.outside: MemoryBus = self.hub.bus()
-        parts = Parts(
+        parts = PerceptionComponents(
             ColourEncoder(),
             PatchDetector(PatchThresholds(), "toy"),
-            ObservationModel(),
+            VarianceParams(),
             silent_after_s=5.0,
         )
         self.service = Perception(self.hub.bus("perception"), parts)
@@ -107,7 +107,9 @@ def test_a_search_that_began_before_perception_is_followed() -> None:
     hub.bus().publish(keys.SEARCH_STATE).put(SEARCH)
     world = World.__new__(World)
     world.hub = hub
-    parts = Parts(ColourEncoder(), PatchDetector(PatchThresholds(), "toy"), ObservationModel(), 5.0)
+    parts = PerceptionComponents(
+        ColourEncoder(), PatchDetector(PatchThresholds(), "toy"), VarianceParams(), 5.0
+    )
     service = Perception(hub.bus("perception"), parts)
     detections = hub.bus().subscribe(keys.DETECTIONS)
     hub.bus().publish(keys.ROBOT_RGBD).put(frame())
@@ -158,15 +160,15 @@ def constant(height: int, width: int, value: int = 0) -> U8:
 
 
 @pytest.mark.parametrize(
-    "picture", [constant(1, 1), constant(33, 7), constant(240, 321, 255), constant(8, 2000, 128)]
+    "image", [constant(1, 1), constant(33, 7), constant(240, 321, 255), constant(8, 2000, 128)]
 )
-def test_odd_pictures_are_pictures(world: World, picture: U8) -> None:
+def test_odd_pictures_are_pictures(world: World, image: U8) -> None:
     world.planner.put(SEARCH)
-    world.camera.put(frame(rgb=picture))
+    world.camera.put(frame(rgb=image))
     world.service.step(0.0)
     field = world.fields.take(0.0)
     assert field is not None
-    assert field.depth_mm.shape == picture.shape[:2]
+    assert field.depth_mm.shape == image.shape[:2]
 
 
 def test_without_depth_every_variance_is_infinite(world: World) -> None:
@@ -187,7 +189,7 @@ def test_a_frame_that_breaks_the_encoder_is_dropped_and_the_next_one_is_not(worl
     world.service.step(0.0)
     assert world.fields.take(0.0) is None
     health = world.service.health()
-    assert "this picture breaks the toy" in health.problem
+    assert "this image breaks the toy" in health.problem
     assert (health.metrics or {})["frames_failed"] == 1
     world.camera.put(frame(2))
     world.service.step(0.0)
@@ -213,7 +215,7 @@ def test_a_full_device_is_counted_and_the_service_lives(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(self: ColourEncoder, rgb: U8) -> F16:
-        raise OutOfDeviceMemoryError("cuda is out of memory for a picture of 640 x 480")
+        raise OutOfDeviceMemoryError("cuda is out of memory for an image of 640 x 480")
 
     with monkeypatch.context() as patch:
         patch.setattr(ColourEncoder, "encode", full)

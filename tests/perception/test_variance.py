@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_perception.variance import ObservationModel, VarianceFormula, observation_variance
+from onemap_perception.variance import VarianceFormula, VarianceParams, observation_variance
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32
 from tests.reference import variance as slow
@@ -30,10 +30,10 @@ def noisy_depth(seed: int, height: int = 24, width: int = 32) -> F32:
 @given(seed=st.integers(0, 2**16))
 @settings(max_examples=8, deadline=None)
 def test_agrees_with_the_slow_twin(formula: VarianceFormula, seed: int) -> None:
-    model = ObservationModel(formula=formula)
+    params = VarianceParams(formula=formula)
     depth = noisy_depth(seed)
-    fast = observation_variance(depth, CAMERA, model)
-    np.testing.assert_allclose(fast, slow.variance(depth, CAMERA, model), rtol=1e-4)
+    fast = observation_variance(depth, CAMERA, params)
+    np.testing.assert_allclose(fast, slow.variance(depth, CAMERA, params), rtol=1e-4)
 
 
 @pytest.mark.parametrize("formula", FORMULAS)
@@ -43,7 +43,7 @@ def test_is_positive_and_infinite_exactly_without_depth(
     formula: VarianceFormula, seed: int, height: int, width: int
 ) -> None:
     depth = noisy_depth(seed, height, width)
-    variance = observation_variance(depth, CAMERA, ObservationModel(formula=formula))
+    variance = observation_variance(depth, CAMERA, VarianceParams(formula=formula))
     assert variance.shape == depth.shape
     assert variance.dtype == np.float32
     assert (variance > 0).all()
@@ -52,9 +52,9 @@ def test_is_positive_and_infinite_exactly_without_depth(
 
 @pytest.mark.parametrize("formula", FORMULAS)
 def test_is_least_at_the_optimal_distance_and_grows_both_ways(formula: VarianceFormula) -> None:
-    model = ObservationModel(formula=formula, optimal_distance_m=1.5)
+    params = VarianceParams(formula=formula, optimal_distance_m=1.5)
     variance = [
-        float(observation_variance(np.full((16, 16), d, np.float32), CAMERA, model)[8, 8])
+        float(observation_variance(np.full((16, 16), d, np.float32), CAMERA, params)[8, 8])
         for d in (0.5, 1.0, 1.5, 2.5, 4.0)
     ]
     assert variance[0] > variance[1] > variance[2] < variance[3] < variance[4]
@@ -64,30 +64,30 @@ def test_is_least_at_the_optimal_distance_and_grows_both_ways(formula: VarianceF
 def test_an_edge_is_trusted_less_than_a_flat_surface(formula: VarianceFormula) -> None:
     depth = np.full((32, 32), 2.0, np.float32)
     depth[:, 16:] = 3.0
-    variance = observation_variance(depth, CAMERA, ObservationModel(formula=formula))
+    variance = observation_variance(depth, CAMERA, VarianceParams(formula=formula))
     assert variance[16, 15] > variance[16, 2]
 
 
 def test_released_does_not_depend_on_the_resolution() -> None:
     step = np.repeat(np.linspace(1, 3, 32, dtype=np.float32)[None, :], 32, 0)
     fine = np.repeat(np.linspace(1, 3, 64, dtype=np.float32)[None, :], 64, 0)
-    model = ObservationModel()
+    params = VarianceParams()
     coarse_camera = Intrinsics(32.0, 32.0, 16.0, 16.0)
-    coarse = observation_variance(step, coarse_camera, model)
-    doubled = observation_variance(fine, coarse_camera.scaled(2, 2), model)
+    coarse = observation_variance(step, coarse_camera, params)
+    doubled = observation_variance(fine, coarse_camera.scaled(2, 2), params)
     # Same scene, twice the pixels: away from the border the confidence agrees.
     np.testing.assert_allclose(doubled[20:44:2, 24:40:2], coarse[10:22, 12:20], rtol=0.05)
 
 
 def test_confidence_below_the_limit_is_not_used() -> None:
     far = np.full((8, 8), 30.0, np.float32)
-    assert np.isinf(observation_variance(far, CAMERA, ObservationModel())).all()
+    assert np.isinf(observation_variance(far, CAMERA, VarianceParams())).all()
 
 
 def test_depth_that_is_not_a_number_is_no_depth() -> None:
     depth = np.full((8, 8), 2.0, np.float32)
     depth[0, 0], depth[1, 1], depth[2, 2] = np.nan, np.inf, -1.0
-    variance = observation_variance(depth, CAMERA, ObservationModel())
+    variance = observation_variance(depth, CAMERA, VarianceParams())
     assert np.isinf(np.diag(variance)[:3]).all()
     assert np.isfinite(variance[4:, 4:]).all()
 
@@ -95,14 +95,14 @@ def test_depth_that_is_not_a_number_is_no_depth() -> None:
 def test_the_argument_is_left_alone() -> None:
     depth = noisy_depth(1)
     before = depth.copy()
-    observation_variance(depth, CAMERA, ObservationModel())
+    observation_variance(depth, CAMERA, VarianceParams())
     np.testing.assert_array_equal(depth, before)
 
 
 def test_wrong_shape_and_parameters_are_refused() -> None:
     with pytest.raises(ValueError, match="depth_m has shape"):
-        observation_variance(np.zeros((4, 4, 1), np.float32), CAMERA, ObservationModel())
+        observation_variance(np.zeros((4, 4, 1), np.float32), CAMERA, VarianceParams())
     with pytest.raises(ValueError, match="epsilon is 0"):
-        ObservationModel(epsilon=0.0)
+        VarianceParams(epsilon=0.0)
     with pytest.raises(ValueError, match="optimal_distance_m"):
-        ObservationModel(optimal_distance_m=float("nan"))
+        VarianceParams(optimal_distance_m=float("nan"))

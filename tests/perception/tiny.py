@@ -147,8 +147,8 @@ def owl_folder(folder: Path) -> Path:
     tokenizer = transformers.CLIPTokenizer(
         vocab=letters, merges=[], unk_token="<|endoftext|>", pad_token="<|endoftext|>"
     )
-    pictures = transformers.Owlv2ImageProcessorPil(size={"height": 64, "width": 64})
-    transformers.Owlv2Processor(pictures, tokenizer).save_pretrained(folder)
+    images = transformers.Owlv2ImageProcessorPil(size={"height": 64, "width": 64})
+    transformers.Owlv2Processor(images, tokenizer).save_pretrained(folder)
     return folder
 
 
@@ -186,8 +186,8 @@ def grounding_folder(folder: Path, kind: str) -> Path:
     )
     getattr(transformers, f"{kind}ForObjectDetection")(config).save_pretrained(folder)
     tokenizer = transformers.BertTokenizer(vocab={word: i for i, word in enumerate(words)})
-    pictures = transformers.GroundingDinoImageProcessorPil(
+    images = transformers.GroundingDinoImageProcessorPil(
         size={"shortest_edge": 96, "longest_edge": 128}
     )
-    transformers.GroundingDinoProcessor(pictures, tokenizer).save_pretrained(folder)
+    transformers.GroundingDinoProcessor(images, tokenizer).save_pretrained(folder)
     return folder

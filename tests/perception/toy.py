@@ -24,7 +24,7 @@ class ColourEncoder:
 
     def encode(self, rgb: U8) -> F16:
         if rgb[0, 0].tolist() == [1, 2, 3]:
-            raise EncoderError("this picture breaks the toy")
+            raise EncoderError("this image breaks the toy")
         rows, columns = (max(side // PATCH_PX, 1) for side in rgb.shape[:2])
         corner = rgb[::PATCH_PX, ::PATCH_PX][:rows, :columns].astype(np.float32) + 1e-3
         unit: F16 = (corner / np.linalg.norm(corner, axis=-1, keepdims=True)).astype(np.float16)
@@ -48,7 +48,7 @@ class ColourEncoder:
 
 
 def frame(sequence: int = 1, *, rgb: U8 | None = None, depth_mm: int = 2000) -> RgbdFrame:
-    """A green picture of 48 x 32 with a red square, at one depth."""
+    """A green image of 48 x 32 with a red square, at one depth."""
     if rgb is None:
         rgb = np.zeros((32, 48, 3), np.uint8)
         rgb[..., 1] = 200

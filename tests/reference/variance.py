@@ -6,24 +6,24 @@ import math
 
 import numpy as np
 
-from onemap_perception.variance import ObservationModel, VarianceFormula
+from onemap_perception.variance import VarianceFormula, VarianceParams
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64
 
 
-def variance(depth_m: F32, intrinsics: Intrinsics, model: ObservationModel) -> F64:
+def variance(depth_m: F32, intrinsics: Intrinsics, params: VarianceParams) -> F64:
     """Variance (H, W) float64, infinity where there is no depth or too little confidence."""
     depth = np.where(np.isfinite(depth_m) & (depth_m > 0), depth_m, np.nan).astype(np.float64)
-    released = model.formula is VarianceFormula.RELEASED
-    confidence = _released(depth, intrinsics, model) if released else _paper(depth, model)
+    released = params.formula is VarianceFormula.RELEASED
+    confidence = _released(depth, intrinsics, params) if released else _paper(depth, params)
     result = np.full(depth.shape, np.inf)
     for pixel in np.ndindex(depth.shape):
-        if confidence[pixel] >= model.min_confidence:
+        if confidence[pixel] >= params.min_confidence:
             result[pixel] = 1 / confidence[pixel]
     return result
 
 
-def _released(depth: F64, intrinsics: Intrinsics, model: ObservationModel) -> F64:
+def _released(depth: F64, intrinsics: Intrinsics, params: VarianceParams) -> F64:
     height, width = depth.shape
     nearest = np.full(depth.shape, np.nan)
     for v, u in np.ndindex(depth.shape):
@@ -36,18 +36,18 @@ def _released(depth: F64, intrinsics: Intrinsics, model: ObservationModel) -> F6
         steepness[v, u] = math.sqrt(du**2 + dv**2)
     confidence = np.zeros(depth.shape)
     for v, u in np.ndindex(depth.shape):
-        leakage = 1 - math.tanh(model.gradient_factor * max(_window(steepness, v, u)))
-        offset = (model.optimal_distance_m - depth[v, u]) / model.distance_factor_m
+        leakage = 1 - math.tanh(params.gradient_factor * max(_window(steepness, v, u)))
+        offset = (params.optimal_distance_m - depth[v, u]) / params.distance_factor_m
         confidence[v, u] = leakage * math.exp(-(offset**2) / 3)
     return confidence
 
 
-def _paper(depth: F64, model: ObservationModel) -> F64:
+def _paper(depth: F64, params: VarianceParams) -> F64:
     confidence = np.zeros(depth.shape)
     for v, u in np.ndindex(depth.shape):
         du, dv = _derivative(depth[v, :], u), _derivative(depth[:, u], v)
-        leakage = model.epsilon + math.tanh(du**2 + dv**2)
-        distance = math.exp(((model.optimal_distance_m - depth[v, u]) / 2) ** 2)
+        leakage = params.epsilon + math.tanh(du**2 + dv**2)
+        distance = math.exp(((params.optimal_distance_m - depth[v, u]) / 2) ** 2)
         confidence[v, u] = 1 / (leakage * distance)
     return confidence
 

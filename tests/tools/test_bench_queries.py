@@ -90,7 +90,9 @@ def test_what_is_asked_needs_no_sentence_encoder(monkeypatch: pytest.MonkeyPatch
     vocabulary = load_vocabulary(SHIPPED)
     words = words_of(vocabulary)
     MiniEncoder(MiniSettings()).embed_text([word.text for word in words])
-    named = {word for e in vocabulary.classes for word in (*e.aliases, *e.held_out, *e.also)}
+    named = {
+        word for e in vocabulary.classes for word in (*e.aliases, *e.held_out, *e.query_aliases)
+    }
     assert not named & {word.text for word in words if word.group == "unrelated"}
     assert {"floor", "wall", "ceiling"}.isdisjoint(word.category for word in words)
 

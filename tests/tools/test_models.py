@@ -61,7 +61,9 @@ def test_the_list_says_what_is_here(cache: Path) -> None:
     code, text = run("list", "--json")
     assert code == 0
     entries = json.loads(text.splitlines()[-1])["models"]
-    assert {entry["repo"] for entry in entries} == {model.repo for model in model_store.KNOWN}
+    assert {entry["repo"] for entry in entries} == {
+        model.repo for model in model_store.KNOWN_MODELS
+    }
     assert {entry["folder"] for entry in entries} == {""}
     folder = put_in_cache(cache)
     here = next(
@@ -82,7 +84,7 @@ def test_a_whole_model_is_whole_and_a_changed_file_is_named(cache: Path) -> None
     assert "damaged: model.safetensors" in text
     (folder / "config.json").unlink()
     (folder / "config.json").write_text("{}")
-    assert model_store.damaged(folder) == ["config.json", "model.safetensors"]
+    assert model_store.corrupt_files(folder) == ["config.json", "model.safetensors"]
 
 
 def test_what_is_not_here_is_told_with_the_command(cache: Path) -> None:
@@ -109,7 +111,7 @@ def test_fetch_downloads_what_is_needed_and_checks_it(
     monkeypatch.setattr(huggingface_hub, "snapshot_download", download)
     code, text = run("fetch", REPO, "--json")
     assert code == 0
-    assert asked == [(REPO, list(model_store.known(REPO).files))]
+    assert asked == [(REPO, list(model_store.known_model(REPO).files))]
     assert json.loads(text.splitlines()[-1])["bytes_here"] == 702
     assert run("fetch", "nobody/nothing")[0] == 2
 

@@ -14,8 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from onemap_perception.detectors.protocol import Seen
-from onemap_perception.text.vocabulary import Vocabulary, WordClass
+from onemap_perception.detectors.protocol import Image
+from onemap_perception.text.vocabulary import ObjectClass, Vocabulary
 from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages import TextEmbeddings
 from onemap_tools.train import measures
@@ -45,8 +45,8 @@ from tests.simulator.scenes import box_room
 VOCABULARY = Vocabulary(
     prompt="a {}",
     classes=(
-        WordClass("wall", ("wall", "partition"), ("panel",)),
-        WordClass("sofa", ("sofa", "couch", "settee"), ("divan",)),
+        ObjectClass("wall", ("wall", "partition"), ("panel",)),
+        ObjectClass("sofa", ("sofa", "couch", "settee"), ("divan",)),
     ),
     neutral=("car",),
     common=("piano",),
@@ -389,7 +389,7 @@ def test_wrong_and_missed_things_are_told_apart() -> None:
     shares = np.tile(np.array([1, 0], np.float32), (48, 1))
     shares[-8:] = (0, 1)  # the sofa looks like a wall
     tally = DetectionTally(VOCABULARY.names)
-    tally.add(Seen(rgb, encoder.encode(rgb)), encoder.embed_text(VOCABULARY.names), shares)
+    tally.add(Image(rgb, encoder.encode(rgb)), encoder.embed_text(VOCABULARY.names), shares)
     assert tally.summary() == {"precision": 0.5, "recall": 0.5, "wrong_per_picture": 1}
 
 

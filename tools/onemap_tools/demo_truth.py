@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from math import nan
 from typing import Any
 
-from onemap_perception.text.vocabulary import Vocabulary, WordClass
+from onemap_perception.text.vocabulary import ObjectClass, Vocabulary
 from onemap_shared.messages import Truth
 from onemap_tools.demo_summary import ObjectSummary
 
@@ -19,8 +19,8 @@ def known_words(vocabulary: Vocabulary) -> frozenset[str]:
     return frozenset(word for entry in vocabulary.classes for word in _names(entry))
 
 
-def _names(entry: WordClass) -> tuple[str, ...]:
-    return (entry.name, *entry.aliases, *entry.held_out, *entry.also)
+def _names(entry: ObjectClass) -> tuple[str, ...]:
+    return (entry.name, *entry.aliases, *entry.held_out, *entry.query_aliases)
 
 
 def scene_name(word: str, categories: Collection[str], vocabulary: Vocabulary) -> str:

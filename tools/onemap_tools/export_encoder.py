@@ -14,14 +14,14 @@ import torch
 from onemap_perception.encoders.exported_tower import ENCODER_KEY, INPUT, OUTPUT, ExportedTower
 from onemap_perception.encoders.openclip_convnext import OpenClipConvNext
 from onemap_perception.encoders.params import (
-    EncoderConfig,
-    MiniConfig,
-    RadioConfig,
-    TorchConfig,
+    EncoderParams,
+    MiniParams,
+    RadioParams,
+    TorchEncoderParams,
 )
 from onemap_perception.encoders.tipsv2 import DenseTips, Tipsv2Encoder
 from onemap_perception.encoders.torch_tower import TorchTower
-from onemap_perception.errors import Fault
+from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_shared.geometry import F32
 from onemap_tools.trouble import EXIT_MISUSED, Trouble
@@ -47,14 +47,14 @@ class Exported:
         return asdict(self)
 
 
-def export_encoder(config: EncoderConfig, path: Path) -> Exported:
+def export_encoder(config: EncoderParams, path: Path) -> Exported:
     """Write the tower for the camera's size and compare; raises Trouble, and leaves no file then.
 
     Single precision, on the CPU: the target machine chooses its own.
     """
-    if isinstance(config, MiniConfig):
+    if isinstance(config, MiniParams):
         raise Trouble("The encoder mini is an ONNX file already: mini/mini.onnx", EXIT_MISUSED)
-    if isinstance(config, RadioConfig):
+    if isinstance(config, RadioParams):
         raise Trouble("Code of other people's cannot be exported by OneMap", EXIT_MISUSED)
     encoder = _on_the_cpu(config)
     tower = encoder.tower
@@ -88,11 +88,11 @@ def cosine(a: np.ndarray, b: np.ndarray) -> float:
     return float(((first * second).sum(axis=-1) / norms).min())
 
 
-def _on_the_cpu(config: TorchConfig) -> OpenClipConvNext | Tipsv2Encoder:
+def _on_the_cpu(config: TorchEncoderParams) -> OpenClipConvNext | Tipsv2Encoder:
     plain = config.model_copy(update={"device": "cpu", "compiled": False, "exported": None})
     try:
         encoder = make_encoder(plain)  # type: ignore[arg-type]
-    except Fault as problem:
+    except BackendError as problem:
         raise Trouble(str(problem)) from problem
     assert isinstance(encoder, OpenClipConvNext | Tipsv2Encoder)
     return encoder

@@ -36,7 +36,7 @@ def survey() -> list[Entry]:
     try:
         return [
             _entry(model, model_store.cached(model.repo, model.files))
-            for model in model_store.KNOWN
+            for model in model_store.KNOWN_MODELS
         ]
     except model_store.ModelError as problem:
         raise Trouble(str(problem)) from problem
@@ -51,7 +51,7 @@ def fetch(repo: str, console: Console) -> Entry:
         folder = model_store.fetch(repo, model.files)
     except model_store.ModelError as problem:
         raise Trouble(str(problem)) from problem
-    damaged = model_store.damaged(folder)
+    damaged = model_store.corrupt_files(folder)
     if damaged:
         raise Trouble(f"{repo} arrived damaged: {', '.join(damaged)}; delete {folder} and retry")
     return _entry(model, folder)
@@ -68,7 +68,7 @@ def verify(repo: str) -> list[dict[str, Any]]:
         {
             "repo": entry.model.repo,
             "folder": entry.folder,
-            "damaged": model_store.damaged(Path(entry.folder)),
+            "damaged": model_store.corrupt_files(Path(entry.folder)),
         }
         for entry in entries
         if entry.folder
@@ -99,7 +99,7 @@ def describe_reports(reports: Sequence[dict[str, Any]], console: Console) -> Non
 
 def _known(repo: str) -> model_store.KnownModel:
     try:
-        return model_store.known(repo)
+        return model_store.known_model(repo)
     except model_store.ModelError as problem:
         raise Trouble(str(problem), EXIT_MISUSED) from problem
 

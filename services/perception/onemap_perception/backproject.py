@@ -1,4 +1,4 @@
-"""Detections in the picture to points of the map, through the depth image."""
+"""Detections in the image to points of the map, through the depth image."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from onemap_perception.detectors.protocol import Found
+from onemap_perception.detectors.protocol import Detection
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, I32, U16, Bool, transform
 
@@ -25,7 +25,7 @@ class DepthView:
     T_map_camera: F64
 
 
-def detection_points(found: Sequence[Found], view: DepthView) -> tuple[F32, I32]:
+def detection_points(found: Sequence[Detection], view: DepthView) -> tuple[F32, I32]:
     """Surface points (P, 3) float32 of all detections in the map frame and their owners (P,).
 
     Per detection at most 64, evenly spread over its mask, without those whose depth is far
@@ -33,15 +33,15 @@ def detection_points(found: Sequence[Found], view: DepthView) -> tuple[F32, I32]
     """
     points = [np.zeros((0, 3), np.float32)]
     owners = [np.zeros(0, np.int32)]
-    for index, thing in enumerate(found):
-        own = _points(thing.mask, view)
+    for index, detection in enumerate(found):
+        own = _points(detection.mask, view)
         points.append(own)
         owners.append(np.full(len(own), index, np.int32))
     return np.concatenate(points), np.concatenate(owners)
 
 
 def _points(mask: Bool, view: DepthView) -> F32:
-    """Points (N, 3) float32 under one mask (h, w) that is laid over the whole picture."""
+    """Points (N, 3) float32 under one mask (h, w) that is laid over the whole image."""
     height, width = view.depth_mm.shape
     row_of = np.arange(height) * mask.shape[0] // height
     column_of = np.arange(width) * mask.shape[1] // width

@@ -6,14 +6,14 @@ from typing import Any
 
 from pydantic import Field, model_validator
 
-from onemap_perception.detectors.params import DetectorConfig, PatchesConfig
-from onemap_perception.encoders.params import EncoderConfig, MiniConfig
-from onemap_perception.variance import ObservationModel, VarianceFormula
+from onemap_perception.detectors.params import DetectorParams, PatchesParams
+from onemap_perception.encoders.params import EncoderParams, MiniParams
+from onemap_perception.variance import VarianceFormula, VarianceParams
 from onemap_shared.params import Params
 
 
 class ObservationConfig(Params):
-    """The variance of a pixel's feature; see ``observation.ObservationModel``."""
+    """The variance of a pixel's feature; see ``observation.VarianceParams``."""
 
     formula: VarianceFormula = Field(
         default=VarianceFormula.RELEASED, description="released (the authors' code) or paper."
@@ -34,20 +34,20 @@ class ObservationConfig(Params):
         default=1e-5, gt=0, description="Pixels trusted less than this are not used."
     )
 
-    def model(self) -> ObservationModel:
+    def model(self) -> VarianceParams:
         """As the computation reads it."""
-        return ObservationModel(**self.model_dump())
+        return VarianceParams(**self.model_dump())
 
 
 class PerceptionConfig(Params):
     """Everything perception can be told. ``mini: {...}`` is short for an encoder of that
     backend, ``patches: {...}`` for a detector of that one."""
 
-    encoder: EncoderConfig = Field(
-        default=MiniConfig(), description="Pictures and words to one space; backend chooses."
+    encoder: EncoderParams = Field(
+        default=MiniParams(), description="Images and words to one space; backend chooses."
     )
-    detector: DetectorConfig = Field(
-        default=PatchesConfig(), description="Finds what is searched for; backend chooses."
+    detector: DetectorParams = Field(
+        default=PatchesParams(), description="Finds what is searched for; backend chooses."
     )
     observation: ObservationConfig = Field(
         default=ObservationConfig(), description="The variance model."

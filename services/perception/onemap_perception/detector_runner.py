@@ -9,14 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_perception.backproject import DepthView, detection_points
-from onemap_perception.detectors.protocol import Detector, Found, Seen
-from onemap_perception.detectors.suppression import winners
+from onemap_perception.detectors.protocol import Detection, Detector, Image
+from onemap_perception.detectors.suppression import suppress_overlaps
 from onemap_shared.geometry import F16
 from onemap_shared.messages import Detections, RgbdFrame, TextEmbeddings
 
 
 @dataclass(frozen=True, slots=True)
-class Sought:
+class Target:
     """The name the robot looks for now.
 
     queries: of that name and, after it, of the search's other names, which compete with it for
@@ -28,15 +28,15 @@ class Sought:
 
 
 @dataclass(frozen=True, slots=True)
-class Looked:
-    """What was found of ``sought`` in one frame, and how long that took."""
+class DetectionResult:
+    """What was found of ``target`` in one frame, and how long that took."""
 
-    sought: Sought
+    target: Target
     detections: Detections
     detect_ms: float
 
 
-class Lookout:
+class DetectorRunner:
     """Runs the detector on one frame at a time. Used from one thread.
 
     A detector that reads the encoder's features runs after it, in the caller's thread. Any
@@ -48,56 +48,62 @@ class Lookout:
         self.skipped = 0
         self._detector = detector
         self._clock_s = clock_s
-        self._beside = None if detector.reads_features else ThreadPoolExecutor(1, "detector")
-        self._running: Future[Looked] | None = None
+        self._executor = None if detector.reads_features else ThreadPoolExecutor(1, "detector")
+        self._pending: Future[DetectionResult] | None = None
 
-    def before_encoding(self, frame: RgbdFrame, sought: Sought) -> None:
+    def before_encoding(self, frame: RgbdFrame, target: Target) -> None:
         """Begin with a frame, if the detector needs no features and is free."""
-        if self._beside is None:
+        if self._executor is None:
             return
-        if self._running is not None:
+        if self._pending is not None:
             self.skipped += 1
             return
-        self._running = self._beside.submit(self._look, sought, frame)
+        self._pending = self._executor.submit(self._detect, target, frame)
 
-    def after_encoding(self, frame: RgbdFrame, features: F16, sought: Sought) -> Looked | None:
+    def after_encoding(
+        self, frame: RgbdFrame, features: F16, target: Target
+    ) -> DetectionResult | None:
         """What was found: in this frame, or in an earlier one that is done by now."""
-        if self._beside is None:
-            return self._look(sought, frame, features)
+        if self._executor is None:
+            return self._detect(target, frame, features)
         return self.collect()
 
-    def collect(self) -> Looked | None:
+    def collect(self) -> DetectionResult | None:
         """What the detector's own thread has found since, if it is done; raises what it raised."""
-        if self._running is None or not self._running.done():
+        if self._pending is None or not self._pending.done():
             return None
-        done, self._running = self._running, None
+        done, self._pending = self._pending, None
         return done.result()
 
     def close(self) -> None:
         """Wait for the frame that is being looked at."""
-        if self._beside is not None:
-            self._beside.shutdown(cancel_futures=True)
+        if self._executor is not None:
+            self._executor.shutdown(cancel_futures=True)
 
-    def _look(self, sought: Sought, frame: RgbdFrame, features: F16 | None = None) -> Looked:
+    def _detect(
+        self, target: Target, frame: RgbdFrame, features: F16 | None = None
+    ) -> DetectionResult:
         begun_s = self._clock_s()
-        detections = look(self._detector, sought, frame, features)
-        return Looked(sought, detections, (self._clock_s() - begun_s) * 1e3)
+        detections = detect_in_frame(self._detector, target, frame, features)
+        return DetectionResult(target, detections, (self._clock_s() - begun_s) * 1e3)
 
 
-def look(detector: Detector, sought: Sought, frame: RgbdFrame, features: F16 | None) -> Detections:
+def detect_in_frame(
+    detector: Detector, target: Target, frame: RgbdFrame, features: F16 | None
+) -> Detections:
     """Run the detector on a frame and place what it found on the map."""
-    found: tuple[Found, ...] = ()
-    if sought.queries is not None:
-        found = winners(detector.detect(Seen(frame.rgb, features), sought.queries))
+    found: tuple[Detection, ...] = ()
+    if target.queries is not None:
+        found = suppress_overlaps(detector.detect(Image(frame.rgb, features), target.queries))
     view = DepthView(frame.depth_mm, frame.intrinsics, frame.T_map_camera)
     points_map, point_owner = detection_points(found, view)
     return Detections(
         sequence=frame.sequence,
         stamp_ns=frame.stamp_ns,
         detector_id=detector.detector_id,
-        names=tuple(thing.name for thing in found),
-        boxes_px=np.array([thing.box_px for thing in found], np.float32).reshape(-1, 4),
-        scores=np.array([thing.score for thing in found], np.float32),
+        names=tuple(detection.name for detection in found),
+        boxes_px=np.array([detection.box_px for detection in found], np.float32).reshape(-1, 4),
+        scores=np.array([detection.score for detection in found], np.float32),
         points_map=points_map,
         point_owner=point_owner,
     )

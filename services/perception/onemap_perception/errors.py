@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 
-class Fault(Exception):
-    """A network cannot be loaded or failed on a picture; one sentence for the user."""
+class BackendError(Exception):
+    """A network cannot be loaded or failed on an image; one sentence for the user."""
 
 
-class OutOfDeviceMemoryError(Fault):
-    """The accelerator's memory is full; the next picture may fit again."""
+class OutOfDeviceMemoryError(BackendError):
+    """The accelerator's memory is full; the next image may fit again."""

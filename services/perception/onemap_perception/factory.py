@@ -6,68 +6,68 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from onemap_perception.detectors.params import (
-    BoxesConfig,
-    CocoConfig,
-    DetectorConfig,
-    OpenVocabularyConfig,
-    PatchesConfig,
-    PluginConfig,
-    RoutedConfig,
+    BoxDetectorParams,
+    CocoParams,
+    DetectorParams,
+    OpenVocabularyParams,
+    PatchesParams,
+    PluginParams,
+    RoutedParams,
 )
 from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.detectors.plugin import load_plugin
 from onemap_perception.detectors.protocol import Detector, DetectorError
-from onemap_perception.detectors.router import RoutedDetector, Specialist
+from onemap_perception.detectors.router import ClosedVocabularyDetector, RoutedDetector
 from onemap_perception.encoders.mini import MiniEncoder
 from onemap_perception.encoders.params import (
-    EncoderConfig,
-    MiniConfig,
-    OpenClipConvNextConfig,
-    RadioConfig,
-    Tipsv2Config,
-    TorchConfig,
+    EncoderParams,
+    MiniParams,
+    OpenClipConvNextParams,
+    RadioParams,
+    Tipsv2Params,
+    TorchEncoderParams,
 )
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.model_store import locate
 
 if TYPE_CHECKING:
-    from onemap_perception.encoders.torch_tower import TowerSettings
+    from onemap_perception.encoders.torch_tower import TowerParams
 
 
-def make_encoder(config: EncoderConfig) -> Encoder:
+def make_encoder(config: EncoderParams) -> Encoder:
     """The configured encoder, warm; raises Fault."""
     match config:
-        case MiniConfig():
+        case MiniParams():
             return MiniEncoder(config.settings())
-        case OpenClipConvNextConfig():
+        case OpenClipConvNextParams():
             return _openclip_convnext(config)
-        case Tipsv2Config():
+        case Tipsv2Params():
             return _tipsv2(config)
-        case RadioConfig():
+        case RadioParams():
             return _radio(config)
 
 
-def make_detector(config: DetectorConfig, encoder: Encoder) -> Detector:
+def make_detector(config: DetectorParams, encoder: Encoder) -> Detector:
     """The configured detector; raises Fault."""
     match config:
-        case PatchesConfig():
+        case PatchesParams():
             return _patches(config, encoder)
-        case CocoConfig():
+        case CocoParams():
             return _coco(config)
-        case OpenVocabularyConfig():
+        case OpenVocabularyParams():
             return _open_vocabulary(config)
-        case RoutedConfig():
+        case RoutedParams():
             return RoutedDetector(_coco(config.coco), _open_vocabulary(config.open_vocabulary))
-        case PluginConfig():
+        case PluginParams():
             return load_plugin(config.name, config.options)
 
 
-def _openclip_convnext(config: OpenClipConvNextConfig) -> Encoder:
+def _openclip_convnext(config: OpenClipConvNextParams) -> Encoder:
     from onemap_perception.encoders.openclip_convnext import OpenClipConvNext, OpenClipSettings
 
     return OpenClipConvNext(
         OpenClipSettings(
-            weights=_place(config),
+            weights=_model_path(config),
             architecture=config.architecture,
             long_side_px=config.long_side_px,
             sed_compat=config.sed_compat,
@@ -79,12 +79,12 @@ def _openclip_convnext(config: OpenClipConvNextConfig) -> Encoder:
     )
 
 
-def _tipsv2(config: Tipsv2Config) -> Encoder:
+def _tipsv2(config: Tipsv2Params) -> Encoder:
     from onemap_perception.encoders.tipsv2 import Tipsv2Encoder, Tipsv2Settings
 
     return Tipsv2Encoder(
         Tipsv2Settings(
-            folder=_place(config),
+            folder=_model_path(config),
             long_side_px=config.long_side_px,
             prompt=config.prompt,
             kept_texts=config.kept_texts,
@@ -94,12 +94,12 @@ def _tipsv2(config: Tipsv2Config) -> Encoder:
     )
 
 
-def _radio(config: RadioConfig) -> Encoder:
+def _radio(config: RadioParams) -> Encoder:
     from onemap_perception.encoders.radio import RadioEncoder, RadioSettings
 
     return RadioEncoder(
         RadioSettings(
-            folder=_place(config),
+            folder=_model_path(config),
             allow_remote_code=config.allow_remote_code,
             long_side_px=config.long_side_px,
             prompt=config.prompt,
@@ -110,10 +110,10 @@ def _radio(config: RadioConfig) -> Encoder:
     )
 
 
-def _tower(config: TorchConfig) -> TowerSettings:
-    from onemap_perception.encoders.torch_tower import TowerSettings
+def _tower(config: TorchEncoderParams) -> TowerParams:
+    from onemap_perception.encoders.torch_tower import TowerParams
 
-    return TowerSettings(
+    return TowerParams(
         device=config.device,
         compiled=config.compiled,
         warm_up_px=config.warm_up_px,
@@ -122,7 +122,7 @@ def _tower(config: TorchConfig) -> TowerSettings:
     )
 
 
-def _patches(config: PatchesConfig, encoder: Encoder) -> Detector:
+def _patches(config: PatchesParams, encoder: Encoder) -> Detector:
     if len(encoder.embed_text(("chair",)).neutral) == 0:
         raise DetectorError(
             "the detector patches needs an encoder with calibrated scores (mini); choose "
@@ -131,22 +131,22 @@ def _patches(config: PatchesConfig, encoder: Encoder) -> Detector:
     return PatchDetector(config.thresholds(), encoder.encoder_id)
 
 
-def _coco(config: CocoConfig) -> Specialist:
+def _coco(config: CocoParams) -> ClosedVocabularyDetector:
     from onemap_perception.detectors.coco import CocoDetector, CocoSettings
 
-    return CocoDetector(CocoSettings(_place(config), config.device, config.limits()))
+    return CocoDetector(CocoSettings(_model_path(config), config.device, config.limits()))
 
 
-def _open_vocabulary(config: OpenVocabularyConfig) -> Detector:
+def _open_vocabulary(config: OpenVocabularyParams) -> Detector:
     from onemap_perception.detectors.open_vocabulary import (
         OpenVocabularyDetector,
         OpenVocabularySettings,
     )
 
     return OpenVocabularyDetector(
-        OpenVocabularySettings(_place(config), config.device, config.limits())
+        OpenVocabularySettings(_model_path(config), config.device, config.limits())
     )
 
 
-def _place(config: TorchConfig | BoxesConfig) -> Path:
+def _model_path(config: TorchEncoderParams | BoxDetectorParams) -> Path:
     return locate(config.model, allow_fetch=config.allow_fetch)

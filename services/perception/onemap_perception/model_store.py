@@ -11,13 +11,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from onemap_perception.errors import Fault
+from onemap_perception.errors import BackendError
 
 INSTALL = "pip install 'onemap[openclip]'"
 CHUNK_BYTES = 1 << 22
 
 
-class ModelError(Fault):
+class ModelError(BackendError):
     """A model is missing, damaged or unknown; one sentence that says what helps."""
 
 
@@ -35,7 +35,7 @@ class KnownModel:
 
 OPEN_CLIP = ("open_clip_config.json", "open_clip_model.safetensors")
 TRANSFORMERS = ("*.json", "*.txt", "*.model", "*.safetensors")
-KNOWN = (
+KNOWN_MODELS = (
     KnownModel(
         "laion/CLIP-convnext_large_d_320.laion2B-s29B-b131K-ft-soup",
         "openclip_convnext",
@@ -61,9 +61,9 @@ KNOWN = (
 )
 
 
-def known(repo: str) -> KnownModel:
+def known_model(repo: str) -> KnownModel:
     """The entry of this hub id; raises ModelError."""
-    for model in KNOWN:
+    for model in KNOWN_MODELS:
         if model.repo == repo:
             return model
     raise ModelError(f"{repo!r} is not among the known models; 'onemap models list' names them")
@@ -76,7 +76,7 @@ def locate(model: str, *, allow_fetch: bool = False) -> Path:
         return place
     if model.count("/") != 1 or place.is_absolute() or model.startswith("."):
         raise ModelError(f"the model {model} does not exist")
-    files = next((entry.files for entry in KNOWN if entry.repo == model), ("*",))
+    files = next((entry.files for entry in KNOWN_MODELS if entry.repo == model), ("*",))
     folder = cached(model, files)
     if folder is not None:
         return folder
@@ -110,7 +110,7 @@ def size_bytes(folder: Path) -> int:
     return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
 
 
-def damaged(folder: Path) -> list[str]:
+def corrupt_files(folder: Path) -> list[str]:
     """Files whose content is not what the hub announced when it was fetched.
 
     The cache names each file's content by the hub's own digest: SHA-256 for large files, git's

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from onemap_perception.errors import Fault
+from onemap_perception.errors import BackendError
 
 BESIDE = "pip install --no-deps -r requirements-encoders.txt"
 OPEN_CLIP = f"pip install 'onemap[openclip]' && {BESIDE}"
@@ -13,7 +13,9 @@ TRANSFORMERS = f"pip install 'onemap[transformers]' && {BESIDE}"
 
 
 @contextmanager
-def needing(library: str, install: str, *, backend: str, kind: type[Fault]) -> Iterator[None]:
+def optional_import(
+    library: str, install: str, *, backend: str, kind: type[BackendError]
+) -> Iterator[None]:
     """Around the imports of a backend; raises ``kind`` with the command that installs them.
 
     A torchvision that was built for another torch raises RuntimeError when it is imported.

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 from onemap_perception.backproject import MILLIMETRE_M
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.detector_runner import Lookout, Sought
+from onemap_perception.detector_runner import DetectorRunner, Target
 from onemap_perception.detectors.protocol import Detector
-from onemap_perception.detectors.suppression import competing
+from onemap_perception.detectors.suppression import distinct_queries
 from onemap_perception.encoders.protocol import Encoder, UnknownWordError
-from onemap_perception.errors import Fault, OutOfDeviceMemoryError
+from onemap_perception.errors import BackendError, OutOfDeviceMemoryError
 from onemap_perception.factory import make_detector, make_encoder
-from onemap_perception.telemetry import Telemetry
-from onemap_perception.variance import ObservationModel, observation_variance
+from onemap_perception.telemetry import PerceptionTelemetry
+from onemap_perception.variance import VarianceParams, observation_variance
 from onemap_shared import keys
 from onemap_shared.geometry import F16
 from onemap_shared.messages import (
@@ -33,24 +33,24 @@ LOG = logging.getLogger("onemap.perception")
 
 
 @dataclass(frozen=True, slots=True)
-class Parts:
+class PerceptionComponents:
     """What a perception service is made of."""
 
     encoder: Encoder
     detector: Detector
-    observation: ObservationModel
+    observation: VarianceParams
     silent_after_s: float
 
 
 class Perception:
     """The worker: one frame per step, always the newest."""
 
-    def __init__(self, bus: Bus, parts: Parts) -> None:
-        self._parts = parts
-        self._telemetry = Telemetry(started_s=time.monotonic())
-        self._lookout = Lookout(parts.detector, time.perf_counter)
-        self._sought: Sought | None = None
-        self._following: tuple[str, tuple[str, ...]] | None = None  # target and all names
+    def __init__(self, bus: Bus, parts: PerceptionComponents) -> None:
+        self._components = parts
+        self._telemetry = PerceptionTelemetry(started_s=time.monotonic())
+        self._detector_runner = DetectorRunner(parts.detector, time.perf_counter)
+        self._target: Target | None = None
+        self._followed: tuple[str, tuple[str, ...]] | None = None  # target and all names
         self._refused = 0
         self._frames = bus.subscribe(keys.ROBOT_RGBD)
         self._searches = bus.subscribe(keys.SEARCH_STATE)
@@ -61,23 +61,23 @@ class Perception:
     def step(self, timeout_s: float) -> None:
         """Encode the newest frame, if one comes in time; look for what is being searched."""
         frame = self._frames.take(timeout_s)
-        self._follow_search()
+        self._update_target()
         self._log_refused()
         features = None
         if frame is not None:
-            if self._sought is not None:
-                self._lookout.before_encoding(frame, self._sought)
+            if self._target is not None:
+                self._detector_runner.before_encoding(frame, self._target)
             features = self._encode(frame)
-        self._look(frame, features)
+        self._detect(frame, features)
 
     def health(self) -> Health:
         """Timings, counts, and what is wrong."""
         now_s, telemetry, counters = time.monotonic(), self._telemetry, self._frames.counters
         return Health(
-            ready=telemetry.working(now_s, self._parts.silent_after_s),
+            ready=telemetry.is_ready(now_s, self._components.silent_after_s),
             problem=telemetry.problem(
                 now_s,
-                silent_after_s=self._parts.silent_after_s,
+                silent_after_s=self._components.silent_after_s,
                 camera_key=keys.ROBOT_RGBD.key,
             ),
             metrics={
@@ -87,7 +87,7 @@ class Perception:
                 "frames_skipped": float(counters.skipped),
                 "frames_refused": float(counters.refused),
                 "searches_refused": float(self._searches.counters.refused),
-                "detections_skipped": float(self._lookout.skipped),
+                "detections_skipped": float(self._detector_runner.skipped),
                 "frames_failed": float(telemetry.frames_failed),
                 "detections_failed": float(telemetry.detections_failed),
                 "out_of_memory": float(telemetry.out_of_memory),
@@ -96,13 +96,13 @@ class Perception:
 
     def close(self) -> None:
         """Let the detector end its frame."""
-        self._lookout.close()
+        self._detector_runner.close()
 
     def embed_text(self, request: TextRequest) -> TextEmbeddings:
         """Answer of ``perception/embed_text``; refuses unknown words with code unknown_word."""
         texts = tuple(check_text(text) for text in request.texts)
         try:
-            return self._parts.encoder.embed_text(texts)
+            return self._components.encoder.embed_text(texts)
         except UnknownWordError as problem:
             words = [{"word": w, "did_you_mean": list(near)} for w, near in problem.words.items()]
             raise RequestRejected("unknown_word", str(problem), {"words": words}) from problem
@@ -111,8 +111,8 @@ class Perception:
         """Publish the frame's features and return them; None if that failed."""
         begun_s = time.perf_counter()
         try:
-            features = self._parts.encoder.encode(frame.rgb)
-        except Fault as problem:
+            features = self._components.encoder.encode(frame.rgb)
+        except BackendError as problem:
             if not self._telemetry.failure:
                 LOG.warning("frame %d dropped: %s", frame.sequence, problem)
             self._telemetry.frame_failed(str(problem), _out_of_memory(problem))
@@ -122,11 +122,11 @@ class Perception:
             FeatureField(
                 sequence=frame.sequence,
                 stamp_ns=frame.stamp_ns,
-                encoder_id=self._parts.encoder.encoder_id,
-                text_space=self._parts.encoder.text_space,
+                encoder_id=self._components.encoder.encoder_id,
+                text_space=self._components.encoder.text_space,
                 features=features,
                 variance=observation_variance(
-                    frame.depth_mm * MILLIMETRE_M, frame.intrinsics, self._parts.observation
+                    frame.depth_mm * MILLIMETRE_M, frame.intrinsics, self._components.observation
                 ),
                 depth_mm=frame.depth_mm,
                 intrinsics=frame.intrinsics,
@@ -140,35 +140,35 @@ class Perception:
         )
         return features
 
-    def _look(self, frame: RgbdFrame | None, features: F16 | None) -> None:
+    def _detect(self, frame: RgbdFrame | None, features: F16 | None) -> None:
         """Publish what the detector has found, unless something else is sought by now."""
         try:
-            if frame is None or features is None or self._sought is None:
-                looked = self._lookout.collect()
+            if frame is None or features is None or self._target is None:
+                result = self._detector_runner.collect()
             else:
-                looked = self._lookout.after_encoding(frame, features, self._sought)
-        except Fault as problem:
+                result = self._detector_runner.after_encoding(frame, features, self._target)
+        except BackendError as problem:
             if not self._telemetry.detector_failure:
                 LOG.warning("a frame could not be looked at: %s", problem)
             self._telemetry.detection_failed(str(problem), _out_of_memory(problem))
             return
-        if looked is None:
+        if result is None:
             return
-        self._telemetry.detection_done(looked.detect_ms)
-        if self._sought is not None and looked.sought.name == self._sought.name:
-            self._detections.put(looked.detections)
+        self._telemetry.detection_done(result.detect_ms)
+        if self._target is not None and result.target.name == self._target.name:
+            self._detections.put(result.detections)
 
-    def _follow_search(self) -> None:
+    def _update_target(self) -> None:
         """Learn from the planner what is sought now."""
         status: SearchStatus | None = self._searches.take(0.0)
         if status is None:
             return
         if not status.target:
-            self._sought, self._following = None, None
+            self._target, self._followed = None, None
             self._telemetry.text_problem = self._telemetry.detector_failure = ""
-        elif (status.target, status.objects) != self._following:
-            self._following = (status.target, status.objects)
-            self._sought = self._look_for(status.target, status.objects)
+        elif (status.target, status.objects) != self._followed:
+            self._followed = (status.target, status.objects)
+            self._target = self._resolve_target(status.target, status.objects)
 
     def _log_refused(self) -> None:
         """One line for each message that could not be decoded, with the reason."""
@@ -179,37 +179,37 @@ class Perception:
             LOG.warning("%d messages refused, the last: %s", refused - self._refused, reason)
             self._refused = refused
 
-    def _look_for(self, name: str, objects: tuple[str, ...]) -> Sought:
+    def _resolve_target(self, name: str, objects: tuple[str, ...]) -> Target:
         """The queries of the target and, after it, of its rivals, synonyms left out."""
         names = tuple(dict.fromkeys((name, *objects)))
         try:
-            queries = self._embedded(names)
+            queries = self._embed_names(names)
         except (UnknownWordError, ValueError) as problem:
             LOG.warning("nothing can be detected as %r: %s", name, problem)
             self._telemetry.text_problem = str(problem)
-            return Sought(name, None)
+            return Target(name, None)
         self._telemetry.text_problem = ""
         LOG.info("looking for %s", name)
-        return Sought(name, competing(queries))
+        return Target(name, distinct_queries(queries))
 
-    def _embedded(self, names: tuple[str, ...]) -> TextEmbeddings:
+    def _embed_names(self, names: tuple[str, ...]) -> TextEmbeddings:
         """Of the first name and, where they can be embedded, of the others; raises as it does."""
-        encoder = self._parts.encoder
+        encoder = self._components.encoder
         try:
             return encoder.embed_text(tuple(check_text(name) for name in names))
         except (UnknownWordError, ValueError):
-            known = [name for name in names[1:] if self._is_known(name)]
+            known = [name for name in names[1:] if self._can_embed(name)]
             return encoder.embed_text((check_text(names[0]), *known))
 
-    def _is_known(self, name: str) -> bool:
+    def _can_embed(self, name: str) -> bool:
         try:
-            self._parts.encoder.embed_text((check_text(name),))
+            self._components.encoder.embed_text((check_text(name),))
         except (UnknownWordError, ValueError):
             return False
         return True
 
 
-def _out_of_memory(problem: Fault) -> bool:
+def _out_of_memory(problem: BackendError) -> bool:
     return isinstance(problem, OutOfDeviceMemoryError)
 
 
@@ -218,9 +218,11 @@ def build(bus: Bus, config: PerceptionConfig) -> Worker:
     try:
         encoder = make_encoder(config.encoder)
         detector = make_detector(config.detector, encoder)
-    except Fault as problem:
+    except BackendError as problem:
         raise StartError(str(problem)) from problem
     LOG.info("encoder %s, text space %s", encoder.encoder_id, encoder.text_space)
     LOG.info("detector %s", detector.detector_id)
     observation = config.observation.model()
-    return Perception(bus, Parts(encoder, detector, observation, config.silent_after_s))
+    return Perception(
+        bus, PerceptionComponents(encoder, detector, observation, config.silent_after_s)
+    )

@@ -10,7 +10,7 @@ PATIENCE_S = 2.0  # silence shorter than this is a hiccup, not a problem
 
 
 @dataclass(slots=True)
-class Telemetry:
+class PerceptionTelemetry:
     """Counters of one worker. Written by its loop, read by the heartbeat: each field is
     replaced whole, so a reader sees old or new, never half."""
 
@@ -64,7 +64,7 @@ class Telemetry:
             "frame_age_ms": self.frame_age_ms,
         }
 
-    def working(self, now_s: float, silent_after_s: float) -> bool:
+    def is_ready(self, now_s: float, silent_after_s: float) -> bool:
         """Whether a frame was encoded lately."""
         return self._silence_s(now_s) < silent_after_s and bool(self.encoded_at_s)
 

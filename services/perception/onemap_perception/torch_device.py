@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import torch
 
-from onemap_perception.errors import Fault, OutOfDeviceMemoryError
+from onemap_perception.errors import BackendError, OutOfDeviceMemoryError
 
 
 def open_device(name: str) -> torch.device:
@@ -17,17 +17,17 @@ def open_device(name: str) -> torch.device:
         torch.empty(1, device=device)
     except (RuntimeError, AssertionError) as problem:
         reason = str(problem).splitlines()[0]
-        raise Fault(f"device {name!r} cannot be used: {reason}") from problem
+        raise BackendError(f"device {name!r} cannot be used: {reason}") from problem
     return device
 
 
 @contextmanager
-def running(device: torch.device, picture_px: tuple[int, int]) -> Iterator[None]:
-    """Inference on a picture of (width, height); what torch raises becomes a Fault.
+def inference(device: torch.device, image_px: tuple[int, int]) -> Iterator[None]:
+    """Inference on an image of (width, height); what torch raises becomes a Fault.
 
-    A full device gives its cached blocks back, so that the next picture may fit.
+    A full device gives its cached blocks back, so that the next image may fit.
     """
-    width, height = picture_px
+    width, height = image_px
     try:
         with torch.inference_mode():
             yield
@@ -35,9 +35,9 @@ def running(device: torch.device, picture_px: tuple[int, int]) -> Iterator[None]
         if device.type == "cuda":
             torch.cuda.empty_cache()
         raise OutOfDeviceMemoryError(
-            f"{device} is out of memory for a picture of {width} x {height}: "
-            "feed smaller pictures or free the device"
+            f"{device} is out of memory for an image of {width} x {height}: "
+            "feed smaller images or free the device"
         ) from problem
     except (RuntimeError, ValueError, IndexError) as problem:  # of torch and transformers
         reason = (str(problem).strip() or repr(problem)).splitlines()[0]
-        raise Fault(f"the network failed on {device}: {reason}") from problem
+        raise BackendError(f"the network failed on {device}: {reason}") from problem

@@ -30,7 +30,7 @@ class VarianceFormula(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class ObservationModel:
+class VarianceParams:
     """Parameters of the observation variance.
 
     optimal_distance_m is d_opt of Eq. featurevariance; gradient_factor and
@@ -54,7 +54,7 @@ class ObservationModel:
             raise ValueError(f"optimal_distance_m is {self.optimal_distance_m}")
 
 
-def observation_variance(depth_m: F32, intrinsics: Intrinsics, model: ObservationModel) -> F32:
+def observation_variance(depth_m: F32, intrinsics: Intrinsics, params: VarianceParams) -> F32:
     """Variance (H, W) float32 > 0 of each pixel's feature; infinity = do not use.
 
     depth_m (H, W) float32 along the optical axis in metres; 0, negative or not finite
@@ -62,18 +62,18 @@ def observation_variance(depth_m: F32, intrinsics: Intrinsics, model: Observatio
     """
     expect(depth_m, "depth_m", np.float32, (None, None))
     valid = np.isfinite(depth_m) & (depth_m > 0)
-    if model.formula is VarianceFormula.RELEASED:
-        confidence = _released_confidence(depth_m, valid, intrinsics=intrinsics, model=model)
+    if params.formula is VarianceFormula.RELEASED:
+        confidence = _released_confidence(depth_m, valid, intrinsics=intrinsics, params=params)
     else:
-        confidence = _paper_confidence(depth_m, valid, model=model)
-    usable = valid & (confidence >= np.float32(model.min_confidence))
+        confidence = _paper_confidence(depth_m, valid, params=params)
+    usable = valid & (confidence >= np.float32(params.min_confidence))
     variance = np.full(depth_m.shape, np.inf, np.float32)
     np.divide(np.float32(1), confidence, out=variance, where=usable)
     return variance
 
 
 def _released_confidence(
-    depth_m: F32, valid: Bool, *, intrinsics: Intrinsics, model: ObservationModel
+    depth_m: F32, valid: Bool, *, intrinsics: Intrinsics, params: VarianceParams
 ) -> F32:
     """s = (1 - tanh(k_g g)) exp(-((d_opt - D) / f)^2 / 3), (H, W) float32.
 
@@ -91,21 +91,23 @@ def _released_confidence(
     )
     worst = np.empty(depth_m.shape, np.float32)
     cv2.dilate(steepness, window, worst, borderType=cv2.BORDER_CONSTANT, borderValue=0)
-    leakage = 1 - np.tanh(worst * np.float32(model.gradient_factor))
-    offset = _offset(depth_m, valid, model.optimal_distance_m) / np.float32(model.distance_factor_m)
+    leakage = 1 - np.tanh(worst * np.float32(params.gradient_factor))
+    offset = _offset(depth_m, valid, params.optimal_distance_m) / np.float32(
+        params.distance_factor_m
+    )
     confidence: F32 = leakage * np.exp(-np.square(offset) / np.float32(3))
     return confidence
 
 
-def _paper_confidence(depth_m: F32, valid: Bool, *, model: ObservationModel) -> F32:
+def _paper_confidence(depth_m: F32, valid: Bool, *, params: VarianceParams) -> F32:
     """1 / ((eps + tanh(D_u^2 + D_v^2)) exp(((d_opt - D) / 2)^2)), (H, W) float32.
 
     Eqs. gradvariance and featurevariance; derivatives in metres per pixel.
     """
     known: F32 = np.where(valid, depth_m, np.float32(0))
     du, dv = _gradient(known, valid)
-    leakage = np.float32(model.epsilon) + np.tanh(np.square(du) + np.square(dv))
-    offset = _offset(depth_m, valid, model.optimal_distance_m) / np.float32(2)
+    leakage = np.float32(params.epsilon) + np.tanh(np.square(du) + np.square(dv))
+    offset = _offset(depth_m, valid, params.optimal_distance_m) / np.float32(2)
     confidence: F32 = np.exp(-np.square(offset)) / leakage
     return confidence
 

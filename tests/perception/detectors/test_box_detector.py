@@ -11,14 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_perception.detectors.boxes import Box, BoxLimits, found_in, inner_mask
+from onemap_perception.detectors.boxes import Box, BoxLimits, detections_from_boxes, inner_mask
 from onemap_perception.detectors.coco import CocoDetector, CocoSettings
 from onemap_perception.detectors.names import coco_name
 from onemap_perception.detectors.open_vocabulary import (
     OpenVocabularyDetector,
     OpenVocabularySettings,
 )
-from onemap_perception.detectors.protocol import DetectorError, Found, Seen
+from onemap_perception.detectors.protocol import Detection, DetectorError, Image
 from onemap_perception.detectors.router import RoutedDetector
 from onemap_shared.geometry import U8
 from onemap_shared.messages import TextEmbeddings
@@ -33,9 +33,9 @@ def names(*texts: str) -> TextEmbeddings:
     return TextEmbeddings("e", "s", texts, rows, none, np.zeros((len(texts), 0), np.uint8), 1.0)
 
 
-def seen(height: int = 48, width: int = 64) -> Seen:
+def sample_image(height: int = 48, width: int = 64) -> Image:
     rgb = np.random.default_rng(0).integers(0, 256, (height, width, 3)).astype(np.uint8)
-    return Seen(rgb, np.ones((1, 1, 1), np.float16))
+    return Image(rgb, np.ones((1, 1, 1), np.float16))
 
 
 @pytest.fixture(scope="module")
@@ -57,15 +57,15 @@ def grounding(
     return OpenVocabularyDetector(OpenVocabularySettings(folder, limits=ANY))
 
 
-def inside(found: Sequence[Found], rgb: U8) -> bool:
+def inside(found: Sequence[Detection], rgb: U8) -> bool:
     height, width = rgb.shape[:2]
     return all(
-        0 <= thing.box_px[0] < thing.box_px[2] <= width
-        and 0 <= thing.box_px[1] < thing.box_px[3] <= height
-        and thing.mask.shape == (height, width)
-        and thing.mask.any()
-        and 0 <= thing.score <= 1
-        for thing in found
+        0 <= detection.box_px[0] < detection.box_px[2] <= width
+        and 0 <= detection.box_px[1] < detection.box_px[3] <= height
+        and detection.mask.shape == (height, width)
+        and detection.mask.any()
+        and 0 <= detection.score <= 1
+        for detection in found
     )
 
 
@@ -84,21 +84,24 @@ def test_any_box_is_clipped_or_left_out(
     corners: tuple[float, float, float, float], size: tuple[int, int]
 ) -> None:
     rgb = np.zeros((*size, 3), np.uint8)
-    assert inside(found_in([Box("x", 0.5, corners)], rgb, ANY), rgb)
+    assert inside(detections_from_boxes([Box("x", 0.5, corners)], rgb, ANY), rgb)
 
 
 def test_boxes_below_the_score_do_not_count_and_the_best_come_first() -> None:
     boxes = [Box("x", score, (0, 0, 9, 9)) for score in (0.3, 0.9, 0.6)]
     rgb = np.zeros((9, 9, 3), np.uint8)
-    assert [thing.score for thing in found_in(boxes, rgb, BoxLimits(0.5))] == [0.9, 0.6]
-    assert len(found_in(boxes, rgb, BoxLimits(0.0, detections=1))) == 1
+    assert [detection.score for detection in detections_from_boxes(boxes, rgb, BoxLimits(0.5))] == [
+        0.9,
+        0.6,
+    ]
+    assert len(detections_from_boxes(boxes, rgb, BoxLimits(0.0, detections=1))) == 1
 
 
 def test_many_sure_boxes_of_one_name_do_not_crowd_out_another() -> None:
     boxes = [Box("chair", 0.9, (0, 0, 9, 9))] * 20 + [Box("cup", 0.4, (0, 0, 9, 9))]
     rgb = np.zeros((9, 9, 3), np.uint8)
-    found = found_in(boxes, rgb, BoxLimits(0.3, detections=3))
-    assert [thing.name for thing in found] == ["chair"] * 3 + ["cup"]
+    found = detections_from_boxes(boxes, rgb, BoxLimits(0.3, detections=3))
+    assert [detection.name for detection in found] == ["chair"] * 3 + ["cup"]
 
 
 @pytest.mark.parametrize(
@@ -109,31 +112,31 @@ def test_people_say_it_otherwise(said: str, coco: str) -> None:
 
 
 def test_coco_finds_what_it_is_asked_for_by_the_name_it_was_asked(coco: CocoDetector) -> None:
-    picture = seen()
-    found = coco.detect(picture, names("sofa", "unicorn"))
+    image = sample_image()
+    found = coco.detect(image, names("sofa", "unicorn"))
     assert len(found) == 6
-    assert {thing.name for thing in found} == {"sofa"}
-    assert inside(found, picture.rgb)
-    assert coco.detect(picture, names("unicorn")) == ()
-    assert coco.detect(picture, names()) == ()
+    assert {detection.name for detection in found} == {"sofa"}
+    assert inside(found, image.rgb)
+    assert coco.detect(image, names("unicorn")) == ()
+    assert coco.detect(image, names()) == ()
 
 
 @pytest.mark.parametrize("size", [(1, 1), (7, 33), (480, 3)])
 def test_odd_pictures_are_pictures(
     coco: CocoDetector, grounding: OpenVocabularyDetector, size: tuple[int, int]
 ) -> None:
-    picture = seen(*size)
-    assert inside(coco.detect(picture, names("chair")), picture.rgb)
-    assert inside(grounding.detect(picture, names("chair")), picture.rgb)
+    image = sample_image(*size)
+    assert inside(coco.detect(image, names("chair")), image.rgb)
+    assert inside(grounding.detect(image, names("chair")), image.rgb)
 
 
 def test_an_open_detector_takes_any_name(grounding: OpenVocabularyDetector) -> None:
-    picture = seen()
-    found = grounding.detect(picture, names("Red lamp", "unicorn", "電視"))
-    assert inside(found, picture.rgb)
-    assert {thing.name for thing in found} <= {"Red lamp", "unicorn", "電視"}
-    assert grounding.detect(picture, names()) == ()
-    assert 1 <= max(Counter(thing.name for thing in found).values()) <= 6
+    image = sample_image()
+    found = grounding.detect(image, names("Red lamp", "unicorn", "電視"))
+    assert inside(found, image.rgb)
+    assert {detection.name for detection in found} <= {"Red lamp", "unicorn", "電視"}
+    assert grounding.detect(image, names()) == ()
+    assert 1 <= max(Counter(detection.name for detection in found).values()) <= 6
 
 
 def test_each_name_goes_to_one_detector(coco: CocoDetector) -> None:
@@ -143,18 +146,18 @@ def test_each_name_goes_to_one_detector(coco: CocoDetector) -> None:
         detector_id = "listener"
         reads_features = False
 
-        def detect(self, _: Seen, wanted: TextEmbeddings) -> tuple[Found, ...]:
+        def detect(self, _: Image, wanted: TextEmbeddings) -> tuple[Detection, ...]:
             asked.append(wanted.texts)
-            return (Found("unicorn", 2.0, (0, 0, 1, 1), np.ones((1, 1), bool)),)
+            return (Detection("unicorn", 2.0, (0, 0, 1, 1), np.ones((1, 1), bool)),)
 
     routed = RoutedDetector(coco, Listener())
-    found = routed.detect(seen(), names("tv", "unicorn"))
+    found = routed.detect(sample_image(), names("tv", "unicorn"))
     assert asked == [("unicorn",)]
     assert found[0].name == "unicorn"
-    assert {thing.name for thing in found} == {"tv", "unicorn"}
+    assert {detection.name for detection in found} == {"tv", "unicorn"}
     assert routed.detector_id == f"{coco.detector_id}+listener"
     asked.clear()
-    routed.detect(seen(), names("television"))
+    routed.detect(sample_image(), names("television"))
     assert asked == []
 
 

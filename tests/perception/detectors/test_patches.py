@@ -9,16 +9,16 @@ from hypothesis import strategies as st
 
 from onemap_perception.backproject import MAX_POINTS, DepthView, detection_points
 from onemap_perception.detectors.patches import PatchDetector, PatchThresholds, box_px, components
-from onemap_perception.detectors.protocol import Found, Seen
+from onemap_perception.detectors.protocol import Detection, Image
 from onemap_shared.geometry import Bool, inverse, pose_2d, transform
 from tests.perception.toy import CAMERA, COLOURS, ColourEncoder, frame
 
 ENCODER = ColourEncoder()
 
 
-def seen() -> Seen:
+def sample_image() -> Image:
     rgb = frame().rgb
-    return Seen(rgb, ENCODER.encode(rgb))
+    return Image(rgb, ENCODER.encode(rgb))
 
 
 def detector(**limits: float) -> PatchDetector:
@@ -26,7 +26,7 @@ def detector(**limits: float) -> PatchDetector:
 
 
 def test_a_red_square_is_the_one_red_thing() -> None:
-    (found,) = detector().detect(seen(), ENCODER.embed_text(["red"]))
+    (found,) = detector().detect(sample_image(), ENCODER.embed_text(["red"]))
     assert found.name == "red"
     assert found.score > 0.99
     assert found.box_px == (16.0, 8.0, 32.0, 24.0)
@@ -35,29 +35,31 @@ def test_a_red_square_is_the_one_red_thing() -> None:
 
 
 def test_what_is_not_there_is_not_found() -> None:
-    assert detector().detect(seen(), ENCODER.embed_text(["blue"])) == ()
+    assert detector().detect(sample_image(), ENCODER.embed_text(["blue"])) == ()
 
 
 def test_several_names_come_best_first() -> None:
-    found = detector().detect(seen(), ENCODER.embed_text(COLOURS))
-    assert {thing.name for thing in found} == {"red", "green"}
-    assert [thing.score for thing in found] == sorted((t.score for t in found), reverse=True)
+    found = detector().detect(sample_image(), ENCODER.embed_text(COLOURS))
+    assert {detection.name for detection in found} == {"red", "green"}
+    assert [detection.score for detection in found] == sorted(
+        (t.score for t in found), reverse=True
+    )
 
 
 def test_things_smaller_or_less_sure_than_the_limits_are_left_out() -> None:
     red = ENCODER.embed_text(["red"])
-    assert detector(patches=5).detect(seen(), red) == ()
-    assert detector(core=0.99999).detect(seen(), red) == ()
+    assert detector(patches=5).detect(sample_image(), red) == ()
+    assert detector(core=0.99999).detect(sample_image(), red) == ()
 
 
 def test_at_most_so_many_detections_of_a_name() -> None:
     rgb = np.zeros((40, 40, 3), np.uint8)
     rgb[..., 1] = 200
     rgb[::16, ::16] = (200, 0, 0)  # the toy looks at each patch's first pixel
-    picture = Seen(rgb, ENCODER.encode(rgb))
+    image = Image(rgb, ENCODER.encode(rgb))
     red = ENCODER.embed_text(["red"])
-    assert len(detector(patches=1, detections=9).detect(picture, red)) == 9
-    assert len(detector(patches=1, detections=4).detect(picture, red)) == 4
+    assert len(detector(patches=1, detections=9).detect(image, red)) == 9
+    assert len(detector(patches=1, detections=4).detect(image, red)) == 4
 
 
 @given(bits=st.lists(st.lists(st.booleans(), min_size=6, max_size=6), min_size=4, max_size=4))
@@ -81,16 +83,16 @@ def test_a_box_of_a_picture_that_was_resized() -> None:
     assert box_px(mask, (100, 80)) == (80.0, 20.0, 100.0, 60.0)
 
 
-def found_at(mask: Bool) -> Found:
-    return Found("red", 1.0, (0.0, 0.0, 1.0, 1.0), mask)
+def found_at(mask: Bool) -> Detection:
+    return Detection("red", 1.0, (0.0, 0.0, 1.0, 1.0), mask)
 
 
 def test_points_lie_on_the_thing_in_the_map() -> None:
-    picture = frame(depth_mm=1500)
-    (thing,) = detector().detect(seen(), ENCODER.embed_text(["red"]))
+    image = frame(depth_mm=1500)
+    (detection,) = detector().detect(sample_image(), ENCODER.embed_text(["red"]))
     T_map_camera = pose_2d(2.0, -1.0, 0.7)
-    view = DepthView(picture.depth_mm, CAMERA, T_map_camera)
-    points, owners = detection_points([thing], view)
+    view = DepthView(image.depth_mm, CAMERA, T_map_camera)
+    points, owners = detection_points([detection], view)
     assert 0 < len(points) <= MAX_POINTS
     assert points.dtype == np.float32
     assert owners.tolist() == [0] * len(points)

@@ -1,4 +1,4 @@
-"""Pictures as vision towers take them."""
+"""Images as vision towers take them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_perception.encoders.image import fitted_size, planes, resized
+from onemap_perception.encoders.image import fitted_size, pixel_values, resized
 
 SIDE = st.integers(1, 4000)
 
@@ -35,6 +35,6 @@ def test_nothing_is_copied_that_fits() -> None:
 def test_planes_are_whitened_channels() -> None:
     rgb = np.array([[[0, 255, 51]]], np.uint8)
     mean, std = np.array([0.5, 0.5, 0.1], np.float32), np.array([0.5, 0.25, 0.1], np.float32)
-    result = planes(rgb, mean, std)
+    result = pixel_values(rgb, mean, std)
     assert result.shape == (1, 3, 1, 1)
     np.testing.assert_allclose(result.ravel(), [-1, 2, 1], atol=1e-6)

@@ -1,4 +1,4 @@
-"""The encoder that ships: any picture, its words, and files that are missing or damaged."""
+"""The encoder that ships: any image, its words, and files that are missing or damaged."""
 
 from __future__ import annotations
 
@@ -55,10 +55,10 @@ def test_a_constant_picture_has_features(encoder: Encoder, value: int) -> None:
 
 
 def test_a_picture_with_strides_is_the_same_picture(encoder: Encoder) -> None:
-    picture = noise(64, 80)
-    turned = np.ascontiguousarray(picture[:, ::-1])[:, ::-1]
+    image = noise(64, 80)
+    turned = np.ascontiguousarray(image[:, ::-1])[:, ::-1]
     turned.flags.writeable = False
-    np.testing.assert_array_equal(encoder.encode(turned), encoder.encode(picture))
+    np.testing.assert_array_equal(encoder.encode(turned), encoder.encode(image))
 
 
 def test_wrong_pictures_are_refused(encoder: Encoder) -> None:
@@ -121,13 +121,13 @@ def test_shipped_names_that_the_embedding_misplaces_are_aliases(
 
 def test_an_alias_belongs_to_one_class_and_was_never_trained() -> None:
     classes = load_vocabulary(SHIPPED).classes
-    also = [word for entry in classes for word in entry.also]
-    assert len(also) == len(set(also))
+    query_aliases = [word for entry in classes for word in entry.query_aliases]
+    assert len(query_aliases) == len(set(query_aliases))
     trained = {word for entry in classes for word in entry.aliases}
-    assert not trained & set(also)
+    assert not trained & set(query_aliases)
     for entry in classes:
         others = {word for other in classes if other is not entry for word in other.held_out}
-        assert not others & set(entry.also)
+        assert not others & set(entry.query_aliases)
 
 
 def test_the_limit_of_a_place_lets_synonyms_pass(encoder: Encoder) -> None:

@@ -17,8 +17,8 @@ from onemap_perception.encoders.openclip_convnext import (
     OpenClipSettings,
 )
 from onemap_perception.encoders.protocol import EncoderError, UnknownWordError
-from onemap_perception.encoders.torch_tower import TowerSettings
-from onemap_perception.errors import Fault, OutOfDeviceMemoryError
+from onemap_perception.encoders.torch_tower import TowerParams
+from onemap_perception.errors import BackendError, OutOfDeviceMemoryError
 from onemap_shared.geometry import U8
 from tests.perception.tiny import (
     EMBED_DIM,
@@ -31,7 +31,7 @@ from tests.perception.tiny import (
 
 pytest.importorskip("open_clip", reason="needs open_clip_torch (requirements-encoders.txt)")
 
-SMALL = TowerSettings(warm_up_px=(64, 32))
+SMALL = TowerParams(warm_up_px=(64, 32))
 
 
 @pytest.fixture(scope="module")
@@ -44,22 +44,22 @@ def encoder(folder: Path) -> OpenClipConvNext:
     return OpenClipConvNext(OpenClipSettings(folder, long_side_px=128, tower=SMALL))
 
 
-def picture(height: int, width: int, seed: int = 0) -> U8:
+def image(height: int, width: int, seed: int = 0) -> U8:
     return np.random.default_rng(seed).integers(0, 256, (height, width, 3)).astype(np.uint8)
 
 
 def test_on_one_cell_the_dense_map_is_the_pooled_embedding() -> None:
     model = open_clip_model()
-    planes = torch.rand(2, 3, 32, 32)
+    pixel_values = torch.rand(2, 3, 32, 32)
     with torch.inference_mode():
-        dense = DenseConvNext(model.visual)(planes)
-        pooled = model.encode_image(planes)
+        dense = DenseConvNext(model.visual)(pixel_values)
+        pooled = model.encode_image(pixel_values)
     assert dense.shape == (2, 1, 1, EMBED_DIM)
     torch.testing.assert_close(dense[:, 0, 0], pooled, rtol=0, atol=1e-6)
 
 
 def test_the_shape_of_the_picture_is_kept(encoder: OpenClipConvNext) -> None:
-    features = encoder.encode(picture(480, 640))
+    features = encoder.encode(image(480, 640))
     assert features.shape == (3, 4, EMBED_DIM)
     assert features.dtype == np.float16
     np.testing.assert_allclose(np.linalg.norm(features.astype(np.float32), axis=-1), 1, atol=2e-3)
@@ -67,15 +67,15 @@ def test_the_shape_of_the_picture_is_kept(encoder: OpenClipConvNext) -> None:
 
 def test_sed_compat_is_the_fixed_square(folder: Path) -> None:
     encoder = OpenClipConvNext(OpenClipSettings(folder, sed_compat=True, tower=SMALL))
-    assert encoder.prepare(picture(48, 64)).shape == (1, 3, 768, 768)
-    assert encoder.encode(picture(48, 64)).shape == (24, 24, EMBED_DIM)
+    assert encoder.prepare(image(48, 64)).shape == (1, 3, 768, 768)
+    assert encoder.encode(image(48, 64)).shape == (24, 24, EMBED_DIM)
 
 
 @pytest.mark.parametrize("size", [(1, 1), (33, 7), (100, 3), (8, 500), (37, 53)])
 def test_pictures_of_any_size_have_features(
     encoder: OpenClipConvNext, size: tuple[int, int]
 ) -> None:
-    features = encoder.encode(picture(*size))
+    features = encoder.encode(image(*size))
     assert features.size > 0
     assert np.isfinite(features).all()
 
@@ -100,7 +100,7 @@ def test_every_layout_loads_to_the_same_encoder(
     path = open_clip_file(tmp_path, layout)
     loaded = OpenClipConvNext(OpenClipSettings(path, long_side_px=128, tower=SMALL))
     assert (loaded.encoder_id, loaded.text_space) == (encoder.encoder_id, encoder.text_space)
-    np.testing.assert_array_equal(loaded.encode(picture(9, 9)), encoder.encode(picture(9, 9)))
+    np.testing.assert_array_equal(loaded.encode(image(9, 9)), encoder.encode(image(9, 9)))
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
@@ -172,16 +172,16 @@ def test_a_full_device_is_said_and_the_next_picture_is_tried(
 
     with monkeypatch.context() as patch:
         patch.setattr(encoder.tower, "_run", full)
-        with pytest.raises(OutOfDeviceMemoryError, match="out of memory for a picture of 128 x 96"):
-            encoder.encode(picture(480, 640))
-    assert encoder.encode(picture(480, 640)).shape == (3, 4, EMBED_DIM)
+        with pytest.raises(OutOfDeviceMemoryError, match="out of memory for an image of 128 x 96"):
+            encoder.encode(image(480, 640))
+    assert encoder.encode(image(480, 640)).shape == (3, 4, EMBED_DIM)
 
 
 def test_a_device_that_is_not_there_is_one_sentence(folder: Path) -> None:
     if torch.cuda.is_available():
         pytest.skip("this machine has a CUDA device")
     settings = OpenClipSettings(folder, tower=replace(SMALL, device="cuda"))
-    with pytest.raises(Fault, match="device 'cuda' cannot be used"):
+    with pytest.raises(BackendError, match="device 'cuda' cannot be used"):
         OpenClipConvNext(settings)
 
 

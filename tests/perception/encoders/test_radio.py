@@ -13,7 +13,7 @@ import torch
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders import radio
 from onemap_perception.encoders.protocol import EncoderError
-from onemap_perception.encoders.torch_tower import TowerSettings
+from onemap_perception.encoders.torch_tower import TowerParams
 from onemap_perception.factory import make_encoder
 
 
@@ -48,8 +48,8 @@ class StandIn(torch.nn.Module):
         self.scale = torch.nn.Parameter(torch.ones(1))
         self.radio_model = SimpleNamespace(adaptors={radio.ADAPTOR: Adaptor()})
 
-    def forward(self, picture: torch.Tensor) -> dict[str, Any]:
-        cells = torch.nn.functional.avg_pool2d(picture * self.scale, radio.STRIDE)
+    def forward(self, image: torch.Tensor) -> dict[str, Any]:
+        cells = torch.nn.functional.avg_pool2d(image * self.scale, radio.STRIDE)
         features = cells.flatten(2).transpose(1, 2)[..., :2]
         return {radio.ADAPTOR: (features.mean(1), features)}
 
@@ -59,7 +59,7 @@ def test_features_are_laid_out_as_the_picture(
 ) -> None:
     monkeypatch.setattr(radio, "load_model", lambda settings: StandIn())
     settings = radio.RadioSettings(
-        tmp_path, True, long_side_px=64, tower=TowerSettings(warm_up_px=(64, 48))
+        tmp_path, True, long_side_px=64, tower=TowerParams(warm_up_px=(64, 48))
     )
     encoder = radio.RadioEncoder(settings)
     rgb = np.full((48, 64, 3), (255, 0, 0), np.uint8)

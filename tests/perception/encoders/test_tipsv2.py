@@ -16,10 +16,10 @@ from onemap_perception.encoders.tipsv2 import (
     block_of_values,
     load_model,
 )
-from onemap_perception.encoders.torch_tower import TowerSettings
+from onemap_perception.encoders.torch_tower import TowerParams
 from tests.perception.tiny import EMBED_DIM, tipsv2_folder
 
-SMALL = TowerSettings(warm_up_px=(56, 42))
+SMALL = TowerParams(warm_up_px=(56, 42))
 
 
 @pytest.fixture(scope="module")

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from onemap_perception.encoders.protocol import UnknownWordError
-from onemap_perception.text.embedding_table import WordTable, load_table, plain
+from onemap_perception.text.embedding_table import EmbeddingTable, load_table, plain
 from onemap_shared.geometry import F32
 
 WORDS = ("dish", "glass", "sofa", "teddy bear")
 ROWS = np.eye(4, dtype=np.float32)
 
 
-def table(sentence_encoder: object = None) -> WordTable:
-    return WordTable(WORDS, ROWS, prompt="a {}", sentence_encoder=sentence_encoder)  # type: ignore[arg-type]
+def table(sentence_encoder: object = None) -> EmbeddingTable:
+    return EmbeddingTable(WORDS, ROWS, prompt="a {}", sentence_encoder=sentence_encoder)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -49,9 +49,9 @@ def test_unknown_words_are_all_named_with_the_remedy() -> None:
 
 
 def test_a_table_with_a_sentence_encoder_knows_every_word() -> None:
-    assert table().knows("the Sofas")
-    assert not table().knows("sofaa")
-    assert table(lambda texts: ROWS[:1]).knows("sofaa")
+    assert table().can_embed("the Sofas")
+    assert not table().can_embed("sofaa")
+    assert table(lambda texts: ROWS[:1]).can_embed("sofaa")
 
 
 def test_other_words_go_to_the_sentence_encoder_in_the_prompt_and_only_once() -> None:

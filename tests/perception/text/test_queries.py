@@ -10,16 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_perception.encoders.protocol import UnknownWordError
-from onemap_perception.text.embedding_table import WordTable
+from onemap_perception.text.embedding_table import EmbeddingTable
 from onemap_perception.text.queries import (
     Calibration,
-    QueryText,
+    QueryEncoder,
     load_calibration,
     save_calibration,
     scores,
     unit,
 )
-from onemap_perception.text.vocabulary import Vocabulary, WordClass, load_vocabulary
+from onemap_perception.text.vocabulary import ObjectClass, Vocabulary, load_vocabulary
 from onemap_shared.geometry import F32
 from onemap_shared.messages import TextEmbeddings
 
@@ -29,8 +29,8 @@ CALIBRATION = Calibration(
 VOCABULARY = Vocabulary(
     prompt="a {}",
     classes=(
-        WordClass("sofa", ("sofa", "couch"), ("settee",)),
-        WordClass("lamp", ("lamp", "light"), ("lantern",), also=("glowworm", "harp")),
+        ObjectClass("sofa", ("sofa", "couch"), ("settee",)),
+        ObjectClass("lamp", ("lamp", "light"), ("lantern",), query_aliases=("glowworm", "harp")),
     ),
     neutral=("car",),
     common=("piano",),
@@ -49,10 +49,10 @@ VECTORS = {
 }
 
 
-def text(*, aliases: bool = True) -> QueryText:
+def text(*, aliases: bool = True) -> QueryEncoder:
     rows = np.stack([unit(np.array(v, np.float32)) for v in VECTORS.values()])
-    table = WordTable(tuple(VECTORS), rows, prompt="a {}")
-    return QueryText(VOCABULARY, table, CALIBRATION, aliases=aliases)
+    table = EmbeddingTable(tuple(VECTORS), rows, prompt="a {}")
+    return QueryEncoder(VOCABULARY, table, CALIBRATION, aliases=aliases)
 
 
 def ask(*words: str) -> TextEmbeddings:

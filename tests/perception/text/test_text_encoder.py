@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from onemap_perception.text.text_encoder import Prompted
+from onemap_perception.text.text_encoder import CachedTextEncoder
 from onemap_shared.geometry import F32
 
 
@@ -17,7 +17,7 @@ def test_the_oldest_text_is_forgotten_first() -> None:
         asked.extend(prompts)
         return np.array([[len(p), 1.0] for p in prompts], np.float32)
 
-    texts = Prompted(embed, prompt="see {}", kept=2)
+    texts = CachedTextEncoder(embed, prompt="see {}", capacity=2)
     texts(["a", "b"])
     texts(["a"])
     texts(["c"])  # b is the oldest now
@@ -29,5 +29,5 @@ def test_the_oldest_text_is_forgotten_first() -> None:
 
 
 def test_a_list_longer_than_the_memory_is_answered_whole() -> None:
-    texts = Prompted(lambda ps: np.ones((len(ps), 3), np.float32), prompt="{}", kept=2)
+    texts = CachedTextEncoder(lambda ps: np.ones((len(ps), 3), np.float32), prompt="{}", capacity=2)
     assert texts([f"w{i}" for i in range(9)]).shape == (9, 3)

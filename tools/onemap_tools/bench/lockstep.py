@@ -18,9 +18,9 @@ from onemap_mapper.replies import search_view
 from onemap_mapper.similarity import ScoreCache, TextQuery, text_query
 from onemap_perception.backproject import MILLIMETRE_M
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.detector_runner import Sought, look
+from onemap_perception.detector_runner import Target, detect_in_frame
 from onemap_perception.detectors.protocol import Detector
-from onemap_perception.detectors.suppression import competing
+from onemap_perception.detectors.suppression import distinct_queries
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.variance import observation_variance
@@ -205,8 +205,8 @@ class Lockstep:
         field = self._eyes.field(frame)
         self.belief.fuse(compute_update(field, self.belief.settings))
         names = tuple(dict.fromkeys((search.target, *search.objects)))
-        sought = Sought(search.target, competing(self._eyes.encoder.embed_text(names)))
-        self._detections.append(look(self._eyes.detector, sought, frame, field.features))
+        sought = Target(search.target, distinct_queries(self._eyes.encoder.embed_text(names)))
+        self._detections.append(detect_in_frame(self._eyes.detector, sought, frame, field.features))
 
     def _plan(self, mind: Mind, pose: Pose) -> None:
         senses = Senses(

@@ -13,7 +13,7 @@ from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame_update import compute_update
 from onemap_perception.encoders.protocol import Encoder
-from onemap_perception.variance import ObservationModel, observation_variance
+from onemap_perception.variance import VarianceParams, observation_variance
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64
 from onemap_shared.messages import FeatureField
@@ -68,7 +68,7 @@ def field_of(view: View, T_map_camera: F64, sequence: int, encoder: Encoder) -> 
         encoder_id=encoder.encoder_id,
         text_space=encoder.text_space,
         features=encoder.encode(view.rgb),
-        variance=observation_variance(depth_m, INTRINSICS, ObservationModel()),
+        variance=observation_variance(depth_m, INTRINSICS, VarianceParams()),
         depth_mm=depth_mm,
         intrinsics=INTRINSICS,
         T_map_camera=T_map_camera,

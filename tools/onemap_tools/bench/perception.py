@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from onemap_perception.encoders.image import fitted_size, planes, resized
+from onemap_perception.encoders.image import fitted_size, pixel_values, resized
 from onemap_perception.encoders.openclip_convnext import (
     CLIP_MEAN,
     CLIP_STD,
@@ -32,12 +32,12 @@ from onemap_perception.encoders.openclip_convnext import (
     OpenClipSettings,
     architecture,
 )
-from onemap_perception.encoders.params import EncoderConfig, MiniConfig
+from onemap_perception.encoders.params import EncoderParams, MiniParams
 from onemap_perception.encoders.tipsv2 import NO_MEAN, NO_STD, DenseTips
-from onemap_perception.encoders.torch_tower import TorchTower, TowerSettings
-from onemap_perception.errors import Fault
+from onemap_perception.encoders.torch_tower import TorchTower, TowerParams
+from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
-from onemap_perception.optional_import import OPEN_CLIP, TRANSFORMERS, needing
+from onemap_perception.optional_import import OPEN_CLIP, TRANSFORMERS, optional_import
 from onemap_shared.geometry import F16, F32, U8
 from onemap_tools.bench.parser import Parser
 
@@ -78,13 +78,13 @@ def run(backends: tuple[str, ...], plan: Plan) -> dict[str, Any]:
     return _document(results, plan)
 
 
-def run_configured(config: EncoderConfig, plan: Plan) -> dict[str, Any]:
+def run_configured(config: EncoderParams, plan: Plan) -> dict[str, Any]:
     """The encoder of a configuration, with its weights, on its device."""
-    device = "cpu" if isinstance(config, MiniConfig) else config.device
+    device = "cpu" if isinstance(config, MiniParams) else config.device
     return _document([_one(config.backend, device, partial(loaded, config), plan)], plan)
 
 
-def loaded(config: EncoderConfig) -> Subject:
+def loaded(config: EncoderParams) -> Subject:
     """The configured encoder."""
     encoder: Any = make_encoder(config)
     tower = getattr(encoder, "tower", None)
@@ -95,12 +95,12 @@ def loaded(config: EncoderConfig) -> Subject:
 
 def subject(backend: str, device: str, plan: Plan) -> Subject:
     """A backend with random weights; raises Fault."""
-    settings = TowerSettings(device, plan.compiled, plan.size_px)
+    settings = TowerParams(device, plan.compiled, plan.size_px)
     match backend:
         case "mini":
-            return loaded(MiniConfig())
+            return loaded(MiniParams())
         case "openclip_convnext":
-            with needing("open_clip", OPEN_CLIP, backend=backend, kind=Fault):
+            with optional_import("open_clip", OPEN_CLIP, backend=backend, kind=BackendError):
                 from open_clip.model import CLIP
 
             config = architecture(OpenClipSettings(Path(), plan.architecture))
@@ -112,7 +112,7 @@ def subject(backend: str, device: str, plan: Plan) -> Subject:
             )
             stride, side, mean, std = STRIDE, 640, CLIP_MEAN, CLIP_STD
         case _:
-            with needing("transformers", TRANSFORMERS, backend=backend, kind=Fault):
+            with optional_import("transformers", TRANSFORMERS, backend=backend, kind=BackendError):
                 from transformers import Tipsv2Config, Tipsv2VisionModel
 
             module = DenseTips(Tipsv2VisionModel(Tipsv2Config().vision_config))
@@ -121,7 +121,7 @@ def subject(backend: str, device: str, plan: Plan) -> Subject:
 
     def prepare(rgb: U8) -> F32:
         size = fitted_size(rgb.shape[1], rgb.shape[0], long_side_px=side, stride=stride)
-        return planes(resized(rgb, size), mean, std)
+        return pixel_values(resized(rgb, size), mean, std)
 
     return Subject(lambda rgb: tower(prepare(rgb)), tower, prepare)
 
@@ -132,7 +132,7 @@ def _one(backend: str, device: str, make: Callable[[], Subject], plan: Plan) -> 
     _forget_peak_memory()
     try:
         return {**entry, **measure(make(), plan, on_gpu=device.startswith("cuda"))}
-    except Fault as problem:
+    except BackendError as problem:
         return {**entry, "problem": str(problem)}
 
 

@@ -31,9 +31,9 @@ from onemap_mapper.replies import RegionParams, similarity_reply
 from onemap_mapper.similarity import ScoreCache, TextQuery, text_query
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder
-from onemap_perception.encoders.params import EncoderConfig, MiniConfig
+from onemap_perception.encoders.params import EncoderParams, MiniParams
 from onemap_perception.encoders.protocol import Encoder
-from onemap_perception.errors import Fault
+from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
 from onemap_shared.config import load
@@ -135,7 +135,7 @@ def words_of(vocabulary: Vocabulary) -> tuple[Word, ...]:
     groups = {
         "names": [(entry.name, entry.name) for entry in asked],
         "synonyms": [(word, entry.name) for entry in asked for word in entry.held_out],
-        "aliases": [(word, entry.name) for entry in asked for word in entry.also],
+        "aliases": [(word, entry.name) for entry in asked for word in entry.query_aliases],
         "unrelated": [(word, "") for word in (*vocabulary.neutral, *UNRELATED)],
     }
     return tuple(Word(text, name, group) for group in groups for text, name in groups[group])
@@ -247,10 +247,10 @@ def _share(flags: Sequence[bool]) -> float | None:
     return round(float(np.mean(flags)), 3) if flags else None
 
 
-def subject_of(config: EncoderConfig) -> Subject:
+def subject_of(config: EncoderParams) -> Subject:
     """The configured encoder; raises Fault."""
     shipped = make_encoder(config)
-    if isinstance(config, MiniConfig):
+    if isinstance(config, MiniParams):
         return Subject(shipped, MiniEncoder(replace(config.settings(), aliases=False)))
     return Subject(shipped, shipped)
 
@@ -282,7 +282,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     try:
         result = run(subject_of(config), plan, load_vocabulary(SHIPPED))
-    except Fault as problem:
+    except BackendError as problem:
         raise ValueError(str(problem)) from problem
     print(json.dumps(result) if options.json else "\n".join(lines(result)))
     return 0

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from onemap_perception.detectors.patches import PatchDetector, PatchThresholds
-from onemap_perception.detectors.protocol import Seen
+from onemap_perception.detectors.protocol import Image
 from onemap_shared.geometry import F32, Bool
 from onemap_shared.messages import TextEmbeddings
 
@@ -28,7 +28,7 @@ class DetectionTally:
     found: int = 0
     pictures: int = 0
 
-    def add(self, seen: Seen, queries: TextEmbeddings, shares: F32) -> None:
+    def add(self, seen: Image, queries: TextEmbeddings, shares: F32) -> None:
         """One picture: shares (P, K) of every class in its patches; queries are ``names``."""
         assert seen.features is not None
         maps = shares.reshape(*seen.features.shape[:2], -1)

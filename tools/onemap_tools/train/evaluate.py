@@ -9,7 +9,7 @@ from itertools import chain
 import cv2
 import numpy as np
 
-from onemap_perception.detectors.protocol import Seen
+from onemap_perception.detectors.protocol import Image
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.text.queries import scores
 from onemap_perception.text.vocabulary import Vocabulary
@@ -99,7 +99,7 @@ def evaluate(
         rows, columns, dim = features.shape
         flat = features.reshape(-1, dim).astype(np.float32)
         shares = patch_targets(_fit(label, rows, columns)[None], classes)
-        tally.add(Seen(rgb, features), names.queries, shares)
+        tally.add(Image(rgb, features), names.queries, shares)
         by_name = scores(flat, names.queries)
         maps["names"].add(by_name, shares, names)
         maps["held_out"].add(scores(flat, unseen.queries), shares, unseen)

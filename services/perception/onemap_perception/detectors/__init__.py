@@ -1,1 +1,1 @@
-"""Detectors: where in a picture is a thing of this name."""
+"""Detectors: where in an image is a thing of this name."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from onemap_perception.detectors.protocol import Found
+from onemap_perception.detectors.protocol import Detection
 from onemap_shared.geometry import U8, Bool
 
 # A thing rarely fills its box: the corners show what is behind it. Of the box this share of
@@ -19,7 +19,7 @@ INNER_SHARE = 0.6
 @dataclass(frozen=True, slots=True)
 class BoxLimits:
     """score: from which a box counts, of this detector alone, scores of two are not the same
-    thing; detections: how many at most, per picture and name."""
+    thing; detections: how many at most, per image and name."""
 
     score: float
     detections: int = 16
@@ -27,20 +27,22 @@ class BoxLimits:
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """What a network answered: corners x0, y0, x1, y1 in pixels, maybe beyond the picture."""
+    """What a network answered: corners x0, y0, x1, y1 in pixels, maybe beyond the image."""
 
     name: str
     score: float
     corners_px: tuple[float, float, float, float]
 
 
-def found_in(boxes: Iterable[Box], rgb: U8, limits: BoxLimits) -> tuple[Found, ...]:
-    """Detections of the boxes that count, clipped to the picture (H, W, 3), best first."""
+def detections_from_boxes(
+    boxes: Iterable[Box], rgb: U8, limits: BoxLimits
+) -> tuple[Detection, ...]:
+    """Detections of the boxes that count, clipped to the image (H, W, 3), best first."""
     height, width = rgb.shape[:2]
     counting = sorted(
         (box for box in boxes if box.score >= limits.score), key=lambda box: -box.score
     )
-    found: list[Found] = []
+    found: list[Detection] = []
     kept: Counter[str] = Counter()
     for box in counting:
         if kept[box.name] == limits.detections:
@@ -52,13 +54,13 @@ def found_in(boxes: Iterable[Box], rgb: U8, limits: BoxLimits) -> tuple[Found, .
         corners = (float(x0), float(y0), float(x1), float(y1))
         mask = inner_mask(corners, (width, height))
         kept[box.name] += 1
-        found.append(Found(box.name, float(min(box.score, 1.0)), corners, mask))
+        found.append(Detection(box.name, float(min(box.score, 1.0)), corners, mask))
     return tuple(found)
 
 
-def inner_mask(corners_px: tuple[float, float, float, float], picture_px: tuple[int, int]) -> Bool:
-    """The middle of a box as pixels (H, W) bool of a picture of (W, H): one pixel at least."""
-    width, height = picture_px
+def inner_mask(corners_px: tuple[float, float, float, float], image_px: tuple[int, int]) -> Bool:
+    """The middle of a box as pixels (H, W) bool of an image of (W, H): one pixel at least."""
+    width, height = image_px
     x0, y0, x1, y1 = corners_px
     columns = _inner(x0, x1, width)
     rows = _inner(y0, y1, height)

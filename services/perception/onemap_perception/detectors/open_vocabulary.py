@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from onemap_perception.detectors.boxes import Box, BoxLimits, found_in
+from onemap_perception.detectors.boxes import Box, BoxLimits, detections_from_boxes
 from onemap_perception.detectors.pretrained import pretrained
-from onemap_perception.detectors.protocol import DetectorError, Found, Seen
+from onemap_perception.detectors.protocol import Detection, DetectorError, Image
 from onemap_perception.encoders.checkpoint import fingerprint
-from onemap_perception.optional_import import TRANSFORMERS, needing
-from onemap_perception.torch_device import open_device, running
+from onemap_perception.optional_import import TRANSFORMERS, optional_import
+from onemap_perception.torch_device import inference, open_device
 from onemap_shared.messages import TextEmbeddings
 
 
@@ -41,19 +41,19 @@ class OpenVocabularyDetector:
         """``open_vocabulary-`` and a digest of the weights."""
         return self._id
 
-    def detect(self, seen: Seen, names: TextEmbeddings) -> tuple[Found, ...]:
+    def detect(self, image: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
         """See ``Detector``. One run per name: asked for two, these networks mix the words up."""
-        boxes = [box for name in names.texts for box in self._boxes_of(name, seen)]
-        return found_in(boxes, seen.rgb, self._limits)
+        boxes = [box for name in names.texts for box in self._boxes_of(name, image)]
+        return detections_from_boxes(boxes, image.rgb, self._limits)
 
-    def _boxes_of(self, name: str, seen: Seen) -> list[Box]:
+    def _boxes_of(self, name: str, image: Image) -> list[Box]:
         from PIL import Image
 
-        height, width = seen.rgb.shape[:2]
+        height, width = image.rgb.shape[:2]
         asked = [[name.lower()]]
-        with running(self._device, (width, height)):
+        with inference(self._device, (width, height)):
             inputs = self._processor(
-                images=Image.fromarray(seen.rgb), text=asked, return_tensors="pt"
+                images=Image.fromarray(image.rgb), text=asked, return_tensors="pt"
             ).to(self._device)
             (answer,) = self._processor.post_process_grounded_object_detection(
                 self._model(**inputs),
@@ -67,7 +67,9 @@ class OpenVocabularyDetector:
 
 def load_model(folder: Path) -> tuple[Any, Any]:
     """Model and processor from files of this machine; DetectorError if either fails."""
-    with needing("transformers", TRANSFORMERS, backend="open_vocabulary", kind=DetectorError):
+    with optional_import(
+        "transformers", TRANSFORMERS, backend="open_vocabulary", kind=DetectorError
+    ):
         from transformers import AutoModelForZeroShotObjectDetection, AutoProcessor
     model = pretrained(AutoModelForZeroShotObjectDetection, folder, "grounding detector")
     try:

@@ -15,7 +15,7 @@ COCO_MODEL = "PekingU/rtdetr_v2_r18vd"
 OPEN_MODEL = "iSEE-Laboratory/llmdet_tiny"
 
 
-class PatchesConfig(Params):
+class PatchesParams(Params):
     """The detector that reads the encoder's patch scores."""
 
     backend: Literal["patches"] = Field(
@@ -34,7 +34,7 @@ class PatchesConfig(Params):
         default=3, ge=1, description="Fewer connected patches are taken for noise."
     )
     detections: int = Field(
-        default=8, ge=1, le=256, description="Most detections per picture and name."
+        default=8, ge=1, le=256, description="Most detections per image and name."
     )
 
     def thresholds(self) -> PatchThresholds:
@@ -42,7 +42,7 @@ class PatchesConfig(Params):
         return PatchThresholds(self.score, self.core, self.patches, self.detections)
 
 
-class BoxesConfig(Params):
+class BoxDetectorParams(Params):
     """What the detectors of other people have in common. Scores of two are not one scale."""
 
     model: str = Field(description="A hub id or a folder.")
@@ -51,14 +51,14 @@ class BoxesConfig(Params):
     )
     device: Device = Field(default="cpu", description="cpu, cuda or cuda:N.")
     score: float = Field(description="A box counts from here; each detector has its own scale.")
-    detections: int = Field(default=16, ge=1, le=256, description="Most per picture and name.")
+    detections: int = Field(default=16, ge=1, le=256, description="Most per image and name.")
 
     def limits(self) -> BoxLimits:
         """As the detector reads them."""
         return BoxLimits(self.score, self.detections)
 
 
-class CocoConfig(BoxesConfig):
+class CocoParams(BoxDetectorParams):
     """RT-DETRv2: COCO's eighty names only."""
 
     backend: Literal["coco"] = Field(
@@ -70,7 +70,7 @@ class CocoConfig(BoxesConfig):
     )
 
 
-class OpenVocabularyConfig(BoxesConfig):
+class OpenVocabularyParams(BoxDetectorParams):
     """Any grounding detector of transformers: any name."""
 
     backend: Literal["open_vocabulary"] = Field(
@@ -83,19 +83,19 @@ class OpenVocabularyConfig(BoxesConfig):
     )
 
 
-class RoutedConfig(Params):
+class RoutedParams(Params):
     """COCO's names to one, all others to the other, as in the paper."""
 
     backend: Literal["routed"] = Field(
         description="Chooses both detectors: the fast one wherever its names suffice."
     )
-    coco: CocoConfig = Field(default=CocoConfig(), description="For COCO's names.")
-    open_vocabulary: OpenVocabularyConfig = Field(
-        default=OpenVocabularyConfig(), description="For all others."
+    coco: CocoParams = Field(default=CocoParams(), description="For COCO's names.")
+    open_vocabulary: OpenVocabularyParams = Field(
+        default=OpenVocabularyParams(), description="For all others."
     )
 
 
-class PluginConfig(Params):
+class PluginParams(Params):
     """A detector of another package; see docs/detectors.md."""
 
     backend: Literal["plugin"] = Field(description="Chooses a detector that is not OneMap's.")
@@ -103,7 +103,7 @@ class PluginConfig(Params):
     options: dict[str, Any] = Field(default={}, description="Handed to it as they are.")
 
 
-DetectorConfig = Annotated[
-    PatchesConfig | CocoConfig | OpenVocabularyConfig | RoutedConfig | PluginConfig,
+DetectorParams = Annotated[
+    PatchesParams | CocoParams | OpenVocabularyParams | RoutedParams | PluginParams,
     Field(discriminator="backend"),
 ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from onemap_perception.detectors.protocol import Found, Seen
+from onemap_perception.detectors.protocol import Detection, Image
 from onemap_perception.text.queries import scores
 from onemap_shared.geometry import F32, I32, Bool
 from onemap_shared.messages import TextEmbeddings
@@ -16,7 +16,7 @@ from onemap_shared.messages import TextEmbeddings
 @dataclass(frozen=True, slots=True)
 class PatchThresholds:
     """score: from which a patch belongs to the thing; core: what at least one patch of it must
-    reach; patches: how many at least; detections: how many at most, per picture and name."""
+    reach; patches: how many at least; detections: how many at most, per image and name."""
 
     score: float = 0.4
     core: float = 0.8
@@ -38,33 +38,33 @@ class PatchDetector:
         """``patches/`` and the encoder's id."""
         return self._id
 
-    def detect(self, seen: Seen, names: TextEmbeddings) -> tuple[Found, ...]:
+    def detect(self, image: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
         """See ``Detector``."""
-        if seen.features is None:
+        if image.features is None:
             raise ValueError("the detector patches reads features, and there are none")
-        rows, columns, dim = seen.features.shape
-        flat = scores(seen.features.reshape(-1, dim).astype(np.float32), names)
+        rows, columns, dim = image.features.shape
+        flat = scores(image.features.reshape(-1, dim).astype(np.float32), names)
         maps = flat.T.reshape(-1, rows, columns)
-        height, width = seen.rgb.shape[:2]
+        height, width = image.rgb.shape[:2]
         found = [
-            thing
+            detection
             for name, score in zip(names.texts, maps, strict=True)
-            for thing in self._of_one_name(score, name, picture_px=(width, height))
+            for detection in self._of_one_name(score, name, image_px=(width, height))
         ]
-        return tuple(sorted(found, key=lambda thing: -thing.score))
+        return tuple(sorted(found, key=lambda detection: -detection.score))
 
-    def _of_one_name(self, score: F32, name: str, *, picture_px: tuple[int, int]) -> list[Found]:
+    def _of_one_name(self, score: F32, name: str, *, image_px: tuple[int, int]) -> list[Detection]:
         limits = self._thresholds
         labels = components(score >= limits.score)
-        things = []
+        detections = []
         for label in range(1, int(labels.max(initial=0)) + 1):
             mask = labels == label
             if mask.sum() < limits.patches or score[mask].max() < limits.core:
                 continue
             # Patches on the rim are mixed: the better half says how sure the thing is.
             best = np.sort(score[mask])[mask.sum() // 2 :]
-            things.append(Found(name, float(best.mean()), box_px(mask, picture_px), mask))
-        return sorted(things, key=lambda thing: -thing.score)[: limits.detections]
+            detections.append(Detection(name, float(best.mean()), box_px(mask, image_px), mask))
+        return sorted(detections, key=lambda detection: -detection.score)[: limits.detections]
 
 
 def components(wanted: Bool) -> I32:
@@ -74,10 +74,10 @@ def components(wanted: Bool) -> I32:
     return labels
 
 
-def box_px(mask: Bool, picture_px: tuple[int, int]) -> tuple[float, float, float, float]:
-    """The box around a mask (h, w) laid over a picture of (W, H) pixels: x0, y0, x1, y1."""
+def box_px(mask: Bool, image_px: tuple[int, int]) -> tuple[float, float, float, float]:
+    """The box around a mask (h, w) laid over an image of (W, H) pixels: x0, y0, x1, y1."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    step_x, step_y = picture_px[0] / mask.shape[1], picture_px[1] / mask.shape[0]
+    step_x, step_y = image_px[0] / mask.shape[1], image_px[1] / mask.shape[0]
     return (
         float(columns[0] * step_x),
         float(rows[0] * step_y),

@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from onemap_perception.errors import Fault
+from onemap_perception.errors import BackendError
 from onemap_shared.geometry import F16, U8, Bool
 from onemap_shared.messages import TextEmbeddings
 
 
-class DetectorError(Fault):
-    """The detector cannot be loaded or failed on a picture; one sentence for the user."""
+class DetectorError(BackendError):
+    """The detector cannot be loaded or failed on an image; one sentence for the user."""
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
-    """One picture: rgb (H, W, 3) uint8 and, for a detector that reads them, the encoder's
+class Image:
+    """One image: rgb (H, W, 3) uint8 and, for a detector that reads them, the encoder's
     features (h, w, D) float16."""
 
     rgb: U8
@@ -24,9 +24,9 @@ class Seen:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class Detection:
     """One detection. box_px is x0, y0, x1, y1; mask (h, w) bool says which cells of a grid laid
-    over the whole picture it covers: the encoder's patches, or single pixels. Scores are
+    over the whole image it covers: the encoder's patches, or single pixels. Scores are
     comparable where ``scale`` is the same."""
 
     name: str
@@ -46,7 +46,7 @@ class Detector(Protocol):
     @property
     def reads_features(self) -> bool:
         """Whether it needs the encoder's features. If not, it runs in a thread of its own while
-        the encoder works on the same picture."""
+        the encoder works on the same image."""
 
-    def detect(self, seen: Seen, names: TextEmbeddings) -> tuple[Found, ...]:
+    def detect(self, image: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
         """Detections of ``names.texts``, best first."""

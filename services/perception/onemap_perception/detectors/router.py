@@ -7,14 +7,14 @@ from typing import Protocol
 
 import numpy as np
 
-from onemap_perception.detectors.protocol import Detector, Found, Seen
+from onemap_perception.detectors.protocol import Detection, Detector, Image
 from onemap_shared.messages import TextEmbeddings
 
 
-class Specialist(Detector, Protocol):
+class ClosedVocabularyDetector(Detector, Protocol):
     """A detector of a closed list of names."""
 
-    def knows(self, name: str) -> bool:
+    def supports(self, name: str) -> bool:
         """Whether the name is on the list."""
 
 
@@ -23,7 +23,7 @@ class RoutedDetector:
 
     reads_features = False
 
-    def __init__(self, specialist: Specialist, generalist: Detector) -> None:
+    def __init__(self, specialist: ClosedVocabularyDetector, generalist: Detector) -> None:
         self._specialist, self._generalist = specialist, generalist
 
     @property
@@ -31,12 +31,12 @@ class RoutedDetector:
         """Both ids."""
         return f"{self._specialist.detector_id}+{self._generalist.detector_id}"
 
-    def detect(self, seen: Seen, names: TextEmbeddings) -> tuple[Found, ...]:
+    def detect(self, image: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
         """See ``Detector``; best first, though the scores of two networks are hardly one scale."""
-        known = np.array([self._specialist.knows(name) for name in names.texts], bool)
-        found: list[Found] = []
+        known = np.array([self._specialist.supports(name) for name in names.texts], bool)
+        found: list[Detection] = []
         for detector, chosen in ((self._specialist, known), (self._generalist, ~known)):
             if chosen.any():
-                own = detector.detect(seen, names.only(np.flatnonzero(chosen)))
-                found += [replace(thing, scale=detector.detector_id) for thing in own]
-        return tuple(sorted(found, key=lambda thing: -thing.score))
+                own = detector.detect(image, names.only(np.flatnonzero(chosen)))
+                found += [replace(detection, scale=detector.detector_id) for detection in own]
+        return tuple(sorted(found, key=lambda detection: -detection.score))

@@ -6,37 +6,41 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from onemap_perception.detectors.protocol import Found
+from onemap_perception.detectors.protocol import Detection
 from onemap_shared.geometry import Bool
 from onemap_shared.messages import TextEmbeddings
 
 # Two detections cover one thing from this intersection over union on. A pillow lies within the
 # bed's box and covers little of it: both stand.
-SAME_THING_IOU = 0.5
+SUPPRESSION_IOU = 0.5
 
 
-def competing(queries: TextEmbeddings) -> TextEmbeddings:
+def distinct_queries(queries: TextEmbeddings) -> TextEmbeddings:
     """The queries of the first text and of all that do not mean the same."""
     chosen = ~queries.same_meaning()[0]
     chosen[0] = True
     return queries.only(np.flatnonzero(chosen))
 
 
-def winners(found: Sequence[Found]) -> tuple[Found, ...]:
+def suppress_overlaps(found: Sequence[Detection]) -> tuple[Detection, ...]:
     """The detections that no surer one of another name covers, in the order given.
 
     Non-maximum suppression across names, on masks. Detections of one name never compete.
     """
-    return tuple(thing for thing in found if not any(_beats(rival, thing) for rival in found))
+    return tuple(
+        detection
+        for detection in found
+        if not any(_suppresses(rival, detection) for rival in found)
+    )
 
 
-def _beats(rival: Found, thing: Found) -> bool:
+def _suppresses(rival: Detection, detection: Detection) -> bool:
     return (
-        rival.name != thing.name
-        and rival.scale == thing.scale
-        and rival.score > thing.score
-        and rival.mask.shape == thing.mask.shape
-        and iou(rival.mask, thing.mask) >= SAME_THING_IOU
+        rival.name != detection.name
+        and rival.scale == detection.scale
+        and rival.score > detection.score
+        and rival.mask.shape == detection.mask.shape
+        and iou(rival.mask, detection.mask) >= SUPPRESSION_IOU
     )
 
 

@@ -11,11 +11,11 @@ from onemap_perception.onnx import open_session
 from onemap_shared.geometry import F16, F32
 
 ENCODER_KEY = "onemap_encoder_id"  # in the file's metadata: whose tower it is
-INPUT, OUTPUT = "picture", "features"
+INPUT, OUTPUT = "image", "features"
 
 
 class ExportedTower:
-    """Implements ``Tower``: pictures of the one size that the file was exported for."""
+    """Implements ``Tower``: images of the one size that the file was exported for."""
 
     def __init__(self, path: Path, provider: str, encoder_id: str) -> None:
         self._path = path
@@ -33,17 +33,17 @@ class ExportedTower:
             )
         self._shape = tuple(self._session.get_inputs()[0].shape)
 
-    def __call__(self, planes: F32) -> F16:
+    def __call__(self, pixel_values: F32) -> F16:
         """See ``Tower``."""
-        if planes.shape != self._shape:
-            have, want = self._shape, planes.shape
+        if pixel_values.shape != self._shape:
+            have, want = self._shape, pixel_values.shape
             raise EncoderError(
-                f"{self._path} was exported for {have[3]} x {have[2]}, this picture needs "
+                f"{self._path} was exported for {have[3]} x {have[2]}, this image needs "
                 f"{want[3]} x {want[2]}: set perception.encoder.warm_up_px to the camera's "
                 "size and export it again"
             )
         try:
-            features: F32 = self._session.run([OUTPUT], {INPUT: planes})[0][0]
+            features: F32 = self._session.run([OUTPUT], {INPUT: pixel_values})[0][0]
         except Exception as problem:  # onnxruntime's errors share no other base class
             reason = str(problem).splitlines()[0]
             raise EncoderError(f"onnxruntime failed on {self._path}: {reason}") from problem

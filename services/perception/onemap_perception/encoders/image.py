@@ -1,4 +1,4 @@
-"""Pictures as vision towers take them."""
+"""Images as vision towers take them."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ def fitted_size(width: int, height: int, *, long_side_px: int, stride: int) -> t
 
 
 def resized(rgb: U8, size: tuple[int, int]) -> U8:
-    """The picture (H, W, 3) at (width, height) ``size``; reducing averages, so nothing flickers."""
+    """The image (H, W, 3) at (width, height) ``size``; reducing averages, so nothing flickers."""
     expect(rgb, "rgb", np.uint8, (None, None, 3))
     if size == (rgb.shape[1], rgb.shape[0]):
         return rgb
     reduces = size[0] <= rgb.shape[1] and size[1] <= rgb.shape[0]
     method = cv2.INTER_AREA if reduces else cv2.INTER_CUBIC
-    picture: U8 = cv2.resize(rgb, size, interpolation=method).astype(np.uint8)
-    return picture
+    image: U8 = cv2.resize(rgb, size, interpolation=method).astype(np.uint8)
+    return image
 
 
-def planes(rgb: U8, mean: F32, std: F32) -> F32:
+def pixel_values(rgb: U8, mean: F32, std: F32) -> F32:
     """(1, 3, H, W) float32: (value / 255 - mean) / std per channel."""
     scale = np.float32(1 / 255) / std
-    picture: F32 = rgb.astype(np.float32) * scale - mean / std
-    return np.ascontiguousarray(picture.transpose(2, 0, 1)[None])
+    image: F32 = rgb.astype(np.float32) * scale - mean / std
+    return np.ascontiguousarray(image.transpose(2, 0, 1)[None])

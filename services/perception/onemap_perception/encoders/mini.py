@@ -18,7 +18,7 @@ from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.onnx import open_session
 from onemap_perception.text.embedding_table import load_table
 from onemap_perception.text.minilm import MiniLm, find_model_folder
-from onemap_perception.text.queries import QueryText, load_calibration
+from onemap_perception.text.queries import QueryEncoder, load_calibration
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import TextEmbeddings, expect
@@ -31,7 +31,7 @@ TEXT_SPACE = "all-MiniLM-L6-v2"
 
 @dataclass(frozen=True, slots=True)
 class MiniSettings:
-    """folder: weights and words; threads: of onnxruntime; input_width_px: larger pictures are
+    """folder: weights and words; threads: of onnxruntime; input_width_px: larger images are
     reduced to this width, because the network learned things at the size they have there;
     aliases: answer names whose embedding is known to fail as their class (off to evaluate)."""
 
@@ -62,7 +62,7 @@ class MiniEncoder:
         return TEXT_SPACE
 
     def encode(self, rgb: U8) -> F16:
-        """See ``Encoder``; one patch per 8 x 8 pixels of the picture as it is fed in."""
+        """See ``Encoder``; one patch per 8 x 8 pixels of the image as it is fed in."""
         expect(rgb, "rgb", np.uint8, (None, None, 3))
         size = input_size(rgb.shape[1], rgb.shape[0], self._input_width_px)
         if size != (rgb.shape[1], rgb.shape[0]):
@@ -70,7 +70,7 @@ class MiniEncoder:
         try:
             features: F16 = self._session.run(["features"], {"rgb": np.ascontiguousarray(rgb)})[0]
         except Exception as problem:  # onnxruntime's errors share no other base class
-            raise EncoderError(f"onnxruntime failed on a {size} picture: {problem}") from problem
+            raise EncoderError(f"onnxruntime failed on a {size} image: {problem}") from problem
         return features
 
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
@@ -94,12 +94,12 @@ def _open(path: Path, threads: int) -> Any:
         raise EncoderError(f"the encoder's weights {path} are damaged: {problem}") from problem
 
 
-def _load_text(folder: Path, *, aliases: bool) -> QueryText:
+def _load_text(folder: Path, *, aliases: bool) -> QueryEncoder:
     model = find_model_folder()
     sentence_encoder = None if model is None else MiniLm(model).embed
     try:
         vocabulary = load_vocabulary(folder)
         table = load_table(folder, prompt=vocabulary.prompt, sentence_encoder=sentence_encoder)
-        return QueryText(vocabulary, table, load_calibration(folder), aliases=aliases)
+        return QueryEncoder(vocabulary, table, load_calibration(folder), aliases=aliases)
     except ValueError as problem:
         raise EncoderError(str(problem)) from problem

@@ -17,16 +17,16 @@ import numpy as np
 import torch
 
 from onemap_perception.encoders.checkpoint import fingerprint, load_weights, read_weights
-from onemap_perception.encoders.image import fitted_size, planes, resized
+from onemap_perception.encoders.image import fitted_size, pixel_values, resized
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_tower import (
     Tower,
-    TowerSettings,
+    TowerParams,
     open_tower,
-    uncalibrated,
+    uncalibrated_embeddings,
 )
-from onemap_perception.optional_import import OPEN_CLIP, needing
-from onemap_perception.text.text_encoder import Prompted
+from onemap_perception.optional_import import OPEN_CLIP, optional_import
+from onemap_perception.text.text_encoder import CachedTextEncoder
 from onemap_perception.torch_device import open_device
 from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages import TextEmbeddings
@@ -53,7 +53,7 @@ class OpenClipSettings:
     prompt: str = "a {}"
     kept_texts: int = 1024
     floor: float = 0.0
-    tower: TowerSettings = field(default_factory=TowerSettings)
+    tower: TowerParams = field(default_factory=TowerParams)
 
 
 class DenseConvNext(torch.nn.Module):
@@ -63,9 +63,9 @@ class DenseConvNext(torch.nn.Module):
         super().__init__()
         self.trunk, self.head = visual.trunk, visual.head
 
-    def forward(self, picture: torch.Tensor) -> torch.Tensor:
-        """Features (B, H / 32, W / 32, D), not normalised, of pictures (B, 3, H, W)."""
-        locations = self.trunk.forward_features(picture).permute(0, 2, 3, 1)
+    def forward(self, image: torch.Tensor) -> torch.Tensor:
+        """Features (B, H / 32, W / 32, D), not normalised, of images (B, 3, H, W)."""
+        locations = self.trunk.forward_features(image).permute(0, 2, 3, 1)
         norm = self.trunk.head.norm
         whitened = torch.nn.functional.layer_norm(
             locations, (locations.shape[-1],), norm.weight, norm.bias, norm.eps
@@ -91,13 +91,15 @@ class OpenClipConvNext:
         del model.visual  # the text side stays in single precision
         self._model, self._tokenizer = model.to(device), tokenizer
         self._floor = settings.floor
-        self._texts = Prompted(self._embed, prompt=settings.prompt, kept=settings.kept_texts)
+        self._texts = CachedTextEncoder(
+            self._embed, prompt=settings.prompt, capacity=settings.kept_texts
+        )
         width, height = settings.tower.warm_up_px
         self.encode(np.zeros((height, width, 3), np.uint8))
 
     @property
     def encoder_id(self) -> str:
-        """``openclip_convnext-`` and a digest of all weights, pictures' and texts'."""
+        """``openclip_convnext-`` and a digest of all weights, images' and texts'."""
         return self._id
 
     @property
@@ -107,12 +109,12 @@ class OpenClipConvNext:
 
     @property
     def tower(self) -> Tower:
-        """The picture's side, for export and measurement."""
+        """The image's side, for export and measurement."""
         return self._tower
 
     def prepare(self, rgb: U8) -> F32:
-        """The picture (1, 3, H, W) float32 that is fed in."""
-        return planes(resized(rgb, self._input_size(rgb)), CLIP_MEAN, CLIP_STD)
+        """The image (1, 3, H, W) float32 that is fed in."""
+        return pixel_values(resized(rgb, self._input_size(rgb)), CLIP_MEAN, CLIP_STD)
 
     def encode(self, rgb: U8) -> F16:
         """See ``Encoder``; one patch per 32 x 32 pixels of what is fed in."""
@@ -121,7 +123,7 @@ class OpenClipConvNext:
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         """See ``Encoder``. Any text has an embedding, the better the more English it is."""
         rows = self._texts(texts)
-        return uncalibrated(
+        return uncalibrated_embeddings(
             texts, rows, encoder_id=self._id, text_space=self._text_space, floor=self._floor
         )
 
@@ -140,7 +142,7 @@ class OpenClipConvNext:
 
 def load_model(settings: OpenClipSettings) -> tuple[Any, Any]:
     """open_clip's model with the weights in it, and its tokenizer; EncoderError if either fails."""
-    with needing("open_clip", OPEN_CLIP, backend="openclip_convnext", kind=EncoderError):
+    with optional_import("open_clip", OPEN_CLIP, backend="openclip_convnext", kind=EncoderError):
         from open_clip.model import CLIP
         from open_clip.tokenizer import SimpleTokenizer
     path = weight_file(settings.weights)

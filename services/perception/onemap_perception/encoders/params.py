@@ -15,7 +15,7 @@ Prompt = Annotated[str, Field(pattern=r"^[^{}]*\{\}[^{}]*$")]
 Pixels = Annotated[int, Field(ge=1, le=8192)]
 
 
-class MiniConfig(Params):
+class MiniParams(Params):
     """The encoder that ships with OneMap."""
 
     backend: Literal["mini"] = Field(
@@ -31,7 +31,7 @@ class MiniConfig(Params):
         default=320,
         ge=8,
         le=4096,
-        description="Wider pictures are reduced to this: what the network was trained on.",
+        description="Wider images are reduced to this: what the network was trained on.",
     )
 
     def settings(self) -> MiniSettings:
@@ -39,7 +39,7 @@ class MiniConfig(Params):
         return MiniSettings(self.folder, self.threads, self.input_width_px)
 
 
-class TorchConfig(Params):
+class TorchEncoderParams(Params):
     """What the encoders of other people have in common."""
 
     model: str = Field(
@@ -74,7 +74,7 @@ class TorchConfig(Params):
     )
 
 
-class OpenClipConvNextConfig(TorchConfig):
+class OpenClipConvNextParams(TorchEncoderParams):
     """OpenCLIP's ConvNeXt, the paper's encoder among them."""
 
     backend: Literal["openclip_convnext"] = Field(
@@ -92,7 +92,7 @@ class OpenClipConvNextConfig(TorchConfig):
     )
 
 
-class Tipsv2Config(TorchConfig):
+class Tipsv2Params(TorchEncoderParams):
     """TIPSv2 through transformers."""
 
     backend: Literal["tipsv2"] = Field(
@@ -103,7 +103,7 @@ class Tipsv2Config(TorchConfig):
     )
 
 
-class RadioConfig(TorchConfig):
+class RadioParams(TorchEncoderParams):
     """C-RADIO with its SigLIP2 adaptor."""
 
     backend: Literal["radio"] = Field(
@@ -118,7 +118,7 @@ class RadioConfig(TorchConfig):
     )
 
 
-EncoderConfig = Annotated[
-    MiniConfig | OpenClipConvNextConfig | Tipsv2Config | RadioConfig,
+EncoderParams = Annotated[
+    MiniParams | OpenClipConvNextParams | Tipsv2Params | RadioParams,
     Field(discriminator="backend"),
 ]

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from onemap_perception.errors import Fault
+from onemap_perception.errors import BackendError
 from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import TextEmbeddings
 
 
-class EncoderError(Fault):
-    """The encoder cannot be loaded or failed on a picture; one sentence for the user."""
+class EncoderError(BackendError):
+    """The encoder cannot be loaded or failed on an image; one sentence for the user."""
 
 
 class UnknownWordError(Exception):
@@ -26,7 +26,7 @@ class UnknownWordError(Exception):
 
 
 class Encoder(Protocol):
-    """Pictures and texts into one space. Dimension and patch size are the encoder's own."""
+    """Images and texts into one space. Dimension and patch size are the encoder's own."""
 
     @property
     def encoder_id(self) -> str:
@@ -37,7 +37,7 @@ class Encoder(Protocol):
         """Names the space of the embeddings."""
 
     def encode(self, rgb: U8) -> F16:
-        """Unit features (h, w, D) float16 of a picture (H, W, 3) uint8 of any size."""
+        """Unit features (h, w, D) float16 of an image (H, W, 3) uint8 of any size."""
 
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         """Embeddings and calibration of the texts; raises UnknownWordError."""

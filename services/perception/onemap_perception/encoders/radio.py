@@ -15,12 +15,12 @@ import numpy as np
 import torch
 
 from onemap_perception.encoders.checkpoint import fingerprint
-from onemap_perception.encoders.image import fitted_size, planes, resized
+from onemap_perception.encoders.image import fitted_size, pixel_values, resized
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.tipsv2 import NO_MEAN, NO_STD
-from onemap_perception.encoders.torch_tower import TowerSettings, open_tower, uncalibrated
-from onemap_perception.optional_import import TRANSFORMERS, needing
-from onemap_perception.text.text_encoder import Prompted
+from onemap_perception.encoders.torch_tower import TowerParams, open_tower, uncalibrated_embeddings
+from onemap_perception.optional_import import TRANSFORMERS, optional_import
+from onemap_perception.text.text_encoder import CachedTextEncoder
 from onemap_perception.torch_device import open_device
 from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages import TextEmbeddings
@@ -40,21 +40,21 @@ class RadioSettings:
     prompt: str = "a {}"
     kept_texts: int = 1024
     floor: float = 0.0
-    tower: TowerSettings = field(default_factory=TowerSettings)
+    tower: TowerParams = field(default_factory=TowerParams)
 
 
 class DenseRadio(torch.nn.Module):
-    """The adaptor's features, laid out as the picture."""
+    """The adaptor's features, laid out as the image."""
 
     def __init__(self, model: torch.nn.Module) -> None:
         super().__init__()
         self.model = model
 
-    def forward(self, picture: torch.Tensor) -> torch.Tensor:
-        """Features (B, H / 16, W / 16, D), not normalised, of pictures (B, 3, H, W) in [0, 1]."""
-        _, features = self.model(picture)[ADAPTOR]
-        rows, columns = (side // STRIDE for side in picture.shape[2:])
-        dense: torch.Tensor = features.reshape(len(picture), rows, columns, -1)
+    def forward(self, image: torch.Tensor) -> torch.Tensor:
+        """Features (B, H / 16, W / 16, D), not normalised, of images (B, 3, H, W) in [0, 1]."""
+        _, features = self.model(image)[ADAPTOR]
+        rows, columns = (side // STRIDE for side in image.shape[2:])
+        dense: torch.Tensor = features.reshape(len(image), rows, columns, -1)
         return dense
 
 
@@ -70,7 +70,9 @@ class RadioEncoder:
         self._tower = open_tower(DenseRadio(model), settings.tower, self._id)
         self._adaptor = adaptor.to(self._device)
         self._floor = settings.floor
-        self._texts = Prompted(self._embed, prompt=settings.prompt, kept=settings.kept_texts)
+        self._texts = CachedTextEncoder(
+            self._embed, prompt=settings.prompt, capacity=settings.kept_texts
+        )
         width, height = settings.tower.warm_up_px
         self.encode(np.zeros((height, width, 3), np.uint8))
 
@@ -89,12 +91,14 @@ class RadioEncoder:
         size = fitted_size(
             rgb.shape[1], rgb.shape[0], long_side_px=self._long_side_px, stride=STRIDE
         )
-        return self._tower(planes(resized(rgb, size), NO_MEAN, NO_STD))
+        return self._tower(pixel_values(resized(rgb, size), NO_MEAN, NO_STD))
 
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         """See ``Encoder``."""
         rows = self._texts(texts)
-        return uncalibrated(texts, rows, encoder_id=self._id, text_space=ADAPTOR, floor=self._floor)
+        return uncalibrated_embeddings(
+            texts, rows, encoder_id=self._id, text_space=ADAPTOR, floor=self._floor
+        )
 
     def _embed(self, prompts: Sequence[str]) -> F32:
         with torch.inference_mode():
@@ -110,7 +114,7 @@ def load_model(settings: RadioSettings) -> Any:
             "radio runs code that comes with its weights: read it, then set "
             "perception.encoder.allow_remote_code: true"
         )
-    with needing("transformers", TRANSFORMERS, backend="radio", kind=EncoderError):
+    with optional_import("transformers", TRANSFORMERS, backend="radio", kind=EncoderError):
         from transformers import AutoModel
     try:
         return (

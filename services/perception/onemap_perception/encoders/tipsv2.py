@@ -1,7 +1,7 @@
 """TIPSv2 through transformers: patches that training already aligned with text.
 
 The last block takes its values in place of its attention (``o_proj(v_proj(x))``), which keeps
-each patch's own content; the leading tokens (class and registers) are dropped. Pictures go in
+each patch's own content; the leading tokens (class and registers) are dropped. Images go in
 as [0, 1], without mean and deviation.
 """
 
@@ -16,16 +16,16 @@ import numpy as np
 import torch
 
 from onemap_perception.encoders.checkpoint import fingerprint
-from onemap_perception.encoders.image import fitted_size, planes, resized
+from onemap_perception.encoders.image import fitted_size, pixel_values, resized
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_tower import (
     Tower,
-    TowerSettings,
+    TowerParams,
     open_tower,
-    uncalibrated,
+    uncalibrated_embeddings,
 )
-from onemap_perception.optional_import import TRANSFORMERS, needing
-from onemap_perception.text.text_encoder import Prompted
+from onemap_perception.optional_import import TRANSFORMERS, optional_import
+from onemap_perception.text.text_encoder import CachedTextEncoder
 from onemap_perception.torch_device import open_device
 from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages import TextEmbeddings
@@ -45,7 +45,7 @@ class Tipsv2Settings:
     prompt: str = "a {}"
     kept_texts: int = 1024
     floor: float = 0.0
-    tower: TowerSettings = field(default_factory=TowerSettings)
+    tower: TowerParams = field(default_factory=TowerParams)
 
 
 class DenseTips(torch.nn.Module):
@@ -57,19 +57,19 @@ class DenseTips(torch.nn.Module):
         self.patch_px = int(vision.config.patch_size)
         self.leading = 1 + int(vision.config.num_register_tokens)
 
-    def forward(self, picture: torch.Tensor) -> torch.Tensor:
-        """Features (B, H / p, W / p, D), not normalised, of pictures (B, 3, H, W)."""
-        tokens = self.vision.embeddings(picture)
+    def forward(self, image: torch.Tensor) -> torch.Tensor:
+        """Features (B, H / p, W / p, D), not normalised, of images (B, 3, H, W)."""
+        tokens = self.vision.embeddings(image)
         *blocks, last = self.vision.encoder.layer
         for block in blocks:
             tokens = block(tokens)
         patches = self.vision.layernorm(block_of_values(last, tokens))[:, self.leading :]
-        rows, columns = (side // self.patch_px for side in picture.shape[2:])
-        dense: torch.Tensor = patches.reshape(len(picture), rows, columns, -1)
+        rows, columns = (side // self.patch_px for side in image.shape[2:])
+        dense: torch.Tensor = patches.reshape(len(image), rows, columns, -1)
         return dense
 
     def fix_size(self, width: int, height: int) -> None:
-        """From now on for pictures of this size only: their positions become a constant.
+        """From now on for images of this size only: their positions become a constant.
 
         ONNX knows no antialiased interpolation, which is how positions fit another size.
         """
@@ -104,7 +104,9 @@ class Tipsv2Encoder:
         self._tower = open_tower(dense, settings.tower, self._id)
         self._text = model.text_model.to(self._device)
         self._floor = settings.floor
-        self._texts = Prompted(self._embed, prompt=settings.prompt, kept=settings.kept_texts)
+        self._texts = CachedTextEncoder(
+            self._embed, prompt=settings.prompt, capacity=settings.kept_texts
+        )
         width, height = settings.tower.warm_up_px
         self.encode(np.zeros((height, width, 3), np.uint8))
 
@@ -120,15 +122,15 @@ class Tipsv2Encoder:
 
     @property
     def tower(self) -> Tower:
-        """The picture's side, for export and measurement."""
+        """The image's side, for export and measurement."""
         return self._tower
 
     def prepare(self, rgb: U8) -> F32:
-        """The picture (1, 3, H, W) float32 in [0, 1] that is fed in."""
+        """The image (1, 3, H, W) float32 in [0, 1] that is fed in."""
         size = fitted_size(
             rgb.shape[1], rgb.shape[0], long_side_px=self._long_side_px, stride=self._stride
         )
-        return planes(resized(rgb, size), NO_MEAN, NO_STD)
+        return pixel_values(resized(rgb, size), NO_MEAN, NO_STD)
 
     def encode(self, rgb: U8) -> F16:
         """See ``Encoder``; one patch per 14 x 14 pixels of what is fed in."""
@@ -137,7 +139,7 @@ class Tipsv2Encoder:
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         """See ``Encoder``. Any text has an embedding, the better the more English it is."""
         rows = self._texts(texts)
-        return uncalibrated(
+        return uncalibrated_embeddings(
             texts, rows, encoder_id=self._id, text_space=self._text_space, floor=self._floor
         )
 
@@ -159,7 +161,7 @@ class Tipsv2Encoder:
 
 def load_model(folder: Path) -> tuple[Any, Any]:
     """Model and tokenizer from files of this machine; EncoderError if either fails."""
-    with needing(LIBRARY, TRANSFORMERS, backend="tipsv2", kind=EncoderError):
+    with optional_import(LIBRARY, TRANSFORMERS, backend="tipsv2", kind=EncoderError):
         from transformers import AutoTokenizer, Tipsv2Model
     try:
         model, report = Tipsv2Model.from_pretrained(

@@ -12,7 +12,7 @@ import torch
 
 from onemap_perception.encoders.exported_tower import ExportedTower
 from onemap_perception.encoders.protocol import EncoderError
-from onemap_perception.torch_device import open_device, running
+from onemap_perception.torch_device import inference, open_device
 from onemap_shared.geometry import F16, F32
 from onemap_shared.messages import TextEmbeddings
 
@@ -20,7 +20,7 @@ Dense = Callable[[torch.Tensor], torch.Tensor]
 
 
 @dataclass(frozen=True, slots=True)
-class TowerSettings:
+class TowerParams:
     """device: cpu, cuda or cuda:N; compiled: through torch.compile, minutes at start for a
     faster frame; warm_up_px: (width, height) of the camera, whose first frame then waits for
     nothing. exported: an ONNX file of the tower, which onnxruntime's provider then runs."""
@@ -33,17 +33,17 @@ class TowerSettings:
 
 
 class Tower(Protocol):
-    """Runs the picture's side of an encoder."""
+    """Runs the image's side of an encoder."""
 
-    def __call__(self, planes: F32) -> F16:
-        """Unit features (h, w, D) float16 of a picture (1, 3, H, W) float32."""
+    def __call__(self, pixel_values: F32) -> F16:
+        """Unit features (h, w, D) float16 of an image (1, 3, H, W) float32."""
 
 
 class TorchTower:
     """Implements ``Tower``: a module (1, 3, H, W) to (1, h, w, D), in half
     precision and channels-last on CUDA only."""
 
-    def __init__(self, module: torch.nn.Module, settings: TowerSettings) -> None:
+    def __init__(self, module: torch.nn.Module, settings: TowerParams) -> None:
         self.device = open_device(settings.device)
         on_gpu = self.device.type == "cuda"
         self.dtype = torch.float16 if on_gpu else torch.float32
@@ -53,30 +53,30 @@ class TorchTower:
         placed = placed.to(memory_format=self._layout)
         self._run: Dense = torch.compile(placed, dynamic=False) if settings.compiled else placed
 
-    def __call__(self, planes: F32) -> F16:
+    def __call__(self, pixel_values: F32) -> F16:
         """See ``Tower``."""
-        with running(self.device, (planes.shape[3], planes.shape[2])):
-            features = self.dense(torch.from_numpy(planes))[0]
+        with inference(self.device, (pixel_values.shape[3], pixel_values.shape[2])):
+            features = self.dense(torch.from_numpy(pixel_values))[0]
             unit = torch.nn.functional.normalize(features.float(), dim=-1)
             result: F16 = unit.half().cpu().numpy()
         if not np.isfinite(result).all():
             raise EncoderError(f"the encoder's features are not finite in {self.dtype}")
         return result
 
-    def dense(self, planes: torch.Tensor) -> torch.Tensor:
+    def dense(self, pixel_values: torch.Tensor) -> torch.Tensor:
         """Features (1, h, w, D) as the module gives them, on the device."""
-        picture = planes.to(self.device, self.dtype, non_blocking=True)
-        return self._run(picture.contiguous(memory_format=self._layout))
+        image = pixel_values.to(self.device, self.dtype, non_blocking=True)
+        return self._run(image.contiguous(memory_format=self._layout))
 
 
-def open_tower(module: torch.nn.Module, settings: TowerSettings, encoder_id: str) -> Tower:
+def open_tower(module: torch.nn.Module, settings: TowerParams, encoder_id: str) -> Tower:
     """The module where it is to run, or its exported twin; raises Fault."""
     if settings.exported is None:
         return TorchTower(module, settings)
     return ExportedTower(settings.exported, settings.provider, encoder_id)
 
 
-def uncalibrated(
+def uncalibrated_embeddings(
     texts: Sequence[str], rows: F32, *, encoder_id: str, text_space: str, floor: float
 ) -> TextEmbeddings:
     """Queries (N, D) whose score is (1 + cosine) / 2: nothing to compare them with."""

@@ -27,7 +27,7 @@ def plain(text: str) -> str:
     return word
 
 
-class WordTable:
+class EmbeddingTable:
     """Embeddings of known words; others go to the sentence encoder, if there is one.
 
     ``sentence_encoder`` takes prompts, ``prompt`` holds ``{}`` for the word.
@@ -53,21 +53,21 @@ class WordTable:
 
     def embed(self, texts: Sequence[str]) -> F32:
         """Unit rows (N, D) float32; raises UnknownWordError that names all unknown words."""
-        unknown = [text for text in texts if not self.knows(text)]
+        unknown = [text for text in texts if not self.can_embed(text)]
         if unknown:
-            raise self.refusal(dict.fromkeys(unknown, ()))
+            raise self.unknown_word_error(dict.fromkeys(unknown, ()))
         return np.stack([self._row(plain(text)) for text in texts])
 
-    def knows(self, text: str) -> bool:
+    def can_embed(self, text: str) -> bool:
         """Whether ``embed`` takes this text."""
         return self._sentence_encoder is not None or self._known(plain(text)) is not None
 
-    def holds(self, text: str) -> bool:
+    def contains(self, text: str) -> bool:
         """Whether the table itself has this word, in whatever number."""
-        return any(spelling in self._rows for spelling in spellings(plain(text)))
+        return any(spelling in self._rows for spelling in lookup_forms(plain(text)))
 
     def _known(self, word: str) -> F32 | None:
-        for spelling in spellings(word):
+        for spelling in lookup_forms(word):
             known: F32 | None = self._rows.get(spelling, self._asked.get(spelling))
             if known is not None:
                 return known
@@ -83,33 +83,33 @@ class WordTable:
             self._asked[word] = row
         return row
 
-    def refusal(self, unknown: Mapping[str, tuple[str, ...]]) -> UnknownWordError:
+    def unknown_word_error(self, unknown: Mapping[str, tuple[str, ...]]) -> UnknownWordError:
         """The error about texts that this table has no embedding for, with near known words."""
         named = [
-            f"{text!r} (did you mean {listed([repr(word) for word in near], 'or')}?)"
+            f"{text!r} (did you mean {join_words([repr(word) for word in near], 'or')}?)"
             if near
             else repr(text)
             for text, near in unknown.items()
         ]
         are = "is" if len(named) == 1 else "are"
         return UnknownWordError(
-            f"{listed(named, 'and')} {are} not among the {len(self._rows)} words that ship with "
+            f"{join_words(named, 'and')} {are} not among the {len(self._rows)} words that ship with "
             f"this encoder; for any other word install the sentence encoder: {INSTALL}",
             unknown,
         )
 
 
-def spellings(word: str) -> tuple[str, ...]:
+def lookup_forms(word: str) -> tuple[str, ...]:
     """A word as the table may have it: as it is, or without an ending of the plural."""
     return (word, word.removesuffix("s"), word.removesuffix("es"))
 
 
-def listed(parts: Sequence[str], last: str) -> str:
+def join_words(parts: Sequence[str], last: str) -> str:
     """The parts, one or more, as a sentence lists them: a, b and c."""
     return f" {last} ".join(part for part in (", ".join(parts[:-1]), parts[-1]) if part)
 
 
-def load_table(folder: Path, *, prompt: str, sentence_encoder: Embed | None) -> WordTable:
+def load_table(folder: Path, *, prompt: str, sentence_encoder: Embed | None) -> EmbeddingTable:
     """Read ``words.npz``: words (N,) str, embeddings (N, D) float16. Raises ValueError."""
     path = folder / TABLE_FILE
     try:
@@ -120,4 +120,4 @@ def load_table(folder: Path, *, prompt: str, sentence_encoder: Embed | None) -> 
     if rows.ndim != 2 or len(words) != len(rows) or not np.isfinite(rows).all():
         raise ValueError(f"the word table {path} is damaged: rows {rows.shape}, {len(words)} words")
     rows /= np.linalg.norm(rows, axis=1, keepdims=True)
-    return WordTable(words.tolist(), rows, prompt=prompt, sentence_encoder=sentence_encoder)
+    return EmbeddingTable(words.tolist(), rows, prompt=prompt, sentence_encoder=sentence_encoder)

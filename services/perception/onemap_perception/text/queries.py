@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from onemap_perception.text.embedding_table import WordTable, plain
+from onemap_perception.text.embedding_table import EmbeddingTable, plain
 from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import TextEmbeddings
@@ -50,16 +50,16 @@ class Calibration:
     placed: float = 0.0
 
 
-class QueryText:
+class QueryEncoder:
     """Words to calibrated queries; immutable after construction.
 
-    ``aliases`` False asks the embedding for the names in ``also`` too, to evaluate it.
+    ``aliases`` False asks the embedding for the names in ``query_aliases`` too, to evaluate it.
     """
 
     def __init__(
         self,
         vocabulary: Vocabulary,
-        table: WordTable,
+        table: EmbeddingTable,
         calibration: Calibration,
         *,
         aliases: bool = True,
@@ -78,9 +78,13 @@ class QueryText:
         """Embeddings, competitors and temperature of these texts; raises UnknownWordError."""
         classes = [self._class_of(text) for text in texts]
         pairs = list(zip(texts, classes, strict=True))
-        unknown = [text for text, named in pairs if named is None and not self._table.knows(text)]
+        unknown = [
+            text for text, named in pairs if named is None and not self._table.can_embed(text)
+        ]
         if unknown:
-            raise self._table.refusal({text: self._spelt_alike(text) for text in unknown})
+            raise self._table.unknown_word_error(
+                {text: self._spelt_alike(text) for text in unknown}
+            )
         placed = [self._place(text, named) for text, named in pairs]
         return TextEmbeddings(
             encoder_id=encoder_id,
@@ -99,7 +103,7 @@ class QueryText:
         word = plain(text)
         trained = self._vocabulary.class_of(word)
         if trained is None and self._aliases:
-            return self._vocabulary.also_called(word)
+            return self._vocabulary.query_alias_of(word)
         return trained
 
     def _place(self, text: str, named: int | None) -> tuple[F32, U8, tuple[str, ...]]:
@@ -113,7 +117,7 @@ class QueryText:
 
     def _nearest(self, text: str, embedding: F32) -> tuple[str, ...]:
         """Known words for a misspelt text or one far from every class, none for any other."""
-        slips = () if self._table.holds(text) else self._spelt_alike(text, MISSPELT)
+        slips = () if self._table.contains(text) else self._spelt_alike(text, MISSPELT)
         if slips:
             return slips
         cosine = self._classes @ embedding
@@ -131,8 +135,8 @@ class QueryText:
         words = self._table.words
         near = (self._table.embed(words) @ self._classes.T).max(axis=1) >= self._calibration.placed
         own = [word for word, is_near in zip(words, near, strict=True) if is_near]
-        also = [word for entry in self._vocabulary.classes for word in entry.also]
-        return tuple(dict.fromkeys([*own, *(also if self._aliases else ())]))
+        query_aliases = [word for entry in self._vocabulary.classes for word in entry.query_aliases]
+        return tuple(dict.fromkeys([*own, *(query_aliases if self._aliases else ())]))
 
     def _expand(self, embedding: F32) -> F32:
         """The word leaning to its nearest classes.

@@ -13,16 +13,16 @@ from onemap_shared.geometry import F32
 Embed = Callable[[Sequence[str]], F32]
 
 
-class Prompted:
+class CachedTextEncoder:
     """Wraps a text tower: fills texts into ``prompt`` (``{}`` in it) and keeps the newest rows.
 
     Not for several threads at once: the bus serves one question after the other.
     """
 
-    def __init__(self, embed: Embed, *, prompt: str, kept: int) -> None:
+    def __init__(self, embed: Embed, *, prompt: str, capacity: int) -> None:
         self._embed = embed
         self._prompt = prompt
-        self._kept = kept
+        self._kept = capacity
         self._rows: OrderedDict[str, F32] = OrderedDict()
 
     def __call__(self, texts: Sequence[str]) -> F32:

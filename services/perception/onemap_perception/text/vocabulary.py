@@ -10,15 +10,15 @@ FILE = "vocabulary.json"
 
 
 @dataclass(frozen=True, slots=True)
-class WordClass:
+class ObjectClass:
     """One trained class. ``aliases`` (the name among them) were training targets;
-    ``held_out`` are synonyms that never were, for evaluation only; ``also`` are names whose
+    ``held_out`` are synonyms that never were, for evaluation only; ``query_aliases`` are names whose
     embedding is known to fail: a query with one is answered as the class."""
 
     name: str
     aliases: tuple[str, ...]
     held_out: tuple[str, ...]
-    also: tuple[str, ...] = ()
+    query_aliases: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class Vocabulary:
     """
 
     prompt: str
-    classes: tuple[WordClass, ...]
+    classes: tuple[ObjectClass, ...]
     neutral: tuple[str, ...]
     common: tuple[str, ...]
 
@@ -51,10 +51,10 @@ class Vocabulary:
                 return index
         return None
 
-    def also_called(self, word: str) -> int | None:
+    def query_alias_of(self, word: str) -> int | None:
         """Index of the class that ``word`` stands for in queries only, None if for none."""
         for index, entry in enumerate(self.classes):
-            if word in entry.also:
+            if word in entry.query_aliases:
                 return index
         return None
 
@@ -65,7 +65,7 @@ def load_vocabulary(folder: Path) -> Vocabulary:
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         classes = tuple(
-            WordClass(
+            ObjectClass(
                 entry["name"],
                 tuple(entry["aliases"]),
                 tuple(entry["held_out"]),
