@@ -25,10 +25,8 @@ I8 = NDArray[np.int8]
 HIT = 4  # two or more points: occupied at once where nothing was known
 SINGLE_HIT = 2  # one point: a far leg or table edge, or a stray pixel, so twice before it counts
 MISS = 1  # four frames clear what was seen once, twelve what was seen often
-MAX_EVIDENCE, MIN_EVIDENCE = (
-    12,
-    -4,
-)  # bounded, so that what moved away disappears and what comes appears
+MAX_EVIDENCE = 12  # bounded, so that what moved away disappears
+MIN_EVIDENCE = -4  # and what comes appears
 OCCUPIED_THRESHOLD = 3
 MIN_HITS = 2
 RAY_STRIDE = 4  # of the thinned image: rays 0.1 m apart at the clearing range

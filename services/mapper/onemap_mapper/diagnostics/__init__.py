@@ -1,1 +1,1 @@
-"""diagnostics."""
+"""Diagnosis of depth, floor and frame flow: sentences and metrics for the heartbeat."""
