@@ -29,8 +29,8 @@ class Held:
         self.let_go = threading.Event()
         self.broken = False
 
-    def detect(self, seen: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
-        assert seen.features is None
+    def detect(self, image: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
+        assert image.features is None
         assert self.let_go.wait(20)
         if self.broken:
             raise DetectorError("the weights are tired")

@@ -132,7 +132,7 @@ class Corner:
     def __init__(self, score: float) -> None:
         self._score = score
 
-    def detect(self, seen: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
+    def detect(self, image: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
         mask = np.ones((1, 1), bool)
         return tuple(Detection(name, self._score, (0, 0, 1, 1), mask) for name in names.texts)
 

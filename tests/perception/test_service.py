@@ -162,7 +162,7 @@ def constant(height: int, width: int, value: int = 0) -> U8:
 @pytest.mark.parametrize(
     "image", [constant(1, 1), constant(33, 7), constant(240, 321, 255), constant(8, 2000, 128)]
 )
-def test_odd_pictures_are_pictures(world: World, image: U8) -> None:
+def test_odd_images_are_images(world: World, image: U8) -> None:
     world.planner.put(SEARCH)
     world.camera.put(frame(rgb=image))
     world.service.step(0.0)

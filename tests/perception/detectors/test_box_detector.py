@@ -122,7 +122,7 @@ def test_coco_finds_what_it_is_asked_for_by_the_name_it_was_asked(coco: CocoDete
 
 
 @pytest.mark.parametrize("size", [(1, 1), (7, 33), (480, 3)])
-def test_odd_pictures_are_pictures(
+def test_odd_images_are_images(
     coco: CocoDetector, grounding: OpenVocabularyDetector, size: tuple[int, int]
 ) -> None:
     image = sample_image(*size)

@@ -77,7 +77,7 @@ def test_components_are_the_groups_that_touch(bits: list[list[bool]]) -> None:
     assert len(pairs) == len({a for a, _ in pairs}) == len({b for _, b in pairs})
 
 
-def test_a_box_of_a_picture_that_was_resized() -> None:
+def test_a_box_of_an_image_that_was_resized() -> None:
     mask = np.zeros((4, 5), bool)
     mask[1:3, 4] = True
     assert box_px(mask, (100, 80)) == (80.0, 20.0, 100.0, 60.0)
@@ -129,7 +129,7 @@ def test_things_without_depth_have_no_points() -> None:
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (3, 7), (17, 9)])
-def test_any_mask_size_covers_the_picture(shape: tuple[int, int]) -> None:
+def test_any_mask_size_covers_the_image(shape: tuple[int, int]) -> None:
     view = DepthView(np.full((5, 11), 1000, np.uint16), CAMERA, np.eye(4))
     points, _ = detection_points([found_at(np.ones(shape, bool))], view)
     assert len(points) == 55

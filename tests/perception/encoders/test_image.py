@@ -11,7 +11,7 @@ from onemap_perception.encoders.image import fitted_size, pixel_values, resized
 SIDE = st.integers(1, 4000)
 
 
-def test_a_usual_picture_keeps_its_shape_exactly() -> None:
+def test_a_usual_image_keeps_its_shape_exactly() -> None:
     assert fitted_size(640, 480, long_side_px=640, stride=32) == (640, 480)
     assert fitted_size(1280, 720, long_side_px=640, stride=32) == (640, 352)
 

@@ -49,19 +49,19 @@ def test_every_size_gives_unit_features(
 
 
 @pytest.mark.parametrize("value", [0, 128, 255])
-def test_a_constant_picture_has_features(encoder: Encoder, value: int) -> None:
+def test_a_constant_image_has_features(encoder: Encoder, value: int) -> None:
     features = encoder.encode(np.full((240, 320, 3), value, np.uint8))
     assert np.isfinite(features).all()
 
 
-def test_a_picture_with_strides_is_the_same_picture(encoder: Encoder) -> None:
+def test_an_image_with_strides_is_the_same_image(encoder: Encoder) -> None:
     image = noise(64, 80)
     turned = np.ascontiguousarray(image[:, ::-1])[:, ::-1]
     turned.flags.writeable = False
     np.testing.assert_array_equal(encoder.encode(turned), encoder.encode(image))
 
 
-def test_wrong_pictures_are_refused(encoder: Encoder) -> None:
+def test_wrong_images_are_refused(encoder: Encoder) -> None:
     with pytest.raises(ValueError, match="rgb has dtype float32"):
         encoder.encode(np.zeros((8, 8, 3), np.float32))
     with pytest.raises(ValueError, match="rgb has shape"):

@@ -58,7 +58,7 @@ def test_on_one_cell_the_dense_map_is_the_pooled_embedding() -> None:
     torch.testing.assert_close(dense[:, 0, 0], pooled, rtol=0, atol=1e-6)
 
 
-def test_the_shape_of_the_picture_is_kept(encoder: OpenClipConvNext) -> None:
+def test_the_shape_of_the_image_is_kept(encoder: OpenClipConvNext) -> None:
     features = encoder.encode(image(480, 640))
     assert features.shape == (3, 4, EMBED_DIM)
     assert features.dtype == np.float16
@@ -72,16 +72,14 @@ def test_sed_compat_is_the_fixed_square(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("size", [(1, 1), (33, 7), (100, 3), (8, 500), (37, 53)])
-def test_pictures_of_any_size_have_features(
-    encoder: OpenClipConvNext, size: tuple[int, int]
-) -> None:
+def test_images_of_any_size_have_features(encoder: OpenClipConvNext, size: tuple[int, int]) -> None:
     features = encoder.encode(image(*size))
     assert features.size > 0
     assert np.isfinite(features).all()
 
 
 @pytest.mark.parametrize("value", [0, 127, 255])
-def test_constant_pictures_have_features(encoder: OpenClipConvNext, value: int) -> None:
+def test_constant_images_have_features(encoder: OpenClipConvNext, value: int) -> None:
     assert np.isfinite(encoder.encode(np.full((48, 64, 3), value, np.uint8))).all()
 
 
@@ -111,7 +109,7 @@ def test_a_missing_visual_key_is_refused_by_name(layout: str, tmp_path: Path) ->
         OpenClipConvNext(OpenClipSettings(path, tower=SMALL))
 
 
-def test_fine_tuned_pictures_keep_the_text_space(tmp_path: Path, encoder: OpenClipConvNext) -> None:
+def test_fine_tuned_images_keep_the_text_space(tmp_path: Path, encoder: OpenClipConvNext) -> None:
     path = open_clip_file(tmp_path, "bare")
     weights = torch.load(path, weights_only=True)
     weights["visual.trunk.stem.0.weight"] += 0.1
@@ -164,7 +162,7 @@ def test_empty_texts_are_refused(encoder: OpenClipConvNext, texts: list[str]) ->
         encoder.embed_text(texts)
 
 
-def test_a_full_device_is_said_and_the_next_picture_is_tried(
+def test_a_full_device_is_said_and_the_next_image_is_tried(
     encoder: OpenClipConvNext, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(_: torch.Tensor) -> torch.Tensor:

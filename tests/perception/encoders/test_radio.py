@@ -54,7 +54,7 @@ class StandIn(torch.nn.Module):
         return {radio.ADAPTOR: (features.mean(1), features)}
 
 
-def test_features_are_laid_out_as_the_picture(
+def test_features_are_laid_out_as_the_image(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(radio, "load_model", lambda settings: StandIn())

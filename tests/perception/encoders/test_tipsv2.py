@@ -42,7 +42,7 @@ def test_a_token_alone_attends_to_itself(folder: Path) -> None:
         assert not torch.allclose(block_of_values(block, two), block(two))
 
 
-def test_features_cover_the_picture(encoder: Tipsv2Encoder) -> None:
+def test_features_cover_the_image(encoder: Tipsv2Encoder) -> None:
     rng = np.random.default_rng(0)
     features = encoder.encode(rng.integers(0, 256, (48, 64, 3)).astype(np.uint8))
     assert features.shape == (3, 4, EMBED_DIM)
@@ -50,7 +50,7 @@ def test_features_cover_the_picture(encoder: Tipsv2Encoder) -> None:
 
 
 @pytest.mark.parametrize("size", [(1, 1), (33, 7), (8, 500)])
-def test_pictures_of_any_size_have_features(encoder: Tipsv2Encoder, size: tuple[int, int]) -> None:
+def test_images_of_any_size_have_features(encoder: Tipsv2Encoder, size: tuple[int, int]) -> None:
     assert np.isfinite(encoder.encode(np.full((*size, 3), 200, np.uint8))).all()
 
 

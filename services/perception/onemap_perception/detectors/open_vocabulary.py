@@ -47,13 +47,13 @@ class OpenVocabularyDetector:
         return detections_from_boxes(boxes, image.rgb, self._limits)
 
     def _boxes_of(self, name: str, image: Image) -> list[Box]:
-        from PIL import Image
+        import PIL.Image
 
         height, width = image.rgb.shape[:2]
         asked = [[name.lower()]]
         with inference(self._device, (width, height)):
             inputs = self._processor(
-                images=Image.fromarray(image.rgb), text=asked, return_tensors="pt"
+                images=PIL.Image.fromarray(image.rgb), text=asked, return_tensors="pt"
             ).to(self._device)
             (answer,) = self._processor.post_process_grounded_object_detection(
                 self._model(**inputs),

@@ -11,7 +11,7 @@ from onemap_perception.onnx import open_session
 from onemap_shared.geometry import F16, F32
 
 ENCODER_KEY = "onemap_encoder_id"  # in the file's metadata: whose tower it is
-INPUT, OUTPUT = "image", "features"
+INPUT, OUTPUT = "picture", "features"
 
 
 class ExportedTower:

@@ -1,1 +1,1 @@
-"""text."""
+"""Queries from text: embeddings, vocabulary and scores."""

@@ -93,8 +93,8 @@ class EmbeddingTable:
         ]
         are = "is" if len(named) == 1 else "are"
         return UnknownWordError(
-            f"{join_words(named, 'and')} {are} not among the {len(self._rows)} words that ship with "
-            f"this encoder; for any other word install the sentence encoder: {INSTALL}",
+            f"{join_words(named, 'and')} {are} not among the {len(self._rows)} words that ship "
+            f"with this encoder; for any other word install the sentence encoder: {INSTALL}",
             unknown,
         )
 

@@ -12,8 +12,8 @@ FILE = "vocabulary.json"
 @dataclass(frozen=True, slots=True)
 class ObjectClass:
     """One trained class. ``aliases`` (the name among them) were training targets;
-    ``held_out`` are synonyms that never were, for evaluation only; ``query_aliases`` are names whose
-    embedding is known to fail: a query with one is answered as the class."""
+    ``held_out`` are synonyms that never were, for evaluation only; ``query_aliases`` are names
+    whose embedding is known to fail: a query with one is answered as the class."""
 
     name: str
     aliases: tuple[str, ...]
