@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from onemap_shared.geometry import F64, Bool
-from onemap_simulator.collision import CollisionMap
-from onemap_simulator.scene import Scene
-from onemap_simulator.success import SUCCESS_RADIUS_M
-from onemap_simulator.truth import distances_from_above
-from tests.reference.floorplan import surface_points
+from onemap_simulator.ground_truth import SUCCESS_RADIUS_M
+from onemap_simulator.ground_truth.truth import distances_from_above
+from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.scene.scene import Scene
+from tests.reference.occupancy_raster import surface_points
 
 RADIUS_M, HEIGHT_M, EYE_HEIGHT_M = 0.2, 1.1, 1.0
 SPACING_M = 0.25

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from onemap_simulator.scene import Light, Room, Scene, SceneObject
+from onemap_simulator.scene.scene import Light, Room, Scene, SceneObject
 
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 _SIDES = {

@@ -8,8 +8,8 @@ import pytest
 import trimesh
 
 from onemap_simulator.inspection import Inspection, inspect_scene
-from onemap_simulator.loading import load_scene
-from tests.simulator.test_loading import room_of
+from onemap_simulator.scene.loading import load_scene
+from tests.simulator.scene.test_loading import room_of
 
 
 def inspected(path: Path) -> Inspection:

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniSettings
 from onemap_perception.text.vocabulary import load_vocabulary
-from onemap_simulator.scene import Scene
+from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench import queries
 from onemap_tools.bench.mapping import map_scene
 from onemap_tools.bench.queries import (

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_simulator.success import SUCCESS_TOLERANCE_M
+from onemap_simulator.ground_truth import SUCCESS_TOLERANCE_M
 from onemap_tools.demo_summary import (
     DemoSummary,
     ObjectSummary,

@@ -13,8 +13,8 @@ import yaml
 from rich.console import Console
 
 from onemap_shared.config import PREFIX, read
-from onemap_simulator.naming import UNNAMED
-from onemap_simulator.scene import STRUCTURE
+from onemap_simulator.scene.naming import UNNAMED
+from onemap_simulator.scene.scene import STRUCTURE
 from onemap_tools.launch import ProcessSpec, command_of, make_folder
 from onemap_tools.network import LOOPBACK, any_free_port, next_free_port
 from onemap_tools.services import check_robot
@@ -123,7 +123,7 @@ def set_up(options: DemoOptions) -> Setup:
 
 def check_scene_file(path: Path) -> None:
     """Trouble if the simulator could not open the scene: told before anything is started."""
-    from onemap_simulator.loading import load_scene
+    from onemap_simulator.scene.loading import load_scene
 
     try:
         load_scene(path)

@@ -1,7 +1,7 @@
 """How well a search went, in numbers: success, path length against the shortest, map rate.
 
 An object counts if the robot said "found" and stopped at a success place, which
-``onemap_simulator.success`` defines; the search as a whole if all of its objects
+``onemap_simulator.ground_truth`` defines; the search as a whole if all of its objects
 count. SPL is that of Anderson et al. (2018) with the shortest path to such a place.
 """
 
@@ -13,7 +13,7 @@ from math import isfinite, nan
 from typing import Any
 
 from onemap_shared.messages import SearchState
-from onemap_simulator.success import SUCCESS_TOLERANCE_M
+from onemap_simulator.ground_truth import SUCCESS_TOLERANCE_M
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64
-from onemap_simulator.render import Renderer
+from onemap_simulator.rendering.renderer import Renderer
 
 
 def frame_seconds(

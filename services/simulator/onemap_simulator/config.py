@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import Field
 
 from onemap_shared.params import Params
-from onemap_simulator.robot import RobotParameters
-from onemap_simulator.sensor import CameraParameters
+from onemap_simulator.physics.robot import RobotParameters
+from onemap_simulator.rendering.rgbd_camera import CameraParameters
 
 Metres = Annotated[float, Field(gt=0, le=10)]
 

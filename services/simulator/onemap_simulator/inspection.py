@@ -9,9 +9,8 @@ import numpy as np
 
 from onemap_shared.geometry import Bool
 from onemap_shared.grid import GridSpec
-from onemap_simulator.collision import CollisionMap
-from onemap_simulator.floorplan import occupied_cells
-from onemap_simulator.loading import (
+from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.scene.loading import (
     Y_UP_SUFFIXES,
     SceneFile,
     assemble,
@@ -19,9 +18,10 @@ from onemap_simulator.loading import (
     read_scene_file,
     size_problem,
 )
-from onemap_simulator.naming import UNNAMED
-from onemap_simulator.scene import Scene
-from onemap_simulator.spawn import BODY_M, CELL_M, floor_cells, free_space, start_pose
+from onemap_simulator.scene.naming import UNNAMED
+from onemap_simulator.scene.occupancy_raster import occupied_cells
+from onemap_simulator.scene.scene import Scene
+from onemap_simulator.scene.spawn import BODY_M, CELL_M, floor_cells, free_space, start_pose
 
 MIN_WIDTH_M = 1.0  # narrower is no room in metres
 LISTED = 5  # names in a warning

@@ -23,14 +23,14 @@ from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_
 from onemap_shared.messages import Odometry, RgbdFrame
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
-from onemap_simulator.collision import CollisionMap
 from onemap_simulator.config import SimulatorConfig
-from onemap_simulator.render import Renderer
-from onemap_simulator.robot import RobotState, Velocity
-from onemap_simulator.scene import Scene
-from onemap_simulator.sensor import RgbdCamera, noisy_pose
-from onemap_simulator.simulation import Simulation
-from onemap_simulator.truth import SceneTruth, answer_truth
+from onemap_simulator.ground_truth.truth import SceneTruth, answer_truth
+from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.robot import RobotState, Velocity
+from onemap_simulator.physics.simulation import Simulation
+from onemap_simulator.rendering.renderer import Renderer
+from onemap_simulator.rendering.rgbd_camera import RgbdCamera, noisy_pose
+from onemap_simulator.scene.scene import Scene
 from onemap_simulator.worlds import check_scene, open_scene
 
 LOG = logging.getLogger("onemap.simulator")

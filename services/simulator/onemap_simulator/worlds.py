@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from onemap_simulator.apartment import generate_apartment
-from onemap_simulator.loading import SUFFIXES, check_file, load_scene
-from onemap_simulator.scene import Scene
-from onemap_simulator.style import HELD_OUT, TRAINING
+from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.generation.style import HELD_OUT, TRAINING
+from onemap_simulator.scene.loading import SUFFIXES, check_file, load_scene
+from onemap_simulator.scene.scene import Scene
 
 APARTMENT = "apartment"
 STYLES = {style.name: style for style in (TRAINING, HELD_OUT)}

@@ -12,10 +12,10 @@ from onemap_mapper.diagnostics.depth_diagnostics import diagnose_depth
 from onemap_mapper.diagnostics.floor_monitor import FloorMonitor, FloorState
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
-from onemap_simulator.apartment import generate_apartment
-from onemap_simulator.render import Renderer
-from onemap_simulator.sensor import measured_mm, noisy_depth
-from onemap_simulator.spawn import free_space
+from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.rendering.renderer import Renderer
+from onemap_simulator.rendering.rgbd_camera import measured_mm, noisy_depth
+from onemap_simulator.scene.spawn import free_space
 
 SEEDS = (3, 4)
 POSES = 20

@@ -35,14 +35,14 @@ from onemap_planner.rules import Rules
 from onemap_planner.search import begin
 from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import Detections, FeatureField, RgbdFrame, SearchView
-from onemap_simulator.collision import CollisionMap
 from onemap_simulator.config import SimulatorConfig
-from onemap_simulator.render import Renderer
-from onemap_simulator.robot import RobotState
-from onemap_simulator.robot import Velocity as Twist
-from onemap_simulator.scene import Scene
-from onemap_simulator.sensor import RgbdCamera, noisy_pose
-from onemap_simulator.simulation import Simulation
+from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.robot import RobotState
+from onemap_simulator.physics.robot import Velocity as Twist
+from onemap_simulator.physics.simulation import Simulation
+from onemap_simulator.rendering.renderer import Renderer
+from onemap_simulator.rendering.rgbd_camera import RgbdCamera, noisy_pose
+from onemap_simulator.scene.scene import Scene
 
 COMMAND_VALID_S = 0.3  # as ``VelocityCommand`` has it by default
 

@@ -17,10 +17,10 @@ from onemap_perception.variance import VarianceParams, observation_variance
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64
 from onemap_shared.messages import FeatureField
-from onemap_simulator.render import Renderer, View
-from onemap_simulator.scene import Scene
-from onemap_simulator.sensor import CameraParameters, measured_mm
-from onemap_simulator.views import sample_poses
+from onemap_simulator.rendering.camera_poses import sample_poses
+from onemap_simulator.rendering.renderer import Renderer, View
+from onemap_simulator.rendering.rgbd_camera import CameraParameters, measured_mm
+from onemap_simulator.scene.scene import Scene
 
 CAMERA = CameraParameters()
 INTRINSICS = Intrinsics.from_fov(CAMERA.width, CAMERA.height, CAMERA.horizontal_fov_rad)

@@ -39,10 +39,10 @@ from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
 from onemap_shared.config import load
 from onemap_shared.geometry import F32
 from onemap_shared.messages import SimilarityRequest
-from onemap_simulator.apartment import generate_apartment
-from onemap_simulator.scene import Scene
-from onemap_simulator.style import HELD_OUT, TRAINING, Style
-from onemap_simulator.truth import distances_from_above
+from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.generation.style import HELD_OUT, TRAINING, Style
+from onemap_simulator.ground_truth.truth import distances_from_above
+from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.mapping import Mapped, map_scene
 from onemap_tools.bench.parser import Parser
 

@@ -20,10 +20,10 @@ import numpy as np
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import U8
-from onemap_simulator.apartment import generate_apartment
-from onemap_simulator.render import Renderer, View
-from onemap_simulator.style import TRAINING, Style
-from onemap_simulator.views import ViewRange, sample_poses
+from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.generation.style import TRAINING, Style
+from onemap_simulator.rendering.camera_poses import ViewRange, sample_poses
+from onemap_simulator.rendering.renderer import Renderer, View
 
 NO_CLASS = 255
 TRAIN_SEEDS = range(1000, 100_000)

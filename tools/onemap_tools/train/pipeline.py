@@ -22,7 +22,7 @@ from onemap_perception.text.minilm import INSTALL, MiniLm, find_model_folder
 from onemap_perception.text.queries import save_calibration
 from onemap_perception.text.vocabulary import FILE as VOCABULARY_FILE
 from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
-from onemap_simulator.style import HELD_OUT
+from onemap_simulator.generation.style import HELD_OUT
 from onemap_tools.train.backbone import INSTALL as INSTALL_TRUNK
 from onemap_tools.train.backbone import find_weights
 from onemap_tools.train.calibrate import FIRST_GUESS, fit_temperature

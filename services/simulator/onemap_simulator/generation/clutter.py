@@ -1,0 +1,171 @@
+"""Small things on furniture, things on walls, curtains, and whatever is still missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from onemap_simulator.generation.floor_plan import HALF_WALL_M, Opening, Plan
+from onemap_simulator.generation.furniture import (
+    containers,
+    electronics,
+    plants,
+    playthings,
+    seating,
+    storage,
+    tables,
+    tableware,
+)
+from onemap_simulator.generation.furniture.appliances import (
+    kettle,
+    microwave,
+    refrigerator,
+    toaster,
+)
+from onemap_simulator.generation.furniture.bathroom import towel, washing_machine
+from onemap_simulator.generation.furniture.fittings import curtain
+from onemap_simulator.generation.furniture.sleep import pillow
+from onemap_simulator.generation.furniture.wall_decor import clock, mirror, picture
+from onemap_simulator.generation.mesh import rotation
+from onemap_simulator.generation.model import Model
+from onemap_simulator.generation.placement import Arranger
+from onemap_simulator.generation.room_layout import Placed, Site, place
+from onemap_simulator.generation.sampler import Pick
+from onemap_simulator.generation.structure import facing
+
+Maker = Callable[[Pick], Model]
+Wish = tuple[float, Maker]
+
+
+def put(room: Arranger, supports: Sequence[Placed], wishes: Sequence[Wish]) -> None:
+    """Each wish, with its probability, on one of the supports that has room."""
+    for probability, make in wishes:
+        if supports and room.pick.chance(probability):
+            _put(room, supports, make(room.pick))
+
+
+def _put(room: Arranger, supports: Sequence[Placed], model: Model) -> bool:
+    order = room.pick.rng.permutation(len(supports))
+    return any(room.on_top(model, supports[index]) is not None for index in order)
+
+
+def hang(room: Arranger, wishes: Sequence[Wish]) -> None:
+    """Each wish, with its probability, on a wall at about eye height."""
+    for probability, make in wishes:
+        if room.pick.chance(probability):
+            _hang(room, make(room.pick))
+
+
+def _hang(room: Arranger, model: Model) -> bool:
+    height = float(model.upper[2])
+    centre = room.pick.between(1.25, 1.5)
+    return room.against_wall(model, z=max(centre - height / 2, 0.7)) is not None
+
+
+def complete(site: Site, pick: Pick) -> None:
+    """Add most of the categories that no room got, where they may be expected."""
+    everywhere = tuple({space.kind for space in site.plan.spaces})
+    for category, make, kinds, how in _EXTRAS:
+        have = {thing.model.category for thing in site.placed}
+        if category in have or pick.chance(0.1):
+            continue
+        allowed = [i for i, s in enumerate(site.plan.spaces) if s.kind in (kinds or everywhere)]
+        model = make(pick)
+        for index in pick.rng.permutation(allowed):
+            room = Arranger(site, pick, int(index))
+            here = [
+                thing
+                for thing in site.placed
+                if thing.space == index and thing.model.tops and _suits(category, thing)
+            ]
+            if how == "top" and _put(room, here, model):
+                break
+            if how == "wall" and _hang(room, model):
+                break
+            if how == "floor" and room.against_wall(model) is not None:
+                break
+
+
+def _suits(category: str, support: Placed) -> bool:
+    """Cups and kettles do not stand on sofas, pillows do not lie on tables."""
+    soft = support.model.category in ("sofa", "armchair", "bed")
+    return category == "teddy bear" or soft == (category == "pillow")
+
+
+_DAY = ("living room", "study", "dining room")
+_LIVED_IN = (*_DAY, "bedroom")
+
+# category, maker, kinds of room (empty: any), and where: floor (at a wall), top or wall.
+_EXTRAS: tuple[tuple[str, Maker, tuple[str, ...], str], ...] = (
+    ("refrigerator", refrigerator, ("kitchen", "dining room", "hallway"), "floor"),
+    ("wardrobe", storage.wardrobe, ("bedroom", "hallway", "study"), "floor"),
+    ("sofa", seating.sofa, ("living room", "study", "bedroom"), "floor"),
+    ("coffee table", tables.coffee_table, ("living room", "study"), "floor"),
+    ("bicycle", playthings.bicycle, ("hallway", *_LIVED_IN), "floor"),
+    ("washing machine", washing_machine, ("kitchen", "bathroom", "hallway"), "floor"),
+    ("desk", tables.desk, _LIVED_IN, "floor"),
+    ("bookcase", storage.bookcase, (*_LIVED_IN, "hallway"), "floor"),
+    ("dresser", storage.dresser, (*_LIVED_IN, "hallway"), "floor"),
+    ("armchair", seating.armchair, _LIVED_IN, "floor"),
+    ("shelf", storage.shelf, (), "floor"),
+    ("bench", seating.bench, (*_LIVED_IN, "hallway"), "floor"),
+    ("stool", seating.stool, (*_LIVED_IN, "kitchen", "hallway"), "floor"),
+    ("chair", seating.chair, (*_LIVED_IN, "kitchen"), "floor"),
+    ("nightstand", storage.nightstand, ("bedroom",), "floor"),
+    ("radiator", electronics.radiator, (), "floor"),
+    ("guitar", playthings.guitar, _LIVED_IN, "floor"),
+    ("suitcase", containers.suitcase, ("bedroom", "hallway", "study", "living room"), "floor"),
+    ("basket", containers.basket, (), "floor"),
+    ("box", containers.cardboard_box, (), "floor"),
+    ("trash can", containers.trash_can, (), "floor"),
+    ("ball", playthings.ball, _LIVED_IN, "floor"),
+    ("lamp", electronics.floor_lamp, _LIVED_IN, "floor"),
+    ("fan", electronics.standing_fan, _LIVED_IN, "floor"),
+    ("potted plant", plants.floor_plant, (), "floor"),
+    ("laptop", electronics.laptop, (*_LIVED_IN, "kitchen"), "top"),
+    ("microwave", microwave, ("kitchen", "dining room"), "top"),
+    ("kettle", kettle, ("kitchen", "dining room", "living room"), "top"),
+    ("toaster", toaster, ("kitchen", "dining room", "living room"), "top"),
+    ("teddy bear", playthings.teddy_bear, _LIVED_IN, "top"),
+    ("pillow", pillow, ("bedroom", "living room"), "top"),
+    ("vase", plants.vase, (), "top"),
+    ("bottle", tableware.bottle, (), "top"),
+    ("bowl", tableware.bowl, (), "top"),
+    ("cup", tableware.cup, (), "top"),
+    ("book", tableware.book, (), "top"),
+    ("fan", electronics.table_fan, (), "top"),
+    ("lamp", electronics.table_lamp, (), "top"),
+    ("towel", towel, ("bathroom", "kitchen"), "wall"),
+    ("mirror", mirror, (), "wall"),
+    ("clock", clock, (), "wall"),
+    ("picture", picture, (), "wall"),
+    ("television", lambda p: electronics.television(p, hanging=True), _LIVED_IN, "wall"),
+)
+
+
+def hang_curtains(site: Site, pick: Pick) -> None:
+    """A pair of curtains at most windows, to the floor or to just below the sill."""
+    plan = site.plan
+    for hole in plan.windows:
+        kind = plan.spaces[hole.spaces[0]].kind
+        if kind in ("bathroom", "kitchen") or pick.chance(0.3):
+            continue
+        long = curtain(pick, pick.size(0.3, 0.45), hole.top + 0.06)
+        short = curtain(pick, pick.size(0.3, 0.45), hole.top - hole.sill + 0.2)
+        for model in (long, short) if pick.chance(0.6) else (short,):
+            pair = _beside_window(model, hole, plan)
+            hung = [site.add([thing], ignoring=site.window_boxes) for thing in pair]
+            if all(hung):
+                break
+
+
+def _beside_window(model: Model, hole: Opening, plan: Plan) -> list[Placed]:
+    """The same curtain left and right of a window, its rod above the window."""
+    space = hole.spaces[0]
+    turn = facing(hole, plan, space)
+    pair = []
+    for side in (-1, 1):
+        offset = (side * (hole.width / 2 + float(model.upper[0]) - 0.16), -HALF_WALL_M - 0.14, 0.0)
+        x, y, _ = rotation("z", turn) @ offset
+        at = (hole.centre[0] + x, hole.centre[1] + y, hole.top + 0.15 - float(model.upper[2]))
+        pair.append(place(model, at, turn, space))
+    return pair

@@ -1,0 +1,78 @@
+"""A model: the meshes of one nameable thing, each with its material.
+
+Local frame: metres, z up, the thing stands on z = 0, its width runs along x, it faces
+-y and its back is towards +y, where a wall would be.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from onemap_shared.geometry import F64, U8
+from onemap_simulator.generation.mesh import Mesh
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Material:
+    """An albedo texture (h, w, 3) uint8 RGB that repeats every ``tile_m`` metres.
+
+    A panel's uv runs from 0 to 1, so its material has ``tile_m`` 1. Compared by identity.
+    """
+
+    texture: U8
+    tile_m: float = 1.0
+
+
+class Part(NamedTuple):
+    """A mesh and what it is made of."""
+
+    mesh: Mesh
+    material: Material
+
+
+class Top(NamedTuple):
+    """A level rectangle, local metres, on which small things may stand."""
+
+    x_min: float
+    y_min: float
+    x_max: float
+    y_max: float
+    z: float
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """One thing in its local frame."""
+
+    category: str
+    parts: tuple[Part, ...]
+    tops: tuple[Top, ...] = ()
+
+    @property
+    def lower(self) -> F64:
+        """The smallest x, y, z (3,) in metres."""
+        least: F64 = np.min([part.mesh.vertices.min(axis=0) for part in self.parts], axis=0)
+        return least
+
+    @property
+    def upper(self) -> F64:
+        """The largest x, y, z (3,) in metres."""
+        most: F64 = np.max([part.mesh.vertices.max(axis=0) for part in self.parts], axis=0)
+        return most
+
+
+def assemble(
+    category: str, *groups: tuple[Material, list[Mesh]], tops: tuple[Top, ...] = ()
+) -> Model:
+    """A model from groups of meshes that share a material."""
+    parts = tuple(Part(mesh, material) for material, meshes in groups for mesh in meshes)
+    return Model(category, parts, tops)
+
+
+def top_of(width: float, depth: float, z: float, margin: float = 0.04) -> Top:
+    """A top centred on the local origin, with a margin to its edges."""
+    x, y = max(width / 2 - margin, 0.01), max(depth / 2 - margin, 0.01)
+    return Top(-x, -y, x, y, z)

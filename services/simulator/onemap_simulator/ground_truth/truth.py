@@ -1,0 +1,166 @@
+"""Simulated truth: how far things really are, for the summaries of demos and benchmarks.
+
+Nothing that searches may read it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from onemap_shared.geometry import F32, F64, I64, Bool
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import Truth, TruthRequest
+from onemap_simulator.ground_truth import SUCCESS_RADIUS_M
+from onemap_simulator.ground_truth.shortest_paths import Ways
+from onemap_simulator.ground_truth.visibility import in_sight
+from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.rendering.ray_tracer import Tracer
+from onemap_simulator.scene.naming import UNNAMED
+from onemap_simulator.scene.occupancy_raster import rasterise
+from onemap_simulator.scene.scene import STRUCTURE, Scene
+
+CELL_SIZE_M = 0.05
+ALL_HEIGHTS_M = (-np.inf, np.inf)
+
+
+@dataclass(frozen=True, slots=True)
+class Distances:
+    """What is true of one category seen from one place; infinity where there is no way.
+
+    instances: how many there are; straight_m: to the outline of the nearest, seen from above;
+    path_m: the shortest way for the robot's disc to a success place (see ``success``), 0 if
+    the place is one.
+    """
+
+    instances: int
+    straight_m: float
+    path_m: float
+
+
+class SceneTruth:
+    """Answers for one scene and a robot of one size; one thread at a time may ask."""
+
+    def __init__(
+        self, scene: Scene, *, radius_m: float, height_m: float, eye_height_m: float
+    ) -> None:
+        self.scene = scene
+        collision = CollisionMap.of(scene, height_m, CELL_SIZE_M)
+        self._grid = collision.grid
+        self._free: Bool = collision.clearance >= radius_m
+        self._eye_height_m = eye_height_m
+        self._tracer = Tracer(scene)
+        self._ways: dict[str, Ways] = {}
+
+    def distances(self, name: str, x_m: float, y_m: float) -> Distances:
+        """The truth about a category name, in any case, from a place in metres."""
+        wanted, place = _category(name), np.array([x_m, y_m])
+        objects = self._instances(wanted)
+        if not objects:
+            return Distances(0, np.inf, np.inf)
+        mine = self._triangles(np.isin(self.scene.face_object, objects))
+        straight = float(distances_from_above(mine, place).min(initial=np.inf))
+        return Distances(len(objects), straight, self._path_m(wanted, place))
+
+    def success_places(self, name: str) -> tuple[GridSpec, Bool]:
+        """Cells (nx, ny) whose centres are success places of a category, and their grid."""
+        places = np.zeros(self._free.shape, bool)
+        for index in self._instances(_category(name)):
+            outline = rasterise(
+                self._triangles(self.scene.face_object == index), self._grid, ALL_HEIGHTS_M
+            )
+            cells = np.argwhere(self._free & ~places & within(outline, SUCCESS_RADIUS_M))
+            seen = cells[in_sight(self._tracer, self.scene, index, self._eyes(cells))]
+            places[seen[:, 0], seen[:, 1]] = True
+        return self._grid, places
+
+    def nearest(self, x_m: float, y_m: float) -> str:
+        """Category of the thing nearest to a place, seen from above; empty if it has no name.
+
+        Of things above one another it is the highest. Walls and the like are left out.
+        """
+        best, nearest = (np.inf, 0.0), ""
+        triangles = self._triangles(np.ones(len(self.scene.faces), bool))
+        apart = distances_from_above(triangles, np.array([x_m, y_m]))
+        for index, thing in enumerate(self.scene.objects):
+            faces = self.scene.face_object == index
+            if thing.category in STRUCTURE or not faces.any():
+                continue
+            rank = (float(apart[faces].min()), -float(triangles[faces][..., 2].max()))
+            if rank < best:
+                best, nearest = rank, thing.category
+        return "" if nearest == UNNAMED else nearest
+
+    def _instances(self, category: str) -> list[int]:
+        return [i for i, thing in enumerate(self.scene.objects) if thing.category == category]
+
+    def _triangles(self, faces: Bool) -> F64:
+        """Corners (N, 3, 3) in metres of the chosen faces (F,)."""
+        return self.scene.vertices[self.scene.faces[faces]].astype(np.float64)
+
+    def _eyes(self, cells: I64) -> F32:
+        """Where (N, 3) the camera is above cells (N, 2), in metres."""
+        heights = np.full(len(cells), self._eye_height_m)
+        return np.column_stack([self._grid.centres(cells), heights]).astype(np.float32)
+
+    def _path_m(self, category: str, place: F64) -> float:
+        """Length of the way from a place (2,) to the nearest success place of a category."""
+        start = _nearest(self._free, self._grid, place)
+        if start is None:
+            return np.inf
+        if category not in self._ways:
+            self._ways[category] = Ways.to(self.success_places(category)[1], self._free)
+        return self._ways[category].length(start) * CELL_SIZE_M
+
+
+def answer_truth(truth: SceneTruth, request: TruthRequest) -> Truth:
+    """All that is true of the request's category and place; raises ValueError."""
+    if not np.isfinite((request.x_m, request.y_m)).all():
+        raise ValueError(f"the place ({request.x_m}, {request.y_m}) is not finite")
+    found = truth.distances(request.name, request.x_m, request.y_m)
+    return Truth(
+        scene=truth.scene.name,
+        instances=found.instances,
+        distance_m=found.straight_m,
+        shortest_path_m=found.path_m,
+        categories=truth.scene.categories,
+        nearest=truth.nearest(request.x_m, request.y_m),
+        names_complete=truth.scene.names_complete,
+    )
+
+
+def within(outline: Bool, distance_m: float) -> Bool:
+    """Cells (nx, ny) at most so far from an outline's cells (nx, ny), measured between centres."""
+    apart = cv2.distanceTransform((~outline).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    close: Bool = np.asarray(apart) * CELL_SIZE_M <= distance_m
+    return close
+
+
+def distances_from_above(triangles: F64, place: F64) -> F64:
+    """Distances (N,) in metres of a place (2,) to triangles (N, 3, 3) projected on the floor."""
+    start = triangles[..., :2]
+    edge = np.roll(start, -1, axis=1) - start
+    to_place = place - start
+    squared = np.maximum((edge**2).sum(axis=2), 1e-18)
+    along = np.clip((to_place * edge).sum(axis=2) / squared, 0.0, 1.0)
+    nearest = np.linalg.norm(to_place - along[..., None] * edge, axis=2).min(axis=1)
+    side = edge[..., 0] * to_place[..., 1] - edge[..., 1] * to_place[..., 0]
+    area = edge[:, 0, 0] * edge[:, 1, 1] - edge[:, 0, 1] * edge[:, 1, 0]
+    inside = ((side >= 0).all(axis=1) | (side <= 0).all(axis=1)) & (np.abs(area) > 1e-12)
+    return np.where(inside, 0.0, nearest)
+
+
+def _category(name: str) -> str:
+    return " ".join(name.split()).casefold()
+
+
+def _nearest(free: Bool, grid: GridSpec, place: F64) -> I64 | None:
+    """The free cell (2,) nearest to a place (2,), None if there is none within two cells."""
+    cells: I64 = np.argwhere(free)
+    if len(cells) == 0:
+        return None
+    apart = np.linalg.norm(grid.centres(cells) - place, axis=1)
+    nearest = int(apart.argmin())
+    return cells[nearest] if apart[nearest] <= 2 * grid.cell_size_m else None

@@ -1,0 +1,63 @@
+"""Where the robot can be: distances to the nearest obstacle, from the scene's geometry."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from onemap_shared.geometry import F32, F64, Bool
+from onemap_shared.grid import GridSpec
+from onemap_simulator.scene.occupancy_raster import clearance_m, occupied_cells, reachable_from
+from onemap_simulator.scene.scene import Scene
+
+CELL_SIZE_M = 0.025  # an eighth of the robot's radius
+FLOOR_MARGIN_M = 0.05  # rugs and thresholds lower than this are driven over
+
+
+@dataclass(frozen=True, slots=True)
+class CollisionMap:
+    """Clearance (nx, ny) float32 in metres over ``grid``: from a cell's centre to an obstacle.
+
+    Never more than the true distance: an obstacle may begin anywhere in the cells it
+    touches, so half a cell's diagonal is taken off, and those cells are below zero.
+    Beyond the grid all is obstacle.
+    """
+
+    grid: GridSpec
+    clearance: F32
+
+    @classmethod
+    def of(cls, scene: Scene, height_m: float, cell_size_m: float = CELL_SIZE_M) -> CollisionMap:
+        """Obstacles are all that lies between the floor's margin and ``height_m``."""
+        grid, occupied = occupied_cells(scene, cell_size_m, FLOOR_MARGIN_M, height_m)
+        distance = clearance_m(occupied, cell_size_m) - np.float32(cell_size_m / np.sqrt(2))
+        return cls(grid, distance)
+
+    def clearance_m(self, x_m: float, y_m: float) -> float:
+        """Distance in metres from a place on the floor to the nearest obstacle; 0 inside one.
+
+        Interpolated between cell centres, so that it varies smoothly with the place.
+        """
+        at = np.array([x_m, y_m]) / self.grid.cell_size_m - self.grid.origin_cell - 0.5
+        low = np.floor(at).astype(int)
+        if (low < 0).any() or (low + 1 >= self.grid.shape).any():
+            return 0.0
+        (ix, iy), (tx, ty) = low, at - low
+        block = self.clearance[ix : ix + 2, iy : iy + 2]
+        return max(float(np.array([1 - tx, tx]) @ block @ np.array([1 - ty, ty])), 0.0)
+
+    def standable(self, x_m: float, y_m: float, radius_m: float) -> Bool:
+        """Cells (nx, ny) a robot of this radius at a place can drive to, all False if it is stuck.
+
+        Starts at the standable cell nearest to the place, within one radius of it.
+        """
+        free: Bool = self.clearance >= radius_m
+        cells = np.argwhere(free)
+        if len(cells) == 0:
+            return free
+        apart: F64 = np.linalg.norm(self.grid.centres(cells) - (x_m, y_m), axis=1)
+        nearest = int(apart.argmin())
+        if apart[nearest] > radius_m:
+            return np.zeros_like(free)
+        return reachable_from(free, cells[nearest])

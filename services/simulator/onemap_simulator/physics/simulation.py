@@ -1,0 +1,94 @@
+"""The robot in its world as time passes. Time is an argument: seconds of any monotonic clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.robot import (
+    Deadman,
+    RobotParameters,
+    RobotState,
+    Velocity,
+    step,
+)
+
+MAX_STEP_S = 0.02  # at 0.7 m/s 14 mm, small against furniture
+IMPACT_MPS = 0.05  # slower is not a new collision: the robot leans on what it ran into
+MAX_PAUSE_S = 1.0  # a machine that slept must not drive on for as long as it slept
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """Since the start: contacts with obstacles, commands heard, stops by the deadman timer."""
+
+    collisions: int = 0
+    commands_received: int = 0
+    deadman_stops: int = 0
+
+
+class Simulation:
+    """One robot and what it may bump into."""
+
+    def __init__(
+        self,
+        collision: CollisionMap,
+        parameters: RobotParameters,
+        start: RobotState,
+        *,
+        deadman_s: float,
+        now_s: float,
+    ) -> None:
+        self._collision = collision
+        self._parameters = parameters
+        self._deadman = Deadman(deadman_s)
+        self._now_s = now_s
+        self.state = start
+        self.counts = Counts()
+        if self._collides(start.x_m, start.y_m):
+            raise ValueError(
+                f"the robot's start ({start.x_m:.2f}, {start.y_m:.2f}) is "
+                f"{collision.clearance_m(start.x_m, start.y_m):.2f} m from an obstacle; "
+                f"its radius is {parameters.radius_m} m"
+            )
+
+    def heard(self, command: Velocity, now_s: float, validity_s: float) -> None:
+        """A command arrived."""
+        self._deadman = self._deadman.heard(command, now_s, validity_s)
+        self._count(commands_received=1)
+
+    def advance(self, now_s: float) -> bool:
+        """Move on to a moment; returns whether the robot ran into something on the way."""
+        bumped = False
+        self._now_s = max(self._now_s, now_s - MAX_PAUSE_S)
+        while self._now_s < now_s:
+            # The epsilon keeps rounding from making a step of no length at the end.
+            dt_s = MAX_STEP_S if now_s - self._now_s > MAX_STEP_S + 1e-6 else now_s - self._now_s
+            before = self.state
+            self.state = step(
+                before,
+                self._deadman.command_at(self._now_s),
+                dt_s,
+                parameters=self._parameters,
+                collides=self._collides,
+            )
+            if self._deadman.stopped_between(self._now_s, self._now_s + dt_s):
+                self._count(deadman_stops=1)
+            if self.state.collided and abs(before.velocity.linear_mps) > IMPACT_MPS:
+                self._count(collisions=1)
+            bumped = bumped or self.state.collided
+            self._now_s += dt_s
+        return bumped
+
+    def _collides(self, x_m: float, y_m: float) -> bool:
+        return self._collision.clearance_m(x_m, y_m) < self._parameters.radius_m
+
+    def _count(
+        self, *, collisions: int = 0, commands_received: int = 0, deadman_stops: int = 0
+    ) -> None:
+        now = self.counts
+        self.counts = Counts(
+            now.collisions + collisions,
+            now.commands_received + commands_received,
+            now.deadman_stops + deadman_stops,
+        )

@@ -1,0 +1,143 @@
+"""Which floor cells does the geometry between two heights touch, and where is room to stand?"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from onemap_shared.geometry import F32, F64, I64, Bool
+from onemap_shared.grid import GridSpec
+from onemap_simulator.scene.scene import Scene
+
+SHIFT = 8  # cv2 fixed-point bits: polygons are drawn at 1/256 cell
+
+
+def occupied_cells(
+    scene: Scene, cell_size_m: float, z_min: float, z_max: float
+) -> tuple[GridSpec, Bool]:
+    """Cells (nx, ny) touched by a triangle's part between the heights, and their grid.
+
+    The grid covers the whole scene. Conservative: every touched cell is set, and a cell that
+    is merely adjacent to a slanted edge may be set too.
+    """
+    vertices = scene.vertices.astype(np.float64)
+    lower, upper = vertices.min(axis=0), vertices.max(axis=0)
+    spec = GridSpec.covering(
+        cell_size_m, (float(lower[0]), float(lower[1])), (float(upper[0]), float(upper[1]))
+    )
+    triangles = vertices[scene.faces]
+    heights = triangles[..., 2]
+    near = (heights.max(axis=1) >= z_min) & (heights.min(axis=1) <= z_max)
+    return spec, rasterise(triangles[near], spec, (z_min, z_max))
+
+
+def rasterise(triangles: F64, spec: GridSpec, z_range_m: tuple[float, float]) -> Bool:
+    """Cells (nx, ny) of the grid touched by triangles (N, 3, 3) clipped to a height range."""
+    image = np.zeros(spec.shape, np.uint8)
+    origin = np.asarray(spec.origin_cell, dtype=np.float64)
+    corners = triangles.astype(np.float64)
+    corners[..., :2] = corners[..., :2] / spec.cell_size_m - origin  # cells; heights in metres
+    for segments in (_clipped_edges(corners, z_range_m), _cuts(corners, z_range_m)):
+        cells = _cells_along(segments)
+        cells = cells[spec.contains(cells)]
+        image[cells[:, 0], cells[:, 1]] = 1
+    # Only what is wider than a cell both ways can hold a cell that no edge passes through.
+    extent = np.ptp(corners[..., :2], axis=1)
+    for triangle in corners[extent.min(axis=1) > 1.0]:
+        polygon = _clip(triangle, z_range_m)
+        if len(polygon):
+            # cv2 counts from pixel centres, columns first; our columns are y.
+            points = np.round((polygon[:, ::-1] - 0.5) * (1 << SHIFT)).astype(np.int32)
+            cv2.fillPoly(image, [points], 1, lineType=cv2.LINE_8, shift=SHIFT)
+    return image.astype(bool)
+
+
+def clearance_m(occupied: Bool, cell_size_m: float) -> F32:
+    """Distance (nx, ny) float32 in metres from each cell's centre to the nearest occupied one's.
+
+    Beyond the grid counts as occupied.
+    """
+    free = np.pad(~occupied, 1).astype(np.uint8)
+    distance = np.asarray(
+        cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32
+    )
+    inner: F32 = distance[1:-1, 1:-1] * np.float32(cell_size_m)
+    return inner
+
+
+def reachable_from(standable: Bool, cell: I64) -> Bool:
+    """The part (nx, ny) of the standable cells that is connected to the given cell, by edges."""
+    _, labels = cv2.connectedComponents(standable.astype(np.uint8), connectivity=4)
+    label = labels[cell[0], cell[1]]
+    part: Bool = (labels == label) & standable & bool(standable[cell[0], cell[1]])
+    return part
+
+
+def _clipped_edges(corners: F64, z_range_m: tuple[float, float]) -> F64:
+    """The triangles' edges within the height range: segments (M, 2, 2) in cells."""
+    start, end = corners.reshape(-1, 3), np.roll(corners, -1, axis=1).reshape(-1, 3)
+    rise = end[:, 2] - start[:, 2]
+    level = np.abs(rise) < 1e-12
+    safe = np.where(level, 1.0, rise)
+    t = np.sort((np.array(z_range_m) - start[:, 2:3]) / safe[:, None], axis=1)
+    between = (start[:, 2] >= z_range_m[0]) & (start[:, 2] <= z_range_m[1])
+    first = np.where(level, np.where(between, 0.0, 2.0), np.maximum(t[:, 0], 0.0))
+    last = np.where(level, 1.0, np.minimum(t[:, 1], 1.0))
+    keep = first <= last
+    start, step = start[keep, :2], (end - start)[keep, :2]
+    return np.stack([start + first[keep, None] * step, start + last[keep, None] * step], axis=1)
+
+
+def _cuts(corners: F64, z_range_m: tuple[float, float]) -> F64:
+    """Where triangles pass through the planes of the two heights: segments (M, 2, 2) in cells."""
+    segments = [np.empty((0, 2, 2))]
+    for height in z_range_m:
+        above = corners[..., 2] >= height
+        crossing = corners[above.any(axis=1) & ~above.all(axis=1)]
+        if not len(crossing):
+            continue
+        ahead = np.roll(crossing, -1, axis=1)
+        changes = (crossing[..., 2] >= height) != (ahead[..., 2] >= height)  # two per triangle
+        start, end = crossing[changes], ahead[changes]
+        t = (height - start[:, 2]) / (end[:, 2] - start[:, 2])
+        points = start[:, :2] + t[:, None] * (end - start)[:, :2]
+        segments.append(points.reshape(-1, 2, 2))
+    return np.concatenate(segments)
+
+
+def _cells_along(segments: F64) -> I64:
+    """Every cell (K, 2) that the segments (M, 2, 2), in cells, pass through."""
+    start, step = segments[:, 0], segments[:, 1] - segments[:, 0]
+    owner = [np.arange(len(segments)).repeat(2)]
+    moments = [np.tile([0.0, 1.0], len(segments))]
+    for axis in (0, 1):
+        low = np.floor(segments[..., axis].min(axis=1)).astype(np.int64)
+        count = np.floor(segments[..., axis].max(axis=1)).astype(np.int64) - low
+        index = np.arange(len(segments)).repeat(count)
+        line = np.arange(count.sum()) - (np.cumsum(count) - count)[index] + low[index] + 1
+        owner.append(index)
+        moments.append((line - start[index, axis]) / step[index, axis])
+    whose, when = np.concatenate(owner), np.concatenate(moments)
+    order = np.lexsort((when, whose))
+    whose, when = whose[order], when[order]
+    same = whose[1:] == whose[:-1]  # between two crossings the segment stays within one cell
+    middle, segment = ((when[1:] + when[:-1]) / 2)[same], whose[1:][same]
+    cells: I64 = np.floor(start[segment] + middle[:, None] * step[segment]).astype(np.int64)
+    return cells
+
+
+def _clip(polygon: F64, z_range_m: tuple[float, float]) -> F64:
+    """The outline (N, 2) of a convex polygon (M, 3) cut to the heights (Sutherland-Hodgman)."""
+    corners = polygon
+    for sign, limit in ((1.0, z_range_m[0]), (-1.0, -z_range_m[1])):
+        kept = []
+        for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            a, b = sign * start[2] - limit, sign * end[2] - limit
+            if a >= 0:
+                kept.append(start)
+            if (a >= 0) != (b >= 0):
+                kept.append(start + (end - start) * (a / (a - b)))
+        if not kept:
+            return np.empty((0, 2))
+        corners = np.array(kept)
+    return corners[:, :2]

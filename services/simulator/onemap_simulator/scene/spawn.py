@@ -1,0 +1,73 @@
+"""Where a robot may start in a scene that nobody planned, and where lamps may hang."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from onemap_shared.geometry import F32, F64, Bool
+from onemap_shared.grid import GridSpec
+from onemap_simulator.scene.occupancy_raster import clearance_m, occupied_cells
+from onemap_simulator.scene.scene import Light, Scene
+
+CELL_M = 0.05
+ROBOT_M = 0.3  # what keeps this distance from everything can be driven over
+BODY_M = (0.05, 1.4)  # heights in which geometry is in the way
+FLOOR_M = (-0.05, 0.05)  # heights in which geometry carries the robot
+LAMP_HEIGHT_M = 2.1
+LAMP_SPACING_M = 3.5
+MAX_LAMPS = 8
+LAMP = (0.8, 0.8, 0.78)
+
+
+def free_space(scene: Scene) -> tuple[GridSpec, F32]:
+    """The largest connected floor area: clearance (nx, ny) float32 in metres, 0 outside of it.
+
+    Floor is where geometry lies at height 0; a scene without any is taken to stand on a plane.
+    """
+    grid, blocked = occupied_cells(scene, CELL_M, *BODY_M)
+    floor = floor_cells(scene, blocked)
+    if not floor.any():
+        floor = np.ones_like(blocked)
+    clearance = clearance_m(blocked | ~floor, CELL_M)
+    return grid, np.where(_largest(clearance >= ROBOT_M), clearance, np.float32(0.0))
+
+
+def floor_cells(scene: Scene, blocked: Bool) -> Bool:
+    """Cells (nx, ny) with geometry at height 0; none if that is just the foot of what blocks."""
+    _, floor = occupied_cells(scene, CELL_M, *FLOOR_M)
+    foot = cv2.dilate(blocked.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
+    return floor if (floor & ~foot).any() else np.zeros_like(floor)
+
+
+def start_pose(grid: GridSpec, clearance: F32) -> tuple[float, float, float] | None:
+    """x, y, yaw at the roomiest place, looking towards the middle of the free space, or None."""
+    if not clearance.any():
+        return None
+    best = np.array(np.unravel_index(int(clearance.argmax()), clearance.shape))
+    x, y = grid.centres(best)
+    middle = grid.centres(np.argwhere(clearance > 0)).mean(axis=0)
+    return (float(x), float(y), float(np.arctan2(middle[1] - y, middle[0] - x)))
+
+
+def lamps(grid: GridSpec, clearance: F32) -> tuple[Light, ...]:
+    """Up to eight lamps over the free space, each as far from the others as can be."""
+    places: F64 = grid.centres(np.argwhere(clearance > 0))
+    if not len(places):
+        return ()
+    chosen = [places[np.linalg.norm(places - places.mean(axis=0), axis=1).argmin()]]
+    away = np.linalg.norm(places - chosen[0], axis=1)
+    while len(chosen) < MAX_LAMPS and away.max() > LAMP_SPACING_M:
+        chosen.append(places[away.argmax()])
+        away = np.minimum(away, np.linalg.norm(places - chosen[-1], axis=1))
+    return tuple(Light((float(x), float(y), LAMP_HEIGHT_M), LAMP) for x, y in chosen)
+
+
+def _largest(mask: Bool) -> Bool:
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+        mask.astype(np.uint8), connectivity=4
+    )
+    if count < 2:
+        return np.zeros_like(mask)
+    biggest: Bool = labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
+    return biggest

@@ -1,0 +1,77 @@
+"""Every maker gives sound, varied models of its category."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from onemap_simulator.generation.furniture.catalogue import MAKERS
+from onemap_simulator.generation.model import Model
+from onemap_simulator.generation.sampler import Pick
+from onemap_simulator.generation.style import HELD_OUT, TRAINING, Style
+
+EVERY = sorted(MAKERS)
+
+
+def draw(category: str, seed: int, style: Style = TRAINING) -> Model:
+    pick = Pick(np.random.default_rng(seed), style)
+    return pick.one(MAKERS[category])(pick)
+
+
+def outline(model: Model) -> tuple[float, ...]:
+    return tuple((model.upper - model.lower).round(6).tolist())
+
+
+@pytest.mark.parametrize("category", EVERY)
+@pytest.mark.parametrize("style", [TRAINING, HELD_OUT], ids=lambda style: style.name)
+def test_models_are_sound(category: str, style: Style) -> None:
+    for seed in range(6):
+        model = draw(category, seed, style)
+        assert model.category == category
+        size = model.upper - model.lower
+        assert (size > 0.01).all() or category == "rug"
+        assert size.max() < 3.6
+        assert model.lower[2] > -0.13  # brackets hang a little below a shelf's lowest board
+        assert sum(len(part.mesh.faces) for part in model.parts) < 4000
+        for mesh, material in model.parts:
+            assert np.isfinite(mesh.vertices).all()
+            assert np.isfinite(mesh.uv).all()
+            assert mesh.faces.min() >= 0
+            assert mesh.faces.max() < len(mesh.vertices)
+            assert material.texture.dtype == np.uint8
+            assert material.texture.shape[2] == 3
+
+
+@pytest.mark.parametrize("category", EVERY)
+def test_models_vary_with_the_seed_and_only_with_it(category: str) -> None:
+    models = [draw(category, seed) for seed in range(5)]
+    looks = {model.parts[0].material.texture.tobytes() for model in models}
+    assert len(looks) == len(models)
+    assert len({outline(model) for model in models}) > 1
+    again = draw(category, 3)
+    assert outline(again) == outline(models[3])
+    assert (again.parts[0].material.texture == models[3].parts[0].material.texture).all()
+
+
+@pytest.mark.parametrize("category", EVERY)
+def test_small_things_fit_on_the_tops(category: str) -> None:
+    for seed in range(4):
+        model = draw(category, seed)
+        for top in model.tops:
+            assert top.x_min < top.x_max
+            assert top.y_min < top.y_max
+            assert model.lower[0] <= top.x_min
+            assert top.x_max <= model.upper[0]
+            assert model.lower[2] < top.z <= model.upper[2] + 1e-6
+
+
+def test_the_catalogue_covers_the_promised_kinds() -> None:
+    assert len(MAKERS) + len(("wall", "floor", "ceiling")) >= 57
+
+
+def test_held_out_sizes_lie_outside_the_nominal_interval() -> None:
+    pick = Pick(np.random.default_rng(0), HELD_OUT)
+    sizes = [pick.size(1.0, 2.0) for _ in range(100)]
+    assert all(size < 1.0 or size > 2.0 for size in sizes)
+    nominal = Pick(np.random.default_rng(0), TRAINING)
+    assert all(1.0 <= nominal.size(1.0, 2.0) <= 2.0 for _ in range(100))

@@ -1,0 +1,230 @@
+"""Scenes of the user's: round trips through files, names, corrections, and bad input."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.scene.loading import floor_height, load_scene, read_corrections
+from onemap_simulator.scene.naming import category_of
+from onemap_simulator.scene.scene import Scene
+
+RED = [200, 40, 40, 255]
+
+
+def room_of(up: str) -> trimesh.Scene:
+    """A 4 m floor half a metre above the origin, a sofa and a coffee table on it."""
+    scene = trimesh.Scene()
+    parts = {
+        "floor": ((4.0, 4.0, 0.1), (0.0, 0.0, 0.45)),
+        "Sofa-01": ((1.0, 0.5, 0.6), (1.0, 1.0, 0.8)),
+        "coffee_table_1": ((0.4, 0.4, 0.4), (-1.4, -1.4, 0.7)),
+    }
+    for name, (size, at) in parts.items():
+        mesh = trimesh.creation.box(size)
+        mesh.apply_translation(at)
+        mesh.visual.vertex_colors = RED
+        if up == "y":
+            mesh.apply_transform(trimesh.transformations.rotation_matrix(-np.pi / 2, (1, 0, 0)))
+        scene.add_geometry(mesh, node_name=name, geom_name=name)
+    return scene
+
+
+def extent(scene: Scene, category: str) -> np.ndarray:
+    index = next(i for i, thing in enumerate(scene.objects) if thing.category == category)
+    points = scene.object_vertices(index)
+    return np.stack([points.min(axis=0), points.max(axis=0)])
+
+
+def check_room(scene: Scene) -> None:
+    assert scene.categories == ("coffee table", "floor", "sofa")
+    np.testing.assert_allclose(extent(scene, "sofa"), [[0.5, 0.75, 0], [1.5, 1.25, 0.6]], atol=1e-5)
+    np.testing.assert_allclose(extent(scene, "floor")[1, 2], 0.0, atol=1e-5)
+    x, y, _ = scene.start
+    assert max(abs(x), abs(y)) < 1.7
+    for category in ("sofa", "coffee table"):
+        low, high = extent(scene, category)[:, :2]
+        assert np.linalg.norm(np.maximum(np.maximum(low - (x, y), (x, y) - high), 0)) > 0.25
+    assert scene.lights
+    for texture in scene.textures:
+        colours = texture.reshape(-1, 3)
+        assert np.abs(colours.astype(int) - RED[:3]).max() <= 8
+
+
+@pytest.mark.parametrize("suffix", ["glb", "GLB"])
+def test_glb_is_turned_upright(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"room.{suffix}"
+    path.write_bytes(room_of("y").export(file_type="glb"))
+    check_room(load_scene(path))
+
+
+def test_a_file_does_not_claim_to_name_everything(tmp_path: Path) -> None:
+    (tmp_path / "room.glb").write_bytes(room_of("y").export(file_type="glb"))
+    assert not load_scene(tmp_path / "room.glb").names_complete
+    assert generate_apartment(1).names_complete
+
+
+def test_gltf_with_separate_buffers(tmp_path: Path) -> None:
+    for name, data in room_of("y").export(file_type="gltf").items():
+        (tmp_path / name).write_bytes(data)
+    check_room(load_scene(tmp_path / "model.gltf"))
+
+
+def test_obj_keeps_its_objects_and_z(tmp_path: Path) -> None:
+    room_of("z").export(tmp_path / "room.obj")
+    check_room(load_scene(str(tmp_path / "room.obj")))
+
+
+def test_obj_turned_by_the_yaml(tmp_path: Path) -> None:
+    room_of("y").export(tmp_path / "room.obj")
+    (tmp_path / "room.yaml").write_text("up: y\n")
+    check_room(load_scene(tmp_path / "room.obj"))
+
+
+def test_obj_groups_stand_for_objects(tmp_path: Path) -> None:
+    corners = "".join(f"v {x} {y} 0\n" for x in (0, 4) for y in (0, 4))
+    lamp = "v 1 1 .5\nv 2 1 .5\nv 1 2 1\ng lamp.001\nf 5 6 7\n"
+    (tmp_path / "a.obj").write_text(corners + "g floor\nf 1 3 4\nf 1 4 2\n" + lamp)
+    assert load_scene(tmp_path / "a.obj").categories == ("floor", "lamp")
+
+
+def test_ply_is_one_object_unless_renamed(tmp_path: Path) -> None:
+    mesh = room_of("z").to_geometry()
+    mesh.export(tmp_path / "room.ply")
+    scene = load_scene(tmp_path / "room.ply")
+    assert scene.categories == ("object",)
+    used = scene.textures[0].reshape(-1, 3).max(axis=0).astype(int)
+    assert np.abs(used - RED[:3]).max() <= 8
+    (tmp_path / "room.yaml").write_text("categories: {object: living room}\n")
+    assert load_scene(tmp_path / "room.ply").categories == ("living room",)
+
+
+def test_textures_and_plain_materials(tmp_path: Path) -> None:
+    pixels = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [9, 9, 9]]], np.uint8)
+    Image.fromarray(pixels).save(tmp_path / "t.png")
+    (tmp_path / "a.mtl").write_text(
+        "newmtl wood\nKd 1 1 1\nmap_Kd t.png\nnewmtl red\nKd 0.8 0.1 0.1\n"
+    )
+    corners = "".join(f"v {x} {y} 0\n" for x in (0, 4) for y in (0, 4))
+    floor = "vt 0 0\nvt 0 1\nvt 1 0\nvt 1 1\no floor\nusemtl wood\nf 1/1 3/3 4/4\nf 1/1 4/4 2/2\n"
+    chair = "v 1 1 .5\nv 2 1 .5\nv 1 2 1\no chair\nusemtl red\nf 5 6 7\n"
+    (tmp_path / "a.obj").write_text("mtllib a.mtl\n" + corners + floor + chair)
+    scene = load_scene(tmp_path / "a.obj")
+    by_name = {
+        thing.category: scene.textures[scene.face_texture[scene.face_object == i][0]]
+        for i, thing in enumerate(scene.objects)
+    }
+    np.testing.assert_array_equal(by_name["floor"], pixels)
+    assert by_name["chair"][0, 0].tolist() == [204, 26, 26]
+    owner = [thing.category for thing in scene.objects].index("floor")
+    rows = scene.face_object == owner
+    corner = scene.vertices[scene.faces[rows]]
+    # The image's last row lies at the texture's v = 0 of the file, where y is 0.
+    np.testing.assert_allclose(scene.face_uv[rows][..., 1], 1 - corner[..., 1] / 4, atol=1e-6)
+
+
+def test_corrections_rename_and_place(tmp_path: Path) -> None:
+    (tmp_path / "room.glb").write_bytes(room_of("y").export(file_type="glb"))
+    (tmp_path / "room.yaml").write_text("categories: {Sofa-01: bench}\nstart: [-1, 0.5, 1.57]\n")
+    scene = load_scene(tmp_path / "room.glb")
+    assert scene.categories == ("bench", "coffee table", "floor")
+    assert scene.start == (-1.0, 0.5, 1.57)
+
+
+def test_the_example_in_the_documentation_is_read(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="utf-8")
+    (tmp_path / "flat.yaml").write_text(page.partition("```yaml\n")[2].partition("```")[0])
+    corrections = read_corrections(tmp_path / "flat.yaml")
+    assert corrections.categories == {"geometry_12": "sofa", "Cube.004": "coffee table"}
+    assert corrections.start == (1.5, 2.0, 0.0)
+    assert corrections.up == "z"
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("start: [1, 2", "not valid YAML"),
+        ("- 1", "keys and values"),
+        ("starts: [1, 2, 3]", "unknown key 'starts'"),
+        ("start: [1, 2]", "three numbers"),
+        ("start: [1, 2, .nan]", "three numbers"),
+        ("start: here", "three numbers"),
+        ("up: x", "must be y or z"),
+        ("categories: [sofa]", "must map"),
+        ("categories: {Sofa-01: 3}", "must map"),
+        ("categories: {divan: sofa}", "no node is called 'divan'"),
+    ],
+)
+def test_a_wrong_yaml_is_refused_with_the_reason(tmp_path: Path, text: str, reason: str) -> None:
+    (tmp_path / "room.glb").write_bytes(room_of("y").export(file_type="glb"))
+    (tmp_path / "room.yaml").write_text(text)
+    with pytest.raises(ValueError, match=reason) as caught:
+        load_scene(tmp_path / "room.glb")
+    assert "\n" not in str(caught.value)
+
+
+def test_bad_files_are_refused_with_the_reason(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="does not exist"):
+        load_scene(tmp_path / "nowhere.glb")
+    with pytest.raises(ValueError, match=r"suffix '\.stl'"):
+        load_scene(tmp_path / "room.stl")
+    (tmp_path / "broken.glb").write_bytes(b"not a scene at all")
+    with pytest.raises(ValueError, match="cannot be read"):
+        load_scene(tmp_path / "broken.glb")
+    (tmp_path / "empty.obj").write_text("# nothing\n")
+    with pytest.raises(ValueError, match=r"empty\.obj"):
+        load_scene(tmp_path / "empty.obj")
+
+
+def test_a_scene_without_free_floor_asks_for_a_start(tmp_path: Path) -> None:
+    trimesh.creation.box((0.4, 0.4, 1.0)).export(tmp_path / "post.ply")
+    with pytest.raises(ValueError, match="no free floor"):
+        load_scene(tmp_path / "post.ply")
+    (tmp_path / "post.yaml").write_text("start: [1, 1, 0]\n")
+    scene = load_scene(tmp_path / "post.ply")
+    assert scene.lights == ()
+    assert scene.ambient[0] > 0
+
+
+@pytest.mark.parametrize(
+    ("name", "category"),
+    [
+        ("sofa_2", "sofa"),
+        ("sofa.003", "sofa"),
+        ("Sofa-01", "sofa"),
+        ("coffee_table_1", "coffee table"),
+        ("CoffeeTable.001", "coffee table"),
+        ("chair_1_2", "chair"),
+        ("  potted  plant ", "potted plant"),
+        ("geometry_0", "object"),
+        ("42", "object"),
+        ("", "object"),
+    ],
+)
+def test_names_become_categories(name: str, category: str) -> None:
+    assert category_of(name) == category
+
+
+@given(st.text(max_size=40))
+def test_any_name_gives_a_settled_category(name: str) -> None:
+    category = category_of(name)
+    assert category
+    assert category_of(category) == category
+
+
+def test_the_floor_is_the_largest_low_level() -> None:
+    slab = trimesh.creation.box((4, 4, 0.2))
+    cellar = trimesh.creation.box((1, 1, 0.2))
+    cellar.apply_translation((0, 0, -0.6))
+    both = trimesh.util.concatenate([slab, cellar])
+    top_or_bottom = floor_height(np.asarray(both.vertices), np.asarray(both.faces))
+    assert top_or_bottom == pytest.approx(0.1)
+    wedge = np.array([[0.0, 0, 3], [1, 0, 4], [0, 1, 4]])
+    assert floor_height(wedge, np.array([[0, 1, 2]])) == 3.0
