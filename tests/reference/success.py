@@ -6,7 +6,7 @@ import numpy as np
 
 from onemap_shared.geometry import F64, Bool
 from onemap_simulator.ground_truth import SUCCESS_RADIUS_M
-from onemap_simulator.ground_truth.truth import distances_from_above
+from onemap_simulator.ground_truth.truth import horizontal_distances
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.scene.scene import Scene
 from tests.reference.occupancy_raster import surface_points
@@ -28,7 +28,7 @@ def literal_success(scene: Scene, category: str, places: F64) -> Bool:
             [surface_points(triangle, SPACING_M) for triangle in triangles[mine]]
         )
         for row, place in enumerate(places):
-            near = distances_from_above(triangles[mine], place).min() <= SUCCESS_RADIUS_M
+            near = horizontal_distances(triangles[mine], place).min() <= SUCCESS_RADIUS_M
             if near and free.clearance_m(*place) >= RADIUS_M:
                 eye = np.array([*place, EYE_HEIGHT_M])
                 found[row] |= any(not blocked(eye, point, triangles[~mine]) for point in points)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from onemap_simulator.scene.scene import Light, Room, Scene, SceneObject
+from onemap_simulator.scene.scene import PointLight, Room, Scene, SceneObject
 
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 _SIDES = {
@@ -54,7 +54,7 @@ class SceneBuilder:
     def build(
         self,
         *,
-        lights: tuple[Light, ...] = (Light((2.0, 1.5, 2.2), (1.0, 0.95, 0.9)),),
+        lights: tuple[PointLight, ...] = (PointLight((2.0, 1.5, 2.2), (1.0, 0.95, 0.9)),),
         start: tuple[float, float, float] = (1.0, 1.0, 0.0),
         rooms: tuple[Room, ...] = (),
     ) -> Scene:

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from onemap_simulator.inspection import Inspection, inspect_scene
+from onemap_simulator.inspection import SceneInspection, inspect_scene
 from onemap_simulator.scene.loading import load_scene
 from tests.simulator.scene.test_loading import room_of
 
 
-def inspected(path: Path) -> Inspection:
+def inspected(path: Path) -> SceneInspection:
     return inspect_scene(path, radius_m=0.2, height_m=1.1)
 
 

@@ -14,13 +14,13 @@ from rich.table import Table
 from rich.text import Text
 
 from onemap_simulator.config import RobotConfig
-from onemap_simulator.inspection import Inspection, Node, inspect_scene
+from onemap_simulator.inspection import SceneInspection, SceneNode, inspect_scene
 from onemap_tools.trouble import EXIT_MISUSED, Trouble
 
 LISTED = 3  # nodes of a category that are named in the table
 
 
-def examine(file: Path) -> Inspection:
+def examine(file: Path) -> SceneInspection:
     """What the simulator understands of a file; Trouble if it is no scene."""
     robot = RobotConfig()
     try:
@@ -29,7 +29,7 @@ def examine(file: Path) -> Inspection:
         raise Trouble(str(problem), EXIT_MISUSED) from problem
 
 
-def draw(inspection: Inspection, file: Path) -> Path | None:
+def draw(inspection: SceneInspection, file: Path) -> Path | None:
     """Write the floor plan; returns where, None if the scene is too wide for one."""
     from onemap_tools.scene_picture import picture_of, write_png
 
@@ -44,7 +44,7 @@ def draw(inspection: Inspection, file: Path) -> Path | None:
     return file
 
 
-def document(inspection: Inspection, picture: Path | None) -> dict[str, Any]:
+def document(inspection: SceneInspection, picture: Path | None) -> dict[str, Any]:
     """As JSON can carry it; lengths in metres, areas in square metres, angles in radians."""
     low, high = inspection.extent_m
     start = inspection.start
@@ -67,7 +67,7 @@ def document(inspection: Inspection, picture: Path | None) -> dict[str, Any]:
     }
 
 
-def describe(inspection: Inspection, picture: Path | None, console: Console) -> None:
+def describe(inspection: SceneInspection, picture: Path | None, console: Console) -> None:
     """Print what was understood, then warnings and problems, then the verdict."""
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for title in ("category", "nodes", "triangles", "named by", "which"):
@@ -87,7 +87,7 @@ def describe(inspection: Inspection, picture: Path | None, console: Console) -> 
     console.print(Text(verdict, style="green" if inspection.searchable else "red"))
 
 
-def _facts(inspection: Inspection) -> Iterable[str]:
+def _facts(inspection: SceneInspection) -> Iterable[str]:
     low, high = inspection.extent_m
     size = " x ".join(f"{b - a:.2f}" for a, b in zip(low, high, strict=True))
     yield f"Up axis: {inspection.up} ({inspection.up_reason})"
@@ -101,7 +101,7 @@ def _facts(inspection: Inspection) -> Iterable[str]:
         yield f"Floor the robot can reach: {inspection.floor.reachable_m2:.1f} m2"
 
 
-def _row(nodes: list[Node]) -> tuple[str | Text, ...]:
+def _row(nodes: list[SceneNode]) -> tuple[str | Text, ...]:
     names = ", ".join(node.name for node in nodes[:LISTED])
     by_yaml = sum(node.from_yaml for node in nodes)
     return (

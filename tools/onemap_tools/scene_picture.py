@@ -9,7 +9,7 @@ import numpy as np
 
 from onemap_shared.geometry import F64, U8, Bool
 from onemap_shared.grid import GridSpec
-from onemap_simulator.inspection import Floor, Pose
+from onemap_simulator.inspection import FloorMap, StartPose
 from onemap_simulator.scene.naming import UNNAMED
 from onemap_simulator.scene.occupancy_raster import rasterise
 from onemap_simulator.scene.scene import STRUCTURE, Scene
@@ -25,7 +25,7 @@ ALL_HEIGHTS_M = (-np.inf, np.inf)
 Box = tuple[int, int, int, int]  # left, top, right, bottom in pixels
 
 
-def picture_of(scene: Scene, floor: Floor, start: Pose | None) -> U8:
+def picture_of(scene: Scene, floor: FloorMap, start: StartPose | None) -> U8:
     """A (rows, columns, 3) uint8 BGR picture: x to the right, y upwards.
 
     White: where the robot's centre can get; dark grey: obstacles; blue: named things, with
@@ -73,7 +73,7 @@ def _pixel(grid: GridSpec, scale: int, place_m: F64) -> tuple[int, int]:
     return round(float(x)), round(grid.shape[1] * scale - float(y))
 
 
-def _draw_start(image: U8, grid: GridSpec, scale: int, start: Pose) -> None:
+def _draw_start(image: U8, grid: GridSpec, scale: int, start: StartPose) -> None:
     here = np.array(start[:2])
     ahead = here + ARROW_M * np.array([np.cos(start[2]), np.sin(start[2])])
     first = _pixel(grid, scale, here)

@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import Field
 
 from onemap_shared.params import Params
-from onemap_simulator.physics.robot import RobotParameters
-from onemap_simulator.rendering.rgbd_camera import CameraParameters
+from onemap_simulator.physics.robot import RobotParams
+from onemap_simulator.rendering.rgbd_camera import CameraParams
 
 Metres = Annotated[float, Field(gt=0, le=10)]
 
@@ -31,9 +31,9 @@ class RobotConfig(Params):
         default=0.3, gt=0, le=5, description="Without a command for so long, it brakes."
     )
 
-    def parameters(self) -> RobotParameters:
+    def parameters(self) -> RobotParams:
         """As the physics reads them."""
-        return RobotParameters(**self.model_dump(exclude={"deadman_s"}))
+        return RobotParams(**self.model_dump(exclude={"deadman_s"}))
 
 
 class CameraConfig(Params):
@@ -60,10 +60,10 @@ class CameraConfig(Params):
         description="Standard deviation at 1 m, growing with the square of distance; 0 is ideal.",
     )
 
-    def parameters(self) -> CameraParameters:
+    def parameters(self) -> CameraParams:
         """As the camera reads them."""
         plain = self.model_dump(exclude={"horizontal_fov_deg", "pitch_down_deg"})
-        return CameraParameters(
+        return CameraParams(
             horizontal_fov_rad=float(np.radians(self.horizontal_fov_deg)),
             pitch_down_rad=float(np.radians(self.pitch_down_deg)),
             **plain,

@@ -21,16 +21,22 @@ from onemap_simulator.scene.loading import (
 from onemap_simulator.scene.naming import UNNAMED
 from onemap_simulator.scene.occupancy_raster import occupied_cells
 from onemap_simulator.scene.scene import Scene
-from onemap_simulator.scene.spawn import BODY_M, CELL_M, floor_cells, free_space, start_pose
+from onemap_simulator.scene.spawn import (
+    BODY_HEIGHTS_M,
+    CELL_SIZE_M,
+    floor_cells,
+    free_space,
+    start_pose,
+)
 
 MIN_WIDTH_M = 1.0  # narrower is no room in metres
-LISTED = 5  # names in a warning
+MAX_LISTED = 5  # names in a warning
 
-Pose = tuple[float, float, float]
+StartPose = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class SceneNode:
     """One node of the file: what it is taken for, whether the YAML said so, its triangles."""
 
     name: str
@@ -40,7 +46,7 @@ class Node:
 
 
 @dataclass(frozen=True, slots=True)
-class Floor:
+class FloorMap:
     """The floor plan (nx, ny) over ``grid``: obstacles, and where the robot's centre can get."""
 
     grid: GridSpec
@@ -54,7 +60,7 @@ class Floor:
 
 
 @dataclass(frozen=True, slots=True)
-class Inspection:
+class SceneInspection:
     """A scene file as understood, in the map's axes (z up, floor at 0), lengths in metres.
 
     floor_m: the floor's height along the file's up axis; start: x, y, yaw, None if there is no
@@ -63,13 +69,13 @@ class Inspection:
     """
 
     scene: Scene
-    nodes: tuple[Node, ...]
+    nodes: tuple[SceneNode, ...]
     up: str
     up_reason: str
     floor_m: float
-    start: Pose | None
+    start: StartPose | None
     start_from_yaml: bool
-    floor: Floor | None
+    floor: FloorMap | None
     warnings: tuple[str, ...]
     problems: tuple[str, ...]
 
@@ -79,7 +85,7 @@ class Inspection:
         return not self.problems
 
     @property
-    def extent_m(self) -> tuple[Pose, Pose]:
+    def extent_m(self) -> tuple[StartPose, StartPose]:
         """The lowest and the highest x, y, z."""
         low, high = self.scene.vertices.min(axis=0), self.scene.vertices.max(axis=0)
         return (
@@ -88,7 +94,7 @@ class Inspection:
         )
 
 
-def inspect_scene(path: Path, *, radius_m: float, height_m: float) -> Inspection:
+def inspect_scene(path: Path, *, radius_m: float, height_m: float) -> SceneInspection:
     """Examine a scene file for a robot of this size; ValueError if the file is no scene.
 
     What is only wrong for a robot, or is corrected in the YAML beside it, becomes a problem
@@ -107,7 +113,7 @@ def inspect_scene(path: Path, *, radius_m: float, height_m: float) -> Inspection
         start = start or start_pose(*free_space(scene))
         floor = _floor_of(scene, start, radius_m, height_m)
         problems += _start_problems(file, start, floor, radius_m)
-    return Inspection(
+    return SceneInspection(
         scene=replace(scene, start=start or scene.start),
         nodes=_nodes(file),
         up=file.up,
@@ -121,9 +127,9 @@ def inspect_scene(path: Path, *, radius_m: float, height_m: float) -> Inspection
     )
 
 
-def _nodes(file: SceneFile) -> tuple[Node, ...]:
+def _nodes(file: SceneFile) -> tuple[SceneNode, ...]:
     return tuple(
-        Node(name, file.category(name), name in file.corrections.categories, len(mesh.faces))
+        SceneNode(name, file.category(name), name in file.corrections.categories, len(mesh.faces))
         for name, mesh in file.named
     )
 
@@ -140,10 +146,10 @@ def _naming_warnings(file: SceneFile) -> list[str]:
     unnamed = sorted(name for name, _ in file.named if file.category(name) == UNNAMED)
     if not unnamed:
         return []
-    more = ", ..." if len(unnamed) > LISTED else ""
+    more = ", ..." if len(unnamed) > MAX_LISTED else ""
     return [
         f"{len(unnamed)} of {len(file.named)} nodes have no name that says what they are "
-        f"({', '.join(unnamed[:LISTED])}{more}): a search for them has no ground truth. "
+        f"({', '.join(unnamed[:MAX_LISTED])}{more}): a search for them has no ground truth. "
         f"Name them under 'categories' in {file.yaml.name}."
     ]
 
@@ -153,7 +159,7 @@ def _floor_warnings(scene: Scene) -> list[str]:
     width_m = float(np.ptp(scene.vertices[:, :2], axis=0).max())
     if width_m < MIN_WIDTH_M:
         warnings.append(f"The scene is only {width_m:.2g} m wide: is its unit the metre?")
-    _, blocked = occupied_cells(scene, CELL_M, *BODY_M)
+    _, blocked = occupied_cells(scene, CELL_SIZE_M, *BODY_HEIGHTS_M)
     if not floor_cells(scene, blocked).any():
         warnings.append(
             "No floor was found at height 0: the robot is taken to drive on a plane. If that is "
@@ -162,16 +168,16 @@ def _floor_warnings(scene: Scene) -> list[str]:
     return warnings
 
 
-def _floor_of(scene: Scene, start: Pose | None, radius_m: float, height_m: float) -> Floor:
+def _floor_of(scene: Scene, start: StartPose | None, radius_m: float, height_m: float) -> FloorMap:
     collision = CollisionMap.of(scene, height_m)
     reachable = np.zeros(collision.clearance.shape, bool)
     if start is not None:
-        reachable = collision.standable(start[0], start[1], radius_m)
-    return Floor(collision.grid, collision.clearance <= 0, reachable)
+        reachable = collision.reachable_cells(start[0], start[1], radius_m)
+    return FloorMap(collision.grid, collision.clearance <= 0, reachable)
 
 
 def _start_problems(
-    file: SceneFile, start: Pose | None, floor: Floor, radius_m: float
+    file: SceneFile, start: StartPose | None, floor: FloorMap, radius_m: float
 ) -> list[str]:
     if start is None:
         return [

@@ -24,9 +24,9 @@ from onemap_shared.messages import Odometry, RgbdFrame
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
 from onemap_simulator.config import SimulatorConfig
-from onemap_simulator.ground_truth.truth import SceneTruth, answer_truth
+from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.physics.robot import RobotState, Velocity
+from onemap_simulator.physics.robot import RobotState, Velocity2d
 from onemap_simulator.physics.simulation import Simulation
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import RgbdCamera, noisy_pose
@@ -41,7 +41,7 @@ WAIT_S = 0.2  # how often the camera's thread looks whether it should end
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class StampedPose:
     """Where the body is at an instant, and where the robot believes it is; both T_map_body."""
 
     stamp_ns: int
@@ -55,7 +55,7 @@ class CameraThread:
     def __init__(self, bus: Bus, camera: RgbdCamera) -> None:
         self._camera = camera
         self._publisher = bus.publish(ROBOT_RGBD)
-        self._moments: queue.Queue[Moment] = queue.Queue(maxsize=1)
+        self._moments: queue.Queue[StampedPose] = queue.Queue(maxsize=1)
         self._skipped = 0
         self._stop = threading.Event()
         self._published_s: deque[float] = deque(maxlen=1000)
@@ -64,12 +64,12 @@ class CameraThread:
         self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
         self._thread.start()
 
-    def offer(self, moment: Moment) -> None:
+    def offer(self, pose: StampedPose) -> None:
         """Take a picture of this moment, unless a newer one comes before the camera is free."""
         with suppress(queue.Empty):
             self._moments.get_nowait()
             self._skipped += 1
-        self._moments.put_nowait(moment)
+        self._moments.put_nowait(pose)
 
     def metrics(self, now_s: float) -> dict[str, float]:
         """frames_per_s over the last seconds, render_ms of the newest, frames_skipped."""
@@ -90,18 +90,18 @@ class CameraThread:
             with suppress(queue.Empty):
                 self._publish(self._moments.get(timeout=WAIT_S))
 
-    def _publish(self, moment: Moment) -> None:
+    def _publish(self, pose: StampedPose) -> None:
         began_s = time.monotonic()
-        shot = self._camera.shoot(moment.T_true)
+        image = self._camera.capture(pose.T_true)
         self._render_ms = (time.monotonic() - began_s) * 1e3
         self._publisher.put(
             RgbdFrame(
                 self.sequence,
-                moment.stamp_ns,
-                shot.rgb,
-                shot.depth_mm,
+                pose.stamp_ns,
+                image.rgb,
+                image.depth_mm,
                 self._camera.intrinsics,
-                moment.T_reported @ self._camera.T_body_camera,
+                pose.T_reported @ self._camera.T_body_camera,
             )
         )
         self.sequence += 1
@@ -132,7 +132,7 @@ class SimulatorWorker:
         self._odometry = bus.publish(ROBOT_ODOMETRY)
         camera = RgbdCamera(Renderer(scene), config.camera.parameters(), camera_rng)
         self._camera = CameraThread(bus, camera)
-        bus.serve(ROBOT_TRUTH, partial(answer_truth, truth))
+        bus.serve(ROBOT_TRUTH, partial(truth_reply, truth))
         self._sequence = 0
         self._collided = False
         self._odometry_due_s = self._rgbd_due_s = time.monotonic()
@@ -143,18 +143,18 @@ class SimulatorWorker:
         now_s = time.monotonic()
         self._collided = self._simulation.advance(now_s) or self._collided
         if command is not None:
-            velocity = Velocity(command.linear_mps, command.angular_radps)
-            self._simulation.heard(velocity, now_s, command.validity_ms / 1e3)
+            velocity = Velocity2d(command.linear_mps, command.angular_radps)
+            self._simulation.receive_command(velocity, now_s, command.validity_ms / 1e3)
         odometry_due, rgbd_due = now_s >= self._odometry_due_s, now_s >= self._rgbd_due_s
         if not (odometry_due or rgbd_due):
             return
-        moment = self._moment()
+        pose = self._stamped_pose()
         if odometry_due:
             self._odometry_due_s = _next(self._odometry_due_s, self._config.odometry_hz, now_s)
-            self._publish_odometry(moment)
+            self._publish_odometry(pose)
         if rgbd_due:
             self._rgbd_due_s = _next(self._rgbd_due_s, self._config.rgbd_hz, now_s)
-            self._camera.offer(moment)
+            self._camera.offer(pose)
 
     def health(self) -> Health:
         """Ready once the first picture was sent."""
@@ -174,21 +174,21 @@ class SimulatorWorker:
         """End the camera's thread."""
         self._camera.close()
 
-    def _moment(self) -> Moment:
+    def _stamped_pose(self) -> StampedPose:
         pose, noise = self._simulation.state.pose, self._config.pose_noise
         reported = pose
         if noise.position_m or noise.yaw_deg:
             yaw_rad = float(np.radians(noise.yaw_deg))
             reported = noisy_pose(pose, noise.position_m, yaw_rad, self._pose_rng)
-        return Moment(time.time_ns(), pose, reported)
+        return StampedPose(time.time_ns(), pose, reported)
 
-    def _publish_odometry(self, moment: Moment) -> None:
+    def _publish_odometry(self, pose: StampedPose) -> None:
         velocity = self._simulation.state.velocity
         self._odometry.put(
             Odometry(
                 self._sequence,
-                moment.stamp_ns,
-                moment.T_reported,
+                pose.stamp_ns,
+                pose.T_reported,
                 velocity.linear_mps,
                 velocity.angular_radps,
                 collided=self._collided,

@@ -22,7 +22,7 @@ CASES = [
     (1003, TRAINING),
     (4, HELD_OUT),
 ]
-ROBOT_M = 0.25
+ROBOT_CLEARANCE_M = 0.25
 FIXED = {"wall", "floor", "ceiling", "door", "window"}
 
 every_case = pytest.mark.parametrize(
@@ -40,7 +40,7 @@ def reachable(seed: int, style: Style) -> tuple[GridSpec, Bool]:
     scene = apartment(seed, style)
     grid, blocked = occupied_cells(scene, 0.05, 0.05, 1.4)
     start = grid.cells(np.array(scene.start[:2]))
-    return grid, reachable_from(clearance_m(blocked, 0.05) >= ROBOT_M, start)
+    return grid, reachable_from(clearance_m(blocked, 0.05) >= ROBOT_CLEARANCE_M, start)
 
 
 def standing_points(seed: int, style: Style) -> F64:
@@ -77,13 +77,13 @@ def test_every_room_is_reachable_from_the_start(seed: int, style: Style) -> None
 def test_everything_can_be_approached(seed: int, style: Style) -> None:
     scene = apartment(seed, style)
     points = standing_points(seed, style)
-    for index, thing in enumerate(scene.objects):
-        if thing.category in FIXED:
+    for index, item in enumerate(scene.objects):
+        if item.category in FIXED:
             continue
         surface = scene.object_vertices(index)[:, :2]
         lower, upper = surface.min(axis=0), surface.max(axis=0)
         beyond = np.maximum(np.maximum(lower - points, points - upper), 0)
-        assert np.linalg.norm(beyond, axis=1).min() <= 1.0, thing
+        assert np.linalg.norm(beyond, axis=1).min() <= 1.0, item
 
 
 @every_case
@@ -104,7 +104,7 @@ def test_many_kinds_of_things_in_few_triangles(seed: int, style: Style) -> None:
     scene = apartment(seed, style)
     assert len(scene.categories) >= 45
     assert len(scene.faces) < 60_000
-    assert {thing.room for thing in scene.objects} == {room.kind for room in scene.rooms}
+    assert {item.room for item in scene.objects} == {room.kind for room in scene.rooms}
     assert scene.face_object.max() == len(scene.objects) - 1
     assert scene.face_texture.max() == len(scene.textures) - 1
     assert len(scene.lights) >= len(scene.rooms)
@@ -139,8 +139,8 @@ def test_colour_is_not_the_class() -> None:
     colours = []
     for seed, style in CASES:
         scene = apartment(seed, style)
-        for index, thing in enumerate(scene.objects):
-            if thing.category in ("chair", "dresser", "kettle", "sofa", "table"):
+        for index, item in enumerate(scene.objects):
+            if item.category in ("chair", "dresser", "kettle", "sofa", "table"):
                 texture = scene.textures[scene.face_texture[scene.face_object == index][0]]
                 colours.append(texture.reshape(-1, 3).mean(axis=0))
     assert (np.std(colours, axis=0) > 30).all()

@@ -14,15 +14,15 @@ from onemap_simulator.generation.mesh import Mesh
 
 SOLIDS = {
     "box": mesh.box((1.0, 2.0, 3.0)),
-    "span": mesh.span((-1, 0, 0), (1, 2, 0.5)),
-    "soft box": mesh.soft_box((1.0, 0.6, 0.4), (0, 0, 0), 0.1),
+    "span": mesh.box_between((-1, 0, 0), (1, 2, 0.5)),
+    "soft box": mesh.rounded_box((1.0, 0.6, 0.4), (0, 0, 0), 0.1),
     "cylinder": mesh.cylinder(0.5, 2.0),
     "cone": mesh.cone((0.5, 0.2), 1.0),
     "lathe": mesh.lathe([(0.0, 0.0), (0.4, 0.3), (0.1, 1.0), (0.0, 1.1)]),
     "shell": mesh.lathe([(0.5, 0), (0.5, 1), (0.4, 1), (0.4, 0), (0.5, 0)], capped=False),
     "ellipsoid": mesh.ellipsoid((0.3, 0.5, 0.7)),
     "tube": mesh.tube([(0, 0, 0), (1, 0, 0.2), (1.5, 0, 1)], 0.1),
-    "ring": mesh.ring(1.0, 0.1),
+    "ring": mesh.torus(1.0, 0.1),
     "rod": mesh.rod((0, 0, 0), (0.3, 0.5, 1.0), 0.05),
     "prism": mesh.prism([(0, 0), (1, 0), (1, 1), (0, 1)], 0.2),
 }
@@ -55,7 +55,7 @@ def test_texture_coordinates_are_metres_on_the_surface(name: str) -> None:
 
 @given(st.floats(0.1, 3), st.floats(0.1, 3), st.floats(0.1, 3), st.floats(0.001, 2))
 def test_a_soft_box_keeps_its_size(w: float, d: float, h: float, radius: float) -> None:
-    soft = mesh.soft_box((w, d, h), (1.0, 2.0, 3.0), radius)
+    soft = mesh.rounded_box((w, d, h), (1.0, 2.0, 3.0), radius)
     lower, upper = soft.vertices.min(axis=0), soft.vertices.max(axis=0)
     np.testing.assert_allclose(upper - lower, (w, d, h), rtol=1e-6)
     assert lower[2] == pytest.approx(3.0)
@@ -68,15 +68,15 @@ def test_known_volumes() -> None:
 
 
 def test_moves_turns_and_stretches() -> None:
-    point = mesh.box((2, 2, 2)).moved(3, 0, 0).turned("z", 90)
+    point = mesh.box((2, 2, 2)).translated(3, 0, 0).rotated("z", 90)
     np.testing.assert_allclose(point.vertices.mean(axis=0), (0, 3, 1), atol=1e-12)
-    assert volume(mesh.box((1, 1, 1)).stretched(1, 2, 3)) == pytest.approx(6.0)
+    assert volume(mesh.box((1, 1, 1)).scaled(1, 2, 3)) == pytest.approx(6.0)
     np.testing.assert_allclose(mesh.rotation("x", 90) @ (0, 1, 0), (0, 0, 1), atol=1e-12)
     np.testing.assert_allclose(mesh.rotation("y", 90) @ (0, 0, 1), (1, 0, 0), atol=1e-12)
 
 
 def test_a_front_panel_faces_minus_y_with_its_image_upright() -> None:
-    picture = mesh.front(2.0, 1.0, (0, 0, 5.0))
+    picture = mesh.front_panel(2.0, 1.0, (0, 0, 5.0))
     a, b, c = picture.vertices[picture.faces[0]]
     normal = np.cross(b - a, c - a)
     assert normal[1] < 0

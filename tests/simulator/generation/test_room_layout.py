@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_simulator.generation.floor_plan import Opening, Plan, Space, draw_plan
+from onemap_simulator.generation.floor_plan import FloorPlan, Opening, Space, sample_floor_plan
 from onemap_simulator.generation.mesh import box
-from onemap_simulator.generation.model import Material, Model, assemble, top_of
-from onemap_simulator.generation.placement import Arranger, beside
-from onemap_simulator.generation.room_layout import Site, place
-from onemap_simulator.generation.sampler import Pick
+from onemap_simulator.generation.model import Material, Model, assemble, support_surface
+from onemap_simulator.generation.placement import Placer, place_relative
+from onemap_simulator.generation.room_layout import RoomLayout, place
+from onemap_simulator.generation.sampler import Sampler
 from onemap_simulator.generation.style import HELD_OUT, TRAINING
 
 GREY = Material(np.full((2, 2, 3), 128, np.uint8))
-PLAN = Plan(
+PLAN = FloorPlan(
     spaces=(Space("hallway", (0, 0, 4, 2)), Space("bedroom", (0, 2, 4, 6))),
     doors=(Opening(0, 2.0, 1.5, 2.5, 0.0, 2.05, (0, 1)),),
     entrance=Opening(1, 0.0, 0.5, 1.5, 0.0, 2.05, (0,)),
@@ -25,80 +25,82 @@ PLAN = Plan(
 
 def block(width: float, depth: float, height: float) -> Model:
     return assemble(
-        "box", (GREY, [box((width, depth, height))]), tops=(top_of(width, depth, height),)
+        "box",
+        (GREY, [box((width, depth, height))]),
+        support_surfaces=(support_surface(width, depth, height),),
     )
 
 
-def arranger(site: Site, space: int = 1) -> Arranger:
-    return Arranger(site, Pick(np.random.default_rng(0), TRAINING), space)
+def make_placer(layout: RoomLayout, space: int = 1) -> Placer:
+    return Placer(layout, Sampler(np.random.default_rng(0), TRAINING), space)
 
 
 def test_two_things_do_not_overlap() -> None:
-    site = Site(PLAN)
-    assert site.add([place(block(1, 1, 1), (0.6, 5.0, 0), 0, 1)])
-    assert not site.add([place(block(1, 1, 1), (1.2, 5.0, 0), 0, 1)])
-    assert site.add([place(block(0.3, 0.3, 0.3), (0.6, 5.0, 1.0), 0, 1)])
+    layout = RoomLayout(PLAN)
+    assert layout.add([place(block(1, 1, 1), (0.6, 5.0, 0), 0, 1)])
+    assert not layout.add([place(block(1, 1, 1), (1.2, 5.0, 0), 0, 1)])
+    assert layout.add([place(block(0.3, 0.3, 0.3), (0.6, 5.0, 1.0), 0, 1)])
 
 
 def test_doors_stay_open() -> None:
-    site = Site(PLAN)
-    assert not site.add([place(block(0.3, 0.3, 0.5), (2.0, 2.5, 0), 0, 1)])
-    assert not site.add([place(block(0.3, 0.3, 0.5), (0.4, 1.0, 0), 0, 0)])
+    layout = RoomLayout(PLAN)
+    assert not layout.add([place(block(0.3, 0.3, 0.5), (2.0, 2.5, 0), 0, 1)])
+    assert not layout.add([place(block(0.3, 0.3, 0.5), (0.4, 1.0, 0), 0, 0)])
 
 
 def test_a_barricade_is_refused() -> None:
-    site = Site(PLAN)
-    assert not site.add([place(block(3.85, 0.3, 1), (2.0, 3.5, 0), 0, 1)])
-    assert site.add([place(block(2.0, 0.3, 1), (1.1, 3.5, 0), 0, 1)])
+    layout = RoomLayout(PLAN)
+    assert not layout.add([place(block(3.85, 0.3, 1), (2.0, 3.5, 0), 0, 1)])
+    assert layout.add([place(block(2.0, 0.3, 1), (1.1, 3.5, 0), 0, 1)])
 
 
 def test_what_is_too_far_from_any_path_is_refused() -> None:
-    site = Site(PLAN)
+    layout = RoomLayout(PLAN)
     deep = [place(block(3.8, 2.2, 0.5), (2.0, 4.8, 0), 0, 1)]
-    assert site.add(deep)
+    assert layout.add(deep)
     hung = place(block(0.3, 0.1, 0.3), (2.9, 5.85, 1.2), 0, 1)
-    assert not site.add([hung])
+    assert not layout.add([hung])
 
 
 def test_outside_the_room_is_refused() -> None:
-    site = Site(PLAN)
-    assert not site.add([place(block(0.5, 0.5, 0.5), (0.1, 4.0, 0), 0, 1)])
-    assert not site.add([place(block(0.5, 0.5, 2.7), (1.0, 4.0, 0), 0, 1)])
+    layout = RoomLayout(PLAN)
+    assert not layout.add([place(block(0.5, 0.5, 0.5), (0.1, 4.0, 0), 0, 1)])
+    assert not layout.add([place(block(0.5, 0.5, 2.7), (1.0, 4.0, 0), 0, 1)])
 
 
 def test_tall_things_avoid_windows() -> None:
-    site = Site(PLAN)
-    assert not site.add([place(block(0.5, 0.4, 1.8), (1.5, 5.7, 0), 0, 1)])
-    assert site.add([place(block(0.5, 0.4, 0.8), (1.5, 5.7, 0), 0, 1)])
+    layout = RoomLayout(PLAN)
+    assert not layout.add([place(block(0.5, 0.4, 1.8), (1.5, 5.7, 0), 0, 1)])
+    assert layout.add([place(block(0.5, 0.4, 0.8), (1.5, 5.7, 0), 0, 1)])
 
 
 @pytest.mark.parametrize("side", ["west", "south", "east", "north"])
 def test_at_wall_puts_the_back_to_the_wall(side: str) -> None:
-    thing = arranger(Site(PLAN)).at_wall(block(1.0, 0.4, 1.0), side, 0.5, 0.0)
-    assert thing is not None
+    item = make_placer(RoomLayout(PLAN)).at_wall(block(1.0, 0.4, 1.0), side, 0.5, 0.0)
+    assert item is not None
     x0, y0, x1, y1 = PLAN.spaces[1].inner
     gap = {
-        "west": thing.box[0, 0] - x0,
-        "south": thing.box[0, 1] - y0,
-        "east": x1 - thing.box[1, 0],
-        "north": y1 - thing.box[1, 1],
+        "west": item.box[0, 0] - x0,
+        "south": item.box[0, 1] - y0,
+        "east": x1 - item.box[1, 0],
+        "north": y1 - item.box[1, 1],
     }[side]
     assert gap == pytest.approx(0.02)
-    extent = thing.box[1] - thing.box[0]
+    extent = item.box[1] - item.box[0]
     assert extent[0 if side in ("west", "east") else 1] == pytest.approx(0.4)
 
 
 def test_a_row_touches_without_overlap_and_too_long_a_row_is_refused() -> None:
-    row = arranger(Site(PLAN)).in_row([block(0.6, 0.6, 0.9) for _ in range(3)])
+    row = make_placer(RoomLayout(PLAN)).in_row([block(0.6, 0.6, 0.9) for _ in range(3)])
     assert row is not None
-    centres = np.array([thing.at[:2] for thing in row])
+    centres = np.array([item.position_m[:2] for item in row])
     np.testing.assert_allclose(np.linalg.norm(np.diff(centres, axis=0), axis=1), 0.6)
-    assert arranger(Site(PLAN)).in_row([block(0.6, 0.6, 0.9) for _ in range(9)]) is None
+    assert make_placer(RoomLayout(PLAN)).in_row([block(0.6, 0.6, 0.9) for _ in range(9)]) is None
 
 
 def test_things_on_top_stand_on_their_support() -> None:
-    site = Site(PLAN)
-    room = arranger(site)
+    layout = RoomLayout(PLAN)
+    room = make_placer(layout)
     support = room.against_wall(block(1.0, 0.5, 0.8))
     assert support is not None
     cup = room.on_top(block(0.1, 0.1, 0.1), support)
@@ -106,20 +108,23 @@ def test_things_on_top_stand_on_their_support() -> None:
     assert cup.box[0, 2] == pytest.approx(0.8)
     assert room.on_top(block(2.0, 2.0, 0.1), support) is None
     assert (
-        room.on_top(block(0.1, 0.1, 0.1), place(Model("x", cup.model.parts), cup.at, 0, 1)) is None
+        room.on_top(block(0.1, 0.1, 0.1), place(Model("x", cup.model.parts), cup.position_m, 0, 1))
+        is None
     )
 
 
 def test_beside_uses_the_local_frame() -> None:
     support = place(block(1, 1, 1), (1.0, 1.0, 0.0), 90.0, 1)
-    thing = beside(support, block(0.2, 0.2, 0.2), np.array([0.0, 1.0, 0.0]), 0.0)
-    np.testing.assert_allclose(thing.at, (0.0, 1.0, 0.0), atol=1e-12)
-    assert thing.turn == 90.0
+    item = place_relative(support, block(0.2, 0.2, 0.2), np.array([0.0, 1.0, 0.0]), 0.0)
+    np.testing.assert_allclose(item.position_m, (0.0, 1.0, 0.0), atol=1e-12)
+    assert item.yaw_deg == 90.0
 
 
 @pytest.mark.parametrize("seed", range(12))
 def test_plans_are_sound(seed: int) -> None:
-    plan = draw_plan(Pick(np.random.default_rng(seed), HELD_OUT if seed % 2 else TRAINING))
+    plan = sample_floor_plan(
+        Sampler(np.random.default_rng(seed), HELD_OUT if seed % 2 else TRAINING)
+    )
     assert 5 <= len(plan.spaces) <= 7
     assert {door.spaces[1] for door in plan.doors if door.spaces[0] == 0} == set(
         range(1, len(plan.spaces))

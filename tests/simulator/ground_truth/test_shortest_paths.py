@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_simulator.ground_truth.shortest_paths import Ways
+from onemap_simulator.ground_truth.shortest_paths import ShortestPaths
 
 cells = st.tuples(st.integers(0, 39), st.integers(0, 29))
 
@@ -24,24 +24,26 @@ def ends_at(*places: tuple[int, int]) -> np.ndarray:
 def test_in_the_open_it_is_the_straight_way_to_the_nearest_end(
     start: tuple[int, int], first: tuple[int, int], second: tuple[int, int]
 ) -> None:
-    ways = Ways.to(ends_at(first, second), np.ones((40, 30), bool))
+    paths = ShortestPaths.to(ends_at(first, second), np.ones((40, 30), bool))
     straight = min(np.hypot(*np.subtract(start, end)) for end in (first, second))
-    length = ways.length(np.array(start))
+    length = paths.length(np.array(start))
     assert straight - 1e-9 <= length <= 1.014 * straight + 1e-9
 
 
 def test_no_way_leads_through_a_wall_however_thin() -> None:
     free = np.ones((40, 30), bool)
     free[20, :25] = False
-    around = Ways.to(ends_at((25, 5)), free).length(np.array([15, 5]))
+    around = ShortestPaths.to(ends_at((25, 5)), free).length(np.array([15, 5]))
     assert around == pytest.approx(np.hypot(5, 20) * 2, rel=0.02)
     free[20] = False
-    assert Ways.to(ends_at((25, 5)), free).length(np.array([15, 5])) == np.inf
+    assert ShortestPaths.to(ends_at((25, 5)), free).length(np.array([15, 5])) == np.inf
 
 
 def test_without_an_end_there_is_no_way() -> None:
-    assert Ways.to(ends_at(), np.ones((40, 30), bool)).length(np.array([1, 1])) == np.inf
+    assert ShortestPaths.to(ends_at(), np.ones((40, 30), bool)).length(np.array([1, 1])) == np.inf
 
 
 def test_an_end_needs_no_way() -> None:
-    assert Ways.to(ends_at((3, 4)), np.ones((40, 30), bool)).length(np.array([3, 4])) == 0.0
+    assert (
+        ShortestPaths.to(ends_at((3, 4)), np.ones((40, 30), bool)).length(np.array([3, 4])) == 0.0
+    )

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.ground_truth import SUCCESS_RADIUS_M
-from onemap_simulator.ground_truth.truth import SceneTruth, distances_from_above
+from onemap_simulator.ground_truth.truth import SceneTruth, horizontal_distances
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.scene.scene import Scene
 from tests.reference.success import literal_success
@@ -43,11 +43,11 @@ def clearance_in_divided_room(place: np.ndarray) -> float:
 def test_straight_distance_is_to_the_nearest_surface() -> None:
     found = truth_of(box_room()).distances("Sofa ", 1.5, 2.4)
     assert found.instances == 1
-    assert found.straight_m == pytest.approx(1.0)
+    assert found.straight_line_m == pytest.approx(1.0)
 
 
 def test_inside_the_outline_the_distance_is_zero() -> None:
-    assert truth_of(box_room()).distances("sofa", 2.8, 2.4).straight_m == 0.0
+    assert truth_of(box_room()).distances("sofa", 2.8, 2.4).straight_line_m == 0.0
 
 
 def test_in_the_open_the_path_is_the_straight_way_less_the_success_radius() -> None:
@@ -55,12 +55,12 @@ def test_in_the_open_the_path_is_the_straight_way_less_the_success_radius() -> N
     truth = truth_of(builder.add("ball", (7, 4, 0), (7.2, 4.2, 0.2)).build())
     for x, y in ((1.0, 1.0), (1.0, 4.1), (2.0, 5.0), (7.1, 0.6)):
         found = truth.distances("ball", x, y)
-        assert found.path_m == pytest.approx(found.straight_m - SUCCESS_RADIUS_M, abs=0.12)
+        assert found.path_m == pytest.approx(found.straight_line_m - SUCCESS_RADIUS_M, abs=0.12)
 
 
 def test_the_path_goes_around_walls() -> None:
     found = truth_of(divided_room()).distances("bed", 1.0, 0.6)
-    assert found.straight_m == pytest.approx(4.0)
+    assert found.straight_line_m == pytest.approx(4.0)
     # Past the wall's two corners (2.9, 3) and (3.1, 3) at 0.2 m, then to 1.5 m from the bed.
     corner_in, corner_out = np.array([2.8, 3.2]), np.array([3.2, 3.2])
     about = (
@@ -72,7 +72,7 @@ def test_the_path_goes_around_walls() -> None:
 def test_an_instance_behind_a_wall_is_no_success_however_near() -> None:
     truth = truth_of(divided_room(("bed", (3.3, 0.2, 0), (4.1, 1.0, 0.5))))
     before_the_wall = truth.distances("bed", 2.6, 0.6)
-    assert before_the_wall.straight_m < SUCCESS_RADIUS_M
+    assert before_the_wall.straight_line_m < SUCCESS_RADIUS_M
     assert before_the_wall.path_m > 3.0
 
 
@@ -90,7 +90,7 @@ def test_what_is_seen_over_a_low_obstacle_is_in_sight() -> None:
 @pytest.mark.parametrize("scene", [box_room(), divided_room()], ids=["room", "divided"])
 def test_success_places_agree_with_their_definition_taken_literally(scene: Scene) -> None:
     for category in {"sofa", "ball", "bed"} & set(scene.categories):
-        grid, places = truth_of(scene).success_places(category)
+        grid, places = truth_of(scene).success_cells(category)
         assert places.any()
         cells = np.argwhere(np.ones_like(places))[::7]
         literal = literal_success(scene, category, grid.centres(cells))
@@ -100,7 +100,7 @@ def test_success_places_agree_with_their_definition_taken_literally(scene: Scene
 def test_a_success_place_is_at_distance_zero_and_no_other_free_place_is() -> None:
     scene = divided_room()
     truth = truth_of(scene)
-    grid, places = truth.success_places("bed")
+    grid, places = truth.success_cells("bed")
     free = CollisionMap.of(scene, 1.1, grid.cell_size_m).clearance >= 0.2
     for cell in np.argwhere(free)[::5]:
         distance = truth.distances("bed", *grid.centres(cell)).path_m
@@ -167,11 +167,11 @@ def test_what_is_already_near_needs_no_path() -> None:
 
 def test_unknown_names_and_unreachable_things_are_infinitely_far() -> None:
     found = truth_of(box_room()).distances("elephant", 1.0, 1.0)
-    assert (found.instances, found.straight_m, found.path_m) == (0, np.inf, np.inf)
+    assert (found.instances, found.straight_line_m, found.path_m) == (0, np.inf, np.inf)
     builder = SceneBuilder().add("floor", (0, 0, 0), (8, 3, 2.5), sides=("z-", *WALL_SIDES))
     builder.add("wall", (3.9, 0, 0), (4.1, 3, 2.5)).add("bed", (6.5, 1, 0), (7.5, 2, 0.5))
     found = truth_of(builder.build()).distances("bed", 1.0, 1.0)
-    assert found.straight_m == pytest.approx(5.5)
+    assert found.straight_line_m == pytest.approx(5.5)
     assert found.path_m == np.inf
 
 
@@ -188,4 +188,4 @@ def test_distance_from_above_agrees_with_many_points_on_the_triangles(seed: int)
     weights = rng.dirichlet((0.4, 0.4, 0.4), 20000)
     points = np.einsum("nk,tkd->tnd", weights, triangles)[..., :2]
     sampled = float(np.linalg.norm(points - place, axis=2).min())
-    assert distances_from_above(triangles, place).min() == pytest.approx(sampled, abs=0.05)
+    assert horizontal_distances(triangles, place).min() == pytest.approx(sampled, abs=0.05)

@@ -40,9 +40,9 @@ def test_standable_cells_are_connected_to_the_place() -> None:
     builder = SceneBuilder().add("floor", (0, 0, 0), (4, 3, 2.5), sides=("z-", *WALL_SIDES))
     builder.add("wall", (1.9, 0, 0), (2.1, 3, 2.5))
     collision = CollisionMap.of(builder.build(), height_m=1.1)
-    left = collision.standable(1.0, 1.5, 0.2)
+    left = collision.reachable_cells(1.0, 1.5, 0.2)
     x = collision.grid.centres(np.argwhere(left))[:, 0]
     assert left.any()
     assert x.max() < 1.7
-    assert not collision.standable(2.0, 1.5, 0.2).any()
-    assert not collision.standable(1.0, 1.5, 5.0).any()
+    assert not collision.reachable_cells(2.0, 1.5, 0.2).any()
+    assert not collision.reachable_cells(1.0, 1.5, 5.0).any()

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.physics.robot import RobotParameters, RobotState, Velocity
-from onemap_simulator.physics.simulation import Counts, Simulation
+from onemap_simulator.physics.robot import RobotParams, RobotState, Velocity2d
+from onemap_simulator.physics.simulation import Simulation, SimulationCounts
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import (
-    CameraParameters,
+    CameraParams,
     RgbdCamera,
     measured_mm,
     noisy_depth,
@@ -26,7 +26,7 @@ RENDERER = Renderer(SCENE)
 def simulation(start: RobotState | None = None) -> Simulation:
     return Simulation(
         COLLISION,
-        RobotParameters(),
+        RobotParams(),
         start or RobotState(1.0, 1.5, 0.0),
         deadman_s=0.3,
         now_s=100.0,
@@ -36,24 +36,24 @@ def simulation(start: RobotState | None = None) -> Simulation:
 def test_the_result_depends_on_time_and_not_on_how_often_it_is_asked() -> None:
     often, seldom = simulation(), simulation()
     for run in (often, seldom):
-        run.heard(Velocity(0.5, 0.4), 100.0, validity_s=0.3)
+        run.receive_command(Velocity2d(0.5, 0.4), 100.0, validity_s=0.3)
     for k in range(1, 121):
         often.advance(100.0 + k / 120)
     for k in range(1, 6):
         seldom.advance(100.0 + k / 5)
     a, b = often.state, seldom.state
     assert (a.x_m, a.y_m, a.yaw_rad) == pytest.approx((b.x_m, b.y_m, b.yaw_rad), abs=0.015)
-    assert a.velocity == b.velocity == Velocity()
+    assert a.velocity == b.velocity == Velocity2d()
 
 
 def test_counts_commands_deadman_stops_and_collisions() -> None:
     run = simulation(RobotState(0.5, 1.5, np.pi))
-    now_s, bumped = 100.0, False
+    now_s, collided = 100.0, False
     for _ in range(100):
         now_s += 0.02
-        run.heard(Velocity(0.5), now_s, validity_s=0.3)
-        bumped = run.advance(now_s) or bumped
-    assert bumped
+        run.receive_command(Velocity2d(0.5), now_s, validity_s=0.3)
+        collided = run.advance(now_s) or collided
+    assert collided
     assert run.counts.commands_received == 100
     assert 1 <= run.counts.collisions <= 3  # it leans on the wall for a second and more
     assert COLLISION.clearance_m(run.state.x_m, run.state.y_m) >= 0.2
@@ -64,12 +64,12 @@ def test_counts_commands_deadman_stops_and_collisions() -> None:
 
 def test_after_a_long_pause_it_has_not_driven_on() -> None:
     run = simulation()
-    run.heard(Velocity(0.5), 100.0, validity_s=0.3)
+    run.receive_command(Velocity2d(0.5), 100.0, validity_s=0.3)
     run.advance(100.1)
     x = run.state.x_m
     run.advance(4000.0)
     assert run.state.x_m < x + 0.05
-    assert run.counts == Counts(0, 1, run.counts.deadman_stops)
+    assert run.counts == SimulationCounts(0, 1, run.counts.deadman_stops)
 
 
 def test_a_start_too_close_to_an_obstacle_is_refused() -> None:
@@ -78,14 +78,14 @@ def test_a_start_too_close_to_an_obstacle_is_refused() -> None:
 
 
 def camera(**changes: float) -> RgbdCamera:
-    parameters = replace(CameraParameters(width=32, height=24), **changes)  # type: ignore[arg-type]
-    return RgbdCamera(RENDERER, parameters, np.random.default_rng(0))
+    params = replace(CameraParams(width=32, height=24), **changes)  # type: ignore[arg-type]
+    return RgbdCamera(RENDERER, params, np.random.default_rng(0))
 
 
 def test_the_camera_measures_within_its_range_only() -> None:
     pose = RobotState(1.0, 1.5, 0.0).pose
-    everything = camera().shoot(pose).depth_mm
-    limited = camera(max_depth_m=2.0).shoot(pose).depth_mm
+    everything = camera().capture(pose).depth_mm
+    limited = camera(max_depth_m=2.0).capture(pose).depth_mm
     assert everything.dtype == np.uint16
     assert everything.min() > 0
     np.testing.assert_array_equal(limited, np.where(everything <= 2000, everything, 0))
@@ -102,7 +102,7 @@ def test_depth_noise_grows_with_the_square_of_distance() -> None:
     assert np.std(noisy_depth(far, 0.002, rng) - far) == pytest.approx(0.018, rel=0.05)
     assert (noisy_depth(np.zeros((4, 4), np.float32), 0.1, rng) == 0).all()
     pose = RobotState(1.0, 1.5, 0.0).pose
-    clean, noisy = camera().shoot(pose), camera(depth_noise_m=0.01).shoot(pose)
+    clean, noisy = camera().capture(pose), camera(depth_noise_m=0.01).capture(pose)
     np.testing.assert_array_equal(clean.rgb, noisy.rgb)
     assert (clean.depth_mm != noisy.depth_mm).mean() > 0.5
 

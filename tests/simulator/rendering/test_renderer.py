@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import camera_mount, pose_2d, transform
 from onemap_simulator.bench import frame_seconds
-from onemap_simulator.rendering.renderer import Renderer, View
-from onemap_simulator.scene.scene import Light
+from onemap_simulator.rendering.renderer import RenderedImage, Renderer
+from onemap_simulator.scene.scene import PointLight
 from tests.reference.raycast import first_hits
 from tests.simulator.scenes import WALL_SIDES, SceneBuilder, box_room
 
@@ -18,7 +18,7 @@ RENDERER = Renderer(SCENE)
 INTRINSICS = Intrinsics.from_fov(80, 60, np.radians(79.0))
 
 
-def view_from(x: float, y: float, yaw: float, pitch_down: float = 0.2) -> View:
+def view_from(x: float, y: float, yaw: float, pitch_down: float = 0.2) -> RenderedImage:
     T = pose_2d(x, y, yaw) @ camera_mount(0.0, 1.0, pitch_down)
     return RENDERER.render(T, INTRINSICS, width=80, height=60)
 
@@ -48,7 +48,7 @@ def test_agrees_with_every_ray_against_every_triangle(
 def test_left_is_left_and_up_is_up() -> None:
     view = view_from(0.4, 1.5, 0.0, pitch_down=0.0)
     columns, rows = np.meshgrid(np.arange(80), np.arange(60))
-    masks = {thing.category: view.labels == index for index, thing in enumerate(SCENE.objects)}
+    masks = {obj.category: view.labels == index for index, obj in enumerate(SCENE.objects)}
     assert columns[masks["sofa"]].mean() < 40 < columns[masks["ball"]].mean()
     assert rows[masks["ceiling"]].mean() < 30 < rows[masks["floor"]].mean()
     red, green = view.rgb[masks["sofa"]].mean(axis=0), view.rgb[masks["ball"]].mean(axis=0)
@@ -102,7 +102,7 @@ def test_a_lamp_does_not_shine_through_a_wall() -> None:
         )
         if wall:
             builder.add("wall", (2.9, 0, 0), (3.1, 3, 2.5))
-        scene = builder.build(lights=(Light((1.5, 1.5, 2.3), (1.0, 1.0, 1.0)),))
+        scene = builder.build(lights=(PointLight((1.5, 1.5, 2.3), (1.0, 1.0, 1.0)),))
         T = pose_2d(3.5, 1.5, 0) @ camera_mount(0.0, 1.0, 0.5)
         return float(Renderer(scene).render(T, INTRINSICS, width=80, height=60).rgb.mean())
 
@@ -134,7 +134,7 @@ def test_things_cast_a_shadow_below_them() -> None:
         builder = SceneBuilder().add("floor", (0, 0, 0), (6, 3, 2.5), sides=("z-", *WALL_SIDES))
         if table:
             builder.add("table", (2.2, 1.0, 0.7), (3.2, 2.0, 0.72))
-        scene = builder.build(lights=(Light((2.7, 1.5, 2.3), (1.0, 1.0, 1.0)),))
+        scene = builder.build(lights=(PointLight((2.7, 1.5, 2.3), (1.0, 1.0, 1.0)),))
         T = pose_2d(1.0, 1.5, 0) @ camera_mount(0.0, 0.4, 0.2)
         view = Renderer(scene).render(T, INTRINSICS, width=80, height=60)
         points = transform(T, unproject(view.depth_m, INTRINSICS).astype(np.float64))

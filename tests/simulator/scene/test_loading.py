@@ -38,7 +38,7 @@ def room_of(up: str) -> trimesh.Scene:
 
 
 def extent(scene: Scene, category: str) -> np.ndarray:
-    index = next(i for i, thing in enumerate(scene.objects) if thing.category == category)
+    index = next(i for i, obj in enumerate(scene.objects) if obj.category == category)
     points = scene.object_vertices(index)
     return np.stack([points.min(axis=0), points.max(axis=0)])
 
@@ -118,12 +118,12 @@ def test_textures_and_plain_materials(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text("mtllib a.mtl\n" + corners + floor + chair)
     scene = load_scene(tmp_path / "a.obj")
     by_name = {
-        thing.category: scene.textures[scene.face_texture[scene.face_object == i][0]]
-        for i, thing in enumerate(scene.objects)
+        obj.category: scene.textures[scene.face_texture[scene.face_object == i][0]]
+        for i, obj in enumerate(scene.objects)
     }
     np.testing.assert_array_equal(by_name["floor"], pixels)
     assert by_name["chair"][0, 0].tolist() == [204, 26, 26]
-    owner = [thing.category for thing in scene.objects].index("floor")
+    owner = [obj.category for obj in scene.objects].index("floor")
     rows = scene.face_object == owner
     corner = scene.vertices[scene.faces[rows]]
     # The image's last row lies at the texture's v = 0 of the file, where y is 0.

@@ -19,7 +19,7 @@ from onemap_simulator.scene.occupancy_raster import (
 from onemap_simulator.scene.scene import Scene, SceneObject
 from tests.reference.occupancy_raster import touched_cells
 
-CELL_M = 0.1
+CELL_SIZE_M = 0.1
 
 
 def scene_of(vertices: F64, faces: np.ndarray) -> Scene:
@@ -45,14 +45,14 @@ def scene_of(vertices: F64, faces: np.ndarray) -> Scene:
 def test_every_sampled_point_lies_in_an_occupied_cell(seed: int, size: float) -> None:
     rng = np.random.default_rng(seed)
     triangles = rng.uniform(-1, 1, (3, 1, 3)) + rng.uniform(-size, size, (3, 3, 3))
-    spec = GridSpec.covering(CELL_M, (-3.0, -3.0), (3.0, 3.0))
+    spec = GridSpec.covering(CELL_SIZE_M, (-3.0, -3.0), (3.0, 3.0))
     z_range = (-0.4, 0.5)
     occupied = rasterise(triangles, spec, z_range)
     have = {
         (int(x) + spec.origin_cell[0], int(y) + spec.origin_cell[1])
         for x, y in np.argwhere(occupied)
     }
-    sampled = touched_cells(triangles, CELL_M, z_range, 0.04)
+    sampled = touched_cells(triangles, CELL_SIZE_M, z_range, 0.04)
     assert sampled <= have
     # Tight: nothing is set more than a cell away from where a sample is.
     for x, y in have:
@@ -63,17 +63,17 @@ def test_every_sampled_point_lies_in_an_occupied_cell(seed: int, size: float) ->
 def test_a_box_occupies_its_footprint_only_at_its_heights() -> None:
     block = box((0.35, 0.15, 0.5), (0.525, 0.275, 0.2))
     scene = scene_of(block.vertices, block.faces)
-    spec, occupied = occupied_cells(scene, CELL_M, 0.3, 0.6)
+    spec, occupied = occupied_cells(scene, CELL_SIZE_M, 0.3, 0.6)
     cells = {tuple(spec.centres(cell).round(2)) for cell in np.argwhere(occupied)}
     edge = {(x, y) for x in (0.35, 0.45, 0.55, 0.65) for y in (0.25, 0.35)}
     assert cells == edge
-    assert not occupied_cells(scene, CELL_M, 0.8, 1.5)[1].any()
-    assert not occupied_cells(scene, CELL_M, -1.0, 0.1)[1].any()
+    assert not occupied_cells(scene, CELL_SIZE_M, 0.8, 1.5)[1].any()
+    assert not occupied_cells(scene, CELL_SIZE_M, -1.0, 0.1)[1].any()
 
 
 def test_negative_coordinates_round_down() -> None:
     block = box((0.08, 0.08, 1.0), (-0.05, -0.05, 0.0))
-    spec, occupied = occupied_cells(scene_of(block.vertices, block.faces), CELL_M, 0.1, 0.9)
+    spec, occupied = occupied_cells(scene_of(block.vertices, block.faces), CELL_SIZE_M, 0.1, 0.9)
     assert spec.origin_cell == (-1, -1)
     assert np.argwhere(occupied).tolist() == [[0, 0]]
 
@@ -88,9 +88,9 @@ def test_clearance_counts_the_border_as_occupied() -> None:
 
 
 def test_reachable_stays_on_its_side_of_a_wall() -> None:
-    standable = np.ones((5, 5), dtype=bool)
-    standable[2] = False
-    part = reachable_from(standable, np.array([0, 0]))
+    reachable = np.ones((5, 5), dtype=bool)
+    reachable[2] = False
+    part = reachable_from(reachable, np.array([0, 0]))
     assert part[:2].all()
     assert not part[2:].any()
-    assert not reachable_from(standable, np.array([2, 2])).any()
+    assert not reachable_from(reachable, np.array([2, 2])).any()

@@ -28,7 +28,7 @@ from onemap_planner.config import PlannerConfig
 from onemap_shared.config import read, section
 from onemap_shared.messages import ObjectResult, SearchState, TruthRequest
 from onemap_simulator.config import SimulatorConfig
-from onemap_simulator.ground_truth.truth import SceneTruth, answer_truth
+from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_simulator.worlds import APARTMENT, open_scene
 from onemap_tools.bench.lockstep import Eyes, Lockstep, Settings
 from onemap_tools.bench.parser import Parser
@@ -89,7 +89,7 @@ def run(task: Task) -> Episode:
             judged(
                 asdict(result),
                 name,
-                lambda name, place: answer_truth(truth, TruthRequest(name, *place[:2])),
+                lambda name, place: truth_reply(truth, TruthRequest(name, *place[:2])),
             )
             for name, result in zip(names, results, strict=True)
         ),

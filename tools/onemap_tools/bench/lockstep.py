@@ -38,7 +38,7 @@ from onemap_shared.messages import Detections, FeatureField, RgbdFrame, SearchVi
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import RobotState
-from onemap_simulator.physics.robot import Velocity as Twist
+from onemap_simulator.physics.robot import Velocity2d as Twist
 from onemap_simulator.physics.simulation import Simulation
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import RgbdCamera, noisy_pose
@@ -109,7 +109,7 @@ class SimulatedRobot:
     def advance(self, command: Velocity, before_s: float, now_s: float) -> None:
         """Obey a command given at ``before_s`` until ``now_s``."""
         twist = Twist(command.linear_mps, command.angular_radps)
-        self._simulation.heard(twist, before_s, COMMAND_VALID_S)
+        self._simulation.receive_command(twist, before_s, COMMAND_VALID_S)
         self.collided = self._simulation.advance(now_s)
 
     def reported(self) -> np.ndarray:
@@ -122,7 +122,7 @@ class SimulatedRobot:
 
     def frame(self, now_s: float) -> RgbdFrame:
         """What the camera sees now."""
-        shot = self._camera.shoot(self._simulation.state.pose)
+        shot = self._camera.capture(self._simulation.state.pose)
         self._frames += 1
         return RgbdFrame(
             self._frames,

@@ -17,12 +17,12 @@ from onemap_perception.variance import VarianceParams, observation_variance
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64
 from onemap_shared.messages import FeatureField
-from onemap_simulator.rendering.camera_poses import sample_poses
-from onemap_simulator.rendering.renderer import Renderer, View
-from onemap_simulator.rendering.rgbd_camera import CameraParameters, measured_mm
+from onemap_simulator.rendering.camera_poses import sample_camera_poses
+from onemap_simulator.rendering.renderer import RenderedImage, Renderer
+from onemap_simulator.rendering.rgbd_camera import CameraParams, measured_mm
 from onemap_simulator.scene.scene import Scene
 
-CAMERA = CameraParameters()
+CAMERA = CameraParams()
 INTRINSICS = Intrinsics.from_fov(CAMERA.width, CAMERA.height, CAMERA.horizontal_fov_rad)
 FRAME_NS = 100_000_000
 SHOWN_PIXELS = 192  # of 320 x 240, in one picture: three patches of 8 x 8
@@ -44,21 +44,25 @@ def map_scene(scene: Scene, encoder: Encoder, seed: int, pictures: int) -> Mappe
     belief = BeliefMap(settings)
     renderer = Renderer(scene)
     shown: set[str] = set()
-    for sequence, pose in enumerate(sample_poses(scene, np.random.default_rng(seed), pictures)):
+    for sequence, pose in enumerate(
+        sample_camera_poses(scene, np.random.default_rng(seed), pictures)
+    ):
         view = renderer.render(pose, INTRINSICS, width=CAMERA.width, height=CAMERA.height)
         belief.fuse(compute_update(field_of(view, pose, sequence, encoder), settings))
         shown |= categories_shown(scene, view)
     return Mapped(scene, belief, frozenset(shown))
 
 
-def categories_shown(scene: Scene, view: View) -> set[str]:
+def categories_shown(scene: Scene, view: RenderedImage) -> set[str]:
     """Categories of which one thing fills enough pixels near enough."""
     near = view.labels[(view.labels >= 0) & (view.depth_m <= SHOWN_WITHIN_M)]
     counts = np.bincount(near, minlength=len(scene.objects))
     return {scene.objects[i].category for i in np.flatnonzero(counts >= SHOWN_PIXELS)}
 
 
-def field_of(view: View, T_map_camera: F64, sequence: int, encoder: Encoder) -> FeatureField:
+def field_of(
+    view: RenderedImage, T_map_camera: F64, sequence: int, encoder: Encoder
+) -> FeatureField:
     """What perception would publish of a rendered view."""
     depth_mm = measured_mm(view.depth_m, CAMERA.min_depth_m, CAMERA.max_depth_m)
     depth_m = np.divide(depth_mm, 1000, dtype=np.float32)

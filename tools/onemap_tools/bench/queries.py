@@ -41,7 +41,7 @@ from onemap_shared.geometry import F32
 from onemap_shared.messages import SimilarityRequest
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import HELD_OUT, TRAINING, Style
-from onemap_simulator.ground_truth.truth import distances_from_above
+from onemap_simulator.ground_truth.truth import horizontal_distances
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.mapping import Mapped, map_scene
 from onemap_tools.bench.parser import Parser
@@ -168,7 +168,7 @@ def _distance_m(scene: Scene, category: str, place: F32) -> float:
     things = [i for i, thing in enumerate(scene.objects) if thing.category == category]
     faces = scene.faces[np.isin(scene.face_object, things)]
     triangles = scene.vertices[faces].astype(np.float64)
-    return float(distances_from_above(triangles, place.astype(np.float64)).min())
+    return float(horizontal_distances(triangles, place.astype(np.float64)).min())
 
 
 def report(asked: Sequence[Asked], plan: Plan) -> dict[str, Any]:

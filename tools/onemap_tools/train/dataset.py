@@ -22,15 +22,15 @@ from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import U8
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import TRAINING, Style
-from onemap_simulator.rendering.camera_poses import ViewRange, sample_poses
-from onemap_simulator.rendering.renderer import Renderer, View
+from onemap_simulator.rendering.camera_poses import CameraPoseRange, sample_camera_poses
+from onemap_simulator.rendering.renderer import RenderedImage, Renderer
 
 NO_CLASS = 255
 TRAIN_SEEDS = range(1000, 100_000)
 EVALUATION_SEEDS = range(900, 1000)  # never trained on; 1 to 3 are the demo's and held out too
 FOV_RAD = (1.05, 1.65)  # 60 to 95 degrees: common depth cameras
-ROBOT_VIEWS = ViewRange()
-OTHER_VIEWS = ViewRange(camera_height_m=(0.4, 1.6), pitch_rad=(-0.3, 0.6))
+ROBOT_VIEWS = CameraPoseRange()
+OTHER_VIEWS = CameraPoseRange(camera_height_m=(0.4, 1.6), pitch_rad=(-0.3, 0.6))
 OTHER_SHARE = 0.3  # of the frames from heights that the simulated robot does not have
 
 
@@ -78,13 +78,13 @@ def scene_frames(seed: int, classes: Sequence[str], plan: FramePlan) -> tuple[U8
     table = np.append(table, NO_CLASS).astype(np.uint8)  # label -1: nothing was hit
     renderer = Renderer(scene)
     other = round(plan.per_scene * OTHER_SHARE)
-    poses = sample_poses(scene, rng, plan.per_scene - other, ROBOT_VIEWS)
-    poses += sample_poses(scene, rng, other, OTHER_VIEWS)
+    poses = sample_camera_poses(scene, rng, plan.per_scene - other, ROBOT_VIEWS)
+    poses += sample_camera_poses(scene, rng, other, OTHER_VIEWS)
     rgb = np.empty((len(poses), plan.height, plan.width, 3), np.uint8)
     label = np.empty(rgb.shape[:3], np.uint8)
     for index, pose in enumerate(poses):
         camera = Intrinsics.from_fov(plan.width, plan.height, rng.uniform(*FOV_RAD))
-        view: View = renderer.render(pose, camera, width=plan.width, height=plan.height)
+        view: RenderedImage = renderer.render(pose, camera, width=plan.width, height=plan.height)
         rgb[index], label[index] = view.rgb, table[view.labels]
     return rgb, label
 

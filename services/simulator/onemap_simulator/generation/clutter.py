@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from onemap_simulator.generation.floor_plan import HALF_WALL_M, Opening, Plan
+from onemap_simulator.generation.floor_plan import HALF_WALL_M, FloorPlan, Opening
 from onemap_simulator.generation.furniture import (
     containers,
     electronics,
@@ -27,65 +27,67 @@ from onemap_simulator.generation.furniture.sleep import pillow
 from onemap_simulator.generation.furniture.wall_decor import clock, mirror, picture
 from onemap_simulator.generation.mesh import rotation
 from onemap_simulator.generation.model import Model
-from onemap_simulator.generation.placement import Arranger
-from onemap_simulator.generation.room_layout import Placed, Site, place
-from onemap_simulator.generation.sampler import Pick
-from onemap_simulator.generation.structure import facing
+from onemap_simulator.generation.placement import Placer
+from onemap_simulator.generation.room_layout import PlacedModel, RoomLayout, place
+from onemap_simulator.generation.sampler import Sampler
+from onemap_simulator.generation.structure import facing_yaw_deg
 
-Maker = Callable[[Pick], Model]
-Wish = tuple[float, Maker]
+ModelFactory = Callable[[Sampler], Model]
+Candidate = tuple[float, ModelFactory]
 
 
-def put(room: Arranger, supports: Sequence[Placed], wishes: Sequence[Wish]) -> None:
+def place_on(
+    placer: Placer, supports: Sequence[PlacedModel], candidates: Sequence[Candidate]
+) -> None:
     """Each wish, with its probability, on one of the supports that has room."""
-    for probability, make in wishes:
-        if supports and room.pick.chance(probability):
-            _put(room, supports, make(room.pick))
+    for probability, make in candidates:
+        if supports and placer.sampler.chance(probability):
+            _place_on_any(placer, supports, make(placer.sampler))
 
 
-def _put(room: Arranger, supports: Sequence[Placed], model: Model) -> bool:
-    order = room.pick.rng.permutation(len(supports))
-    return any(room.on_top(model, supports[index]) is not None for index in order)
+def _place_on_any(placer: Placer, supports: Sequence[PlacedModel], model: Model) -> bool:
+    order = placer.sampler.rng.permutation(len(supports))
+    return any(placer.on_top(model, supports[index]) is not None for index in order)
 
 
-def hang(room: Arranger, wishes: Sequence[Wish]) -> None:
+def hang_on_walls(placer: Placer, candidates: Sequence[Candidate]) -> None:
     """Each wish, with its probability, on a wall at about eye height."""
-    for probability, make in wishes:
-        if room.pick.chance(probability):
-            _hang(room, make(room.pick))
+    for probability, make in candidates:
+        if placer.sampler.chance(probability):
+            _hang_on_wall(placer, make(placer.sampler))
 
 
-def _hang(room: Arranger, model: Model) -> bool:
+def _hang_on_wall(placer: Placer, model: Model) -> bool:
     height = float(model.upper[2])
-    centre = room.pick.between(1.25, 1.5)
-    return room.against_wall(model, z=max(centre - height / 2, 0.7)) is not None
+    centre = placer.sampler.uniform(1.25, 1.5)
+    return placer.against_wall(model, z=max(centre - height / 2, 0.7)) is not None
 
 
-def complete(site: Site, pick: Pick) -> None:
+def add_missing(layout: RoomLayout, sampler: Sampler) -> None:
     """Add most of the categories that no room got, where they may be expected."""
-    everywhere = tuple({space.kind for space in site.plan.spaces})
+    everywhere = tuple({space.kind for space in layout.plan.spaces})
     for category, make, kinds, how in _EXTRAS:
-        have = {thing.model.category for thing in site.placed}
-        if category in have or pick.chance(0.1):
+        have = {item.model.category for item in layout.placed}
+        if category in have or sampler.chance(0.1):
             continue
-        allowed = [i for i, s in enumerate(site.plan.spaces) if s.kind in (kinds or everywhere)]
-        model = make(pick)
-        for index in pick.rng.permutation(allowed):
-            room = Arranger(site, pick, int(index))
+        allowed = [i for i, s in enumerate(layout.plan.spaces) if s.kind in (kinds or everywhere)]
+        model = make(sampler)
+        for index in sampler.rng.permutation(allowed):
+            placer = Placer(layout, sampler, int(index))
             here = [
-                thing
-                for thing in site.placed
-                if thing.space == index and thing.model.tops and _suits(category, thing)
+                item
+                for item in layout.placed
+                if item.space == index and item.model.support_surfaces and _suits(category, item)
             ]
-            if how == "top" and _put(room, here, model):
+            if how == "top" and _place_on_any(placer, here, model):
                 break
-            if how == "wall" and _hang(room, model):
+            if how == "wall" and _hang_on_wall(placer, model):
                 break
-            if how == "floor" and room.against_wall(model) is not None:
+            if how == "floor" and placer.against_wall(model) is not None:
                 break
 
 
-def _suits(category: str, support: Placed) -> bool:
+def _suits(category: str, support: PlacedModel) -> bool:
     """Cups and kettles do not stand on sofas, pillows do not lie on tables."""
     soft = support.model.category in ("sofa", "armchair", "bed")
     return category == "teddy bear" or soft == (category == "pillow")
@@ -95,7 +97,7 @@ _DAY = ("living room", "study", "dining room")
 _LIVED_IN = (*_DAY, "bedroom")
 
 # category, maker, kinds of room (empty: any), and where: floor (at a wall), top or wall.
-_EXTRAS: tuple[tuple[str, Maker, tuple[str, ...], str], ...] = (
+_EXTRAS: tuple[tuple[str, ModelFactory, tuple[str, ...], str], ...] = (
     ("refrigerator", refrigerator, ("kitchen", "dining room", "hallway"), "floor"),
     ("wardrobe", storage.wardrobe, ("bedroom", "hallway", "study"), "floor"),
     ("sofa", seating.sofa, ("living room", "study", "bedroom"), "floor"),
@@ -142,30 +144,30 @@ _EXTRAS: tuple[tuple[str, Maker, tuple[str, ...], str], ...] = (
 )
 
 
-def hang_curtains(site: Site, pick: Pick) -> None:
+def hang_curtains(layout: RoomLayout, sampler: Sampler) -> None:
     """A pair of curtains at most windows, to the floor or to just below the sill."""
-    plan = site.plan
+    plan = layout.plan
     for hole in plan.windows:
         kind = plan.spaces[hole.spaces[0]].kind
-        if kind in ("bathroom", "kitchen") or pick.chance(0.3):
+        if kind in ("bathroom", "kitchen") or sampler.chance(0.3):
             continue
-        long = curtain(pick, pick.size(0.3, 0.45), hole.top + 0.06)
-        short = curtain(pick, pick.size(0.3, 0.45), hole.top - hole.sill + 0.2)
-        for model in (long, short) if pick.chance(0.6) else (short,):
+        long = curtain(sampler, sampler.size(0.3, 0.45), hole.top + 0.06)
+        short = curtain(sampler, sampler.size(0.3, 0.45), hole.top - hole.sill + 0.2)
+        for model in (long, short) if sampler.chance(0.6) else (short,):
             pair = _beside_window(model, hole, plan)
-            hung = [site.add([thing], ignoring=site.window_boxes) for thing in pair]
+            hung = [layout.add([item], ignoring=layout.window_boxes) for item in pair]
             if all(hung):
                 break
 
 
-def _beside_window(model: Model, hole: Opening, plan: Plan) -> list[Placed]:
+def _beside_window(model: Model, hole: Opening, plan: FloorPlan) -> list[PlacedModel]:
     """The same curtain left and right of a window, its rod above the window."""
     space = hole.spaces[0]
-    turn = facing(hole, plan, space)
+    yaw_deg = facing_yaw_deg(hole, plan, space)
     pair = []
     for side in (-1, 1):
         offset = (side * (hole.width / 2 + float(model.upper[0]) - 0.16), -HALF_WALL_M - 0.14, 0.0)
-        x, y, _ = rotation("z", turn) @ offset
+        x, y, _ = rotation("z", yaw_deg) @ offset
         at = (hole.centre[0] + x, hole.centre[1] + y, hole.top + 0.15 - float(model.upper[2]))
-        pair.append(place(model, at, turn, space))
+        pair.append(place(model, at, yaw_deg, space))
     return pair

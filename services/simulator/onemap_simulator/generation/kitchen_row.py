@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from onemap_simulator.generation.clutter import put
+from onemap_simulator.generation.clutter import place_on
 from onemap_simulator.generation.furniture.appliances import (
     dishwasher,
     kettle,
@@ -23,48 +23,48 @@ from onemap_simulator.generation.furniture.kitchen import (
 )
 from onemap_simulator.generation.furniture.tableware import bottle, bowl, cup
 from onemap_simulator.generation.model import Material
-from onemap_simulator.generation.placement import Arranger
-from onemap_simulator.generation.room_layout import Placed
+from onemap_simulator.generation.placement import Placer
+from onemap_simulator.generation.room_layout import PlacedModel
 
 Look = tuple[Material, Material, Material]
 
 
-def kitchen_row(room: Arranger) -> None:
+def kitchen_row(placer: Placer) -> None:
     """Sink, oven, dishwasher, cabinets and refrigerator in one row, or in two if it is too long."""
-    pick = room.pick
-    look = kitchen_look(pick)
+    sampler = placer.sampler
+    look = kitchen_look(sampler)
     units = [
-        kitchen_sink(pick, pick.size(0.6, 0.8), look),
-        oven(pick),
-        dishwasher(pick, look[1]),
-        kitchen_cabinet(pick, pick.size(0.5, 0.8), look),
-        kitchen_cabinet(pick, pick.size(0.4, 0.6), look),
+        kitchen_sink(sampler, sampler.size(0.6, 0.8), look),
+        oven(sampler),
+        dishwasher(sampler, look[1]),
+        kitchen_cabinet(sampler, sampler.size(0.5, 0.8), look),
+        kitchen_cabinet(sampler, sampler.size(0.4, 0.6), look),
     ]
-    units = [units[index] for index in pick.rng.permutation(len(units))]
-    fridge = refrigerator(pick)
-    placed = room.in_row([*units, fridge]) or room.in_row([*units[:-1], fridge])
+    units = [units[index] for index in sampler.rng.permutation(len(units))]
+    fridge = refrigerator(sampler)
+    placed = placer.in_row([*units, fridge]) or placer.in_row([*units[:-1], fridge])
     if placed is None:
-        placed = [*(room.in_row(units[:3]) or []), *(room.in_row(units[3:]) or [])]
-        alone = room.in_corner(fridge)
+        placed = [*(placer.in_row(units[:3]) or []), *(placer.in_row(units[3:]) or [])]
+        alone = placer.in_corner(fridge)
         placed += [alone] if alone is not None else []
-    have = {id(thing.model) for thing in placed}
+    have = {id(item.model) for item in placed}
     for model in (*units, fridge):
         if id(model) not in have:
-            extra = room.against_wall(model)
+            extra = placer.against_wall(model)
             placed += [extra] if extra is not None else []
-    if pick.chance(0.3):
-        room.against_wall(washing_machine(pick))
-    _above(room, placed, look)
-    tops = [thing for thing in placed if thing.model.tops]
-    put(room, tops, [(0.85, microwave), (0.9, kettle), (0.85, toaster)])
-    put(room, tops, [(0.6, bottle), (0.5, bowl), (0.5, cup)])
+    if sampler.chance(0.3):
+        placer.against_wall(washing_machine(sampler))
+    _above(placer, placed, look)
+    supports = [item for item in placed if item.model.support_surfaces]
+    place_on(placer, supports, [(0.85, microwave), (0.9, kettle), (0.85, toaster)])
+    place_on(placer, supports, [(0.6, bottle), (0.5, bowl), (0.5, cup)])
 
 
-def _above(room: Arranger, row: list[Placed], look: Look) -> None:
+def _above(placer: Placer, row: list[PlacedModel], look: Look) -> None:
     """Cabinets on the wall above base units."""
-    for thing in row:
-        width = float(np.ptp([thing.model.lower[0], thing.model.upper[0]]))
-        if thing.model.tops and room.pick.chance(0.75):
-            model = wall_cabinet(room.pick, width, look)
+    for item in row:
+        width = float(np.ptp([item.model.lower[0], item.model.upper[0]]))
+        if item.model.support_surfaces and placer.sampler.chance(0.75):
+            model = wall_cabinet(placer.sampler, width, look)
             offset = np.array([0.0, DEPTH_M / 2 - float(model.upper[1]), 1.42])
-            room.near(thing, model, offset, 0.0)
+            placer.near(item, model, offset, 0.0)

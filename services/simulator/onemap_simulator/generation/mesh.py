@@ -30,15 +30,15 @@ class Mesh:
     faces: I64
     uv: F64
 
-    def moved(self, x: float, y: float, z: float = 0.0) -> Mesh:
+    def translated(self, x: float, y: float, z: float = 0.0) -> Mesh:
         """The mesh shifted by metres."""
         return Mesh(self.vertices + (x, y, z), self.faces, self.uv)
 
-    def turned(self, axis: str, degrees: float) -> Mesh:
+    def rotated(self, axis: str, degrees: float) -> Mesh:
         """The mesh rotated about the origin, counter-clockwise seen against axis x, y or z."""
         return Mesh(self.vertices @ rotation(axis, degrees).T, self.faces, self.uv)
 
-    def stretched(self, x: float, y: float, z: float) -> Mesh:
+    def scaled(self, x: float, y: float, z: float) -> Mesh:
         """The mesh scaled about the origin by positive factors."""
         return Mesh(self.vertices * (x, y, z), self.faces, self.uv)
 
@@ -75,13 +75,13 @@ def box(size: Vec, at: Vec = ORIGIN) -> Mesh:
     return from_faces(unit * size + at, _split(np.array(quads)))
 
 
-def span(lower: Vec, upper: Vec) -> Mesh:
+def box_between(lower: Vec, upper: Vec) -> Mesh:
     """The cuboid between two opposite corners."""
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     return box((x1 - x0, y1 - y0, z1 - z0), ((x0 + x1) / 2, (y0 + y1) / 2, z0))
 
 
-def soft_box(size: Vec, at: Vec = ORIGIN, radius: float = 0.04) -> Mesh:
+def rounded_box(size: Vec, at: Vec = ORIGIN, radius: float = 0.04) -> Mesh:
     """A cuboid with edges and corners rounded by ``radius`` (at most half its thinnest side)."""
     half = np.asarray(size, dtype=np.float64) / 2
     radius = min(radius, float(half.min()) * 0.99)
@@ -94,7 +94,7 @@ def soft_box(size: Vec, at: Vec = ORIGIN, radius: float = 0.04) -> Mesh:
     rings[..., 0] = radius * np.outer(np.cos(latitude), np.cos(longitude)) + inner[0] * sign_x
     rings[..., 1] = radius * np.outer(np.cos(latitude), np.sin(longitude)) + inner[1] * sign_y
     rings[..., 2] = (radius * np.sin(latitude) + inner[2] * sign_z)[:, None]
-    return _loft(rings).moved(at[0], at[1], at[2] + half[2])
+    return _loft(rings).translated(at[0], at[1], at[2] + half[2])
 
 
 def lathe(
@@ -114,7 +114,7 @@ def lathe(
     rings[..., 0] = np.outer(radius, np.cos(angle))
     rings[..., 1] = np.outer(radius, np.sin(angle))
     rings[..., 2] = height[:, None]
-    return _loft(rings, capped=capped).moved(*at)
+    return _loft(rings, capped=capped).translated(*at)
 
 
 def cylinder(radius: float, height: float, at: Vec = ORIGIN, segments: int = 14) -> Mesh:
@@ -131,7 +131,7 @@ def ellipsoid(radii: Vec, at: Vec = ORIGIN, segments: int = 12) -> Mesh:
     """An ellipsoid around ``at``, its centre."""
     angle = np.linspace(-np.pi / 2, np.pi / 2, max(segments // 2, 3) + 1)
     profile = list(zip(np.cos(angle).tolist(), np.sin(angle).tolist(), strict=True))
-    ball = lathe(profile, ORIGIN, segments).stretched(*radii)
+    ball = lathe(profile, ORIGIN, segments).scaled(*radii)
     return from_faces(ball.vertices + at, ball.faces)
 
 
@@ -160,7 +160,7 @@ def rod(start: Vec, end: Vec, radius: float, segments: int = 8) -> Mesh:
     return tube([start, end], radius, segments)
 
 
-def ring(radius: float, thickness: float, at: Vec = ORIGIN, segments: int = 20) -> Mesh:
+def torus(radius: float, thickness: float, at: Vec = ORIGIN, segments: int = 20) -> Mesh:
     """A torus lying flat around ``at``: ring radius and tube radius."""
     angle = np.linspace(0, 2 * np.pi, segments, endpoint=False)
     circle = np.stack([np.cos(angle), np.sin(angle), np.zeros(segments)], axis=1) * radius
@@ -173,7 +173,7 @@ def prism(outline: ArrayLike, height: float, at: Vec = ORIGIN) -> Mesh:
     rings = np.zeros((2, len(flat), 3))
     rings[:, :, :2] = flat
     rings[1, :, 2] = height
-    return _loft(rings).moved(*at)
+    return _loft(rings).translated(*at)
 
 
 def panel(corner: Vec, edge_u: Vec, edge_v: Vec) -> Mesh:
@@ -185,7 +185,7 @@ def panel(corner: Vec, edge_u: Vec, edge_v: Vec) -> Mesh:
     return Mesh(vertices, faces, uv[faces])
 
 
-def front(width: float, height: float, at: Vec) -> Mesh:
+def front_panel(width: float, height: float, at: Vec) -> Mesh:
     """An upright panel that faces -y; ``at`` is the middle of its lower edge."""
     x, y, z = at
     return panel((x - width / 2, y, z + height), (width, 0.0, 0.0), (0.0, 0.0, -height))

@@ -33,7 +33,7 @@ class Part(NamedTuple):
     material: Material
 
 
-class Top(NamedTuple):
+class SupportSurface(NamedTuple):
     """A level rectangle, local metres, on which small things may stand."""
 
     x_min: float
@@ -49,7 +49,7 @@ class Model:
 
     category: str
     parts: tuple[Part, ...]
-    tops: tuple[Top, ...] = ()
+    support_surfaces: tuple[SupportSurface, ...] = ()
 
     @property
     def lower(self) -> F64:
@@ -65,14 +65,16 @@ class Model:
 
 
 def assemble(
-    category: str, *groups: tuple[Material, list[Mesh]], tops: tuple[Top, ...] = ()
+    category: str,
+    *groups: tuple[Material, list[Mesh]],
+    support_surfaces: tuple[SupportSurface, ...] = (),
 ) -> Model:
     """A model from groups of meshes that share a material."""
     parts = tuple(Part(mesh, material) for material, meshes in groups for mesh in meshes)
-    return Model(category, parts, tops)
+    return Model(category, parts, support_surfaces)
 
 
-def top_of(width: float, depth: float, z: float, margin: float = 0.04) -> Top:
+def support_surface(width: float, depth: float, z: float, margin: float = 0.04) -> SupportSurface:
     """A top centred on the local origin, with a margin to its edges."""
     x, y = max(width / 2 - margin, 0.01), max(depth / 2 - margin, 0.01)
-    return Top(-x, -y, x, y, z)
+    return SupportSurface(-x, -y, x, y, z)

@@ -18,7 +18,7 @@ Rgb = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Pick:
+class Sampler:
     """Draws from ``rng`` what ``style`` allows. The draws, in their order, define an apartment."""
 
     rng: np.random.Generator
@@ -29,11 +29,11 @@ class Pick:
         band = self.style.size_bands[int(self.rng.integers(len(self.style.size_bands)))]
         return float(low + (high - low) * self.rng.uniform(*band))
 
-    def between(self, low: float, high: float) -> float:
+    def uniform(self, low: float, high: float) -> float:
         """A number between the limits, whatever the style."""
         return float(self.rng.uniform(low, high))
 
-    def count(self, low: int, high: int) -> int:
+    def integer(self, low: int, high: int) -> int:
         """An integer from low to high, both included."""
         return int(self.rng.integers(low, high + 1))
 
@@ -41,7 +41,7 @@ class Pick:
         """True with the probability."""
         return bool(self.rng.random() < probability)
 
-    def one(self, choices: Sequence[T]) -> T:
+    def choice(self, choices: Sequence[T]) -> T:
         """One of the choices, each as likely."""
         return choices[int(self.rng.integers(len(choices)))]
 
@@ -59,7 +59,9 @@ class Pick:
         value = self.rng.uniform(low, high)
         return colorsys.hsv_to_rgb(self.rng.random(), self.rng.uniform(0, tint), value)
 
-    def of(self, family: str, tile_m: float, first: Rgb, second: Rgb | None = None) -> Material:
+    def material(
+        self, family: str, tile_m: float, first: Rgb, second: Rgb | None = None
+    ) -> Material:
         """A material of the texture family; the second colour defaults to a shade of the first."""
         if second is None:
             shade = self.rng.uniform(0.55, 0.85)
@@ -68,59 +70,61 @@ class Pick:
 
     def wood(self) -> Material:
         """Wood, natural in half of the cases, otherwise stained or painted."""
-        family = self.one(self.style.woods)
+        family = self.choice(self.style.woods)
         if self.chance(0.5):
-            hue, saturation = self.between(0.05, 0.11), self.between(0.25, 0.65)
-            colour = colorsys.hsv_to_rgb(hue, saturation, self.between(0.3, 0.85))
+            hue, saturation = self.uniform(0.05, 0.11), self.uniform(0.25, 0.65)
+            colour = colorsys.hsv_to_rgb(hue, saturation, self.uniform(0.3, 0.85))
         else:
             colour = self.colour()
-        return self.of(family, self.between(0.5, 1.0), colour)
+        return self.material(family, self.uniform(0.5, 1.0), colour)
 
     def fabric(self) -> Material:
         """Cloth, patterned or plain, two colours of which one may be a shade of the other."""
-        family = self.one(self.style.fabrics)
+        family = self.choice(self.style.fabrics)
         other = self.colour() if self.chance(0.4) else None
-        return self.of(family, self.between(0.25, 0.6), self.colour(), other)
+        return self.material(family, self.uniform(0.25, 0.6), self.colour(), other)
 
     def upholstery(self) -> Material:
         """Cloth or leather."""
         if self.chance(0.3):
-            return self.of("leather", 0.3, self.colour())
+            return self.material("leather", 0.3, self.colour())
         return self.fabric()
 
     def metal(self) -> Material:
         """Brushed metal: steel, black or brass."""
-        colour = self.one([self.grey(0.55, 0.85), self.grey(0.08, 0.25), (0.75, 0.6, 0.3)])
-        return self.of("brushed", 0.4, colour)
+        colour = self.choice([self.grey(0.55, 0.85), self.grey(0.08, 0.25), (0.75, 0.6, 0.3)])
+        return self.material("brushed", 0.4, colour)
 
     def plastic(self) -> Material:
         """A plain, even colour."""
-        return self.of("plain", 0.5, self.colour())
+        return self.material("plain", 0.5, self.colour())
 
     def ceramic(self) -> Material:
         """Glazed ceramic: white, tinted or marbled."""
         family = "plain" if self.chance(0.8) else "marble"
         colour = self.grey(0.8, 0.98) if self.chance(0.65) else self.colour()
-        return self.of(family, 0.6, colour)
+        return self.material(family, 0.6, colour)
 
     def enamel(self) -> Material:
         """The casing of an appliance: white, steel, black or a colour."""
-        kind = self.count(0, 3)
+        kind = self.integer(0, 3)
         if kind == 0:
-            return self.of("plain", 0.5, self.grey(0.8, 0.97))
+            return self.material("plain", 0.5, self.grey(0.8, 0.97))
         if kind == 1:
-            return self.of("brushed", 0.5, self.grey(0.5, 0.75))
-        return self.of("plain", 0.5, self.grey(0.1, 0.25) if kind == 2 else self.colour())
+            return self.material("brushed", 0.5, self.grey(0.5, 0.75))
+        return self.material("plain", 0.5, self.grey(0.1, 0.25) if kind == 2 else self.colour())
 
     def dark(self) -> Material:
         """Nearly black: screens, hobs, tyres."""
-        return self.of("plain", 0.5, self.grey(0.03, 0.14))
+        return self.material("plain", 0.5, self.grey(0.03, 0.14))
 
     def pale(self) -> Material:
         """Nearly white: lamp shades, linen, paper."""
-        return self.of("plain", 0.5, self.grey(0.82, 1.0, tint=0.12))
+        return self.material("plain", 0.5, self.grey(0.82, 1.0, tint=0.12))
 
-    def leafy(self) -> Material:
+    def foliage(self) -> Material:
         """Foliage: green with some yellow, blue or dryness."""
-        hue, value = self.between(0.2, 0.42), self.between(0.25, 0.7)
-        return self.of("noise", 0.15, colorsys.hsv_to_rgb(hue, self.between(0.35, 0.85), value))
+        hue, value = self.uniform(0.2, 0.42), self.uniform(0.25, 0.7)
+        return self.material(
+            "noise", 0.15, colorsys.hsv_to_rgb(hue, self.uniform(0.35, 0.85), value)
+        )

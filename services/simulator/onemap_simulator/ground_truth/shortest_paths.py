@@ -16,7 +16,7 @@ MOVES = [(x, y) for x in range(4) for y in range(-3, 4) if np.gcd(x, y) == 1 and
 
 
 @dataclass(frozen=True, slots=True)
-class Ways:
+class ShortestPaths:
     """Shortest ways from every free cell to the nearest end.
 
     free (nx, ny): cells that may be entered; number (nx, ny) int64: row of a free cell in what
@@ -31,7 +31,7 @@ class Ways:
     next_row: I64
 
     @classmethod
-    def to(cls, ends: Bool, free: Bool) -> Ways:
+    def to(cls, ends: Bool, free: Bool) -> ShortestPaths:
         """Ways within the free cells (nx, ny) to any of the ends (nx, ny), themselves free."""
         cells = np.argwhere(free)
         number = np.full(free.shape, -1, np.int64)
@@ -40,7 +40,7 @@ class Ways:
             none = np.full(len(cells), -1, np.int64)
             return cls(free, number, cells, np.full(len(cells), np.inf), none)
         lengths, following, _ = dijkstra(
-            _moves(free, number),
+            _move_graph(free, number),
             directed=False,
             indices=number[ends],
             min_only=True,
@@ -57,22 +57,22 @@ class Ways:
         while row >= 0:
             way.append(self.cells[row])
             row = int(self.next_row[row])
-        return taut_length(np.array(way), self.free)
+        return string_pulled_length(np.array(way), self.free)
 
 
-def taut_length(cells: I64, free: Bool) -> float:
+def string_pulled_length(cells: I64, free: Bool) -> float:
     """Length, in cells, of a path of cells (N, 2) pulled tight within the free cells (nx, ny)."""
     length, here = 0.0, 0
     while here < len(cells) - 1:
         ahead = len(cells) - 1
-        while ahead > here + 1 and not _sees(cells[here], cells[ahead], free):
+        while ahead > here + 1 and not _line_is_free(cells[here], cells[ahead], free):
             ahead -= 1
         length += float(np.linalg.norm(cells[ahead] - cells[here]))
         here = ahead
     return length
 
 
-def _moves(free: Bool, number: I64) -> coo_array:
+def _move_graph(free: Bool, number: I64) -> coo_array:
     """The moves between free cells that pass through free cells only, as a graph (K, K)."""
     first, second, lengths = [], [], []
     cells = np.argwhere(free)
@@ -88,7 +88,7 @@ def _moves(free: Bool, number: I64) -> coo_array:
     return coo_array((np.concatenate(lengths), rows), shape=(count, count))
 
 
-def _sees(start: I64, end: I64, free: Bool) -> bool:
+def _line_is_free(start: I64, end: I64, free: Bool) -> bool:
     """Whether the straight line between two cells' centres runs through free cells only."""
     cells = _line(start, end)
     return bool(free[cells[:, 0], cells[:, 1]].all())

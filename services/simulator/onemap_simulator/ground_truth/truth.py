@@ -14,10 +14,10 @@ from onemap_shared.geometry import F32, F64, I64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Truth, TruthRequest
 from onemap_simulator.ground_truth import SUCCESS_RADIUS_M
-from onemap_simulator.ground_truth.shortest_paths import Ways
-from onemap_simulator.ground_truth.visibility import in_sight
+from onemap_simulator.ground_truth.shortest_paths import ShortestPaths
+from onemap_simulator.ground_truth.visibility import visible_from
 from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.rendering.ray_tracer import Tracer
+from onemap_simulator.rendering.ray_tracer import RayTracer
 from onemap_simulator.scene.naming import UNNAMED
 from onemap_simulator.scene.occupancy_raster import rasterise
 from onemap_simulator.scene.scene import STRUCTURE, Scene
@@ -27,16 +27,16 @@ ALL_HEIGHTS_M = (-np.inf, np.inf)
 
 
 @dataclass(frozen=True, slots=True)
-class Distances:
+class CategoryDistances:
     """What is true of one category seen from one place; infinity where there is no way.
 
-    instances: how many there are; straight_m: to the outline of the nearest, seen from above;
+    instances: how many there are; straight_line_m: to the outline of the nearest, seen from above;
     path_m: the shortest way for the robot's disc to a success place (see ``success``), 0 if
     the place is one.
     """
 
     instances: int
-    straight_m: float
+    straight_line_m: float
     path_m: float
 
 
@@ -51,28 +51,28 @@ class SceneTruth:
         self._grid = collision.grid
         self._free: Bool = collision.clearance >= radius_m
         self._eye_height_m = eye_height_m
-        self._tracer = Tracer(scene)
-        self._ways: dict[str, Ways] = {}
+        self._tracer = RayTracer(scene)
+        self._paths: dict[str, ShortestPaths] = {}
 
-    def distances(self, name: str, x_m: float, y_m: float) -> Distances:
+    def distances(self, name: str, x_m: float, y_m: float) -> CategoryDistances:
         """The truth about a category name, in any case, from a place in metres."""
         wanted, place = _category(name), np.array([x_m, y_m])
         objects = self._instances(wanted)
         if not objects:
-            return Distances(0, np.inf, np.inf)
+            return CategoryDistances(0, np.inf, np.inf)
         mine = self._triangles(np.isin(self.scene.face_object, objects))
-        straight = float(distances_from_above(mine, place).min(initial=np.inf))
-        return Distances(len(objects), straight, self._path_m(wanted, place))
+        straight = float(horizontal_distances(mine, place).min(initial=np.inf))
+        return CategoryDistances(len(objects), straight, self._path_m(wanted, place))
 
-    def success_places(self, name: str) -> tuple[GridSpec, Bool]:
+    def success_cells(self, name: str) -> tuple[GridSpec, Bool]:
         """Cells (nx, ny) whose centres are success places of a category, and their grid."""
         places = np.zeros(self._free.shape, bool)
         for index in self._instances(_category(name)):
             outline = rasterise(
                 self._triangles(self.scene.face_object == index), self._grid, ALL_HEIGHTS_M
             )
-            cells = np.argwhere(self._free & ~places & within(outline, SUCCESS_RADIUS_M))
-            seen = cells[in_sight(self._tracer, self.scene, index, self._eyes(cells))]
+            cells = np.argwhere(self._free & ~places & within_distance(outline, SUCCESS_RADIUS_M))
+            seen = cells[visible_from(self._tracer, self.scene, index, self._eyes(cells))]
             places[seen[:, 0], seen[:, 1]] = True
         return self._grid, places
 
@@ -83,18 +83,18 @@ class SceneTruth:
         """
         best, nearest = (np.inf, 0.0), ""
         triangles = self._triangles(np.ones(len(self.scene.faces), bool))
-        apart = distances_from_above(triangles, np.array([x_m, y_m]))
-        for index, thing in enumerate(self.scene.objects):
+        apart = horizontal_distances(triangles, np.array([x_m, y_m]))
+        for index, obj in enumerate(self.scene.objects):
             faces = self.scene.face_object == index
-            if thing.category in STRUCTURE or not faces.any():
+            if obj.category in STRUCTURE or not faces.any():
                 continue
             rank = (float(apart[faces].min()), -float(triangles[faces][..., 2].max()))
             if rank < best:
-                best, nearest = rank, thing.category
+                best, nearest = rank, obj.category
         return "" if nearest == UNNAMED else nearest
 
     def _instances(self, category: str) -> list[int]:
-        return [i for i, thing in enumerate(self.scene.objects) if thing.category == category]
+        return [i for i, obj in enumerate(self.scene.objects) if obj.category == category]
 
     def _triangles(self, faces: Bool) -> F64:
         """Corners (N, 3, 3) in metres of the chosen faces (F,)."""
@@ -110,12 +110,12 @@ class SceneTruth:
         start = _nearest(self._free, self._grid, place)
         if start is None:
             return np.inf
-        if category not in self._ways:
-            self._ways[category] = Ways.to(self.success_places(category)[1], self._free)
-        return self._ways[category].length(start) * CELL_SIZE_M
+        if category not in self._paths:
+            self._paths[category] = ShortestPaths.to(self.success_cells(category)[1], self._free)
+        return self._paths[category].length(start) * CELL_SIZE_M
 
 
-def answer_truth(truth: SceneTruth, request: TruthRequest) -> Truth:
+def truth_reply(truth: SceneTruth, request: TruthRequest) -> Truth:
     """All that is true of the request's category and place; raises ValueError."""
     if not np.isfinite((request.x_m, request.y_m)).all():
         raise ValueError(f"the place ({request.x_m}, {request.y_m}) is not finite")
@@ -123,7 +123,7 @@ def answer_truth(truth: SceneTruth, request: TruthRequest) -> Truth:
     return Truth(
         scene=truth.scene.name,
         instances=found.instances,
-        distance_m=found.straight_m,
+        distance_m=found.straight_line_m,
         shortest_path_m=found.path_m,
         categories=truth.scene.categories,
         nearest=truth.nearest(request.x_m, request.y_m),
@@ -131,14 +131,14 @@ def answer_truth(truth: SceneTruth, request: TruthRequest) -> Truth:
     )
 
 
-def within(outline: Bool, distance_m: float) -> Bool:
+def within_distance(outline: Bool, distance_m: float) -> Bool:
     """Cells (nx, ny) at most so far from an outline's cells (nx, ny), measured between centres."""
     apart = cv2.distanceTransform((~outline).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     close: Bool = np.asarray(apart) * CELL_SIZE_M <= distance_m
     return close
 
 
-def distances_from_above(triangles: F64, place: F64) -> F64:
+def horizontal_distances(triangles: F64, place: F64) -> F64:
     """Distances (N,) in metres of a place (2,) to triangles (N, 3, 3) projected on the floor."""
     start = triangles[..., :2]
     edge = np.roll(start, -1, axis=1) - start

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from onemap_shared.geometry import F32, F64, Bool
-from onemap_simulator.rendering.ray_tracer import SHADOW_MARGIN, Tracer
+from onemap_simulator.rendering.ray_tracer import SHADOW_MARGIN, RayTracer
 from onemap_simulator.scene.scene import Scene
 
 SAMPLES = 48  # surface points per thing: 0.1 m apart on a chair
@@ -13,7 +13,7 @@ SAMPLES = 48  # surface points per thing: 0.1 m apart on a chair
 _EVEN: F64 = 1.2207440846057596 ** -np.arange(1.0, 4.0)
 
 
-def in_sight(tracer: Tracer, scene: Scene, index: int, eyes: F32) -> Bool:
+def visible_from(tracer: RayTracer, scene: Scene, index: int, eyes: F32) -> Bool:
     """Whether (N,) object ``index`` is in sight from eyes (N, 3) float32 in metres.
 
     It is if the ray to any of its sampled surface points reaches the object before anything

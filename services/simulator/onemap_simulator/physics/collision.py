@@ -47,7 +47,7 @@ class CollisionMap:
         block = self.clearance[ix : ix + 2, iy : iy + 2]
         return max(float(np.array([1 - tx, tx]) @ block @ np.array([1 - ty, ty])), 0.0)
 
-    def standable(self, x_m: float, y_m: float, radius_m: float) -> Bool:
+    def reachable_cells(self, x_m: float, y_m: float, radius_m: float) -> Bool:
         """Cells (nx, ny) a robot of this radius at a place can drive to, all False if it is stuck.
 
         Starts at the standable cell nearest to the place, within one radius of it.

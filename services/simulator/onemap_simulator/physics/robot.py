@@ -17,7 +17,7 @@ STRAIGHT_RAD = 1e-9  # turning less than this, an arc is a line
 
 
 @dataclass(frozen=True, slots=True)
-class RobotParameters:
+class RobotParams:
     """The robot's size and limits."""
 
     radius_m: float = 0.2
@@ -29,14 +29,14 @@ class RobotParameters:
 
 
 @dataclass(frozen=True, slots=True)
-class Velocity:
+class Velocity2d:
     """Of the body: forward in m/s, and turning left in rad/s."""
 
     linear_mps: float = 0.0
     angular_radps: float = 0.0
 
 
-STOP = Velocity()
+STOP = Velocity2d()
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class RobotState:
     x_m: float
     y_m: float
     yaw_rad: float
-    velocity: Velocity = STOP
+    velocity: Velocity2d = STOP
     collided: bool = False
 
     @property
@@ -57,10 +57,10 @@ class RobotState:
 
 def step(
     state: RobotState,
-    command: Velocity,
+    command: Velocity2d,
     dt_s: float,
     *,
-    parameters: RobotParameters,
+    params: RobotParams,
     collides: Collides,
 ) -> RobotState:
     """The state ``dt_s`` seconds later, while the command stays as it is.
@@ -68,7 +68,7 @@ def step(
     Where the path would enter an obstacle, the robot stands still before it (it may turn on
     the spot: it is round). ``dt_s`` times the speed must be small against any obstacle.
     """
-    velocity = _accelerated(state.velocity, command, dt_s, parameters)
+    velocity = _accelerated(state.velocity, command, dt_s, params)
     # With constant acceleration the mean of both velocities is exact in length and angle.
     length = 0.5 * (state.velocity.linear_mps + velocity.linear_mps) * dt_s
     turn = 0.5 * (state.velocity.angular_radps + velocity.angular_radps) * dt_s
@@ -81,21 +81,21 @@ def step(
 
 
 def _accelerated(
-    now: Velocity, command: Velocity, dt_s: float, parameters: RobotParameters
-) -> Velocity:
+    now: Velocity2d, command: Velocity2d, dt_s: float, params: RobotParams
+) -> Velocity2d:
     """The velocity after ``dt_s`` seconds on the way to the command."""
-    return Velocity(
+    return Velocity2d(
         _towards(
             now.linear_mps,
             command.linear_mps,
-            parameters.max_linear_mps,
-            parameters.linear_acceleration_mps2 * dt_s,
+            params.max_linear_mps,
+            params.linear_acceleration_mps2 * dt_s,
         ),
         _towards(
             now.angular_radps,
             command.angular_radps,
-            parameters.max_angular_radps,
-            parameters.angular_acceleration_radps2 * dt_s,
+            params.max_angular_radps,
+            params.angular_acceleration_radps2 * dt_s,
         ),
     )
 
@@ -130,17 +130,17 @@ class Deadman:
     """
 
     timeout_s: float
-    command: Velocity = STOP
+    command: Velocity2d = STOP
     expires_s: float = -np.inf
 
-    def heard(self, command: Velocity, now_s: float, validity_s: float) -> Deadman:
+    def with_command(self, command: Velocity2d, now_s: float, validity_s: float) -> Deadman:
         """After a command arrived that asks to be followed for ``validity_s``."""
         return replace(self, command=command, expires_s=now_s + min(self.timeout_s, validity_s))
 
-    def command_at(self, now_s: float) -> Velocity:
+    def command_at(self, now_s: float) -> Velocity2d:
         """What the motors are to do now."""
         return self.command if now_s < self.expires_s else STOP
 
-    def stopped_between(self, before_s: float, now_s: float) -> bool:
+    def expired_between(self, before_s: float, now_s: float) -> bool:
         """Whether a command that moves the robot expired between two moments."""
         return self.command != STOP and before_s < self.expires_s <= now_s

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import (
     Deadman,
-    RobotParameters,
+    RobotParams,
     RobotState,
-    Velocity,
+    Velocity2d,
     step,
 )
 
@@ -19,7 +19,7 @@ MAX_PAUSE_S = 1.0  # a machine that slept must not drive on for as long as it sl
 
 
 @dataclass(frozen=True, slots=True)
-class Counts:
+class SimulationCounts:
     """Since the start: contacts with obstacles, commands heard, stops by the deadman timer."""
 
     collisions: int = 0
@@ -33,33 +33,33 @@ class Simulation:
     def __init__(
         self,
         collision: CollisionMap,
-        parameters: RobotParameters,
+        params: RobotParams,
         start: RobotState,
         *,
         deadman_s: float,
         now_s: float,
     ) -> None:
         self._collision = collision
-        self._parameters = parameters
+        self._parameters = params
         self._deadman = Deadman(deadman_s)
         self._now_s = now_s
         self.state = start
-        self.counts = Counts()
+        self.counts = SimulationCounts()
         if self._collides(start.x_m, start.y_m):
             raise ValueError(
                 f"the robot's start ({start.x_m:.2f}, {start.y_m:.2f}) is "
                 f"{collision.clearance_m(start.x_m, start.y_m):.2f} m from an obstacle; "
-                f"its radius is {parameters.radius_m} m"
+                f"its radius is {params.radius_m} m"
             )
 
-    def heard(self, command: Velocity, now_s: float, validity_s: float) -> None:
+    def receive_command(self, command: Velocity2d, now_s: float, validity_s: float) -> None:
         """A command arrived."""
-        self._deadman = self._deadman.heard(command, now_s, validity_s)
+        self._deadman = self._deadman.with_command(command, now_s, validity_s)
         self._count(commands_received=1)
 
     def advance(self, now_s: float) -> bool:
         """Move on to a moment; returns whether the robot ran into something on the way."""
-        bumped = False
+        collided = False
         self._now_s = max(self._now_s, now_s - MAX_PAUSE_S)
         while self._now_s < now_s:
             # The epsilon keeps rounding from making a step of no length at the end.
@@ -69,16 +69,16 @@ class Simulation:
                 before,
                 self._deadman.command_at(self._now_s),
                 dt_s,
-                parameters=self._parameters,
+                params=self._parameters,
                 collides=self._collides,
             )
-            if self._deadman.stopped_between(self._now_s, self._now_s + dt_s):
+            if self._deadman.expired_between(self._now_s, self._now_s + dt_s):
                 self._count(deadman_stops=1)
             if self.state.collided and abs(before.velocity.linear_mps) > IMPACT_MPS:
                 self._count(collisions=1)
-            bumped = bumped or self.state.collided
+            collided = collided or self.state.collided
             self._now_s += dt_s
-        return bumped
+        return collided
 
     def _collides(self, x_m: float, y_m: float) -> bool:
         return self._collision.clearance_m(x_m, y_m) < self._parameters.radius_m
@@ -87,7 +87,7 @@ class Simulation:
         self, *, collisions: int = 0, commands_received: int = 0, deadman_stops: int = 0
     ) -> None:
         now = self.counts
-        self.counts = Counts(
+        self.counts = SimulationCounts(
             now.collisions + collisions,
             now.commands_received + commands_received,
             now.deadman_stops + deadman_stops,

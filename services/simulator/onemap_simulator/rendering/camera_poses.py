@@ -12,7 +12,7 @@ import numpy as np
 
 from onemap_shared.geometry import F32, F64, I64, camera_mount, pose_2d
 from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.rendering.ray_tracer import Tracer
+from onemap_simulator.rendering.ray_tracer import RayTracer
 from onemap_simulator.scene.scene import STRUCTURE, Scene
 
 CLEARANCE_M = 0.25  # a little more than a robot's radius
@@ -24,40 +24,40 @@ ATTEMPTS = 24  # places tried per pose; beyond that the thing counts as hidden
 
 
 @dataclass(frozen=True, slots=True)
-class ViewRange:
+class CameraPoseRange:
     """Between which heights (metres) and pitches (radians, positive looks down) to draw."""
 
     camera_height_m: tuple[float, float] = (0.8, 1.3)
     pitch_rad: tuple[float, float] = (-0.1, 0.5)
 
 
-def sample_poses(
-    scene: Scene, rng: np.random.Generator, count: int, view_range: ViewRange | None = None
+def sample_camera_poses(
+    scene: Scene, rng: np.random.Generator, count: int, view_range: CameraPoseRange | None = None
 ) -> list[F64]:
     """``count`` poses T_map_camera (4, 4) in free space that the robot's start can reach."""
-    drawn = view_range or ViewRange()
+    drawn = view_range or CameraPoseRange()
     collision = CollisionMap.of(scene, drawn.camera_height_m[1])
-    reachable = collision.standable(scene.start[0], scene.start[1], CLEARANCE_M)
+    reachable = collision.reachable_cells(scene.start[0], scene.start[1], CLEARANCE_M)
     if not reachable.any():
         raise ValueError(f"scene {scene.name}: no free space around its start {scene.start}")
-    sampler = _Sampler(
-        scene, Tracer(scene), collision.grid.centres(np.argwhere(reachable)), drawn, rng
+    sampler = _PoseSampler(
+        scene, RayTracer(scene), collision.grid.centres(np.argwhere(reachable)), drawn, rng
     )
-    poses = [sampler.towards_a_thing() if index % 2 else None for index in range(count)]
-    return [sampler.anywhere() if pose is None else pose for pose in poses]
+    poses = [sampler.view_of_object() if index % 2 else None for index in range(count)]
+    return [sampler.random_view() if pose is None else pose for pose in poses]
 
 
 @dataclass(frozen=True, slots=True)
-class _Sampler:
+class _PoseSampler:
     """``places`` (N, 2) metres: where a camera may be."""
 
     scene: Scene
-    tracer: Tracer
+    tracer: RayTracer
     places: F64
-    drawn: ViewRange
+    drawn: CameraPoseRange
     rng: np.random.Generator
 
-    def anywhere(self) -> F64:
+    def random_view(self) -> F64:
         """A robot's view in any direction, the best of several where all are close to a wall."""
         poses = []
         for place in self.rng.choice(self.places, ATTEMPTS):
@@ -70,9 +70,9 @@ class _Sampler:
         depth = self.tracer.first_hits(eyes, ahead).distance
         return poses[int(np.argmax(np.minimum(depth, MIN_DEPTH_M)))]
 
-    def towards_a_thing(self) -> F64 | None:
+    def view_of_object(self) -> F64 | None:
         """A view of a random thing that is not hidden, None if it was not seen from anywhere."""
-        index = self._random_thing()
+        index = self._random_object()
         if index is None:
             return None
         faces: I64 = np.flatnonzero(self.scene.face_object == index)
@@ -89,12 +89,12 @@ class _Sampler:
         seen = np.flatnonzero((hits.face >= 0) & (self.scene.face_object[hits.face] == index))
         return self._look(eyes[seen[0]], target) if len(seen) else None
 
-    def _random_thing(self) -> int | None:
+    def _random_object(self) -> int | None:
         """An object that is not structure: first a category, then one of its objects."""
         things: dict[str, list[int]] = {}
-        for index, thing in enumerate(self.scene.objects):
-            if thing.category not in STRUCTURE:
-                things.setdefault(thing.category, []).append(index)
+        for index, obj in enumerate(self.scene.objects):
+            if obj.category not in STRUCTURE:
+                things.setdefault(obj.category, []).append(index)
         if not things:
             return None
         return int(self.rng.choice(things[str(self.rng.choice(sorted(things)))]))

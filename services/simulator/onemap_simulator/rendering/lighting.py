@@ -33,7 +33,7 @@ LIFT_M = 0.01  # shadow rays start this far above their surface, so it does not 
 
 
 @dataclass(frozen=True, slots=True)
-class LightField:
+class LightMap:
     """The lights of a scene and where each is seen.
 
     positions, colours (L, 3) float32; visibility (L, nx, ny) float32 in [0, 1] over ``grid``;
@@ -48,7 +48,7 @@ class LightField:
     occluded: Occluded
 
     @classmethod
-    def of(cls, scene: Scene, occluded: Occluded) -> LightField:
+    def of(cls, scene: Scene, occluded: Occluded) -> LightMap:
         """Trace which places see which light."""
         lower, upper = scene.vertices.min(axis=0), scene.vertices.max(axis=0)
         grid = GridSpec.covering(CELL_SIZE_M, (lower[0], lower[1]), (upper[0], upper[1]))

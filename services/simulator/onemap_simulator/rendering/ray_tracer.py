@@ -18,7 +18,7 @@ SHADOW_MARGIN = 0.01  # share of a segment left free at both ends, so no surface
 
 
 @dataclass(frozen=True, slots=True)
-class Hits:
+class RayHits:
     """What N rays hit first.
 
     face (N,) int32, -1 = nothing; distance (N,) float32 in lengths of the ray's direction,
@@ -32,7 +32,7 @@ class Hits:
     v: F32
 
 
-class Tracer:
+class RayTracer:
     """The acceleration structure of one scene; one thread at a time may use it."""
 
     def __init__(self, scene: Scene) -> None:
@@ -43,13 +43,13 @@ class Tracer:
             np.ascontiguousarray(scene.faces, np.int32),
         )
 
-    def first_hits(self, origins: F32, directions: F32) -> Hits:
+    def first_hits(self, origins: F32, directions: F32) -> RayHits:
         """What rays from origins (N, 3) metres along directions (N, 3) hit first."""
         origins, directions = _rows(origins), _rows(directions)
         hit = self._scene.run(origins, directions, output=True)
         face = hit["primID"]
         distance = np.where(face >= 0, hit["tfar"], np.float32(0))
-        return Hits(face, distance, hit["u"], hit["v"])
+        return RayHits(face, distance, hit["u"], hit["v"])
 
     def occluded(self, starts: F32, ends: F32) -> Bool:
         """Whether (N,) anything lies between points (N, 3) and points (N, 3) metres."""

@@ -13,8 +13,8 @@ import numpy as np
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, I32, U8, check_rigid
-from onemap_simulator.rendering.lighting import LightField
-from onemap_simulator.rendering.ray_tracer import Hits, Tracer
+from onemap_simulator.rendering.lighting import LightMap
+from onemap_simulator.rendering.ray_tracer import RayHits, RayTracer
 from onemap_simulator.rendering.texture_atlas import TextureAtlas
 from onemap_simulator.scene.scene import Scene
 
@@ -22,7 +22,7 @@ SKY_RGB = (196, 212, 228)  # where a ray leaves the scene
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class RenderedImage:
     """One rendered image.
 
     rgb (H, W, 3) uint8; depth_m (H, W) float32 along the optical axis, 0 = nothing hit;
@@ -79,13 +79,15 @@ class Renderer:
     """Renders one scene from any pose; safe to use from one thread at a time."""
 
     def __init__(self, scene: Scene) -> None:
-        self._tracer = Tracer(scene)
+        self._tracer = RayTracer(scene)
         sky = np.full((1, 1, 3), SKY_RGB, np.uint8)
         self._atlas = TextureAtlas.of((*scene.textures, sky))
         self._faces = _FaceTable.of(scene, self._atlas)
-        self._light = LightField.of(scene, self._tracer.occluded)
+        self._light = LightMap.of(scene, self._tracer.occluded)
 
-    def render(self, T_map_camera: F64, intrinsics: Intrinsics, *, width: int, height: int) -> View:
+    def render(
+        self, T_map_camera: F64, intrinsics: Intrinsics, *, width: int, height: int
+    ) -> RenderedImage:
         """The scene as the camera sees it, pixel centres at half-integer coordinates."""
         T = check_rigid(T_map_camera, "T_map_camera").astype(np.float32)
         # With directions of camera z = 1, the distance along the ray is the depth.
@@ -106,13 +108,13 @@ class Renderer:
         rgb = np.empty((height, width, 3), np.uint8)
         for channel in range(3):
             rgb[..., channel] = np.minimum(albedo[..., channel] * light[channel], 255)
-        return View(
+        return RenderedImage(
             rgb,
             depth.reshape(height, width),
             self._faces.objects[face].reshape(height, width),
         )
 
-    def _albedo(self, hits: Hits, focal_px: float) -> U8:
+    def _albedo(self, hits: RayHits, focal_px: float) -> U8:
         """Texture colours (N, 3) uint8 of the surfaces hit."""
         face = hits.face
         uv = np.take(self._faces.corner_uv, face, axis=0)

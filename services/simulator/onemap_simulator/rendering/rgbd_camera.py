@@ -12,7 +12,7 @@ from onemap_simulator.rendering.renderer import Renderer
 
 
 @dataclass(frozen=True, slots=True)
-class CameraParameters:
+class CameraParams:
     """Image size, field of view, place on the body, and what depth it measures.
 
     depth_noise_m: standard deviation of depth at 1 m; it grows with the square of the
@@ -31,7 +31,7 @@ class CameraParameters:
 
 
 @dataclass(frozen=True, slots=True)
-class Shot:
+class RgbdImage:
     """rgb (H, W, 3) uint8 and depth_mm (H, W) uint16, 0 = no return."""
 
     rgb: U8
@@ -42,7 +42,7 @@ class RgbdCamera:
     """Takes pictures of one scene; repeatable for the same generator and order of poses."""
 
     def __init__(
-        self, renderer: Renderer, parameters: CameraParameters, rng: np.random.Generator
+        self, renderer: Renderer, parameters: CameraParams, rng: np.random.Generator
     ) -> None:
         self._renderer = renderer
         self._parameters = parameters
@@ -54,7 +54,7 @@ class RgbdCamera:
             parameters.forward_m, parameters.height_m, parameters.pitch_down_rad
         )
 
-    def shoot(self, T_map_body: F64) -> Shot:
+    def capture(self, T_map_body: F64) -> RgbdImage:
         """What the camera sees while the body is at this pose (4, 4)."""
         p = self._parameters
         view = self._renderer.render(
@@ -63,7 +63,7 @@ class RgbdCamera:
         depth = view.depth_m
         if p.depth_noise_m > 0:
             depth = noisy_depth(depth, p.depth_noise_m, self._rng)
-        return Shot(view.rgb, measured_mm(depth, p.min_depth_m, p.max_depth_m))
+        return RgbdImage(view.rgb, measured_mm(depth, p.min_depth_m, p.max_depth_m))
 
 
 def noisy_depth(depth_m: F32, noise_m: float, rng: np.random.Generator) -> F32:

@@ -11,10 +11,10 @@ import trimesh
 import yaml
 
 from onemap_shared.geometry import F64
-from onemap_simulator.scene.mesh_texture import surface_of
+from onemap_simulator.scene.mesh_texture import texture_and_uv
 from onemap_simulator.scene.naming import UNNAMED, category_of
 from onemap_simulator.scene.scene import Scene, SceneObject
-from onemap_simulator.scene.spawn import free_space, lamps, start_pose
+from onemap_simulator.scene.spawn import ceiling_lamps, free_space, start_pose
 
 SUFFIXES = (".glb", ".gltf", ".obj", ".ply")
 Y_UP_SUFFIXES = (".glb", ".gltf")  # by their standard; the other formats do not say
@@ -89,7 +89,7 @@ def load_scene(path: Path | str) -> Scene:
             f"scene {path} has no free floor for a robot: give 'start: [x, y, yaw]' in "
             f"{file.yaml.name}"
         )
-    return replace(scene, start=start, lights=lamps(grid, clearance))
+    return replace(scene, start=start, lights=ceiling_lamps(grid, clearance))
 
 
 def read_scene_file(path: Path) -> SceneFile:
@@ -204,7 +204,7 @@ def assemble(file: SceneFile) -> tuple[Scene, float]:
     meshes = [mesh for _, mesh in file.named]
     faces = np.concatenate([mesh.faces + at for mesh, at in zip(meshes, offsets, strict=True)])
     owners = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
-    looks = [surface_of(mesh) for mesh in meshes]
+    looks = [texture_and_uv(mesh) for mesh in meshes]
     points = np.concatenate(vertices)
     if not np.isfinite(points).all():
         raise ValueError(f"scene {name} has vertices that are NaN or infinite")

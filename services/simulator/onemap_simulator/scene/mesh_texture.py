@@ -15,7 +15,7 @@ COLOUR_STEP = 8  # colours per vertex are rounded to this many levels of 255
 PLAIN_GREY = (180, 180, 180)
 
 
-def surface_of(mesh: Any) -> tuple[U8, F32]:
+def texture_and_uv(mesh: Any) -> tuple[U8, F32]:
     """A texture (h, w, 3) uint8 RGB and the corners' uv (F, 3, 2) float32 of a trimesh mesh.
 
     v = 0 is the image's first row. A texture needs uv; without, its mean colour is used.

@@ -65,11 +65,11 @@ def clearance_m(occupied: Bool, cell_size_m: float) -> F32:
     return inner
 
 
-def reachable_from(standable: Bool, cell: I64) -> Bool:
+def reachable_from(reachable: Bool, cell: I64) -> Bool:
     """The part (nx, ny) of the standable cells that is connected to the given cell, by edges."""
-    _, labels = cv2.connectedComponents(standable.astype(np.uint8), connectivity=4)
+    _, labels = cv2.connectedComponents(reachable.astype(np.uint8), connectivity=4)
     label = labels[cell[0], cell[1]]
-    part: Bool = (labels == label) & standable & bool(standable[cell[0], cell[1]])
+    part: Bool = (labels == label) & reachable & bool(reachable[cell[0], cell[1]])
     return part
 
 

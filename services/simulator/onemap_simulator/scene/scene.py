@@ -32,7 +32,7 @@ class Room:
 
 
 @dataclass(frozen=True, slots=True)
-class Light:
+class PointLight:
     """A point light (3,) metres with colour (3,) intensity; ``ambient`` lives in the scene."""
 
     position_m: tuple[float, float, float]
@@ -58,7 +58,7 @@ class Scene:
     face_uv: F32
     textures: tuple[U8, ...]
     objects: tuple[SceneObject, ...]
-    lights: tuple[Light, ...]
+    lights: tuple[PointLight, ...]
     ambient: tuple[float, float, float]
     rooms: tuple[Room, ...]
     start: tuple[float, float, float]
@@ -83,7 +83,7 @@ class Scene:
     @property
     def categories(self) -> tuple[str, ...]:
         """All category names in the scene, sorted."""
-        return tuple(sorted({thing.category for thing in self.objects}))
+        return tuple(sorted({obj.category for obj in self.objects}))
 
     def object_vertices(self, index: int) -> F32:
         """Vertices (N, 3) of the object's triangles, with repeats."""

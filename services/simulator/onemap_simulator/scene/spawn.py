@@ -8,12 +8,12 @@ import numpy as np
 from onemap_shared.geometry import F32, F64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_simulator.scene.occupancy_raster import clearance_m, occupied_cells
-from onemap_simulator.scene.scene import Light, Scene
+from onemap_simulator.scene.scene import PointLight, Scene
 
-CELL_M = 0.05
-ROBOT_M = 0.3  # what keeps this distance from everything can be driven over
-BODY_M = (0.05, 1.4)  # heights in which geometry is in the way
-FLOOR_M = (-0.05, 0.05)  # heights in which geometry carries the robot
+CELL_SIZE_M = 0.05
+ROBOT_CLEARANCE_M = 0.3  # what keeps this distance from everything can be driven over
+BODY_HEIGHTS_M = (0.05, 1.4)  # heights in which geometry is in the way
+FLOOR_HEIGHTS_M = (-0.05, 0.05)  # heights in which geometry carries the robot
 LAMP_HEIGHT_M = 2.1
 LAMP_SPACING_M = 3.5
 MAX_LAMPS = 8
@@ -25,17 +25,17 @@ def free_space(scene: Scene) -> tuple[GridSpec, F32]:
 
     Floor is where geometry lies at height 0; a scene without any is taken to stand on a plane.
     """
-    grid, blocked = occupied_cells(scene, CELL_M, *BODY_M)
+    grid, blocked = occupied_cells(scene, CELL_SIZE_M, *BODY_HEIGHTS_M)
     floor = floor_cells(scene, blocked)
     if not floor.any():
         floor = np.ones_like(blocked)
-    clearance = clearance_m(blocked | ~floor, CELL_M)
-    return grid, np.where(_largest(clearance >= ROBOT_M), clearance, np.float32(0.0))
+    clearance = clearance_m(blocked | ~floor, CELL_SIZE_M)
+    return grid, np.where(_largest(clearance >= ROBOT_CLEARANCE_M), clearance, np.float32(0.0))
 
 
 def floor_cells(scene: Scene, blocked: Bool) -> Bool:
     """Cells (nx, ny) with geometry at height 0; none if that is just the foot of what blocks."""
-    _, floor = occupied_cells(scene, CELL_M, *FLOOR_M)
+    _, floor = occupied_cells(scene, CELL_SIZE_M, *FLOOR_HEIGHTS_M)
     foot = cv2.dilate(blocked.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
     return floor if (floor & ~foot).any() else np.zeros_like(floor)
 
@@ -50,7 +50,7 @@ def start_pose(grid: GridSpec, clearance: F32) -> tuple[float, float, float] | N
     return (float(x), float(y), float(np.arctan2(middle[1] - y, middle[0] - x)))
 
 
-def lamps(grid: GridSpec, clearance: F32) -> tuple[Light, ...]:
+def ceiling_lamps(grid: GridSpec, clearance: F32) -> tuple[PointLight, ...]:
     """Up to eight lamps over the free space, each as far from the others as can be."""
     places: F64 = grid.centres(np.argwhere(clearance > 0))
     if not len(places):
@@ -60,7 +60,7 @@ def lamps(grid: GridSpec, clearance: F32) -> tuple[Light, ...]:
     while len(chosen) < MAX_LAMPS and away.max() > LAMP_SPACING_M:
         chosen.append(places[away.argmax()])
         away = np.minimum(away, np.linalg.norm(places - chosen[-1], axis=1))
-    return tuple(Light((float(x), float(y), LAMP_HEIGHT_M), LAMP) for x, y in chosen)
+    return tuple(PointLight((float(x), float(y), LAMP_HEIGHT_M), LAMP) for x, y in chosen)
 
 
 def _largest(mask: Bool) -> Bool:

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_simulator.generation.furniture.catalogue import MAKERS
+from onemap_simulator.generation.furniture.catalogue import FACTORIES
 from onemap_simulator.generation.model import Model
-from onemap_simulator.generation.sampler import Pick
+from onemap_simulator.generation.sampler import Sampler
 from onemap_simulator.generation.style import HELD_OUT, TRAINING, Style
 
-EVERY = sorted(MAKERS)
+EVERY = sorted(FACTORIES)
 
 
 def draw(category: str, seed: int, style: Style = TRAINING) -> Model:
-    pick = Pick(np.random.default_rng(seed), style)
-    return pick.one(MAKERS[category])(pick)
+    sampler = Sampler(np.random.default_rng(seed), style)
+    return sampler.choice(FACTORIES[category])(sampler)
 
 
 def outline(model: Model) -> tuple[float, ...]:
@@ -57,7 +57,7 @@ def test_models_vary_with_the_seed_and_only_with_it(category: str) -> None:
 def test_small_things_fit_on_the_tops(category: str) -> None:
     for seed in range(4):
         model = draw(category, seed)
-        for top in model.tops:
+        for top in model.support_surfaces:
             assert top.x_min < top.x_max
             assert top.y_min < top.y_max
             assert model.lower[0] <= top.x_min
@@ -66,12 +66,12 @@ def test_small_things_fit_on_the_tops(category: str) -> None:
 
 
 def test_the_catalogue_covers_the_promised_kinds() -> None:
-    assert len(MAKERS) + len(("wall", "floor", "ceiling")) >= 57
+    assert len(FACTORIES) + len(("wall", "floor", "ceiling")) >= 57
 
 
 def test_held_out_sizes_lie_outside_the_nominal_interval() -> None:
-    pick = Pick(np.random.default_rng(0), HELD_OUT)
-    sizes = [pick.size(1.0, 2.0) for _ in range(100)]
+    sampler = Sampler(np.random.default_rng(0), HELD_OUT)
+    sizes = [sampler.size(1.0, 2.0) for _ in range(100)]
     assert all(size < 1.0 or size > 2.0 for size in sizes)
-    nominal = Pick(np.random.default_rng(0), TRAINING)
+    nominal = Sampler(np.random.default_rng(0), TRAINING)
     assert all(1.0 <= nominal.size(1.0, 2.0) <= 2.0 for _ in range(100))

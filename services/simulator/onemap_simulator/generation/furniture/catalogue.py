@@ -22,38 +22,42 @@ from onemap_simulator.generation.furniture import (
     wall_decor,
 )
 from onemap_simulator.generation.model import Material, Model
-from onemap_simulator.generation.sampler import Pick
+from onemap_simulator.generation.sampler import Sampler
 
-Maker = Callable[[Pick], Model]
+ModelFactory = Callable[[Sampler], Model]
 
 
-def kitchen_look(pick: Pick) -> tuple[Material, Material, Material]:
+def kitchen_look(sampler: Sampler) -> tuple[Material, Material, Material]:
     """Body, worktop and handles that all cabinets of one kitchen share."""
-    worktop = pick.wood() if pick.chance(0.5) else pick.of("marble", 0.8, pick.colour())
-    return (pick.wood(), worktop, pick.metal())
+    worktop = (
+        sampler.wood() if sampler.chance(0.5) else sampler.material("marble", 0.8, sampler.colour())
+    )
+    return (sampler.wood(), worktop, sampler.metal())
 
 
-def _kitchen_cabinet(pick: Pick) -> Model:
-    make = pick.one([kitchen.kitchen_cabinet, kitchen.wall_cabinet])
-    return make(pick, pick.size(0.5, 0.9), kitchen_look(pick))
+def _kitchen_cabinet(sampler: Sampler) -> Model:
+    make = sampler.choice([kitchen.kitchen_cabinet, kitchen.wall_cabinet])
+    return make(sampler, sampler.size(0.5, 0.9), kitchen_look(sampler))
 
 
-def _sink(pick: Pick) -> Model:
-    if pick.chance(0.5):
-        return bathroom.bathroom_sink(pick)
-    return kitchen.kitchen_sink(pick, pick.size(0.6, 0.8), kitchen_look(pick))
+def _sink(sampler: Sampler) -> Model:
+    if sampler.chance(0.5):
+        return bathroom.bathroom_sink(sampler)
+    return kitchen.kitchen_sink(sampler, sampler.size(0.6, 0.8), kitchen_look(sampler))
 
 
-def _door(pick: Pick) -> Model:
-    return fittings.door(pick, pick.size(0.95, 1.1), ("left", 0.0))
+def _door(sampler: Sampler) -> Model:
+    return fittings.door(sampler, sampler.size(0.95, 1.1), ("left", 0.0))
 
 
 # By category; a category with several makers is made by any of them.
-MAKERS: Mapping[str, tuple[Maker, ...]] = {
+FACTORIES: Mapping[str, tuple[ModelFactory, ...]] = {
     "door": (_door,),
-    "window": (lambda pick: fittings.window(pick, pick.size(1.0, 1.7), pick.size(1.0, 1.3)),),
-    "curtain": (lambda pick: fittings.curtain(pick, pick.size(0.35, 0.6), 2.0),),
-    "rug": (lambda pick: fittings.rug(pick, pick.size(1.2, 2.2), pick.size(0.8, 1.4)),),
+    "window": (
+        lambda sampler: fittings.window(sampler, sampler.size(1.0, 1.7), sampler.size(1.0, 1.3)),
+    ),
+    "curtain": (lambda sampler: fittings.curtain(sampler, sampler.size(0.35, 0.6), 2.0),),
+    "rug": (lambda sampler: fittings.rug(sampler, sampler.size(1.2, 2.2), sampler.size(0.8, 1.4)),),
     "sofa": (seating.sofa,),
     "armchair": (seating.armchair,),
     "chair": (seating.chair,),
@@ -76,7 +80,7 @@ MAKERS: Mapping[str, tuple[Maker, ...]] = {
     "microwave": (appliances.microwave,),
     "kettle": (appliances.kettle,),
     "toaster": (appliances.toaster,),
-    "dishwasher": (lambda pick: appliances.dishwasher(pick, kitchen_look(pick)[1]),),
+    "dishwasher": (lambda sampler: appliances.dishwasher(sampler, kitchen_look(sampler)[1]),),
     "toilet": (bathroom.toilet,),
     "bathtub": (bathroom.bathtub,),
     "shower": (bathroom.shower,),

@@ -7,23 +7,23 @@ import numpy as np
 from onemap_simulator.generation.mesh import (
     Mesh,
     box,
+    box_between,
     cylinder,
     ellipsoid,
     from_faces,
     prism,
-    ring,
     rod,
-    span,
+    torus,
     tube,
 )
 from onemap_simulator.generation.model import Model, assemble
-from onemap_simulator.generation.sampler import Pick
+from onemap_simulator.generation.sampler import Sampler
 
 
-def bicycle(pick: Pick) -> Model:
+def bicycle(sampler: Sampler) -> Model:
     """Two spoked wheels, a diamond or step-through frame, saddle, handlebar and pedals; along x."""
-    radius, base = pick.size(0.29, 0.34), pick.size(0.95, 1.05)
-    paint, dark, metal = pick.plastic(), pick.dark(), pick.metal()
+    radius, base = sampler.size(0.29, 0.34), sampler.size(0.95, 1.05)
+    paint, dark, metal = sampler.plastic(), sampler.dark(), sampler.metal()
     rear, head = (-base / 2, 0.0, radius), (base / 2, 0.0, radius)
     crank, seat = (-0.06, 0.0, radius * 0.9), (-0.2, 0.0, radius + 0.42)
     neck, low_neck = (base / 2 - 0.14, 0.0, radius + 0.44), (base / 2 - 0.11, 0.0, radius + 0.32)
@@ -36,7 +36,7 @@ def bicycle(pick: Pick) -> Model:
         (low_neck, head),
         (low_neck, neck),
     ]
-    if pick.chance(0.7):
+    if sampler.chance(0.7):
         pairs.append((seat, neck))
     frame = [rod(a, b, 0.019) for a, b in pairs]
     saddle = (-0.23, 0.0, radius + 0.5)
@@ -54,7 +54,9 @@ def bicycle(pick: Pick) -> Model:
             0.013,
         )
     )
-    bars.append(cylinder(0.08, 0.02, segments=14).turned("x", 90).moved(crank[0], 0.05, crank[2]))
+    bars.append(
+        cylinder(0.08, 0.02, segments=14).rotated("x", 90).translated(crank[0], 0.05, crank[2])
+    )
     for side in (-1, 1):
         foot = (crank[0] + side * 0.11, side * 0.07, crank[2] - side * 0.1)
         bars.append(rod((crank[0], side * 0.05, crank[2]), foot, 0.01))
@@ -67,10 +69,10 @@ def bicycle(pick: Pick) -> Model:
 def _wheel(radius: float, hub: tuple[float, float, float]) -> tuple[Mesh, list[Mesh]]:
     """A tyre, and its rim, axle and spokes."""
     x, _, z = hub
-    tyre = ring(radius - 0.022, 0.022, segments=24).turned("x", 90).moved(*hub)
+    tyre = torus(radius - 0.022, 0.022, segments=24).rotated("x", 90).translated(*hub)
     metal = [
-        ring(radius - 0.05, 0.009, segments=24).turned("x", 90).moved(*hub),
-        cylinder(0.025, 0.1, segments=8).turned("x", 90).moved(x, 0.05, z),
+        torus(radius - 0.05, 0.009, segments=24).rotated("x", 90).translated(*hub),
+        cylinder(0.025, 0.1, segments=8).rotated("x", 90).translated(x, 0.05, z),
     ]
     reach = radius * 0.86
     for angle in np.linspace(0, 2 * np.pi, 10, endpoint=False):
@@ -79,13 +81,13 @@ def _wheel(radius: float, hub: tuple[float, float, float]) -> tuple[Mesh, list[M
     return tyre, metal
 
 
-def guitar(pick: Pick) -> Model:
+def guitar(sampler: Sampler) -> Model:
     """A guitar that leans back on a small stand: waisted body, sound hole, neck and head."""
-    length, thick = pick.size(0.42, 0.5), pick.size(0.07, 0.1)
-    wood, dark_wood = pick.wood(), pick.of("wood", 0.5, (0.22, 0.13, 0.08))
+    length, thick = sampler.size(0.42, 0.5), sampler.size(0.07, 0.1)
+    wood, dark_wood = sampler.wood(), sampler.material("wood", 0.5, (0.22, 0.13, 0.08))
     t = np.linspace(0, 2 * np.pi, 28, endpoint=False)
     z = (1 - np.cos(t)) / 2
-    lower, upper, waist = pick.size(0.19, 0.22), pick.size(0.13, 0.155), 0.11
+    lower, upper, waist = sampler.size(0.19, 0.22), sampler.size(0.13, 0.155), 0.11
     half = np.interp(
         z,
         [0, 0.08, 0.28, 0.58, 0.8, 0.94, 1.0],
@@ -93,16 +95,16 @@ def guitar(pick: Pick) -> Model:
     )
     outline = np.stack([half * np.sign(np.sin(t)) * np.abs(np.sign(np.sin(t))), z * length], axis=1)
     outline[0, 0] = outline[14, 0] = 0.0
-    body = prism(outline[::-1], thick).turned("x", 90)
-    hole = cylinder(0.05, 0.01, segments=16).turned("x", 90).moved(0, -thick, length * 0.66)
+    body = prism(outline[::-1], thick).rotated("x", 90)
+    hole = cylinder(0.05, 0.01, segments=16).rotated("x", 90).translated(0, -thick, length * 0.66)
     neck_l = length * 0.95
-    neck = span(
+    neck = box_between(
         (-0.028, -thick - 0.012, length * 0.75), (0.028, -thick + 0.02, length + neck_l * 0.8)
     )
-    head = span(
+    head = box_between(
         (-0.045, -thick - 0.005, length + neck_l * 0.78), (0.045, -thick + 0.02, length + neck_l)
     )
-    bridge = span((-0.07, -thick - 0.02, length * 0.28), (0.07, -thick, length * 0.32))
+    bridge = box_between((-0.07, -thick - 0.02, length * 0.28), (0.07, -thick, length * 0.32))
     pegs = [
         rod(
             (x * 0.04, -thick, length + neck_l * k),
@@ -121,23 +123,28 @@ def guitar(pick: Pick) -> Model:
         "guitar",
         (wood, [_leaning(body)]),
         (dark_wood, [_leaning(m) for m in (neck, head, hole, bridge)]),
-        (pick.metal(), [_leaning(m) for m in pegs]),
-        (pick.dark(), stand),
+        (sampler.metal(), [_leaning(m) for m in pegs]),
+        (sampler.dark(), stand),
     )
 
 
 def _leaning(mesh: Mesh) -> Mesh:
-    return mesh.turned("x", -12).moved(0, 0, 0.09)
+    return mesh.rotated("x", -12).translated(0, 0, 0.09)
 
 
-def teddy_bear(pick: Pick) -> Model:
+def teddy_bear(sampler: Sampler) -> Model:
     """A sitting bear: belly, head with round ears and a muzzle, four limbs."""
-    scale = pick.size(0.36, 0.46) / 0.42
-    hue = pick.between(0.5, 1.1)
-    fur = pick.of(
-        "noise", 0.15, (0.7 * hue, 0.5 * hue, 0.3 * hue) if pick.chance(0.55) else pick.colour()
+    scale = sampler.size(0.36, 0.46) / 0.42
+    hue = sampler.uniform(0.5, 1.1)
+    fur = sampler.material(
+        "noise",
+        0.15,
+        (0.7 * hue, 0.5 * hue, 0.3 * hue) if sampler.chance(0.55) else sampler.colour(),
     )
-    light, dark = pick.of("noise", 0.15, pick.grey(0.7, 0.95, tint=0.25)), pick.dark()
+    light, dark = (
+        sampler.material("noise", 0.15, sampler.grey(0.7, 0.95, tint=0.25)),
+        sampler.dark(),
+    )
     body = [
         ellipsoid((0.11, 0.095, 0.13), (0, 0, 0.13), 12),
         ellipsoid((0.095, 0.088, 0.085), (0, -0.01, 0.315), 12),
@@ -146,9 +153,9 @@ def teddy_bear(pick: Pick) -> Model:
         body += [
             ellipsoid((0.035, 0.02, 0.035), (side * 0.075, 0.0, 0.385), 8),
             ellipsoid((0.04, 0.04, 0.085), (0, 0, 0), 8)
-            .turned("y", side * 40)
-            .turned("x", -25)
-            .moved(side * 0.125, -0.04, 0.18),
+            .rotated("y", side * 40)
+            .rotated("x", -25)
+            .translated(side * 0.125, -0.04, 0.18),
             ellipsoid((0.048, 0.1, 0.048), (side * 0.085, -0.12, 0.05), 8),
         ]
     pale = [
@@ -159,19 +166,19 @@ def teddy_bear(pick: Pick) -> Model:
     black = [ellipsoid((0.015, 0.012, 0.012), (0, -0.125, 0.305), 6)]
     black += [ellipsoid((0.012, 0.01, 0.012), (side * 0.035, -0.09, 0.34), 6) for side in (-1, 1)]
     groups = [
-        (material, [mesh.stretched(scale, scale, scale) for mesh in meshes])
+        (material, [mesh.scaled(scale, scale, scale) for mesh in meshes])
         for material, meshes in ((fur, body), (light, pale), (dark, black))
     ]
     return assemble("teddy bear", *groups)
 
 
-def ball(pick: Pick) -> Model:
+def ball(sampler: Sampler) -> Model:
     """A ball with coloured segments, or patches as a football has."""
-    radius = pick.size(0.11, 0.15)
+    radius = sampler.size(0.11, 0.15)
     sphere = ellipsoid((radius, radius, radius), (0, 0, radius), 18)
-    first, second = pick.plastic(), pick.plastic()
+    first, second = sampler.plastic(), sampler.plastic()
     centres = sphere.vertices[sphere.faces].mean(axis=1) - (0, 0, radius)
-    if pick.chance(0.5):
+    if sampler.chance(0.5):
         sector = np.floor(np.degrees(np.arctan2(centres[:, 1], centres[:, 0])) / 60).astype(int) % 2
     else:
         golden = (1 + 5**0.5) / 2
@@ -180,6 +187,8 @@ def ball(pick: Pick) -> Model:
         cosine = (centres @ poles.T).max(axis=1) / radius / np.linalg.norm(poles[0])
         sector = (cosine > 0.9).astype(int)
     halves = [from_faces(sphere.vertices, sphere.faces[sector == side]) for side in (0, 1)]
-    axis, tilt = pick.one(["x", "y"]), pick.between(0, 90)
-    turned = [m.moved(0, 0, -radius).turned(axis, tilt).moved(0, 0, radius) for m in halves]
-    return assemble("ball", (first, [turned[0]]), (second, [turned[1]]))
+    axis, tilt = sampler.choice(["x", "y"]), sampler.uniform(0, 90)
+    rotated = [
+        m.translated(0, 0, -radius).rotated(axis, tilt).translated(0, 0, radius) for m in halves
+    ]
+    return assemble("ball", (first, [rotated[0]]), (second, [rotated[1]]))

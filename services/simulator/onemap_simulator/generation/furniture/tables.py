@@ -3,48 +3,54 @@
 from __future__ import annotations
 
 from onemap_simulator.generation.furniture.seating import legs
-from onemap_simulator.generation.mesh import Mesh, box, cylinder, lathe, rod, soft_box
-from onemap_simulator.generation.model import Material, Model, assemble, top_of
-from onemap_simulator.generation.sampler import Pick
+from onemap_simulator.generation.mesh import Mesh, box, cylinder, lathe, rod, rounded_box
+from onemap_simulator.generation.model import Material, Model, assemble, support_surface
+from onemap_simulator.generation.sampler import Sampler
 
 
-def table(pick: Pick) -> Model:
+def table(sampler: Sampler) -> Model:
     """A dining table: rectangular on legs or trestles, or round on a pedestal."""
-    height = pick.size(0.71, 0.77)
-    if pick.chance(0.35):
-        return _round_table(pick, "table", pick.size(0.45, 0.6), height)
-    return _square_table(pick, "table", (pick.size(1.1, 1.6), pick.size(0.75, 0.95), height))
+    height = sampler.size(0.71, 0.77)
+    if sampler.chance(0.35):
+        return _round_table(sampler, "table", sampler.size(0.45, 0.6), height)
+    return _square_table(
+        sampler, "table", (sampler.size(1.1, 1.6), sampler.size(0.75, 0.95), height)
+    )
 
 
-def coffee_table(pick: Pick) -> Model:
+def coffee_table(sampler: Sampler) -> Model:
     """A low table in front of a sofa."""
-    height = pick.size(0.36, 0.48)
-    if pick.chance(0.35):
-        return _round_table(pick, "coffee table", pick.size(0.32, 0.45), height)
-    return _square_table(pick, "coffee table", (pick.size(0.8, 1.15), pick.size(0.45, 0.6), height))
+    height = sampler.size(0.36, 0.48)
+    if sampler.chance(0.35):
+        return _round_table(sampler, "coffee table", sampler.size(0.32, 0.45), height)
+    return _square_table(
+        sampler, "coffee table", (sampler.size(0.8, 1.15), sampler.size(0.45, 0.6), height)
+    )
 
 
-def _round_table(pick: Pick, category: str, radius: float, height: float) -> Model:
-    thickness = pick.size(0.03, 0.05)
+def _round_table(sampler: Sampler, category: str, radius: float, height: float) -> Model:
+    thickness = sampler.size(0.03, 0.05)
     board = cylinder(radius, thickness, (0, 0, height - thickness), 24)
-    if pick.chance(0.6):
-        foot = radius * pick.size(0.5, 0.7)
-        waist = pick.size(0.03, 0.07)
+    if sampler.chance(0.6):
+        foot = radius * sampler.size(0.5, 0.7)
+        waist = sampler.size(0.03, 0.07)
         profile = [(foot, 0), (foot, 0.03), (waist, 0.09), (waist, height - 0.12), (0.14, height)]
         support = [lathe([(r, z * (height - thickness) / height) for r, z in profile])]
     else:
-        support = legs(pick, radius * 1.35, radius * 1.35, height - thickness, 0.06)
-    top = top_of(radius * 1.35, radius * 1.35, height)
-    return assemble(category, (pick.wood(), [board]), (_frame(pick), support), tops=(top,))
+        support = legs(sampler, radius * 1.35, radius * 1.35, height - thickness, 0.06)
+    top = support_surface(radius * 1.35, radius * 1.35, height)
+    return assemble(
+        category, (sampler.wood(), [board]), (_frame(sampler), support), support_surfaces=(top,)
+    )
 
 
-def _square_table(pick: Pick, category: str, size: tuple[float, float, float]) -> Model:
+def _square_table(sampler: Sampler, category: str, size: tuple[float, float, float]) -> Model:
     width, depth, height = size
-    thickness = pick.size(0.025, 0.05)
+    thickness = sampler.size(0.025, 0.05)
     meshes: list[Mesh] = []
     board = [box((width, depth, thickness), (0, 0, height - thickness))]
     below = height - thickness
-    kind = pick.count(0, 3)
+    kind = sampler.integer(0, 3)
     if kind == 0:  # trestles
         for side in (-1, 1):
             x = side * (width / 2 - 0.15)
@@ -61,42 +67,45 @@ def _square_table(pick: Pick, category: str, size: tuple[float, float, float]) -
             box((0.05, depth * 0.9, below), (side * (width / 2 - 0.08), 0, 0)) for side in (-1, 1)
         ]
     else:
-        meshes += legs(pick, width, depth, below, pick.size(0.05, 0.08))
+        meshes += legs(sampler, width, depth, below, sampler.size(0.05, 0.08))
         meshes += [
             box((width - 0.16, 0.02, 0.08), (0, side * (depth / 2 - 0.06), below - 0.08))
             for side in (-1, 1)
         ]
-    if category == "coffee table" and pick.chance(0.5):
+    if category == "coffee table" and sampler.chance(0.5):
         board.append(box((width - 0.14, depth - 0.1, 0.02), (0, 0, height * 0.35)))
-    frame = _frame(pick)
+    frame = _frame(sampler)
     return assemble(
-        category, (pick.wood(), board), (frame, meshes), tops=(top_of(width, depth, height),)
+        category,
+        (sampler.wood(), board),
+        (frame, meshes),
+        support_surfaces=(support_surface(width, depth, height),),
     )
 
 
-def _frame(pick: Pick) -> Material:
-    return pick.wood() if pick.chance(0.65) else pick.metal()
+def _frame(sampler: Sampler) -> Material:
+    return sampler.wood() if sampler.chance(0.65) else sampler.metal()
 
 
-def desk(pick: Pick) -> Model:
+def desk(sampler: Sampler) -> Model:
     """A table against a wall with drawers on one or both sides, open in front for the knees."""
-    width, depth, height = pick.size(1.1, 1.5), pick.size(0.58, 0.7), pick.size(0.72, 0.77)
-    wood, metal = pick.wood(), pick.metal()
-    fronts = wood if pick.chance(0.5) else pick.wood()
+    width, depth, height = sampler.size(1.1, 1.5), sampler.size(0.58, 0.7), sampler.size(0.72, 0.77)
+    wood, metal = sampler.wood(), sampler.metal()
+    fronts = wood if sampler.chance(0.5) else sampler.wood()
     meshes = [box((width, depth, 0.035), (0, 0, height - 0.035))]
     meshes.append(box((width - 0.1, 0.02, 0.35), (0, depth / 2 - 0.05, height - 0.385)))
-    sides = [-1, 1] if pick.chance(0.35) else [pick.one([-1, 1])]
-    chest_w = min(pick.size(0.34, 0.42), width / 3)
+    sides = [-1, 1] if sampler.chance(0.35) else [sampler.choice([-1, 1])]
+    chest_w = min(sampler.size(0.34, 0.42), width / 3)
     drawers, knobs = [], []
     for side in sides:
         x = side * (width / 2 - chest_w / 2 - 0.02)
         meshes.append(box((chest_w, depth - 0.06, height - 0.035), (x, 0, 0)))
-        count = pick.count(2, 4)
+        count = sampler.integer(2, 4)
         tall = (height - 0.08) / count
         for index in range(count):
             z = 0.03 + index * tall
             at = (x, -depth / 2 + 0.022, z)
-            drawers.append(soft_box((chest_w - 0.03, 0.025, tall - 0.025), at, 0.006))
+            drawers.append(rounded_box((chest_w - 0.03, 0.025, tall - 0.025), at, 0.006))
             knobs.append(box((0.1, 0.025, 0.018), (x, -depth / 2 + 0.0, z + tall / 2)))
     for side in {-1, 1} - set(sides):
         x = side * (width / 2 - 0.04)
@@ -109,5 +118,5 @@ def desk(pick: Pick) -> Model:
         (wood, meshes),
         (fronts, drawers),
         (metal, knobs),
-        tops=(top_of(width, depth - 0.1, height),),
+        support_surfaces=(support_surface(width, depth - 0.1, height),),
     )

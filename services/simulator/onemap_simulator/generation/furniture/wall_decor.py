@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 
 from onemap_shared.geometry import U8
-from onemap_simulator.generation.mesh import Mesh, box, cylinder, front, lathe, rod
+from onemap_simulator.generation.mesh import Mesh, box, cylinder, front_panel, lathe, rod
 from onemap_simulator.generation.model import Material, Model, assemble
-from onemap_simulator.generation.sampler import Pick
+from onemap_simulator.generation.sampler import Sampler
 from onemap_simulator.generation.textures import smooth_noise, to_image
 
 
@@ -23,14 +23,14 @@ def frame(width: float, height: float, bar: float, depth: float) -> list[Mesh]:
     ]
 
 
-def picture(pick: Pick) -> Model:
+def picture(sampler: Sampler) -> Model:
     """A framed abstract painting, upright, square or wide."""
-    width, height = pick.size(0.45, 0.9), pick.size(0.45, 0.75)
-    bar, depth = pick.size(0.025, 0.06), pick.size(0.025, 0.04)
-    canvas = front(width - bar, height - bar, (0, -0.015, bar / 2))
-    art = Material(painting(pick.rng))
+    width, height = sampler.size(0.45, 0.9), sampler.size(0.45, 0.75)
+    bar, depth = sampler.size(0.025, 0.06), sampler.size(0.025, 0.04)
+    canvas = front_panel(width - bar, height - bar, (0, -0.015, bar / 2))
+    art = Material(painting(sampler.rng))
     back = box((width - 0.01, 0.01, height - 0.01), (0, -0.005, 0.005))
-    edge = pick.wood() if pick.chance(0.7) else pick.metal()
+    edge = sampler.wood() if sampler.chance(0.7) else sampler.metal()
     return assemble("picture", (edge, [*frame(width, height, bar, depth), back]), (art, [canvas]))
 
 
@@ -61,47 +61,57 @@ def painting(rng: np.random.Generator) -> U8:
     return to_image(image)
 
 
-def clock(pick: Pick) -> Model:
+def clock(sampler: Sampler) -> Model:
     """A wall clock: a rim, a pale or dark face with twelve marks and two hands."""
-    radius, depth = pick.size(0.15, 0.21), 0.05
-    rim_material = pick.metal() if pick.chance(0.5) else pick.wood()
-    pale = pick.chance(0.75)
-    face_material, ink = (pick.pale(), pick.dark()) if pale else (pick.dark(), pick.pale())
+    radius, depth = sampler.size(0.15, 0.21), 0.05
+    rim_material = sampler.metal() if sampler.chance(0.5) else sampler.wood()
+    pale = sampler.chance(0.75)
+    face_material, ink = (
+        (sampler.pale(), sampler.dark()) if pale else (sampler.dark(), sampler.pale())
+    )
     marks = []
     for hour in range(12):
         long = 0.2 if hour % 3 == 0 else 0.12
         mark = box((radius * 0.06, 0.006, radius * long), (0, 0, radius * (0.9 - long)))
-        marks.append(mark.turned("y", hour * 30).moved(0, -depth * 0.72, radius))
+        marks.append(mark.rotated("y", hour * 30).translated(0, -depth * 0.72, radius))
     for length, thick in ((0.5, 0.09), (0.75, 0.06)):
         hand = box((radius * thick, 0.006, radius * length), (0, 0, -0.02))
-        marks.append(hand.turned("y", pick.between(0, 360)).moved(0, -depth * 0.78, radius))
-    if pick.chance(0.3):  # a square case
+        marks.append(
+            hand.rotated("y", sampler.uniform(0, 360)).translated(0, -depth * 0.78, radius)
+        )
+    if sampler.chance(0.3):  # a square case
         side = 2 * radius
         rim = [*frame(side, side, radius * 0.1, depth)]
         face = [box((side - 0.01, depth * 0.7, side - 0.01), (0, -depth * 0.35, 0.005))]
     else:
         hoop = [(radius, 0), (radius, depth), (radius * 0.92, depth), (radius * 0.9, depth * 0.6)]
-        rim = [lathe(hoop, segments=28, capped=False).turned("x", 90).moved(0, 0, radius)]
+        rim = [lathe(hoop, segments=28, capped=False).rotated("x", 90).translated(0, 0, radius)]
         face = [
-            cylinder(radius * 0.95, depth * 0.7, segments=28).turned("x", 90).moved(0, 0, radius)
+            cylinder(radius * 0.95, depth * 0.7, segments=28)
+            .rotated("x", 90)
+            .translated(0, 0, radius)
         ]
-    pin = cylinder(radius * 0.07, 0.01, segments=8).turned("x", 90).moved(0, -depth * 0.78, radius)
+    pin = (
+        cylinder(radius * 0.07, 0.01, segments=8)
+        .rotated("x", 90)
+        .translated(0, -depth * 0.78, radius)
+    )
     return assemble("clock", (rim_material, rim), (face_material, face), (ink, [*marks, pin]))
 
 
-def mirror(pick: Pick) -> Model:
+def mirror(sampler: Sampler) -> Model:
     """A framed mirror, rectangular or oval; its glass is painted with a soft reflection."""
-    width, height = pick.size(0.45, 0.65), pick.size(0.6, 0.95)
-    glass = Material(_silver(pick.rng))
-    edge = pick.metal() if pick.chance(0.5) else pick.wood()
-    if pick.chance(0.35):
-        plate = cylinder(0.5, 0.02, segments=28).turned("x", 90)
+    width, height = sampler.size(0.45, 0.65), sampler.size(0.6, 0.95)
+    glass = Material(_silver(sampler.rng))
+    edge = sampler.metal() if sampler.chance(0.5) else sampler.wood()
+    if sampler.chance(0.35):
+        plate = cylinder(0.5, 0.02, segments=28).rotated("x", 90)
         hoop = lathe(
             [(0.5, 0), (0.55, 0.01), (0.55, 0.035), (0.49, 0.035)], segments=28, capped=False
         )
         sized = [
-            mesh.stretched(width, 1.0, height).moved(0, 0, height * 0.55)
-            for mesh in (plate, hoop.turned("x", 90))
+            mesh.scaled(width, 1.0, height).translated(0, 0, height * 0.55)
+            for mesh in (plate, hoop.rotated("x", 90))
         ]
         # One image across the whole oval: uv from x and z instead of metres.
         flat = sized[0]
@@ -109,11 +119,11 @@ def mirror(pick: Pick) -> Model:
         return assemble(
             "mirror", (edge, [sized[1]]), (glass, [Mesh(flat.vertices, flat.faces, uv)])
         )
-    bar = pick.size(0.02, 0.05)
-    plate = front(width - bar, height - bar, (0, -0.018, bar / 2))
+    bar = sampler.size(0.02, 0.05)
+    plate = front_panel(width - bar, height - bar, (0, -0.018, bar / 2))
     back = box((width - 0.01, 0.012, height - 0.01), (0, -0.006, 0.005))
     parts = [*frame(width, height, bar, 0.035), back]
-    if pick.chance(0.3):
+    if sampler.chance(0.3):
         parts.append(rod((-width / 2, -0.05, -0.02), (width / 2, -0.05, -0.02), 0.015))
     return assemble("mirror", (edge, parts), (glass, [plate]))
 
