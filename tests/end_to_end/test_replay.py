@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 import pytest
 
-from onemap_gateway.render import FREE, OCCUPIED, UNKNOWN
+from onemap_gateway.present.render import FREE, OCCUPIED, UNKNOWN
 from onemap_shared.geometry import U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy

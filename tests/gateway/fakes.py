@@ -10,11 +10,11 @@ import numpy as np
 from fastapi import FastAPI
 from starlette.testclient import TestClient
 
-from onemap_gateway.app import create_app
-from onemap_gateway.calls import Calls
+from onemap_gateway.bus.rpc import Calls
+from onemap_gateway.bus.state_cache import Hub
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.context import Gateway
-from onemap_gateway.hub import Hub
+from onemap_gateway.http.app import create_app
+from onemap_gateway.http.context import Gateway
 from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.camera import Intrinsics

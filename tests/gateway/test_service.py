@@ -13,7 +13,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.listening import listen
+from onemap_gateway.http.listener import listen
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from onemap_gateway.render import Marks, encode_png, map_picture
+from onemap_gateway.present.render import Marks, encode_png, map_picture
 from onemap_shared.messages import SearchView
 from onemap_tools.demo_summary import ObjectSummary
 

@@ -7,13 +7,13 @@ import threading
 
 import uvicorn
 
-from onemap_gateway.app import create_app
-from onemap_gateway.calls import Calls
+from onemap_gateway.bus.rpc import Calls
+from onemap_gateway.bus.state_cache import Hub
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.context import Gateway
-from onemap_gateway.guard import MAX_BODY_BYTES
-from onemap_gateway.hub import Hub
-from onemap_gateway.listening import listen
+from onemap_gateway.http.app import create_app
+from onemap_gateway.http.context import Gateway
+from onemap_gateway.http.listener import listen
+from onemap_gateway.http.security import MAX_BODY_BYTES
 from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus, Health
 

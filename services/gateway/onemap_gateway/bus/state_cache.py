@@ -1,0 +1,125 @@
+"""The gateway's ear: follows the bus and keeps one snapshot that anybody may read at any time."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from onemap_gateway.bus.live_state import LiveState, Message
+from onemap_gateway.present.service_status import hung_for_s, hung_problem
+from onemap_shared import keys
+from onemap_shared.keys import Topic
+from onemap_shared.transport import Bus, Counters, Subscription
+
+LOG = logging.getLogger("onemap.gateway")
+
+TAKE_S = 0.25  # longest wait for a message, and so the delay to notice the end
+ALIVE_S = 0.25  # between two looks at the liveliness tokens
+BURST = 16  # messages kept of streams of which none may be lost
+
+# What is followed, and how many messages are kept until a thread takes them.
+STREAMS: Mapping[str, tuple[Topic[Any], int]] = {
+    "rgbd": (keys.ROBOT_RGBD, 1),
+    "odometry": (keys.ROBOT_ODOMETRY, 1),
+    "detections": (keys.DETECTIONS, 1),
+    "revision": (keys.MAP_REVISION, 1),
+    "search": (keys.SEARCH_STATE, BURST),
+    "path": (keys.SEARCH_PATH, 1),
+    "heartbeat": (keys.ALL_HEARTBEATS, BURST),
+}
+
+
+class Hub:
+    """Follows every stream that clients may watch, each in a thread of its own.
+
+    A thread that dies is left to the runner, which takes the process down.
+    """
+
+    def __init__(self, bus: Bus, clock_s: Callable[[], float] = time.monotonic) -> None:
+        self._bus = bus
+        self._clock_s = clock_s
+        self._state = LiveState()
+        self._changed = threading.Condition()
+        self._closing = threading.Event()
+        self._subscriptions: dict[str, Subscription[Message]] = {
+            name: bus.subscribe(topic, capacity) for name, (topic, capacity) in STREAMS.items()
+        }
+        self._threads = [
+            threading.Thread(target=self._follow, args=item, name=f"follow-{item[0]}", daemon=True)
+            for item in self._subscriptions.items()
+        ]
+        self._threads.append(
+            threading.Thread(target=self._watch_liveliness, name="liveliness", daemon=True)
+        )
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def state(self) -> LiveState:
+        """The newest snapshot."""
+        return self._state
+
+    @property
+    def closing(self) -> bool:
+        """Whether the gateway is going down: streams end by themselves."""
+        return self._closing.is_set()
+
+    def now_s(self) -> float:
+        """The clock of the snapshot's arrival times."""
+        return self._clock_s()
+
+    def counters(self) -> Mapping[str, Counters]:
+        """What became of each stream's messages."""
+        return {name: subscription.counters for name, subscription in self._subscriptions.items()}
+
+    def hung(self, service: str) -> str:
+        """What to say if the service hangs or is cut off; empty if it is not.
+
+        Reads the liveliness tokens anew: who asks has just seen that nobody answers.
+        """
+        now_s = self._clock_s()
+        return hung_problem(service, self._state.with_alive(self._bus.alive(), now_s), now_s)
+
+    def hung_for_s(self, service: str) -> float | None:
+        """Seconds since a service that hangs was heard; None if it does not hang."""
+        return hung_for_s(service, self._state, self._clock_s())
+
+    def wait_for(self, condition: Callable[[LiveState], bool], timeout_s: float) -> bool:
+        """Block until the snapshot satisfies ``condition``; False after ``timeout_s``."""
+        with self._changed:
+            return self._changed.wait_for(lambda: condition(self._state), timeout_s)
+
+    def begin_close(self) -> None:
+        """Let streams end and threads stop, without waiting for them."""
+        self._closing.set()
+
+    def close(self) -> None:
+        """Stop following."""
+        self.begin_close()
+        for thread in self._threads:
+            thread.join(2 * TAKE_S)
+
+    def _follow(self, name: str, subscription: Subscription[Message]) -> None:
+        refused = 0
+        while not self._closing.is_set():
+            message = subscription.take(TAKE_S)
+            if message is not None:
+                with self._changed:
+                    self._state = self._state.with_message(message, self._clock_s())
+                    self._changed.notify_all()
+            counters = subscription.counters
+            if counters.refused > refused:
+                refused = counters.refused
+                LOG.warning("%s: message refused: %s", name, counters.last_problem)
+
+    def _watch_liveliness(self) -> None:
+        while True:
+            alive = self._bus.alive()
+            with self._changed:
+                self._state = self._state.with_alive(alive, self._clock_s())
+                self._changed.notify_all()
+            if self._closing.wait(ALIVE_S):
+                return

@@ -1,0 +1,101 @@
+"""The application: routes, errors, documentation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.responses import Response
+
+from onemap_gateway.http.context import Gateway
+from onemap_gateway.http.middleware import Envelope
+from onemap_gateway.http.problem_docs import ProblemDetails
+from onemap_gateway.http.problems import KINDS, Problem, from_validation
+from onemap_gateway.http.responses import problem_response
+from onemap_gateway.http.routes import camera, health, live, map, pages, queries, searches
+from onemap_gateway.http.security import Guard
+
+DESCRIPTION = """
+Ask a robot where things are, and send it to find them.
+
+Errors are problem details (RFC 9457): `detail` says in a sentence what to do, `service` which
+service is missing. All lengths are metres in the map's frame, x forward from where the robot
+started, y to its left.
+
+`WS /v1/live` sends the whole state, a JSON object, about five times a second: robot, path,
+frontiers, detections, search, services, and the numbers by which a client knows when to fetch
+`/v1/map.png` and `/v1/camera.jpg` again.
+
+If the gateway has a token, every POST and DELETE needs `Authorization: Bearer <token>`.
+"""
+
+TAGS = [
+    {"name": "queries", "description": "Where is it?"},
+    {"name": "searches", "description": "Go and find."},
+    {"name": "map", "description": "What the robot knows of the floor."},
+    {"name": "camera", "description": "What the robot sees."},
+    {"name": "health", "description": "What runs, and why not."},
+]
+
+
+def create_app(gateway: Gateway) -> FastAPI:
+    """The HTTP interface of ``gateway``."""
+    app = FastAPI(
+        title="OneMap",
+        version="1",
+        description=DESCRIPTION,
+        openapi_tags=TAGS,
+        docs_url=None,  # FastAPI's page loads its scripts from the internet, which robots lack
+        redoc_url=None,
+        redirect_slashes=False,
+    )
+    app.state.gateway = gateway
+    for part in (queries, searches, map, camera, health, live, pages):
+        app.include_router(part.router)
+    app.mount("/static", pages.StaticPages(directory=pages.STATIC))
+    app.add_exception_handler(Problem, _on_problem)
+    app.add_exception_handler(RequestValidationError, _on_validation)
+    app.add_exception_handler(HTTPException, _on_http)
+    app.add_middleware(Guard, config=gateway.config)
+    app.add_middleware(Envelope, requests=gateway.requests)
+    _complete_schema(app)
+    return app
+
+
+def _complete_schema(app: FastAPI) -> None:
+    """Add to /openapi.json what FastAPI cannot know: the problems."""
+    document: dict[str, Any] = app.openapi()
+    schemas = document["components"]["schemas"]
+    schemas["ProblemDetails"] = ProblemDetails.model_json_schema()
+    schemas.pop("HTTPValidationError", None)
+    schemas.pop("ValidationError", None)
+    document["x-problems"] = {
+        name: {"status": kind.status, "title": kind.title} for name, kind in KINDS.items()
+    }
+
+
+async def _on_problem(_request: Request, problem: Exception) -> Response:
+    assert isinstance(problem, Problem)
+    return problem_response(problem)
+
+
+async def _on_validation(_request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)
+    return problem_response(from_validation(error.errors()))
+
+
+async def _on_http(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    path = request.url.path[:100]
+    if error.status_code == 404:
+        problem = Problem("not_found", f"There is nothing at {path}: /docs lists what there is.")
+    elif error.status_code == 405:
+        detail = f"{path} does not take {request.method[:20]}: /docs lists what it does."
+        problem = Problem("method_not_allowed", detail)
+    else:
+        problem = Problem("http", str(error.detail), status=error.status_code)
+    response = problem_response(problem)
+    response.headers.update(error.headers or {})
+    return response

@@ -1,0 +1,49 @@
+"""What every route works with."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from fastapi import Depends
+from starlette.requests import HTTPConnection
+
+from onemap_gateway.bus.rpc import Calls
+from onemap_gateway.bus.state_cache import Hub
+from onemap_gateway.config import GatewayConfig
+from onemap_gateway.present.metrics import RequestCounter
+from onemap_gateway.present.service_status import Gap, find_gap
+from onemap_shared import keys
+from onemap_shared.messages import SearchView, SearchViewRequest
+
+
+@dataclass(frozen=True, slots=True)
+class Gateway:
+    """The ear, the mouth and the settings of one gateway."""
+
+    hub: Hub
+    calls: Calls
+    config: GatewayConfig
+    requests: RequestCounter = field(default_factory=RequestCounter)
+
+    def now_ns(self) -> int:
+        """The wall clock, which capture stamps refer to."""
+        return time.time_ns()
+
+    def gap(self) -> Gap | None:
+        """Where frames get lost on their way to the map, if they do."""
+        return find_gap(self.hub.state, self.hub.now_s(), self.config.ready_within_s)
+
+    async def view(self, text: str | None = None) -> SearchView:
+        """The map as it is now, with the similarity to ``text`` if there is one."""
+        return await self.calls.ask(keys.MAP_SEARCH_VIEW, SearchViewRequest(text or ""))
+
+
+def gateway_of(connection: HTTPConnection) -> Gateway:
+    """The gateway that the application was made for."""
+    gateway: Gateway = connection.app.state.gateway
+    return gateway
+
+
+GatewayOf = Annotated[Gateway, Depends(gateway_of)]

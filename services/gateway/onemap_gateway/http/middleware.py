@@ -1,0 +1,65 @@
+"""What every exchange gets: headers, a count, and an answer even when a route fails."""
+
+from __future__ import annotations
+
+import logging
+
+from starlette.datastructures import MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from onemap_gateway.http.problems import Problem
+from onemap_gateway.http.responses import problem_response
+from onemap_gateway.present.metrics import RequestCounter
+
+LOG = logging.getLogger("onemap.gateway")
+
+# Nothing is loaded from elsewhere, nobody frames the page: a hidden "stop" button is no joke.
+HEADERS = {
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' blob: data:; "
+    "connect-src 'self' ws: wss:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+}
+
+
+class Envelope:
+    """Middleware around everything else."""
+
+    def __init__(self, app: ASGIApp, requests: RequestCounter) -> None:
+        self._app = app
+        self._requests = requests
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """See ASGI."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        status = 0
+
+        async def send_marked(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                headers = MutableHeaders(scope=message)
+                for name, value in HEADERS.items():
+                    headers.setdefault(name, value)
+                # a robot's state is old when it arrives; no cache may keep it
+                headers.setdefault("Cache-Control", "no-store")
+            await send(message)
+
+        try:
+            await self._app(scope, receive, send_marked)
+        except Exception:
+            LOG.exception("%s %s failed", scope["method"], scope["path"])
+            if status:  # half an answer is out: only cutting it off tells the client
+                raise
+            failure = Problem("internal", "The gateway failed on this request; its log says why.")
+            await problem_response(failure)(scope, receive, send_marked)
+        finally:
+            route = getattr(scope.get("route"), "path", "other")
+            self._requests.count(_known_method(scope["method"]), route, status)
+
+
+def _known_method(method: str) -> str:
+    """Clients may invent methods; each would be a new time series."""
+    return method if method in {"GET", "HEAD", "POST", "DELETE", "OPTIONS"} else "other"

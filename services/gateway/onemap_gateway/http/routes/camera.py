@@ -1,0 +1,52 @@
+"""What the robot sees."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from anyio import to_thread
+from fastapi import APIRouter, Query, Response
+
+from onemap_gateway.http.context import GatewayOf
+from onemap_gateway.http.problem_docs import problem_responses
+from onemap_gateway.http.problems import Problem
+from onemap_gateway.present.camera_image import camera_picture, encode_jpeg
+
+router = APIRouter(prefix="/v1", tags=["camera"])
+
+
+@router.get(
+    "/camera.jpg",
+    summary="The camera's newest image",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "`X-OneMap-Sequence` is the frame's number, `X-OneMap-Age` its age in "
+            "seconds since it arrived.",
+            "content": {"image/jpeg": {"schema": {"type": "string", "format": "binary"}}},
+        },
+        **problem_responses(422, 503),
+    },
+)
+async def get_camera(
+    gateway: GatewayOf,
+    detections: Annotated[bool, Query(description="Draw what was detected.")] = True,
+) -> Response:
+    """The newest image, with a labelled box around each detection of the last moments."""
+    state, now_s = gateway.hub.state, gateway.hub.now_s()
+    if state.frame is None:
+        raise Problem(
+            "unavailable",
+            "No camera frame has arrived yet: is the robot (simulator, replay or a driver) "
+            "running?",
+            service="robot",
+        )
+    frame = state.frame.message
+    drawn = state.detections_now(now_s) if detections else None
+    picture = await to_thread.run_sync(camera_picture, frame.rgb, drawn)
+    data = await to_thread.run_sync(encode_jpeg, picture, gateway.config.jpeg_quality)
+    headers = {
+        "X-OneMap-Sequence": str(frame.sequence),
+        "X-OneMap-Age": f"{state.frame.age_s(now_s):.3f}",
+    }
+    return Response(data, media_type="image/jpeg", headers=headers)

@@ -1,0 +1,53 @@
+"""Is it running, and if not, why?"""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Response
+
+from onemap_gateway.http.context import GatewayOf
+from onemap_gateway.http.problem_docs import Health, StatusReport, problem_responses
+from onemap_gateway.http.problems import Problem
+from onemap_gateway.present.metrics import MEDIA_TYPE, exposition
+from onemap_gateway.present.views import status_report
+
+router = APIRouter(tags=["health"])
+
+
+@router.get("/healthz", summary="Does the gateway live?")
+async def get_health() -> Health:
+    """200 as long as the gateway's process answers."""
+    return Health(status="ok")
+
+
+@router.get("/readyz", summary="Does the robot work?", responses=problem_responses(503))
+async def get_ready(gateway: GatewayOf) -> Health:
+    """200 only if a camera frame went all the way to the map within the last 5 s, and perception,
+    mapper and planner are there now.
+
+    Otherwise 503, and `service` names the stage that is missing or silent: robot, perception,
+    mapper or planner.
+    """
+    gap = gateway.gap()
+    if gap is not None:
+        raise Problem("not_ready", gap.detail, service=gap.service)
+    return Health(status="ok")
+
+
+@router.get("/v1/status", summary="What runs, and how")
+async def get_status(gateway: GatewayOf) -> StatusReport:
+    """Every service and stream: alive, ready, age, rate, metrics, and what is wrong."""
+    hub = gateway.hub
+    return status_report(hub.state, hub.counters(), gateway.gap(), hub.now_s())
+
+
+@router.get(
+    "/metrics",
+    summary="Numbers for Prometheus",
+    response_class=Response,
+    responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}},
+)
+async def get_metrics(gateway: GatewayOf) -> Response:
+    """Prometheus text format: every service's metrics as `onemap_<service>_<name>`."""
+    hub = gateway.hub
+    text = exposition(hub.state, hub.counters(), gateway.requests, hub.now_s())
+    return Response(text, headers={"Content-Type": MEDIA_TYPE})

@@ -1,0 +1,54 @@
+"""The state, several times a second."""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+
+import anyio
+from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+
+from onemap_gateway.http.context import Gateway, gateway_of
+from onemap_gateway.present.live import live_document
+
+router = APIRouter(prefix="/v1")
+
+GOING_AWAY = 1001
+
+
+@router.websocket("/live")
+async def follow(socket: WebSocket) -> None:
+    """Send the newest state until the client leaves; what it says is ignored.
+
+    Each client has its own loop and gets the state of the moment in which it is ready for
+    more: a slow one misses states, and keeps nobody else waiting.
+    """
+    gateway = gateway_of(socket)
+    await socket.accept()
+    async with anyio.create_task_group() as tasks:
+        tasks.start_soon(_until_gone, socket, tasks.cancel_scope)
+        with suppress(WebSocketDisconnect):
+            await _send_states(socket, gateway)
+        tasks.cancel_scope.cancel()
+
+
+async def _send_states(socket: WebSocket, gateway: Gateway) -> None:
+    first = True
+    while not gateway.hub.closing:
+        document = live_document(
+            gateway.hub.state,
+            gateway.gap(),
+            now_s=gateway.hub.now_s(),
+            now_ns=gateway.now_ns(),
+            with_trail=first,
+        )
+        await socket.send_text(json.dumps(document))
+        first = False
+        await anyio.sleep(1 / gateway.config.live_rate_hz)
+    await socket.close(GOING_AWAY)
+
+
+async def _until_gone(socket: WebSocket, scope: anyio.CancelScope) -> None:
+    while (await socket.receive())["type"] != "websocket.disconnect":
+        pass
+    scope.cancel()

@@ -1,0 +1,121 @@
+"""The map: pictures, arrays, files."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from anyio import to_thread
+from fastapi import APIRouter, Query, Response
+
+from onemap_gateway.http.context import GatewayOf
+from onemap_gateway.http.problem_docs import BODY, problem_responses
+from onemap_gateway.http.schemas import MapChange, MapInfo, MapName, ObjectName
+from onemap_gateway.present.render import MAX_SCALE, encode_png, map_picture
+from onemap_gateway.present.views import map_archive, map_change, map_info, marks_of
+from onemap_shared import keys
+from onemap_shared.messages import MapClear, MapFile
+
+router = APIRouter(prefix="/v1", tags=["map"])
+
+FILE_S = 20.0  # a map of hundreds of megabytes on the card of a Jetson
+
+Text = Annotated[
+    ObjectName | None, Query(description="Also the similarity to this.", examples=["sofa"])
+]
+
+
+@router.get("/map", summary="The map in numbers", responses=problem_responses(422, 503))
+async def get_map(gateway: GatewayOf) -> MapInfo:
+    """Revision, age, extent and areas of the map."""
+    view = await gateway.view()
+    revision = gateway.hub.state.revision
+    return map_info(view, revision.message if revision else None, gateway.now_ns())
+
+
+@router.get(
+    "/map.png",
+    summary="The map as a picture",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "Unknown is dark, free is grey, occupied is light; x to the right, y "
+            "up. `X-OneMap-Bounds` holds x_min, y_min, x_max, y_max in metres.",
+            "content": {"image/png": {"schema": {"type": "string", "format": "binary"}}},
+        },
+        **problem_responses(409, 422, 503),
+    },
+)
+async def get_map_picture(
+    gateway: GatewayOf,
+    text: Text = None,
+    scale: Annotated[
+        int | None,
+        Query(ge=1, le=MAX_SCALE, description="Pixels per cell; by default a size for screens."),
+    ] = None,
+    marks: Annotated[
+        bool, Query(description="Draw robot, trail, path, frontiers, finds and a scale bar.")
+    ] = True,
+) -> Response:
+    """What is known of the floor, what looks like `text`, and what the robot is doing."""
+    view = await gateway.view(text)
+    drawn = marks_of(gateway.hub.state, gateway.hub.now_s()) if marks else None
+    picture = await to_thread.run_sync(map_picture, view, drawn, scale)
+    data = await to_thread.run_sync(encode_png, picture.image)
+    headers = {
+        "X-OneMap-Bounds": ",".join(f"{value:.4f}" for value in picture.bounds_m),
+        "X-OneMap-Revision": str(view.revision),
+    }
+    return Response(data, media_type="image/png", headers=headers)
+
+
+@router.get(
+    "/map.npz",
+    summary="The map as arrays",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "A NumPy archive (load it with `numpy.load`).",
+            "content": {
+                "application/octet-stream": {"schema": {"type": "string", "format": "binary"}}
+            },
+        },
+        **problem_responses(409, 422, 503),
+    },
+)
+async def get_map_arrays(gateway: GatewayOf, text: Text = None) -> Response:
+    """The map for programs: a NumPy archive without pickled objects.
+
+    - `occupancy` (nx, ny) uint8: 0 unknown, 1 free, 2 occupied
+    - `layers` (nx, ny) uint8, bits: 1 observed, 2 explored, 4 searched
+    - `similarity` (nx, ny) float32: score 0 to 1, NaN where not observed; (0, 0) without `text`
+    - `origin_m` (2,): x, y of the lower left corner of cell [0, 0], in metres
+    - `cell_size_m`, `revision`, `stamp_ns` (newest frame; 0: empty map), `text`
+
+    Arrays are indexed [ix, iy]: the first axis follows the map's x, the second its y.
+    """
+    view = await gateway.view(text)
+    data = await to_thread.run_sync(map_archive, view)
+    headers = {"Content-Disposition": 'attachment; filename="map.npz"'}
+    return Response(data, media_type="application/octet-stream", headers=headers)
+
+
+@router.post(
+    "/map/save", summary="Save the map", responses=problem_responses(*BODY, 401, 409, 422, 503, 507)
+)
+async def save_map(request: MapName, gateway: GatewayOf) -> MapChange:
+    """Write the map to a file in the mapper's map folder; an older one is replaced."""
+    return map_change(await gateway.calls.ask(keys.MAP_SAVE, MapFile(request.name), FILE_S))
+
+
+@router.post(
+    "/map/load", summary="Load a map", responses=problem_responses(*BODY, 401, 404, 409, 422, 503)
+)
+async def load_map(request: MapName, gateway: GatewayOf) -> MapChange:
+    """Replace the map by a saved one; refused if another encoder made it."""
+    return map_change(await gateway.calls.ask(keys.MAP_LOAD, MapFile(request.name), FILE_S))
+
+
+@router.post("/map/clear", summary="Forget the map", responses=problem_responses(401, 503))
+async def clear_map(gateway: GatewayOf) -> MapChange:
+    """Empty the map."""
+    return map_change(await gateway.calls.ask(keys.MAP_CLEAR, MapClear()))

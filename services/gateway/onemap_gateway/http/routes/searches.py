@@ -1,0 +1,109 @@
+"""Go and find."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Path, Response
+from fastapi.responses import StreamingResponse
+
+from onemap_gateway.http.context import Gateway, GatewayOf
+from onemap_gateway.http.events import MEDIA_TYPE, search_events
+from onemap_gateway.http.problem_docs import BODY, problem_responses
+from onemap_gateway.http.problems import Problem
+from onemap_gateway.http.schemas import SearchReport, SearchStart
+from onemap_gateway.present.views import search_report
+from onemap_shared import keys
+from onemap_shared.messages import SearchId, SearchRequest
+
+router = APIRouter(prefix="/v1/searches", tags=["searches"])
+
+ID_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,64}")
+
+
+def known_id(
+    search_id: Annotated[str, Path(description="The search's id, or `current`: the newest.")],
+) -> str:
+    """The id as the planner knows it; refuses what can be no id without asking."""
+    if not ID_PATTERN.fullmatch(search_id):
+        raise Problem("unknown_search", f"No search has the id {search_id[:70]!r}.")
+    return "" if search_id == "current" else search_id
+
+
+Id = Annotated[str, Depends(known_id)]
+
+
+@router.post(
+    "",
+    status_code=201,
+    summary="Go and find",
+    responses={
+        201: {"headers": {"Location": {"schema": {"type": "string"}}}},
+        **problem_responses(*BODY, 401, 409, 422, 503),
+    },
+)
+async def start_search(
+    request: SearchStart, gateway: GatewayOf, response: Response
+) -> SearchReport:
+    """Explore until the objects are found, one after the other, and walk up to each.
+
+    One search at a time: a second one gets 409 with the `search_id` of the first.
+    """
+    try:
+        wish = SearchRequest(request.names, patience_s=gateway.config.call_timeout_s)
+        status = await gateway.calls.ask(keys.SEARCH_START, wish)
+    except Problem as problem:
+        if problem.kind != "conflict":
+            raise
+        raise await _conflict(gateway, problem) from None
+    response.headers["Location"] = f"/v1/searches/{status.search_id}"
+    return search_report(status, gateway.now_ns())
+
+
+async def _conflict(gateway: Gateway, problem: Problem) -> Problem:
+    """The refusal of a second search, with what the client needs to end the first."""
+    first = await gateway.calls.ask(keys.SEARCH_GET, SearchId())
+    if not first.active:  # it ended in between
+        return problem
+    return Problem(
+        "conflict",
+        f"The robot is searching for {first.target!r}: wait until it is done, or cancel with "
+        f"DELETE /v1/searches/{first.search_id}.",
+        search_id=first.search_id,
+    )
+
+
+@router.get("/{search_id}", summary="How is it going?", responses=problem_responses(404, 422, 503))
+async def get_search(search_id: Id, gateway: GatewayOf) -> SearchReport:
+    """State, reason and results of a search."""
+    status = await gateway.calls.ask(keys.SEARCH_GET, SearchId(search_id))
+    return search_report(status, gateway.now_ns())
+
+
+@router.delete("/{search_id}", summary="Stop", responses=problem_responses(401, 404, 422, 503))
+async def cancel_search(search_id: Id, gateway: GatewayOf) -> SearchReport:
+    """Stop the robot and end the search; what was found so far stays in the results."""
+    status = await gateway.calls.ask(keys.SEARCH_CANCEL, SearchId(search_id))
+    return search_report(status, gateway.now_ns())
+
+
+@router.get(
+    "/{search_id}/events",
+    summary="Tell me as it goes",
+    response_class=StreamingResponse,
+    responses={
+        200: {
+            "description": "Server-sent events: `status` with a search report on each change, "
+            "`problem` while the planner is away. Ends after the final state; a browser's "
+            "EventSource has to be closed then, or it connects again.",
+            "content": {MEDIA_TYPE: {"schema": {"type": "string"}}},
+        },
+        **problem_responses(404, 422, 503),
+    },
+)
+async def follow_search(search_id: Id, gateway: GatewayOf) -> StreamingResponse:
+    """Every change of the search as a server-sent event."""
+    count = gateway.hub.state.search_count
+    first = await gateway.calls.ask(keys.SEARCH_GET, SearchId(search_id))
+    return StreamingResponse(search_events(gateway, first, count=count), media_type=MEDIA_TYPE)

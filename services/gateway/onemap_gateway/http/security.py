@@ -1,0 +1,155 @@
+"""Who may ask, and with what: refuses before any route runs.
+
+A browser lets every page of the web send requests to this machine. The page's name for us
+(``Host``) and the page's own (``Origin``) tell those apart from requests that a user means.
+"""
+
+from __future__ import annotations
+
+import hmac
+from ipaddress import ip_address
+from urllib.parse import urlsplit
+
+import anyio
+from starlette.datastructures import Headers
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from onemap_gateway.config import GatewayConfig
+from onemap_gateway.http.problems import Problem
+from onemap_gateway.http.responses import problem_response
+
+MAX_BODY_BYTES = 64 * 1024
+BODY_S = 10.0  # a body of 64 kB over the slowest link that still drives a robot
+SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+
+
+class Guard:
+    """Middleware: host, origin, token, size, type and pace of what comes in."""
+
+    def __init__(self, app: ASGIApp, config: GatewayConfig) -> None:
+        self._app = app
+        self._hosts = frozenset(name.lower() for name in config.allowed_hosts)
+        self._token = config.token.get_secret_value()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """See ASGI."""
+        headers = Headers(scope=scope)
+        try:
+            self._check_host(headers)
+            if scope["type"] == "websocket":
+                self._check_origin(headers)
+            elif scope["method"] not in SAFE_METHODS:
+                self._check_origin(headers)
+                self._check_token(headers)
+                receive = await _whole_body(headers, receive)
+        except Problem as problem:
+            if scope["type"] == "websocket":
+                await send({"type": "websocket.close", "code": 1008, "reason": ""})
+            else:
+                await problem_response(problem)(scope, receive, send)
+            return
+        await self._app(scope, receive, send)
+
+    def _check_host(self, headers: Headers) -> None:
+        name = _host_name(headers.get("host", ""))
+        if name in self._hosts or name == "localhost" or _is_address(name):
+            return
+        raise Problem(
+            "misdirected",
+            f"The gateway does not answer to the name {name[:100]!r}: use its IP address, or add "
+            "the name to 'gateway.allowed_hosts'.",
+        )
+
+    def _check_origin(self, headers: Headers) -> None:
+        origin = headers.get("origin")
+        if origin is None:  # not a browser
+            return
+        site = origin.partition("://")[2]
+        if site and site == headers.get("host"):
+            return
+        if _host_name(site) in self._hosts:  # behind a proxy that renames
+            return
+        raise Problem(
+            "foreign_origin",
+            f"A page from {origin[:100]} may not use the robot: open the gateway's own page.",
+        )
+
+    def _check_token(self, headers: Headers) -> None:
+        if not self._token:
+            return
+        scheme, _, given = headers.get("authorization", "").partition(" ")
+        matches = hmac.compare_digest(given.strip().encode(), self._token.encode())
+        if scheme.lower() != "bearer" or not matches:
+            raise Problem(
+                "unauthorized",
+                "Send the header 'Authorization: Bearer <token>' with the token of the "
+                "configuration ('gateway.token').",
+            )
+
+
+def _host_name(netloc: str) -> str:
+    """The host without port and brackets, lower case."""
+    try:
+        return urlsplit(f"//{netloc}").hostname or ""
+    except ValueError:
+        return ""
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ip_address(name)
+    except ValueError:
+        return False
+    return True
+
+
+async def _whole_body(headers: Headers, receive: Receive) -> Receive:
+    """Read the body, within its limits; returns a ``receive`` that gives it again."""
+    length = headers.get("content-length", "0")
+    if not length.isdecimal() or int(length[:20]) > MAX_BODY_BYTES:
+        raise _too_large()
+    try:
+        with anyio.fail_after(BODY_S):
+            body = await _read(receive)
+    except TimeoutError:
+        raise Problem(
+            "slow_body", f"The body did not arrive within {BODY_S:g} s: send it in one go."
+        ) from None
+    kind = headers.get("content-type", "").partition(";")[0].strip().lower()
+    if body and kind != "application/json":
+        raise Problem(
+            "content_type",
+            "Send JSON with the header 'Content-Type: application/json'; /docs has an example "
+            "for each request.",
+        )
+    given = False
+
+    async def replay() -> Message:
+        nonlocal given
+        if given:
+            return await receive()
+        given = True
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    return replay
+
+
+async def _read(receive: Receive) -> bytes:
+    body = b""
+    while True:
+        message = await receive()
+        if message["type"] == "http.disconnect":
+            raise Problem("slow_body", "The connection ended before the body was complete.")
+        part: bytes = message.get("body", b"")
+        body += part
+        if len(body) > MAX_BODY_BYTES:
+            raise _too_large()
+        if not message.get("more_body", False):
+            return body
+
+
+def _too_large() -> Problem:
+    return Problem(
+        "too_large",
+        f"The body is larger than {MAX_BODY_BYTES // 1024} kB: no request here needs that.",
+    )

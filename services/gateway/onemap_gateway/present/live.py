@@ -1,0 +1,110 @@
+"""What the page shows, as one JSON document."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from onemap_gateway.bus.live_state import LiveState
+from onemap_gateway.present.service_status import Gap, reports
+from onemap_gateway.present.views import age_s, search_report
+from onemap_shared.geometry import yaw_of
+
+DECIMALS = 3  # millimetres
+
+
+def live_document(
+    state: LiveState, gap: Gap | None, *, now_s: float, now_ns: int, with_trail: bool
+) -> dict[str, Any]:
+    """The whole state but for images, which clients fetch when their numbers change."""
+    search = state.search.message if state.search else None
+    return {
+        "ready": gap is None,
+        "problem": gap.detail if gap else "",
+        "robot": _robot(state, now_s),
+        "trail_m": _rounded(state.trail_m) if with_trail else None,
+        "map": _map(state, now_s, now_ns),
+        "camera": _camera(state, now_s),
+        "path": _path(state, now_s),
+        "search": search_report(search, now_ns).model_dump(mode="json") if search else None,
+        "services": [
+            {"name": r.name, "condition": str(r.condition), "problem": r.problem}
+            for r in reports(state, now_s)
+        ],
+    }
+
+
+def _robot(state: LiveState, now_s: float) -> dict[str, Any] | None:
+    if state.odometry is None:
+        return None
+    odometry = state.odometry.message
+    return {
+        "x_m": round(float(odometry.T_map_body[0, 3]), DECIMALS),
+        "y_m": round(float(odometry.T_map_body[1, 3]), DECIMALS),
+        "yaw_rad": round(yaw_of(odometry.T_map_body), DECIMALS),
+        "linear_mps": round(odometry.linear_mps, DECIMALS),
+        "collided": odometry.collided,
+        "age_s": round(state.odometry.age_s(now_s), DECIMALS),
+    }
+
+
+def _map(state: LiveState, now_s: float, now_ns: int) -> dict[str, Any] | None:
+    if state.revision is None:
+        return None
+    revision = state.revision.message
+    return {
+        "revision": revision.revision,
+        "frames_fused": revision.frames_fused,
+        "cells_observed": revision.cells_observed,
+        "update_ms": round(revision.update_ms, 1),
+        "rate_hz": round(state.revision.rate_hz(now_s), 2),
+        "age_s": age_s(revision.stamp_ns, now_ns),
+        "encoder_id": revision.encoder_id,
+    }
+
+
+def _camera(state: LiveState, now_s: float) -> dict[str, Any] | None:
+    if state.frame is None:
+        return None
+    frame = state.frame.message
+    detections = state.detections_now(now_s)
+    return {
+        "sequence": frame.sequence,
+        "width_px": frame.rgb.shape[1],
+        "height_px": frame.rgb.shape[0],
+        "rate_hz": round(state.frame.rate_hz(now_s), 1),
+        "age_s": round(state.frame.age_s(now_s), DECIMALS),
+        "detections": [
+            {"name": name, "score": round(float(score), 2), "box_px": _rounded(box)}
+            for name, score, box in zip(
+                detections.names, detections.scores, detections.boxes_px, strict=True
+            )
+        ]
+        if detections
+        else [],
+    }
+
+
+def _path(state: LiveState, now_s: float) -> dict[str, Any] | None:
+    path = state.path_now(now_s)
+    if path is None:
+        return None
+    return {
+        "points_m": _rounded(path.points_m),
+        "goal_m": _rounded(path.goal_m),
+        "goal_kind": path.goal_kind,
+        "goal_reason": path.goal_reason,
+        "frontiers_m": _rounded(path.frontiers_m),
+        "frontier_scores": _rounded(path.frontier_scores),
+        "regions_m": _rounded(path.regions_m),
+        "region_scores": _rounded(path.region_scores),
+    }
+
+
+def _rounded(values: Any) -> Any:
+    """Nested lists, rounded; null for NaN and infinity, which JSON does not have."""
+    array = np.asarray(values, dtype=np.float64)
+    cells = np.round(array, DECIMALS).astype(object)
+    cells[~np.isfinite(array)] = None
+    return cells.tolist()

@@ -1,0 +1,97 @@
+"""What Prometheus reads at /metrics."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+
+from prometheus_client import CollectorRegistry, Counter, generate_latest
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.registry import Collector
+
+from onemap_gateway.bus.live_state import LiveState
+from onemap_gateway.present.service_status import Condition, reports
+from onemap_shared.transport import Counters
+
+MEDIA_TYPE = "text/plain; version=0.0.4; charset=utf-8"
+
+
+class RequestCounter:
+    """Counts answered requests by method, route and status."""
+
+    def __init__(self) -> None:
+        self.registry = CollectorRegistry()
+        self._requests = Counter(
+            "onemap_http_requests",
+            "Requests answered.",
+            ["method", "route", "status"],
+            registry=self.registry,
+        )
+
+    def count(self, method: str, route: str, status: int) -> None:
+        """One more request was answered. ``route`` is the template, not the address."""
+        self._requests.labels(method, route, str(status)).inc()
+
+
+def exposition(
+    state: LiveState, counters: Mapping[str, Counters], requests: RequestCounter, now_s: float
+) -> bytes:
+    """The text exposition of everything the gateway knows in numbers."""
+    registry = CollectorRegistry()
+    registry.register(_Snapshot(list(_families(state, counters, now_s))))
+    return generate_latest(registry) + generate_latest(requests.registry)
+
+
+class _Snapshot(Collector):
+    def __init__(self, families: list[Metric]) -> None:
+        self._families = families
+
+    def collect(self) -> Iterator[Metric]:
+        yield from self._families
+
+
+def _families(state: LiveState, counters: Mapping[str, Counters], now_s: float) -> Iterator[Metric]:
+    up = GaugeMetricFamily("onemap_up", "1 if the service is well.", labels=["service"])
+    age = GaugeMetricFamily(
+        "onemap_heartbeat_age_seconds", "Since the last heartbeat.", labels=["service"]
+    )
+    for report in reports(state, now_s):
+        up.add_metric([report.name], float(report.condition is not Condition.DOWN))
+        if report.heartbeat_age_s is not None:
+            age.add_metric([report.name], report.heartbeat_age_s)
+    yield from (up, age)
+    messages = CounterMetricFamily(
+        "onemap_bus_messages", "Messages that reached the gateway.", labels=["stream", "outcome"]
+    )
+    for stream, counter in counters.items():
+        for outcome in ("received", "missed", "skipped", "refused"):
+            messages.add_metric([stream, outcome], getattr(counter, outcome))
+    yield messages
+    yield from _map_families(state, now_s)
+    for service, beat in sorted(state.beats.items()):
+        for name, value in sorted(beat.heartbeat.metrics.items()):
+            yield GaugeMetricFamily(
+                metric_name(service, name), f"{name}, as the {service} reports it.", value=value
+            )
+
+
+def _map_families(state: LiveState, now_s: float) -> Iterator[Metric]:
+    if state.fused_s is not None:
+        yield GaugeMetricFamily(
+            "onemap_map_idle_seconds",
+            "Since a frame last went all the way to the map.",
+            value=max(now_s - state.fused_s, 0.0),
+        )
+    if state.revision is not None:
+        revision = state.revision.message
+        yield GaugeMetricFamily(
+            "onemap_map_frames_fused", "Frames in the map.", value=revision.frames_fused
+        )
+        yield GaugeMetricFamily(
+            "onemap_map_cells_observed", "Cells with features.", value=revision.cells_observed
+        )
+
+
+def metric_name(service: str, name: str) -> str:
+    """The Prometheus name of a heartbeat's metric."""
+    return re.sub(r"[^a-zA-Z0-9_]", "_", f"onemap_{service}_{name}")

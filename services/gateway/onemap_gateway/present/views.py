@@ -1,0 +1,252 @@
+"""From messages of the bus to what clients get."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from math import floor, isfinite
+from typing import Any
+
+import numpy as np
+
+from onemap_gateway.bus.live_state import LiveState, Seen
+from onemap_gateway.http.problem_docs import ServiceReport, StatusReport, StreamReport
+from onemap_gateway.http.schemas import (
+    MapChange,
+    MapInfo,
+    ObjectReport,
+    QueryReply,
+    Region,
+    ScoreGrid,
+    SearchReport,
+)
+from onemap_gateway.present.render import Marks
+from onemap_gateway.present.service_status import Gap, reports
+from onemap_shared.geometry import yaw_of
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import (
+    Layer,
+    MapRevision,
+    MapSummary,
+    ObjectResult,
+    Occupancy,
+    SearchState,
+    SearchStatus,
+    SearchView,
+    SimilarityReply,
+)
+from onemap_shared.transport import Counters
+
+
+def finite(value: float) -> float | None:
+    """The number as JSON can carry it: null for NaN and infinity."""
+    return float(value) if isfinite(value) else None
+
+
+def age_s(stamp_ns: int, now_ns: int) -> float | None:
+    """Seconds since a capture stamp; None for 0, which means never."""
+    return max(now_ns - stamp_ns, 0) / 1e9 if stamp_ns else None
+
+
+def query_reply(reply: SimilarityReply, now_ns: int) -> QueryReply:
+    """Ranked regions for the client."""
+    regions = [
+        Region(
+            rank=rank,
+            centre_m=_floats(centre),
+            extent_m=_floats(extent),
+            score=float(score),
+            variance=finite(variance),
+        )
+        for rank, (centre, extent, score, variance) in enumerate(
+            zip(reply.centres_m, reply.extents_m, reply.scores, reply.variances, strict=True), 1
+        )
+    ]
+    return QueryReply(
+        text=reply.text,
+        regions=regions,
+        revision=reply.revision,
+        age_s=age_s(reply.stamp_ns, now_ns),
+        encoder_id=reply.encoder_id,
+        best_score=reply.best_score,
+        message="" if regions else nothing_like(reply),
+        did_you_mean=list(reply.nearest),
+        grid=_score_grid(reply.grid, reply.scores_grid) if reply.scores_grid.size else None,
+    )
+
+
+def nothing_like(reply: SimilarityReply) -> str:
+    """Why the answer to a query is empty, and what may have been meant."""
+    best = floor(reply.best_score * 100) / 100  # never rounded up to where answers begin
+    sentence = f"Nothing on the map looks like {reply.text!r}"
+    if reply.floor > 0:
+        sentence += f": the best score is {best:.2f}, and answers begin at {reply.floor:.2f}"
+    if reply.nearest:
+        sentence += f". Did you mean {' or '.join(map(repr, reply.nearest))}?"
+    return sentence if reply.nearest else sentence + "."
+
+
+def _score_grid(grid: GridSpec, scores: np.ndarray) -> ScoreGrid:
+    rounded = np.round(scores.astype(np.float64), 4).tolist()
+    return ScoreGrid(
+        cell_size_m=grid.cell_size_m,
+        origin_m=(grid.bounds_m[0], grid.bounds_m[1]),
+        shape=grid.shape,
+        scores=[[finite(score) for score in column] for column in rounded],
+    )
+
+
+def _floats(values: Any) -> Any:
+    # pydantic checks the length that the schema promises
+    return tuple(float(value) for value in values)
+
+
+def search_report(status: SearchStatus, now_ns: int) -> SearchReport:
+    """A search for the client."""
+    end_ns = now_ns if status.active else status.updated_ns
+    return SearchReport(
+        id=status.search_id,
+        state=status.state,
+        active=status.active,
+        objects=status.objects,
+        index=status.index,
+        target=status.target,
+        reason=status.reason,
+        results=[_object_report(result) for result in status.results],
+        elapsed_s=max(end_ns - status.started_ns, 0) / 1e9,
+        path_length_m=status.path_length_m,
+        started_ns=status.started_ns,
+        updated_ns=status.updated_ns,
+    )
+
+
+def _object_report(result: ObjectResult) -> ObjectReport:
+    return ObjectReport(
+        name=result.name,
+        outcome=result.outcome,
+        reason=result.reason,
+        position_m=_floats(result.position_m) or None,
+        score=result.score,
+        duration_s=result.duration_s,
+        path_length_m=result.path_length_m,
+        start_xy_m=_floats(result.start_xy_m) or None,
+        end_xy_m=_floats(result.end_xy_m) or None,
+    )
+
+
+def map_change(summary: MapSummary) -> MapChange:
+    """The answer to save, load and clear."""
+    return MapChange(**{name: getattr(summary, name) for name in MapChange.model_fields})
+
+
+def map_info(view: SearchView, revision: MapRevision | None, now_ns: int) -> MapInfo:
+    """The map in numbers; ``revision`` knows what the view does not carry."""
+    cell_m2 = view.grid.cell_size_m**2
+    return MapInfo(
+        revision=view.revision,
+        age_s=age_s(view.stamp_ns, now_ns),
+        bounds_m=view.grid.bounds_m,
+        cell_size_m=view.grid.cell_size_m,
+        free_m2=float((view.occupancy == Occupancy.FREE).sum() * cell_m2),
+        occupied_m2=float((view.occupancy == Occupancy.OCCUPIED).sum() * cell_m2),
+        observed_m2=float(((view.layers & Layer.OBSERVED) != 0).sum() * cell_m2),
+        frames_fused=revision.frames_fused if revision else 0,
+        memory_bytes=revision.memory_bytes if revision else 0,
+        update_ms=revision.update_ms if revision else 0.0,
+        rate_hz=revision.rate_hz if revision else 0.0,
+        encoder_id=revision.encoder_id if revision else "",
+        text_space=revision.text_space if revision else "",
+    )
+
+
+def map_archive(view: SearchView) -> bytes:
+    """The map as ``numpy.savez`` writes it; names and meanings are those of ``GET /v1/map.npz``."""
+    buffer = io.BytesIO()
+    x_min, y_min, _, _ = view.grid.bounds_m
+    np.savez_compressed(
+        buffer,
+        occupancy=view.occupancy,
+        layers=view.layers,
+        similarity=view.similarity,
+        origin_m=np.array([x_min, y_min]),
+        cell_size_m=np.array(view.grid.cell_size_m),
+        revision=np.array(view.revision),
+        stamp_ns=np.array(view.stamp_ns),
+        text=np.array(view.text),
+    )
+    return buffer.getvalue()
+
+
+def marks_of(state: LiveState, now_s: float) -> Marks:
+    """What is drawn over the map."""
+    path = state.path_now(now_s)
+    robot: tuple[float, ...] = ()
+    if state.odometry:
+        T_map_body = state.odometry.message.T_map_body
+        robot = (float(T_map_body[0, 3]), float(T_map_body[1, 3]), yaw_of(T_map_body))
+    trail_m = np.array(state.trail_m, dtype=np.float64).reshape(-1, 2)
+    finds = finds_of(state.search.message) if state.search else ()
+    if path is None:
+        return Marks(trail_m=trail_m, robot=robot, finds=finds)
+    return Marks(
+        trail_m=trail_m,
+        path_m=path.points_m,
+        goal_m=path.goal_m,
+        frontiers_m=path.frontiers_m,
+        frontier_scores=path.frontier_scores,
+        regions_m=path.regions_m,
+        robot=robot,
+        finds=finds,
+    )
+
+
+def finds_of(status: SearchStatus) -> tuple[tuple[str, float, float], ...]:
+    """Name, x and y of every object that was found."""
+    return tuple(
+        (result.name, result.position_m[0], result.position_m[1])
+        for result in status.results
+        if result.outcome is SearchState.FOUND and len(result.position_m) >= 2
+    )
+
+
+def status_report(
+    state: LiveState, counters: Mapping[str, Counters], gap: Gap | None, now_s: float
+) -> StatusReport:
+    """All that runs, and how."""
+    streams: dict[str, Seen | None] = {
+        "rgbd": state.frame,
+        "odometry": state.odometry,
+        "detections": state.detections,
+        "revision": state.revision,
+        "search": state.search,
+        "path": state.path,
+    }
+    return StatusReport(
+        ready=gap is None,
+        problem=gap.detail if gap else "",
+        services=[
+            ServiceReport(
+                name=report.name,
+                condition=str(report.condition),
+                problem=report.problem,
+                alive=report.alive,
+                ready=report.ready,
+                heartbeat_age_s=report.heartbeat_age_s,
+                metrics={name: finite(value) for name, value in report.metrics.items()},
+            )
+            for report in reports(state, now_s)
+        ],
+        streams=[
+            StreamReport(
+                name=name,
+                age_s=seen.age_s(now_s) if seen else None,
+                rate_hz=seen.rate_hz(now_s) if seen else 0.0,
+                received=counters[name].received,
+                missed=counters[name].missed,
+                skipped=counters[name].skipped,
+                refused=counters[name].refused,
+                last_problem=counters[name].last_problem,
+            )
+            for name, seen in streams.items()
+        ],
+    )

@@ -1,0 +1,196 @@
+"""The interface as a whole: documented, complete, and never without an answer."""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from starlette.testclient import TestClient
+
+from onemap_gateway.config import GatewayConfig
+from onemap_gateway.http.context import Gateway
+from onemap_gateway.http.problems import KINDS
+from onemap_gateway.http.routes.pages import STATIC
+from onemap_shared import keys
+from onemap_shared.memory_bus import MemoryRouter
+from tests.gateway.fakes import client_of, client_on, gateway_on
+
+BODIES: dict[str, object] = {
+    "/v1/queries": {"text": "sofa"},
+    "/v1/searches": {"object": "sofa"},
+    "/v1/map/save": {"name": "flat"},
+    "/v1/map/load": {"name": "flat"},
+}
+WITHOUT_SERVICES = {"/healthz", "/v1/status", "/metrics"}
+
+
+def operations(client: TestClient) -> list[tuple[str, str, dict[str, Any]]]:
+    paths = client.get("/openapi.json").json()["paths"]
+    return [
+        (method.upper(), path, operation)
+        for path, methods in paths.items()
+        for method, operation in methods.items()
+    ]
+
+
+@pytest.fixture
+def deaf(hub: MemoryRouter) -> Iterator[MemoryRouter]:
+    """A mapper and a planner whose every answer never comes."""
+    release = threading.Event()
+    procedures: list[keys.Procedure[Any, Any]] = [
+        keys.MAP_SIMILARITY,
+        keys.MAP_SEARCH_VIEW,
+        keys.MAP_CLEAR,
+        keys.SEARCH_START,
+        keys.SEARCH_CANCEL,
+        keys.SEARCH_GET,
+    ]
+    buses = []
+    for procedure in procedures:
+        bus = hub.bus()
+        bus.serve(procedure, lambda _request: release.wait())
+        buses.append(bus)
+    yield hub
+    release.set()
+    for bus in buses:
+        bus.close()
+
+
+@pytest.mark.timeout(30)
+@pytest.mark.parametrize("services", ["absent", "deaf"])
+def test_no_route_hangs_when_nobody_answers(
+    hub: MemoryRouter, services: str, request: pytest.FixtureRequest
+) -> None:
+    if services == "deaf":
+        request.getfixturevalue("deaf")
+    with client_on(hub, GatewayConfig(call_timeout_s=0.1)) as client:
+        for method, path, _ in operations(client):
+            address = path.replace("{search_id}", "s1")
+            answer = client.request(method, address, json=BODIES.get(path))
+            if path in WITHOUT_SERVICES:
+                assert answer.status_code == 200, path
+                continue
+            assert answer.status_code == 503, path
+            assert answer.headers["Content-Type"] == "application/problem+json"
+            assert answer.json()["service"] in ("robot", "mapper", "planner")
+
+
+def test_every_operation_is_described(client: TestClient) -> None:
+    for method, path, operation in operations(client):
+        assert operation["summary"], (method, path)
+        assert operation["description"], (method, path)
+        assert operation["tags"], (method, path)
+
+
+def test_requests_and_answers_have_examples(client: TestClient) -> None:
+    schemas = client.get("/openapi.json").json()["components"]["schemas"]
+    for name in ("QueryRequest", "QueryReply", "SearchStart", "SearchReport", "MapName"):
+        assert schemas[name]["examples"], name
+    assert "HTTPValidationError" not in schemas
+
+
+def test_every_reference_in_the_schema_leads_somewhere(client: TestClient) -> None:
+    text = client.get("/openapi.json").text
+    schemas = client.get("/openapi.json").json()["components"]["schemas"]
+    assert set(re.findall(r'"#/components/schemas/(\w+)"', text)) <= set(schemas)
+
+
+def test_the_examples_of_the_documentation_work(client: TestClient) -> None:
+    document = client.get("/openapi.json").json()
+    for path, name in (("/v1/queries", "QueryRequest"), ("/v1/map/save", "MapName")):
+        example = document["components"]["schemas"][name]["examples"][0]
+        assert client.post(path, json=example).status_code == 200
+
+
+def test_what_a_wrong_body_gets_is_documented(client: TestClient) -> None:
+    paths = client.get("/openapi.json").json()["paths"]
+    posts = [path["post"] for path in paths.values() if "requestBody" in path.get("post", {})]
+    assert len(posts) >= 4
+    for post in posts:
+        assert {"400", "413", "415", "422"} <= set(post["responses"])
+
+
+def test_problems_are_documented(client: TestClient) -> None:
+    assert set(client.get("/openapi.json").json()["x-problems"]) == set(KINDS)
+
+
+def test_an_unknown_address_is_a_problem(client: TestClient) -> None:
+    for path in ("/nix", "/v1/", "/v1/queries/", "/static/nix.js", "/static/../app.py"):
+        answer = client.get(path)
+        assert answer.status_code == 404, path
+        assert answer.headers["Content-Type"] == "application/problem+json"
+        assert "/docs" in answer.json()["detail"]
+
+
+def test_a_wrong_method_is_a_problem_and_names_the_right_ones(client: TestClient) -> None:
+    answer = client.get("/v1/queries")
+    assert answer.status_code == 405
+    assert answer.headers["Allow"] == "POST"
+    assert answer.json()["title"]
+
+
+def test_a_failing_route_is_a_problem_and_is_logged(
+    hub: MemoryRouter, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail(_gateway: Gateway) -> None:
+        raise RuntimeError("a bug")
+
+    monkeypatch.setattr(Gateway, "gap", fail)
+    with gateway_on(hub) as gateway:
+        answer = client_of(gateway).get("/readyz")
+    assert answer.status_code == 500
+    assert answer.json()["status"] == 500
+    assert "a bug" not in answer.text
+    assert "a bug" in caplog.text
+
+
+def test_head_and_options_do_not_fail(client: TestClient) -> None:
+    assert client.head("/healthz").status_code in (200, 405)
+    assert client.options("/v1/queries").status_code == 405
+
+
+@pytest.mark.parametrize("page", ["/", "/docs", "/favicon.ico"])
+def test_pages_are_served(client: TestClient, page: str) -> None:
+    assert client.get(page).status_code == 200
+
+
+def static_files() -> list[Path]:
+    return sorted(STATIC.iterdir())
+
+
+@pytest.mark.parametrize("file", static_files(), ids=lambda path: path.name)
+def test_static_files_load_nothing_from_elsewhere(client: TestClient, file: Path) -> None:
+    assert client.get(f"/static/{file.name}").status_code == 200
+    text = file.read_text(encoding="utf-8").replace("http://www.w3.org/2000/svg", "")
+    assert not re.search(r"https?://|//[a-z]+\.[a-z]|@import", text)
+
+
+@pytest.mark.parametrize("file", static_files(), ids=lambda path: path.name)
+def test_what_static_files_refer_to_exists(client: TestClient, file: Path) -> None:
+    text = file.read_text(encoding="utf-8")
+    for path in re.findall(r'(?:src|href)="(/[^"#]*)"', text):
+        assert client.get(path).status_code == 200, path
+    for name in re.findall(r'from "\./([^"]+)"', text):
+        assert (STATIC / name).is_file()
+
+
+def test_every_element_that_scripts_ask_for_is_on_the_page() -> None:
+    page = (STATIC / "index.html").read_text(encoding="utf-8")
+    for script in STATIC.glob("*.js"):
+        if script.name == "docs.js":
+            continue
+        text = script.read_text(encoding="utf-8")
+        for name in re.findall(r'(?:by|getElementById)\("([^"]+)"\)', text):
+            assert f'id="{name}"' in page, (script.name, name)
+
+
+def test_no_style_or_script_is_inline() -> None:
+    """The content security policy would not run it."""
+    for page in STATIC.glob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        assert " style=" not in text
+        assert not re.search(r"<script(?![^>]*src=)|\son\w+=", text)

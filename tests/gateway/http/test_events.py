@@ -1,0 +1,132 @@
+"""A search as server-sent events: every change, through the planner's death, to the end."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import AsyncIterator, Callable
+from typing import Any
+
+import anyio
+
+from onemap_gateway.http.context import Gateway
+from onemap_gateway.http.events import KEEP_ALIVE, Pace, is_news, search_events
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import SearchState
+from tests.gateway.fakes import WAIT_S, FakePlanner, gateway_on, search
+
+FAST = Pace(look_s=0.01, ask_s=0.05, keep_alive_s=60.0)
+
+
+async def next_event(events: AsyncIterator[bytes]) -> tuple[str, dict[str, Any]]:
+    """Name and data of the next event; comments are passed over."""
+    with anyio.fail_after(WAIT_S):
+        async for chunk in events:
+            fields = dict(
+                line.split(": ", 1) for line in chunk.decode().split("\n") if ": " in line
+            )
+            if "event" in fields:
+                return fields["event"], json.loads(fields["data"])
+    raise AssertionError("the stream ended")
+
+
+async def is_over(events: AsyncIterator[bytes]) -> bool:
+    with anyio.fail_after(WAIT_S):
+        return [chunk async for chunk in events if chunk != KEEP_ALIVE] == []
+
+
+def listen(
+    hub: MemoryRouter,
+    scenario: Callable[[Gateway, AsyncIterator[bytes]], Any],
+    pace: Pace = FAST,
+) -> None:
+    """Run a scenario on the events of the search ``s1``."""
+    with gateway_on(hub) as gateway:
+        events = search_events(gateway, search("s1"), count=0, pace=pace)
+        anyio.run(scenario, gateway, events)
+
+
+def test_every_change_is_told_once_and_the_end_ends_it(
+    hub: MemoryRouter, planner: FakePlanner
+) -> None:
+    async def scenario(gateway: Gateway, events: AsyncIterator[bytes]) -> None:
+        name, status = await next_event(events)
+        assert (name, status["id"], status["state"]) == ("status", "s1", "exploring")
+        for state in (SearchState.APPROACHING, SearchState.CONFIRMING, SearchState.FOUND):
+            planner.move(state)
+        states = [(await next_event(events))[1]["state"] for _ in range(3)]
+        assert states == ["approaching", "confirming", "found"]
+        assert await is_over(events)
+
+    planner.status = search("s1")
+    listen(hub, scenario)
+
+
+def test_the_stream_outlives_its_planner(hub: MemoryRouter) -> None:
+    old = FakePlanner(hub, search("s1"))
+
+    async def scenario(gateway: Gateway, events: AsyncIterator[bytes]) -> None:
+        await next_event(events)
+        old.bus.close()
+        name, problem = await next_event(events)
+        assert (name, problem["service"]) == ("problem", "planner")
+        new = FakePlanner(hub, search("s1", SearchState.FOUND, updated_ns=search().updated_ns + 9))
+        name, status = await next_event(events)
+        assert (name, status["state"]) == ("status", "found")
+        assert await is_over(events)
+        new.bus.close()
+
+    listen(hub, scenario)
+
+
+def test_a_search_that_the_planner_forgot_ends_with_a_problem(
+    hub: MemoryRouter, planner: FakePlanner
+) -> None:
+    async def scenario(gateway: Gateway, events: AsyncIterator[bytes]) -> None:
+        await next_event(events)
+        name, problem = await next_event(events)
+        assert (name, problem["status"]) == ("problem", 404)
+        assert await is_over(events)
+
+    listen(hub, scenario)
+
+
+def test_a_final_search_is_told_and_over(hub: MemoryRouter) -> None:
+    async def scenario(gateway: Gateway) -> None:
+        events = search_events(gateway, search(state=SearchState.FOUND), count=0)
+        assert (await next_event(events))[1]["state"] == "found"
+        assert await is_over(events)
+
+    with gateway_on(hub) as gateway:
+        anyio.run(scenario, gateway)
+
+
+def test_silence_is_filled_with_comments(hub: MemoryRouter, planner: FakePlanner) -> None:
+    async def scenario(gateway: Gateway, events: AsyncIterator[bytes]) -> None:
+        await next_event(events)
+        with anyio.fail_after(WAIT_S):
+            assert await events.__anext__() == KEEP_ALIVE
+
+    planner.status = search("s1")
+    listen(hub, scenario, Pace(look_s=0.01, ask_s=60.0, keep_alive_s=0.02))
+
+
+def test_the_stream_ends_when_the_gateway_goes_down(
+    hub: MemoryRouter, planner: FakePlanner
+) -> None:
+    async def scenario(gateway: Gateway, events: AsyncIterator[bytes]) -> None:
+        await next_event(events)
+        gateway.hub.begin_close()
+        assert await is_over(events)
+
+    planner.status = search("s1")
+    listen(hub, scenario)
+
+
+def test_news_is_a_later_state_of_the_same_search() -> None:
+    first = search("s1", updated_ns=5)
+    assert is_news(search("s1", SearchState.FOUND, updated_ns=6), first)
+    assert not is_news(first, first)
+    assert not is_news(search("s1", SearchState.APPROACHING, updated_ns=4), first)
+    assert is_news(search("s1", SearchState.FOUND, updated_ns=4), first)  # made in one instant
+    assert not is_news(search("s2", updated_ns=6), first)
+    assert not is_news(search("s1", updated_ns=7), search("s1", SearchState.FOUND, updated_ns=6))

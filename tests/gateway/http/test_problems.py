@@ -1,0 +1,136 @@
+"""Every error becomes a problem document with a sentence that helps."""
+
+from __future__ import annotations
+
+import json
+import string
+from typing import Literal
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import BaseModel, Field, ValidationError
+
+from onemap_gateway.http.problems import KINDS, Problem, from_call, from_validation, sentence
+from onemap_gateway.http.responses import problem_response
+from onemap_gateway.http.schemas import QueryRequest, SearchStart
+from onemap_shared.transport import CallError, NoReply, QueryTimeout, RemoteError
+
+services = st.sampled_from(["mapper", "planner", "perception"])
+errors = st.one_of(
+    st.just(NoReply("x")),
+    st.just(QueryTimeout("x")),
+    st.builds(RemoteError, st.sampled_from([*KINDS, "nobody knows"]), st.text()),
+)
+
+
+@given(errors, services)
+def test_a_failed_call_is_always_a_whole_problem(error: CallError, service: str) -> None:
+    problem = from_call(error, service, 2.0)
+    document = problem.document
+    assert {"type", "title", "status", "detail"} <= document.keys()
+    assert document["type"] == f"/docs#problem-{problem.kind}"
+    assert document["status"] == problem.status == problem_response(problem).status_code
+    assert document["detail"][-1] in ".!?"
+    assert document["service"] == service
+    assert json.loads(bytes(problem_response(problem).body)) == document
+
+
+@pytest.mark.parametrize(
+    ("code", "status"),
+    [
+        ("invalid", 422),
+        ("conflict", 409),
+        ("unknown_search", 404),
+        ("unknown_map", 404),
+        ("unknown_word", 422),
+        ("empty_map", 409),
+        ("encoder_mismatch", 409),
+        ("not_found", 404),
+        ("unavailable", 503),
+        ("timeout", 503),
+        ("storage", 507),
+        ("internal", 502),
+        ("something new", 502),
+    ],
+)
+def test_the_codes_of_services_have_their_status(code: str, status: int) -> None:
+    problem = from_call(RemoteError(code, "the reason"), "mapper", 2.0)
+    assert problem.status == status
+    assert "he reason." in problem.detail
+
+
+@pytest.mark.parametrize("code", ["perception_missing", "perception_silent"])
+def test_a_service_behind_the_one_asked_is_named(code: str) -> None:
+    problem = from_call(RemoteError(code, "perception is away"), "mapper", 2.0)
+    assert problem.status == 503
+    assert problem.extra["service"] == "perception"
+
+
+@pytest.mark.parametrize("error", [NoReply(""), QueryTimeout("")])
+def test_a_missing_service_is_503_and_says_when_to_try_again(error: CallError) -> None:
+    problem = from_call(error, "planner", 2.0)
+    assert problem.status == 503
+    assert "planner" in problem.detail
+    assert "Retry-After" in problem.headers
+
+
+def refused(model: type[BaseModel], text: str) -> Problem:
+    with pytest.raises(ValidationError) as refusal:
+        model.model_validate_json(text)
+    found = [{**error, "loc": ("body", *error["loc"])} for error in refusal.value.errors()]
+    return from_validation(found)
+
+
+def test_a_wrong_field_is_named() -> None:
+    problem = refused(QueryRequest, '{"text": "sofa", "regions": 3}')
+    assert problem.status == 422
+    assert problem.detail.startswith("'regions' is no field of this request")
+
+
+def test_a_missing_field_is_named() -> None:
+    assert refused(QueryRequest, "{}").detail == "'text' is missing."
+
+
+def test_all_wrong_fields_are_listed() -> None:
+    problem = refused(QueryRequest, '{"text": 5, "max_regions": 0}')
+    fields = [error["field"] for error in problem.extra["errors"]]
+    assert fields == ["text", "max_regions"]
+
+
+def test_the_words_of_a_schema_keep_their_case() -> None:
+    class Choice(BaseModel):
+        colour: Literal["Red", "BLUE"]
+        code: str = Field(pattern="^[A-Z]+$")
+
+    detail = refused(Choice, '{"colour": "green", "code": "x"}').detail
+    assert "'colour': input should be 'Red' or 'BLUE'" in detail
+    assert "[A-Z]" in detail
+
+
+def test_a_search_names_its_objects_in_one_way() -> None:
+    for body in ("{}", '{"object": "sofa", "objects": ["bed"]}'):
+        assert "either as 'objects'" in refused(SearchStart, body).detail
+
+
+def test_a_body_that_is_no_json_is_a_bad_request() -> None:
+    assert refused(QueryRequest, '{"text": ').status == 400
+
+
+@given(st.text())
+def test_what_was_sent_is_not_repeated(text: str) -> None:
+    marker = "marker" + text + "marker"
+    error = {"type": "string_type", "loc": ("body", "text"), "msg": "no text", "input": marker}
+    assert marker not in json.dumps(from_validation([error]).document)
+
+
+@given(st.text())
+def test_a_sentence_starts_large_and_ends(text: str) -> None:
+    result = sentence(text)
+    assert result[-1] in ".!?"
+    assert result[0] not in string.ascii_lowercase
+
+
+def test_text_that_is_not_valid_unicode_can_be_answered() -> None:
+    body = problem_response(Problem("invalid", "about \ud800")).body
+    assert json.loads(bytes(body))["status"] == 422

@@ -1,0 +1,161 @@
+"""Who may ask, and with what."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import anyio
+import pytest
+from pydantic import SecretStr
+from starlette.testclient import TestClient
+from starlette.types import Message, Receive, Scope, Send
+from starlette.websockets import WebSocketDisconnect
+
+from onemap_gateway.config import GatewayConfig
+from onemap_gateway.http import security
+from onemap_gateway.http.security import MAX_BODY_BYTES
+from onemap_shared.memory_bus import MemoryRouter
+from tests.gateway.fakes import FakeMapper, FakePlanner, client_on
+
+JSON = {"Content-Type": "application/json"}
+
+
+@pytest.mark.parametrize(
+    "host",
+    ["localhost", "LOCALHOST:8080", "127.0.0.1:8080", "[::1]:8080", "192.168.1.7"],
+)
+def test_addresses_and_localhost_are_served(client: TestClient, host: str) -> None:
+    assert client.get("/healthz", headers={"Host": host}).status_code == 200
+
+
+@pytest.mark.parametrize("host", ["evil.example", "e.example:80", "127.0.0.1.e.example", "", "["])
+def test_a_rebound_name_is_not(client: TestClient, host: str) -> None:
+    answer = client.get("/healthz", headers={"Host": host})
+    assert answer.status_code == 421
+    assert "allowed_hosts" in answer.json()["detail"]
+
+
+def test_a_configured_name_is_served(hub: MemoryRouter) -> None:
+    with client_on(hub, GatewayConfig(allowed_hosts=("robot.local",))) as client:
+        assert client.get("/healthz", headers={"Host": "robot.local:8080"}).status_code == 200
+        page = {"Host": "robot.local", "Origin": "https://robot.local"}
+        assert client.post("/v1/map/clear", headers=page).status_code == 503
+
+
+@pytest.mark.parametrize(
+    "origin", ["http://evil.example", "null", "http://localhost:9999", "http://["]
+)
+def test_a_foreign_page_may_not_change_anything(client: TestClient, origin: str) -> None:
+    for method, path in (("POST", "/v1/map/clear"), ("DELETE", "/v1/searches/s1")):
+        answer = client.request(method, path, headers={"Origin": origin})
+        assert answer.status_code == 403
+    with (
+        pytest.raises(WebSocketDisconnect),
+        client.websocket_connect("ws://localhost:8080/v1/live", headers={"Origin": origin}),
+    ):
+        pass
+
+
+def test_the_own_page_may(client: TestClient) -> None:
+    own = {"Origin": "http://localhost:8080"}
+    assert client.post("/v1/map/clear", headers=own).status_code == 200
+
+
+def test_no_other_site_may_read(client: TestClient) -> None:
+    answer = client.get("/v1/map", headers={"Origin": "http://evil.example"})
+    assert "Access-Control-Allow-Origin" not in answer.headers
+
+
+@pytest.fixture
+def locked(hub: MemoryRouter, mapper: FakeMapper, planner: FakePlanner) -> Iterator[TestClient]:
+    with client_on(hub, GatewayConfig(token=SecretStr("päss"))) as client:
+        yield client
+
+
+@pytest.mark.parametrize("given", [None, "Bearer", "Bearer wrong", "Basic secret", "secret"])
+def test_changes_need_the_token(locked: TestClient, given: str | None) -> None:
+    headers = {} if given is None else {"Authorization": given}
+    answer = locked.post("/v1/map/clear", headers=headers)
+    assert answer.status_code == 401
+    assert answer.headers["WWW-Authenticate"] == "Bearer"
+    assert "gateway.token" in answer.json()["detail"]
+    assert locked.get("/v1/map").status_code == 200
+
+
+def test_the_token_opens(hub: MemoryRouter, mapper: FakeMapper) -> None:
+    with client_on(hub, GatewayConfig(token=SecretStr("secret"))) as client:
+        right = {"Authorization": "Bearer secret"}
+        assert client.post("/v1/map/clear", headers=right).status_code == 200
+
+
+def test_a_large_body_is_refused(client: TestClient) -> None:
+    body = b'{"text": "' + b"x" * MAX_BODY_BYTES + b'"}'
+    assert client.post("/v1/queries", content=body, headers=JSON).status_code == 413
+
+
+def test_a_large_body_is_refused_though_its_length_is_not_told(client: TestClient) -> None:
+    def chunks() -> Iterator[bytes]:
+        for _ in range(MAX_BODY_BYTES // 1000 + 2):
+            yield b" " * 1000
+
+    answer = client.post("/v1/queries", content=chunks(), headers=JSON)
+    assert answer.status_code == 413
+    assert answer.headers["Content-Type"] == "application/problem+json"
+
+
+@pytest.mark.parametrize("length", ["-1", "many", "9" * 30])
+def test_a_length_that_is_none_is_refused(client: TestClient, length: str) -> None:
+    headers = {**JSON, "Content-Length": length}
+    assert client.post("/v1/queries", content=b"{}", headers=headers).status_code == 413
+
+
+@pytest.mark.parametrize("kind", ["text/plain", "application/x-www-form-urlencoded", ""])
+def test_only_json_is_read(client: TestClient, kind: str) -> None:
+    body = b'{"text": "sofa"}'
+    answer = client.post("/v1/queries", content=body, headers={"Content-Type": kind})
+    assert answer.status_code == 415
+    assert "application/json" in answer.json()["detail"]
+
+
+def test_every_answer_forbids_framing_sniffing_and_keeping(client: TestClient) -> None:
+    for path in ("/", "/healthz", "/nothing", "/v1/map.png"):
+        headers = client.get(path).headers
+        assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
+        assert headers["X-Content-Type-Options"] == "nosniff"
+        assert headers["Cache-Control"] in ("no-store", "no-cache")
+
+
+def test_a_body_that_never_comes_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(security, "BODY_S", 0.05)
+    assert answer_to(anyio.sleep_forever)["status"] == 408
+
+
+def test_half_a_body_does_nothing() -> None:
+    parts: Iterator[Message] = iter(
+        [
+            {"type": "http.request", "body": b'{"text"', "more_body": True},
+            {"type": "http.disconnect"},
+        ]
+    )
+
+    async def receive() -> Message:
+        return next(parts)
+
+    assert answer_to(receive)["status"] == 408
+
+
+def answer_to(receive: Any) -> Message:
+    """What the guard says to a POST whose body comes from ``receive``."""
+    sent: list[Message] = []
+
+    async def send(message: Message) -> None:
+        sent.append(message)
+
+    async def reached(_scope: Scope, _receive: Receive, _send: Send) -> None:
+        raise AssertionError("the guard let it pass")
+
+    headers = [(b"host", b"localhost"), (b"content-type", b"application/json")]
+    scope = {"type": "http", "method": "POST", "path": "/v1/queries", "headers": headers}
+    anyio.run(security.Guard(reached, GatewayConfig()), scope, receive, send)
+    return sent[0]

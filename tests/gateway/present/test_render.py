@@ -1,0 +1,146 @@
+"""The picture of the map: orientation, colours, what is shown of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from onemap_gateway.present import render
+from onemap_gateway.present.render import Marks, base_image, encode_png, heated, map_picture
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import Occupancy, SearchView
+from tests.gateway.fakes import GRID, search_view
+
+COLOURS = {
+    Occupancy.UNKNOWN: render.UNKNOWN,
+    Occupancy.FREE: render.FREE,
+    Occupancy.OCCUPIED: render.OCCUPIED,
+}
+grids = arrays(
+    np.uint8, st.tuples(st.integers(1, 12), st.integers(1, 12)), elements=st.integers(0, 2)
+)
+
+
+def colour_at(picture: render.Picture, x_m: float, y_m: float) -> tuple[int, ...]:
+    """The colour of the picture at a place of the map."""
+    x_min, y_min, x_max, y_max = picture.bounds_m
+    height, width = picture.image.shape[:2]
+    column = int((x_m - x_min) / (x_max - x_min) * width)
+    row = int((y_max - y_m) / (y_max - y_min) * height)
+    return tuple(int(value) for value in picture.image[row, column])
+
+
+@given(grids, st.integers(1, 5))
+def test_every_cell_has_its_colour_at_its_place(occupancy: np.ndarray, scale: int) -> None:
+    image = base_image(occupancy, scale)
+    nx, ny = occupancy.shape
+    assert image.shape == (ny * scale, nx * scale, 3)
+    for ix in range(nx):
+        for iy in range(ny):
+            row, column = (ny - 1 - iy) * scale, ix * scale
+            block = image[row : row + scale, column : column + scale].reshape(-1, 3)
+            assert {tuple(pixel) for pixel in block} == {COLOURS[Occupancy(occupancy[ix, iy])]}
+
+
+@pytest.mark.parametrize("scale", [None, 1, 3, 8])
+def test_places_of_the_map_show_what_they_are(scale: int | None) -> None:
+    picture = map_picture(search_view(), scale=scale)
+    assert colour_at(picture, 1.0, 0.5) == render.FREE
+    assert colour_at(picture, 2.05, 0.5) == render.OCCUPIED  # the wall, at the right
+    assert colour_at(picture, 1.0, 1.7) == render.UNKNOWN  # above the floor
+    assert colour_at(picture, -0.3, 0.5) == render.UNKNOWN
+
+
+def test_the_picture_shows_the_known_part_with_a_margin() -> None:
+    x_min, y_min, x_max, y_max = map_picture(search_view()).bounds_m
+    np.testing.assert_allclose((x_min, y_min, x_max, y_max), (-0.5, -0.5, 2.6, 2.0), atol=0.11)
+
+
+def test_the_robot_is_always_in_the_picture() -> None:
+    picture = map_picture(search_view(), Marks(robot=(-9.0, 8.0, 0.0)))
+    assert picture.bounds_m[0] < -9.0
+    assert picture.bounds_m[3] > 8.0
+
+
+def test_an_empty_map_is_a_picture_too() -> None:
+    nothing = np.zeros((0, 0), np.uint8)
+    grid = GridSpec(0.05, (0, 0), (0, 0))
+    empty = SearchView("", 0, 0, 0, grid, nothing, nothing, np.zeros((0, 0), np.float32))
+    for marks in (None, Marks(), Marks(robot=(1.0, 1.0, 0.0))):
+        assert min(map_picture(empty, marks).image.shape[:2]) > 100
+
+
+def test_heat_lies_where_the_similarity_is() -> None:
+    cold, hot = map_picture(search_view()), map_picture(search_view("sofa"))
+    assert colour_at(cold, 0.35, 1.15) == render.FREE
+    red, _, blue = colour_at(hot, 0.35, 1.15)
+    assert red > 150
+    assert red > blue
+    assert colour_at(hot, 1.5, 0.3) == render.FREE
+
+
+@given(arrays(np.float32, (6, 9), elements=st.floats(0, 1, width=32) | st.just(np.nan)))
+def test_heat_leaves_alone_what_was_not_observed(similarity: np.ndarray) -> None:
+    before = base_image(np.full((6, 9), Occupancy.FREE, np.uint8), 3)
+    copy = before.copy()
+    after = heated(before, similarity)
+    np.testing.assert_array_equal(before, copy)
+    unseen = np.kron(np.isnan(similarity).T[::-1], np.ones((3, 3))).astype(bool)
+    np.testing.assert_array_equal(after[unseen], before[unseen])
+
+
+def test_a_weak_best_guess_does_not_glow() -> None:
+    floor = base_image(np.full((5, 5), Occupancy.FREE, np.uint8), 2)
+    faint = heated(floor, np.full((5, 5), 0.02, np.float32))
+    np.testing.assert_array_equal(faint, floor)
+    sure = heated(floor, np.full((5, 5), 0.9, np.float32))
+    assert sure.max() > 200
+
+
+def test_marks_change_the_picture_and_their_absence_leaves_it_bare() -> None:
+    view = search_view()
+    bare = map_picture(view, scale=8)
+    marks = Marks(
+        trail_m=np.array([(0.2, 0.2), (0.4, 0.2)]),
+        path_m=np.array([(0.5, 0.5), (1.5, 0.5)]),
+        goal_m=np.array([(1.5, 0.5)]),
+        frontiers_m=np.array([(0.3, 1.2)]),
+        frontier_scores=np.array([np.nan]),
+        regions_m=np.array([(1.2, 1.2)]),
+        robot=(0.5, 0.8, 0.0),
+        finds=(("teddy bear", 1.7, 0.2),),
+    )
+    drawn = map_picture(view, marks, 8)
+    assert drawn.bounds_m == bare.bounds_m
+    assert colour_at(drawn, 1.0, 0.5) == render.PATH
+    assert colour_at(drawn, 0.3, 1.2) == render.FRONTIER
+    assert colour_at(drawn, 0.5, 0.8) == render.ROBOT
+    assert colour_at(drawn, 1.7, 0.2) == render.FIND
+    assert colour_at(drawn, 1.0, 1.0) == colour_at(bare, 1.0, 1.0)
+
+
+def test_the_view_is_not_written_to() -> None:
+    view = search_view("sofa")
+    copy = replace(view, occupancy=view.occupancy.copy(), similarity=view.similarity.copy())
+    map_picture(view, Marks(robot=(0, 0, 0)))
+    np.testing.assert_array_equal(view.occupancy, copy.occupancy)
+    np.testing.assert_array_equal(view.similarity, copy.similarity)
+
+
+@pytest.mark.parametrize("scale", [1, 32])
+def test_a_large_map_stays_a_picture_that_can_be_sent(scale: int) -> None:
+    shape = (3000, 200)
+    occupancy = np.full(shape, Occupancy.FREE, np.uint8)
+    none = np.zeros((0, 0), np.float32)
+    view = SearchView("", 1, 1, 1, GridSpec(0.05, (0, 0), shape), occupancy, occupancy, none)
+    assert max(map_picture(view, scale=scale).image.shape) <= render.MAX_PX
+
+
+def test_png_is_png() -> None:
+    assert encode_png(map_picture(search_view()).image).startswith(b"\x89PNG")
+    assert GRID.cell_size_m == 0.1

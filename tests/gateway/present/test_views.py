@@ -1,0 +1,160 @@
+"""Messages as clients get them."""
+
+from __future__ import annotations
+
+import io
+import json
+from dataclasses import replace
+
+import numpy as np
+
+from onemap_gateway.bus.live_state import LiveState
+from onemap_gateway.present.live import live_document
+from onemap_gateway.present.service_status import Gap
+from onemap_gateway.present.views import (
+    age_s,
+    finite,
+    map_archive,
+    map_info,
+    marks_of,
+    nothing_like,
+    search_report,
+)
+from onemap_shared.messages import SearchState, SimilarityReply
+from tests.gateway import fakes
+from tests.gateway.fakes import STAMP_NS, search_view
+
+
+def test_numbers_that_json_lacks_are_null() -> None:
+    assert finite(float("nan")) is finite(float("inf")) is None
+    assert finite(0.5) == 0.5
+
+
+def nothing(floor: float, nearest: tuple[str, ...]) -> SimilarityReply:
+    none = np.zeros((0, 4), np.float32)
+    return SimilarityReply(
+        text="yeti",
+        revision=1,
+        stamp_ns=1,
+        encoder_id="e",
+        centres_m=none[:, :2],
+        extents_m=none,
+        scores=none[:, 0],
+        variances=none[:, 0],
+        grid=fakes.GRID,
+        scores_grid=np.zeros((0, 0), np.float32),
+        floor=floor,
+        nearest=nearest,
+    )
+
+
+def test_an_empty_answer_says_what_it_knows() -> None:
+    assert nothing_like(nothing(0.0, ())) == "Nothing on the map looks like 'yeti'."
+    assert nothing_like(nothing(0.3, ())).endswith(
+        "the best score is 0.00, and answers begin at 0.30."
+    )
+    assert nothing_like(nothing(0.0, ("bed",))).endswith("'yeti'. Did you mean 'bed'?")
+
+
+def test_an_age_is_never_negative_and_never_of_nothing() -> None:
+    assert age_s(STAMP_NS, STAMP_NS + 2_000_000_000) == 2.0
+    assert age_s(STAMP_NS + 5, STAMP_NS) == 0.0
+    assert age_s(0, STAMP_NS) is None
+
+
+def test_the_clock_of_a_search_stops_at_its_end() -> None:
+    later_ns = STAMP_NS + 60_000_000_000
+    assert search_report(fakes.search(), later_ns).elapsed_s == 60
+    ended = fakes.search(state=SearchState.FOUND, updated_ns=STAMP_NS + 5_000_000_000)
+    assert search_report(ended, later_ns).elapsed_s == 5
+    assert search_report(ended, later_ns).target == ""
+
+
+def test_an_object_that_was_not_found_has_no_place() -> None:
+    result = replace(fakes.find_result("sofa", 1, 2), position_m=(), start_xy_m=(), end_xy_m=())
+    status = replace(fakes.search(), results=(result,))
+    report = search_report(status, STAMP_NS).results[0]
+    assert (report.position_m, report.start_xy_m, report.end_xy_m) == (None, None, None)
+
+
+def test_areas_are_square_metres() -> None:
+    info = map_info(search_view(), fakes.revision(7), STAMP_NS)
+    assert np.isclose(info.free_m2, 3.0)
+    assert np.isclose(info.occupied_m2, 0.15)
+    assert np.isclose(info.observed_m2, 3.15)
+    assert info.frames_fused == 7
+    assert map_info(search_view(), None, STAMP_NS).encoder_id == ""
+
+
+def test_the_archive_needs_no_pickle_and_keeps_every_value() -> None:
+    view = search_view("sofa")
+    with np.load(io.BytesIO(map_archive(view)), allow_pickle=False) as archive:
+        np.testing.assert_array_equal(archive["occupancy"], view.occupancy)
+        np.testing.assert_array_equal(archive["layers"], view.layers)
+        np.testing.assert_array_equal(archive["similarity"], view.similarity)
+        np.testing.assert_allclose(archive["origin_m"], (-1.0, -0.5))
+        assert float(archive["cell_size_m"]) == 0.1
+        assert int(archive["revision"]) == 7
+        assert int(archive["stamp_ns"]) == STAMP_NS
+        assert str(archive["text"]) == "sofa"
+
+
+def lively() -> LiveState:
+    """A state in which everything was heard once."""
+    state = LiveState()
+    status = replace(fakes.search(), results=(fakes.find_result("sofa", 1.0, 2.0),))
+    for message in (
+        fakes.rgbd(),
+        fakes.odometry(1.0, 2.0, 0.5),
+        fakes.detections("sofa"),
+        fakes.revision(3),
+        fakes.planned_path((1, 2), (3, 4)),
+        status,
+        fakes.heartbeat("mapper"),
+    ):
+        state = state.with_message(message, 1.0)
+    return state
+
+
+def test_marks_hold_what_the_picture_shows() -> None:
+    marks = marks_of(lively(), 1.0)
+    np.testing.assert_allclose(marks.robot, (1.0, 2.0, 0.5))
+    np.testing.assert_allclose(marks.path_m, [(1, 2), (3, 4)])
+    assert marks.finds == (("sofa", 1.0, 2.0),)
+    assert len(marks.frontiers_m) == 1
+
+
+def test_marks_of_nothing_are_empty() -> None:
+    marks = marks_of(LiveState(), 0.0)
+    assert not marks.robot
+    assert not marks.finds
+    assert len(marks.path_m) == len(marks.trail_m) == 0
+
+
+def test_the_live_document_is_json_and_whole() -> None:
+    document = live_document(
+        lively(), Gap("robot", "Silent."), now_s=1.5, now_ns=STAMP_NS, with_trail=True
+    )
+    assert json.loads(json.dumps(document, allow_nan=False)) == document
+    assert document["ready"] is False
+    assert document["problem"] == "Silent."
+    assert document["robot"]["yaw_rad"] == 0.5
+    assert document["trail_m"] == [[1.0, 2.0]]
+    assert document["camera"]["detections"][0]["name"] == "sofa"
+    assert document["path"]["points_m"] == [[1, 2], [3, 4]]
+    assert document["search"]["results"][0]["position_m"] == [1.0, 2.0, 0.4]
+
+
+def test_nan_scores_do_not_break_the_live_document() -> None:
+    path = replace(fakes.planned_path((0, 0)), frontier_scores=np.array([np.nan], np.float32))
+    state = LiveState().with_message(path, 1.0)
+    document = live_document(state, None, now_s=1.0, now_ns=STAMP_NS, with_trail=False)
+    assert document["path"]["frontier_scores"] == [None]
+    json.dumps(document, allow_nan=False)
+
+
+def test_the_live_document_of_nothing_says_what_is_missing() -> None:
+    document = live_document(LiveState(), None, now_s=0.0, now_ns=STAMP_NS, with_trail=False)
+    for part in ("robot", "map", "camera", "path", "search", "trail_m"):
+        assert document[part] is None
+    assert all(service["condition"] == "down" for service in document["services"])
