@@ -10,11 +10,11 @@ import numpy as np
 from fastapi import FastAPI
 from starlette.testclient import TestClient
 
-from onemap_gateway.bus.rpc import Calls
-from onemap_gateway.bus.state_cache import Hub
+from onemap_gateway.bus.rpc import RpcClient
+from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.app import create_app
-from onemap_gateway.http.context import Gateway
+from onemap_gateway.http.context import GatewayContext
 from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.camera import Intrinsics
@@ -237,16 +237,16 @@ class FakePlanner:
 
 
 @contextmanager
-def gateway_on(hub: MemoryRouter, config: GatewayConfig | None = None) -> Iterator[Gateway]:
+def gateway_on(hub: MemoryRouter, config: GatewayConfig | None = None) -> Iterator[GatewayContext]:
     """A gateway on ``hub``, without HTTP."""
     config = config or GatewayConfig(call_timeout_s=2.0, live_rate_hz=50)
     bus = hub.bus("gateway")
-    ear = Hub(bus)
+    cache = StateCache(bus)
     try:
-        calls = Calls(bus, config.call_timeout_s, config.calls_at_once, ear.hung)
-        yield Gateway(ear, calls, config)
+        rpc = RpcClient(bus, config.call_timeout_s, config.max_concurrent_calls, cache.hung)
+        yield GatewayContext(cache, rpc, config)
     finally:
-        ear.begin_close()  # its threads end by themselves
+        cache.begin_close()  # its threads end by themselves
         bus.close()
 
 
@@ -257,6 +257,6 @@ def client_on(hub: MemoryRouter, config: GatewayConfig | None = None) -> Iterato
         yield client_of(gateway)
 
 
-def client_of(gateway: Gateway) -> TestClient:
+def client_of(gateway: GatewayContext) -> TestClient:
     app: FastAPI = create_app(gateway)
     return TestClient(app, base_url="http://localhost:8080")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from onemap_gateway.present.render import Marks, encode_png, map_picture
+from onemap_gateway.present.render import Overlay, encode_png, render_map
 from onemap_shared.messages import SearchView
 from onemap_tools.demo_summary import ObjectSummary
 
@@ -22,7 +22,7 @@ def write_picture(
     objects: tuple[ObjectSummary, ...],
 ) -> None:
     """Write a PNG of the map with the track (x, y metres each) and the finds."""
-    finds = tuple(
+    found = tuple(
         (
             item.name if item.success else f"{item.name} (wrong)",
             item.position_m[0],
@@ -31,9 +31,9 @@ def write_picture(
         for item in objects
         if len(item.position_m) >= 2
     )
-    marks = Marks(
+    overlay = Overlay(
         trail_m=np.array(track_m, dtype=np.float64).reshape(-1, 2),
         robot=(*track_m[-1], yaw_rad) if track_m else (),
-        finds=finds,
+        found=found,
     )
-    path.write_bytes(encode_png(map_picture(view, marks, MIN_PIXELS_PER_CELL).image))
+    path.write_bytes(encode_png(render_map(view, overlay, MIN_PIXELS_PER_CELL).image))

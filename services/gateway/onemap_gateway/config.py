@@ -42,7 +42,7 @@ class GatewayConfig(Params):
         "mapper and planner themselves wait up to 2 s for perception, and then say so. A search "
         "whose words took longer to check is not started.",
     )
-    calls_at_once: int = Field(
+    max_concurrent_calls: int = Field(
         default=4,
         ge=1,
         le=64,

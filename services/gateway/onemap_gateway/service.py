@@ -7,11 +7,11 @@ import threading
 
 import uvicorn
 
-from onemap_gateway.bus.rpc import Calls
-from onemap_gateway.bus.state_cache import Hub
+from onemap_gateway.bus.rpc import RpcClient
+from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.app import create_app
-from onemap_gateway.http.context import Gateway
+from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.listener import listen
 from onemap_gateway.http.security import MAX_BODY_BYTES
 from onemap_shared.services import SERVICES
@@ -19,8 +19,8 @@ from onemap_shared.transport import Bus, Health
 
 LOG = logging.getLogger("onemap.gateway")
 
-DRAIN_S = 1  # open streams end by themselves within 0.2 s; what is left then is cut off
-STOP_S = 1.5
+GRACEFUL_SHUTDOWN_S = 1  # open streams end by themselves within 0.2 s; what is left then is cut off
+JOIN_TIMEOUT_S = 1.5
 
 
 class GatewayWorker:
@@ -29,9 +29,9 @@ class GatewayWorker:
     def __init__(self, bus: Bus, config: GatewayConfig) -> None:
         listener = listen(config.host, config.port)
         self.port: int = listener.getsockname()[1]
-        self._hub = Hub(bus)
-        calls = Calls(bus, config.call_timeout_s, config.calls_at_once, self._hub.hung)
-        app = create_app(Gateway(self._hub, calls, config))
+        self._cache = StateCache(bus)
+        rpc = RpcClient(bus, config.call_timeout_s, config.max_concurrent_calls, self._cache.hung)
+        app = create_app(GatewayContext(self._cache, rpc, config))
         self._server = uvicorn.Server(
             uvicorn.Config(
                 app,
@@ -41,7 +41,7 @@ class GatewayWorker:
                 access_log=False,
                 server_header=False,
                 ws_max_size=MAX_BODY_BYTES,
-                timeout_graceful_shutdown=DRAIN_S,
+                timeout_graceful_shutdown=GRACEFUL_SHUTDOWN_S,
             )
         )
         self._thread = threading.Thread(
@@ -61,23 +61,23 @@ class GatewayWorker:
         """Ready once requests are answered; metrics count what arrived on each stream."""
         metrics = {
             f"{stream}_{outcome}": float(getattr(counters, outcome))
-            for stream, counters in self._hub.counters().items()
+            for stream, counters in self._cache.counters().items()
             for outcome in ("received", "missed", "skipped", "refused")
         }
         for service in SERVICES:
-            if (silent_s := self._hub.hung_for_s(service)) is not None:
+            if (silent_s := self._cache.hung_for_s(service)) is not None:
                 metrics[f"hung_{service}_s"] = silent_s  # for a doctor, who came later than that
         ready = self._server.started
         return Health(ready, "" if ready else "the HTTP server is starting", metrics)
 
     def close(self) -> None:
         """Stop within two seconds, open streams included."""
-        self._hub.begin_close()
+        self._cache.begin_close()
         self._server.should_exit = True
-        self._thread.join(STOP_S)
+        self._thread.join(JOIN_TIMEOUT_S)
         self._server.force_exit = True
         self._thread.join(0.5)
-        self._hub.close()
+        self._cache.close()
 
 
 def build(bus: Bus, config: GatewayConfig) -> GatewayWorker:

@@ -6,11 +6,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_gateway.bus.live_state import SEARCH_LOG, TRAIL_STEP_M, LiveState, Message, Seen
+from onemap_gateway.bus.live_state import (
+    SEARCH_LOG,
+    TRAIL_STEP_M,
+    BusMessage,
+    LatestMessage,
+    LiveState,
+)
 from onemap_shared.messages import SearchState
 from tests.gateway import fakes
 
-MESSAGES: dict[str, Message] = {
+MESSAGES: dict[str, BusMessage] = {
     "frame": fakes.rgbd(),
     "odometry": fakes.odometry(1, 2),
     "detections": fakes.detections("sofa"),
@@ -34,15 +40,15 @@ def test_a_message_replaces_its_own_stream(name: str) -> None:
 
 def test_a_latched_revision_is_no_progress() -> None:
     state = LiveState().with_message(fakes.revision(3), 1.0)
-    assert state.fused_s is None
+    assert state.last_fused_s is None
 
 
 def test_progress_is_a_fused_frame_not_any_change() -> None:
     state = LiveState().with_message(fakes.revision(3), 1.0)
-    assert state.with_message(fakes.revision(4), 2.0).fused_s == 2.0
+    assert state.with_message(fakes.revision(4), 2.0).last_fused_s == 2.0
     cleared = state.with_message(fakes.revision(5, frames_fused=0), 3.0)
-    assert cleared.fused_s is None
-    assert cleared.with_message(fakes.revision(6, frames_fused=1), 4.0).fused_s == 4.0
+    assert cleared.last_fused_s is None
+    assert cleared.with_message(fakes.revision(6, frames_fused=1), 4.0).last_fused_s == 4.0
 
 
 @given(st.lists(st.floats(0.01, 1.0), min_size=2, max_size=30))
@@ -57,13 +63,13 @@ def test_the_rate_lies_between_the_fastest_and_the_slowest_interval(gaps: list[f
 
 
 def test_the_rate_falls_when_the_stream_stalls() -> None:
-    seen = Seen("x", arrived_s=10.0, interval_s=0.1)
+    seen = LatestMessage("x", arrived_s=10.0, interval_s=0.1)
     assert seen.rate_hz(10.0) == pytest.approx(10.0)
     assert seen.rate_hz(20.0) == pytest.approx(0.1)
 
 
 def test_one_message_has_no_rate() -> None:
-    assert Seen("x", arrived_s=10.0).rate_hz(10.0) == 0.0
+    assert LatestMessage("x", arrived_s=10.0).rate_hz(10.0) == 0.0
 
 
 @given(st.integers(0, 3 * SEARCH_LOG), st.integers(0, 3 * SEARCH_LOG))
@@ -79,15 +85,15 @@ def test_a_reader_gets_what_is_new_to_it_in_order(before: int, after: int) -> No
 def test_a_heartbeat_without_progress_does_not_count_as_one() -> None:
     state = LiveState().with_message(fakes.heartbeat("mapper", 1), 1.0)
     state = state.with_message(fakes.heartbeat("mapper", 1), 2.0)
-    assert state.beats["mapper"].advanced_s == 1.0
+    assert state.heartbeats["mapper"].advanced_s == 1.0
     state = state.with_message(fakes.heartbeat("mapper", 2), 3.0)
-    assert state.beats["mapper"].advanced_s == 3.0
+    assert state.heartbeats["mapper"].advanced_s == 3.0
 
 
 def test_heartbeats_of_several_services_live_side_by_side() -> None:
     state = LiveState().with_message(fakes.heartbeat("mapper"), 1.0)
     state = state.with_message(fakes.heartbeat("planner"), 2.0)
-    assert set(state.beats) == {"mapper", "planner"}
+    assert set(state.heartbeats) == {"mapper", "planner"}
 
 
 def test_the_trail_grows_by_steps_and_starts_anew_after_a_jump() -> None:

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import anyio
 import pytest
 
-from onemap_gateway.bus.rpc import Calls
-from onemap_gateway.http.problems import Problem
+from onemap_gateway.bus.rpc import RpcClient
+from onemap_gateway.http.problems import HttpProblem
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import MapClear, MapSummary, SearchId, SearchStatus
@@ -34,39 +34,39 @@ def hung(hub: MemoryRouter) -> Iterator[MemoryRouter]:
     bus.close()
 
 
-def problem_of(calls: Calls) -> Problem:
-    with pytest.raises(Problem) as refusal:
-        anyio.run(calls.ask, keys.SEARCH_GET, NEWEST)
+def problem_of(rpc: RpcClient) -> HttpProblem:
+    with pytest.raises(HttpProblem) as refusal:
+        anyio.run(rpc.call, keys.SEARCH_GET, NEWEST)
     return refusal.value
 
 
 def test_an_answer_comes_back(hub: MemoryRouter, planner: FakePlanner) -> None:
     planner.status = search("s9")
-    calls = Calls(hub.bus(), 2.0, 2)
-    assert anyio.run(calls.ask, keys.SEARCH_GET, NEWEST).search_id == "s9"
+    rpc = RpcClient(hub.bus(), 2.0, 2)
+    assert anyio.run(rpc.call, keys.SEARCH_GET, NEWEST).search_id == "s9"
 
 
 def test_nobody_there_is_said_at_once(hub: MemoryRouter) -> None:
-    problem = problem_of(Calls(hub.bus(), 2.0, 2))
+    problem = problem_of(RpcClient(hub.bus(), 2.0, 2))
     assert (problem.kind, problem.extra["service"]) == ("unavailable", "planner")
 
 
 def test_a_refusal_keeps_its_code(hub: MemoryRouter, planner: FakePlanner) -> None:
-    assert problem_of(Calls(hub.bus(), 2.0, 2)).kind == "unknown_search"
+    assert problem_of(RpcClient(hub.bus(), 2.0, 2)).kind == "unknown_search"
 
 
 def test_silence_is_given_up(hung: MemoryRouter) -> None:
-    problem = problem_of(Calls(hung.bus(), 0.05, 2))
+    problem = problem_of(RpcClient(hung.bus(), 0.05, 2))
     assert (problem.kind, problem.extra["service"]) == ("timeout", "planner")
 
 
 def test_a_crowd_before_a_hung_service_is_sent_away_too(hung: MemoryRouter) -> None:
-    calls, outcomes = Calls(hung.bus(), 0.4, 1), list[str]()
+    rpc, outcomes = RpcClient(hung.bus(), 0.4, 1), list[str]()
 
     async def one() -> None:
         try:
-            await calls.ask(keys.SEARCH_GET, NEWEST)
-        except Problem as problem:
+            await rpc.call(keys.SEARCH_GET, NEWEST)
+        except HttpProblem as problem:
             outcomes.append(problem.kind)
 
     async def crowd() -> None:
@@ -80,19 +80,19 @@ def test_a_crowd_before_a_hung_service_is_sent_away_too(hung: MemoryRouter) -> N
 
 def test_a_hung_service_does_not_hold_up_another(hung: MemoryRouter) -> None:
     FakeMapper(hung)
-    calls = Calls(hung.bus(), 0.5, 1)
+    rpc = RpcClient(hung.bus(), 0.5, 1)
     order: list[str] = []
 
     async def ask_planner() -> None:
         try:
-            await calls.ask(keys.SEARCH_GET, NEWEST)
-        except Problem:
+            await rpc.call(keys.SEARCH_GET, NEWEST)
+        except HttpProblem:
             order.append("planner")
 
     async def both() -> None:
         async with anyio.create_task_group() as tasks:
             tasks.start_soon(ask_planner)
-            await calls.ask(keys.MAP_CLEAR, keys.MAP_CLEAR.request())
+            await rpc.call(keys.MAP_CLEAR, keys.MAP_CLEAR.request())
             order.append("mapper")
 
     anyio.run(both)
@@ -104,7 +104,7 @@ def hangs(service: str) -> str:
 
 
 def test_nobody_there_is_a_timeout_where_the_service_is_known_to_hang(hub: MemoryRouter) -> None:
-    problem = problem_of(Calls(hub.bus(), 2.0, 2, hangs))
+    problem = problem_of(RpcClient(hub.bus(), 2.0, 2, hangs))
     assert (problem.kind, problem.extra["service"]) == ("timeout", "planner")
     assert problem.detail == "The planner hangs."
 
@@ -116,6 +116,6 @@ def test_a_hung_service_behind_the_one_asked_is_told_the_same_way(hub: MemoryRou
         raise RequestRejected("perception_missing", "perception does not run")
 
     bus.serve(keys.MAP_CLEAR, refuse)
-    with pytest.raises(Problem, match="perception hangs") as refused:
-        anyio.run(Calls(hub.bus(), 2.0, 2, hangs).ask, keys.MAP_CLEAR, MapClear())
+    with pytest.raises(HttpProblem, match="perception hangs") as refused:
+        anyio.run(RpcClient(hub.bus(), 2.0, 2, hangs).call, keys.MAP_CLEAR, MapClear())
     assert (refused.value.kind, refused.value.extra["service"]) == ("timeout", "perception")

@@ -6,7 +6,7 @@ import logging
 
 import pytest
 
-from onemap_gateway.bus.state_cache import Hub
+from onemap_gateway.bus.state_cache import StateCache
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.wire import Packet, encode
@@ -15,7 +15,7 @@ from tests.gateway.fakes import WAIT_S
 
 
 def test_every_stream_arrives(hub: MemoryRouter) -> None:
-    ear, robot = Hub(hub.bus("gateway")), hub.bus("simulator")
+    cache, robot = StateCache(hub.bus("gateway")), hub.bus("simulator")
     robot.publish(keys.ROBOT_RGBD).put(fakes.rgbd())
     robot.publish(keys.ROBOT_ODOMETRY).put(fakes.odometry(1, 2))
     robot.publish(keys.DETECTIONS).put(fakes.detections("sofa"))
@@ -24,66 +24,67 @@ def test_every_stream_arrives(hub: MemoryRouter) -> None:
     robot.publish(keys.SEARCH_PATH).put(fakes.planned_path((0, 0)))
     robot.publish(keys.heartbeat("mapper")).put(fakes.heartbeat("mapper"))
     streams = ("frame", "odometry", "detections", "revision", "search", "path")
-    heard = ear.wait_for(
-        lambda state: bool(state.beats) and all(getattr(state, name) for name in streams), WAIT_S
+    heard = cache.wait_for(
+        lambda state: bool(state.heartbeats) and all(getattr(state, name) for name in streams),
+        WAIT_S,
     )
-    ear.close()
+    cache.close()
     assert heard
-    assert all(counters.received == 1 for counters in ear.counters().values())
+    assert all(counters.received == 1 for counters in cache.counters().values())
 
 
 def test_who_is_alive_is_known_and_who_is_gone(hub: MemoryRouter) -> None:
-    ear = Hub(hub.bus("gateway"))
+    cache = StateCache(hub.bus("gateway"))
     mapper = hub.bus("mapper")
-    assert ear.wait_for(lambda state: "mapper" in state.alive, WAIT_S)
+    assert cache.wait_for(lambda state: "mapper" in state.alive, WAIT_S)
     mapper.close()
-    assert ear.wait_for(lambda state: "mapper" not in state.alive, WAIT_S)
-    ear.close()
+    assert cache.wait_for(lambda state: "mapper" not in state.alive, WAIT_S)
+    cache.close()
 
 
 def test_no_change_of_a_search_is_lost(hub: MemoryRouter) -> None:
-    ear = Hub(hub.bus("gateway"))
+    cache = StateCache(hub.bus("gateway"))
     publisher = hub.bus("planner").publish(keys.SEARCH_STATE)
     for index in range(10):
         publisher.put(fakes.search(updated_ns=index))
-    assert ear.wait_for(lambda state: state.search_count == 10, WAIT_S)
-    assert [status.updated_ns for status in ear.state.search_log] == list(range(10))
-    ear.close()
+    assert cache.wait_for(lambda state: state.search_count == 10, WAIT_S)
+    assert [status.updated_ns for status in cache.state.search_log] == list(range(10))
+    cache.close()
 
 
 def test_a_broken_message_is_logged_and_passed_over(
     hub: MemoryRouter, caplog: pytest.LogCaptureFixture
 ) -> None:
-    ear = Hub(hub.bus("gateway"))
+    cache = StateCache(hub.bus("gateway"))
     good = encode(fakes.odometry(1, 2))
     with caplog.at_level(logging.WARNING, "onemap.gateway"):
         hub.inject(keys.ROBOT_ODOMETRY.key, Packet(good.header, good.body[:-1]))
-        assert ear.wait_for(lambda _state: ear.counters()["odometry"].refused == 1, WAIT_S)
+        assert cache.wait_for(lambda _state: cache.counters()["odometry"].refused == 1, WAIT_S)
         hub.inject(keys.ROBOT_ODOMETRY.key, good)
-        assert ear.wait_for(lambda state: state.odometry is not None, WAIT_S)
-    ear.close()
-    assert ear.counters()["odometry"].refused == 1
+        assert cache.wait_for(lambda state: state.odometry is not None, WAIT_S)
+    cache.close()
+    assert cache.counters()["odometry"].refused == 1
     assert any("odometry: message refused" in record.message for record in caplog.records)
 
 
 def test_closing_is_told_to_streams_before_it_is_done(hub: MemoryRouter) -> None:
-    ear = Hub(hub.bus("gateway"))
-    before = ear.closing
-    ear.begin_close()
-    after = ear.closing
-    ear.close()
+    cache = StateCache(hub.bus("gateway"))
+    before = cache.closing
+    cache.begin_close()
+    after = cache.closing
+    cache.close()
     assert (before, after) == (False, True)
 
 
 def test_a_service_hangs_if_it_was_silent_before_its_token_went(hub: MemoryRouter) -> None:
     now_s = [10.0]
     mapper = hub.bus("mapper")
-    ear = Hub(hub.bus("gateway"), clock_s=lambda: now_s[0])
+    cache = StateCache(hub.bus("gateway"), clock_s=lambda: now_s[0])
     mapper.publish(keys.heartbeat("mapper")).put(fakes.heartbeat("mapper"))
-    assert ear.wait_for(lambda state: "mapper" in state.beats, WAIT_S)
-    assert ear.wait_for(lambda state: "mapper" in state.alive, WAIT_S)
+    assert cache.wait_for(lambda state: "mapper" in state.heartbeats, WAIT_S)
+    assert cache.wait_for(lambda state: "mapper" in state.alive, WAIT_S)
     now_s[0] = 12.5
-    assert ear.hung("mapper") == ""
+    assert cache.hung("mapper") == ""
     mapper.close()
-    assert "its process hangs" in ear.hung("mapper")  # before the next look at the tokens
-    ear.close()
+    assert "its process hangs" in cache.hung("mapper")  # before the next look at the tokens
+    cache.close()

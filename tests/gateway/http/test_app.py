@@ -12,8 +12,8 @@ import pytest
 from starlette.testclient import TestClient
 
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.http.context import Gateway
-from onemap_gateway.http.problems import KINDS
+from onemap_gateway.http.context import GatewayContext
+from onemap_gateway.http.problems import PROBLEM_TYPES
 from onemap_gateway.http.routes.pages import STATIC
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
@@ -115,7 +115,7 @@ def test_what_a_wrong_body_gets_is_documented(client: TestClient) -> None:
 
 
 def test_problems_are_documented(client: TestClient) -> None:
-    assert set(client.get("/openapi.json").json()["x-problems"]) == set(KINDS)
+    assert set(client.get("/openapi.json").json()["x-problems"]) == set(PROBLEM_TYPES)
 
 
 def test_an_unknown_address_is_a_problem(client: TestClient) -> None:
@@ -136,10 +136,10 @@ def test_a_wrong_method_is_a_problem_and_names_the_right_ones(client: TestClient
 def test_a_failing_route_is_a_problem_and_is_logged(
     hub: MemoryRouter, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    def fail(_gateway: Gateway) -> None:
+    def fail(_gateway: GatewayContext) -> None:
         raise RuntimeError("a bug")
 
-    monkeypatch.setattr(Gateway, "gap", fail)
+    monkeypatch.setattr(GatewayContext, "fault", fail)
     with gateway_on(hub) as gateway:
         answer = client_of(gateway).get("/readyz")
     assert answer.status_code == 500

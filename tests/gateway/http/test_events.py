@@ -8,13 +8,13 @@ from typing import Any
 
 import anyio
 
-from onemap_gateway.http.context import Gateway
-from onemap_gateway.http.events import KEEP_ALIVE, Pace, is_news, search_events
+from onemap_gateway.http.context import GatewayContext
+from onemap_gateway.http.events import KEEP_ALIVE, EventIntervals, search_events, supersedes
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import SearchState
 from tests.gateway.fakes import WAIT_S, FakePlanner, gateway_on, search
 
-FAST = Pace(look_s=0.01, ask_s=0.05, keep_alive_s=60.0)
+FAST = EventIntervals(poll_s=0.01, query_s=0.05, keep_alive_s=60.0)
 
 
 async def next_event(events: AsyncIterator[bytes]) -> tuple[str, dict[str, Any]]:
@@ -36,19 +36,19 @@ async def is_over(events: AsyncIterator[bytes]) -> bool:
 
 def listen(
     hub: MemoryRouter,
-    scenario: Callable[[Gateway, AsyncIterator[bytes]], Any],
-    pace: Pace = FAST,
+    scenario: Callable[[GatewayContext, AsyncIterator[bytes]], Any],
+    intervals: EventIntervals = FAST,
 ) -> None:
     """Run a scenario on the events of the search ``s1``."""
     with gateway_on(hub) as gateway:
-        events = search_events(gateway, search("s1"), count=0, pace=pace)
+        events = search_events(gateway, search("s1"), count=0, intervals=intervals)
         anyio.run(scenario, gateway, events)
 
 
 def test_every_change_is_told_once_and_the_end_ends_it(
     hub: MemoryRouter, planner: FakePlanner
 ) -> None:
-    async def scenario(gateway: Gateway, events: AsyncIterator[bytes]) -> None:
+    async def scenario(gateway: GatewayContext, events: AsyncIterator[bytes]) -> None:
         name, status = await next_event(events)
         assert (name, status["id"], status["state"]) == ("status", "s1", "exploring")
         for state in (SearchState.APPROACHING, SearchState.CONFIRMING, SearchState.FOUND):
@@ -64,7 +64,7 @@ def test_every_change_is_told_once_and_the_end_ends_it(
 def test_the_stream_outlives_its_planner(hub: MemoryRouter) -> None:
     old = FakePlanner(hub, search("s1"))
 
-    async def scenario(gateway: Gateway, events: AsyncIterator[bytes]) -> None:
+    async def scenario(gateway: GatewayContext, events: AsyncIterator[bytes]) -> None:
         await next_event(events)
         old.bus.close()
         name, problem = await next_event(events)
@@ -81,7 +81,7 @@ def test_the_stream_outlives_its_planner(hub: MemoryRouter) -> None:
 def test_a_search_that_the_planner_forgot_ends_with_a_problem(
     hub: MemoryRouter, planner: FakePlanner
 ) -> None:
-    async def scenario(gateway: Gateway, events: AsyncIterator[bytes]) -> None:
+    async def scenario(gateway: GatewayContext, events: AsyncIterator[bytes]) -> None:
         await next_event(events)
         name, problem = await next_event(events)
         assert (name, problem["status"]) == ("problem", 404)
@@ -91,7 +91,7 @@ def test_a_search_that_the_planner_forgot_ends_with_a_problem(
 
 
 def test_a_final_search_is_told_and_over(hub: MemoryRouter) -> None:
-    async def scenario(gateway: Gateway) -> None:
+    async def scenario(gateway: GatewayContext) -> None:
         events = search_events(gateway, search(state=SearchState.FOUND), count=0)
         assert (await next_event(events))[1]["state"] == "found"
         assert await is_over(events)
@@ -101,21 +101,21 @@ def test_a_final_search_is_told_and_over(hub: MemoryRouter) -> None:
 
 
 def test_silence_is_filled_with_comments(hub: MemoryRouter, planner: FakePlanner) -> None:
-    async def scenario(gateway: Gateway, events: AsyncIterator[bytes]) -> None:
+    async def scenario(gateway: GatewayContext, events: AsyncIterator[bytes]) -> None:
         await next_event(events)
         with anyio.fail_after(WAIT_S):
             assert await events.__anext__() == KEEP_ALIVE
 
     planner.status = search("s1")
-    listen(hub, scenario, Pace(look_s=0.01, ask_s=60.0, keep_alive_s=0.02))
+    listen(hub, scenario, EventIntervals(poll_s=0.01, query_s=60.0, keep_alive_s=0.02))
 
 
 def test_the_stream_ends_when_the_gateway_goes_down(
     hub: MemoryRouter, planner: FakePlanner
 ) -> None:
-    async def scenario(gateway: Gateway, events: AsyncIterator[bytes]) -> None:
+    async def scenario(gateway: GatewayContext, events: AsyncIterator[bytes]) -> None:
         await next_event(events)
-        gateway.hub.begin_close()
+        gateway.cache.begin_close()
         assert await is_over(events)
 
     planner.status = search("s1")
@@ -124,9 +124,9 @@ def test_the_stream_ends_when_the_gateway_goes_down(
 
 def test_news_is_a_later_state_of_the_same_search() -> None:
     first = search("s1", updated_ns=5)
-    assert is_news(search("s1", SearchState.FOUND, updated_ns=6), first)
-    assert not is_news(first, first)
-    assert not is_news(search("s1", SearchState.APPROACHING, updated_ns=4), first)
-    assert is_news(search("s1", SearchState.FOUND, updated_ns=4), first)  # made in one instant
-    assert not is_news(search("s2", updated_ns=6), first)
-    assert not is_news(search("s1", updated_ns=7), search("s1", SearchState.FOUND, updated_ns=6))
+    assert supersedes(search("s1", SearchState.FOUND, updated_ns=6), first)
+    assert not supersedes(first, first)
+    assert not supersedes(search("s1", SearchState.APPROACHING, updated_ns=4), first)
+    assert supersedes(search("s1", SearchState.FOUND, updated_ns=4), first)  # made in one instant
+    assert not supersedes(search("s2", updated_ns=6), first)
+    assert not supersedes(search("s1", updated_ns=7), search("s1", SearchState.FOUND, updated_ns=6))

@@ -11,7 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, Field, ValidationError
 
-from onemap_gateway.http.problems import KINDS, Problem, from_call, from_validation, sentence
+from onemap_gateway.http.problems import (
+    PROBLEM_TYPES,
+    HttpProblem,
+    from_call_error,
+    from_validation_errors,
+    sentence,
+)
 from onemap_gateway.http.responses import problem_response
 from onemap_gateway.http.schemas import QueryRequest, SearchStart
 from onemap_shared.transport import CallError, NoReply, QueryTimeout, RemoteError
@@ -20,13 +26,13 @@ services = st.sampled_from(["mapper", "planner", "perception"])
 errors = st.one_of(
     st.just(NoReply("x")),
     st.just(QueryTimeout("x")),
-    st.builds(RemoteError, st.sampled_from([*KINDS, "nobody knows"]), st.text()),
+    st.builds(RemoteError, st.sampled_from([*PROBLEM_TYPES, "nobody knows"]), st.text()),
 )
 
 
 @given(errors, services)
 def test_a_failed_call_is_always_a_whole_problem(error: CallError, service: str) -> None:
-    problem = from_call(error, service, 2.0)
+    problem = from_call_error(error, service, 2.0)
     document = problem.document
     assert {"type", "title", "status", "detail"} <= document.keys()
     assert document["type"] == f"/docs#problem-{problem.kind}"
@@ -55,31 +61,31 @@ def test_a_failed_call_is_always_a_whole_problem(error: CallError, service: str)
     ],
 )
 def test_the_codes_of_services_have_their_status(code: str, status: int) -> None:
-    problem = from_call(RemoteError(code, "the reason"), "mapper", 2.0)
+    problem = from_call_error(RemoteError(code, "the reason"), "mapper", 2.0)
     assert problem.status == status
     assert "he reason." in problem.detail
 
 
 @pytest.mark.parametrize("code", ["perception_missing", "perception_silent"])
 def test_a_service_behind_the_one_asked_is_named(code: str) -> None:
-    problem = from_call(RemoteError(code, "perception is away"), "mapper", 2.0)
+    problem = from_call_error(RemoteError(code, "perception is away"), "mapper", 2.0)
     assert problem.status == 503
     assert problem.extra["service"] == "perception"
 
 
 @pytest.mark.parametrize("error", [NoReply(""), QueryTimeout("")])
 def test_a_missing_service_is_503_and_says_when_to_try_again(error: CallError) -> None:
-    problem = from_call(error, "planner", 2.0)
+    problem = from_call_error(error, "planner", 2.0)
     assert problem.status == 503
     assert "planner" in problem.detail
     assert "Retry-After" in problem.headers
 
 
-def refused(model: type[BaseModel], text: str) -> Problem:
+def refused(model: type[BaseModel], text: str) -> HttpProblem:
     with pytest.raises(ValidationError) as refusal:
         model.model_validate_json(text)
     found = [{**error, "loc": ("body", *error["loc"])} for error in refusal.value.errors()]
-    return from_validation(found)
+    return from_validation_errors(found)
 
 
 def test_a_wrong_field_is_named() -> None:
@@ -121,7 +127,7 @@ def test_a_body_that_is_no_json_is_a_bad_request() -> None:
 def test_what_was_sent_is_not_repeated(text: str) -> None:
     marker = "marker" + text + "marker"
     error = {"type": "string_type", "loc": ("body", "text"), "msg": "no text", "input": marker}
-    assert marker not in json.dumps(from_validation([error]).document)
+    assert marker not in json.dumps(from_validation_errors([error]).document)
 
 
 @given(st.text())
@@ -132,5 +138,5 @@ def test_a_sentence_starts_large_and_ends(text: str) -> None:
 
 
 def test_text_that_is_not_valid_unicode_can_be_answered() -> None:
-    body = problem_response(Problem("invalid", "about \ud800")).body
+    body = problem_response(HttpProblem("invalid", "about \ud800")).body
     assert json.loads(bytes(body))["status"] == 422

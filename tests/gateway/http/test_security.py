@@ -127,7 +127,7 @@ def test_every_answer_forbids_framing_sniffing_and_keeping(client: TestClient) -
 
 
 def test_a_body_that_never_comes_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(security, "BODY_S", 0.05)
+    monkeypatch.setattr(security, "BODY_TIMEOUT_S", 0.05)
     assert answer_to(anyio.sleep_forever)["status"] == 408
 
 
@@ -157,5 +157,5 @@ def answer_to(receive: Any) -> Message:
 
     headers = [(b"host", b"localhost"), (b"content-type", b"application/json")]
     scope = {"type": "http", "method": "POST", "path": "/v1/queries", "headers": headers}
-    anyio.run(security.Guard(reached, GatewayConfig()), scope, receive, send)
+    anyio.run(security.SecurityMiddleware(reached, GatewayConfig()), scope, receive, send)
     return sent[0]

@@ -6,27 +6,27 @@ from dataclasses import replace
 
 import numpy as np
 
-from onemap_gateway.present.camera_image import BOX, camera_picture, encode_jpeg
+from onemap_gateway.present.camera_image import BOX, annotate_detections, encode_jpeg
 from tests.gateway.fakes import detections, rgbd
 
 
 def test_without_detections_the_image_is_a_copy() -> None:
     rgb = rgbd().rgb
-    picture = camera_picture(rgb, None)
+    picture = annotate_detections(rgb, None)
     np.testing.assert_array_equal(picture, rgb)
     assert picture is not rgb
 
 
 def test_a_detection_is_framed() -> None:
     rgb = rgbd().rgb
-    picture = camera_picture(rgb, detections("sofa"))
+    picture = annotate_detections(rgb, detections("sofa"))
     np.testing.assert_array_equal(picture[18, 12], BOX)
     assert not (rgb == BOX).all(axis=-1).any()
 
 
 def test_boxes_beyond_the_image_do_no_harm() -> None:
     wild = replace(detections("sofa"), boxes_px=np.array([[-1e9, -1e9, 1e9, 1e9]], np.float32))
-    assert camera_picture(rgbd().rgb, wild).shape == (24, 32, 3)
+    assert annotate_detections(rgbd().rgb, wild).shape == (24, 32, 3)
 
 
 def test_jpeg_is_jpeg() -> None:

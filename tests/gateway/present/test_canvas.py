@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_gateway.present.canvas import Canvas, Frame, text_at
+from onemap_gateway.present.canvas import Canvas, Viewport, draw_text
 
 INK = (255, 255, 255)
 coordinates = st.floats(-50, 50)
@@ -14,7 +14,7 @@ coordinates = st.floats(-50, 50)
 
 def canvas(size: int = 60, pixels_per_m: float = 10) -> Canvas:
     return Canvas(
-        np.zeros((size, size, 3), np.uint8), Frame(0.0, size / pixels_per_m, pixels_per_m)
+        np.zeros((size, size, 3), np.uint8), Viewport(0.0, size / pixels_per_m, pixels_per_m)
     )
 
 
@@ -29,14 +29,14 @@ def centroid(image: np.ndarray) -> tuple[float, float]:
 
 @given(coordinates, coordinates, st.floats(1, 100))
 def test_right_is_x_and_up_is_y(x: float, y: float, scale: float) -> None:
-    frame = Frame(-50.0, 50.0, scale)
-    here, right, above = frame.pixels([(x, y), (x + 1, y), (x, y + 1)])
+    viewport = Viewport(-50.0, 50.0, scale)
+    here, right, above = viewport.pixels([(x, y), (x + 1, y), (x, y + 1)])
     np.testing.assert_allclose(right - here, [scale, 0], atol=1e-6)
     np.testing.assert_allclose(above - here, [0, -scale], atol=1e-6)
 
 
 def test_the_corner_of_the_map_is_the_corner_of_the_picture() -> None:
-    np.testing.assert_allclose(Frame(-1.0, 3.0, 20).pixels([(-1.0, 3.0)]), [[0, 0]])
+    np.testing.assert_allclose(Viewport(-1.0, 3.0, 20).pixels([(-1.0, 3.0)]), [[0, 0]])
 
 
 @given(st.floats(1, 5), st.floats(1, 5))
@@ -83,7 +83,7 @@ def test_places_far_away_draw_nothing_and_do_not_overflow() -> None:
 
 @given(st.text())
 def test_any_text_can_be_written(text: str) -> None:
-    text_at(np.zeros((40, 40, 3), np.uint8), text, (2, 20), INK)
+    draw_text(np.zeros((40, 40, 3), np.uint8), text, (2, 20), INK)
 
 
 def test_a_label_stands_to_the_right_of_its_place() -> None:

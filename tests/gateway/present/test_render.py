@@ -11,7 +11,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from onemap_gateway.present import render
-from onemap_gateway.present.render import Marks, base_image, encode_png, heated, map_picture
+from onemap_gateway.present.render import (
+    Overlay,
+    blend_heatmap,
+    encode_png,
+    occupancy_image,
+    render_map,
+)
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy, SearchView
 from tests.gateway.fakes import GRID, search_view
@@ -26,7 +32,7 @@ grids = arrays(
 )
 
 
-def colour_at(picture: render.Picture, x_m: float, y_m: float) -> tuple[int, ...]:
+def colour_at(picture: render.MapImage, x_m: float, y_m: float) -> tuple[int, ...]:
     """The colour of the picture at a place of the map."""
     x_min, y_min, x_max, y_max = picture.bounds_m
     height, width = picture.image.shape[:2]
@@ -37,7 +43,7 @@ def colour_at(picture: render.Picture, x_m: float, y_m: float) -> tuple[int, ...
 
 @given(grids, st.integers(1, 5))
 def test_every_cell_has_its_colour_at_its_place(occupancy: np.ndarray, scale: int) -> None:
-    image = base_image(occupancy, scale)
+    image = occupancy_image(occupancy, scale)
     nx, ny = occupancy.shape
     assert image.shape == (ny * scale, nx * scale, 3)
     for ix in range(nx):
@@ -49,7 +55,7 @@ def test_every_cell_has_its_colour_at_its_place(occupancy: np.ndarray, scale: in
 
 @pytest.mark.parametrize("scale", [None, 1, 3, 8])
 def test_places_of_the_map_show_what_they_are(scale: int | None) -> None:
-    picture = map_picture(search_view(), scale=scale)
+    picture = render_map(search_view(), scale=scale)
     assert colour_at(picture, 1.0, 0.5) == render.FREE
     assert colour_at(picture, 2.05, 0.5) == render.OCCUPIED  # the wall, at the right
     assert colour_at(picture, 1.0, 1.7) == render.UNKNOWN  # above the floor
@@ -57,12 +63,12 @@ def test_places_of_the_map_show_what_they_are(scale: int | None) -> None:
 
 
 def test_the_picture_shows_the_known_part_with_a_margin() -> None:
-    x_min, y_min, x_max, y_max = map_picture(search_view()).bounds_m
+    x_min, y_min, x_max, y_max = render_map(search_view()).bounds_m
     np.testing.assert_allclose((x_min, y_min, x_max, y_max), (-0.5, -0.5, 2.6, 2.0), atol=0.11)
 
 
 def test_the_robot_is_always_in_the_picture() -> None:
-    picture = map_picture(search_view(), Marks(robot=(-9.0, 8.0, 0.0)))
+    picture = render_map(search_view(), Overlay(robot=(-9.0, 8.0, 0.0)))
     assert picture.bounds_m[0] < -9.0
     assert picture.bounds_m[3] > 8.0
 
@@ -71,12 +77,12 @@ def test_an_empty_map_is_a_picture_too() -> None:
     nothing = np.zeros((0, 0), np.uint8)
     grid = GridSpec(0.05, (0, 0), (0, 0))
     empty = SearchView("", 0, 0, 0, grid, nothing, nothing, np.zeros((0, 0), np.float32))
-    for marks in (None, Marks(), Marks(robot=(1.0, 1.0, 0.0))):
-        assert min(map_picture(empty, marks).image.shape[:2]) > 100
+    for overlay in (None, Overlay(), Overlay(robot=(1.0, 1.0, 0.0))):
+        assert min(render_map(empty, overlay).image.shape[:2]) > 100
 
 
 def test_heat_lies_where_the_similarity_is() -> None:
-    cold, hot = map_picture(search_view()), map_picture(search_view("sofa"))
+    cold, hot = render_map(search_view()), render_map(search_view("sofa"))
     assert colour_at(cold, 0.35, 1.15) == render.FREE
     red, _, blue = colour_at(hot, 0.35, 1.15)
     assert red > 150
@@ -86,26 +92,26 @@ def test_heat_lies_where_the_similarity_is() -> None:
 
 @given(arrays(np.float32, (6, 9), elements=st.floats(0, 1, width=32) | st.just(np.nan)))
 def test_heat_leaves_alone_what_was_not_observed(similarity: np.ndarray) -> None:
-    before = base_image(np.full((6, 9), Occupancy.FREE, np.uint8), 3)
+    before = occupancy_image(np.full((6, 9), Occupancy.FREE, np.uint8), 3)
     copy = before.copy()
-    after = heated(before, similarity)
+    after = blend_heatmap(before, similarity)
     np.testing.assert_array_equal(before, copy)
     unseen = np.kron(np.isnan(similarity).T[::-1], np.ones((3, 3))).astype(bool)
     np.testing.assert_array_equal(after[unseen], before[unseen])
 
 
 def test_a_weak_best_guess_does_not_glow() -> None:
-    floor = base_image(np.full((5, 5), Occupancy.FREE, np.uint8), 2)
-    faint = heated(floor, np.full((5, 5), 0.02, np.float32))
+    floor = occupancy_image(np.full((5, 5), Occupancy.FREE, np.uint8), 2)
+    faint = blend_heatmap(floor, np.full((5, 5), 0.02, np.float32))
     np.testing.assert_array_equal(faint, floor)
-    sure = heated(floor, np.full((5, 5), 0.9, np.float32))
+    sure = blend_heatmap(floor, np.full((5, 5), 0.9, np.float32))
     assert sure.max() > 200
 
 
 def test_marks_change_the_picture_and_their_absence_leaves_it_bare() -> None:
     view = search_view()
-    bare = map_picture(view, scale=8)
-    marks = Marks(
+    bare = render_map(view, scale=8)
+    overlay = Overlay(
         trail_m=np.array([(0.2, 0.2), (0.4, 0.2)]),
         path_m=np.array([(0.5, 0.5), (1.5, 0.5)]),
         goal_m=np.array([(1.5, 0.5)]),
@@ -113,21 +119,21 @@ def test_marks_change_the_picture_and_their_absence_leaves_it_bare() -> None:
         frontier_scores=np.array([np.nan]),
         regions_m=np.array([(1.2, 1.2)]),
         robot=(0.5, 0.8, 0.0),
-        finds=(("teddy bear", 1.7, 0.2),),
+        found=(("teddy bear", 1.7, 0.2),),
     )
-    drawn = map_picture(view, marks, 8)
+    drawn = render_map(view, overlay, 8)
     assert drawn.bounds_m == bare.bounds_m
     assert colour_at(drawn, 1.0, 0.5) == render.PATH
     assert colour_at(drawn, 0.3, 1.2) == render.FRONTIER
     assert colour_at(drawn, 0.5, 0.8) == render.ROBOT
-    assert colour_at(drawn, 1.7, 0.2) == render.FIND
+    assert colour_at(drawn, 1.7, 0.2) == render.FOUND
     assert colour_at(drawn, 1.0, 1.0) == colour_at(bare, 1.0, 1.0)
 
 
 def test_the_view_is_not_written_to() -> None:
     view = search_view("sofa")
     copy = replace(view, occupancy=view.occupancy.copy(), similarity=view.similarity.copy())
-    map_picture(view, Marks(robot=(0, 0, 0)))
+    render_map(view, Overlay(robot=(0, 0, 0)))
     np.testing.assert_array_equal(view.occupancy, copy.occupancy)
     np.testing.assert_array_equal(view.similarity, copy.similarity)
 
@@ -138,9 +144,9 @@ def test_a_large_map_stays_a_picture_that_can_be_sent(scale: int) -> None:
     occupancy = np.full(shape, Occupancy.FREE, np.uint8)
     none = np.zeros((0, 0), np.float32)
     view = SearchView("", 1, 1, 1, GridSpec(0.05, (0, 0), shape), occupancy, occupancy, none)
-    assert max(map_picture(view, scale=scale).image.shape) <= render.MAX_PX
+    assert max(render_map(view, scale=scale).image.shape) <= render.MAX_PX
 
 
 def test_png_is_png() -> None:
-    assert encode_png(map_picture(search_view()).image).startswith(b"\x89PNG")
+    assert encode_png(render_map(search_view()).image).startswith(b"\x89PNG")
     assert GRID.cell_size_m == 0.1

@@ -6,12 +6,12 @@ import pytest
 
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.present.service_status import (
-    STAGES,
-    Condition,
-    find_gap,
+    PIPELINE_STAGES,
+    ServiceCondition,
+    assess_service,
+    assess_services,
+    find_pipeline_fault,
     hung_problem,
-    report_service,
-    reports,
 )
 from tests.gateway import fakes
 
@@ -31,25 +31,28 @@ def well(now_s: float) -> LiveState:
 
 def test_nothing_is_wrong_when_all_is_well() -> None:
     state = well(10.0)
-    assert find_gap(state, 10.0, 5.0) is None
-    assert [report.name for report in reports(state, 10.0)] == [*STAGES, "simulator"]
-    for report in reports(state, 10.0):
-        assert report.condition is Condition.OK
+    assert find_pipeline_fault(state, 10.0, 5.0) is None
+    assert [report.name for report in assess_services(state, 10.0)] == [
+        *PIPELINE_STAGES,
+        "simulator",
+    ]
+    for report in assess_services(state, 10.0):
+        assert report.condition is ServiceCondition.OK
         assert report.problem == ""
 
 
 def test_at_the_start_the_robot_is_missing() -> None:
-    gap = find_gap(LiveState(), 0.0, 5.0)
-    assert gap is not None
-    assert gap.service == "robot"
-    assert "No camera frame has arrived yet" in gap.detail
+    fault = find_pipeline_fault(LiveState(), 0.0, 5.0)
+    assert fault is not None
+    assert fault.service == "robot"
+    assert "No camera frame has arrived yet" in fault.detail
 
 
 @pytest.mark.parametrize("service", ["perception", "mapper", "planner"])
 def test_a_killed_service_is_named_with_the_command_that_starts_it(service: str) -> None:
     state = well(10.0).with_alive(SERVICES - {service}, 10.5)
-    report = report_service(service, state, 10.0)
-    assert report.condition is Condition.DOWN
+    report = assess_service(service, state, 10.0)
+    assert report.condition is ServiceCondition.DOWN
     assert not report.ready
     assert f"onemap {service}" in report.problem
 
@@ -60,22 +63,22 @@ def test_a_stage_that_was_killed_is_named_also_when_the_map_is_old(service: str)
     state = state.with_message(fakes.rgbd(), 16.0).with_message(fakes.odometry(0, 0), 16.0)
     for other in SERVICES:
         state = state.with_message(fakes.heartbeat(other, 2), 16.0)
-    gap = find_gap(state, 16.0, 5.0)
-    assert gap is not None
-    assert gap.service == service
+    fault = find_pipeline_fault(state, 16.0, 5.0)
+    assert fault is not None
+    assert fault.service == service
 
 
 def test_without_a_planner_the_robot_is_not_ready() -> None:
-    gap = find_gap(well(10.0).with_alive(SERVICES - {"planner"}, 10.5), 10.0, 5.0)
-    assert gap is not None
-    assert gap.service == "planner"
+    fault = find_pipeline_fault(well(10.0).with_alive(SERVICES - {"planner"}, 10.5), 10.0, 5.0)
+    assert fault is not None
+    assert fault.service == "planner"
 
 
 def test_a_silent_camera_is_the_robots_fault() -> None:
-    gap = find_gap(well(10.0), 20.0, 5.0)
-    assert gap is not None
-    assert gap.service == "robot"
-    assert "10 s" in gap.detail
+    fault = find_pipeline_fault(well(10.0), 20.0, 5.0)
+    assert fault is not None
+    assert fault.service == "robot"
+    assert "10 s" in fault.detail
 
 
 def test_frames_that_get_lost_without_a_culprit_are_said_so() -> None:
@@ -84,15 +87,15 @@ def test_frames_that_get_lost_without_a_culprit_are_said_so() -> None:
     for service in SERVICES:
         state = state.with_message(fakes.heartbeat(service, 2), now_s)
     state = state.with_message(fakes.rgbd(), now_s).with_message(fakes.odometry(0, 0), now_s)
-    gap = find_gap(state, now_s, 5.0)
-    assert gap is not None
-    assert gap.service == "mapper"
-    assert "onemap doctor" in gap.detail
+    fault = find_pipeline_fault(state, now_s, 5.0)
+    assert fault is not None
+    assert fault.service == "mapper"
+    assert "onemap doctor" in fault.detail
 
 
 def test_a_service_that_falls_silent_hangs_and_must_not_be_started_twice() -> None:
-    report = report_service("mapper", well(10.0), 14.0)
-    assert report.condition is Condition.DOWN
+    report = assess_service("mapper", well(10.0), 14.0)
+    assert report.condition is ServiceCondition.DOWN
     assert report.problem == (
         "The mapper has not been heard for 4 s: its process hangs or its link is down; restart it "
         "rather than start a second one."
@@ -104,7 +107,7 @@ def test_a_token_that_goes_with_the_heartbeat_is_of_a_process_that_ended(
     lost_after_s: float,
 ) -> None:
     state = well(10.0).with_alive(SERVICES - {"mapper"}, 10.0 + lost_after_s)
-    report = report_service("mapper", state, 18.0)
+    report = assess_service("mapper", state, 18.0)
     assert report.problem.startswith("The mapper stopped 8 s ago: start it with 'onemap mapper'")
     assert hung_problem("mapper", state, 18.0) == ""
 
@@ -114,66 +117,66 @@ def test_a_token_that_outlives_the_heartbeat_is_of_a_process_that_hangs(
     lost_after_s: float,
 ) -> None:
     state = well(10.0).with_alive(SERVICES - {"mapper"}, 10.0 + lost_after_s)
-    report = report_service("mapper", state, 18.0)
-    assert report.condition is Condition.DOWN
+    report = assess_service("mapper", state, 18.0)
+    assert report.condition is ServiceCondition.DOWN
     assert report.problem.startswith("The mapper has not been heard for 8 s: its process hangs")
     assert report.problem == hung_problem("mapper", state, 18.0)
-    gap = find_gap(state.with_message(fakes.rgbd(), 18.0), 18.0, 5.0)
-    assert gap is not None
-    assert "start it" not in gap.detail
+    fault = find_pipeline_fault(state.with_message(fakes.rgbd(), 18.0), 18.0, 5.0)
+    assert fault is not None
+    assert "start it" not in fault.detail
 
 
 @pytest.mark.parametrize("service", ["perception", "mapper", "planner"])
 def test_a_dead_stage_is_missed_before_the_map_is_old(service: str) -> None:
-    gap = find_gap(well(10.0).with_alive(SERVICES - {service}, 10.5), 11.0, 5.0)
-    assert gap is not None
-    assert gap.service == service
+    fault = find_pipeline_fault(well(10.0).with_alive(SERVICES - {service}, 10.5), 11.0, 5.0)
+    assert fault is not None
+    assert fault.service == service
 
 
 def test_a_service_that_is_back_and_not_yet_heard_neither_hangs_nor_is_down() -> None:
     state = well(10.0).with_alive(SERVICES - {"mapper"}, 12.5).with_alive(SERVICES, 20.0)
-    report = report_service("mapper", state, 21.0)
+    report = assess_service("mapper", state, 21.0)
     assert (report.condition, report.problem) == (
-        Condition.DEGRADED,
+        ServiceCondition.DEGRADED,
         "The mapper has just started.",
     )
     state = state.with_message(fakes.heartbeat("mapper", 5), 21.5)
-    assert report_service("mapper", state, 22.0).condition is Condition.OK
+    assert assess_service("mapper", state, 22.0).condition is ServiceCondition.OK
 
 
 def test_a_hung_loop_is_down_though_it_still_beats() -> None:
     state = well(10.0).with_message(fakes.heartbeat("mapper", 1), 17.0)
-    report = report_service("mapper", state, 17.0)
-    assert report.condition is Condition.DOWN
+    report = assess_service("mapper", state, 17.0)
+    assert report.condition is ServiceCondition.DOWN
     assert "stood still for 7 s" in report.problem
 
 
 def test_a_problem_of_its_own_is_passed_on() -> None:
     beat = fakes.heartbeat("mapper", 2, ready=False, problem="no text encoder")
-    report = report_service("mapper", well(10.0).with_message(beat, 10.0), 10.0)
-    assert report.condition is Condition.DEGRADED
+    report = assess_service("mapper", well(10.0).with_message(beat, 10.0), 10.0)
+    assert report.condition is ServiceCondition.DEGRADED
     assert report.problem == "No text encoder."
 
 
 def test_not_ready_without_a_reason_is_said_so() -> None:
     state = well(10.0).with_message(fakes.heartbeat("mapper", 2, ready=False), 10.0)
-    report = report_service("mapper", state, 10.0)
-    assert report.condition is Condition.DEGRADED
+    report = assess_service("mapper", state, 10.0)
+    assert report.condition is ServiceCondition.DEGRADED
     assert "does not say why" in report.problem
 
 
 def test_a_service_that_has_just_started_is_not_down() -> None:
     state = LiveState().with_alive(frozenset({"mapper"}), 0.0)
-    assert report_service("mapper", state, 0.0).condition is Condition.DEGRADED
+    assert assess_service("mapper", state, 0.0).condition is ServiceCondition.DEGRADED
 
 
 def test_a_robot_without_odometry_is_degraded() -> None:
     state = LiveState().with_message(fakes.rgbd(), 1.0)
-    robot = reports(state, 1.0)[0]
-    assert robot.condition is Condition.DEGRADED
+    robot = assess_services(state, 1.0)[0]
+    assert robot.condition is ServiceCondition.DEGRADED
     assert "odometry" in robot.problem
 
 
 def test_visitors_of_the_bus_are_not_services() -> None:
     state = LiveState().with_alive(frozenset({"doctor", "demo", "perception"}), 0.0)
-    assert [report.name for report in reports(state, 10.0)] == list(STAGES)
+    assert [report.name for report in assess_services(state, 10.0)] == list(PIPELINE_STAGES)

@@ -10,14 +10,14 @@ import numpy as np
 
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.present.live import live_document
-from onemap_gateway.present.service_status import Gap
+from onemap_gateway.present.service_status import PipelineFault
 from onemap_gateway.present.views import (
     age_s,
+    build_overlay,
     finite,
     map_archive,
     map_info,
-    marks_of,
-    nothing_like,
+    no_match_message,
     search_report,
 )
 from onemap_shared.messages import SearchState, SimilarityReply
@@ -49,11 +49,11 @@ def nothing(floor: float, nearest: tuple[str, ...]) -> SimilarityReply:
 
 
 def test_an_empty_answer_says_what_it_knows() -> None:
-    assert nothing_like(nothing(0.0, ())) == "Nothing on the map looks like 'yeti'."
-    assert nothing_like(nothing(0.3, ())).endswith(
+    assert no_match_message(nothing(0.0, ())) == "Nothing on the map looks like 'yeti'."
+    assert no_match_message(nothing(0.3, ())).endswith(
         "the best score is 0.00, and answers begin at 0.30."
     )
-    assert nothing_like(nothing(0.0, ("bed",))).endswith("'yeti'. Did you mean 'bed'?")
+    assert no_match_message(nothing(0.0, ("bed",))).endswith("'yeti'. Did you mean 'bed'?")
 
 
 def test_an_age_is_never_negative_and_never_of_nothing() -> None:
@@ -117,23 +117,23 @@ def lively() -> LiveState:
 
 
 def test_marks_hold_what_the_picture_shows() -> None:
-    marks = marks_of(lively(), 1.0)
-    np.testing.assert_allclose(marks.robot, (1.0, 2.0, 0.5))
-    np.testing.assert_allclose(marks.path_m, [(1, 2), (3, 4)])
-    assert marks.finds == (("sofa", 1.0, 2.0),)
-    assert len(marks.frontiers_m) == 1
+    overlay = build_overlay(lively(), 1.0)
+    np.testing.assert_allclose(overlay.robot, (1.0, 2.0, 0.5))
+    np.testing.assert_allclose(overlay.path_m, [(1, 2), (3, 4)])
+    assert overlay.found == (("sofa", 1.0, 2.0),)
+    assert len(overlay.frontiers_m) == 1
 
 
 def test_marks_of_nothing_are_empty() -> None:
-    marks = marks_of(LiveState(), 0.0)
-    assert not marks.robot
-    assert not marks.finds
-    assert len(marks.path_m) == len(marks.trail_m) == 0
+    overlay = build_overlay(LiveState(), 0.0)
+    assert not overlay.robot
+    assert not overlay.found
+    assert len(overlay.path_m) == len(overlay.trail_m) == 0
 
 
 def test_the_live_document_is_json_and_whole() -> None:
     document = live_document(
-        lively(), Gap("robot", "Silent."), now_s=1.5, now_ns=STAMP_NS, with_trail=True
+        lively(), PipelineFault("robot", "Silent."), now_s=1.5, now_ns=STAMP_NS, with_trail=True
     )
     assert json.loads(json.dumps(document, allow_nan=False)) == document
     assert document["ready"] is False

@@ -22,7 +22,7 @@ from onemap_shared.messages import (
 )
 
 M = TypeVar("M")
-Message: TypeAlias = (
+BusMessage: TypeAlias = (
     RgbdFrame | Odometry | Detections | MapRevision | SearchStatus | PlannedPath | Heartbeat
 )
 
@@ -36,7 +36,7 @@ SEARCH_LOG = 64  # a search changes a few times a minute; readers look ten times
 
 
 @dataclass(frozen=True, slots=True)
-class Seen(Generic[M]):
+class LatestMessage(Generic[M]):
     """The newest message of a stream, when it arrived, and the usual interval between two."""
 
     message: M
@@ -58,7 +58,7 @@ class Seen(Generic[M]):
 
 
 @dataclass(frozen=True, slots=True)
-class Beat:
+class HeartbeatRecord:
     """The newest heartbeat of a service, and when its loop was last seen to advance."""
 
     heartbeat: Heartbeat
@@ -68,28 +68,28 @@ class Beat:
 
 @dataclass(frozen=True, slots=True)
 class LiveState:
-    """Everything heard so far. ``fused_s``: when a frame last went all the way to the map.
+    """Everything heard so far. ``last_fused_s``: when a frame last went all the way to the map.
 
     ``search_log`` keeps the newest statuses in order; ``search_count`` counts all, so that a
     reader knows which of them are new to it. ``trail_m``: where the robot has been, (x, y).
     ``alive_changed_s``: when each service's liveliness token was last seen to come or go.
     """
 
-    frame: Seen[RgbdFrame] | None = None
-    odometry: Seen[Odometry] | None = None
-    detections: Seen[Detections] | None = None
-    revision: Seen[MapRevision] | None = None
-    search: Seen[SearchStatus] | None = None
-    path: Seen[PlannedPath] | None = None
+    frame: LatestMessage[RgbdFrame] | None = None
+    odometry: LatestMessage[Odometry] | None = None
+    detections: LatestMessage[Detections] | None = None
+    revision: LatestMessage[MapRevision] | None = None
+    search: LatestMessage[SearchStatus] | None = None
+    path: LatestMessage[PlannedPath] | None = None
     search_log: tuple[SearchStatus, ...] = ()
     search_count: int = 0
     trail_m: tuple[tuple[float, float], ...] = ()
-    fused_s: float | None = None
-    beats: Mapping[str, Beat] = field(default_factory=dict)
+    last_fused_s: float | None = None
+    heartbeats: Mapping[str, HeartbeatRecord] = field(default_factory=dict)
     alive: frozenset[str] = frozenset()
     alive_changed_s: Mapping[str, float] = field(default_factory=dict)
 
-    def with_message(self, message: Message, now_s: float) -> LiveState:
+    def with_message(self, message: BusMessage, now_s: float) -> LiveState:
         """The state after ``message`` arrived."""
         return replace(self, **_changes(self, message, now_s))
 
@@ -115,49 +115,51 @@ class LiveState:
         return self.search_log[len(self.search_log) - fresh :] if fresh > 0 else ()
 
 
-def _changes(state: LiveState, message: Message, now_s: float) -> dict[str, Any]:
+def _changes(state: LiveState, message: BusMessage, now_s: float) -> dict[str, Any]:
     """The fields that ``message`` changes."""
     changes: dict[str, Any] = {}
     match message:
         case RgbdFrame():
-            changes["frame"] = _seen(state.frame, message, now_s)
+            changes["frame"] = _latest(state.frame, message, now_s)
         case Odometry():
-            changes["odometry"] = _seen(state.odometry, message, now_s)
+            changes["odometry"] = _latest(state.odometry, message, now_s)
             changes["trail_m"] = _trail(state.trail_m, message)
         case Detections():
-            changes["detections"] = _seen(state.detections, message, now_s)
+            changes["detections"] = _latest(state.detections, message, now_s)
         case MapRevision():
-            changes["revision"] = _seen(state.revision, message, now_s)
+            changes["revision"] = _latest(state.revision, message, now_s)
             if _is_progress(state.revision, message):
-                changes["fused_s"] = now_s
+                changes["last_fused_s"] = now_s
         case SearchStatus():
-            changes["search"] = _seen(state.search, message, now_s)
+            changes["search"] = _latest(state.search, message, now_s)
             changes["search_log"] = (*state.search_log, message)[-SEARCH_LOG:]
             changes["search_count"] = state.search_count + 1
         case PlannedPath():
-            changes["path"] = _seen(state.path, message, now_s)
+            changes["path"] = _latest(state.path, message, now_s)
         case Heartbeat():
-            beat = _beat(state.beats.get(message.service), message, now_s)
-            changes["beats"] = {**state.beats, message.service: beat}
+            record = _heartbeat_record(state.heartbeats.get(message.service), message, now_s)
+            changes["heartbeats"] = {**state.heartbeats, message.service: record}
     return changes
 
 
-def _seen(previous: Seen[M] | None, message: M, now_s: float) -> Seen[M]:
+def _latest(previous: LatestMessage[M] | None, message: M, now_s: float) -> LatestMessage[M]:
     if previous is None:
-        return Seen(message, now_s)
+        return LatestMessage(message, now_s)
     interval = now_s - previous.arrived_s
     usual = previous.interval_s
     if usual != float("inf"):
         interval = usual + SMOOTHING * (interval - usual)
-    return Seen(message, now_s, interval)
+    return LatestMessage(message, now_s, interval)
 
 
-def _is_progress(previous: Seen[MapRevision] | None, message: MapRevision) -> bool:
+def _is_progress(previous: LatestMessage[MapRevision] | None, message: MapRevision) -> bool:
     """Whether a frame was fused since the revision before: the first is only a latched memory."""
     return previous is not None and message.frames_fused > previous.message.frames_fused
 
 
-def _beat(previous: Beat | None, heartbeat: Heartbeat, now_s: float) -> Beat:
+def _heartbeat_record(
+    previous: HeartbeatRecord | None, heartbeat: Heartbeat, now_s: float
+) -> HeartbeatRecord:
     before = previous.heartbeat if previous else None
     stands_still = (
         before is not None
@@ -165,7 +167,7 @@ def _beat(previous: Beat | None, heartbeat: Heartbeat, now_s: float) -> Beat:
         and before.progress == heartbeat.progress
     )
     advanced_s = previous.advanced_s if previous and stands_still else now_s
-    return Beat(heartbeat, now_s, advanced_s)
+    return HeartbeatRecord(heartbeat, now_s, advanced_s)
 
 
 def _trail(

@@ -8,7 +8,7 @@ from typing import TypeVar
 import anyio
 from anyio import CapacityLimiter, to_thread
 
-from onemap_gateway.http.problems import from_call, never_hung
+from onemap_gateway.http.problems import from_call_error, never_hung
 from onemap_shared import keys
 from onemap_shared.keys import Procedure
 from onemap_shared.transport import Bus, CallError, QueryTimeout
@@ -27,31 +27,31 @@ SERVED_BY = {
 }
 
 
-class Calls:
+class RpcClient:
     """Asks the mapper and the planner without blocking the event loop.
 
     Each service has its own few threads, so one that hangs cannot keep the others' answers
-    from coming; who finds all of them taken is told so in time. ``hung``: see ``from_call``.
+    from coming; who finds all of them taken is told so in time. ``hung``: see ``from_call_error``.
     """
 
     def __init__(
         self,
         bus: Bus,
         timeout_s: float,
-        calls_at_once: int,
+        max_concurrent_calls: int,
         hung: Callable[[str], str] = never_hung,
     ) -> None:
         self._bus = bus
         self._hung = hung
         self._timeout_s = timeout_s
         self._limiters = {
-            service: CapacityLimiter(calls_at_once) for service in ("mapper", "planner")
+            service: CapacityLimiter(max_concurrent_calls) for service in ("mapper", "planner")
         }
 
-    async def ask(
+    async def call(
         self, procedure: Procedure[Q, R], request: Q, timeout_s: float | None = None
     ) -> R:
-        """The answer, or a ``Problem`` that names the service."""
+        """The answer, or a ``HttpProblem`` that names the service."""
         service = SERVED_BY[procedure.key]
         limit_s = timeout_s or self._timeout_s
         try:
@@ -65,6 +65,6 @@ class Calls:
                     limiter=self._limiters[service],
                 )
         except TimeoutError:
-            raise from_call(QueryTimeout(), service, limit_s, self._hung) from None
+            raise from_call_error(QueryTimeout(), service, limit_s, self._hung) from None
         except CallError as error:
-            raise from_call(error, service, limit_s, self._hung) from error
+            raise from_call_error(error, service, limit_s, self._hung) from error

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from onemap_gateway.bus.live_state import LiveState, Message
+from onemap_gateway.bus.live_state import BusMessage, LiveState
 from onemap_gateway.present.service_status import hung_for_s, hung_problem
 from onemap_shared import keys
 from onemap_shared.keys import Topic
@@ -16,9 +16,9 @@ from onemap_shared.transport import Bus, Counters, Subscription
 
 LOG = logging.getLogger("onemap.gateway")
 
-TAKE_S = 0.25  # longest wait for a message, and so the delay to notice the end
-ALIVE_S = 0.25  # between two looks at the liveliness tokens
-BURST = 16  # messages kept of streams of which none may be lost
+TAKE_TIMEOUT_S = 0.25  # longest wait for a message, and so the delay to notice the end
+LIVELINESS_PERIOD_S = 0.25  # between two looks at the liveliness tokens
+BUFFERED_MESSAGES = 16  # messages kept of streams of which none may be lost
 
 # What is followed, and how many messages are kept until a thread takes them.
 STREAMS: Mapping[str, tuple[Topic[Any], int]] = {
@@ -26,13 +26,13 @@ STREAMS: Mapping[str, tuple[Topic[Any], int]] = {
     "odometry": (keys.ROBOT_ODOMETRY, 1),
     "detections": (keys.DETECTIONS, 1),
     "revision": (keys.MAP_REVISION, 1),
-    "search": (keys.SEARCH_STATE, BURST),
+    "search": (keys.SEARCH_STATE, BUFFERED_MESSAGES),
     "path": (keys.SEARCH_PATH, 1),
-    "heartbeat": (keys.ALL_HEARTBEATS, BURST),
+    "heartbeat": (keys.ALL_HEARTBEATS, BUFFERED_MESSAGES),
 }
 
 
-class Hub:
+class StateCache:
     """Follows every stream that clients may watch, each in a thread of its own.
 
     A thread that dies is left to the runner, which takes the process down.
@@ -44,7 +44,7 @@ class Hub:
         self._state = LiveState()
         self._changed = threading.Condition()
         self._closing = threading.Event()
-        self._subscriptions: dict[str, Subscription[Message]] = {
+        self._subscriptions: dict[str, Subscription[BusMessage]] = {
             name: bus.subscribe(topic, capacity) for name, (topic, capacity) in STREAMS.items()
         }
         self._threads = [
@@ -100,12 +100,12 @@ class Hub:
         """Stop following."""
         self.begin_close()
         for thread in self._threads:
-            thread.join(2 * TAKE_S)
+            thread.join(2 * TAKE_TIMEOUT_S)
 
-    def _follow(self, name: str, subscription: Subscription[Message]) -> None:
+    def _follow(self, name: str, subscription: Subscription[BusMessage]) -> None:
         refused = 0
         while not self._closing.is_set():
-            message = subscription.take(TAKE_S)
+            message = subscription.take(TAKE_TIMEOUT_S)
             if message is not None:
                 with self._changed:
                     self._state = self._state.with_message(message, self._clock_s())
@@ -121,5 +121,5 @@ class Hub:
             with self._changed:
                 self._state = self._state.with_alive(alive, self._clock_s())
                 self._changed.notify_all()
-            if self._closing.wait(ALIVE_S):
+            if self._closing.wait(LIVELINESS_PERIOD_S):
                 return

@@ -9,13 +9,13 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
-from onemap_gateway.http.context import Gateway
-from onemap_gateway.http.middleware import Envelope
+from onemap_gateway.http.context import GatewayContext
+from onemap_gateway.http.middleware import ResponseMiddleware
 from onemap_gateway.http.problem_docs import ProblemDetails
-from onemap_gateway.http.problems import KINDS, Problem, from_validation
+from onemap_gateway.http.problems import PROBLEM_TYPES, HttpProblem, from_validation_errors
 from onemap_gateway.http.responses import problem_response
 from onemap_gateway.http.routes import camera, health, live, map, pages, queries, searches
-from onemap_gateway.http.security import Guard
+from onemap_gateway.http.security import SecurityMiddleware
 
 DESCRIPTION = """
 Ask a robot where things are, and send it to find them.
@@ -40,7 +40,7 @@ TAGS = [
 ]
 
 
-def create_app(gateway: Gateway) -> FastAPI:
+def create_app(gateway: GatewayContext) -> FastAPI:
     """The HTTP interface of ``gateway``."""
     app = FastAPI(
         title="OneMap",
@@ -55,11 +55,11 @@ def create_app(gateway: Gateway) -> FastAPI:
     for part in (queries, searches, map, camera, health, live, pages):
         app.include_router(part.router)
     app.mount("/static", pages.StaticPages(directory=pages.STATIC))
-    app.add_exception_handler(Problem, _on_problem)
+    app.add_exception_handler(HttpProblem, _on_problem)
     app.add_exception_handler(RequestValidationError, _on_validation)
     app.add_exception_handler(HTTPException, _on_http)
-    app.add_middleware(Guard, config=gateway.config)
-    app.add_middleware(Envelope, requests=gateway.requests)
+    app.add_middleware(SecurityMiddleware, config=gateway.config)
+    app.add_middleware(ResponseMiddleware, requests=gateway.requests)
     _complete_schema(app)
     return app
 
@@ -72,30 +72,32 @@ def _complete_schema(app: FastAPI) -> None:
     schemas.pop("HTTPValidationError", None)
     schemas.pop("ValidationError", None)
     document["x-problems"] = {
-        name: {"status": kind.status, "title": kind.title} for name, kind in KINDS.items()
+        name: {"status": kind.status, "title": kind.title} for name, kind in PROBLEM_TYPES.items()
     }
 
 
 async def _on_problem(_request: Request, problem: Exception) -> Response:
-    assert isinstance(problem, Problem)
+    assert isinstance(problem, HttpProblem)
     return problem_response(problem)
 
 
 async def _on_validation(_request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
-    return problem_response(from_validation(error.errors()))
+    return problem_response(from_validation_errors(error.errors()))
 
 
 async def _on_http(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     path = request.url.path[:100]
     if error.status_code == 404:
-        problem = Problem("not_found", f"There is nothing at {path}: /docs lists what there is.")
+        problem = HttpProblem(
+            "not_found", f"There is nothing at {path}: /docs lists what there is."
+        )
     elif error.status_code == 405:
         detail = f"{path} does not take {request.method[:20]}: /docs lists what it does."
-        problem = Problem("method_not_allowed", detail)
+        problem = HttpProblem("method_not_allowed", detail)
     else:
-        problem = Problem("http", str(error.detail), status=error.status_code)
+        problem = HttpProblem("http", str(error.detail), status=error.status_code)
     response = problem_response(problem)
     response.headers.update(error.headers or {})
     return response

@@ -9,21 +9,21 @@ from typing import Annotated
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
-from onemap_gateway.bus.rpc import Calls
-from onemap_gateway.bus.state_cache import Hub
+from onemap_gateway.bus.rpc import RpcClient
+from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.present.metrics import RequestCounter
-from onemap_gateway.present.service_status import Gap, find_gap
+from onemap_gateway.present.service_status import PipelineFault, find_pipeline_fault
 from onemap_shared import keys
 from onemap_shared.messages import SearchView, SearchViewRequest
 
 
 @dataclass(frozen=True, slots=True)
-class Gateway:
+class GatewayContext:
     """The ear, the mouth and the settings of one gateway."""
 
-    hub: Hub
-    calls: Calls
+    cache: StateCache
+    rpc: RpcClient
     config: GatewayConfig
     requests: RequestCounter = field(default_factory=RequestCounter)
 
@@ -31,19 +31,19 @@ class Gateway:
         """The wall clock, which capture stamps refer to."""
         return time.time_ns()
 
-    def gap(self) -> Gap | None:
+    def fault(self) -> PipelineFault | None:
         """Where frames get lost on their way to the map, if they do."""
-        return find_gap(self.hub.state, self.hub.now_s(), self.config.ready_within_s)
+        return find_pipeline_fault(self.cache.state, self.cache.now_s(), self.config.ready_within_s)
 
     async def view(self, text: str | None = None) -> SearchView:
         """The map as it is now, with the similarity to ``text`` if there is one."""
-        return await self.calls.ask(keys.MAP_SEARCH_VIEW, SearchViewRequest(text or ""))
+        return await self.rpc.call(keys.MAP_SEARCH_VIEW, SearchViewRequest(text or ""))
 
 
-def gateway_of(connection: HTTPConnection) -> Gateway:
+def get_gateway(connection: HTTPConnection) -> GatewayContext:
     """The gateway that the application was made for."""
-    gateway: Gateway = connection.app.state.gateway
+    gateway: GatewayContext = connection.app.state.gateway
     return gateway
 
 
-GatewayOf = Annotated[Gateway, Depends(gateway_of)]
+GatewayDep = Annotated[GatewayContext, Depends(get_gateway)]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import anyio
 
-from onemap_gateway.http.context import Gateway
-from onemap_gateway.http.problems import Problem
+from onemap_gateway.http.context import GatewayContext
+from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.present.views import search_report
 from onemap_shared import keys
 from onemap_shared.messages import SearchId, SearchStatus
@@ -20,16 +20,20 @@ RETRY = b"retry: 2000\n\n"  # milliseconds until a browser connects again
 
 
 @dataclass(frozen=True, slots=True)
-class Pace:
+class EventIntervals:
     """Seconds between two looks at the snapshot, two questions to the planner, two comments."""
 
-    look_s: float = 0.1
-    ask_s: float = 2.0
+    poll_s: float = 0.1
+    query_s: float = 2.0
     keep_alive_s: float = 10.0
 
 
 async def search_events(
-    gateway: Gateway, first: SearchStatus, *, count: int, pace: Pace | None = None
+    gateway: GatewayContext,
+    first: SearchStatus,
+    *,
+    count: int,
+    intervals: EventIntervals | None = None,
 ) -> AsyncIterator[bytes]:
     """Every change of the search from ``first`` on; ends after its final state.
 
@@ -37,37 +41,37 @@ async def search_events(
     planner is away the stream stays open and says so in an event ``problem``; a planner that is
     back and does not know the search any more ends it with that problem.
     """
-    pace = pace or Pace()
+    intervals = intervals or EventIntervals()
     last, trouble = first, ""
-    asked_s = spoken_s = gateway.hub.now_s()
+    asked_s = spoken_s = gateway.cache.now_s()
     yield RETRY + _status(gateway, first)
-    while last.active and not gateway.hub.closing:
-        await anyio.sleep(pace.look_s)
-        state, now_s = gateway.hub.state, gateway.hub.now_s()
+    while last.active and not gateway.cache.closing:
+        await anyio.sleep(intervals.poll_s)
+        state, now_s = gateway.cache.state, gateway.cache.now_s()
         fresh = state.statuses_since(count)
         count = state.search_count
-        if now_s - asked_s >= pace.ask_s:
+        if now_s - asked_s >= intervals.query_s:
             asked_s = now_s
             try:
                 request = SearchId(first.search_id)
-                fresh = (*fresh, await gateway.calls.ask(keys.SEARCH_GET, request))
+                fresh = (*fresh, await gateway.rpc.call(keys.SEARCH_GET, request))
                 trouble = ""
-            except Problem as problem:
+            except HttpProblem as problem:
                 if problem.detail != trouble:
                     trouble, spoken_s = problem.detail, now_s
                     yield _event("problem", problem.document)
                 if problem.kind == "unknown_search":
                     return
         for status in fresh:
-            if is_news(status, last):
+            if supersedes(status, last):
                 last, spoken_s = status, now_s
                 yield _status(gateway, status)
-        if now_s - spoken_s >= pace.keep_alive_s:
+        if now_s - spoken_s >= intervals.keep_alive_s:
             spoken_s = now_s
             yield KEEP_ALIVE
 
 
-def is_news(status: SearchStatus, last: SearchStatus) -> bool:
+def supersedes(status: SearchStatus, last: SearchStatus) -> bool:
     """Whether ``status`` is a later state of the same search, which had not ended.
 
     The end is later than anything, though a status that was made in the same instant may bear a
@@ -78,7 +82,7 @@ def is_news(status: SearchStatus, last: SearchStatus) -> bool:
     return same and status != last and later
 
 
-def _status(gateway: Gateway, status: SearchStatus) -> bytes:
+def _status(gateway: GatewayContext, status: SearchStatus) -> bytes:
     return _event("status", search_report(status, gateway.now_ns()).model_dump(mode="json"))
 
 

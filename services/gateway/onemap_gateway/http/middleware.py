@@ -7,7 +7,7 @@ import logging
 from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from onemap_gateway.http.problems import Problem
+from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.http.responses import problem_response
 from onemap_gateway.present.metrics import RequestCounter
 
@@ -22,7 +22,7 @@ HEADERS = {
 }
 
 
-class Envelope:
+class ResponseMiddleware:
     """Middleware around everything else."""
 
     def __init__(self, app: ASGIApp, requests: RequestCounter) -> None:
@@ -53,7 +53,9 @@ class Envelope:
             LOG.exception("%s %s failed", scope["method"], scope["path"])
             if status:  # half an answer is out: only cutting it off tells the client
                 raise
-            failure = Problem("internal", "The gateway failed on this request; its log says why.")
+            failure = HttpProblem(
+                "internal", "The gateway failed on this request; its log says why."
+            )
             await problem_response(failure)(scope, receive, send_marked)
         finally:
             route = getattr(scope.get("route"), "path", "other")

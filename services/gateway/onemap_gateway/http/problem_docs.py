@@ -41,7 +41,7 @@ class StatusReport(BaseModel):
     streams: list[StreamReport]
 
 
-class Health(BaseModel):
+class HealthReply(BaseModel):
     """The gateway's process lives, or the whole robot is ready."""
 
     status: str = Field(examples=["ok"])

@@ -6,10 +6,10 @@ import json
 
 from starlette.responses import Response
 
-from onemap_gateway.http.problems import MEDIA_TYPE, Problem
+from onemap_gateway.http.problems import MEDIA_TYPE, HttpProblem
 
 
-def problem_response(problem: Problem) -> Response:
+def problem_response(problem: HttpProblem) -> Response:
     """The response that tells the client."""
     # ASCII only: the document may quote text that is not valid Unicode
     body = json.dumps(problem.document).encode("ascii")

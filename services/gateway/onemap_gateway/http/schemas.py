@@ -32,7 +32,7 @@ class QueryRequest(RequestModel):
     include_grid: bool = Field(default=False, description="Also return the score of every cell.")
 
 
-class Region(BaseModel):
+class QueryRegion(BaseModel):
     """A patch of the map that looks like what was asked."""
 
     rank: int = Field(description="1 is the best.")
@@ -98,7 +98,7 @@ class QueryReply(BaseModel):
     )
 
     text: str
-    regions: list[Region]
+    regions: list[QueryRegion]
     revision: int = Field(description="Counts every change of the map.")
     age_s: float | None = Field(description="Age of the newest frame in the map; null if empty.")
     encoder_id: str

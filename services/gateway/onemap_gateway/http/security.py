@@ -15,15 +15,15 @@ from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.http.problems import Problem
+from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.http.responses import problem_response
 
 MAX_BODY_BYTES = 64 * 1024
-BODY_S = 10.0  # a body of 64 kB over the slowest link that still drives a robot
+BODY_TIMEOUT_S = 10.0  # a body of 64 kB over the slowest link that still drives a robot
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 
 
-class Guard:
+class SecurityMiddleware:
     """Middleware: host, origin, token, size, type and pace of what comes in."""
 
     def __init__(self, app: ASGIApp, config: GatewayConfig) -> None:
@@ -41,8 +41,8 @@ class Guard:
             elif scope["method"] not in SAFE_METHODS:
                 self._check_origin(headers)
                 self._check_token(headers)
-                receive = await _whole_body(headers, receive)
-        except Problem as problem:
+                receive = await _buffered_body(headers, receive)
+        except HttpProblem as problem:
             if scope["type"] == "websocket":
                 await send({"type": "websocket.close", "code": 1008, "reason": ""})
             else:
@@ -54,7 +54,7 @@ class Guard:
         name = _host_name(headers.get("host", ""))
         if name in self._hosts or name == "localhost" or _is_address(name):
             return
-        raise Problem(
+        raise HttpProblem(
             "misdirected",
             f"The gateway does not answer to the name {name[:100]!r}: use its IP address, or add "
             "the name to 'gateway.allowed_hosts'.",
@@ -69,7 +69,7 @@ class Guard:
             return
         if _host_name(site) in self._hosts:  # behind a proxy that renames
             return
-        raise Problem(
+        raise HttpProblem(
             "foreign_origin",
             f"A page from {origin[:100]} may not use the robot: open the gateway's own page.",
         )
@@ -80,7 +80,7 @@ class Guard:
         scheme, _, given = headers.get("authorization", "").partition(" ")
         matches = hmac.compare_digest(given.strip().encode(), self._token.encode())
         if scheme.lower() != "bearer" or not matches:
-            raise Problem(
+            raise HttpProblem(
                 "unauthorized",
                 "Send the header 'Authorization: Bearer <token>' with the token of the "
                 "configuration ('gateway.token').",
@@ -103,21 +103,21 @@ def _is_address(name: str) -> bool:
     return True
 
 
-async def _whole_body(headers: Headers, receive: Receive) -> Receive:
+async def _buffered_body(headers: Headers, receive: Receive) -> Receive:
     """Read the body, within its limits; returns a ``receive`` that gives it again."""
     length = headers.get("content-length", "0")
     if not length.isdecimal() or int(length[:20]) > MAX_BODY_BYTES:
         raise _too_large()
     try:
-        with anyio.fail_after(BODY_S):
+        with anyio.fail_after(BODY_TIMEOUT_S):
             body = await _read(receive)
     except TimeoutError:
-        raise Problem(
-            "slow_body", f"The body did not arrive within {BODY_S:g} s: send it in one go."
+        raise HttpProblem(
+            "slow_body", f"The body did not arrive within {BODY_TIMEOUT_S:g} s: send it in one go."
         ) from None
     kind = headers.get("content-type", "").partition(";")[0].strip().lower()
     if body and kind != "application/json":
-        raise Problem(
+        raise HttpProblem(
             "content_type",
             "Send JSON with the header 'Content-Type: application/json'; /docs has an example "
             "for each request.",
@@ -139,7 +139,7 @@ async def _read(receive: Receive) -> bytes:
     while True:
         message = await receive()
         if message["type"] == "http.disconnect":
-            raise Problem("slow_body", "The connection ended before the body was complete.")
+            raise HttpProblem("slow_body", "The connection ended before the body was complete.")
         part: bytes = message.get("body", b"")
         body += part
         if len(body) > MAX_BODY_BYTES:
@@ -148,8 +148,8 @@ async def _read(receive: Receive) -> bytes:
             return body
 
 
-def _too_large() -> Problem:
-    return Problem(
+def _too_large() -> HttpProblem:
+    return HttpProblem(
         "too_large",
         f"The body is larger than {MAX_BODY_BYTES // 1024} kB: no request here needs that.",
     )

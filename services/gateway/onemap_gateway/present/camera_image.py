@@ -5,14 +5,14 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from onemap_gateway.present.canvas import Rgb, text_at
+from onemap_gateway.present.canvas import Rgb, draw_text
 from onemap_shared.geometry import U8
 from onemap_shared.messages import Detections
 
 BOX: Rgb = (255, 190, 92)
 
 
-def camera_picture(rgb: U8, detections: Detections | None) -> U8:
+def annotate_detections(rgb: U8, detections: Detections | None) -> U8:
     """A copy of the image (H, W, 3) with a labelled box around each detection."""
     image = np.array(rgb)
     if detections is None:
@@ -23,7 +23,7 @@ def camera_picture(rgb: U8, detections: Detections | None) -> U8:
         detections.names, detections.scores, boxes.tolist(), strict=True
     ):
         cv2.rectangle(image, (x0, y0), (x1, y1), BOX, 2, cv2.LINE_AA)
-        text_at(image, f"{name} {score:.2f}", (max(x0, 2), max(y0 - 5, 12)), BOX)
+        draw_text(image, f"{name} {score:.2f}", (max(x0, 2), max(y0 - 5, 12)), BOX)
     return image
 
 

@@ -21,7 +21,7 @@ FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class Viewport:
     """Which part of the map a picture shows, and how large a metre is in it."""
 
     x_min_m: float
@@ -40,22 +40,22 @@ class Canvas:
     """An RGB image (H, W, 3) uint8 that is drawn upon, in metres of the map."""
 
     image: U8
-    frame: Frame
+    viewport: Viewport
 
     def line(self, points_m: Points, colour: Rgb, width_px: int) -> None:
         """A smooth line through the points."""
         if len(points_m) > 1:
-            fixed = _fixed(self.frame.pixels(points_m))
+            fixed = _fixed_point(self.viewport.pixels(points_m))
             cv2.polylines(self.image, [fixed], False, colour, width_px, cv2.LINE_AA, SHIFT)
 
     def dots(self, points_m: Points, radii_px: Sequence[float], colour: Rgb) -> None:
         """Filled circles."""
-        for centre, radius in zip(self.frame.pixels(points_m), radii_px, strict=True):
+        for centre, radius in zip(self.viewport.pixels(points_m), radii_px, strict=True):
             self._circle(centre, radius, colour, cv2.FILLED)
 
     def rings(self, points_m: Points, radius_px: float, colour: Rgb, width_px: int) -> None:
         """Circles."""
-        for centre in self.frame.pixels(points_m):
+        for centre in self.viewport.pixels(points_m):
             self._circle(centre, radius_px, colour, width_px)
 
     def arrow(self, x_m: float, y_m: float, yaw_rad: float, length_px: float, colour: Rgb) -> None:
@@ -63,38 +63,38 @@ class Canvas:
         angles = yaw_rad + np.array([0.0, 2.45, np.pi, -2.45])
         radii = length_px * np.array([0.65, 0.6, 0.25, 0.6])
         offsets = np.stack([np.cos(angles), -np.sin(angles)], axis=1) * radii[:, None]
-        outline = _fixed(self.frame.pixels([(x_m, y_m)]) + offsets)
+        outline = _fixed_point(self.viewport.pixels([(x_m, y_m)]) + offsets)
         cv2.fillPoly(self.image, [outline], colour, cv2.LINE_AA, SHIFT)
 
     def label(self, x_m: float, y_m: float, text: str, colour: Rgb) -> None:
         """A text beside the place, on its right if it fits, with an outline to be readable."""
-        column, row = (round(float(value)) for value in self.frame.pixels([(x_m, y_m)])[0])
-        plain = font_text(text)
+        column, row = (round(float(value)) for value in self.viewport.pixels([(x_m, y_m)])[0])
+        plain = ascii_text(text)
         width, _ = cv2.getTextSize(plain, FONT, FONT_SCALE, 1)[0]
         fits = column + 10 + width <= self.image.shape[1]
         left = column + 10 if fits else max(column - 10 - width, 0)
-        text_at(self.image, plain, (left, row + 4), colour)
+        draw_text(self.image, plain, (left, row + 4), colour)
 
     def _circle(self, centre_px: F64, radius_px: float, colour: Rgb, width_px: int) -> None:
-        centre, radius = _fixed(centre_px), round(radius_px * (1 << SHIFT))
+        centre, radius = _fixed_point(centre_px), round(radius_px * (1 << SHIFT))
         position = (int(centre[0]), int(centre[1]))
         cv2.circle(self.image, position, radius, colour, width_px, cv2.LINE_AA, SHIFT)
 
 
-def font_text(text: str) -> str:
+def ascii_text(text: str) -> str:
     """The text in letters that the font has: accents are dropped, others become '?'."""
     plain = unicodedata.normalize("NFKD", text)
     plain = "".join(c for c in plain if not unicodedata.combining(c))
     return plain.encode("ascii", "replace").decode()
 
 
-def text_at(image: U8, text: str, place_px: tuple[int, int], colour: Rgb) -> None:
+def draw_text(image: U8, text: str, place_px: tuple[int, int], colour: Rgb) -> None:
     """Write into ``image``, as far as the font has the letters."""
     for width, ink in ((3, (12, 16, 22)), (1, colour)):
-        cv2.putText(image, font_text(text), place_px, FONT, FONT_SCALE, ink, width, cv2.LINE_AA)
+        cv2.putText(image, ascii_text(text), place_px, FONT, FONT_SCALE, ink, width, cv2.LINE_AA)
 
 
-def _fixed(points_px: F64) -> np.ndarray:
+def _fixed_point(points_px: F64) -> np.ndarray:
     """Fixed-point coordinates; a pixel's centre is an integer for OpenCV, a half here."""
     limit = 2**26  # far outside of any picture, and still within OpenCV's integers
     scaled = (points_px - 0.5) * (1 << SHIFT)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from onemap_gateway.bus.live_state import LiveState
-from onemap_gateway.present.service_status import Gap, reports
+from onemap_gateway.present.service_status import PipelineFault, assess_services
 from onemap_gateway.present.views import age_s, search_report
 from onemap_shared.geometry import yaw_of
 
@@ -15,13 +15,13 @@ DECIMALS = 3  # millimetres
 
 
 def live_document(
-    state: LiveState, gap: Gap | None, *, now_s: float, now_ns: int, with_trail: bool
+    state: LiveState, fault: PipelineFault | None, *, now_s: float, now_ns: int, with_trail: bool
 ) -> dict[str, Any]:
     """The whole state but for images, which clients fetch when their numbers change."""
     search = state.search.message if state.search else None
     return {
-        "ready": gap is None,
-        "problem": gap.detail if gap else "",
+        "ready": fault is None,
+        "problem": fault.detail if fault else "",
         "robot": _robot(state, now_s),
         "trail_m": _rounded(state.trail_m) if with_trail else None,
         "map": _map(state, now_s, now_ns),
@@ -30,7 +30,7 @@ def live_document(
         "search": search_report(search, now_ns).model_dump(mode="json") if search else None,
         "services": [
             {"name": r.name, "condition": str(r.condition), "problem": r.problem}
-            for r in reports(state, now_s)
+            for r in assess_services(state, now_s)
         ],
     }
 

@@ -10,7 +10,7 @@ from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metri
 from prometheus_client.registry import Collector
 
 from onemap_gateway.bus.live_state import LiveState
-from onemap_gateway.present.service_status import Condition, reports
+from onemap_gateway.present.service_status import ServiceCondition, assess_services
 from onemap_shared.transport import Counters
 
 MEDIA_TYPE = "text/plain; version=0.0.4; charset=utf-8"
@@ -55,8 +55,8 @@ def _families(state: LiveState, counters: Mapping[str, Counters], now_s: float) 
     age = GaugeMetricFamily(
         "onemap_heartbeat_age_seconds", "Since the last heartbeat.", labels=["service"]
     )
-    for report in reports(state, now_s):
-        up.add_metric([report.name], float(report.condition is not Condition.DOWN))
+    for report in assess_services(state, now_s):
+        up.add_metric([report.name], float(report.condition is not ServiceCondition.DOWN))
         if report.heartbeat_age_s is not None:
             age.add_metric([report.name], report.heartbeat_age_s)
     yield from (up, age)
@@ -68,19 +68,19 @@ def _families(state: LiveState, counters: Mapping[str, Counters], now_s: float) 
             messages.add_metric([stream, outcome], getattr(counter, outcome))
     yield messages
     yield from _map_families(state, now_s)
-    for service, beat in sorted(state.beats.items()):
-        for name, value in sorted(beat.heartbeat.metrics.items()):
+    for service, record in sorted(state.heartbeats.items()):
+        for name, value in sorted(record.heartbeat.metrics.items()):
             yield GaugeMetricFamily(
                 metric_name(service, name), f"{name}, as the {service} reports it.", value=value
             )
 
 
 def _map_families(state: LiveState, now_s: float) -> Iterator[Metric]:
-    if state.fused_s is not None:
+    if state.last_fused_s is not None:
         yield GaugeMetricFamily(
             "onemap_map_idle_seconds",
             "Since a frame last went all the way to the map.",
-            value=max(now_s - state.fused_s, 0.0),
+            value=max(now_s - state.last_fused_s, 0.0),
         )
     if state.revision is not None:
         revision = state.revision.message

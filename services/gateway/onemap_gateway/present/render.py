@@ -8,7 +8,7 @@ from typing import TypeAlias
 import cv2
 import numpy as np
 
-from onemap_gateway.present.canvas import Canvas, Frame, Rgb, text_at
+from onemap_gateway.present.canvas import Canvas, Rgb, Viewport, draw_text
 from onemap_shared.geometry import F32, F64, U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy, SearchView
@@ -23,24 +23,26 @@ PATH: Rgb = (76, 201, 240)
 FRONTIER: Rgb = (94, 214, 160)
 REGION: Rgb = (255, 190, 92)
 ROBOT: Rgb = (245, 248, 252)
-FIND: Rgb = (255, 111, 145)
+FOUND: Rgb = (255, 111, 145)
 INK: Rgb = (214, 223, 233)
 
 # Heat: score 0, 1/3, 2/3 and 1 of the ramp; dark to bright, so that it also works in grey.
-RAMP = np.array([(82, 40, 130), (196, 58, 98), (250, 142, 60), (255, 236, 150)], np.float32)
-OPAQUE = 0.88  # of the hottest cell: walls still show through
-FAINT_HEAT = 0.1  # below this share of the top the floor stays as it is
-FAINT_SCORE = 0.25  # the ramp ends here at least: a weak best guess must not look like a find
+HEATMAP_COLOURS = np.array(
+    [(82, 40, 130), (196, 58, 98), (250, 142, 60), (255, 236, 150)], np.float32
+)
+HEATMAP_OPACITY = 0.88  # of the hottest cell: walls still show through
+HEATMAP_THRESHOLD = 0.1  # below this share of the top the floor stays as it is
+MIN_HEATMAP_TOP = 0.25  # the ramp ends here at least: a weak best guess must not look like a find
 
 MARGIN_M = 0.5
-EMPTY_M = 4.0  # side of the picture of an empty map
-TARGET_PX = 900  # longest side when no scale is asked for
+EMPTY_MAP_SIDE_M = 4.0  # side of the picture of an empty map
+DEFAULT_SIDE_PX = 900  # longest side when no scale is asked for
 MAX_PX = 4096
 MAX_SCALE = 32
 
 
 @dataclass(frozen=True, slots=True)
-class Marks:
+class Overlay:
     """What is drawn over the map, all in metres of the map frame; empty arrays draw nothing.
 
     robot: (x, y, yaw) or empty. Points are (N, 2); finds name their places.
@@ -53,11 +55,11 @@ class Marks:
     frontier_scores: PointsM = field(default_factory=lambda: np.zeros(0))
     regions_m: PointsM = field(default_factory=lambda: np.zeros((0, 2)))
     robot: tuple[float, ...] = ()
-    finds: tuple[tuple[str, float, float], ...] = ()
+    found: tuple[tuple[str, float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Picture:
+class MapImage:
     """An RGB image (H, W, 3) uint8 and the part of the map that it shows."""
 
     image: U8
@@ -65,77 +67,79 @@ class Picture:
     pixels_per_cell: int
 
 
-def map_picture(view: SearchView, marks: Marks | None = None, scale: int | None = None) -> Picture:
+def render_map(
+    view: SearchView, overlay: Overlay | None = None, scale: int | None = None
+) -> MapImage:
     """The known part of the map with a margin, ``scale`` pixels per cell (None: a good size).
 
-    Without ``marks`` only the map itself is drawn, without a scale bar: for those who draw
+    Without ``overlay`` only the map itself is drawn, without a scale bar: for those who draw
     the rest themselves.
     """
-    robot = marks.robot if marks else ()
-    grid = _crop_of(view, robot)
+    robot = overlay.robot if overlay else ()
+    grid = _visible_grid(view, robot)
     pixels = _pixels_per_cell(grid, scale)
-    occupancy = _cut(view.occupancy, view.grid, grid, Occupancy.UNKNOWN)
-    image = base_image(occupancy, pixels)
+    occupancy = _on_grid(view.occupancy, view.grid, grid, Occupancy.UNKNOWN)
+    image = occupancy_image(occupancy, pixels)
     if view.similarity.size:
-        image = heated(image, _cut(view.similarity, view.grid, grid, np.nan))
-    if marks is not None:
+        image = blend_heatmap(image, _on_grid(view.similarity, view.grid, grid, np.nan))
+    if overlay is not None:
         x_min, _, _, y_max = grid.bounds_m
-        canvas = Canvas(image, Frame(x_min, y_max, pixels / grid.cell_size_m))
-        draw_marks(canvas, marks)
+        canvas = Canvas(image, Viewport(x_min, y_max, pixels / grid.cell_size_m))
+        draw_overlay(canvas, overlay)
         draw_scale_bar(canvas)
-    return Picture(image, grid.bounds_m, pixels)
+    return MapImage(image, grid.bounds_m, pixels)
 
 
-def base_image(occupancy: U8, pixels_per_cell: int) -> U8:
+def occupancy_image(occupancy: U8, pixels_per_cell: int) -> U8:
     """RGB (ny * s, nx * s, 3) of occupancy (nx, ny): x to the right, y up, cells crisp."""
     colours = np.array([UNKNOWN, FREE, OCCUPIED], np.uint8)
-    return _enlarged(colours[_as_image(occupancy)], pixels_per_cell, cv2.INTER_NEAREST)
+    return _upscaled(colours[_as_image(occupancy)], pixels_per_cell, cv2.INTER_NEAREST)
 
 
-def heated(image: U8, similarity: F32) -> U8:
+def blend_heatmap(image: U8, similarity: F32) -> U8:
     """``image`` under the heat of similarity (nx, ny), score in [0, 1], NaN: not observed."""
     scores = _as_image(similarity)
     observed = np.isfinite(scores)
-    top = max(float(scores.max(where=observed, initial=0.0)), FAINT_SCORE)
+    top = max(float(scores.max(where=observed, initial=0.0)), MIN_HEATMAP_TOP)
     factor = image.shape[0] // scores.shape[0]
-    smooth = _enlarged(np.where(observed, scores, 0.0), factor, cv2.INTER_LINEAR)
+    smooth = _upscaled(np.where(observed, scores, 0.0), factor, cv2.INTER_LINEAR)
     heat = np.clip(smooth / top, 0.0, 1.0).astype(np.float32)
-    inside = _enlarged(observed.astype(np.uint8), factor, cv2.INTER_NEAREST)
-    alpha = OPAQUE * np.sqrt(np.clip(heat - FAINT_HEAT, 0.0, None)) * inside
-    stops = np.linspace(0, 1, len(RAMP))
-    colour = np.stack([np.interp(heat, stops, RAMP[:, c]) for c in range(3)], axis=-1)
+    inside = _upscaled(observed.astype(np.uint8), factor, cv2.INTER_NEAREST)
+    alpha = HEATMAP_OPACITY * np.sqrt(np.clip(heat - HEATMAP_THRESHOLD, 0.0, None)) * inside
+    stops = np.linspace(0, 1, len(HEATMAP_COLOURS))
+    colour = np.stack([np.interp(heat, stops, HEATMAP_COLOURS[:, c]) for c in range(3)], axis=-1)
     mixed = image + alpha[..., None] * (colour - image)
     result: U8 = np.rint(mixed).astype(np.uint8)
     return result
 
 
-def draw_marks(canvas: Canvas, marks: Marks) -> None:
+def draw_overlay(canvas: Canvas, overlay: Overlay) -> None:
     """Draw from what matters least to what must never be covered."""
-    canvas.line(marks.trail_m, TRAIL, 2)
-    scores = np.clip(np.nan_to_num(marks.frontier_scores), 0, 1)
-    canvas.dots(marks.frontiers_m, [2.5 + 4 * float(score) for score in scores], FRONTIER)
-    canvas.rings(marks.regions_m, 9, REGION, 2)
-    canvas.line(marks.path_m, PATH, 2)
-    canvas.rings(marks.goal_m, 6, PATH, 2)
-    if marks.robot:
-        x, y, yaw = marks.robot
+    canvas.line(overlay.trail_m, TRAIL, 2)
+    scores = np.clip(np.nan_to_num(overlay.frontier_scores), 0, 1)
+    canvas.dots(overlay.frontiers_m, [2.5 + 4 * float(score) for score in scores], FRONTIER)
+    canvas.rings(overlay.regions_m, 9, REGION, 2)
+    canvas.line(overlay.path_m, PATH, 2)
+    canvas.rings(overlay.goal_m, 6, PATH, 2)
+    if overlay.robot:
+        x, y, yaw = overlay.robot
         canvas.arrow(x, y, yaw, 20, UNKNOWN)
         canvas.arrow(x, y, yaw, 16, ROBOT)
-    for name, x, y in marks.finds:
+    for name, x, y in overlay.found:
         canvas.dots([(x, y)], [7], UNKNOWN)
-        canvas.dots([(x, y)], [5.5], FIND)
-        canvas.label(x, y, name, FIND)
+        canvas.dots([(x, y)], [5.5], FOUND)
+        canvas.label(x, y, name, FOUND)
 
 
 def draw_scale_bar(canvas: Canvas) -> None:
     """A bar of a round length, at most a third of the width, in the lower left corner."""
     height, width = canvas.image.shape[:2]
-    longest_m = width / canvas.frame.pixels_per_m / 3
+    longest_m = width / canvas.viewport.pixels_per_m / 3
     lengths = [length for length in (0.2, 0.5, 1, 2, 5, 10, 20, 50, 100) if length <= longest_m]
     if not lengths or height < 40:
         return
     length_m = lengths[-1]
-    left, right, row = 14, 14 + round(length_m * canvas.frame.pixels_per_m), height - 14
+    left, right, row = 14, 14 + round(length_m * canvas.viewport.pixels_per_m), height - 14
     for width_px, ink in ((4, UNKNOWN), (2, INK)):
         for start, end in (
             ((left, row), (right, row)),
@@ -143,7 +147,7 @@ def draw_scale_bar(canvas: Canvas) -> None:
             ((right, row - 4), (right, row)),
         ):
             cv2.line(canvas.image, start, end, ink, width_px, cv2.LINE_AA)
-    text_at(canvas.image, f"{length_m:g} m", (left + 4, row - 7), INK)
+    draw_text(canvas.image, f"{length_m:g} m", (left + 4, row - 7), INK)
 
 
 def encode_png(image: U8) -> bytes:
@@ -157,12 +161,12 @@ def _as_image(array: np.ndarray) -> np.ndarray:
     return np.asarray(array.T[::-1])
 
 
-def _enlarged(image: np.ndarray, factor: int, interpolation: int) -> np.ndarray:
+def _upscaled(image: np.ndarray, factor: int, interpolation: int) -> np.ndarray:
     size = (image.shape[1] * factor, image.shape[0] * factor)
     return np.asarray(cv2.resize(np.ascontiguousarray(image), size, interpolation=interpolation))
 
 
-def _crop_of(view: SearchView, robot: tuple[float, ...]) -> GridSpec:
+def _visible_grid(view: SearchView, robot: tuple[float, ...]) -> GridSpec:
     """The cells to show: all that is known and the robot, with a margin."""
     known = np.argwhere((view.occupancy != Occupancy.UNKNOWN) | (view.layers != 0))
     points = view.grid.centres(known)
@@ -170,12 +174,12 @@ def _crop_of(view: SearchView, robot: tuple[float, ...]) -> GridSpec:
         points = np.vstack([points, [robot[:2]]])
     if not len(points):
         points = np.zeros((1, 2))
-    margin_m = MARGIN_M if len(known) else EMPTY_M / 2
+    margin_m = MARGIN_M if len(known) else EMPTY_MAP_SIDE_M / 2
     lower, upper = points.min(axis=0) - margin_m, points.max(axis=0) + margin_m
     return GridSpec.covering(view.grid.cell_size_m, (lower[0], lower[1]), (upper[0], upper[1]))
 
 
-def _cut(array: np.ndarray, source: GridSpec, target: GridSpec, fill: float) -> np.ndarray:
+def _on_grid(array: np.ndarray, source: GridSpec, target: GridSpec, fill: float) -> np.ndarray:
     """``array`` (of ``source``) on the cells of ``target``; ``fill`` where it has none."""
     result = np.full(target.shape, fill, array.dtype)
     offset = np.subtract(source.origin_cell, target.origin_cell)
@@ -189,5 +193,5 @@ def _cut(array: np.ndarray, source: GridSpec, target: GridSpec, fill: float) -> 
 
 def _pixels_per_cell(grid: GridSpec, scale: int | None) -> int:
     longest = max(grid.shape)
-    wanted = scale if scale is not None else TARGET_PX // longest
+    wanted = scale if scale is not None else DEFAULT_SIDE_PX // longest
     return max(1, min(wanted, MAX_PX // longest, MAX_SCALE))

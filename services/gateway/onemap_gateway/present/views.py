@@ -9,19 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from onemap_gateway.bus.live_state import LiveState, Seen
+from onemap_gateway.bus.live_state import LatestMessage, LiveState
 from onemap_gateway.http.problem_docs import ServiceReport, StatusReport, StreamReport
 from onemap_gateway.http.schemas import (
     MapChange,
     MapInfo,
     ObjectReport,
+    QueryRegion,
     QueryReply,
-    Region,
     ScoreGrid,
     SearchReport,
 )
-from onemap_gateway.present.render import Marks
-from onemap_gateway.present.service_status import Gap, reports
+from onemap_gateway.present.render import Overlay
+from onemap_gateway.present.service_status import PipelineFault, assess_services
 from onemap_shared.geometry import yaw_of
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
@@ -51,7 +51,7 @@ def age_s(stamp_ns: int, now_ns: int) -> float | None:
 def query_reply(reply: SimilarityReply, now_ns: int) -> QueryReply:
     """Ranked regions for the client."""
     regions = [
-        Region(
+        QueryRegion(
             rank=rank,
             centre_m=_floats(centre),
             extent_m=_floats(extent),
@@ -69,13 +69,13 @@ def query_reply(reply: SimilarityReply, now_ns: int) -> QueryReply:
         age_s=age_s(reply.stamp_ns, now_ns),
         encoder_id=reply.encoder_id,
         best_score=reply.best_score,
-        message="" if regions else nothing_like(reply),
+        message="" if regions else no_match_message(reply),
         did_you_mean=list(reply.nearest),
         grid=_score_grid(reply.grid, reply.scores_grid) if reply.scores_grid.size else None,
     )
 
 
-def nothing_like(reply: SimilarityReply) -> str:
+def no_match_message(reply: SimilarityReply) -> str:
     """Why the answer to a query is empty, and what may have been meant."""
     best = floor(reply.best_score * 100) / 100  # never rounded up to where answers begin
     sentence = f"Nothing on the map looks like {reply.text!r}"
@@ -177,7 +177,7 @@ def map_archive(view: SearchView) -> bytes:
     return buffer.getvalue()
 
 
-def marks_of(state: LiveState, now_s: float) -> Marks:
+def build_overlay(state: LiveState, now_s: float) -> Overlay:
     """What is drawn over the map."""
     path = state.path_now(now_s)
     robot: tuple[float, ...] = ()
@@ -185,10 +185,10 @@ def marks_of(state: LiveState, now_s: float) -> Marks:
         T_map_body = state.odometry.message.T_map_body
         robot = (float(T_map_body[0, 3]), float(T_map_body[1, 3]), yaw_of(T_map_body))
     trail_m = np.array(state.trail_m, dtype=np.float64).reshape(-1, 2)
-    finds = finds_of(state.search.message) if state.search else ()
+    found = found_objects(state.search.message) if state.search else ()
     if path is None:
-        return Marks(trail_m=trail_m, robot=robot, finds=finds)
-    return Marks(
+        return Overlay(trail_m=trail_m, robot=robot, found=found)
+    return Overlay(
         trail_m=trail_m,
         path_m=path.points_m,
         goal_m=path.goal_m,
@@ -196,11 +196,11 @@ def marks_of(state: LiveState, now_s: float) -> Marks:
         frontier_scores=path.frontier_scores,
         regions_m=path.regions_m,
         robot=robot,
-        finds=finds,
+        found=found,
     )
 
 
-def finds_of(status: SearchStatus) -> tuple[tuple[str, float, float], ...]:
+def found_objects(status: SearchStatus) -> tuple[tuple[str, float, float], ...]:
     """Name, x and y of every object that was found."""
     return tuple(
         (result.name, result.position_m[0], result.position_m[1])
@@ -210,10 +210,10 @@ def finds_of(status: SearchStatus) -> tuple[tuple[str, float, float], ...]:
 
 
 def status_report(
-    state: LiveState, counters: Mapping[str, Counters], gap: Gap | None, now_s: float
+    state: LiveState, counters: Mapping[str, Counters], fault: PipelineFault | None, now_s: float
 ) -> StatusReport:
     """All that runs, and how."""
-    streams: dict[str, Seen | None] = {
+    streams: dict[str, LatestMessage | None] = {
         "rgbd": state.frame,
         "odometry": state.odometry,
         "detections": state.detections,
@@ -222,8 +222,8 @@ def status_report(
         "path": state.path,
     }
     return StatusReport(
-        ready=gap is None,
-        problem=gap.detail if gap else "",
+        ready=fault is None,
+        problem=fault.detail if fault else "",
         services=[
             ServiceReport(
                 name=report.name,
@@ -234,7 +234,7 @@ def status_report(
                 heartbeat_age_s=report.heartbeat_age_s,
                 metrics={name: finite(value) for name, value in report.metrics.items()},
             )
-            for report in reports(state, now_s)
+            for report in assess_services(state, now_s)
         ],
         streams=[
             StreamReport(

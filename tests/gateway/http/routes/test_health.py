@@ -27,13 +27,15 @@ def test_the_robot_is_not_ready_until_a_frame_reached_the_map(hub: MemoryRouter)
             bus.publish(keys.heartbeat(name)).put(fakes.heartbeat(name))
         revisions = buses["mapper"].publish(keys.MAP_REVISION)
         revisions.put(fakes.revision(1))
-        assert gateway.hub.wait_for(lambda s: s.revision is not None and len(s.beats) == 4, WAIT_S)
+        assert gateway.cache.wait_for(
+            lambda s: s.revision is not None and len(s.heartbeats) == 4, WAIT_S
+        )
         assert client.get("/readyz").status_code == 503
         revisions.put(fakes.revision(2))
-        assert gateway.hub.wait_for(lambda s: s.fused_s is not None, WAIT_S)
+        assert gateway.cache.wait_for(lambda s: s.last_fused_s is not None, WAIT_S)
         assert client.get("/readyz").status_code == 200
         buses["planner"].close()
-        assert gateway.hub.wait_for(lambda s: "planner" not in s.alive, WAIT_S)
+        assert gateway.cache.wait_for(lambda s: "planner" not in s.alive, WAIT_S)
         answer = client.get("/readyz")
         assert answer.status_code == 503
         assert answer.json()["service"] == "planner"

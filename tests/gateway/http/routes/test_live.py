@@ -48,7 +48,7 @@ def test_what_a_client_says_is_ignored(client: TestClient) -> None:
 def test_a_closing_gateway_says_good_bye(hub: MemoryRouter) -> None:
     with gateway_on(hub) as gateway, client_of(gateway).websocket_connect(LIVE) as socket:
         socket.receive_json()
-        gateway.hub.begin_close()
+        gateway.cache.begin_close()
         with pytest.raises(WebSocketDisconnect) as end:
             drain(socket)
     assert end.value.code == 1001

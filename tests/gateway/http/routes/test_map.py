@@ -121,7 +121,7 @@ def test_the_camera_shows_the_newest_image_with_its_detections(hub: MemoryRouter
     with gateway_on(hub) as gateway:
         robot.publish(keys.ROBOT_RGBD).put(fakes.rgbd(5))
         robot.publish(keys.DETECTIONS).put(fakes.detections("sofa", sequence=5))
-        gateway.hub.wait_for(lambda s: bool(s.frame and s.detections), fakes.WAIT_S)
+        gateway.cache.wait_for(lambda s: bool(s.frame and s.detections), fakes.WAIT_S)
         client = client_of(gateway)
         drawn = client.get("/v1/camera.jpg")
         plain = client.get("/v1/camera.jpg?detections=false")

@@ -7,10 +7,10 @@ from typing import Annotated
 from anyio import to_thread
 from fastapi import APIRouter, Query, Response
 
-from onemap_gateway.http.context import GatewayOf
+from onemap_gateway.http.context import GatewayDep
 from onemap_gateway.http.problem_docs import problem_responses
-from onemap_gateway.http.problems import Problem
-from onemap_gateway.present.camera_image import camera_picture, encode_jpeg
+from onemap_gateway.http.problems import HttpProblem
+from onemap_gateway.present.camera_image import annotate_detections, encode_jpeg
 
 router = APIRouter(prefix="/v1", tags=["camera"])
 
@@ -29,13 +29,13 @@ router = APIRouter(prefix="/v1", tags=["camera"])
     },
 )
 async def get_camera(
-    gateway: GatewayOf,
+    gateway: GatewayDep,
     detections: Annotated[bool, Query(description="Draw what was detected.")] = True,
 ) -> Response:
     """The newest image, with a labelled box around each detection of the last moments."""
-    state, now_s = gateway.hub.state, gateway.hub.now_s()
+    state, now_s = gateway.cache.state, gateway.cache.now_s()
     if state.frame is None:
-        raise Problem(
+        raise HttpProblem(
             "unavailable",
             "No camera frame has arrived yet: is the robot (simulator, replay or a driver) "
             "running?",
@@ -43,7 +43,7 @@ async def get_camera(
         )
     frame = state.frame.message
     drawn = state.detections_now(now_s) if detections else None
-    picture = await to_thread.run_sync(camera_picture, frame.rgb, drawn)
+    picture = await to_thread.run_sync(annotate_detections, frame.rgb, drawn)
     data = await to_thread.run_sync(encode_jpeg, picture, gateway.config.jpeg_quality)
     headers = {
         "X-OneMap-Sequence": str(frame.sequence),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Response
 
-from onemap_gateway.http.context import GatewayOf
-from onemap_gateway.http.problem_docs import Health, StatusReport, problem_responses
-from onemap_gateway.http.problems import Problem
+from onemap_gateway.http.context import GatewayDep
+from onemap_gateway.http.problem_docs import HealthReply, StatusReport, problem_responses
+from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.present.metrics import MEDIA_TYPE, exposition
 from onemap_gateway.present.views import status_report
 
@@ -14,30 +14,30 @@ router = APIRouter(tags=["health"])
 
 
 @router.get("/healthz", summary="Does the gateway live?")
-async def get_health() -> Health:
+async def get_health() -> HealthReply:
     """200 as long as the gateway's process answers."""
-    return Health(status="ok")
+    return HealthReply(status="ok")
 
 
 @router.get("/readyz", summary="Does the robot work?", responses=problem_responses(503))
-async def get_ready(gateway: GatewayOf) -> Health:
+async def get_ready(gateway: GatewayDep) -> HealthReply:
     """200 only if a camera frame went all the way to the map within the last 5 s, and perception,
     mapper and planner are there now.
 
     Otherwise 503, and `service` names the stage that is missing or silent: robot, perception,
     mapper or planner.
     """
-    gap = gateway.gap()
-    if gap is not None:
-        raise Problem("not_ready", gap.detail, service=gap.service)
-    return Health(status="ok")
+    fault = gateway.fault()
+    if fault is not None:
+        raise HttpProblem("not_ready", fault.detail, service=fault.service)
+    return HealthReply(status="ok")
 
 
 @router.get("/v1/status", summary="What runs, and how")
-async def get_status(gateway: GatewayOf) -> StatusReport:
+async def get_status(gateway: GatewayDep) -> StatusReport:
     """Every service and stream: alive, ready, age, rate, metrics, and what is wrong."""
-    hub = gateway.hub
-    return status_report(hub.state, hub.counters(), gateway.gap(), hub.now_s())
+    cache = gateway.cache
+    return status_report(cache.state, cache.counters(), gateway.fault(), cache.now_s())
 
 
 @router.get(
@@ -46,8 +46,8 @@ async def get_status(gateway: GatewayOf) -> StatusReport:
     response_class=Response,
     responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}},
 )
-async def get_metrics(gateway: GatewayOf) -> Response:
+async def get_metrics(gateway: GatewayDep) -> Response:
     """Prometheus text format: every service's metrics as `onemap_<service>_<name>`."""
-    hub = gateway.hub
-    text = exposition(hub.state, hub.counters(), gateway.requests, hub.now_s())
+    cache = gateway.cache
+    text = exposition(cache.state, cache.counters(), gateway.requests, cache.now_s())
     return Response(text, headers={"Content-Type": MEDIA_TYPE})

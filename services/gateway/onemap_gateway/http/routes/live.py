@@ -8,7 +8,7 @@ from contextlib import suppress
 import anyio
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
-from onemap_gateway.http.context import Gateway, gateway_of
+from onemap_gateway.http.context import GatewayContext, get_gateway
 from onemap_gateway.present.live import live_document
 
 router = APIRouter(prefix="/v1")
@@ -23,7 +23,7 @@ async def follow(socket: WebSocket) -> None:
     Each client has its own loop and gets the state of the moment in which it is ready for
     more: a slow one misses states, and keeps nobody else waiting.
     """
-    gateway = gateway_of(socket)
+    gateway = get_gateway(socket)
     await socket.accept()
     async with anyio.create_task_group() as tasks:
         tasks.start_soon(_until_gone, socket, tasks.cancel_scope)
@@ -32,13 +32,13 @@ async def follow(socket: WebSocket) -> None:
         tasks.cancel_scope.cancel()
 
 
-async def _send_states(socket: WebSocket, gateway: Gateway) -> None:
+async def _send_states(socket: WebSocket, gateway: GatewayContext) -> None:
     first = True
-    while not gateway.hub.closing:
+    while not gateway.cache.closing:
         document = live_document(
-            gateway.hub.state,
-            gateway.gap(),
-            now_s=gateway.hub.now_s(),
+            gateway.cache.state,
+            gateway.fault(),
+            now_s=gateway.cache.now_s(),
             now_ns=gateway.now_ns(),
             with_trail=first,
         )

@@ -7,11 +7,11 @@ from typing import Annotated
 from anyio import to_thread
 from fastapi import APIRouter, Query, Response
 
-from onemap_gateway.http.context import GatewayOf
+from onemap_gateway.http.context import GatewayDep
 from onemap_gateway.http.problem_docs import BODY, problem_responses
 from onemap_gateway.http.schemas import MapChange, MapInfo, MapName, ObjectName
-from onemap_gateway.present.render import MAX_SCALE, encode_png, map_picture
-from onemap_gateway.present.views import map_archive, map_change, map_info, marks_of
+from onemap_gateway.present.render import MAX_SCALE, encode_png, render_map
+from onemap_gateway.present.views import build_overlay, map_archive, map_change, map_info
 from onemap_shared import keys
 from onemap_shared.messages import MapClear, MapFile
 
@@ -25,10 +25,10 @@ Text = Annotated[
 
 
 @router.get("/map", summary="The map in numbers", responses=problem_responses(422, 503))
-async def get_map(gateway: GatewayOf) -> MapInfo:
+async def get_map(gateway: GatewayDep) -> MapInfo:
     """Revision, age, extent and areas of the map."""
     view = await gateway.view()
-    revision = gateway.hub.state.revision
+    revision = gateway.cache.state.revision
     return map_info(view, revision.message if revision else None, gateway.now_ns())
 
 
@@ -46,7 +46,7 @@ async def get_map(gateway: GatewayOf) -> MapInfo:
     },
 )
 async def get_map_picture(
-    gateway: GatewayOf,
+    gateway: GatewayDep,
     text: Text = None,
     scale: Annotated[
         int | None,
@@ -58,8 +58,8 @@ async def get_map_picture(
 ) -> Response:
     """What is known of the floor, what looks like `text`, and what the robot is doing."""
     view = await gateway.view(text)
-    drawn = marks_of(gateway.hub.state, gateway.hub.now_s()) if marks else None
-    picture = await to_thread.run_sync(map_picture, view, drawn, scale)
+    drawn = build_overlay(gateway.cache.state, gateway.cache.now_s()) if marks else None
+    picture = await to_thread.run_sync(render_map, view, drawn, scale)
     data = await to_thread.run_sync(encode_png, picture.image)
     headers = {
         "X-OneMap-Bounds": ",".join(f"{value:.4f}" for value in picture.bounds_m),
@@ -82,7 +82,7 @@ async def get_map_picture(
         **problem_responses(409, 422, 503),
     },
 )
-async def get_map_arrays(gateway: GatewayOf, text: Text = None) -> Response:
+async def get_map_arrays(gateway: GatewayDep, text: Text = None) -> Response:
     """The map for programs: a NumPy archive without pickled objects.
 
     - `occupancy` (nx, ny) uint8: 0 unknown, 1 free, 2 occupied
@@ -102,20 +102,20 @@ async def get_map_arrays(gateway: GatewayOf, text: Text = None) -> Response:
 @router.post(
     "/map/save", summary="Save the map", responses=problem_responses(*BODY, 401, 409, 422, 503, 507)
 )
-async def save_map(request: MapName, gateway: GatewayOf) -> MapChange:
+async def save_map(request: MapName, gateway: GatewayDep) -> MapChange:
     """Write the map to a file in the mapper's map folder; an older one is replaced."""
-    return map_change(await gateway.calls.ask(keys.MAP_SAVE, MapFile(request.name), FILE_S))
+    return map_change(await gateway.rpc.call(keys.MAP_SAVE, MapFile(request.name), FILE_S))
 
 
 @router.post(
     "/map/load", summary="Load a map", responses=problem_responses(*BODY, 401, 404, 409, 422, 503)
 )
-async def load_map(request: MapName, gateway: GatewayOf) -> MapChange:
+async def load_map(request: MapName, gateway: GatewayDep) -> MapChange:
     """Replace the map by a saved one; refused if another encoder made it."""
-    return map_change(await gateway.calls.ask(keys.MAP_LOAD, MapFile(request.name), FILE_S))
+    return map_change(await gateway.rpc.call(keys.MAP_LOAD, MapFile(request.name), FILE_S))
 
 
 @router.post("/map/clear", summary="Forget the map", responses=problem_responses(401, 503))
-async def clear_map(gateway: GatewayOf) -> MapChange:
+async def clear_map(gateway: GatewayDep) -> MapChange:
     """Empty the map."""
-    return map_change(await gateway.calls.ask(keys.MAP_CLEAR, MapClear()))
+    return map_change(await gateway.rpc.call(keys.MAP_CLEAR, MapClear()))

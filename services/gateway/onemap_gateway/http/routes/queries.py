@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fastapi import APIRouter
 
-from onemap_gateway.http.context import GatewayOf
+from onemap_gateway.http.context import GatewayDep
 from onemap_gateway.http.problem_docs import BODY, problem_responses
 from onemap_gateway.http.schemas import QueryReply, QueryRequest
 from onemap_gateway.present.views import query_reply
@@ -17,8 +17,8 @@ router = APIRouter(prefix="/v1", tags=["queries"])
 @router.post(
     "/queries", summary="Where is it?", responses=problem_responses(*BODY, 401, 409, 422, 503)
 )
-async def ask_where(request: QueryRequest, gateway: GatewayOf) -> QueryReply:
+async def ask_where(request: QueryRequest, gateway: GatewayDep) -> QueryReply:
     """Regions of the map that look like the text, best first, without moving the robot."""
     question = SimilarityRequest(request.text, request.max_regions, request.include_grid)
-    reply = await gateway.calls.ask(keys.MAP_SIMILARITY, question)
+    reply = await gateway.rpc.call(keys.MAP_SIMILARITY, question)
     return query_reply(reply, gateway.now_ns())

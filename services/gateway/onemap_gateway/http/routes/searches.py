@@ -8,10 +8,10 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Path, Response
 from fastapi.responses import StreamingResponse
 
-from onemap_gateway.http.context import Gateway, GatewayOf
+from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.events import MEDIA_TYPE, search_events
 from onemap_gateway.http.problem_docs import BODY, problem_responses
-from onemap_gateway.http.problems import Problem
+from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.http.schemas import SearchReport, SearchStart
 from onemap_gateway.present.views import search_report
 from onemap_shared import keys
@@ -27,7 +27,7 @@ def known_id(
 ) -> str:
     """The id as the planner knows it; refuses what can be no id without asking."""
     if not ID_PATTERN.fullmatch(search_id):
-        raise Problem("unknown_search", f"No search has the id {search_id[:70]!r}.")
+        raise HttpProblem("unknown_search", f"No search has the id {search_id[:70]!r}.")
     return "" if search_id == "current" else search_id
 
 
@@ -44,7 +44,7 @@ Id = Annotated[str, Depends(known_id)]
     },
 )
 async def start_search(
-    request: SearchStart, gateway: GatewayOf, response: Response
+    request: SearchStart, gateway: GatewayDep, response: Response
 ) -> SearchReport:
     """Explore until the objects are found, one after the other, and walk up to each.
 
@@ -52,8 +52,8 @@ async def start_search(
     """
     try:
         wish = SearchRequest(request.names, patience_s=gateway.config.call_timeout_s)
-        status = await gateway.calls.ask(keys.SEARCH_START, wish)
-    except Problem as problem:
+        status = await gateway.rpc.call(keys.SEARCH_START, wish)
+    except HttpProblem as problem:
         if problem.kind != "conflict":
             raise
         raise await _conflict(gateway, problem) from None
@@ -61,12 +61,12 @@ async def start_search(
     return search_report(status, gateway.now_ns())
 
 
-async def _conflict(gateway: Gateway, problem: Problem) -> Problem:
+async def _conflict(gateway: GatewayContext, problem: HttpProblem) -> HttpProblem:
     """The refusal of a second search, with what the client needs to end the first."""
-    first = await gateway.calls.ask(keys.SEARCH_GET, SearchId())
+    first = await gateway.rpc.call(keys.SEARCH_GET, SearchId())
     if not first.active:  # it ended in between
         return problem
-    return Problem(
+    return HttpProblem(
         "conflict",
         f"The robot is searching for {first.target!r}: wait until it is done, or cancel with "
         f"DELETE /v1/searches/{first.search_id}.",
@@ -75,16 +75,16 @@ async def _conflict(gateway: Gateway, problem: Problem) -> Problem:
 
 
 @router.get("/{search_id}", summary="How is it going?", responses=problem_responses(404, 422, 503))
-async def get_search(search_id: Id, gateway: GatewayOf) -> SearchReport:
+async def get_search(search_id: Id, gateway: GatewayDep) -> SearchReport:
     """State, reason and results of a search."""
-    status = await gateway.calls.ask(keys.SEARCH_GET, SearchId(search_id))
+    status = await gateway.rpc.call(keys.SEARCH_GET, SearchId(search_id))
     return search_report(status, gateway.now_ns())
 
 
 @router.delete("/{search_id}", summary="Stop", responses=problem_responses(401, 404, 422, 503))
-async def cancel_search(search_id: Id, gateway: GatewayOf) -> SearchReport:
+async def cancel_search(search_id: Id, gateway: GatewayDep) -> SearchReport:
     """Stop the robot and end the search; what was found so far stays in the results."""
-    status = await gateway.calls.ask(keys.SEARCH_CANCEL, SearchId(search_id))
+    status = await gateway.rpc.call(keys.SEARCH_CANCEL, SearchId(search_id))
     return search_report(status, gateway.now_ns())
 
 
@@ -102,8 +102,8 @@ async def cancel_search(search_id: Id, gateway: GatewayOf) -> SearchReport:
         **problem_responses(404, 422, 503),
     },
 )
-async def follow_search(search_id: Id, gateway: GatewayOf) -> StreamingResponse:
+async def follow_search(search_id: Id, gateway: GatewayDep) -> StreamingResponse:
     """Every change of the search as a server-sent event."""
-    count = gateway.hub.state.search_count
-    first = await gateway.calls.ask(keys.SEARCH_GET, SearchId(search_id))
+    count = gateway.cache.state.search_count
+    first = await gateway.rpc.call(keys.SEARCH_GET, SearchId(search_id))
     return StreamingResponse(search_events(gateway, first, count=count), media_type=MEDIA_TYPE)
