@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import typer.main
 
-from onemap_tools.cli import app
+from onemap_tools.cli.app import app
 from tests.deploy.deployment import ROLES, compose
 from tests.deploy.test_units import FOLDER, NAMES, settings
 

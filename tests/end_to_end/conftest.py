@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.end_to_end.house import START_S, House
+from tests.end_to_end.system import START_S, House
 
 ROBOT_AND_ALL = ("simulator", "perception", "mapper", "planner", "gateway")
 SIMULATOR = {"seed": 1, "rgbd_hz": 6.0}

@@ -9,7 +9,7 @@ import pytest
 
 from onemap_shared import keys
 from onemap_shared.messages import TruthRequest
-from tests.end_to_end.house import PATIENCE_S, START_S, House
+from tests.end_to_end.system import PATIENCE_S, START_S, House
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(180)]
 

@@ -13,8 +13,8 @@ import zenoh
 from onemap_shared import keys
 from onemap_shared.keys import Topic
 from onemap_shared.wire import Packet, encode
-from tests.end_to_end.broken import WAYS, foreigner, oversized_body, publish, sample
-from tests.end_to_end.house import House
+from tests.end_to_end.malformed import WAYS, foreigner, oversized_body, publish, sample
+from tests.end_to_end.system import House
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(120)]
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 from onemap_shared.services import SERVICES
-from tests.end_to_end.house import House
+from tests.end_to_end.system import House
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(60)]
 

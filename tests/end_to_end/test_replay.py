@@ -19,7 +19,7 @@ from onemap_gateway.present.render import FREE, OCCUPIED, UNKNOWN
 from onemap_shared.geometry import U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
-from tests.end_to_end.house import START_S, House
+from tests.end_to_end.system import START_S, House
 
 RECORDING = Path(__file__).parents[2].parent / "shared" / "data" / "rgbd_study"
 FRAMES = 5

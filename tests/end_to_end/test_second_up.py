@@ -17,10 +17,10 @@ import yaml
 
 from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.config import BusConfig
-from onemap_tools.claim import claim
-from onemap_tools.launch import command_of
-from onemap_tools.network import answers, any_free_port
-from onemap_tools.trouble import EXIT_FAILED, EXIT_MISUSED, EXIT_OK
+from onemap_tools.errors import EXIT_FAILED, EXIT_MISUSED, EXIT_OK
+from onemap_tools.processes.claim import claim
+from onemap_tools.processes.launch import command_of
+from onemap_tools.processes.network import answers, any_free_port
 from tests.shared.test_bus import Router, eventually, router
 
 __all__ = ["router"]  # the fixture

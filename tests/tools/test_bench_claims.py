@@ -19,7 +19,7 @@ from onemap_tools.bench.claims import (
     settings_of,
     summary_of,
 )
-from onemap_tools.demo_summary import ObjectSummary
+from onemap_tools.demo.summary import ObjectSummary
 
 BED = ObjectSummary(
     name="bed",

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from onemap_tools.bench import perception
 from onemap_tools.bench.perception import Plan, Subject, measure, run
-from onemap_tools.cli import app
+from onemap_tools.cli.app import app
 from tests.perception.tiny import OPEN_CLIP_CONFIG
 
 pytest.importorskip("open_clip", reason="needs open_clip_torch (requirements-encoders.txt)")

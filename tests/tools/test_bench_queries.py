@@ -25,7 +25,7 @@ from onemap_tools.bench.queries import (
     report,
     words_of,
 )
-from onemap_tools.cli import app
+from onemap_tools.cli.app import app
 from tests.perception.toy import ColourEncoder
 from tests.simulator.scenes import box_room
 

@@ -8,7 +8,7 @@ import httpx
 import pytest
 
 from onemap_tools.client import Gateway
-from onemap_tools.trouble import EXIT_FAILED, EXIT_MISUSED, Trouble
+from onemap_tools.errors import EXIT_FAILED, EXIT_MISUSED, Trouble
 
 
 def gateway(handler: httpx.MockTransport) -> Gateway:

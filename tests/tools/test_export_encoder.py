@@ -14,7 +14,7 @@ from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.factory import make_encoder
 from onemap_tools import export_encoder as export
-from onemap_tools.cli import app
+from onemap_tools.cli.app import app
 from tests.perception.tiny import open_clip_folder, tipsv2_folder
 
 pytest.importorskip("open_clip", reason="needs open_clip_torch (requirements-encoders.txt)")

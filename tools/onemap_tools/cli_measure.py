@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import typer
 
-from onemap_tools.trouble import EXIT_MISUSED, Trouble
+from onemap_tools.errors import EXIT_MISUSED, Trouble
 
 PANEL = "Look deeper"
 app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")

@@ -7,7 +7,7 @@ from typing import Any
 
 import httpx
 
-from onemap_tools.trouble import EXIT_FAILED, EXIT_MISUSED, Trouble
+from onemap_tools.errors import EXIT_FAILED, EXIT_MISUSED, Trouble
 
 DEFAULT_URL = "http://127.0.0.1:8080"
 TIMEOUT_S = 5.0  # the gateway itself answers within its call_timeout_s of 3 s

@@ -24,7 +24,7 @@ from onemap_perception.encoders.torch_tower import TorchTower
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_shared.geometry import F32
-from onemap_tools.trouble import EXIT_MISUSED, Trouble
+from onemap_tools.errors import EXIT_MISUSED, Trouble
 
 OPSET = 17  # the first with LayerNormalization; taken apart, it overflows in fp16
 MIN_COSINE = 0.999  # of every cell, between torch and the file

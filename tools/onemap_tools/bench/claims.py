@@ -32,8 +32,8 @@ from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_simulator.worlds import APARTMENT, open_scene
 from onemap_tools.bench.lockstep import Eyes, Lockstep, Settings
 from onemap_tools.bench.parser import Parser
-from onemap_tools.demo_summary import ObjectSummary
-from onemap_tools.demo_truth import judged, scene_name
+from onemap_tools.demo.summary import ObjectSummary
+from onemap_tools.demo.truth import judged, scene_name
 
 # Large things that most apartments have, and one, the bookcase, that some do not.
 OBJECTS = ("bed", "sofa", "television", "refrigerator", "toilet", "bookcase")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import NoReturn
 
-from onemap_tools.trouble import EXIT_MISUSED, Trouble
+from onemap_tools.errors import EXIT_MISUSED, Trouble
 
 
 class Parser(argparse.ArgumentParser):

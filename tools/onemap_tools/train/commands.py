@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from onemap_tools.command_group import CommandGroup
-from onemap_tools.trouble import EXIT_MISUSED, Trouble
+from onemap_tools.cli.command_group import CommandGroup
+from onemap_tools.errors import EXIT_MISUSED, Trouble
 
 if TYPE_CHECKING:
     from onemap_tools.train.pipeline import Work

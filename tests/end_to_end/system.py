@@ -1,0 +1,258 @@
+"""A router and services as real processes, and a witness on their bus.
+
+Nothing here sleeps: whoever waits is woken by the next message, and looks again at the latest
+after ``LOOK_S`` for what no message tells (HTTP, a process that ended).
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, TypeVar
+
+import httpx
+import yaml
+
+from onemap_shared import keys
+from onemap_shared.bus import open_bus
+from onemap_shared.config import PREFIX, BusConfig
+from onemap_shared.keys import Topic
+from onemap_shared.messages import Heartbeat, MapRevision, Odometry, SearchStatus
+from onemap_shared.services import SERVICES
+from onemap_shared.transport import Bus
+from onemap_tools.processes.launch import available_cores, child_environment, command_of, tail
+from onemap_tools.processes.network import any_free_port
+
+M = TypeVar("M")
+
+LOOK_S = 0.1
+START_S = 90.0  # from nothing to a map that is updated: 10 s on two cores of one's own
+PATIENCE_S = 20.0  # for what takes a second on an idle machine
+HTTP_S = 5.0  # the product's promise is an answer within 2.5 s
+STANDSTILL = 10  # odometry messages in a row: half a second
+MOVING_MPS = 0.02  # and rad/s; slower is standing
+
+
+class Witness:
+    """Keeps the newest of every small stream and wakes whoever waits for it."""
+
+    def __init__(self, bus: Bus) -> None:
+        self.beats: dict[str, Heartbeat] = {}
+        self.odometry: deque[Odometry] = deque(maxlen=STANDSTILL)
+        self.revision: MapRevision | None = None
+        self.search: SearchStatus | None = None
+        self.bus = bus
+        self._changed = threading.Condition()
+        self._closing = threading.Event()
+        self._threads = [
+            self._follow(keys.ALL_HEARTBEATS, self._on_beat),
+            self._follow(keys.ROBOT_ODOMETRY, self.odometry.append),
+            self._follow(keys.MAP_REVISION, lambda message: setattr(self, "revision", message)),
+            self._follow(keys.SEARCH_STATE, lambda message: setattr(self, "search", message)),
+        ]
+
+    @property
+    def alive(self) -> frozenset[str]:
+        """The services whose process is connected, ours left out."""
+        return self.bus.alive() - {"witness"}
+
+    @property
+    def moves(self) -> bool:
+        """Whether the robot moved at any of the last odometry messages."""
+        return any(
+            abs(message.linear_mps) > MOVING_MPS or abs(message.angular_radps) > MOVING_MPS
+            for message in list(self.odometry)
+        )
+
+    @property
+    def stands(self) -> bool:
+        """Whether the robot has stood still for half a second of odometry."""
+        return len(self.odometry) == STANDSTILL and not self.moves
+
+    def until(self, true: Callable[[], Any], what: str, within_s: float = PATIENCE_S) -> None:
+        """Return as soon as ``true()`` holds, or fail."""
+        deadline = time.monotonic() + within_s
+        while not true():
+            if time.monotonic() > deadline:
+                raise AssertionError(f"not within {within_s:g} s: {what}")
+            with self._changed:
+                self._changed.wait(LOOK_S)
+
+    def close(self) -> None:
+        """Stop following and leave the bus."""
+        self._closing.set()
+        for thread in self._threads:
+            thread.join(2.0)
+        self.bus.close()
+
+    def _on_beat(self, beat: Heartbeat) -> None:
+        self.beats[beat.service] = beat
+
+    def _follow(self, topic: Topic[M], use: Callable[[M], object]) -> threading.Thread:
+        subscription = self.bus.subscribe(topic, capacity=16)
+
+        def run() -> None:
+            while not self._closing.is_set():
+                message = subscription.take(0.5)
+                if message is not None:
+                    with self._changed:
+                        use(message)
+                        self._changed.notify_all()
+
+        thread = threading.Thread(target=run, name=topic.key, daemon=True)
+        thread.start()
+        return thread
+
+
+class House:
+    """The processes of one test; a context manager that leaves none behind.
+
+    ``sections`` are added to the configuration; ports and folders are the test's own.
+    """
+
+    def __init__(
+        self, folder: Path, services: Sequence[str], sections: Mapping[str, dict[str, Any]]
+    ) -> None:
+        self.folder = folder
+        self.services = tuple(services)
+        self.endpoint = f"tcp/127.0.0.1:{any_free_port()}"
+        self.processes: dict[str, subprocess.Popen[bytes]] = {}
+        port = any_free_port()
+        self.configuration = folder / "house.yaml"
+        content: dict[str, dict[str, Any]] = {
+            "bus": {"connect": [self.endpoint]},
+            "gateway": {"port": port, "ready_within_s": 2.0},
+            "mapper": {"map_folder": str(folder / "maps")},
+            "planner": {"state_dir": str(folder / "planner")},
+        }
+        for name, section in sections.items():
+            content.setdefault(name, {}).update(section)
+        self.configuration.write_text(yaml.safe_dump(content), encoding="utf-8")
+        clean = {key: value for key, value in os.environ.items() if not key.startswith(PREFIX)}
+        self.environment = child_environment(clean, available_cores())
+        self.http = httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=HTTP_S)
+
+    def __enter__(self) -> House:
+        self.start("router")
+        bus = open_bus(BusConfig(connect=(self.endpoint,)), "witness", "w", threading.Event())
+        assert bus is not None
+        self.witness = Witness(bus)
+        for name in self.services:
+            self.start(name)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        problem: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.http.close()
+        self.witness.close()
+        for name in [*self.services, "router"]:
+            self.thaw(name)
+            self.processes[name].terminate()
+        for process in self.processes.values():
+            try:
+                process.wait(5.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+    def start(self, name: str) -> None:
+        """Start a service, or start it again."""
+        command = (
+            command_of("router", "--listen", self.endpoint)
+            if name == "router"
+            else (sys.executable, "-m", SERVICES[name].module, "--config", str(self.configuration))
+        )
+        with self.log(name).open("ab") as log:
+            self.processes[name] = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env=self.environment,
+            )
+
+    def onemap(self, *arguments: str) -> subprocess.CompletedProcess[str]:
+        """Run an ``onemap`` command with this house's configuration."""
+        return subprocess.run(
+            command_of(*arguments, "--config", str(self.configuration)),
+            env=self.environment,
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE_S,
+            check=False,
+        )
+
+    def kill(self, name: str) -> None:
+        """SIGKILL: it says nothing more."""
+        self.processes[name].kill()
+        self.processes[name].wait()
+        self.witness.odometry.clear()
+
+    def freeze(self, name: str) -> None:
+        """SIGSTOP: it is there and does nothing."""
+        self.processes[name].send_signal(signal.SIGSTOP)
+        self.witness.odometry.clear()
+
+    def thaw(self, name: str) -> None:
+        """Undo ``freeze``."""
+        self.processes[name].send_signal(signal.SIGCONT)
+
+    def mend(self) -> None:
+        """Start what is dead and wait until all is well: each test begins in a whole house."""
+        for name, process in self.processes.items():
+            self.thaw(name)
+            if process.poll() is not None:
+                self.start(name)
+        self.until(self.is_ready, "all is well at first", START_S)
+
+    def log(self, name: str) -> Path:
+        """Where a service's words go."""
+        return self.folder / f"{name}.log"
+
+    def until(self, true: Callable[[], Any], what: str, within_s: float = PATIENCE_S) -> None:
+        """As ``Witness.until``, and fails when a service gives up; shows everybody's last words."""
+
+        def true_and_nobody_gave_up() -> object:
+            gone = [name for name, each in self.processes.items() if (each.poll() or 0) > 0]
+            assert not gone, f"{', '.join(gone)} ended; waited for: {what}"
+            return true()
+
+        try:
+            self.witness.until(true_and_nobody_gave_up, what, within_s)
+        except AssertionError as failure:
+            words = "\n".join(
+                f"--- {name} ({process.poll()})\n{tail(self.log(name))}"
+                for name, process in self.processes.items()
+            )
+            raise AssertionError(f"{failure}\n{self.ready()}\n{words}") from None
+
+    def ready(self) -> httpx.Response | None:
+        """The answer of /readyz, None while nobody answers."""
+        try:
+            return self.http.get("/readyz")
+        except httpx.TransportError:
+            return None
+
+    def is_ready(self) -> bool:
+        """Whether frames go all the way to the map."""
+        answer = self.ready()
+        return answer is not None and answer.status_code == 200
+
+    def lacks(self, service: str) -> bool:
+        """Whether /readyz says that this is what is missing."""
+        answer = self.ready()
+        return (
+            answer is not None and answer.status_code == 503 and answer.json()["service"] == service
+        )

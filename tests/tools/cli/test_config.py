@@ -1,0 +1,178 @@
+"""``onemap config``: what takes effect, what is wrong, and what may be written."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, get_args
+
+import pytest
+import yaml
+from pydantic import BaseModel
+from typer.testing import CliRunner
+
+from onemap_shared.config import SECTIONS
+from onemap_tools.cli.app import app
+from onemap_tools.cli.config_report import installed_models
+from onemap_tools.errors import EXIT_MISUSED, EXIT_OK
+
+RUNNER = CliRunner()
+DEPLOYED = sorted((Path(__file__).parents[2] / "deploy" / "config").glob("*.yaml"))
+
+
+def run(*arguments: str) -> Any:
+    return RUNNER.invoke(app, ["config", *arguments])
+
+
+def written(folder: Path, text: str) -> str:
+    path = folder / "robot.yaml"
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+def models_of(annotation: Any) -> Iterator[type[BaseModel]]:
+    """Every model that is named in a field's type."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from models_of(part)
+
+
+def all_models() -> dict[str, type[BaseModel]]:
+    """Every model of the configuration, by name, those below the sections too."""
+    found: dict[str, type[BaseModel]] = {}
+    waiting: list[type[BaseModel]] = list(installed_models().known.values())
+    while waiting:
+        model = waiting.pop()
+        if model.__name__ not in found:
+            # Bases hold fields that others inherit.
+            bases = [b for b in model.__mro__ if issubclass(b, BaseModel) and b.model_fields]
+            found.update({base.__name__: base for base in bases})
+            for field in model.model_fields.values():
+                waiting.extend(models_of(field.annotation))
+    return found
+
+
+def test_every_section_is_known_here() -> None:
+    models = installed_models()
+    assert models.missing == {}
+    assert tuple(models.known) == SECTIONS
+    assert {"CocoParams", "BoxDetectorParams", "RadioParams", "RecoveryConfig"} <= set(all_models())
+
+
+@pytest.mark.parametrize("name", sorted(all_models()))
+def test_every_key_says_its_unit_and_reason(name: str) -> None:
+    fields = all_models()[name].model_fields
+    assert [key for key, field in fields.items() if not (field.description or "").strip()] == []
+
+
+def test_what_is_shown_is_a_configuration(tmp_path: Path) -> None:
+    shown = run("show")
+    assert shown.exit_code == EXIT_OK
+    sections = yaml.safe_load(shown.stdout)
+    assert "replay" not in sections  # without a file the robot is the simulator
+    config = written(tmp_path, shown.stdout)
+    assert run("check", "--config", config).exit_code == EXIT_OK
+    assert yaml.safe_load(run("show", "--config", config).stdout) == sections
+
+
+def test_the_environment_overrides_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config = written(tmp_path, "gateway: {port: 1234, token: hunter2}\nlog: {level: debug}\n")
+    monkeypatch.setenv("ONEMAP__GATEWAY__PORT", "4321")
+    shown = run("show", "--config", config)
+    sections = yaml.safe_load(shown.stdout)
+    assert sections["gateway"]["port"] == 4321
+    assert sections["log"] == {"format": "human", "level": "debug"}
+    assert "simulator" not in sections  # this file is of a real robot
+    assert "hunter2" not in shown.output
+    assert json.loads(run("show", "--config", config, "--json").stdout) == sections
+
+
+def test_every_mistake_is_told_in_a_sentence(tmp_path: Path) -> None:
+    config = written(
+        tmp_path,
+        "planner: {plan_hz: 0, teraine: {}}\ngateway: {token: [hunter2]}\n"
+        "simulator: {sede: 1}\nreplay: {}\n",
+    )
+    result = run("check", "--config", config, "--json")
+    assert result.exit_code == EXIT_MISUSED
+    document = json.loads(result.stdout.splitlines()[-1])
+    assert document["ok"] is False
+    assert document["exit_code"] == EXIT_MISUSED
+    told = result.stderr.splitlines()
+    assert document["mistakes"] == told
+    assert len(told) == 5
+    for part in ("planner.plan_hz", "did you mean 'terrain'", "did you mean 'seed'", "both robots"):
+        assert part in result.stderr
+    assert "gateway.token" in result.stderr
+    assert "hunter2" not in result.output
+
+
+def test_no_mistake_is_ok() -> None:
+    assert run("check").stdout == "OK\n"
+    document = json.loads(run("check", "--json").stdout.splitlines()[-1])
+    assert document == {"ok": True, "checked": list(SECTIONS), "not_checked": {}}
+
+
+@pytest.mark.parametrize("path", DEPLOYED, ids=lambda path: path.name)
+def test_what_is_deployed_is_right(path: Path) -> None:
+    assert run("check", "--config", str(path)).stdout == "OK\n"
+
+
+def test_the_schema_lists_every_key() -> None:
+    text = run("schema").stdout
+    for model in installed_models().known.values():
+        for key, field in model.model_fields.items():
+            assert f".{key}: " in text
+            assert " ".join((field.description or "").split()) in " ".join(text.split())
+    assert 'log.format: "human" or "json", default "human"' in text
+    assert "mapper.cell_size_m: number > 0 and <= 1, default 0.1" in text
+    assert "perception.encoder.model: text, required" in text
+    assert "planner.drive.max_linear_mps: number > 0, default 0.7" in text
+    assert "perception.detector with backend coco: " in text
+
+
+def test_one_section_is_enough() -> None:
+    text = run("schema", "mapper").stdout
+    assert text.startswith("mapper: ")
+    assert "planner" not in text
+    wrong = run("schema", "maper")
+    assert wrong.exit_code == EXIT_MISUSED
+    assert "no section 'maper'" in wrong.stderr
+
+
+def test_the_json_schema_describes_the_file() -> None:
+    schema = json.loads(run("schema", "--json").stdout)
+    assert tuple(schema["properties"]) == SECTIONS
+    references = {entry["$ref"].rpartition("/")[2] for entry in schema["properties"].values()}
+    assert references <= set(schema["$defs"])
+    assert "cell_size_m" in schema["$defs"]["MapperConfig"]["properties"]
+
+
+def test_a_box_with_some_extras_gets_their_sections(tmp_path: Path) -> None:
+    """Without torch, in a process whose imports of it fail: all but the mapper."""
+    code = (
+        "import sys; sys.modules['torch'] = None\nfrom onemap_tools.cli.app import main\nmain()\n"
+    )
+
+    def run_without_torch(*arguments: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-c", code, "config", *arguments]
+        return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+    config = written(tmp_path, "mapper: {}\nplanner: {}\n")
+    checked = run_without_torch("check", "--config", config)
+    assert checked.returncode == EXIT_OK
+    assert "mapper is not checked here" in checked.stdout
+    assert "pip install 'onemap[mapper]'" in checked.stdout
+    shown = run_without_torch("show", "--config", config)
+    assert "planner" in yaml.safe_load(shown.stdout)
+    assert "mapper is left out" in shown.stdout
+    assert "planner.plan_hz" in run_without_torch("schema").stdout
+    missing = run_without_torch("schema", "mapper")
+    assert missing.returncode == EXIT_MISUSED
+    assert "pip install 'onemap[mapper]'" in missing.stderr

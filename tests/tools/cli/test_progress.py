@@ -1,0 +1,77 @@
+"""What a person sees of a search."""
+
+from __future__ import annotations
+
+import io
+
+from rich.console import Console
+
+from onemap_tools.cli.progress import LINE_EVERY_S, LineView, LiveView, Progress, panel, view_for
+
+PROGRESS = Progress(
+    elapsed_s=12.0,
+    objects=("sofa", "bed"),
+    done=(("sofa", "found"),),
+    target="bed",
+    state="exploring",
+    reason="walking to a frontier",
+    path_length_m=3.25,
+    position_m=(1.0, -2.0),
+    map_age_s=0.2,
+    map_rate_hz=5.0,
+)
+
+
+def console(*, terminal: bool = False) -> Console:
+    return Console(file=io.StringIO(), force_terminal=terminal, width=200)
+
+
+def text_of(console: Console) -> str:
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue()
+
+
+def test_a_line_tells_all_that_is_known() -> None:
+    out = console()
+    with LineView(out) as view:
+        view.show(PROGRESS)
+    (line,) = text_of(out).splitlines()
+    for part in ("[1/2]", "bed: exploring", "(1.0, -2.0) m, drove 3.2 m", "0.2 s old", "5.0 upd"):
+        assert part in line
+
+
+def test_a_line_comes_at_a_change_and_every_five_seconds() -> None:
+    out = console()
+    with LineView(out) as view:
+        for elapsed_s in (0.0, 1.0, LINE_EVERY_S + 0.1, LINE_EVERY_S + 0.2):
+            view.wait(elapsed_s, "no frame")
+        view.wait(LINE_EVERY_S + 0.3, "no map")
+    assert len(text_of(out).splitlines()) == 3
+
+
+def test_what_nobody_tells_is_left_out() -> None:
+    unknown = Progress(1.0, ("sofa",), (), "sofa", "exploring", "", 0.0)
+    assert unknown.robot == "drove 0.0 m"
+    assert unknown.map == ""
+    out = console()
+    with LineView(out) as view:
+        view.show(unknown)
+    out.print(panel(unknown))
+    assert "map" not in text_of(out)
+
+
+def test_the_panel_names_objects_state_and_robot() -> None:
+    out = console()
+    out.print(panel(PROGRESS))
+    for part in ("sofa (found)", "bed", "walking to a frontier", "(1.0, -2.0)", "12 s"):
+        assert part in text_of(out)
+
+
+def test_a_terminal_gets_the_live_panel() -> None:
+    terminal = console(terminal=True)
+    assert isinstance(view_for(terminal), LiveView)
+    assert isinstance(view_for(console()), LineView)
+    with view_for(terminal) as view:
+        view.wait(1.0, "waiting [for] the robot")
+        view.show(PROGRESS)
+    assert "exploring" in text_of(terminal)

@@ -1,0 +1,123 @@
+"""``onemap scene check``: exit codes, the document, the picture, and files that are none."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from onemap_tools.cli.app import app
+from onemap_tools.errors import EXIT_FAILED, EXIT_MISUSED, EXIT_OK
+from tests.simulator.test_inspection import room
+
+
+def check(*arguments: object) -> Result:
+    return CliRunner().invoke(app, ["scene", "check", *map(str, arguments)])
+
+
+def test_a_room_is_described_drawn_and_accepted(tmp_path: Path) -> None:
+    picture = tmp_path / "new" / "plan.png"
+    result = check(room(tmp_path), "--json", "--out", picture)
+    assert result.exit_code == EXIT_OK
+    document = json.loads(result.stdout)
+    assert document["searchable"] is True
+    assert document["categories"] == ["coffee table", "floor", "sofa"]
+    assert document["triangles"] == 36
+    assert document["picture"] == str(picture)
+    assert "A robot can search here." in result.stderr
+    image = cv2.imread(str(picture))
+    assert image is not None
+    assert image.shape[0] >= 500
+
+
+def test_the_picture_shows_things_where_they_are(tmp_path: Path) -> None:
+    """The sofa is at x 0.5 to 1.5, y 0.75 to 1.25, in a room of -2 to 2: right and up."""
+    from onemap_tools.cli.floor_plan import REACHABLE, THING, picture_of
+    from onemap_tools.cli.scene_report import examine
+
+    found = examine(room(tmp_path))
+    assert found.floor is not None
+    image = picture_of(found.scene, found.floor, start=None)
+
+    def colour(x_m: float, y_m: float) -> tuple[int, ...]:
+        row, column = (2 - y_m) / 4 * image.shape[0], (x_m + 2) / 4 * image.shape[1]
+        return tuple(image[round(row), round(column)].tolist())
+
+    assert colour(0.7, 0.85) == THING
+    assert colour(0.7, -0.85) == REACHABLE
+    assert colour(-0.7, 0.85) == REACHABLE
+    with_start = picture_of(found.scene, found.floor, start=(-0.7, 0.85, 0.0))
+    assert np.any(with_start != image)
+
+
+def test_a_room_without_a_place_for_the_robot_fails(tmp_path: Path) -> None:
+    result = check(room(tmp_path, yaml="start: [9, 9, 0]"), "--json")
+    assert result.exit_code == EXIT_FAILED
+    assert json.loads(result.stdout)["problems"]
+    assert "No robot can search here." in result.stderr
+
+
+def test_a_scene_in_centimetres_has_no_picture(tmp_path: Path) -> None:
+    result = check(room(tmp_path, scale=100.0), "--json", "--out", tmp_path / "plan.png")
+    assert result.exit_code == EXIT_FAILED
+    document = json.loads(result.stdout)
+    assert document["picture"] is None
+    assert document["reachable_m2"] is None
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "reason"),
+    [
+        ("a.glb", b"not a scene", "cannot be read"),
+        ("a.txt", b"hello", "suffix '.txt' is not one of"),
+        ("a.obj", b"# nothing\n", "a.obj"),
+    ],
+)
+def test_a_file_that_is_no_scene_is_misuse_in_one_sentence(
+    tmp_path: Path, name: str, content: bytes, reason: str
+) -> None:
+    (tmp_path / name).write_bytes(content)
+    result = check(tmp_path / name)
+    assert result.exit_code == EXIT_MISUSED
+    assert reason in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+    assert check(tmp_path / "nowhere.glb").exit_code == EXIT_MISUSED
+
+
+def test_a_picture_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    path = room(tmp_path)
+    assert check(path, "--out", tmp_path / "plan.jpg").exit_code == EXIT_MISUSED
+    blocked = check(path, "--out", path / "plan.png")
+    assert blocked.exit_code == EXIT_FAILED
+    assert "Cannot write the picture" in blocked.stderr
+
+
+def test_without_the_simulators_packages_it_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delitem(sys.modules, "onemap_simulator.scene.loading", raising=False)
+    monkeypatch.delitem(sys.modules, "onemap_simulator.inspection", raising=False)
+    monkeypatch.delitem(sys.modules, "onemap_tools.cli.scene_report", raising=False)
+    monkeypatch.delattr("onemap_tools.cli.scene_report", raising=False)
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    result = check(room(tmp_path))
+    assert result.exit_code == EXIT_MISUSED
+    assert "pip install 'onemap[simulator]'" in result.stderr
+
+
+def test_names_are_printed_as_they_are(tmp_path: Path) -> None:
+    result = check(room(tmp_path, yaml="categories: {Sofa-01: '[/sofa]'}"))
+    assert result.exit_code == EXIT_OK
+    assert "[/sofa]" in result.stdout
+
+
+@pytest.mark.parametrize("command", [["scene", "check"], ["demo"]], ids=" ".join)
+def test_the_help_tells_what_the_yaml_may_hold(command: list[str]) -> None:
+    text = " ".join(CliRunner().invoke(app, [*command, "--help"]).output.split())
+    for word in ("categories", "start", "yaw", "up", "y or z"):
+        assert word in text

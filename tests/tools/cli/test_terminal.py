@@ -1,0 +1,214 @@
+"""What users and robots write is shown as it is: never markup, never a traceback."""
+
+from __future__ import annotations
+
+import ast
+import io
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from onemap_shared.messages import Truth
+from onemap_tools.cli.app import app
+from onemap_tools.cli.progress import Progress, panel
+from onemap_tools.cli.terminal import plain_console
+from onemap_tools.demo.report import describe
+from onemap_tools.demo.summary import DemoSummary, ObjectSummary
+from onemap_tools.errors import EXIT_FAILED, EXIT_MISUSED, EXIT_OK
+from tests.tools.fake_gateway import answering
+
+RUNNER = CliRunner()
+ROOT = Path(__file__).parents[2]
+NASTY = ("[/sofa]", "[bold]x", "[red]", ":smiley:", "[link=file:///]y", "\\[z]")
+
+
+def region(rank: int) -> dict[str, Any]:
+    return {"rank": rank, "score": 0.5, "centre_m": [1.0, 2.0], "extent_m": [0.0, 0.0, 1.0, 1.0]}
+
+
+def finished(name: str) -> dict[str, Any]:
+    result = {
+        "name": name,
+        "outcome": "not_found",
+        "reason": f"{name} is nowhere",
+        "position_m": None,
+        "duration_s": 3.0,
+        "path_length_m": 1.0,
+    }
+    return {
+        "id": "s1",
+        "state": "not_found",
+        "reason": f"{name} was not found",
+        "objects": [name],
+        "results": [result],
+        "target": "",
+        "elapsed_s": 3.0,
+        "path_length_m": 1.0,
+    }
+
+
+@pytest.mark.parametrize("text", NASTY)
+def test_a_query_shows_its_words(text: str) -> None:
+    reply = {"text": text, "regions": [region(1)]}
+    with answering({("POST", "/v1/queries"): (200, reply)}) as url:
+        result = RUNNER.invoke(app, ["query", text, "--url", url])
+    assert result.exit_code == EXIT_OK
+    assert text in result.stdout
+
+
+@pytest.mark.parametrize("text", NASTY)
+def test_a_search_shows_its_words(text: str) -> None:
+    with answering({("POST", "/v1/searches"): (200, finished(text))}) as url:
+        result = RUNNER.invoke(app, ["search", text, "--url", url])
+    assert result.exit_code == EXIT_FAILED
+    assert f"{text} was not found" in result.stdout
+
+
+@pytest.mark.parametrize("name", ["[/flat].npz", "[bold]flat.npz"])
+def test_a_file_is_told_by_its_name(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    with answering({("GET", "/v1/map.npz"): (200, b"npz")}) as url:
+        result = RUNNER.invoke(app, ["map", "export", str(tmp_path / name), "--url", url])
+    assert result.exit_code == EXIT_OK
+    assert str(tmp_path / name) in result.stdout
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["up", "--config", "[/x].yaml"], ["up", "--only", "[/x]"], ["[/x]"]],
+    ids=" ".join,
+)
+def test_a_mistake_is_told_in_its_own_words(arguments: list[str]) -> None:
+    result = RUNNER.invoke(app, arguments)
+    assert result.exit_code == EXIT_MISUSED
+    assert "[/x]" in result.stderr
+
+
+def test_a_service_says_what_installs_it() -> None:
+    hint = "The map needs a package: pip install 'onemap[minilm]'."
+    with answering({("GET", "/v1/status"): (503, {"detail": hint})}) as url:
+        result = RUNNER.invoke(app, ["status", "--url", url])
+    assert result.exit_code == EXIT_FAILED
+    assert result.stderr.strip() == hint
+
+
+@pytest.mark.parametrize("name", NASTY)
+def test_a_demo_shows_its_objects(name: str) -> None:
+    console = plain_console(file=io.StringIO())
+    item = ObjectSummary(name, "not_found", "it is nowhere", (), 1.0, 1.0, 1.0, 1.0, 1.0)
+    summary = DemoSummary((name, name), (item,), 1.0, 1.0, 1.0)
+    describe(summary, {"picture": f"runs/{name}/map.png"}, console)
+    done = ((name, "not_found"),)
+    console.print(panel(Progress(1.0, (name, "b"), done, "b", "exploring", name, 1.0)))
+    assert text_of(console).count(name) >= 4
+
+
+@pytest.mark.parametrize("name", NASTY)
+def test_a_demo_tells_what_the_scene_does_not_hold(name: str) -> None:
+    from types import SimpleNamespace
+
+    from onemap_tools.demo.run import _wishes
+
+    console = plain_console(file=io.StringIO())
+    demo: Any = SimpleNamespace(options=SimpleNamespace(objects=(name,)))
+    truth = Truth(f"flat {name}", 0, 0.0, 0.0, ("bed",), "bed", names_complete=True)
+    witness: Any = SimpleNamespace(truth=lambda *_: truth)
+    assert _wishes(demo, witness, console).objects == (name,)
+    assert f"flat {name}" in text_of(console)
+    assert "nothing that is called" in text_of(console)
+
+
+def text_of(console: Any) -> str:
+    return " ".join(console.file.getvalue().split())
+
+
+def commands(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Every command and group below this one with its words."""
+    yield path, group
+    for name, command in getattr(group, "commands", {}).items():
+        yield from commands(command, (*path, name))
+
+
+def test_help_texts_hold_no_markup() -> None:
+    """Typer reads its own help as markup: a bracket would vanish."""
+    texts = [
+        (path, text)
+        for path, command in commands(typer.main.get_command(app))
+        for text in (
+            command.help,
+            getattr(command, "epilog", ""),
+            *(getattr(parameter, "help", "") for parameter in command.params),
+        )
+        if text and "[" in text
+    ]
+    assert texts == []
+
+
+FORBIDDEN_CALLS = {"from_markup", "render_str", "escape", "rule", "print_exception"}
+TAG = re.compile(r"\[/[a-z ]*\]|\[(bold|dim|italic|red|green|yellow|blue|link)\b[^\]]*\]")
+
+
+def markup_in(source: str) -> list[str]:
+    """Where a module makes a console of its own, or writes or reads markup."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Call):
+            function = node.func
+            name = function.attr if isinstance(function, ast.Attribute) else ""
+            name = function.id if isinstance(function, ast.Name) else name
+            on = any(
+                word.arg in ("markup", "emoji") and ast.unparse(word.value) != "False"
+                for word in node.keywords
+            )
+            if name == "Console" or name in FORBIDDEN_CALLS or on:
+                found.append(f"{node.lineno}: {ast.unparse(node)[:60]}")
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            if TAG.search(node.value):
+                found.append(f"{node.lineno}: {node.value[:60]!r}")
+        elif isinstance(node, ast.ImportFrom) and node.module in ("rich", "rich.markup"):
+            found.append(f"{node.lineno}: imports {node.module}")
+    return found
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "from rich.console import Console\nConsole(stderr=True)",
+        "console.print(f'{name}  [dim]{licence}[/dim]')",
+        "Text.from_markup(name)",
+        "console.print(name, markup=True)",
+        "from rich import print",
+    ],
+)
+def test_markup_is_seen(source: str) -> None:
+    assert markup_in(source)
+
+
+def test_all_consoles_are_made_in_one_place() -> None:
+    folder = ROOT / "tools" / "onemap_tools"
+    found = [
+        f"{path.relative_to(ROOT)}:{place}"
+        for path in sorted(folder.rglob("*.py"))
+        if path.name != "terminal.py"
+        for place in markup_in(path.read_text(encoding="utf-8"))
+    ]
+    assert found == []
+
+
+def test_the_page_never_reads_text_as_html() -> None:
+    """What people and services say goes into the page as text nodes."""
+    static = ROOT / "services" / "gateway" / "onemap_gateway" / "static"
+    reading = re.compile(r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|DOMParser|srcdoc")
+    found = [
+        f"{path.name}:{number}"
+        for path in sorted(static.iterdir())
+        if path.suffix in (".js", ".html")
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        if reading.search(line)
+    ]
+    assert found == []

@@ -1,0 +1,91 @@
+"""The demo's summary as people see it."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+from math import nan
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import Occupancy, SearchView
+from onemap_tools.demo.report import describe
+from onemap_tools.demo.summary import DemoSummary, ObjectSummary
+
+OBJECTS = (
+    ObjectSummary(
+        "refrigerator", "found", "seen", (10.11, 10.43, 1.0), 112.4, 25.2, 17.1, 0.8, 0.0
+    ),
+    ObjectSummary(
+        "sofa", "found", "seen [3] times", (1.0, 2.0, 0.4), 30.0, 8.0, 7.0, 2.6, 1.1, "armchair"
+    ),
+    ObjectSummary("toilet", "not_found", "searched it all", (), 60.0, 14.0, nan, nan, nan),
+)
+
+
+def said(summary: DemoSummary, *, picture: str | None = None) -> str:
+    console = Console(file=io.StringIO(), width=80)
+    describe(summary, {"picture": picture}, console)
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue()
+
+
+def test_a_row_per_object_fits_eighty_columns() -> None:
+    text = said(DemoSummary(("a", "b", "c"), OBJECTS, 210.0, 202.4, 7.4))
+    lines = [line for line in text.splitlines() if line.strip().startswith("refrigerator")]
+    for part in ("found", "(10.1, 10.4)", "112 s", "25.2 m", "17.1 m", "0.68", "0.8 m"):
+        assert part in lines[0]
+    assert "…" not in text
+
+
+def test_a_wrong_find_is_called_one_and_failures_give_their_reason() -> None:
+    text = said(DemoSummary(("a", "b", "c"), OBJECTS, 210.0, 202.4, 7.4))
+    assert "wrong one" in text
+    assert "sofa: seen [3] times (nearest to the claimed place: armchair)" in text
+    assert "toilet: searched it all\n" in text
+    assert "1 of 3 found in 202 s" in text
+    assert "1 claimed wrongly" in text
+
+
+def test_what_nobody_can_judge_is_called_so() -> None:
+    unknown = replace(OBJECTS[0], judged=False, goal_distance_m=nan, shortest_path_m=nan)
+    text = said(DemoSummary(("a",), (unknown,), 210.0, 202.4, 7.4))
+    assert "found (no" in text
+    assert "wrong" not in text
+    assert "SPL 0" not in text
+    assert "1 of 1 found in 202 s (210 s with starting up), no ground truth" in flat(text)
+    assert "…" not in text
+    mixed = said(DemoSummary(("a", "b"), (unknown, OBJECTS[1]), 210.0, 202.4, 7.4))
+    assert "ground truth for 1 of 2, 1 claimed wrongly" in flat(mixed)
+
+
+def flat(text: str) -> str:
+    return " ".join(text.split())
+
+
+def test_objects_that_were_never_sought_are_listed() -> None:
+    summary = DemoSummary(("refrigerator", "bed"), OBJECTS[:1], 90.0, 80.0, nan, "cancelled")
+    text = said(summary, picture="/runs/1/map.png")
+    assert "not sought" in text
+    assert "cancelled" in text
+    assert "/runs/1/map.png" in text
+
+
+def test_the_picture_shows_track_and_finds(tmp_path: Path) -> None:
+    pytest.importorskip("cv2")
+    from onemap_tools.demo.picture import write_picture
+
+    occupancy = np.full((60, 40), Occupancy.FREE, np.uint8)
+    grid = GridSpec(0.1, (0, 0), occupancy.shape)
+    nothing = np.zeros((0, 0), np.float32)
+    view = SearchView("", 1, 1, 1, grid, occupancy, np.zeros_like(occupancy), nothing)
+    plain, marked = tmp_path / "plain.png", tmp_path / "marked.png"
+    write_picture(plain, view, track_m=[], yaw_rad=0.0, objects=())
+    track_m = [(0.5, 0.5), (3.0, 2.0)]
+    write_picture(marked, view, track_m=track_m, yaw_rad=0.5, objects=OBJECTS[1:])
+    assert plain.read_bytes()[:4] == b"\x89PNG"
+    assert plain.read_bytes() != marked.read_bytes()

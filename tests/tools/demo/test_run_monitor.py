@@ -1,0 +1,98 @@
+"""What a demo sees of its own run, on the bus inside the process."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+from onemap_shared import keys
+from onemap_shared.geometry import pose_2d
+from onemap_shared.grid import GridSpec
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import (
+    MapRevision,
+    Odometry,
+    SearchView,
+    SearchViewRequest,
+    Truth,
+    TruthRequest,
+)
+from onemap_tools.demo.run_monitor import Witness
+
+
+def odometry(x: float, y: float = 0.0, yaw: float = 0.0) -> Odometry:
+    return Odometry(1, 1, pose_2d(x, y, yaw), 0.0, 0.0)
+
+
+def revision(frames: int, stamp_ns: int = 1) -> MapRevision:
+    return MapRevision(2 * frames, frames, stamp_ns, "e", "t", frames, 10, 10, 1.0, 9.9)
+
+
+def test_the_track_keeps_steps_and_drops_standing_still() -> None:
+    hub = MemoryRouter()
+    witness = Witness(hub.bus())
+    robot = hub.bus().publish(keys.ROBOT_ODOMETRY)
+    for x in (0.0, 0.001, 0.1, 0.1, 0.2):
+        robot.put(odometry(x, yaw=0.5))
+    witness.look(0.0)
+    assert witness.track_m == [(0.0, 0.0), (0.1, 0.0), (0.2, 0.0)]
+    assert witness.position_m == (0.2, 0.0)
+    assert witness.yaw_rad == pytest.approx(0.5)
+
+
+def test_the_pace_counts_frames_since_the_beginning_only() -> None:
+    hub = MemoryRouter()
+    witness = Witness(hub.bus())
+    mapper = hub.bus().publish(keys.MAP_REVISION)
+    assert np.isnan(witness.map_rate_hz)
+    for now_s, frames in ((0.0, 1), (50.0, 100), (51.0, 105), (60.0, 150)):
+        mapper.put(revision(frames))
+        if now_s == 50.0:
+            witness.begin(now_s)
+        witness.look(now_s)
+    assert witness.map_rate_hz == 5.0
+
+
+def test_the_age_of_the_map_is_that_of_its_newest_frame() -> None:
+    hub = MemoryRouter()
+    witness = Witness(hub.bus())
+    ages_s = [witness.map_age_s]
+    hub.bus().publish(keys.MAP_REVISION).put(revision(1, time.time_ns() - 10**10))
+    witness.look(0.0)
+    ages_s.append(witness.map_age_s)
+    assert ages_s[0] is None
+    assert ages_s[1] is not None
+    assert ages_s[1] >= 10
+
+
+def test_nobody_to_ask_is_none() -> None:
+    witness = Witness(MemoryRouter().bus())
+    assert witness.truth("sofa", (0.0, 0.0)) is None
+    assert witness.map_view() is None
+    assert witness.position_m is None
+
+
+def test_truth_and_map_are_asked_for() -> None:
+    hub = MemoryRouter()
+    other = hub.bus()
+    asked: list[TruthRequest] = []
+
+    def tell(request: TruthRequest) -> Truth:
+        asked.append(request)
+        return Truth("apartment", 1, 0.5, 3.0, ("sofa",), "sofa", True)
+
+    def view(request: SearchViewRequest) -> SearchView:
+        cells = np.zeros((2, 3), np.uint8)
+        nothing = np.zeros((0, 0), np.float32)
+        return SearchView("", 1, 1, 1, GridSpec(0.1, (0, 0), (2, 3)), cells, cells, nothing)
+
+    other.serve(keys.ROBOT_TRUTH, tell)
+    other.serve(keys.MAP_SEARCH_VIEW, view)
+    witness = Witness(hub.bus())
+    truth = witness.truth("sofa", (1.0, 2.0))
+    assert truth is not None
+    assert truth.categories == ("sofa",)
+    assert asked == [TruthRequest("sofa", 1.0, 2.0)]
+    assert witness.map_view() is not None

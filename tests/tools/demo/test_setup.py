@@ -1,0 +1,162 @@
+"""What a demo starts, and with which configuration."""
+
+from __future__ import annotations
+
+import io
+import socket
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+import trimesh
+import yaml
+from rich.console import Console
+
+from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.text.vocabulary import load_vocabulary
+from onemap_shared.config import PREFIX, ConfigError
+from onemap_tools.demo.setup import (
+    DEMO_FILE,
+    FAVOURITES,
+    STARTED,
+    DemoOptions,
+    choose_objects,
+    choose_port,
+    demo_sections,
+    failed_document,
+    named,
+    run_folder,
+    set_up,
+)
+from onemap_tools.demo.truth import known_words
+from onemap_tools.errors import EXIT_MISUSED, Trouble
+from onemap_tools.processes.network import LOOPBACK, any_free_port
+
+KNOWN = known_words(load_vocabulary(SHIPPED))
+NOON = datetime(2026, 1, 2, 12, 30, 45)
+
+
+def options(folder: Path, *, scene: Path | None = None) -> DemoOptions:
+    return DemoOptions(
+        seed=7,
+        scene=scene,
+        objects=(),
+        headless=True,
+        port=8123,
+        folder=folder,
+        time_limit_s=10.0,
+    )
+
+
+@pytest.mark.parametrize("objects", ["", ",", " , "])
+def test_a_list_that_names_nothing_is_no_wish_for_the_usual(objects: str) -> None:
+    with pytest.raises(Trouble, match="which names nothing") as trouble:
+        named(objects)
+    assert trouble.value.exit_code == EXIT_MISUSED
+    assert named(None) == ()
+    assert named("bed, teddy bear,") == ("bed", "teddy bear")
+
+
+def test_a_scene_that_cannot_be_opened_starts_nothing(tmp_path: Path) -> None:
+    scene = tmp_path / "flat.glb"
+    trimesh.Scene({"cube": trimesh.creation.box((4, 4, 0.1))}).export(scene)
+    scene.with_suffix(".yaml").write_text("categories: {ball: sofa}\n")
+    with pytest.raises(Trouble, match="no node is called 'ball'") as trouble:
+        set_up(options(tmp_path / "run", scene=scene))
+    assert trouble.value.exit_code == EXIT_MISUSED
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_run_never_writes_over_another(tmp_path: Path) -> None:
+    first = run_folder(tmp_path, NOON, 3)
+    assert first == tmp_path / "20260102-123045-seed3"
+    first.mkdir()
+    assert run_folder(tmp_path, NOON, 3) == tmp_path / "20260102-123045-seed3-2"
+
+
+def test_the_router_goes_last_and_all_read_one_file(tmp_path: Path) -> None:
+    setup = set_up(options(tmp_path / "run"))
+    assert [spec.name for spec in setup.specs] == ["router", *STARTED]
+    assert [spec.name for spec in setup.specs if spec.last] == ["router"]
+    assert all(str(setup.config_file) in spec.command for spec in setup.specs)
+    sections = yaml.safe_load(setup.config_file.read_text())
+    assert sections["bus"]["connect"] == [setup.endpoint]
+    assert sections["gateway"]["port"] == 8123
+    assert sections["simulator"]["seed"] == 7
+    assert sections["simulator"]["scene"] == "apartment"
+
+
+def test_two_demos_do_not_meet(tmp_path: Path) -> None:
+    one, other = (set_up(options(tmp_path / name)) for name in ("a", "b"))
+    assert one.endpoint != other.endpoint
+
+
+def test_the_users_overrides_count_once_and_never_undo_what_the_run_needs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(f"{PREFIX}SIMULATOR__RGBD_HZ", "6")
+    monkeypatch.setenv(f"{PREFIX}BUS__CONNECT", "[tcp/elsewhere:7447]")
+    setup = set_up(options(tmp_path / "run"))
+    sections = yaml.safe_load(setup.config_file.read_text())
+    assert sections["simulator"]["rgbd_hz"] == 6
+    assert sections["bus"]["connect"] == [setup.endpoint]
+    assert not [name for name in setup.environment if name.startswith(PREFIX)]
+
+
+def test_a_wrong_override_is_told(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="simulator"):
+        demo_sections({f"{PREFIX}SIMULATR__SEED": "1"}, options(tmp_path), "tcp/127.0.0.1:1")
+
+
+def test_a_scene_of_the_users_is_found_from_any_folder(tmp_path: Path) -> None:
+    sections = demo_sections({}, options(tmp_path, scene=Path("flat.glb")), "tcp/127.0.0.1:1")
+    assert Path(sections["simulator"]["scene"]).is_absolute()
+
+
+def test_favourites_are_sought_where_they_exist() -> None:
+    assert choose_objects(("wall", "toilet", "sofa", "bed"), KNOWN) == ("bed", "toilet", "sofa")
+
+
+def test_a_strange_scene_is_searched_for_what_it_holds() -> None:
+    assert choose_objects(("wall", "floor", "couch", "chair", "sofa"), KNOWN) == (
+        ("sofa", "chair", "couch")
+    )
+    assert choose_objects((), KNOWN) == FAVOURITES[:3]
+    assert choose_objects(("floor", "object"), KNOWN) == FAVOURITES[:3]  # a file that names nothing
+
+
+def test_words_without_a_place_are_not_chosen_by_themselves() -> None:
+    """One of them would have the whole search refused."""
+    assert choose_objects(("bed", "cube", "polysurface"), KNOWN) == ("bed",)
+    assert choose_objects(("cube", "polysurface"), KNOWN) == FAVOURITES[:3]
+
+
+def test_a_taken_port_is_told_and_the_next_one_used() -> None:
+    console = Console(file=io.StringIO())
+    with socket.socket() as taken:
+        taken.bind((LOOPBACK, 0))
+        taken.listen()
+        wanted = taken.getsockname()[1]
+        port = choose_port(wanted, headless=False, console=console)
+    assert port > wanted
+    assert isinstance(console.file, io.StringIO)
+    assert f"Port {wanted} is taken" in console.file.getvalue()
+
+
+def test_a_headless_run_takes_any_port_unless_it_is_told_one() -> None:
+    quiet = Console(file=io.StringIO())
+    assert choose_port(0, headless=True, console=quiet) > 0
+    free = any_free_port()
+    assert choose_port(free, headless=True, console=quiet) == free
+
+
+def test_a_failed_run_says_so_in_its_document(tmp_path: Path) -> None:
+    document = failed_document(options(tmp_path), "no camera")
+    assert document["worked"] is False
+    assert document["trouble"] == "no camera"
+
+
+def test_the_demo_is_configured_as_the_deployed_one() -> None:
+    """The package carries its own file, for those who have no checkout; they say the same."""
+    deployed = Path(__file__).parents[2] / "deploy" / "config" / "demo.yaml"
+    assert yaml.safe_load(DEMO_FILE.read_text()) == yaml.safe_load(deployed.read_text())

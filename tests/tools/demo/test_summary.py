@@ -1,0 +1,149 @@
+"""The paper's success and SPL, and what becomes of numbers that are none."""
+
+from __future__ import annotations
+
+import json
+from math import inf, isnan, nan
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_simulator.ground_truth import SUCCESS_TOLERANCE_M
+from onemap_tools.demo.summary import (
+    DemoSummary,
+    ObjectSummary,
+    finite,
+    path_efficiency,
+    rate_hz,
+)
+
+lengths = st.floats(min_value=0, max_value=1e4)
+
+
+def item(
+    *,
+    outcome: str = "found",
+    away_m: float = 0.0,
+    driven_m: float = 10.0,
+    shortest_m: float = 5.0,
+    name: str = "sofa",
+    judged: bool = True,
+) -> ObjectSummary:
+    return ObjectSummary(
+        name,
+        outcome,
+        "because",
+        (1.0, 2.0, 0.4),
+        12.0,
+        driven_m,
+        shortest_m,
+        0.9,
+        away_m,
+        judged=judged,
+    )
+
+
+def summary(*objects: ObjectSummary, wanted: int | None = None, trouble: str = "") -> DemoSummary:
+    names = tuple(f"object {n}" for n in range(len(objects) if wanted is None else wanted))
+    return DemoSummary(names, objects, 60.0, 50.0, 5.0, trouble)
+
+
+def test_found_and_near_enough_is_success() -> None:
+    assert item(away_m=0.0).success
+    assert item(away_m=SUCCESS_TOLERANCE_M).success
+    assert not item(away_m=SUCCESS_TOLERANCE_M + 0.01).success
+    assert not item(outcome="not_found", away_m=0.0).success
+
+
+def test_what_nobody_can_confirm_is_no_success() -> None:
+    assert not item(away_m=nan).success
+    assert not item(away_m=inf).success
+
+
+def test_spl_is_shortest_over_driven_for_successes_only() -> None:
+    assert item(driven_m=10, shortest_m=5).spl == 0.5
+    assert item(driven_m=4, shortest_m=5).spl == 1.0
+    assert item(outcome="failed").spl == 0.0
+
+
+def test_standing_before_it_already_is_perfect() -> None:
+    assert path_efficiency(0.0, 0.0) == 1.0
+    assert path_efficiency(0.0, 2.0) == 0.0
+
+
+@given(shortest_m=lengths, driven_m=lengths)
+def test_efficiency_lies_between_zero_and_one_and_falls_with_the_way(
+    shortest_m: float, driven_m: float
+) -> None:
+    efficiency = path_efficiency(shortest_m, driven_m)
+    assert 0 <= efficiency <= 1
+    assert path_efficiency(shortest_m, driven_m + 1) <= efficiency
+
+
+def test_the_sequence_counts_only_as_a_whole() -> None:
+    good = summary(item(driven_m=10, shortest_m=5), item(driven_m=2, shortest_m=1))
+    assert good.worked
+    assert good.spl == pytest.approx(6 / 12)
+    bad = summary(item(), item(outcome="not_found"), item())
+    assert not bad.worked
+    assert bad.spl == 0.0
+    assert bad.found == 2
+    assert bad.progress == pytest.approx(1 / 3)
+
+
+def test_claims_that_are_wrong_are_counted_and_silence_is_none() -> None:
+    mixed = summary(item(), item(away_m=1.2), item(outcome="not_found", away_m=1.2))
+    assert mixed.claimed_wrongly == 1
+    document = mixed.document()
+    assert document["claimed_wrongly"] == 1
+    assert [entry["claimed_wrongly"] for entry in document["objects"]] == [False, True, False]
+
+
+def test_without_ground_truth_the_robots_word_counts_and_no_verdict_is_given() -> None:
+    unknown = item(away_m=inf, shortest_m=inf, judged=False)
+    whole = summary(item(), unknown)
+    assert whole.worked
+    assert (whole.found, whole.judged, whole.claimed_wrongly) == (2, 1, 0)
+    document = json.loads(json.dumps(whole.document(), allow_nan=False))
+    assert document["spl"] is None
+    assert [entry["success"] for entry in document["objects"]] == [True, None]
+    assert [entry["spl"] for entry in document["objects"]] == [0.5, None]
+    assert [entry["claimed_wrongly"] for entry in document["objects"]] == [False, None]
+
+
+def test_without_ground_truth_a_search_that_gave_up_still_failed() -> None:
+    assert not summary(item(outcome="not_found", judged=False)).worked
+
+
+def test_an_object_that_was_never_sought_is_missing() -> None:
+    early = summary(item(), wanted=3, trouble="cancelled")
+    assert not early.worked
+    assert early.progress == pytest.approx(1 / 3)
+
+
+def test_trouble_is_never_success() -> None:
+    assert not summary(item(), trouble="the planner died").worked
+    assert not summary().worked
+
+
+def test_the_document_is_json_whatever_is_unknown() -> None:
+    document = summary(item(away_m=nan, shortest_m=inf)).document()
+    text = json.dumps(document, allow_nan=False)
+    (only,) = json.loads(text)["objects"]
+    assert only["goal_distance_m"] is None
+    assert only["shortest_path_m"] is None
+    assert only["position_m"] == [1.0, 2.0, 0.4]
+    assert document["worked"] is False
+
+
+def test_rate_is_counted_from_first_to_last() -> None:
+    assert rate_hz([100, 103, 150], [10.0, 11.0, 20.0]) == 5.0
+    assert isnan(rate_hz([100], [10.0]))
+    assert isnan(rate_hz([100, 101], [10.0, 10.0]))
+
+
+def test_finite_rounds_and_passes_on() -> None:
+    assert finite(1.23456789) == 1.2346
+    assert finite((1.0, nan)) == [1.0, None]
+    assert finite("text") == "text"

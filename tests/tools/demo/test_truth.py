@@ -1,0 +1,106 @@
+"""Results beside the truth: by which name it is asked, and from which places."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf, isnan
+from typing import Any
+
+import pytest
+
+from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.text.vocabulary import load_vocabulary
+from onemap_shared.messages import Truth
+from onemap_tools.demo.truth import Place, judged, scene_name
+
+VOCABULARY = load_vocabulary(SHIPPED)
+APARTMENT = ("armchair", "sofa", "wall")
+
+
+def result(**changes: Any) -> dict[str, Any]:
+    return {
+        "name": "couch",
+        "outcome": "found",
+        "reason": "seen",
+        "position_m": [3.0, 2.0, 0.4],
+        "duration_s": 12.0,
+        "path_length_m": 5.0,
+        "start_xy_m": [0.0, 0.0],
+        "end_xy_m": [2.0, 2.0],
+        **changes,
+    }
+
+
+def tell(name: str, place_m: Place) -> Truth:
+    """One sofa, with success places at x >= 2; an armchair stands beside it."""
+    count, way_m = (1, max(2.0 - place_m[0], 0.0)) if name == "sofa" else (0, inf)
+    away_m = way_m + 1.0 if count else inf
+    return Truth("flat", count, away_m, way_m, APARTMENT, "armchair", names_complete=True)
+
+
+def tell_of_a_file(name: str, place_m: Place) -> Truth:
+    return replace(tell(name, place_m), names_complete=False)
+
+
+@pytest.mark.parametrize(
+    ("word", "categories", "name"),
+    [
+        ("sofa", APARTMENT, "sofa"),
+        ("couch", APARTMENT, "sofa"),  # an alias
+        ("Sectional  Sofa", APARTMENT, "sofa"),  # a held-out synonym
+        ("sofa", ("couch",), "couch"),  # a file that uses another word than mini's
+        ("couch", ("couch", "sofa"), "couch"),  # the person's own word first
+        ("chaise longue", APARTMENT, "sofa"),  # an alias of queries alone
+        ("bed", APARTMENT, "bed"),
+        ("Elephant", APARTMENT, "elephant"),
+    ],
+)
+def test_a_word_is_known_by_the_scenes_own_name(
+    word: str, categories: tuple[str, ...], name: str
+) -> None:
+    assert scene_name(word, categories, VOCABULARY) == name
+
+
+def test_a_synonym_is_judged_as_the_thing_it_names() -> None:
+    item = judged(result(), scene_name("couch", APARTMENT, VOCABULARY), tell)
+    assert item.name == "couch"
+    assert item.success
+    assert item.shortest_path_m == 2.0
+    assert item.true_distance_m == 1.0
+
+
+def test_a_wrong_claim_knows_what_stands_there() -> None:
+    item = judged(result(end_xy_m=[0.5, 0.0]), "sofa", tell)
+    assert item.claimed_wrongly
+    assert item.goal_distance_m == 1.5
+    assert item.nearest == "armchair"
+
+
+def test_where_the_robot_is_not_known_to_have_been_no_truth_is_asked() -> None:
+    item = judged(result(start_xy_m=None, end_xy_m=None, position_m=None), "sofa", tell)
+    assert isnan(item.shortest_path_m)
+    assert isnan(item.goal_distance_m)
+    assert item.nearest == ""
+
+
+def test_what_a_generated_apartment_does_not_have_is_claimed_wrongly() -> None:
+    assert judged(result(), "toilet", tell).claimed_wrongly
+
+
+def test_what_a_file_does_not_name_cannot_be_judged() -> None:
+    item = judged(result(), "toilet", tell_of_a_file)
+    assert not item.judged
+    assert item.counts
+    assert not item.claimed_wrongly
+
+
+def test_what_a_file_names_is_judged_as_ever() -> None:
+    assert judged(result(), "sofa", tell_of_a_file).success
+    assert judged(result(end_xy_m=[0.5, 0.0]), "sofa", tell_of_a_file).claimed_wrongly
+
+
+def test_a_world_that_does_not_answer_cannot_judge() -> None:
+    item = judged(result(), "sofa", lambda name, place_m: None)
+    assert not item.judged
+    assert item.counts
+    assert not judged(result(outcome="not_found"), "sofa", lambda name, place_m: None).counts

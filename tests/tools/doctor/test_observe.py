@@ -1,0 +1,119 @@
+"""What the doctor hears, on the bus inside the process."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+from onemap_shared import keys
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import camera_mount, pose_2d
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import (
+    Heartbeat,
+    MapRevision,
+    Odometry,
+    RgbdFrame,
+    TextEmbeddings,
+    TextRequest,
+    VelocityCommand,
+)
+from onemap_shared.wire import Packet
+from onemap_tools.doctor.observe import Ear, look_at_depth, look_at_map, pulse_of
+
+HEIGHT_M = 1.0
+
+
+def frame(depth_mm: np.ndarray, pitch_down_rad: float = 0.0) -> RgbdFrame:
+    height, width = depth_mm.shape
+    return RgbdFrame(
+        sequence=1,
+        stamp_ns=time.time_ns(),
+        rgb=np.zeros((height, width, 3), np.uint8),
+        depth_mm=depth_mm.astype(np.uint16),
+        intrinsics=Intrinsics.from_fov(width, height, 1.2),
+        T_map_camera=camera_mount(0.0, HEIGHT_M, pitch_down_rad),
+    )
+
+
+def beat(instance: str, progress: int, stamp_ns: int = 0) -> Heartbeat:
+    return Heartbeat("mapper", instance, stamp_ns or time.time_ns(), progress, True)
+
+
+def revision(frames: int, cells: int) -> MapRevision:
+    return MapRevision(
+        frames, frames, time.time_ns(), "mini-1", "minilm", frames, cells, 10, 20.0, 5.0
+    )
+
+
+def test_a_depth_image_is_told_in_numbers() -> None:
+    look = look_at_depth(frame(np.full((20, 30), 1000), pitch_down_rad=np.pi / 2))
+    assert look.valid == 1.0
+    assert look.median_m == pytest.approx(1.0)
+    assert look.near == 0.0
+
+
+def test_metres_sent_as_millimetres_are_near() -> None:
+    assert look_at_depth(frame(np.full((20, 30), 3))).near == 1.0
+
+
+def test_an_image_without_returns_is_no_crash() -> None:
+    look = look_at_depth(frame(np.zeros((20, 30))))
+    assert look.valid == 0.0
+    assert np.isnan(look.median_m)
+
+
+def test_a_pulse_takes_the_newest_beat_and_the_largest_lead() -> None:
+    pulse = pulse_of([(beat("a", 5), -0.4), (beat("a", 5), -0.01)])
+    assert pulse.clock_offset_s == -0.01
+    assert not pulse.advanced
+    assert pulse_of([(beat("a", 5), 0.0), (beat("a", 6), 0.0)]).advanced
+    assert pulse_of([(beat("a", 5), 0.0)]).advanced  # one beat tells nothing
+
+
+def test_the_map_is_compared_between_first_and_last() -> None:
+    look = look_at_map([revision(3, 100), revision(4, 90), revision(9, 140)])
+    assert look is not None
+    assert (look.frames, look.cells) == ((3, 9), (100, 140))
+    assert look_at_map([]) is None
+
+
+def test_everything_on_the_bus_is_heard() -> None:
+    hub = MemoryRouter()
+    robot, mapper = hub.bus("simulator"), hub.bus("mapper")
+    ear = Ear(hub.bus())
+
+    def embed(request: TextRequest) -> TextEmbeddings:
+        row = np.ones((1, 2), np.float32)
+        mask = np.zeros((1, 0), np.uint8)
+        return TextEmbeddings("mini-1", "minilm", request.texts, row, row[:0], mask, 1.0)
+
+    hub.bus().serve(keys.EMBED_TEXT, embed)
+    robot.publish(keys.ROBOT_RGBD).put(frame(np.full((20, 30), 2000)))
+    odometry = Odometry(1, time.time_ns(), pose_2d(0, 0, 0), 0.3, -0.1, True)
+    robot.publish(keys.ROBOT_ODOMETRY).put(odometry)
+    robot.publish(keys.ROBOT_CMD_VEL).put(VelocityCommand(1, 1, 0.1, -0.9))
+    mapper.publish(keys.MAP_REVISION).put(revision(3, 100))
+    for instance in ("a", "b"):
+        mapper.publish(keys.heartbeat("mapper")).put(beat(instance, 1))
+    hub.inject(keys.ROBOT_RGBD.key, Packet(b"nonsense", b""))
+    ear.listen()
+    seen = ear.observations(1.0)
+
+    assert seen.alive == {"simulator", "mapper"}
+    assert seen.depth is None  # the newest frame won, and it was nonsense
+    rgbd = seen.stream(keys.ROBOT_RGBD.key)
+    assert rgbd is not None
+    assert rgbd.refused == 1
+    assert seen.stream("none") is None
+    assert {pulse.instance for pulse in seen.pulses} == {"a", "b"}
+    assert (seen.driving.commanded, seen.driving.driven) == (0.9, 0.3)
+    assert seen.driving.collided
+    assert seen.text_encoder == ("mini-1", "minilm")
+    assert seen.field_encoder is None
+
+
+def test_no_perception_means_no_text_encoder() -> None:
+    assert Ear(MemoryRouter().bus()).observations(0.0).text_encoder is None

@@ -1,0 +1,59 @@
+"""One service's own word, as a container's health check asks for it."""
+
+from __future__ import annotations
+
+import threading
+
+from onemap_shared.keys import heartbeat
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import Heartbeat
+from onemap_tools.processes.heartbeat import next_heartbeat, problem_of
+
+LONG_S = 20.0
+
+
+def beat(*, ready: bool, problem: str = "") -> Heartbeat:
+    return Heartbeat("mapper", "a", 1, 1, ready, problem)
+
+
+def test_a_ready_service_is_well() -> None:
+    assert problem_of("mapper", beat(ready=True, problem="slow")) == ""
+
+
+def test_an_unready_service_gives_its_reason() -> None:
+    assert problem_of("mapper", beat(ready=False, problem="no frames")).endswith("no frames.")
+    assert "does not say why" in problem_of("mapper", beat(ready=False))
+
+
+def test_silence_is_told_with_what_to_start() -> None:
+    assert next_heartbeat(MemoryRouter().bus(), "mapper", 0.01) is None
+    assert "onemap mapper" in problem_of("mapper", None)
+
+
+def test_the_first_ready_heartbeat_is_enough() -> None:
+    hub = MemoryRouter()
+    mapper = hub.bus().publish(heartbeat("mapper"))
+    heard: list[Heartbeat | None] = []
+    listening = threading.Thread(
+        target=lambda: heard.append(next_heartbeat(hub.bus(), "mapper", LONG_S))
+    )
+    listening.start()
+    while listening.is_alive():  # until it has subscribed, nobody hears
+        mapper.put(beat(ready=False))
+        mapper.put(beat(ready=True))
+        listening.join(0.01)
+    assert heard == [beat(ready=True)]
+
+
+def test_an_unready_one_is_listened_to_until_patience_ends() -> None:
+    hub = MemoryRouter()
+    mapper = hub.bus().publish(heartbeat("mapper"))
+    heard: list[Heartbeat | None] = []
+    listening = threading.Thread(
+        target=lambda: heard.append(next_heartbeat(hub.bus(), "mapper", 0.1))
+    )
+    listening.start()
+    while listening.is_alive():
+        mapper.put(beat(ready=False, problem="no frames"))
+        listening.join(0.01)
+    assert heard == [beat(ready=False, problem="no frames")]

@@ -1,0 +1,253 @@
+"""Starting and stopping real, tiny processes: nothing may remain."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from onemap_shared.runner import PARENT_VARIABLE
+from onemap_tools.processes.launch import (
+    HEALTHY_S,
+    Ended,
+    Processes,
+    ProcessSpec,
+    available_cores,
+    backoff_s,
+    child_environment,
+    group_runs,
+    tail,
+    wait_for_group,
+)
+
+SOON_S = 20.0  # a deadline for a loaded machine, not a measure
+
+SLEEPER = "import time; print('up', flush=True); time.sleep(600)"
+STUBBORN = (
+    "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN);"
+    "print('up', flush=True); time.sleep(600)"
+)
+PARENT = (
+    "import subprocess, sys, time;"
+    "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)']);"
+    "print(child.pid, flush=True); time.sleep(600)"
+)
+CRASHING = "print('the reason', flush=True); raise SystemExit(3)"
+
+
+def python(name: str, code: str, *, last: bool = False) -> ProcessSpec:
+    return ProcessSpec(name, (sys.executable, "-c", code), last)
+
+
+def first_line(log: Path) -> str:
+    """What a process said first, as soon as it did."""
+    deadline = time.monotonic() + SOON_S
+    while time.monotonic() < deadline:
+        if log.exists() and "\n" in (text := log.read_text()):
+            return text.splitlines()[0]
+        os.sched_yield()
+    raise AssertionError(f"nothing in {log}")
+
+
+def wait_for_end(processes: Processes, now_s: float) -> Ended:
+    deadline = time.monotonic() + SOON_S
+    while time.monotonic() < deadline:
+        if ended := processes.collect(now_s):
+            return ended[0]
+        os.sched_yield()
+    raise AssertionError("it did not end")
+
+
+def runs(pid: int) -> bool:
+    """Whether a process exists that is not merely waiting to be reaped."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path / "logs"
+
+
+def test_all_are_stopped_at_the_end_and_their_own_children_too(folder: Path) -> None:
+    specs = [python("sleeper", SLEEPER), python("parent", PARENT), python("router", SLEEPER)]
+    with Processes(specs, folder) as processes:
+        processes.start()
+        grandchild = int(first_line(folder / "parent.log"))
+        pids = [*processes.pids().values(), grandchild]
+        assert len(pids) == 4
+        assert all(runs(pid) for pid in pids)
+    assert not any(runs(pid) for pid in pids)
+    assert processes.pids() == {}
+
+
+def test_who_ignores_sigterm_is_killed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("onemap_tools.processes.launch.GRACE_S", 0.05)
+    with Processes([python("stubborn", STUBBORN)], folder) as processes:
+        processes.start()
+        first_line(folder / "stubborn.log")
+        (pid,) = processes.pids().values()
+    assert not runs(pid)
+
+
+def test_a_zombie_that_nobody_reaps_is_gone(folder: Path) -> None:
+    """A child that ended and whose parent does not ask for it: process 1 of many containers."""
+    child = subprocess.Popen([sys.executable, "-c", "pass"], start_new_session=True)
+    os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
+    os.killpg(child.pid, 0)  # it is still listed
+    assert not group_runs(child.pid)
+    child.wait()
+    assert not group_runs(child.pid)
+
+
+def test_a_group_runs_as_long_as_one_of_its_processes(folder: Path) -> None:
+    """The leader is gone, its child goes on: what stop() has to wait for."""
+    code = (
+        "import subprocess, sys;"
+        "print(subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)']).pid)"
+    )
+    leader = subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, start_new_session=True
+    )
+    assert leader.stdout is not None
+    child = int(leader.stdout.readline())
+    leader.wait()
+    assert group_runs(leader.pid)
+    os.kill(child, signal.SIGSTOP)  # stopped is not gone
+    assert group_runs(leader.pid)
+    os.kill(child, signal.SIGKILL)
+    wait_for_group(leader.pid, time.monotonic() + SOON_S)
+    assert not runs(child)
+    leader.stdout.close()
+
+
+def test_the_router_goes_last(folder: Path) -> None:
+    """A process that is stopped while the router still runs can see that it does."""
+    watcher = (
+        "import os, signal, sys, time\n"
+        "def leave(*_):\n"
+        "    os.kill(int(open(sys.argv[1]).readline()), 0); print('it runs', flush=True)\n"
+        "    sys.exit(0)\n"
+        "signal.signal(signal.SIGTERM, leave)\n"
+        "print('up', flush=True)\n"
+        "time.sleep(600)\n"
+    )
+    router = "import os, time; print(os.getpid(), flush=True); time.sleep(600)"
+    log = str(folder / "router.log")
+    specs = [
+        python("router", router, last=True),
+        ProcessSpec("watcher", (sys.executable, "-c", watcher, log)),
+    ]
+    with Processes(specs, folder) as processes:
+        processes.start()
+        first_line(folder / "router.log")
+        first_line(folder / "watcher.log")
+    assert tail(folder / "watcher.log").splitlines() == ["up", "it runs"]
+
+
+def test_a_crash_is_told_once_with_code_and_last_lines(folder: Path) -> None:
+    with Processes([python("mapper", CRASHING)], folder) as processes:
+        processes.start()
+        ended = wait_for_end(processes, now_s=0.0)
+        assert (ended.name, ended.code, ended.tail) == ("mapper", 3, "the reason")
+        assert ended.sentence == f"mapper ended with code 3; its log is {folder / 'mapper.log'}"
+        assert processes.collect(0.0) == []
+
+
+def test_a_crashed_process_is_started_again_after_its_pause(folder: Path) -> None:
+    with Processes([python("mapper", CRASHING)], folder) as processes:
+        processes.start()
+        now_s = time.monotonic()
+        wait_for_end(processes, now_s)
+        assert processes.restart(now_s + 0.9) == []
+        assert processes.restart(now_s + 1.1) == ["mapper"]
+        wait_for_end(processes, now_s + 2)
+        assert processes.restart(now_s + 3.9) == []  # the second pause is twice as long
+        assert processes.restart(now_s + 4.1) == ["mapper"]
+
+
+def test_after_a_healthy_while_the_pause_is_short_again(folder: Path) -> None:
+    with Processes([python("mapper", CRASHING)], folder) as processes:
+        processes.start()
+        now_s = time.monotonic()
+        wait_for_end(processes, now_s)
+        processes.restart(now_s + 2)
+        late_s = time.monotonic() + HEALTHY_S + 5
+        wait_for_end(processes, late_s)
+        assert processes.restart(late_s + 1.1) == ["mapper"]
+
+
+def test_nothing_is_restarted_after_stop(folder: Path) -> None:
+    processes = Processes([python("mapper", CRASHING)], folder)
+    processes.start()
+    wait_for_end(processes, now_s=0.0)
+    processes.stop()
+    assert processes.restart(1e9) == []
+
+
+def test_kill_ends_all_at_once(folder: Path) -> None:
+    with Processes([python("stubborn", STUBBORN)], folder) as processes:
+        processes.start()
+        first_line(folder / "stubborn.log")
+        processes.kill()
+        ended = wait_for_end(processes, now_s=0.0)
+        assert ended.code == -signal.SIGKILL
+        assert "was killed by SIGKILL" in ended.sentence
+
+
+def test_a_child_outlives_no_launcher_that_was_killed(tmp_path: Path) -> None:
+    """The launcher gets SIGKILL, which it cannot answer; its service stops by itself."""
+    launcher = (
+        "import sys; from pathlib import Path; import time\n"
+        "from onemap_tools.processes.launch import Processes, ProcessSpec\n"
+        "code = 'import threading; from onemap_shared.runner import watch_parent;'\\\n"
+        "       'stop = threading.Event(); watch_parent(stop);'\\\n"
+        "       'import os; print(os.getpid(), flush=True); stop.wait()'\n"
+        "processes = Processes([ProcessSpec('child', (sys.executable, '-c', code))],"
+        " Path(sys.argv[1]))\n"
+        "processes.start()\n"
+        "time.sleep(600)\n"
+    )
+    parent = subprocess.Popen([sys.executable, "-c", launcher, str(tmp_path)])
+    pid = int(first_line(tmp_path / "child.log"))
+    parent.kill()
+    parent.wait()
+    deadline = time.monotonic() + SOON_S
+    while runs(pid):
+        assert time.monotonic() < deadline, "the child outlives its launcher"
+        os.sched_yield()
+
+
+def test_a_process_that_refuses_its_configuration_is_told_apart(tmp_path: Path) -> None:
+    ended = Ended("planner", 2, tmp_path / "planner.log", "")
+    assert ended.misused
+    assert "cannot start as configured" in ended.sentence
+
+
+def test_pauses_double_up_to_ten_seconds() -> None:
+    assert [backoff_s(n) for n in range(1, 7)] == [1, 2, 4, 8, 10, 10]
+
+
+def test_libraries_share_the_cores_unless_the_user_says_otherwise() -> None:
+    environment = child_environment({"OMP_NUM_THREADS": "7", "HOME": "/root"}, cores=8)
+    assert environment["OMP_NUM_THREADS"] == "7"
+    assert environment["OPENBLAS_NUM_THREADS"] == "4"
+    assert environment["HOME"] == "/root"
+    assert environment[PARENT_VARIABLE] == str(os.getpid())
+    assert child_environment({}, cores=1)["OMP_NUM_THREADS"] == "1"
+    assert available_cores() >= 1
+
+
+def test_the_tail_of_a_long_log_is_short(tmp_path: Path) -> None:
+    log = tmp_path / "x.log"
+    log.write_text("\n".join(str(number) for number in range(100_000)))
+    assert tail(log, 2).splitlines() == ["99998", "99999"]
+    assert tail(tmp_path / "none.log") == ""

@@ -1,0 +1,119 @@
+"""Which services ``onemap up`` starts, and what it does when one ends."""
+
+from __future__ import annotations
+
+import io
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from onemap_tools.errors import EXIT_MISUSED, Trouble
+from onemap_tools.processes.claim import claim, rivals
+from onemap_tools.processes.launch import Processes, ProcessSpec
+from onemap_tools.processes.network import is_local
+from onemap_tools.processes.up import ALWAYS, choose, supervise
+
+SOON_S = 20.0
+
+
+def test_without_a_file_everything_is_simulated() -> None:
+    chosen = choose((), {}, has_file=False, router_here=True)
+    assert chosen == ("router", "simulator", *ALWAYS)
+
+
+def test_the_robot_is_the_one_that_the_file_describes() -> None:
+    def chosen(*sections: str) -> tuple[str, ...]:
+        return choose((), {key: {} for key in sections}, has_file=True, router_here=False)
+
+    assert chosen("log") == ALWAYS  # a real robot
+    assert chosen("replay") == ("replay", *ALWAYS)
+    assert chosen("simulator") == ("simulator", *ALWAYS)
+
+
+def test_only_means_only() -> None:
+    chosen = choose(("mapper", "router"), {"simulator": {}}, has_file=True, router_here=False)
+    assert chosen == ("router", "mapper")
+
+
+@pytest.mark.parametrize("only", [(), ("simulator", "replay")])
+def test_two_robots_are_refused(only: tuple[str, ...]) -> None:
+    with pytest.raises(Trouble, match="both robots") as trouble:
+        choose(only, {"simulator": {}, "replay": {}}, has_file=True, router_here=True)
+    assert trouble.value.exit_code == EXIT_MISUSED
+
+
+def test_only_chooses_between_two_robots() -> None:
+    sections: dict[str, dict] = {"simulator": {}, "replay": {}}
+    assert choose(("replay",), sections, has_file=True, router_here=True) == ("replay",)
+
+
+def test_a_rival_runs_what_would_be_started() -> None:
+    own, other = claim(("mapper", "gateway")), claim(("simulator", "mapper"))
+    processes = {("up", own), ("doctor", "d1"), ("planner", "p1")}
+    assert rivals(processes, own) == ()
+    assert rivals({*processes, ("mapper", "m1")}, own) == ("mapper",)
+    assert rivals({*processes, ("up", other)}, own) == ("mapper",)  # before its mapper is there
+    assert rivals({*processes, ("up", claim(("router", "simulator")))}, own) == ()
+
+
+@pytest.mark.parametrize("robot", ["simulator", "replay", "robot"])
+def test_a_map_follows_one_robot(robot: str) -> None:
+    assert rivals({(robot, "x")}, claim(("replay", "mapper"))) == (robot,)
+    assert rivals({(robot, "x")}, claim(("mapper",))) == ()
+
+
+def test_a_name_that_is_none_is_a_misuse() -> None:
+    with pytest.raises(Trouble, match="no 'maper' to start") as trouble:
+        choose(("maper",), {}, has_file=False, router_here=True)
+    assert trouble.value.exit_code == EXIT_MISUSED
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "local"),
+    [
+        ("tcp/127.0.0.1:7447", True),
+        ("tcp/localhost:7447", True),
+        ("tcp/[::1]:7447", True),
+        ("tcp/192.168.1.7:7447", False),
+        ("tls/robot.local:7448", False),
+        ("tcp/127.evil.org:7447", False),
+    ],
+)
+def test_a_router_is_started_here_only_for_local_endpoints(endpoint: str, local: bool) -> None:
+    assert is_local(endpoint) is local
+
+
+def until_told(processes: Processes, console: Console) -> str:
+    assert isinstance(console.file, io.StringIO)
+    deadline = time.monotonic() + SOON_S
+    while not console.file.getvalue():
+        assert time.monotonic() < deadline
+        supervise(processes, time.monotonic(), console)
+    return console.file.getvalue()
+
+
+def test_a_crash_is_told_and_the_process_started_again(tmp_path: Path) -> None:
+    code = "print('out of memory', flush=True); raise SystemExit(1)"
+    spec = ProcessSpec("mapper", (sys.executable, "-c", code))
+    console = Console(file=io.StringIO(), width=500)
+    with Processes([spec], tmp_path) as processes:
+        processes.start()
+        told = until_told(processes, console)
+        assert "mapper ended with code 1" in told
+        assert "out of memory" in told
+        supervise(processes, time.monotonic() + 1.5, console)
+        assert isinstance(console.file, io.StringIO)
+        assert "Started mapper again" in console.file.getvalue()
+
+
+def test_a_refused_configuration_ends_it_all(tmp_path: Path) -> None:
+    code = "print('planner.radus is unknown', flush=True); raise SystemExit(2)"
+    spec = ProcessSpec("planner", (sys.executable, "-c", code))
+    console = Console(file=io.StringIO())
+    with Processes([spec], tmp_path) as processes:
+        processes.start()
+        with pytest.raises(Trouble, match=r"planner\.radus is unknown"):
+            until_told(processes, console)

@@ -1,0 +1,111 @@
+"""Commands that ask a running robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from onemap_tools.cli.options import HERE, Config, Json, Token, Url
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK
+
+PANEL = "Ask a running robot"
+app = typer.Typer()
+
+
+@app.command(rich_help_panel=PANEL)
+def query(
+    text: Annotated[list[str], typer.Argument(help="An object in plain words.")],
+    regions: Annotated[int, typer.Option(min=1, max=100, help="How many places at most.")] = 5,
+    url: Url = HERE,
+    token: Token = "",
+    as_json: Json = False,
+) -> None:
+    """Where is it? Places on the map that look like it, best first.
+
+    Exit code 1 if nothing on the map does.
+    """
+    from onemap_tools.cli.search import describe_query
+    from onemap_tools.cli.terminal import print_json, result_console
+    from onemap_tools.client import Gateway
+
+    with Gateway(url, token) as door:
+        reply = door.query(" ".join(text), regions)
+    describe_query(reply, result_console(as_json))
+    if as_json:
+        print_json(reply)
+    raise typer.Exit(EXIT_OK if reply["regions"] else EXIT_FAILED)
+
+
+@app.command(rich_help_panel=PANEL)
+def search(
+    objects: Annotated[
+        list[str], typer.Argument(help="Objects, one after the other; quote names of two words.")
+    ],
+    url: Url = HERE,
+    token: Token = "",
+    as_json: Json = False,
+) -> None:
+    """Go and find. Ctrl-C cancels. Exit code 0 only if all were found."""
+    from onemap_tools.cli.app import search
+    from onemap_tools.cli.terminal import print_json, progress_console, result_console
+    from onemap_tools.client import Gateway
+
+    with Gateway(url, token) as door:
+        report = search.search(door, tuple(objects), progress_console())
+    search.describe_search(report, result_console(as_json))
+    if as_json:
+        print_json(report)
+    raise typer.Exit(EXIT_OK if search.all_found(report) else EXIT_FAILED)
+
+
+@app.command(rich_help_panel=PANEL)
+def status(
+    *,
+    service: Annotated[
+        str, typer.Option(help="Only this one, by its heartbeat on the bus, without the gateway.")
+    ] = "",
+    config: Annotated[
+        Path | None,
+        typer.Option("--config", help="With --service: YAML file that says where the bus is."),
+    ] = None,
+    url: Url = HERE,
+    token: Token = "",
+    as_json: Json = False,
+) -> None:
+    """What runs, and how. Exit code 0 only if a search could start now.
+
+    With --service: 0 only if that service says that it is ready.
+    """
+    from onemap_tools.cli.terminal import print_json, result_console
+
+    if service:
+        from onemap_tools.processes.heartbeat import check_service
+
+        check_service(service, config)
+        if as_json:
+            print_json({"service": service, "ready": True})
+        return
+    from onemap_tools.cli.status import describe_status
+    from onemap_tools.client import Gateway
+
+    with Gateway(url, token) as door:
+        document = door.status()
+    describe_status(document, result_console(as_json))
+    if as_json:
+        print_json(document)
+    raise typer.Exit(EXIT_OK if document["ready"] else EXIT_FAILED)
+
+
+@app.command(rich_help_panel=PANEL)
+def doctor(config: Config = None, as_json: Json = False) -> None:
+    """Why is nothing found? Listens on the bus and says so. Exit code 0 unless there are errors."""
+    from onemap_tools.cli.terminal import print_json, progress_console, result_console
+    from onemap_tools.doctor.report import report as command
+
+    findings = command.examine(config, progress_console())
+    command.describe(findings, result_console(as_json))
+    if as_json:
+        print_json(command.document(findings))
+    raise typer.Exit(EXIT_OK if command.healthy(findings) else EXIT_FAILED)

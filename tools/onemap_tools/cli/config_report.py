@@ -1,0 +1,97 @@
+"""The configuration as it takes effect, its mistakes, and what each section may hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic.json_schema import models_json_schema
+
+from onemap_shared.config import SECTIONS, BusConfig, LogConfig, mistakes, read, section
+from onemap_shared.params import Params
+from onemap_tools.errors import EXIT_MISUSED, Trouble
+from onemap_tools.processes.claim import ROBOTS
+from onemap_tools.processes.services import section_model
+from onemap_tools.processes.up import TWO_ROBOTS
+
+COMMON: Mapping[str, type[Params]] = {"bus": BusConfig, "log": LogConfig}
+
+
+@dataclass(frozen=True, slots=True)
+class Models:
+    """What sections must fit. ``missing``: why a section's model cannot be had on this machine."""
+
+    known: Mapping[str, type[Params]]
+    missing: Mapping[str, str]
+
+
+def installed_models() -> Models:
+    """The models of all sections whose packages are installed."""
+    known: dict[str, type[Params]] = {}
+    missing = {}
+    for name in SECTIONS:
+        try:
+            known[name] = COMMON.get(name) or section_model(name)
+        except Trouble as trouble:
+            missing[name] = str(trouble)
+    return Models(known, missing)
+
+
+def effective(config: Path | None, models: Models) -> dict[str, Any]:
+    """Every section as it takes effect: defaults, file and environment; secrets are masked.
+
+    Of the robots only those that the file has a section for, without a file the simulator:
+    what ``onemap up`` would start. Raises ConfigError.
+    """
+    sections = read(config)
+    robots = [name for name in ROBOTS if name in sections] if config else ["simulator"]
+    return {
+        name: section(sections, name, model).model_dump(mode="json")
+        for name, model in models.known.items()
+        if name not in ROBOTS or name in robots
+    }
+
+
+def check(config: Path | None, models: Models) -> None:
+    """Trouble with one sentence a line for every mistake, if there is any."""
+    sections = read(config)
+    found = [
+        sentence
+        for name, model in models.known.items()
+        for sentence in mistakes(sections, name, model)
+    ]
+    if set(ROBOTS).issubset(sections):
+        found.append(TWO_ROBOTS)
+    if found:
+        raise Trouble("\n".join(found), EXIT_MISUSED, {"ok": False, "mistakes": found})
+
+
+def chosen(name: str, models: Models) -> Models:
+    """Only the section of this name, or all if it is empty; Trouble if it cannot be had."""
+    if not name:
+        return models
+    if name not in SECTIONS:
+        raise Trouble(
+            f"There is no section {name!r}; there are {', '.join(SECTIONS)}.", EXIT_MISUSED
+        )
+    if name in models.missing:
+        raise Trouble(models.missing[name], EXIT_MISUSED)
+    return Models({name: models.known[name]}, {})
+
+
+def schema(models: Models) -> dict[str, Any]:
+    """The JSON schema of a configuration file with these sections."""
+    pairs = [(model, "validation") for model in models.known.values()]
+    references, definitions = models_json_schema(pairs)  # type: ignore[arg-type]
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "OneMap configuration",
+        "type": "object",
+        "additionalProperties": False,
+        "properties": {
+            name: references[(model, "validation")] for name, model in models.known.items()
+        },
+        **definitions,
+    }

@@ -1,0 +1,110 @@
+"""Models of other people on this machine: list, fetch, verify."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.text import Text
+
+from onemap_perception import model_store
+from onemap_tools.errors import EXIT_MISUSED, Trouble
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+MEGABYTE = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A known model; ``folder`` is empty and ``bytes_here`` 0 if it was never fetched."""
+
+    model: model_store.KnownModel
+    folder: str
+    bytes_here: int
+
+    def document(self) -> dict[str, Any]:
+        """As JSON."""
+        return {**asdict(self.model), "folder": self.folder, "bytes_here": self.bytes_here}
+
+
+def survey() -> list[Entry]:
+    """Every known model and where it lies."""
+    try:
+        return [
+            _entry(model, model_store.cached(model.repo, model.files))
+            for model in model_store.KNOWN_MODELS
+        ]
+    except model_store.ModelError as problem:
+        raise Trouble(str(problem)) from problem
+
+
+def fetch(repo: str, console: Console) -> Entry:
+    """Download and check one model; raises Trouble."""
+    model = _known(repo)
+    size = f"about {model.about_mb} MB" if model.about_mb else "size unknown"
+    console.print(f"Fetching {repo} ({size}, licence {model.licence})")
+    try:
+        folder = model_store.fetch(repo, model.files)
+    except model_store.ModelError as problem:
+        raise Trouble(str(problem)) from problem
+    damaged = model_store.corrupt_files(folder)
+    if damaged:
+        raise Trouble(f"{repo} arrived damaged: {', '.join(damaged)}; delete {folder} and retry")
+    return _entry(model, folder)
+
+
+def verify(repo: str) -> list[dict[str, Any]]:
+    """Per model its repo, folder and damaged files; all that lie here if ``repo`` is empty."""
+    if repo:
+        _known(repo)
+    entries = [entry for entry in survey() if repo in ("", entry.model.repo)]
+    if repo and not entries[0].folder:
+        raise Trouble(f"{repo} is not on this machine: onemap models fetch {repo}")
+    return [
+        {
+            "repo": entry.model.repo,
+            "folder": entry.folder,
+            "damaged": model_store.corrupt_files(Path(entry.folder)),
+        }
+        for entry in entries
+        if entry.folder
+    ]
+
+
+def describe(entries: Sequence[Entry], console: Console) -> None:
+    """A line or two per model."""
+    for entry in entries:
+        model = entry.model
+        console.print(Text.assemble(model.repo, (f"  {model.backend}, {model.licence}", "dim")))
+        if entry.folder:
+            console.print(f"  {entry.bytes_here / MEGABYTE:.0f} MB in {entry.folder}")
+        else:
+            size = f"about {model.about_mb} MB" if model.about_mb else "size unknown"
+            console.print(f"  not fetched, {size}")
+
+
+def describe_reports(reports: Sequence[dict[str, Any]], console: Console) -> None:
+    """Whole or damaged, and which files."""
+    if not reports:
+        console.print("No known model lies on this machine.")
+    for report in reports:
+        bad = ", ".join(report["damaged"])
+        state = f"damaged: {bad}; delete {report['folder']}" if bad else "whole"
+        console.print(f"{report['repo']}: {state}")
+
+
+def _known(repo: str) -> model_store.KnownModel:
+    try:
+        return model_store.known_model(repo)
+    except model_store.ModelError as problem:
+        raise Trouble(str(problem), EXIT_MISUSED) from problem
+
+
+def _entry(model: model_store.KnownModel, folder: Path | None) -> Entry:
+    if folder is None:
+        return Entry(model, "", 0)
+    return Entry(model, str(folder), model_store.size_bytes(folder))

@@ -1,0 +1,87 @@
+"""``onemap models``: what can be fetched, what lies here, and whether it is whole."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from onemap_tools.cli.options import Config, Json
+from onemap_tools.errors import EXIT_FAILED, EXIT_MISUSED, EXIT_OK, Trouble
+
+app = typer.Typer(no_args_is_help=True, help="Encoders and detectors of other people.")
+Repo = Annotated[str, typer.Argument(help="A hub id as 'onemap models list' shows it.")]
+
+
+@app.command(name="list")
+def list_models(as_json: Json = False) -> None:
+    """What is known: licence, size, and where it lies on this machine. Asks no network."""
+    from onemap_tools.cli.app import known_models
+    from onemap_tools.cli.terminal import print_json, result_console
+
+    entries = known_models.survey()
+    known_models.describe(entries, result_console(as_json))
+    if as_json:
+        print_json({"models": [entry.document() for entry in entries]})
+
+
+@app.command()
+def fetch(repo: Repo, as_json: Json = False) -> None:
+    """Download a model into the hub's cache, then check it; goes on where it stopped."""
+    from onemap_tools.cli.app import known_models
+    from onemap_tools.cli.terminal import print_json, progress_console, result_console
+
+    entry = known_models.fetch(repo, progress_console())
+    known_models.describe([entry], result_console(as_json))
+    if as_json:
+        print_json(entry.document())
+
+
+@app.command()
+def verify(
+    repo: Annotated[str, typer.Argument(help="A hub id; without one, all that lie here.")] = "",
+    as_json: Json = False,
+) -> None:
+    """Compare every file with the digest that the hub gave it. Exit code 0 only if all agree."""
+    from onemap_tools.cli.app import known_models
+    from onemap_tools.cli.terminal import print_json, result_console
+
+    reports = known_models.verify(repo)
+    known_models.describe_reports(reports, result_console(as_json))
+    if as_json:
+        print_json({"models": reports})
+    raise typer.Exit(EXIT_FAILED if any(report["damaged"] for report in reports) else EXIT_OK)
+
+
+def export_encoder(
+    out: Annotated[Path, typer.Argument(dir_okay=False, help="Where to write the .onnx file.")],
+    config: Config = None,
+    as_json: Json = False,
+) -> None:
+    """The configured encoder's vision tower as ONNX, checked against torch.
+
+    Exit code 0 only if every cell's cosine is above 0.999.
+    """
+    from onemap_perception.config import PerceptionConfig
+    from onemap_shared.config import load
+    from onemap_tools.cli.terminal import print_json, result_console
+
+    try:
+        from onemap_tools.export_encoder import export_encoder as export
+    except ModuleNotFoundError as missing:
+        raise Trouble(
+            f"An export needs the package {missing.name!r}: pip install 'onemap[openclip]'",
+            EXIT_MISUSED,
+        ) from missing
+    _, _, perception = load(config, "perception", PerceptionConfig)
+    exported = export(perception.encoder, out)
+    width, height = exported.input_px
+    console = result_console(as_json)
+    console.print(
+        f"{exported.path}: {width} x {height} pixels to {exported.cells[0]} x "
+        f"{exported.cells[1]} cells, cosine at least {exported.least_cosine:.6f}"
+    )
+    console.print(f"On the Jetson: {exported.trtexec}", soft_wrap=True)
+    if as_json:
+        print_json(exported.document())

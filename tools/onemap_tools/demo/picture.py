@@ -1,0 +1,39 @@
+"""The picture a demo leaves behind: the map, the path that was driven, what was found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from onemap_gateway.present.render import Overlay, encode_png, render_map
+from onemap_shared.messages import SearchView
+from onemap_tools.demo.summary import ObjectSummary
+
+MIN_PIXELS_PER_CELL = 8
+
+
+def write_picture(
+    path: Path,
+    view: SearchView,
+    *,
+    track_m: list[tuple[float, float]],
+    yaw_rad: float,
+    objects: tuple[ObjectSummary, ...],
+) -> None:
+    """Write a PNG of the map with the track (x, y metres each) and the finds."""
+    found = tuple(
+        (
+            item.name if item.success else f"{item.name} (wrong)",
+            item.position_m[0],
+            item.position_m[1],
+        )
+        for item in objects
+        if len(item.position_m) >= 2
+    )
+    overlay = Overlay(
+        trail_m=np.array(track_m, dtype=np.float64).reshape(-1, 2),
+        robot=(*track_m[-1], yaw_rad) if track_m else (),
+        found=found,
+    )
+    path.write_bytes(encode_png(render_map(view, overlay, MIN_PIXELS_PER_CELL).image))

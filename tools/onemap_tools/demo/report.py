@@ -1,0 +1,81 @@
+"""The summary of a demo as a table for people."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from onemap_tools.demo.summary import DemoSummary, ObjectSummary
+
+
+def describe(summary: DemoSummary, document: dict[str, Any], console: Console) -> None:
+    """Print object, outcome, place, time and paths, and what was left behind."""
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for title in ("object", "outcome", "at", "time", "path", "shortest", "SPL", "off by"):
+        table.add_column(title, no_wrap=title != "outcome")
+    for item in summary.objects:
+        table.add_row(*_row(item))
+    for name in summary.wanted[len(summary.objects) :]:
+        table.add_row(name, Text("not sought", style="dim"))
+    console.print(table)
+    for item in summary.objects:
+        if not item.counts:
+            console.print(f"{item.name}: {_why(item)}")
+    if summary.trouble:
+        console.print(Text(summary.trouble, style="red"))
+    console.print(
+        f"{summary.found} of {len(summary.wanted)} found in {summary.search_s:.0f} s "
+        f"({summary.duration_s:.0f} s with starting up), {_verdict(summary)}, "
+        f"{summary.map_rate_hz:.1f} map updates/s",
+        highlight=False,
+    )
+    if document["picture"]:
+        console.print(
+            f"Map, path and finds: {document['picture']}", highlight=False, soft_wrap=True
+        )
+
+
+def _why(item: ObjectSummary) -> str:
+    """The reason of an outcome, and what stands where a wrong claim was made."""
+    if item.claimed_wrongly and item.nearest:
+        return f"{item.reason} (nearest to the claimed place: {item.nearest})"
+    return item.reason
+
+
+def _verdict(summary: DemoSummary) -> str:
+    """What the truth says, as far as it is known."""
+    wrong = f"{summary.claimed_wrongly} claimed wrongly"
+    if summary.judged == len(summary.objects):
+        return f"{wrong}, SPL {summary.spl:.2f}"
+    known = f"ground truth for {summary.judged} of {len(summary.objects)}"
+    return f"{known}, {wrong}" if summary.judged else "no ground truth"
+
+
+def _row(item: ObjectSummary) -> tuple[str | Text, ...]:
+    outcome = item.outcome.replace("_", " ")
+    style = "green" if item.success else "red"
+    if item.claimed_wrongly:
+        outcome = "wrong one"
+    elif item.claimed and not item.judged:
+        outcome, style = "found (no ground truth)", "yellow"
+    place = ", ".join(f"{value:.1f}" for value in item.position_m[:2])
+    return (
+        item.name,
+        Text(outcome, style=style),
+        f"({place})" if place else "-",
+        f"{item.time_s:.0f} s",
+        metres(item.path_length_m),
+        metres(item.shortest_path_m),
+        f"{item.spl:.2f}" if item.judged else "-",
+        metres(item.true_distance_m),
+    )
+
+
+def metres(value: float) -> str:
+    """A length; a dash where there is none."""
+    return f"{value:.1f} m" if isfinite(value) else "-"

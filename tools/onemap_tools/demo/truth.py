@@ -1,0 +1,66 @@
+"""A search's results beside the ground truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from math import nan
+from typing import Any
+
+from onemap_perception.text.vocabulary import ObjectClass, Vocabulary
+from onemap_shared.messages import Truth
+from onemap_tools.demo.summary import ObjectSummary
+
+Place = tuple[float, ...]
+Ask = Callable[[str, Place], Truth | None]  # category, place in metres -> truth, None: no answer
+
+
+def known_words(vocabulary: Vocabulary) -> frozenset[str]:
+    """Every name of a class that ``mini`` was trained on."""
+    return frozenset(word for entry in vocabulary.classes for word in _names(entry))
+
+
+def _names(entry: ObjectClass) -> tuple[str, ...]:
+    return (entry.name, *entry.aliases, *entry.held_out, *entry.query_aliases)
+
+
+def scene_name(word: str, categories: Collection[str], vocabulary: Vocabulary) -> str:
+    """The category by which the scene knows what a person called ``word``.
+
+    That is the word itself if the scene has it, else a category that the vocabulary gives as
+    a name of the same class: a "couch" where the scene says "sofa". Else the word.
+    """
+    wanted = " ".join(word.split()).casefold()
+    if wanted in categories:
+        return wanted
+    for entry in vocabulary.classes:
+        names = _names(entry)
+        if wanted in names:
+            return next((name for name in names if name in categories), wanted)
+    return wanted
+
+
+def judged(result: dict[str, Any], name: str, ask: Ask) -> ObjectSummary:
+    """The result of one object as the gateway reports it, beside the truth of category ``name``.
+
+    Nobody can judge it if the robot's world does not answer, or does not name all that is in
+    it and has nothing of that name.
+    """
+
+    def truth_at(place: list[float] | None) -> Truth | None:
+        return ask(name, tuple(place)) if place else None
+
+    start, end = truth_at(result["start_xy_m"]), truth_at(result["end_xy_m"])
+    claimed = truth_at(result["position_m"])
+    return ObjectSummary(
+        name=result["name"],
+        outcome=result["outcome"],
+        reason=result["reason"],
+        position_m=tuple(result["position_m"] or ()),
+        time_s=result["duration_s"],
+        path_length_m=result["path_length_m"],
+        shortest_path_m=start.shortest_path_m if start else nan,
+        true_distance_m=end.distance_m if end else nan,
+        goal_distance_m=end.shortest_path_m if end else nan,
+        nearest=claimed.nearest if claimed else "",
+        judged=end is not None and (end.names_complete or end.instances > 0),
+    )

@@ -1,0 +1,298 @@
+"""Why nothing is found: pure checks over what a doctor observed on the bus.
+
+Each check looks for one kind of trouble and returns what it found, as
+sentences for people. Thresholds say why they are where they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+from onemap_tools.doctor.observations import NEAR_M, Observations, Pulse
+
+CLOCK_TOLERANCE_S = 0.3  # transport and a frame's work take less; NTP keeps clocks within 0.05 s
+OLD_S = 2.0  # content older than this was made before the robot's last few metres
+FAR_M = 20.0  # no room is so large: a median beyond is a scale error
+NO_RETURN_FRACTION = 0.9  # so many pixels without depth leave too little to map
+FEW_FRAMES = 5  # fewer fused frames than this may all have seen the same place
+COMMAND_EPSILON = 0.02  # m/s or rad/s: below is standing still
+
+
+class Severity(str, Enum):
+    """How bad a finding is: an error explains why nothing is found, a warning may.
+
+    A note says what could not be checked, and how it could.
+    """
+
+    ERROR = "error"
+    WARNING = "warning"
+    NOTE = "note"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that is wrong, and what to do about it."""
+
+    severity: Severity
+    sentence: str
+    remedy: str
+
+
+NEEDED = ("perception", "mapper", "planner", "gateway")
+ROBOTS = ("simulator", "replay")
+
+
+def _error(sentence: str, remedy: str) -> Finding:
+    return Finding(Severity.ERROR, sentence, remedy)
+
+
+def _warning(sentence: str, remedy: str) -> Finding:
+    return Finding(Severity.WARNING, sentence, remedy)
+
+
+def check_services(seen: Observations) -> list[Finding]:
+    """Services that do not run, hang, are not ready, or run twice."""
+    findings = [_absent(name, seen) for name in NEEDED if name not in seen.alive]
+    for name in sorted({pulse.service for pulse in seen.pulses}):
+        pulses = [pulse for pulse in seen.pulses if pulse.service == name]
+        if len(pulses) > 1:
+            findings.append(
+                _error(
+                    f"{len(pulses)} processes say that they are the {name}: their messages mix.",
+                    "Stop all but one of them.",
+                )
+            )
+        findings += [finding for pulse in pulses for finding in _ailing(pulse)]
+    return findings
+
+
+def _absent(name: str, seen: Observations) -> Finding:
+    """A service that is not connected: it ended, or the gateway, who was here before, says that it
+    hangs."""
+    metric = f"hung_{name}_s"
+    silent_s = next((p.metrics[metric] for p in seen.pulses if metric in p.metrics), None)
+    if silent_s is not None:
+        return _error(
+            f"The {name} has not been heard for {silent_s:.0f} s: its process hangs or its link is "
+            "down.",
+            "Restart it rather than start a second one; look at its log first.",
+        )
+    return _error(f"The {name} is not running.", f"Start it: onemap {name}.")
+
+
+def _ailing(pulse: Pulse) -> list[Finding]:
+    if not pulse.advanced:
+        return [
+            _error(
+                f"The {pulse.service} runs but its main loop stands still.",
+                "Look at its log, then restart it.",
+            )
+        ]
+    if pulse.problem or not pulse.ready:
+        reason = pulse.problem or "it does not say why"
+        make = _warning if pulse.ready else _error
+        return [make(f"The {pulse.service} is not well: {reason}.", "Look at its log.")]
+    return []
+
+
+def check_streams(seen: Observations) -> list[Finding]:
+    """Streams that are silent, old, or cannot be read."""
+    findings = []
+    for stream in seen.streams:
+        if stream.count == 0 and stream.refused == 0:
+            findings.append(
+                _error(
+                    f"Nothing arrives on {stream.name} from the {stream.source}.",
+                    f"See whether the {stream.source} runs, and under the same bus namespace.",
+                )
+            )
+        if stream.refused:
+            findings.append(
+                _error(
+                    f"{stream.refused} messages on {stream.name} could not be read, the last "
+                    f"because: {stream.last_problem}.",
+                    f"Run the same version of OneMap for the {stream.source} and here.",
+                )
+            )
+        if stream.age_s is not None and stream.age_s > OLD_S:
+            findings.append(
+                _error(
+                    f"What arrives on {stream.name} is {stream.age_s:.1f} s old.",
+                    f"The {stream.source} is too slow, or its clock is behind: see its metrics "
+                    "with 'onemap status'.",
+                )
+            )
+    return findings
+
+
+def check_clocks(seen: Observations) -> list[Finding]:
+    """Machines whose clocks disagree."""
+    findings = []
+    for pulse in seen.pulses:
+        if abs(pulse.clock_offset_s) > CLOCK_TOLERANCE_S:
+            way = "ahead of" if pulse.clock_offset_s > 0 else "behind"
+            findings.append(
+                _error(
+                    f"The {pulse.service}'s clock is {abs(pulse.clock_offset_s):.1f} s {way} "
+                    "this machine's.",
+                    "Synchronise both machines (chrony or NTP): ages are told from clocks.",
+                )
+            )
+    for stream in seen.streams:
+        if stream.age_s is not None and stream.age_s < -CLOCK_TOLERANCE_S:
+            findings.append(
+                _error(
+                    f"Stamps on {stream.name} lie {-stream.age_s:.1f} s in the future.",
+                    "Synchronise the robot's clock with this machine's (chrony or NTP).",
+                )
+            )
+    return findings
+
+
+def check_depth(seen: Observations) -> list[Finding]:
+    """Depth images that cannot be in millimetres, or hold nothing."""
+    depth = seen.depth
+    if depth is None:
+        return []
+    if depth.valid < 1 - NO_RETURN_FRACTION:
+        return [
+            _error(
+                f"Only {depth.valid:.0%} of the depth pixels hold a return.",
+                "Check that the depth stream is on, aligned to colour, and not covered.",
+            )
+        ]
+    if depth.near > 0.5:
+        return [
+            _error(
+                f"Most depth is nearer than {NEAR_M * 100:.0f} cm.",
+                "Depth must be in millimetres: metres or raw units were sent, or the lens is "
+                "covered.",
+            )
+        ]
+    if depth.median_m > FAR_M:
+        return [
+            _error(
+                f"The median depth is {depth.median_m:.0f} m, more than any room.",
+                "Depth must be in millimetres: a finer unit (0.1 mm) was sent.",
+            )
+        ]
+    return []
+
+
+def check_floor(seen: Observations) -> list[Finding]:
+    """Extrinsics that put the floor elsewhere than at z = 0, as the mapper judges them."""
+    mapper = next((p.metrics for p in seen.pulses if "floor_viewpoints" in p.metrics), None)
+    if mapper is None:
+        return []
+    viewpoints = f"{mapper['floor_viewpoints']:.0f} viewpoints"
+    if "floor_wrong" not in mapper:
+        return [
+            Finding(
+                Severity.NOTE,
+                f"The mapper cannot tell yet whether the floor lies at z = 0, from {viewpoints}.",
+                "Drive or turn the robot: the lowest surface in one view may be a table.",
+            )
+        ]
+    if not mapper["floor_wrong"]:
+        return []
+    return [
+        _error(
+            f"The mapper sees the floor at z = {mapper['floor_height_m']:.2f} m, tilted by "
+            f"{mapper['floor_tilt_deg']:.1f} degrees, from {viewpoints}.",
+            "Check T_map_camera: camera frame x right, y down, z forward; map z up, floor at "
+            "z = 0.",
+        )
+    ]
+
+
+def check_encoders(seen: Observations) -> list[Finding]:
+    """Features, map and texts that come from different encoders."""
+    said = {
+        "camera features": seen.field_encoder,
+        "the map": (seen.map.encoder_id, seen.map.text_space) if seen.map else None,
+        "texts": seen.text_encoder,
+    }
+    known = {what: encoder for what, encoder in said.items() if encoder and any(encoder)}
+    if len(set(known.values())) <= 1:
+        return []
+    parts = ", ".join(f"{what} from {encoder[0]!r}" for what, encoder in known.items())
+    return [
+        _error(
+            f"Encoders differ: {parts}.",
+            "Clear the map ('onemap map clear') or load one that was made with this encoder.",
+        )
+    ]
+
+
+def check_map(seen: Observations) -> list[Finding]:
+    """A map that nothing is added to, or that stays empty."""
+    look = seen.map
+    if look is None:
+        return []
+    if look.frames[1] == look.frames[0]:
+        return [
+            _error(
+                f"No frame reached the map in {seen.duration_s:.0f} s.",
+                "Follow the frames: robot, perception, mapper; the first silent one is it.",
+            )
+        ]
+    if look.cells[1] == 0 and look.frames[1] >= FEW_FRAMES:
+        return [
+            _error(
+                f"{look.frames[1]} frames were fused and the map is still empty.",
+                "All points are out of the mapper's height or depth range: check extrinsics "
+                "and depth scale.",
+            )
+        ]
+    if look.cells[1] == look.cells[0] and seen.driving.driven > COMMAND_EPSILON:
+        return [
+            _warning(
+                "The robot drives and the map does not grow.",
+                "Fine where all is mapped already; otherwise check that the pose changes too.",
+            )
+        ]
+    return []
+
+
+def check_driving(seen: Observations) -> list[Finding]:
+    """A robot that does not obey, or that stands against something."""
+    findings = []
+    if seen.driving.commanded > COMMAND_EPSILON and seen.driving.driven <= COMMAND_EPSILON:
+        findings.append(
+            _error(
+                "The planner commands motion and the robot stands still.",
+                "Release the emergency stop; see that the robot's driver obeys the velocity topic.",
+            )
+        )
+    if seen.driving.collided:
+        findings.append(
+            _warning(
+                "The robot touches an obstacle.",
+                "Give the planner the robot's true radius; it backs off by itself.",
+            )
+        )
+    return findings
+
+
+CHECKS: tuple[Callable[[Observations], list[Finding]], ...] = (
+    check_services,
+    check_streams,
+    check_clocks,
+    check_depth,
+    check_floor,
+    check_encoders,
+    check_map,
+    check_driving,
+)
+
+
+def diagnose(seen: Observations) -> list[Finding]:
+    """All findings, errors first and notes last, each sentence once."""
+    findings = {f.sentence: f for check in CHECKS for f in check(seen)}
+    order = list(Severity)
+    return sorted(findings.values(), key=lambda finding: order.index(finding.severity))

@@ -1,0 +1,53 @@
+"""``onemap status --service NAME``: one service's own word, for container health checks."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from onemap_shared.config import BusConfig, read, section
+from onemap_shared.keys import heartbeat
+from onemap_shared.messages import Heartbeat
+from onemap_shared.services import SERVICES
+from onemap_shared.transport import Bus
+from onemap_tools.errors import EXIT_MISUSED, Trouble
+from onemap_tools.processes.session import joined
+
+JOIN_S = 2.0
+PATIENCE_S = 2.5  # two heartbeats
+
+
+def check_service(name: str, config: Path | None) -> None:
+    """Return if the service says that it is ready; Trouble with its reason otherwise."""
+    if name not in SERVICES:
+        raise Trouble(
+            f"There is no service {name!r}; there are {', '.join(SERVICES)}.", EXIT_MISUSED
+        )
+    with joined(section(read(config), "bus", BusConfig), "status", JOIN_S) as bus:
+        problem = problem_of(name, next_heartbeat(bus, name, PATIENCE_S))
+    if problem:
+        raise Trouble(problem)
+
+
+def next_heartbeat(bus: Bus, name: str, patience_s: float) -> Heartbeat | None:
+    """The service's first ready heartbeat, or its last one that was not; None if there was none."""
+    beats = bus.subscribe(heartbeat(name), 4)
+    deadline_s, last = time.monotonic() + patience_s, None
+    while (left_s := deadline_s - time.monotonic()) > 0:
+        beat = beats.take(left_s)
+        last = beat or last
+        if last is not None and last.ready:
+            return last
+    return last
+
+
+def problem_of(name: str, beat: Heartbeat | None) -> str:
+    """What is wrong with the service, in a sentence; empty if it is ready."""
+    if beat is None:
+        return (
+            f"No heartbeat of the {name} within {PATIENCE_S:g} s: start it with 'onemap {name}' if "
+            "it does not run, restart it if its process hangs."
+        )
+    if beat.ready:
+        return ""
+    return f"The {name} is not ready: {beat.problem or 'it does not say why'}."

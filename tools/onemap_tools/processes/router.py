@@ -1,0 +1,41 @@
+"""The router that services meet at, as a process of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from onemap_shared.bus import run_router
+from onemap_shared.config import BusConfig, ConfigError, LogConfig, read, section
+from onemap_shared.runner import set_up_logging, watch_parent
+from onemap_tools.errors import Trouble
+from onemap_tools.processes.interrupts import interruptible
+
+CANNOT_LISTEN = "The router cannot listen"
+
+
+def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -> None:
+    """Route until a signal comes.
+
+    Listens on ``listen``; without it where ``zenoh_config`` says, or else on the
+    endpoints at which the services of ``config`` look for their router.
+    """
+    sections = read(config)
+    set_up_logging(section(sections, "log", LogConfig), "router")
+    endpoints: tuple[str, ...] = ()
+    if listen:
+        endpoints = section({"bus": {"connect": list(listen)}}, "bus", BusConfig).connect
+    elif zenoh_config is None:
+        endpoints = section(sections, "bus", BusConfig).connect
+    if zenoh_config is not None and not zenoh_config.is_file():
+        raise ConfigError(f"cannot read the router's configuration {zenoh_config}: no such file")
+    with interruptible() as stop:
+        watch_parent(stop)
+        try:
+            run_router(endpoints, stop, zenoh_config)
+        except Exception as problem:  # zenoh's own type lives in bus.py; its text is all we need
+            reason = str(problem).split(" at /")[0]
+            where = ", ".join(endpoints) or str(zenoh_config)
+            raise Trouble(
+                f"{CANNOT_LISTEN} on {where}: {reason}. Is another one running there?"
+            ) from problem

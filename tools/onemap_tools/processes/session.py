@@ -1,0 +1,41 @@
+"""Joining the bus as a command: for a while, or not at all."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from onemap_shared.bus import ZenohBus, open_bus
+from onemap_shared.config import BusConfig
+from onemap_shared.transport import Bus
+from onemap_tools.errors import Trouble
+
+
+@contextmanager
+def joined(config: BusConfig, name: str, patience_s: float) -> Iterator[Bus]:
+    """The bus; Trouble if there is no router within ``patience_s``."""
+    bus = join(config, name, uuid.uuid4().hex[:12], patience_s)
+    if bus is None:
+        raise Trouble(
+            f"No router at {', '.join(config.connect)}: start everything with 'onemap up', or the "
+            "router alone with 'onemap router'; another address goes into bus.connect of --config."
+        )
+    try:
+        yield bus
+    finally:
+        bus.close()
+
+
+def join(config: BusConfig, name: str, instance: str, patience_s: float) -> ZenohBus | None:
+    """The bus, under this name; None if there is no router within ``patience_s``."""
+    logging.getLogger("onemap.bus").setLevel(logging.ERROR)  # the caller says it better
+    gave_up = threading.Event()
+    timer = threading.Timer(patience_s, gave_up.set)
+    timer.start()
+    try:
+        return open_bus(config, name, instance, gave_up)
+    finally:
+        timer.cancel()

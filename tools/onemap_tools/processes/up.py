@@ -1,0 +1,174 @@
+"""``onemap up``: services of one configuration on this machine until Ctrl-C."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from onemap_shared.config import BusConfig, read, section
+from onemap_shared.runner import StartError
+from onemap_tools.errors import EXIT_MISUSED, Trouble
+from onemap_tools.processes.claim import LAUNCHER, ROBOTS, claim, rivals
+from onemap_tools.processes.interrupts import interruptible
+from onemap_tools.processes.launch import Ended, Processes, ProcessSpec, command_of
+from onemap_tools.processes.network import answers, is_local
+from onemap_tools.processes.router import CANNOT_LISTEN
+from onemap_tools.processes.services import check_robot
+from onemap_tools.processes.session import join
+
+ALWAYS = ("perception", "mapper", "planner", "gateway")
+STARTABLE = ("router", *ROBOTS, *ALWAYS)
+WATCH_S = 0.2
+TWO_ROBOTS = (
+    "The simulator and the replay are both robots, and a map follows one: keep one of these two "
+    "sections of the configuration, or choose one with --only."
+)
+JOIN_S = 0.5  # to reach the router before looking at the processes and for Ctrl-C again
+
+
+def choose(
+    only: Collection[str], sections: Mapping[str, Any], has_file: bool, router_here: bool
+) -> tuple[str, ...]:
+    """What to start.
+
+    Without ``only``: a router if none answers and one is wanted on this machine; the robot
+    that the configuration file has a section for (the simulator if there is no file); and
+    all other services. Trouble for a name that is none, and for two robots.
+    """
+    unknown = sorted(set(only) - set(STARTABLE))
+    if unknown:
+        raise Trouble(
+            f"There is no {unknown[0]!r} to start; there are {', '.join(STARTABLE)}.", EXIT_MISUSED
+        )
+    if only:
+        names = tuple(name for name in STARTABLE if name in only)
+    else:
+        robots = tuple(name for name in ROBOTS if name in sections) if has_file else ("simulator",)
+        names = (*(("router",) if router_here else ()), *robots, *ALWAYS)
+    if set(names).issuperset(ROBOTS):
+        raise Trouble(TWO_ROBOTS, EXIT_MISUSED)
+    return names
+
+
+def up(config: Path | None, only: Collection[str], log_folder: Path, console: Console) -> None:
+    """Start them, restart what crashes, stop all at Ctrl-C; Trouble if one refuses to start.
+
+    Nothing is started where somebody else runs the same on the bus.
+    """
+    sections = read(config)
+    bus_config = section(sections, "bus", BusConfig)
+    endpoints = bus_config.connect
+    routed = any(answers(e) for e in endpoints if is_local(e))
+    router_here = all(is_local(e) for e in endpoints) and not routed
+    names = choose(only, sections, config is not None, router_here)
+    if "router" in names and routed:
+        raise Trouble(
+            f"A router answers at {', '.join(endpoints)} already: leave it out of --only."
+        )
+    for robot in set(names).intersection(ROBOTS):
+        check_robot(robot, sections)
+    arguments = ("--config", str(config)) if config is not None else ()
+    specs = [
+        ProcessSpec(name, command_of(name, *arguments), last=name == "router") for name in names
+    ]
+    with (
+        Processes(specs, log_folder) as processes,
+        interruptible(processes.kill) as stop,
+    ):
+        if "router" in names:  # nobody else can be there
+            check_port(names, sections)
+            processes.start("router")
+        with claimed(bus_config, names, processes, stop, console) as held:
+            if held:
+                check_port(names, sections)
+                _run(processes, stop, console)
+
+
+@contextmanager
+def claimed(
+    config: BusConfig,
+    names: Collection[str],
+    processes: Processes,
+    stop: threading.Event,
+    console: Console,
+) -> Iterator[bool]:
+    """Wait for the router, then hold the claim to these services until they are stopped.
+
+    False if ``stop`` was set before. Trouble if somebody else is there: whoever comes second is
+    refused; of two launchers that begin in the same instant, both may be.
+    """
+    own = claim(names)
+    waits = False
+    while (bus := join(config, LAUNCHER, own, JOIN_S)) is None:
+        if not waits and "router" not in names:
+            console.print(f"Waiting for a router at {', '.join(config.connect)} ...")
+        waits = True
+        supervise(processes, time.monotonic(), console)
+        if stop.is_set():
+            yield False
+            return
+    try:
+        refuse_rivals(rivals(bus.processes(), own), config)
+        yield True
+    finally:
+        processes.stop()  # the claim is the last to go
+        bus.close()
+
+
+def refuse_rivals(there: Sequence[str], config: BusConfig) -> None:
+    """Trouble that tells who is there and what to do, if anybody is."""
+    if not there:
+        return
+    where = ", ".join(config.connect)
+    namespace = f", namespace {config.namespace}" if config.namespace else ""
+    raise Trouble(
+        f"Nothing was started: at the router {where}{namespace} somebody runs {', '.join(there)}. "
+        "Stop that with Ctrl-C where it runs, start only what is missing with --only, or give this "
+        "one another router (bus.connect) and page (gateway.port)."
+    )
+
+
+def check_port(names: Collection[str], sections: Mapping[str, Any]) -> None:
+    """Trouble if the gateway is to be started and cannot listen where it is configured to."""
+    if "gateway" not in names:
+        return
+    from onemap_gateway.config import GatewayConfig
+    from onemap_gateway.http.listener import listen
+
+    gateway = section(sections, "gateway", GatewayConfig)
+    try:
+        listen(gateway.host, gateway.port).close()
+    except StartError as problem:
+        raise Trouble(f"Nothing was started: the gateway {problem}.") from problem
+
+
+def _run(processes: Processes, stop: threading.Event, console: Console) -> None:
+    processes.start()
+    names = ", ".join(processes.names)
+    console.print(f"Started {names}; logs in {processes.folder}. Ctrl-C ends them.")
+    while not stop.wait(WATCH_S):
+        supervise(processes, time.monotonic(), console)
+    console.print("Stopping ...")
+
+
+def supervise(processes: Processes, now_s: float, console: Console) -> None:
+    """Tell what ended, start again what is due; Trouble if a restart could not help."""
+    for ended in processes.collect(now_s):
+        if ended.misused:
+            raise Trouble(told(ended), EXIT_MISUSED)
+        if CANNOT_LISTEN in ended.tail:  # somebody else's router was faster
+            raise Trouble(told(ended))
+        console.print(told(ended), style="red")
+    for name in processes.restart(now_s):
+        console.print(f"Started {name} again.")
+
+
+def told(ended: Ended) -> str:
+    """What happened to a process, with the end of its log."""
+    return f"{ended.sentence}. Its last lines:\n{ended.tail}"
