@@ -26,7 +26,7 @@ from pathlib import Path
 
 CPU_INDEX = "https://download.pytorch.org/whl/cpu"
 CPU = ("--extra-index-url", CPU_INDEX)
-WISHES = ("auto", "cpu", "cuda")
+CHOICES = ("auto", "cpu", "cuda")
 ANSWER_S = 3.0  # one try; whoever is offline should not wait longer
 DRIVER_FILE = Path("/proc/driver/nvidia/version")
 NVIDIA_SMI = ("nvidia-smi", "-L")
@@ -55,11 +55,11 @@ class Decision:
     reason: str
 
 
-def decide(wish: str, machine: Machine, reachable: Callable[[], bool]) -> Decision:
+def decide(choice: str, machine: Machine, reachable: Callable[[], bool]) -> Decision:
     """What pip is told; ``reachable`` tells whether the CPU index answers, asked only if needed."""
-    if nothing := _why_nothing(wish, machine):
+    if nothing := _reason_for_default(choice, machine):
         return Decision((), nothing)
-    if wish == "cpu":
+    if choice == "cpu":
         return Decision(CPU, "torch: the CPU build from PyTorch's own index, as asked for.")
     if reachable():
         reason = "because there is no NVIDIA GPU here (TORCH=cuda takes the other)"
@@ -68,16 +68,16 @@ def decide(wish: str, machine: Machine, reachable: Callable[[], bool]) -> Decisi
     return Decision((), f"torch: what pip finds, perhaps with some GB of CUDA, {reason}.")
 
 
-def _why_nothing(wish: str, machine: Machine) -> str:
+def _reason_for_default(choice: str, machine: Machine) -> str:
     """Why pip is told nothing, whatever the CPU index says; empty if the index matters."""
     reasons = [
         (bool(machine.torch), f"torch {machine.torch} is installed already and stays."),
         (machine.system != "Linux", f"torch: PyPI's build, the only one for {machine.system}."),
     ]
-    if wish != "cpu":
+    if choice != "cpu":
         settings = " and ".join(machine.own_settings)
         reasons += [
-            (wish == "cuda", "torch: PyPI's build with CUDA, as asked for."),
+            (choice == "cuda", "torch: PyPI's build with CUDA, as asked for."),
             (bool(settings), f"torch: what pip finds with your {settings}."),
             (machine.nvidia, "torch: PyPI's build with CUDA, because there is an NVIDIA GPU."),
             (
@@ -88,7 +88,7 @@ def _why_nothing(wish: str, machine: Machine) -> str:
     return next((reason for holds, reason in reasons if holds), "")
 
 
-def look(environment: Mapping[str, str]) -> Machine:
+def inspect_machine(environment: Mapping[str, str]) -> Machine:
     """This machine, and the Python that runs this."""
     try:
         torch = version("torch")
@@ -144,13 +144,13 @@ def answers(url: str, limit_s: float = ANSWER_S) -> bool:
 
 
 def main(arguments: list[str]) -> int:
-    """Print the arguments for pip; 2 if the wish is unknown."""
-    wish = arguments[0] if arguments else "auto"
-    if wish not in WISHES or len(arguments) > 1:
+    """Print the arguments for pip; 2 if the choice is unknown."""
+    choice = arguments[0] if arguments else "auto"
+    if choice not in CHOICES or len(arguments) > 1:
         given = " ".join(arguments)
-        print(f"TORCH is {given!r}; it must be one of {', '.join(WISHES)}.", file=sys.stderr)
+        print(f"TORCH is {given!r}; it must be one of {', '.join(CHOICES)}.", file=sys.stderr)
         return 2
-    decision = decide(wish, look(os.environ), lambda: answers(f"{CPU_INDEX}/torch/"))
+    decision = decide(choice, inspect_machine(os.environ), lambda: answers(f"{CPU_INDEX}/torch/"))
     print(decision.reason, file=sys.stderr)
     print(*decision.arguments)
     return 0

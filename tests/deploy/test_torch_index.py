@@ -36,8 +36,8 @@ CPU = INDEX.CPU
 PLAIN = INDEX.Machine("Linux", "x86_64", nvidia=False, torch="", own_settings=())
 
 
-def decided(wish: str = "auto", *, reachable: bool = True, **changes: object) -> tuple[str, ...]:
-    decision = INDEX.decide(wish, replace(PLAIN, **changes), lambda: reachable)
+def decided(choice: str = "auto", *, reachable: bool = True, **changes: object) -> tuple[str, ...]:
+    decision = INDEX.decide(choice, replace(PLAIN, **changes), lambda: reachable)
     assert decision.reason.endswith(".")
     assert "\n" not in decision.reason
     arguments: tuple[str, ...] = decision.arguments
@@ -81,7 +81,7 @@ def test_the_users_own_settings_are_respected_and_said() -> None:
     assert "PIP_EXTRA_INDEX_URL" in INDEX.decide("auto", machine, never_asked).reason
 
 
-def test_a_wish_overrules_what_is_found() -> None:
+def test_a_choice_overrules_what_is_found() -> None:
     assert INDEX.decide("cpu", replace(PLAIN, nvidia=True), never_asked).arguments == CPU
     assert INDEX.decide("cuda", PLAIN, never_asked).arguments == ()
     assert decided("cpu", torch="2.13.0") == ()  # what is installed stays
@@ -161,7 +161,7 @@ def test_nobody_listening_and_no_address_are_no_answer() -> None:
     assert not INDEX.answers("nonsense")
 
 
-def test_a_wish_that_is_none_is_told() -> None:
+def test_an_unknown_choice_is_refused() -> None:
     done = subprocess.run(
         [sys.executable, str(SCRIPT), "rocm"], capture_output=True, text=True, check=False
     )
@@ -180,22 +180,22 @@ def test_pip_gets_the_arguments_alone_and_people_the_reason() -> None:
 
 
 @pytest.mark.parametrize("target", ["setup-demo", "setup-dev"])
-@pytest.mark.parametrize("wish", ["auto", "cpu", "cuda"])
-def test_the_set_up_asks_and_obeys(target: str, wish: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("choice", ["auto", "cpu", "cuda"])
+def test_the_set_up_asks_and_obeys(target: str, choice: str, tmp_path: Path) -> None:
     """``make -n`` in a fresh environment: the script decides, pip gets what it printed."""
     command = ["make", "-n", target, f"VENV={tmp_path / 'venv'}"]
-    if wish != "auto":
-        command.append(f"TORCH={wish}")
+    if choice != "auto":
+        command.append(f"TORCH={choice}")
     text = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     text = text.replace("\\\n", " ")
     (line,) = [line for line in text.splitlines() if "deploy/torch_index.py" in line]
-    assert f"/bin/python deploy/torch_index.py {wish})" in line
+    assert f"/bin/python deploy/torch_index.py {choice})" in line
     install = line.partition("&&")[2].split()
     assert "install" in install
     assert "$torch" in install
 
 
-def test_a_wish_from_the_environment_is_obeyed(
+def test_a_choice_from_the_environment_is_used(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("TORCH", "cpu")

@@ -20,7 +20,7 @@ def sample(message: type) -> Any:
     return next(each for each in SAMPLES if isinstance(each, message))
 
 
-def reheaded(packet: Packet, change: Callable[[dict[str, Any]], object]) -> Packet:
+def with_header(packet: Packet, change: Callable[[dict[str, Any]], object]) -> Packet:
     """The packet with its header changed."""
     header = msgpack.unpackb(packet.header)
     change(header)
@@ -55,7 +55,7 @@ def oversized_body(packet: Packet) -> Packet:
 
 
 def wrong_version(packet: Packet) -> Packet:
-    return reheaded(packet, lambda h: h.update(schema=h["schema"].rpartition("/")[0] + "/99"))
+    return with_header(packet, lambda h: h.update(schema=h["schema"].rpartition("/")[0] + "/99"))
 
 
 def wrong_dtype(packet: Packet) -> Packet | None:
@@ -65,7 +65,7 @@ def wrong_dtype(packet: Packet) -> Packet | None:
         for array in header["arrays"].values():
             array[0] = "|O"
 
-    return reheaded(packet, change) if arrays(packet) else None
+    return with_header(packet, change) if arrays(packet) else None
 
 
 def boundless_shape(packet: Packet) -> Packet | None:
@@ -75,7 +75,7 @@ def boundless_shape(packet: Packet) -> Packet | None:
         for array in header["arrays"].values():
             array[1] = [2**40, 2**40]
 
-    return reheaded(packet, change) if arrays(packet) else None
+    return with_header(packet, change) if arrays(packet) else None
 
 
 def not_finite(packet: Packet) -> Packet | None:
@@ -96,7 +96,7 @@ def not_rigid(packet: Packet) -> Packet | None:
 
 
 # How a packet can be broken; None where that kind of message cannot.
-WAYS: dict[str, Callable[[Packet], Packet | None]] = {
+FAULTS: dict[str, Callable[[Packet], Packet | None]] = {
     "truncated header": truncated_header,
     "truncated body": truncated_body,
     "oversized header": oversized_header,
@@ -109,7 +109,7 @@ WAYS: dict[str, Callable[[Packet], Packet | None]] = {
 
 
 @contextmanager
-def foreigner(endpoint: str) -> Iterator[zenoh.Session]:
+def raw_session(endpoint: str) -> Iterator[zenoh.Session]:
     """A bare Zenoh session at the router."""
     config = zenoh.Config()
     config.insert_json5("mode", '"client"')

@@ -28,7 +28,7 @@ from onemap_shared.keys import Topic
 from onemap_shared.messages import Heartbeat, MapRevision, Odometry, SearchStatus
 from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus
-from onemap_tools.processes.launch import available_cores, child_environment, command_of, tail
+from onemap_tools.processes.launch import available_cores, child_environment, onemap_command, tail
 from onemap_tools.processes.network import any_free_port
 
 M = TypeVar("M")
@@ -41,7 +41,7 @@ STANDSTILL = 10  # odometry messages in a row: half a second
 MOVING_MPS = 0.02  # and rad/s; slower is standing
 
 
-class Witness:
+class BusMonitor:
     """Keeps the newest of every small stream and wakes whoever waits for it."""
 
     def __init__(self, bus: Bus) -> None:
@@ -112,7 +112,7 @@ class Witness:
         return thread
 
 
-class House:
+class System:
     """The processes of one test; a context manager that leaves none behind.
 
     ``sections`` are added to the configuration; ports and folders are the test's own.
@@ -140,11 +140,11 @@ class House:
         self.environment = child_environment(clean, available_cores())
         self.http = httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=HTTP_S)
 
-    def __enter__(self) -> House:
+    def __enter__(self) -> System:
         self.start("router")
         bus = open_bus(BusConfig(connect=(self.endpoint,)), "witness", "w", threading.Event())
         assert bus is not None
-        self.witness = Witness(bus)
+        self.monitor = BusMonitor(bus)
         for name in self.services:
             self.start(name)
         return self
@@ -156,9 +156,9 @@ class House:
         trace: TracebackType | None,
     ) -> None:
         self.http.close()
-        self.witness.close()
+        self.monitor.close()
         for name in [*self.services, "router"]:
-            self.thaw(name)
+            self.resume(name)
             self.processes[name].terminate()
         for process in self.processes.values():
             try:
@@ -170,7 +170,7 @@ class House:
     def start(self, name: str) -> None:
         """Start a service, or start it again."""
         command = (
-            command_of("router", "--listen", self.endpoint)
+            onemap_command("router", "--listen", self.endpoint)
             if name == "router"
             else (sys.executable, "-m", SERVICES[name].module, "--config", str(self.configuration))
         )
@@ -186,7 +186,7 @@ class House:
     def onemap(self, *arguments: str) -> subprocess.CompletedProcess[str]:
         """Run an ``onemap`` command with this house's configuration."""
         return subprocess.run(
-            command_of(*arguments, "--config", str(self.configuration)),
+            onemap_command(*arguments, "--config", str(self.configuration)),
             env=self.environment,
             capture_output=True,
             text=True,
@@ -198,21 +198,21 @@ class House:
         """SIGKILL: it says nothing more."""
         self.processes[name].kill()
         self.processes[name].wait()
-        self.witness.odometry.clear()
+        self.monitor.odometry.clear()
 
-    def freeze(self, name: str) -> None:
+    def suspend(self, name: str) -> None:
         """SIGSTOP: it is there and does nothing."""
         self.processes[name].send_signal(signal.SIGSTOP)
-        self.witness.odometry.clear()
+        self.monitor.odometry.clear()
 
-    def thaw(self, name: str) -> None:
-        """Undo ``freeze``."""
+    def resume(self, name: str) -> None:
+        """Undo ``suspend``."""
         self.processes[name].send_signal(signal.SIGCONT)
 
-    def mend(self) -> None:
+    def restore(self) -> None:
         """Start what is dead and wait until all is well: each test begins in a whole house."""
         for name, process in self.processes.items():
-            self.thaw(name)
+            self.resume(name)
             if process.poll() is not None:
                 self.start(name)
         self.until(self.is_ready, "all is well at first", START_S)
@@ -222,7 +222,7 @@ class House:
         return self.folder / f"{name}.log"
 
     def until(self, true: Callable[[], Any], what: str, within_s: float = PATIENCE_S) -> None:
-        """As ``Witness.until``, and fails when a service gives up; shows everybody's last words."""
+        """As ``BusMonitor.until``; fails when a process ends, with the end of every log."""
 
         def true_and_nobody_gave_up() -> object:
             gone = [name for name, each in self.processes.items() if (each.poll() or 0) > 0]
@@ -230,7 +230,7 @@ class House:
             return true()
 
         try:
-            self.witness.until(true_and_nobody_gave_up, what, within_s)
+            self.monitor.until(true_and_nobody_gave_up, what, within_s)
         except AssertionError as failure:
             words = "\n".join(
                 f"--- {name} ({process.poll()})\n{tail(self.log(name))}"

@@ -13,8 +13,8 @@ import zenoh
 from onemap_shared import keys
 from onemap_shared.keys import Topic
 from onemap_shared.wire import Packet, encode
-from tests.end_to_end.malformed import WAYS, foreigner, oversized_body, publish, sample
-from tests.end_to_end.system import House
+from tests.end_to_end.malformed import FAULTS, oversized_body, publish, raw_session, sample
+from tests.end_to_end.system import System
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(120)]
 
@@ -23,7 +23,7 @@ RESEND_NS = 2_500_000_000  # two heartbeats: a count that was to come would have
 
 
 @dataclass(frozen=True)
-class Ear:
+class RefusalCounter:
     """A stream that a service listens to, and the metric that counts what it refuses there."""
 
     service: str
@@ -31,85 +31,87 @@ class Ear:
     metric: str
 
 
-EARS = (
-    Ear("perception", keys.ROBOT_RGBD, "frames_refused"),
-    Ear("perception", keys.SEARCH_STATE, "searches_refused"),
-    Ear("mapper", keys.FIELD, "frames_refused"),
-    Ear("planner", keys.ROBOT_ODOMETRY, "odometry_refused"),
-    Ear("planner", keys.MAP_REVISION, "revision_refused"),
-    Ear("planner", keys.DETECTIONS, "detections_refused"),
-    Ear("simulator", keys.ROBOT_CMD_VEL, "commands_refused"),
-    Ear("gateway", keys.ROBOT_RGBD, "rgbd_refused"),
-    Ear("gateway", keys.ROBOT_ODOMETRY, "odometry_refused"),
-    Ear("gateway", keys.DETECTIONS, "detections_refused"),
-    Ear("gateway", keys.MAP_REVISION, "revision_refused"),
-    Ear("gateway", keys.SEARCH_STATE, "search_refused"),
-    Ear("gateway", keys.SEARCH_PATH, "path_refused"),
-    Ear("gateway", keys.heartbeat("mapper"), "heartbeat_refused"),
+REFUSAL_COUNTERS = (
+    RefusalCounter("perception", keys.ROBOT_RGBD, "frames_refused"),
+    RefusalCounter("perception", keys.SEARCH_STATE, "searches_refused"),
+    RefusalCounter("mapper", keys.FIELD, "frames_refused"),
+    RefusalCounter("planner", keys.ROBOT_ODOMETRY, "odometry_refused"),
+    RefusalCounter("planner", keys.MAP_REVISION, "revision_refused"),
+    RefusalCounter("planner", keys.DETECTIONS, "detections_refused"),
+    RefusalCounter("simulator", keys.ROBOT_CMD_VEL, "commands_refused"),
+    RefusalCounter("gateway", keys.ROBOT_RGBD, "rgbd_refused"),
+    RefusalCounter("gateway", keys.ROBOT_ODOMETRY, "odometry_refused"),
+    RefusalCounter("gateway", keys.DETECTIONS, "detections_refused"),
+    RefusalCounter("gateway", keys.MAP_REVISION, "revision_refused"),
+    RefusalCounter("gateway", keys.SEARCH_STATE, "search_refused"),
+    RefusalCounter("gateway", keys.SEARCH_PATH, "path_refused"),
+    RefusalCounter("gateway", keys.heartbeat("mapper"), "heartbeat_refused"),
 )
 
 
 @pytest.fixture(scope="module")
-def stranger(house: House) -> Iterator[zenoh.Session]:
-    with foreigner(house.endpoint) as session:
+def raw_publisher(system: System) -> Iterator[zenoh.Session]:
+    with raw_session(system.endpoint) as session:
         yield session
 
 
-def refused(house: House, ear: Ear) -> float:
+def refused(system: System, counter: RefusalCounter) -> float:
     """How many messages a service has refused there so far, by its last heartbeat."""
-    return house.witness.beats[ear.service].metrics.get(ear.metric, 0.0)
+    return system.monitor.beats[counter.service].metrics.get(counter.metric, 0.0)
 
 
 def send_until_refused(
-    house: House, stranger: zenoh.Session, packets: Mapping[Ear, Packet]
+    system: System, raw_publisher: zenoh.Session, packets: Mapping[RefusalCounter, Packet]
 ) -> None:
     """Send to all until each has counted one; again where a valid message took its place."""
-    before = {ear: refused(house, ear) for ear in packets}
+    before = {counter: refused(system, counter) for counter in packets}
     sent_ns = dict.fromkeys(packets, 0)
 
-    def deaf() -> list[Ear]:
-        return [ear for ear in packets if refused(house, ear) <= before[ear]]
+    def deaf() -> list[RefusalCounter]:
+        return [counter for counter in packets if refused(system, counter) <= before[counter]]
 
     def heard() -> bool:
         now_ns = time.time_ns()
-        due = [ear for ear in deaf() if now_ns - sent_ns[ear] > RESEND_NS]
-        for key, packet in {ear.topic.key: packets[ear] for ear in due}.items():
-            publish(stranger, key, packet)
+        due = [counter for counter in deaf() if now_ns - sent_ns[counter] > RESEND_NS]
+        for key, packet in {counter.topic.key: packets[counter] for counter in due}.items():
+            publish(raw_publisher, key, packet)
         sent_ns.update(dict.fromkeys(due, now_ns))
         return not deaf()
 
     try:
-        house.until(heard, "everybody counts what it refuses")
+        system.until(heard, "everybody counts what it refuses")
     except AssertionError as failure:
-        names = [f"{ear.service} {ear.metric}" for ear in deaf()]
+        names = [f"{counter.service} {counter.metric}" for counter in deaf()]
         raise AssertionError(f"not counted: {', '.join(names)}\n{failure}") from None
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("way", FAULTS)
 def test_broken_messages_are_refused_counted_and_survived(
-    house: House, stranger: zenoh.Session, way: str
+    system: System, raw_publisher: zenoh.Session, way: str
 ) -> None:
-    packets = {ear: WAYS[way](encode(sample(ear.topic.message))) for ear in EARS}
-    broken = {ear: packet for ear, packet in packets.items() if packet is not None}
+    packets = {
+        counter: FAULTS[way](encode(sample(counter.topic.message))) for counter in REFUSAL_COUNTERS
+    }
+    broken = {counter: packet for counter, packet in packets.items() if packet is not None}
     assert broken
-    send_until_refused(house, stranger, broken)
-    assert all(process.poll() is None for process in house.processes.values())
+    send_until_refused(system, raw_publisher, broken)
+    assert all(process.poll() is None for process in system.processes.values())
 
 
-def test_a_frame_larger_than_any_is_refused(house: House, stranger: zenoh.Session) -> None:
-    ears = [ear for ear in EARS if ear.topic is keys.ROBOT_RGBD]
+def test_a_frame_larger_than_any_is_refused(system: System, raw_publisher: zenoh.Session) -> None:
+    counters = [counter for counter in REFUSAL_COUNTERS if counter.topic is keys.ROBOT_RGBD]
     packet = oversized_body(encode(sample(keys.ROBOT_RGBD.message)))
-    send_until_refused(house, stranger, dict.fromkeys(ears, packet))
+    send_until_refused(system, raw_publisher, dict.fromkeys(counters, packet))
 
 
-def test_afterwards_frames_still_reach_the_map(house: House) -> None:
-    before = house.witness.revision
+def test_afterwards_frames_still_reach_the_map(system: System) -> None:
+    before = system.monitor.revision
     assert before is not None
-    house.until(
-        lambda: house.witness.revision.frames_fused > before.frames_fused + 2,  # type: ignore[union-attr]
+    system.until(
+        lambda: system.monitor.revision.frames_fused > before.frames_fused + 2,  # type: ignore[union-attr]
         "frames are fused",
     )
-    house.until(house.is_ready, "all is well")
+    system.until(system.is_ready, "all is well")
 
 
 TEXTS: dict[str, Any] = {
@@ -127,18 +129,18 @@ TEXTS: dict[str, Any] = {
 @pytest.mark.parametrize("text", TEXTS)
 @pytest.mark.parametrize(("path", "name"), [("/v1/queries", "text"), ("/v1/searches", "object")])
 def test_text_that_is_none_is_refused_over_http(
-    house: House, path: str, name: str, text: str
+    system: System, path: str, name: str, text: str
 ) -> None:
-    answer = house.http.post(path, json={name: TEXTS[text]})
+    answer = system.http.post(path, json={name: TEXTS[text]})
     assert 400 <= answer.status_code < 500
     assert answer.headers["content-type"] == "application/problem+json"
     assert answer.json()["detail"].endswith(".")
     assert len(answer.content) < 2000  # the essay is not sent back
 
 
-def test_bytes_that_are_no_text_are_refused_over_http(house: House) -> None:
+def test_bytes_that_are_no_text_are_refused_over_http(system: System) -> None:
     headers = {"content-type": "application/json"}
-    answer = house.http.post("/v1/queries", content=b'{"text": "\xff\xfe"}', headers=headers)
+    answer = system.http.post("/v1/queries", content=b'{"text": "\xff\xfe"}', headers=headers)
     assert answer.status_code == 400
     assert answer.headers["content-type"] == "application/problem+json"
 
@@ -146,10 +148,10 @@ def test_bytes_that_are_no_text_are_refused_over_http(house: House) -> None:
 NO_PLACE = "skateboard"  # ships in the table, and is near nothing that mini was trained to see
 
 
-def test_a_search_with_a_word_without_a_place_is_refused_and_nothing_drives(house: House) -> None:
-    commands = house.witness.bus.subscribe(keys.ROBOT_CMD_VEL, capacity=1000)
-    before = house.witness.search
-    answer = house.http.post("/v1/searches", json={"objects": ["sofa", NO_PLACE]})
+def test_a_search_with_a_word_without_a_place_is_refused_and_nothing_drives(system: System) -> None:
+    commands = system.monitor.bus.subscribe(keys.ROBOT_CMD_VEL, capacity=1000)
+    before = system.monitor.search
+    answer = system.http.post("/v1/searches", json={"objects": ["sofa", NO_PLACE]})
     assert answer.status_code == 422, answer.text
     problem = answer.json()
     assert problem["type"].endswith("unknown_word")
@@ -158,39 +160,39 @@ def test_a_search_with_a_word_without_a_place_is_refused_and_nothing_drives(hous
     assert unknown["did_you_mean"]
     assert f"{NO_PLACE!r} (did you mean {unknown['did_you_mean'][0]!r}" in problem["detail"]
     for _ in range(2):  # heartbeats: commands go out twenty times a second
-        progress = house.witness.beats["planner"].progress
-        house.until(
-            lambda progress=progress: house.witness.beats["planner"].progress > progress,  # type: ignore[misc]
+        progress = system.monitor.beats["planner"].progress
+        system.until(
+            lambda progress=progress: system.monitor.beats["planner"].progress > progress,  # type: ignore[misc]
             "the planner goes on",
         )
     sent = iter(lambda: commands.take(0.0), None)
     assert not [c for c in sent if c is not None and (c.linear_mps or c.angular_radps)]
-    assert house.witness.stands
-    assert house.witness.search is before
+    assert system.monitor.stands
+    assert system.monitor.search is before
 
 
-def test_a_query_for_what_is_not_there_is_no_place_but_a_sentence(house: House) -> None:
-    house.until(house.is_ready, "all is well")
-    answer = house.http.post("/v1/queries", json={"text": NO_PLACE})
+def test_a_query_for_what_is_not_there_is_no_place_but_a_sentence(system: System) -> None:
+    system.until(system.is_ready, "all is well")
+    answer = system.http.post("/v1/queries", json={"text": NO_PLACE})
     assert answer.status_code == 200, answer.text
     reply = answer.json()
     assert reply["regions"] == []
     assert reply["message"].startswith(f"Nothing on the map looks like {NO_PLACE!r}: the best")
     assert reply["did_you_mean"]
-    found = house.http.post("/v1/queries", json={"text": "wall"}).json()
+    found = system.http.post("/v1/queries", json={"text": "wall"}).json()
     assert found["regions"]
     assert found["message"] == ""
 
 
-def test_a_second_search_is_refused_with_the_id_of_the_first(house: House) -> None:
-    first = house.http.post("/v1/searches", json={"objects": ["sofa"]})
+def test_a_second_search_is_refused_with_the_id_of_the_first(system: System) -> None:
+    first = system.http.post("/v1/searches", json={"objects": ["sofa"]})
     assert first.status_code == 201, first.text
-    second = house.http.post("/v1/searches", json={"objects": ["bed"]})
+    second = system.http.post("/v1/searches", json={"objects": ["bed"]})
     assert second.status_code == 409
     assert second.headers["content-type"] == "application/problem+json"
     assert second.json()["search_id"] == first.json()["id"]
-    cancelled = house.http.delete(f"/v1/searches/{first.json()['id']}")
+    cancelled = system.http.delete(f"/v1/searches/{first.json()['id']}")
     assert cancelled.json()["state"] == "cancelled"
-    third = house.http.post("/v1/searches", json={"objects": ["bed"]})
+    third = system.http.post("/v1/searches", json={"objects": ["bed"]})
     assert third.status_code == 201
-    house.http.delete(f"/v1/searches/{third.json()['id']}")
+    system.http.delete(f"/v1/searches/{third.json()['id']}")

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 from onemap_shared.services import SERVICES
-from tests.end_to_end.system import House
+from tests.end_to_end.system import System
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(60)]
 
@@ -40,14 +40,14 @@ runpy.run_module(sys.argv.pop(1), run_name="__main__", alter_sys=True)
 
 
 @pytest.fixture(scope="module")
-def empty_house(tmp_path_factory: pytest.TempPathFactory) -> Iterator[House]:
+def empty_house(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
     """A router and nobody else."""
-    with House(tmp_path_factory.mktemp("house"), (), {}) as house:
-        yield house
+    with System(tmp_path_factory.mktemp("house"), (), {}) as system:
+        yield system
 
 
 @pytest.mark.parametrize("service", ["simulator", "perception", "mapper", "planner", "gateway"])
-def test_a_service_that_breaks_is_gone_in_time(empty_house: House, service: str) -> None:
+def test_a_service_that_breaks_is_gone_in_time(empty_house: System, service: str) -> None:
     process = subprocess.Popen(
         [
             sys.executable,

@@ -24,7 +24,7 @@ __all__ = ["router"]  # a fixture
 pytest.importorskip("open_clip", reason="needs open_clip_torch (requirements-encoders.txt)")
 
 
-class House:
+class System:
     """Perception, mapper and a camera as sessions of one Zenoh router."""
 
     def __init__(self, router: Router, folder: Path) -> None:
@@ -57,25 +57,25 @@ class House:
 
 def test_a_swapped_encoder_is_refused_by_the_map(router: Router, tmp_path: Path) -> None:
     first, second = (open_clip_folder(tmp_path / f"clip{seed}", seed) for seed in (0, 1))
-    house = House(router, tmp_path)
-    worker, bus = house.perception(first)
+    system = System(router, tmp_path)
+    worker, bus = system.perception(first)
 
     def map_of_the_first() -> bool | None:
-        house.show(worker)
-        return house.fused() > 0 or None
+        system.show(worker)
+        return system.fused() > 0 or None
 
     assert eventually(map_of_the_first)
-    assert house.client.call(keys.MAP_SIMILARITY, SimilarityRequest("lamp")).encoder_id
+    assert system.client.call(keys.MAP_SIMILARITY, SimilarityRequest("lamp")).encoder_id
     bus.close()
-    fused = house.fused()
-    worker, _ = house.perception(second)
+    fused = system.fused()
+    worker, _ = system.perception(second)
 
     def trouble() -> str | None:
-        house.show(worker)
-        return house.mapper.health().problem or None
+        system.show(worker)
+        return system.mapper.health().problem or None
 
     assert "openclip_convnext-" in eventually(trouble)
-    assert house.fused() == fused
+    assert system.fused() == fused
     with pytest.raises(RemoteError) as refusal:
-        house.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
+        system.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
     assert refusal.value.code == "encoder_mismatch"

@@ -19,7 +19,7 @@ from onemap_gateway.present.render import FREE, OCCUPIED, UNKNOWN
 from onemap_shared.geometry import U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
-from tests.end_to_end.system import START_S, House
+from tests.end_to_end.system import START_S, System
 
 RECORDING = Path(__file__).parents[2].parent / "shared" / "data" / "rgbd_study"
 FRAMES = 5
@@ -55,22 +55,22 @@ NEVER_SEEN = (4.0, -3.0)  # behind the camera, which looks away from it in all f
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> Iterator[House]:
+def study(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
     """A house whose robot is the recording, after every frame was fused twice."""
     replay = {"directory": str(RECORDING), "rate_hz": 4.0}
     services = ("replay", "perception", "mapper", "gateway")
-    with House(tmp_path_factory.mktemp("study"), services, {"replay": replay}) as house:
-        house.until(
-            lambda: house.witness.revision and house.witness.revision.frames_fused >= 2 * FRAMES,
+    with System(tmp_path_factory.mktemp("study"), services, {"replay": replay}) as system:
+        system.until(
+            lambda: system.monitor.revision and system.monitor.revision.frames_fused >= 2 * FRAMES,
             "every frame is fused",
             START_S,
         )
-        yield house
+        yield system
 
 
-def occupancy(house: House) -> tuple[GridSpec, U8]:
+def occupancy(system: System) -> tuple[GridSpec, U8]:
     """The map's cells over HTTP, indexed [ix, iy]."""
-    answer = house.http.get("/v1/map.npz")
+    answer = system.http.get("/v1/map.npz")
     assert answer.status_code == 200
     with np.load(io.BytesIO(answer.content), allow_pickle=False) as archive:
         cell_size_m = float(archive["cell_size_m"])
@@ -79,18 +79,18 @@ def occupancy(house: House) -> tuple[GridSpec, U8]:
     return GridSpec(cell_size_m, (int(origin[0]), int(origin[1])), cells.shape), cells
 
 
-def at(house: House, place: tuple[float, float]) -> Occupancy:
-    grid, cells = occupancy(house)
+def at(system: System, place: tuple[float, float]) -> Occupancy:
+    grid, cells = occupancy(system)
     cell = grid.cells(np.array(place))
     return Occupancy(cells[tuple(cell)]) if grid.contains(cell) else Occupancy.UNKNOWN
 
 
-def test_the_floor_lies_at_zero(study: House) -> None:
+def test_the_floor_lies_at_zero(study: System) -> None:
     """The median over the recording; frame 000422 shows nothing level."""
     heights: dict[int, float] = {}
 
     def heard() -> bool:
-        beat = study.witness.beats.get("mapper")
+        beat = study.monitor.beats.get("mapper")
         if beat is not None and "floor_height_m" in beat.metrics:
             heights[beat.stamp_ns] = beat.metrics["floor_height_m"]
         return len(heights) >= FRAMES
@@ -100,20 +100,20 @@ def test_the_floor_lies_at_zero(study: House) -> None:
 
 
 @pytest.mark.parametrize("name", FURNITURE)
-def test_furniture_is_occupied(study: House, name: str) -> None:
+def test_furniture_is_occupied(study: System, name: str) -> None:
     assert at(study, FURNITURE[name]) is Occupancy.OCCUPIED
 
 
 @pytest.mark.parametrize("name", FLOOR)
-def test_the_floor_between_is_free(study: House, name: str) -> None:
+def test_the_floor_between_is_free(study: System, name: str) -> None:
     assert at(study, FLOOR[name]) is Occupancy.FREE
 
 
-def test_what_no_camera_saw_is_unknown(study: House) -> None:
+def test_what_no_camera_saw_is_unknown(study: System) -> None:
     assert at(study, NEVER_SEEN) is Occupancy.UNKNOWN
 
 
-def test_the_picture_shows_it(study: House) -> None:
+def test_the_picture_shows_it(study: System) -> None:
     answer = study.http.get("/v1/map.png", params={"scale": 4, "marks": False})
     assert answer.headers["content-type"] == "image/png"
     image = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)
@@ -132,7 +132,7 @@ def test_the_picture_shows_it(study: House) -> None:
     assert colour((x_min + 0.05, y_min + 0.05)) == UNKNOWN  # the margin around what is known
 
 
-def test_the_gateway_says_what_is_missing_for_a_search(study: House) -> None:
+def test_the_gateway_says_what_is_missing_for_a_search(study: System) -> None:
     study.until(lambda: study.lacks("planner"), "/readyz names the planner")
     answer = study.http.post("/v1/searches", json={"object": "sofa"})
     assert answer.status_code == 503

@@ -17,10 +17,10 @@ import yaml
 
 from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.config import BusConfig
-from onemap_tools.errors import EXIT_FAILED, EXIT_MISUSED, EXIT_OK
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from onemap_tools.processes.claim import claim
-from onemap_tools.processes.launch import command_of
-from onemap_tools.processes.network import answers, any_free_port
+from onemap_tools.processes.launch import onemap_command
+from onemap_tools.processes.network import accepts_connections, any_free_port
 from tests.shared.test_bus import Router, eventually, router
 
 __all__ = ["router"]  # the fixture
@@ -45,7 +45,7 @@ def configuration(folder: Path, endpoint: str, port: int = 0, **sections: Any) -
 
 def up(config: Path, logs: Path, *more: str) -> subprocess.CompletedProcess[str]:
     """Run until it ends by itself: only for what is refused."""
-    command = command_of("up", "--config", str(config), "--logs", str(logs), *more)
+    command = onemap_command("up", "--config", str(config), "--logs", str(logs), *more)
     return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
 
 
@@ -90,7 +90,7 @@ def test_the_first_goes_on_when_a_second_is_refused(tmp_path: Path) -> None:
     endpoint, port = f"tcp/127.0.0.1:{any_free_port()}", any_free_port()
     config = configuration(tmp_path, endpoint, port)
     first = subprocess.Popen(
-        command_of("up", "--config", str(config), "--logs", str(tmp_path / "first"))
+        onemap_command("up", "--config", str(config), "--logs", str(tmp_path / "first"))
         + ("--only", "router,gateway"),
         stderr=subprocess.PIPE,
         text=True,
@@ -122,7 +122,7 @@ def status_of(port: int) -> dict | None:
 def test_a_claim_leaves_the_bus_with_its_launcher(router: Router, tmp_path: Path) -> None:
     """Whoever pulls the plug of a launcher need not tidy up before the next one."""
     config = configuration(tmp_path, router.endpoint)
-    command = command_of("up", "--config", str(config), "--logs", str(tmp_path / "logs"))
+    command = onemap_command("up", "--config", str(config), "--logs", str(tmp_path / "logs"))
     launcher = subprocess.Popen((*command, "--only", "gateway"))
     with somebody(router.endpoint, "witness", "w") as bus:
         eventually(lambda: "up" in dict(bus.processes()) or None)
@@ -140,7 +140,7 @@ def test_a_taken_port_is_told_before_anything_starts(tmp_path: Path) -> None:
     assert "Nothing was started" in result.stderr
     assert "gateway.port" in result.stderr
     assert started(tmp_path / "logs") == []
-    assert not answers(endpoint)
+    assert not accepts_connections(endpoint)
 
 
 def test_a_router_whose_place_is_taken_in_between_ends_it(tmp_path: Path) -> None:
@@ -155,7 +155,7 @@ def test_a_router_whose_place_is_taken_in_between_ends_it(tmp_path: Path) -> Non
 
 def test_a_second_router_is_not_started(router: Router, tmp_path: Path) -> None:
     config = configuration(tmp_path, router.endpoint)
-    eventually(lambda: answers(router.endpoint) or None)
+    eventually(lambda: accepts_connections(router.endpoint) or None)
     result = up(config, tmp_path / "logs", "--only", "router,gateway")
     assert result.returncode == EXIT_FAILED
     assert "A router answers" in result.stderr
@@ -180,8 +180,8 @@ def test_what_cannot_work_is_refused_before_anything_starts(
     endpoint = f"tcp/127.0.0.1:{any_free_port()}"
     config = configuration(tmp_path, endpoint, **sections)
     result = up(config, tmp_path / "logs")
-    assert result.returncode == EXIT_MISUSED
+    assert result.returncode == EXIT_USAGE_ERROR
     assert reason in result.stderr
     assert "Traceback" not in result.stderr
     assert started(tmp_path / "logs") == []
-    assert not answers(endpoint)
+    assert not accepts_connections(endpoint)

@@ -13,7 +13,7 @@ Routes = Mapping[tuple[str, str], tuple[int, dict[str, Any] | bytes]]
 
 
 @contextmanager
-def answering(routes: Routes) -> Iterator[str]:
+def fake_gateway(routes: Routes) -> Iterator[str]:
     """The URL of a server with these answers, by method and path; 404 for all others."""
 
     class Handler(BaseHTTPRequestHandler):

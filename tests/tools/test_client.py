@@ -7,15 +7,15 @@ import json
 import httpx
 import pytest
 
-from onemap_tools.client import Gateway
-from onemap_tools.errors import EXIT_FAILED, EXIT_MISUSED, Trouble
+from onemap_tools.client import GatewayClient
+from onemap_tools.errors import EXIT_FAILED, EXIT_USAGE_ERROR, CliError
 
 
-def gateway(handler: httpx.MockTransport) -> Gateway:
-    return Gateway("http://robot:8080", token="secret", transport=handler)
+def gateway_client(handler: httpx.MockTransport) -> GatewayClient:
+    return GatewayClient("http://robot:8080", token="secret", transport=handler)
 
 
-def answering(status: int, body: object) -> httpx.MockTransport:
+def fake_gateway(status: int, body: object) -> httpx.MockTransport:
     return httpx.MockTransport(lambda _: httpx.Response(status, json=body))
 
 
@@ -35,17 +35,17 @@ def test_requests_go_where_the_gateway_expects_them() -> None:
         seen.append((request.method, request.url.path, body))
         return httpx.Response(200, json={"ok": True})
 
-    with gateway(httpx.MockTransport(handle)) as door:
-        door.query("red sofa", 3)
-        door.start_search(("sofa", "bed"))
-        door.search("s1")
-        door.cancel("s1")
-        door.status()
-        door.map_info()
-        door.map_archive()
-        door.map_save("flat")
-        door.map_load("flat")
-        door.map_clear()
+    with gateway_client(httpx.MockTransport(handle)) as gateway:
+        gateway.query("red sofa", 3)
+        gateway.start_search(("sofa", "bed"))
+        gateway.search("s1")
+        gateway.cancel("s1")
+        gateway.status()
+        gateway.map_info()
+        gateway.map_archive()
+        gateway.map_save("flat")
+        gateway.map_load("flat")
+        gateway.map_clear()
     assert seen == [
         ("POST", "/v1/queries", {"text": "red sofa", "max_regions": 3}),
         ("POST", "/v1/searches", {"objects": ["sofa", "bed"]}),
@@ -62,42 +62,44 @@ def test_requests_go_where_the_gateway_expects_them() -> None:
 
 def test_a_problem_document_is_told_by_its_detail() -> None:
     detail = "The mapper is not running: start it with 'onemap mapper', or see 'onemap status'."
-    with pytest.raises(Trouble) as trouble:
-        gateway(answering(503, {"status": 503, "detail": detail})).query("sofa", 5)
+    with pytest.raises(CliError) as trouble:
+        gateway_client(fake_gateway(503, {"status": 503, "detail": detail})).query("sofa", 5)
     assert str(trouble.value) == detail
     assert trouble.value.exit_code == EXIT_FAILED
 
 
 def test_an_error_without_detail_is_told_by_its_status() -> None:
-    with pytest.raises(Trouble, match="answers 502 Bad Gateway"):
-        gateway(answering(502, ["?"])).status()
+    with pytest.raises(CliError, match="answers 502 Bad Gateway"):
+        gateway_client(fake_gateway(502, ["?"])).status()
 
 
 def test_nobody_there_is_told_with_what_to_start() -> None:
-    with pytest.raises(Trouble, match=r"No gateway at http://robot:8080: start .*onemap up"):
-        gateway(failing(httpx.ConnectError)).status()
+    with pytest.raises(CliError, match=r"No gateway at http://robot:8080: start .*onemap up"):
+        gateway_client(failing(httpx.ConnectError)).status()
 
 
 def test_silence_is_told_with_how_long() -> None:
-    with pytest.raises(Trouble, match="did not answer within 5 s"):
-        gateway(failing(httpx.ReadTimeout)).status()
+    with pytest.raises(CliError, match="did not answer within 5 s"):
+        gateway_client(failing(httpx.ReadTimeout)).status()
 
 
 def test_another_program_on_the_port_is_recognised() -> None:
     page = httpx.MockTransport(lambda _: httpx.Response(200, html="<html>hello</html>"))
-    with pytest.raises(Trouble, match="another program"):
-        gateway(page).status()
+    with pytest.raises(CliError, match="another program"):
+        gateway_client(page).status()
 
 
 @pytest.mark.parametrize("url", ["robot:8080", "ftp://robot", "http://[::1"])
 def test_an_address_that_is_none_is_a_misuse(url: str) -> None:
-    with pytest.raises(Trouble) as trouble:
-        Gateway(url).status()
-    assert trouble.value.exit_code == EXIT_MISUSED
+    with pytest.raises(CliError) as trouble:
+        GatewayClient(url).status()
+    assert trouble.value.exit_code == EXIT_USAGE_ERROR
 
 
 def test_the_missing_stage_is_what_readyz_says() -> None:
-    assert gateway(answering(200, {"status": "ok"})).missing_stage() == ""
-    missing = gateway(answering(503, {"detail": "The mapper is not running."})).missing_stage()
+    assert gateway_client(fake_gateway(200, {"status": "ok"})).missing_stage() == ""
+    missing = gateway_client(
+        fake_gateway(503, {"detail": "The mapper is not running."})
+    ).missing_stage()
     assert missing == "The mapper is not running."
-    assert "gateway" in gateway(failing(httpx.ConnectError)).missing_stage()
+    assert "gateway" in gateway_client(failing(httpx.ConnectError)).missing_stage()

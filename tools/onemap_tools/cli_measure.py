@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import typer
 
-from onemap_tools.errors import EXIT_MISUSED, Trouble
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 PANEL = "Look deeper"
 app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")
@@ -55,9 +55,9 @@ def _refusals(extra: str) -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as missing:
-        raise Trouble(
+        raise CliError(
             f"This benchmark needs the package {missing.name!r}: pip install 'onemap[{extra}]'",
-            EXIT_MISUSED,
+            EXIT_USAGE_ERROR,
         ) from missing
     except ValueError as problem:
-        raise Trouble(str(problem), EXIT_MISUSED) from problem
+        raise CliError(str(problem), EXIT_USAGE_ERROR) from problem

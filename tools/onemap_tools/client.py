@@ -7,23 +7,23 @@ from typing import Any
 
 import httpx
 
-from onemap_tools.errors import EXIT_FAILED, EXIT_MISUSED, Trouble
+from onemap_tools.errors import EXIT_FAILED, EXIT_USAGE_ERROR, CliError
 
 DEFAULT_URL = "http://127.0.0.1:8080"
 TIMEOUT_S = 5.0  # the gateway itself answers within its call_timeout_s of 3 s
 FILE_TIMEOUT_S = 60.0  # a large map takes a while to write
 MAX_PORT = 65535
-MISUSED_STATUSES = (400, 413, 415, 422)  # the request is wrong by its words, whoever is there
+USAGE_ERROR_STATUSES = (400, 413, 415, 422)  # the request is wrong by its words, whoever is there
 
 
-class Gateway:
+class GatewayClient:
     """Talks HTTP to one gateway; a context manager."""
 
     def __init__(
         self, url: str = DEFAULT_URL, token: str = "", transport: httpx.BaseTransport | None = None
     ) -> None:
         if not (token.isascii() and token.isprintable()):
-            raise Trouble("The token may hold only printable ASCII characters.", EXIT_MISUSED)
+            raise CliError("The token may hold only printable ASCII characters.", EXIT_USAGE_ERROR)
         self._http = httpx.Client(
             base_url=checked_url(url),
             headers={"Authorization": f"Bearer {token}"} if token else {},
@@ -33,7 +33,7 @@ class Gateway:
         )
         self.url = url
 
-    def __enter__(self) -> Gateway:
+    def __enter__(self) -> GatewayClient:
         return self
 
     def __exit__(
@@ -105,7 +105,7 @@ class Gateway:
         except ValueError:
             document = None
         if not isinstance(document, dict):
-            raise Trouble(
+            raise CliError(
                 f"{self.url} answers, but not like OneMap's gateway: is another program there?"
             )
         return document
@@ -116,31 +116,32 @@ class Gateway:
         try:
             reply = self._http.request(method, path, json=body, timeout=timeout_s)
         except httpx.TimeoutException as problem:
-            raise Trouble(
+            raise CliError(
                 f"The gateway at {self.url} did not answer within {timeout_s:g} s: "
                 "'onemap doctor' looks for the reason."
             ) from problem
         except httpx.HTTPError as problem:
-            raise Trouble(
+            raise CliError(
                 f"No gateway at {self.url}: start everything with 'onemap up' or 'onemap demo', "
                 "or give its address with --url."
             ) from problem
         if not reply.is_success:
-            misused = reply.status_code in MISUSED_STATUSES
-            raise Trouble(_detail(reply), EXIT_MISUSED if misused else EXIT_FAILED)
+            misused = reply.status_code in USAGE_ERROR_STATUSES
+            raise CliError(_detail(reply), EXIT_USAGE_ERROR if misused else EXIT_FAILED)
         return reply
 
 
 def checked_url(url: str) -> httpx.URL:
-    """The address of a gateway; Trouble if it is none."""
+    """The address of a gateway; CliError if it is none."""
     try:
         parsed = httpx.URL(url)
     except httpx.InvalidURL as problem:
-        raise Trouble(f"{url!r} is not a URL: {problem}", EXIT_MISUSED) from problem
+        raise CliError(f"{url!r} is not a URL: {problem}", EXIT_USAGE_ERROR) from problem
     known = parsed.scheme in ("http", "https") and (parsed.port or 0) <= MAX_PORT
     if not known or not parsed.host or len(url.split()) != 1:
-        raise Trouble(
-            f"{url!r} is no address of a gateway: it should look like {DEFAULT_URL}", EXIT_MISUSED
+        raise CliError(
+            f"{url!r} is no address of a gateway: it should look like {DEFAULT_URL}",
+            EXIT_USAGE_ERROR,
         )
     return parsed
 

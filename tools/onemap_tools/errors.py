@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-EXIT_OK, EXIT_FAILED, EXIT_MISUSED, EXIT_INTERRUPTED = 0, 1, 2, 130
+EXIT_OK, EXIT_FAILED, EXIT_USAGE_ERROR, EXIT_INTERRUPTED = 0, 1, 2, 130
 
 
-class Trouble(Exception):
+class CliError(Exception):
     """The command cannot go on; the text says what happened and what to do about it.
 
     ``document``: what else a program is told beside the error, if it asked for JSON.

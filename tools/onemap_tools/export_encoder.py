@@ -24,7 +24,7 @@ from onemap_perception.encoders.torch_tower import TorchTower
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_shared.geometry import F32
-from onemap_tools.errors import EXIT_MISUSED, Trouble
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 OPSET = 17  # the first with LayerNormalization; taken apart, it overflows in fp16
 MIN_COSINE = 0.999  # of every cell, between torch and the file
@@ -32,7 +32,7 @@ PICTURES = 2  # of noise, compared cell by cell
 
 
 @dataclass(frozen=True, slots=True)
-class Exported:
+class ExportResult:
     """What was written and how well it agrees; input_px and cells are (width, height)."""
 
     path: str
@@ -47,15 +47,15 @@ class Exported:
         return asdict(self)
 
 
-def export_encoder(config: EncoderParams, path: Path) -> Exported:
-    """Write the tower for the camera's size and compare; raises Trouble, and leaves no file then.
+def export_encoder(config: EncoderParams, path: Path) -> ExportResult:
+    """Write the tower for the camera's size and compare; raises CliError, and leaves no file then.
 
     Single precision, on the CPU: the target machine chooses its own.
     """
     if isinstance(config, MiniParams):
-        raise Trouble("The encoder mini is an ONNX file already: mini/mini.onnx", EXIT_MISUSED)
+        raise CliError("The encoder mini is an ONNX file already: mini/mini.onnx", EXIT_USAGE_ERROR)
     if isinstance(config, RadioParams):
-        raise Trouble("Code of other people's cannot be exported by OneMap", EXIT_MISUSED)
+        raise CliError("Code of other people's cannot be exported by OneMap", EXIT_USAGE_ERROR)
     encoder = _on_the_cpu(config)
     tower = encoder.tower
     assert isinstance(tower, TorchTower)
@@ -69,9 +69,9 @@ def export_encoder(config: EncoderParams, path: Path) -> Exported:
     least = min(cosines)
     if not least > MIN_COSINE:
         path.unlink()
-        raise Trouble(f"The export disagrees with torch: cosine {least:.5f}, not {MIN_COSINE}")
+        raise CliError(f"The export disagrees with torch: cosine {least:.5f}, not {MIN_COSINE}")
     rows, columns = exported(pictures[0]).shape[:2]
-    return Exported(
+    return ExportResult(
         path=str(path),
         encoder_id=encoder.encoder_id,
         input_px=(pictures[0].shape[3], pictures[0].shape[2]),
@@ -93,7 +93,7 @@ def _on_the_cpu(config: TorchEncoderParams) -> OpenClipConvNext | Tipsv2Encoder:
     try:
         encoder = make_encoder(plain)  # type: ignore[arg-type]
     except BackendError as problem:
-        raise Trouble(str(problem)) from problem
+        raise CliError(str(problem)) from problem
     assert isinstance(encoder, OpenClipConvNext | Tipsv2Encoder)
     return encoder
 

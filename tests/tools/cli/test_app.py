@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 
 from onemap_shared.services import SERVICES
 from onemap_tools.cli.app import app
-from onemap_tools.client import Gateway
-from onemap_tools.errors import EXIT_FAILED, EXIT_MISUSED, EXIT_OK
+from onemap_tools.client import GatewayClient
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from onemap_tools.processes.network import any_free_port
 
 RUNNER = CliRunner()
@@ -56,7 +56,7 @@ def test_every_command_explains_itself(command: list[str]) -> None:
 
 def test_a_query_without_an_answer_exits_with_no(monkeypatch: pytest.MonkeyPatch) -> None:
     reply = {"text": "yeti", "regions": [], "message": "Nothing on the map looks like 'yeti'."}
-    monkeypatch.setattr(Gateway, "query", lambda self, text, regions: reply)
+    monkeypatch.setattr(GatewayClient, "query", lambda self, text, regions: reply)
     result = RUNNER.invoke(app, ["query", "yeti", "--json"])
     assert result.exit_code == EXIT_FAILED
     assert json.loads(result.stdout.splitlines()[-1]) == reply
@@ -98,7 +98,7 @@ def test_no_gateway_is_one_sentence(command: list[str]) -> None:
 def test_misuse_is_told_without_traceback(arguments: list[str], tmp_path: Path) -> None:
     logs = ["--logs", str(tmp_path)] if arguments[0] == "up" else []
     result = RUNNER.invoke(app, [*arguments, *logs])
-    assert result.exit_code == EXIT_MISUSED
+    assert result.exit_code == EXIT_USAGE_ERROR
     assert result.stderr
     assert "Traceback" not in result.output
 
@@ -107,7 +107,7 @@ def test_an_unknown_key_is_told_with_the_nearest_name(tmp_path: Path) -> None:
     config = tmp_path / "robot.yaml"
     config.write_text("bus: {conect: [tcp/127.0.0.1:7447]}\n")
     result = RUNNER.invoke(app, ["doctor", "--config", str(config)])
-    assert result.exit_code == EXIT_MISUSED
+    assert result.exit_code == EXIT_USAGE_ERROR
     assert "did you mean 'connect'" in result.stderr
 
 
@@ -135,7 +135,7 @@ def test_a_missing_extra_is_told_with_what_installs_it(tmp_path: Path) -> None:
     result = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
     )
-    assert result.returncode == EXIT_MISUSED
+    assert result.returncode == EXIT_USAGE_ERROR
     assert "pip install 'onemap[mapper]'" in result.stderr
     assert "Traceback" not in result.stderr
 
@@ -162,7 +162,7 @@ def test_a_demo_that_cannot_start_ends_with_json(
     scene.write_bytes(b"this is no scene")
     arguments = ["demo", "--headless", "--json", "--scene", str(scene), "--out", str(tmp_path)]
     result = RUNNER.invoke(app, [*arguments, "--time-limit", "60"])
-    assert result.exit_code == EXIT_MISUSED
+    assert result.exit_code == EXIT_USAGE_ERROR
     document = json.loads(result.stdout.splitlines()[-1])
     assert document["worked"] is False
     assert document["trouble"] == document["error"]

@@ -17,10 +17,10 @@ from typer.testing import CliRunner
 
 from onemap_tools.cli.app import app
 from onemap_tools.cli.command_group import wants_json
-from onemap_tools.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_MISUSED, EXIT_OK
-from onemap_tools.processes.launch import command_of
+from onemap_tools.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK, EXIT_USAGE_ERROR
+from onemap_tools.processes.launch import onemap_command
 from onemap_tools.processes.network import any_free_port
-from tests.tools.fake_gateway import answering
+from tests.tools.fake_gateway import fake_gateway
 
 RUNNER = CliRunner()
 
@@ -60,7 +60,7 @@ def error_of(result: Any) -> dict[str, Any]:
 @pytest.mark.parametrize("command", ALL, ids=" ".join)
 def test_a_wrong_option_is_misuse_and_json(command: tuple[str, ...]) -> None:
     result = RUNNER.invoke(app, [*command, "--no-such-option", "--json"])
-    assert result.exit_code == EXIT_MISUSED
+    assert result.exit_code == EXIT_USAGE_ERROR
     assert len(result.stdout.splitlines()) == 1
     error_of(result)
 
@@ -68,7 +68,7 @@ def test_a_wrong_option_is_misuse_and_json(command: tuple[str, ...]) -> None:
 @pytest.mark.parametrize("words", [["fly"], ["map", "fly"], ["--fly"], []], ids=" ".join)
 def test_a_command_that_is_none_is_misuse_and_json(words: list[str]) -> None:
     result = RUNNER.invoke(app, [*words, "--json"])
-    assert result.exit_code == EXIT_MISUSED
+    assert result.exit_code == EXIT_USAGE_ERROR
     error_of(result)
 
 
@@ -77,7 +77,7 @@ def test_a_configuration_that_is_none_is_misuse(command: tuple[str, ...]) -> Non
     """Of those that take one; the others refuse the option."""
     service = ["--service", "mapper"] if command == ("status",) else []  # which alone reads it
     result = RUNNER.invoke(app, [*command, *service, "--config", "/no/such.yaml", "--json"])
-    assert result.exit_code == EXIT_MISUSED
+    assert result.exit_code == EXIT_USAGE_ERROR
 
 
 @pytest.mark.parametrize("command", ASKING, ids=" ".join)
@@ -91,10 +91,10 @@ def test_nobody_there_is_a_no(command: tuple[str, ...]) -> None:
 @pytest.mark.parametrize(
     ("status", "code"),
     [
-        (400, EXIT_MISUSED),
-        (413, EXIT_MISUSED),
-        (415, EXIT_MISUSED),
-        (422, EXIT_MISUSED),  # an unknown word, a name with a slash
+        (400, EXIT_USAGE_ERROR),
+        (413, EXIT_USAGE_ERROR),
+        (415, EXIT_USAGE_ERROR),
+        (422, EXIT_USAGE_ERROR),  # an unknown word, a name with a slash
         (401, EXIT_FAILED),
         (403, EXIT_FAILED),
         (404, EXIT_FAILED),
@@ -105,7 +105,7 @@ def test_nobody_there_is_a_no(command: tuple[str, ...]) -> None:
 )
 def test_what_the_gateway_refuses_is_misuse_only_by_its_words(status: int, code: int) -> None:
     refusal = {"detail": "There is no word 'sofax'."}
-    with answering({("POST", "/v1/queries"): (status, refusal)}) as url:
+    with fake_gateway({("POST", "/v1/queries"): (status, refusal)}) as url:
         result = RUNNER.invoke(app, ["query", "sofax", "--url", url, "--json"])
     assert result.exit_code == code
     assert error_of(result)["error"] == refusal["detail"]
@@ -126,14 +126,14 @@ def test_what_the_gateway_refuses_is_misuse_only_by_its_words(status: int, code:
 )
 def test_an_address_that_is_none_is_misuse(url: str) -> None:
     result = RUNNER.invoke(app, ["status", "--url", url, "--json"])
-    assert result.exit_code == EXIT_MISUSED
+    assert result.exit_code == EXIT_USAGE_ERROR
     assert repr(url) in error_of(result)["error"]
 
 
 @pytest.mark.parametrize("token", ["schlüssel", "a\nb"])
 def test_a_token_that_cannot_be_sent_is_misuse(token: str) -> None:
     result = RUNNER.invoke(app, ["status", "--token", token, "--json"])
-    assert result.exit_code == EXIT_MISUSED
+    assert result.exit_code == EXIT_USAGE_ERROR
     assert "token" in error_of(result)["error"]
 
 
@@ -154,7 +154,7 @@ def test_a_token_that_cannot_be_sent_is_misuse(token: str) -> None:
 def test_other_misuse_is_one_object_too(arguments: list[str]) -> None:
     extra = [] if arguments[0] in ("up", "router") else ["--json"]
     result = RUNNER.invoke(app, [*arguments, *extra])
-    assert result.exit_code == EXIT_MISUSED
+    assert result.exit_code == EXIT_USAGE_ERROR
     assert "Traceback" not in result.output
     if extra:
         error_of(result)
@@ -165,7 +165,7 @@ def test_a_demo_that_cannot_start_is_a_summary_with_the_error(tmp_path: Path) ->
     scene.touch()
     arguments = ["demo", "--scene", str(scene), "--out", str(tmp_path / "runs"), "--json"]
     result = RUNNER.invoke(app, arguments)
-    assert result.exit_code == EXIT_MISUSED
+    assert result.exit_code == EXIT_USAGE_ERROR
     assert len(result.stdout.splitlines()) == 1
     document = error_of(result)
     assert document["worked"] is False
@@ -196,7 +196,7 @@ def test_ctrl_c_is_130_and_json(tmp_path: Path) -> None:
     """Interrupted while it waits for a gateway that takes the request and never answers."""
     with socket.create_server(("127.0.0.1", 0)) as silent:
         url = f"http://127.0.0.1:{silent.getsockname()[1]}"
-        command = command_of("query", "sofa", "--url", url, "--json")
+        command = onemap_command("query", "sofa", "--url", url, "--json")
         # A suite that was started in the background ignores the signal, and so would its child.
         before = signal.signal(signal.SIGINT, signal.default_int_handler)
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from onemap_shared.config import SECTIONS
 from onemap_tools.cli.app import app
 from onemap_tools.cli.config_report import installed_models
-from onemap_tools.errors import EXIT_MISUSED, EXIT_OK
+from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR
 
 RUNNER = CliRunner()
 DEPLOYED = sorted((Path(__file__).parents[2] / "deploy" / "config").glob("*.yaml"))
@@ -100,10 +100,10 @@ def test_every_mistake_is_told_in_a_sentence(tmp_path: Path) -> None:
         "simulator: {sede: 1}\nreplay: {}\n",
     )
     result = run("check", "--config", config, "--json")
-    assert result.exit_code == EXIT_MISUSED
+    assert result.exit_code == EXIT_USAGE_ERROR
     document = json.loads(result.stdout.splitlines()[-1])
     assert document["ok"] is False
-    assert document["exit_code"] == EXIT_MISUSED
+    assert document["exit_code"] == EXIT_USAGE_ERROR
     told = result.stderr.splitlines()
     assert document["mistakes"] == told
     assert len(told) == 5
@@ -142,7 +142,7 @@ def test_one_section_is_enough() -> None:
     assert text.startswith("mapper: ")
     assert "planner" not in text
     wrong = run("schema", "maper")
-    assert wrong.exit_code == EXIT_MISUSED
+    assert wrong.exit_code == EXIT_USAGE_ERROR
     assert "no section 'maper'" in wrong.stderr
 
 
@@ -174,5 +174,5 @@ def test_a_box_with_some_extras_gets_their_sections(tmp_path: Path) -> None:
     assert "mapper is left out" in shown.stdout
     assert "planner.plan_hz" in run_without_torch("schema").stdout
     missing = run_without_torch("schema", "mapper")
-    assert missing.returncode == EXIT_MISUSED
+    assert missing.returncode == EXIT_USAGE_ERROR
     assert "pip install 'onemap[mapper]'" in missing.stderr

@@ -16,8 +16,8 @@ from onemap_tools.cli.map_report import (
     write_archive,
 )
 from onemap_tools.cli.status import describe_status
-from onemap_tools.client import Gateway
-from onemap_tools.errors import Trouble
+from onemap_tools.client import GatewayClient
+from onemap_tools.errors import CliError
 
 CHANGE = {
     "path": "/maps/flat.npz",
@@ -83,12 +83,14 @@ def test_the_map_in_numbers(console: Console) -> None:
 
 
 def test_the_archive_is_written_as_it_came(tmp_path: Path, console: Console) -> None:
-    gateway = Gateway(transport=httpx.MockTransport(lambda _: httpx.Response(200, content=b"npz")))
+    gateway = GatewayClient(
+        transport=httpx.MockTransport(lambda _: httpx.Response(200, content=b"npz"))
+    )
     written = write_archive(gateway, tmp_path / "map.npz")
     assert (tmp_path / "map.npz").read_bytes() == b"npz"
     describe_export(written, console)
     assert "3 bytes" in text_of(console)
-    with pytest.raises(Trouble, match="Cannot write"):
+    with pytest.raises(CliError, match="Cannot write"):
         write_archive(gateway, tmp_path / "no" / "such" / "folder.npz")
 
 

@@ -6,9 +6,16 @@ import io
 
 from rich.console import Console
 
-from onemap_tools.cli.progress import LINE_EVERY_S, LineView, LiveView, Progress, panel, view_for
+from onemap_tools.cli.progress import (
+    LINE_EVERY_S,
+    LineView,
+    LiveView,
+    SearchProgress,
+    panel,
+    progress_view,
+)
 
-PROGRESS = Progress(
+PROGRESS = SearchProgress(
     elapsed_s=12.0,
     objects=("sofa", "bed"),
     done=(("sofa", "found"),),
@@ -50,7 +57,7 @@ def test_a_line_comes_at_a_change_and_every_five_seconds() -> None:
 
 
 def test_what_nobody_tells_is_left_out() -> None:
-    unknown = Progress(1.0, ("sofa",), (), "sofa", "exploring", "", 0.0)
+    unknown = SearchProgress(1.0, ("sofa",), (), "sofa", "exploring", "", 0.0)
     assert unknown.robot == "drove 0.0 m"
     assert unknown.map == ""
     out = console()
@@ -69,9 +76,9 @@ def test_the_panel_names_objects_state_and_robot() -> None:
 
 def test_a_terminal_gets_the_live_panel() -> None:
     terminal = console(terminal=True)
-    assert isinstance(view_for(terminal), LiveView)
-    assert isinstance(view_for(console()), LineView)
-    with view_for(terminal) as view:
+    assert isinstance(progress_view(terminal), LiveView)
+    assert isinstance(progress_view(console()), LineView)
+    with progress_view(terminal) as view:
         view.wait(1.0, "waiting [for] the robot")
         view.show(PROGRESS)
     assert "exploring" in text_of(terminal)

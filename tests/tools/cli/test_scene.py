@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from onemap_tools.cli.app import app
-from onemap_tools.errors import EXIT_FAILED, EXIT_MISUSED, EXIT_OK
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from tests.simulator.test_inspection import room
 
 
@@ -37,12 +37,12 @@ def test_a_room_is_described_drawn_and_accepted(tmp_path: Path) -> None:
 
 def test_the_picture_shows_things_where_they_are(tmp_path: Path) -> None:
     """The sofa is at x 0.5 to 1.5, y 0.75 to 1.25, in a room of -2 to 2: right and up."""
-    from onemap_tools.cli.floor_plan import REACHABLE, THING, picture_of
+    from onemap_tools.cli.floor_plan import REACHABLE, THING, draw_floor_plan
     from onemap_tools.cli.scene_report import examine
 
     found = examine(room(tmp_path))
     assert found.floor is not None
-    image = picture_of(found.scene, found.floor, start=None)
+    image = draw_floor_plan(found.scene, found.floor, start=None)
 
     def colour(x_m: float, y_m: float) -> tuple[int, ...]:
         row, column = (2 - y_m) / 4 * image.shape[0], (x_m + 2) / 4 * image.shape[1]
@@ -51,7 +51,7 @@ def test_the_picture_shows_things_where_they_are(tmp_path: Path) -> None:
     assert colour(0.7, 0.85) == THING
     assert colour(0.7, -0.85) == REACHABLE
     assert colour(-0.7, 0.85) == REACHABLE
-    with_start = picture_of(found.scene, found.floor, start=(-0.7, 0.85, 0.0))
+    with_start = draw_floor_plan(found.scene, found.floor, start=(-0.7, 0.85, 0.0))
     assert np.any(with_start != image)
 
 
@@ -83,15 +83,15 @@ def test_a_file_that_is_no_scene_is_misuse_in_one_sentence(
 ) -> None:
     (tmp_path / name).write_bytes(content)
     result = check(tmp_path / name)
-    assert result.exit_code == EXIT_MISUSED
+    assert result.exit_code == EXIT_USAGE_ERROR
     assert reason in result.stderr
     assert len(result.stderr.splitlines()) == 1
-    assert check(tmp_path / "nowhere.glb").exit_code == EXIT_MISUSED
+    assert check(tmp_path / "nowhere.glb").exit_code == EXIT_USAGE_ERROR
 
 
 def test_a_picture_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     path = room(tmp_path)
-    assert check(path, "--out", tmp_path / "plan.jpg").exit_code == EXIT_MISUSED
+    assert check(path, "--out", tmp_path / "plan.jpg").exit_code == EXIT_USAGE_ERROR
     blocked = check(path, "--out", path / "plan.png")
     assert blocked.exit_code == EXIT_FAILED
     assert "Cannot write the picture" in blocked.stderr
@@ -106,7 +106,7 @@ def test_without_the_simulators_packages_it_says_what_to_install(
     monkeypatch.delattr("onemap_tools.cli.scene_report", raising=False)
     monkeypatch.setitem(sys.modules, "trimesh", None)
     result = check(room(tmp_path))
-    assert result.exit_code == EXIT_MISUSED
+    assert result.exit_code == EXIT_USAGE_ERROR
     assert "pip install 'onemap[simulator]'" in result.stderr
 
 

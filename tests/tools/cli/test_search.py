@@ -11,15 +11,15 @@ from rich.console import Console
 
 from onemap_tools.cli.search import (
     PATIENCE,
-    Followed,
+    SearchHandle,
     all_found,
     describe_query,
     describe_search,
     progress_of,
     search,
 )
-from onemap_tools.client import Gateway
-from onemap_tools.errors import Trouble
+from onemap_tools.client import GatewayClient
+from onemap_tools.errors import CliError
 
 RESULT: dict[str, Any] = {
     "name": "sofa",
@@ -51,7 +51,9 @@ def report(state: str, *results: dict[str, Any]) -> dict[str, Any]:
 STATUS = {"streams": [{"name": "revision", "age_s": 0.25, "rate_hz": 5.0}]}
 
 
-def gateway(*answers: dict[str, Any] | int, status: dict[str, Any] | None = None) -> Gateway:
+def gateway_client(
+    *answers: dict[str, Any] | int, status: dict[str, Any] | None = None
+) -> GatewayClient:
     """Answers these in turn (a number is an error of that status), the last one for ever.
 
     /v1/status answers with ``status``, or 404 without.
@@ -66,7 +68,7 @@ def gateway(*answers: dict[str, Any] | int, status: dict[str, Any] | None = None
             return httpx.Response(answer, json={"detail": "The planner is not running."})
         return httpx.Response(200, json=answer)
 
-    return Gateway(transport=httpx.MockTransport(handle))
+    return GatewayClient(transport=httpx.MockTransport(handle))
 
 
 @pytest.fixture(autouse=True)
@@ -85,22 +87,24 @@ def text_of(console: Console) -> str:
 
 def test_a_search_is_followed_to_its_end() -> None:
     out = console()
-    door = gateway(report("exploring"), report("approaching"), report("found", RESULT))
-    final = search(door, ("sofa",), out)
+    gateway = gateway_client(report("exploring"), report("approaching"), report("found", RESULT))
+    final = search(gateway, ("sofa",), out)
     assert all_found(final)
     assert "sofa: approaching" in text_of(out)
 
 
 def test_a_planner_that_is_away_for_a_while_is_waited_for() -> None:
     out = console()
-    door = gateway(report("exploring"), 503, 503, report("found", RESULT))
-    assert all_found(search(door, ("sofa",), out))
+    gateway = gateway_client(report("exploring"), 503, 503, report("found", RESULT))
+    assert all_found(search(gateway, ("sofa",), out))
     assert "The planner is not running." in text_of(out)
 
 
 def test_the_pace_of_the_map_comes_from_the_gateway() -> None:
     out = console()
-    search(gateway(report("exploring"), report("found", RESULT), status=STATUS), ("sofa",), out)
+    search(
+        gateway_client(report("exploring"), report("found", RESULT), status=STATUS), ("sofa",), out
+    )
     assert "map 0.2 s old, 5.0 updates/s" in text_of(out)
 
 
@@ -109,17 +113,19 @@ def test_the_pace_of_the_map_comes_from_the_gateway() -> None:
 )
 def test_a_map_of_which_nobody_tells_is_left_out(status: dict[str, Any] | None) -> None:
     out = console()
-    search(gateway(report("exploring"), report("found", RESULT), status=status), ("sofa",), out)
+    search(
+        gateway_client(report("exploring"), report("found", RESULT), status=status), ("sofa",), out
+    )
     assert "sofa: exploring" in text_of(out)
     assert "map" not in text_of(out)
 
 
 def test_patience_ends() -> None:
-    followed = Followed(gateway(503), report("exploring"))
+    handle = SearchHandle(gateway_client(503), report("exploring"))
     for _ in range(PATIENCE):
-        assert followed.poll() == "The planner is not running."
-    with pytest.raises(Trouble, match="planner"):
-        followed.poll()
+        assert handle.poll() == "The planner is not running."
+    with pytest.raises(CliError, match="planner"):
+        handle.poll()
 
 
 def test_not_found_is_told_with_its_reason() -> None:

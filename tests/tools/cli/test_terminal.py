@@ -15,12 +15,12 @@ from typer.testing import CliRunner
 
 from onemap_shared.messages import Truth
 from onemap_tools.cli.app import app
-from onemap_tools.cli.progress import Progress, panel
+from onemap_tools.cli.progress import SearchProgress, panel
 from onemap_tools.cli.terminal import plain_console
 from onemap_tools.demo.report import describe
 from onemap_tools.demo.summary import DemoSummary, ObjectSummary
-from onemap_tools.errors import EXIT_FAILED, EXIT_MISUSED, EXIT_OK
-from tests.tools.fake_gateway import answering
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
+from tests.tools.fake_gateway import fake_gateway
 
 RUNNER = CliRunner()
 ROOT = Path(__file__).parents[2]
@@ -55,7 +55,7 @@ def finished(name: str) -> dict[str, Any]:
 @pytest.mark.parametrize("text", NASTY)
 def test_a_query_shows_its_words(text: str) -> None:
     reply = {"text": text, "regions": [region(1)]}
-    with answering({("POST", "/v1/queries"): (200, reply)}) as url:
+    with fake_gateway({("POST", "/v1/queries"): (200, reply)}) as url:
         result = RUNNER.invoke(app, ["query", text, "--url", url])
     assert result.exit_code == EXIT_OK
     assert text in result.stdout
@@ -63,7 +63,7 @@ def test_a_query_shows_its_words(text: str) -> None:
 
 @pytest.mark.parametrize("text", NASTY)
 def test_a_search_shows_its_words(text: str) -> None:
-    with answering({("POST", "/v1/searches"): (200, finished(text))}) as url:
+    with fake_gateway({("POST", "/v1/searches"): (200, finished(text))}) as url:
         result = RUNNER.invoke(app, ["search", text, "--url", url])
     assert result.exit_code == EXIT_FAILED
     assert f"{text} was not found" in result.stdout
@@ -72,7 +72,7 @@ def test_a_search_shows_its_words(text: str) -> None:
 @pytest.mark.parametrize("name", ["[/flat].npz", "[bold]flat.npz"])
 def test_a_file_is_told_by_its_name(name: str, tmp_path: Path) -> None:
     (tmp_path / name).parent.mkdir(exist_ok=True)
-    with answering({("GET", "/v1/map.npz"): (200, b"npz")}) as url:
+    with fake_gateway({("GET", "/v1/map.npz"): (200, b"npz")}) as url:
         result = RUNNER.invoke(app, ["map", "export", str(tmp_path / name), "--url", url])
     assert result.exit_code == EXIT_OK
     assert str(tmp_path / name) in result.stdout
@@ -85,13 +85,13 @@ def test_a_file_is_told_by_its_name(name: str, tmp_path: Path) -> None:
 )
 def test_a_mistake_is_told_in_its_own_words(arguments: list[str]) -> None:
     result = RUNNER.invoke(app, arguments)
-    assert result.exit_code == EXIT_MISUSED
+    assert result.exit_code == EXIT_USAGE_ERROR
     assert "[/x]" in result.stderr
 
 
 def test_a_service_says_what_installs_it() -> None:
     hint = "The map needs a package: pip install 'onemap[minilm]'."
-    with answering({("GET", "/v1/status"): (503, {"detail": hint})}) as url:
+    with fake_gateway({("GET", "/v1/status"): (503, {"detail": hint})}) as url:
         result = RUNNER.invoke(app, ["status", "--url", url])
     assert result.exit_code == EXIT_FAILED
     assert result.stderr.strip() == hint
@@ -104,7 +104,7 @@ def test_a_demo_shows_its_objects(name: str) -> None:
     summary = DemoSummary((name, name), (item,), 1.0, 1.0, 1.0)
     describe(summary, {"picture": f"runs/{name}/map.png"}, console)
     done = ((name, "not_found"),)
-    console.print(panel(Progress(1.0, (name, "b"), done, "b", "exploring", name, 1.0)))
+    console.print(panel(SearchProgress(1.0, (name, "b"), done, "b", "exploring", name, 1.0)))
     assert text_of(console).count(name) >= 4
 
 
@@ -112,13 +112,13 @@ def test_a_demo_shows_its_objects(name: str) -> None:
 def test_a_demo_tells_what_the_scene_does_not_hold(name: str) -> None:
     from types import SimpleNamespace
 
-    from onemap_tools.demo.run import _wishes
+    from onemap_tools.demo.run import _choose_targets
 
     console = plain_console(file=io.StringIO())
     demo: Any = SimpleNamespace(options=SimpleNamespace(objects=(name,)))
     truth = Truth(f"flat {name}", 0, 0.0, 0.0, ("bed",), "bed", names_complete=True)
-    witness: Any = SimpleNamespace(truth=lambda *_: truth)
-    assert _wishes(demo, witness, console).objects == (name,)
+    monitor: Any = SimpleNamespace(truth=lambda *_: truth)
+    assert _choose_targets(demo, monitor, console).objects == (name,)
     assert f"flat {name}" in text_of(console)
     assert "nothing that is called" in text_of(console)
 

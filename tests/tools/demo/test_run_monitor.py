@@ -19,7 +19,7 @@ from onemap_shared.messages import (
     Truth,
     TruthRequest,
 )
-from onemap_tools.demo.run_monitor import Witness
+from onemap_tools.demo.run_monitor import RunMonitor
 
 
 def odometry(x: float, y: float = 0.0, yaw: float = 0.0) -> Odometry:
@@ -32,46 +32,46 @@ def revision(frames: int, stamp_ns: int = 1) -> MapRevision:
 
 def test_the_track_keeps_steps_and_drops_standing_still() -> None:
     hub = MemoryRouter()
-    witness = Witness(hub.bus())
+    monitor = RunMonitor(hub.bus())
     robot = hub.bus().publish(keys.ROBOT_ODOMETRY)
     for x in (0.0, 0.001, 0.1, 0.1, 0.2):
         robot.put(odometry(x, yaw=0.5))
-    witness.look(0.0)
-    assert witness.track_m == [(0.0, 0.0), (0.1, 0.0), (0.2, 0.0)]
-    assert witness.position_m == (0.2, 0.0)
-    assert witness.yaw_rad == pytest.approx(0.5)
+    monitor.look(0.0)
+    assert monitor.track_m == [(0.0, 0.0), (0.1, 0.0), (0.2, 0.0)]
+    assert monitor.position_m == (0.2, 0.0)
+    assert monitor.yaw_rad == pytest.approx(0.5)
 
 
 def test_the_pace_counts_frames_since_the_beginning_only() -> None:
     hub = MemoryRouter()
-    witness = Witness(hub.bus())
+    monitor = RunMonitor(hub.bus())
     mapper = hub.bus().publish(keys.MAP_REVISION)
-    assert np.isnan(witness.map_rate_hz)
+    assert np.isnan(monitor.map_rate_hz)
     for now_s, frames in ((0.0, 1), (50.0, 100), (51.0, 105), (60.0, 150)):
         mapper.put(revision(frames))
         if now_s == 50.0:
-            witness.begin(now_s)
-        witness.look(now_s)
-    assert witness.map_rate_hz == 5.0
+            monitor.begin(now_s)
+        monitor.look(now_s)
+    assert monitor.map_rate_hz == 5.0
 
 
 def test_the_age_of_the_map_is_that_of_its_newest_frame() -> None:
     hub = MemoryRouter()
-    witness = Witness(hub.bus())
-    ages_s = [witness.map_age_s]
+    monitor = RunMonitor(hub.bus())
+    ages_s = [monitor.map_age_s]
     hub.bus().publish(keys.MAP_REVISION).put(revision(1, time.time_ns() - 10**10))
-    witness.look(0.0)
-    ages_s.append(witness.map_age_s)
+    monitor.look(0.0)
+    ages_s.append(monitor.map_age_s)
     assert ages_s[0] is None
     assert ages_s[1] is not None
     assert ages_s[1] >= 10
 
 
 def test_nobody_to_ask_is_none() -> None:
-    witness = Witness(MemoryRouter().bus())
-    assert witness.truth("sofa", (0.0, 0.0)) is None
-    assert witness.map_view() is None
-    assert witness.position_m is None
+    monitor = RunMonitor(MemoryRouter().bus())
+    assert monitor.truth("sofa", (0.0, 0.0)) is None
+    assert monitor.map_view() is None
+    assert monitor.position_m is None
 
 
 def test_truth_and_map_are_asked_for() -> None:
@@ -90,9 +90,9 @@ def test_truth_and_map_are_asked_for() -> None:
 
     other.serve(keys.ROBOT_TRUTH, tell)
     other.serve(keys.MAP_SEARCH_VIEW, view)
-    witness = Witness(hub.bus())
-    truth = witness.truth("sofa", (1.0, 2.0))
+    monitor = RunMonitor(hub.bus())
+    truth = monitor.truth("sofa", (1.0, 2.0))
     assert truth is not None
     assert truth.categories == ("sofa",)
     assert asked == [TruthRequest("sofa", 1.0, 2.0)]
-    assert witness.map_view() is not None
+    assert monitor.map_view() is not None

@@ -17,22 +17,22 @@ from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.config import PREFIX, ConfigError
 from onemap_tools.demo.setup import (
     DEMO_FILE,
-    FAVOURITES,
-    STARTED,
+    DEMO_SERVICES,
+    PREFERRED_OBJECTS,
     DemoOptions,
     choose_objects,
     choose_port,
     demo_sections,
     failed_document,
-    named,
+    parse_objects,
     run_folder,
     set_up,
 )
-from onemap_tools.demo.truth import known_words
-from onemap_tools.errors import EXIT_MISUSED, Trouble
+from onemap_tools.demo.truth import vocabulary_names
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.network import LOOPBACK, any_free_port
 
-KNOWN = known_words(load_vocabulary(SHIPPED))
+KNOWN = vocabulary_names(load_vocabulary(SHIPPED))
 NOON = datetime(2026, 1, 2, 12, 30, 45)
 
 
@@ -50,20 +50,20 @@ def options(folder: Path, *, scene: Path | None = None) -> DemoOptions:
 
 @pytest.mark.parametrize("objects", ["", ",", " , "])
 def test_a_list_that_names_nothing_is_no_wish_for_the_usual(objects: str) -> None:
-    with pytest.raises(Trouble, match="which names nothing") as trouble:
-        named(objects)
-    assert trouble.value.exit_code == EXIT_MISUSED
-    assert named(None) == ()
-    assert named("bed, teddy bear,") == ("bed", "teddy bear")
+    with pytest.raises(CliError, match="which names nothing") as trouble:
+        parse_objects(objects)
+    assert trouble.value.exit_code == EXIT_USAGE_ERROR
+    assert parse_objects(None) == ()
+    assert parse_objects("bed, teddy bear,") == ("bed", "teddy bear")
 
 
 def test_a_scene_that_cannot_be_opened_starts_nothing(tmp_path: Path) -> None:
     scene = tmp_path / "flat.glb"
     trimesh.Scene({"cube": trimesh.creation.box((4, 4, 0.1))}).export(scene)
     scene.with_suffix(".yaml").write_text("categories: {ball: sofa}\n")
-    with pytest.raises(Trouble, match="no node is called 'ball'") as trouble:
+    with pytest.raises(CliError, match="no node is called 'ball'") as trouble:
         set_up(options(tmp_path / "run", scene=scene))
-    assert trouble.value.exit_code == EXIT_MISUSED
+    assert trouble.value.exit_code == EXIT_USAGE_ERROR
     assert not (tmp_path / "run").exists()
 
 
@@ -76,7 +76,7 @@ def test_a_run_never_writes_over_another(tmp_path: Path) -> None:
 
 def test_the_router_goes_last_and_all_read_one_file(tmp_path: Path) -> None:
     setup = set_up(options(tmp_path / "run"))
-    assert [spec.name for spec in setup.specs] == ["router", *STARTED]
+    assert [spec.name for spec in setup.specs] == ["router", *DEMO_SERVICES]
     assert [spec.name for spec in setup.specs if spec.last] == ["router"]
     assert all(str(setup.config_file) in spec.command for spec in setup.specs)
     sections = yaml.safe_load(setup.config_file.read_text())
@@ -121,14 +121,16 @@ def test_a_strange_scene_is_searched_for_what_it_holds() -> None:
     assert choose_objects(("wall", "floor", "couch", "chair", "sofa"), KNOWN) == (
         ("sofa", "chair", "couch")
     )
-    assert choose_objects((), KNOWN) == FAVOURITES[:3]
-    assert choose_objects(("floor", "object"), KNOWN) == FAVOURITES[:3]  # a file that names nothing
+    assert choose_objects((), KNOWN) == PREFERRED_OBJECTS[:3]
+    assert (
+        choose_objects(("floor", "object"), KNOWN) == PREFERRED_OBJECTS[:3]
+    )  # a file that names nothing
 
 
 def test_words_without_a_place_are_not_chosen_by_themselves() -> None:
     """One of them would have the whole search refused."""
     assert choose_objects(("bed", "cube", "polysurface"), KNOWN) == ("bed",)
-    assert choose_objects(("cube", "polysurface"), KNOWN) == FAVOURITES[:3]
+    assert choose_objects(("cube", "polysurface"), KNOWN) == PREFERRED_OBJECTS[:3]
 
 
 def test_a_taken_port_is_told_and_the_next_one_used() -> None:

@@ -11,7 +11,7 @@ import pytest
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.messages import Truth
-from onemap_tools.demo.truth import Place, judged, scene_name
+from onemap_tools.demo.truth import Position, judged, scene_category
 
 VOCABULARY = load_vocabulary(SHIPPED)
 APARTMENT = ("armchair", "sofa", "wall")
@@ -31,14 +31,14 @@ def result(**changes: Any) -> dict[str, Any]:
     }
 
 
-def tell(name: str, place_m: Place) -> Truth:
+def tell(name: str, place_m: Position) -> Truth:
     """One sofa, with success places at x >= 2; an armchair stands beside it."""
     count, way_m = (1, max(2.0 - place_m[0], 0.0)) if name == "sofa" else (0, inf)
     away_m = way_m + 1.0 if count else inf
     return Truth("flat", count, away_m, way_m, APARTMENT, "armchair", names_complete=True)
 
 
-def tell_of_a_file(name: str, place_m: Place) -> Truth:
+def tell_of_a_file(name: str, place_m: Position) -> Truth:
     return replace(tell(name, place_m), names_complete=False)
 
 
@@ -58,11 +58,11 @@ def tell_of_a_file(name: str, place_m: Place) -> Truth:
 def test_a_word_is_known_by_the_scenes_own_name(
     word: str, categories: tuple[str, ...], name: str
 ) -> None:
-    assert scene_name(word, categories, VOCABULARY) == name
+    assert scene_category(word, categories, VOCABULARY) == name
 
 
 def test_a_synonym_is_judged_as_the_thing_it_names() -> None:
-    item = judged(result(), scene_name("couch", APARTMENT, VOCABULARY), tell)
+    item = judged(result(), scene_category("couch", APARTMENT, VOCABULARY), tell)
     assert item.name == "couch"
     assert item.success
     assert item.shortest_path_m == 2.0

@@ -21,7 +21,7 @@ from onemap_shared.messages import (
     VelocityCommand,
 )
 from onemap_shared.wire import Packet
-from onemap_tools.doctor.observe import Ear, look_at_depth, look_at_map, pulse_of
+from onemap_tools.doctor.observe import BusObserver, depth_statistics, map_growth, process_health
 
 HEIGHT_M = 1.0
 
@@ -49,41 +49,41 @@ def revision(frames: int, cells: int) -> MapRevision:
 
 
 def test_a_depth_image_is_told_in_numbers() -> None:
-    look = look_at_depth(frame(np.full((20, 30), 1000), pitch_down_rad=np.pi / 2))
+    look = depth_statistics(frame(np.full((20, 30), 1000), pitch_down_rad=np.pi / 2))
     assert look.valid == 1.0
     assert look.median_m == pytest.approx(1.0)
     assert look.near == 0.0
 
 
 def test_metres_sent_as_millimetres_are_near() -> None:
-    assert look_at_depth(frame(np.full((20, 30), 3))).near == 1.0
+    assert depth_statistics(frame(np.full((20, 30), 3))).near == 1.0
 
 
 def test_an_image_without_returns_is_no_crash() -> None:
-    look = look_at_depth(frame(np.zeros((20, 30))))
+    look = depth_statistics(frame(np.zeros((20, 30))))
     assert look.valid == 0.0
     assert np.isnan(look.median_m)
 
 
 def test_a_pulse_takes_the_newest_beat_and_the_largest_lead() -> None:
-    pulse = pulse_of([(beat("a", 5), -0.4), (beat("a", 5), -0.01)])
-    assert pulse.clock_offset_s == -0.01
-    assert not pulse.advanced
-    assert pulse_of([(beat("a", 5), 0.0), (beat("a", 6), 0.0)]).advanced
-    assert pulse_of([(beat("a", 5), 0.0)]).advanced  # one beat tells nothing
+    process = process_health([(beat("a", 5), -0.4), (beat("a", 5), -0.01)])
+    assert process.clock_offset_s == -0.01
+    assert not process.advanced
+    assert process_health([(beat("a", 5), 0.0), (beat("a", 6), 0.0)]).advanced
+    assert process_health([(beat("a", 5), 0.0)]).advanced  # one beat tells nothing
 
 
 def test_the_map_is_compared_between_first_and_last() -> None:
-    look = look_at_map([revision(3, 100), revision(4, 90), revision(9, 140)])
+    look = map_growth([revision(3, 100), revision(4, 90), revision(9, 140)])
     assert look is not None
     assert (look.frames, look.cells) == ((3, 9), (100, 140))
-    assert look_at_map([]) is None
+    assert map_growth([]) is None
 
 
 def test_everything_on_the_bus_is_heard() -> None:
     hub = MemoryRouter()
     robot, mapper = hub.bus("simulator"), hub.bus("mapper")
-    ear = Ear(hub.bus())
+    observer = BusObserver(hub.bus())
 
     def embed(request: TextRequest) -> TextEmbeddings:
         row = np.ones((1, 2), np.float32)
@@ -99,21 +99,21 @@ def test_everything_on_the_bus_is_heard() -> None:
     for instance in ("a", "b"):
         mapper.publish(keys.heartbeat("mapper")).put(beat(instance, 1))
     hub.inject(keys.ROBOT_RGBD.key, Packet(b"nonsense", b""))
-    ear.listen()
-    seen = ear.observations(1.0)
+    observer.poll()
+    observed = observer.observations(1.0)
 
-    assert seen.alive == {"simulator", "mapper"}
-    assert seen.depth is None  # the newest frame won, and it was nonsense
-    rgbd = seen.stream(keys.ROBOT_RGBD.key)
+    assert observed.alive == {"simulator", "mapper"}
+    assert observed.depth is None  # the newest frame won, and it was nonsense
+    rgbd = observed.stream(keys.ROBOT_RGBD.key)
     assert rgbd is not None
     assert rgbd.refused == 1
-    assert seen.stream("none") is None
-    assert {pulse.instance for pulse in seen.pulses} == {"a", "b"}
-    assert (seen.driving.commanded, seen.driving.driven) == (0.9, 0.3)
-    assert seen.driving.collided
-    assert seen.text_encoder == ("mini-1", "minilm")
-    assert seen.field_encoder is None
+    assert observed.stream("none") is None
+    assert {process.instance for process in observed.processes} == {"a", "b"}
+    assert (observed.motion.commanded, observed.motion.driven) == (0.9, 0.3)
+    assert observed.motion.collided
+    assert observed.text_encoder == ("mini-1", "minilm")
+    assert observed.field_encoder is None
 
 
 def test_no_perception_means_no_text_encoder() -> None:
-    assert Ear(MemoryRouter().bus()).observations(0.0).text_encoder is None
+    assert BusObserver(MemoryRouter().bus()).observations(0.0).text_encoder is None

@@ -14,8 +14,8 @@ import pytest
 from onemap_shared.runner import PARENT_VARIABLE
 from onemap_tools.processes.launch import (
     HEALTHY_S,
-    Ended,
     Processes,
+    ProcessExit,
     ProcessSpec,
     available_cores,
     backoff_s,
@@ -54,7 +54,7 @@ def first_line(log: Path) -> str:
     raise AssertionError(f"nothing in {log}")
 
 
-def wait_for_end(processes: Processes, now_s: float) -> Ended:
+def wait_for_end(processes: Processes, now_s: float) -> ProcessExit:
     deadline = time.monotonic() + SOON_S
     while time.monotonic() < deadline:
         if ended := processes.collect(now_s):
@@ -227,8 +227,8 @@ def test_a_child_outlives_no_launcher_that_was_killed(tmp_path: Path) -> None:
 
 
 def test_a_process_that_refuses_its_configuration_is_told_apart(tmp_path: Path) -> None:
-    ended = Ended("planner", 2, tmp_path / "planner.log", "")
-    assert ended.misused
+    ended = ProcessExit("planner", 2, tmp_path / "planner.log", "")
+    assert ended.misconfigured
     assert "cannot start as configured" in ended.sentence
 
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from onemap_tools.errors import EXIT_MISUSED, Trouble
-from onemap_tools.processes.claim import claim, rivals
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.processes.claim import claim, conflicts
 from onemap_tools.processes.launch import Processes, ProcessSpec
 from onemap_tools.processes.network import is_local
 from onemap_tools.processes.up import ALWAYS, choose, supervise
@@ -40,9 +40,9 @@ def test_only_means_only() -> None:
 
 @pytest.mark.parametrize("only", [(), ("simulator", "replay")])
 def test_two_robots_are_refused(only: tuple[str, ...]) -> None:
-    with pytest.raises(Trouble, match="both robots") as trouble:
+    with pytest.raises(CliError, match="both robots") as trouble:
         choose(only, {"simulator": {}, "replay": {}}, has_file=True, router_here=True)
-    assert trouble.value.exit_code == EXIT_MISUSED
+    assert trouble.value.exit_code == EXIT_USAGE_ERROR
 
 
 def test_only_chooses_between_two_robots() -> None:
@@ -53,22 +53,22 @@ def test_only_chooses_between_two_robots() -> None:
 def test_a_rival_runs_what_would_be_started() -> None:
     own, other = claim(("mapper", "gateway")), claim(("simulator", "mapper"))
     processes = {("up", own), ("doctor", "d1"), ("planner", "p1")}
-    assert rivals(processes, own) == ()
-    assert rivals({*processes, ("mapper", "m1")}, own) == ("mapper",)
-    assert rivals({*processes, ("up", other)}, own) == ("mapper",)  # before its mapper is there
-    assert rivals({*processes, ("up", claim(("router", "simulator")))}, own) == ()
+    assert conflicts(processes, own) == ()
+    assert conflicts({*processes, ("mapper", "m1")}, own) == ("mapper",)
+    assert conflicts({*processes, ("up", other)}, own) == ("mapper",)  # before its mapper is there
+    assert conflicts({*processes, ("up", claim(("router", "simulator")))}, own) == ()
 
 
 @pytest.mark.parametrize("robot", ["simulator", "replay", "robot"])
 def test_a_map_follows_one_robot(robot: str) -> None:
-    assert rivals({(robot, "x")}, claim(("replay", "mapper"))) == (robot,)
-    assert rivals({(robot, "x")}, claim(("mapper",))) == ()
+    assert conflicts({(robot, "x")}, claim(("replay", "mapper"))) == (robot,)
+    assert conflicts({(robot, "x")}, claim(("mapper",))) == ()
 
 
 def test_a_name_that_is_none_is_a_misuse() -> None:
-    with pytest.raises(Trouble, match="no 'maper' to start") as trouble:
+    with pytest.raises(CliError, match="no 'maper' to start") as trouble:
         choose(("maper",), {}, has_file=False, router_here=True)
-    assert trouble.value.exit_code == EXIT_MISUSED
+    assert trouble.value.exit_code == EXIT_USAGE_ERROR
 
 
 @pytest.mark.parametrize(
@@ -101,9 +101,9 @@ def test_a_crash_is_told_and_the_process_started_again(tmp_path: Path) -> None:
     console = Console(file=io.StringIO(), width=500)
     with Processes([spec], tmp_path) as processes:
         processes.start()
-        told = until_told(processes, console)
-        assert "mapper ended with code 1" in told
-        assert "out of memory" in told
+        exit_report = until_told(processes, console)
+        assert "mapper ended with code 1" in exit_report
+        assert "out of memory" in exit_report
         supervise(processes, time.monotonic() + 1.5, console)
         assert isinstance(console.file, io.StringIO)
         assert "Started mapper again" in console.file.getvalue()
@@ -115,5 +115,5 @@ def test_a_refused_configuration_ends_it_all(tmp_path: Path) -> None:
     console = Console(file=io.StringIO())
     with Processes([spec], tmp_path) as processes:
         processes.start()
-        with pytest.raises(Trouble, match=r"planner\.radus is unknown"):
+        with pytest.raises(CliError, match=r"planner\.radus is unknown"):
             until_told(processes, console)

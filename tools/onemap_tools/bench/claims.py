@@ -33,7 +33,7 @@ from onemap_simulator.worlds import APARTMENT, open_scene
 from onemap_tools.bench.lockstep import Eyes, Lockstep, Settings
 from onemap_tools.bench.parser import Parser
 from onemap_tools.demo.summary import ObjectSummary
-from onemap_tools.demo.truth import judged, scene_name
+from onemap_tools.demo.truth import judged, scene_category
 
 # Large things that most apartments have, and one, the bookcase, that some do not.
 OBJECTS = ("bed", "sofa", "television", "refrigerator", "toilet", "bookcase")
@@ -81,7 +81,7 @@ def run(task: Task) -> Episode:
         eye_height_m=simulator.camera.height_m,
     )
     vocabulary = load_vocabulary(SHIPPED)
-    names = [scene_name(word, scene.categories, vocabulary) for word in task.objects]
+    names = [scene_category(word, scene.categories, vocabulary) for word in task.objects]
     results = [*search.results, *(unfinished(w) for w in task.objects[len(search.results) :])]
     return Episode(
         seed=simulator.seed,

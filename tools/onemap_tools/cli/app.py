@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from onemap_tools import cli_measure
-from onemap_tools.cli.app import ask, config, map, models, scene
+from onemap_tools.cli import ask, config, map, models, scene
 from onemap_tools.cli.command_group import CommandGroup
 from onemap_tools.cli.options import Config, Json
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK
@@ -86,21 +86,21 @@ def demo(
     scene file does not name: there the robot's own word counts. See 'onemap scene check'.
     """
     from onemap_tools.cli.terminal import print_json, progress_console, stays_up
-    from onemap_tools.demo.run import run as command
-    from onemap_tools.demo.setup import DemoOptions, choose_port, named, run_folder
+    from onemap_tools.demo import run as command
+    from onemap_tools.demo.setup import DemoOptions, choose_port, parse_objects, run_folder
 
     console = progress_console()
     stay = stays_up(headless)
     options = DemoOptions(
         seed=seed,
         scene=scene,
-        objects=named(objects),
+        objects=parse_objects(objects),
         headless=not stay,
         port=choose_port(port, headless=not stay, console=console),
         folder=run_folder(out, datetime.now(), seed),
         time_limit_s=time_limit,
     )
-    document = command.run_or_tell(options, console)
+    document = command.run_with_report(options, console)
     if as_json:
         print_json(document)
     raise typer.Exit(EXIT_OK if document["worked"] else EXIT_FAILED)

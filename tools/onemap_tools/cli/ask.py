@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from onemap_tools.cli.options import HERE, Config, Json, Token, Url
+from onemap_tools.cli.options import DEFAULT_URL, Config, Json, Token, Url
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK
 
 PANEL = "Ask a running robot"
@@ -18,7 +18,7 @@ app = typer.Typer()
 def query(
     text: Annotated[list[str], typer.Argument(help="An object in plain words.")],
     regions: Annotated[int, typer.Option(min=1, max=100, help="How many places at most.")] = 5,
-    url: Url = HERE,
+    url: Url = DEFAULT_URL,
     token: Token = "",
     as_json: Json = False,
 ) -> None:
@@ -28,10 +28,10 @@ def query(
     """
     from onemap_tools.cli.search import describe_query
     from onemap_tools.cli.terminal import print_json, result_console
-    from onemap_tools.client import Gateway
+    from onemap_tools.client import GatewayClient
 
-    with Gateway(url, token) as door:
-        reply = door.query(" ".join(text), regions)
+    with GatewayClient(url, token) as gateway:
+        reply = gateway.query(" ".join(text), regions)
     describe_query(reply, result_console(as_json))
     if as_json:
         print_json(reply)
@@ -43,17 +43,17 @@ def search(
     objects: Annotated[
         list[str], typer.Argument(help="Objects, one after the other; quote names of two words.")
     ],
-    url: Url = HERE,
+    url: Url = DEFAULT_URL,
     token: Token = "",
     as_json: Json = False,
 ) -> None:
     """Go and find. Ctrl-C cancels. Exit code 0 only if all were found."""
-    from onemap_tools.cli.app import search
+    from onemap_tools.cli import search
     from onemap_tools.cli.terminal import print_json, progress_console, result_console
-    from onemap_tools.client import Gateway
+    from onemap_tools.client import GatewayClient
 
-    with Gateway(url, token) as door:
-        report = search.search(door, tuple(objects), progress_console())
+    with GatewayClient(url, token) as gateway:
+        report = search.search(gateway, tuple(objects), progress_console())
     search.describe_search(report, result_console(as_json))
     if as_json:
         print_json(report)
@@ -70,7 +70,7 @@ def status(
         Path | None,
         typer.Option("--config", help="With --service: YAML file that says where the bus is."),
     ] = None,
-    url: Url = HERE,
+    url: Url = DEFAULT_URL,
     token: Token = "",
     as_json: Json = False,
 ) -> None:
@@ -88,10 +88,10 @@ def status(
             print_json({"service": service, "ready": True})
         return
     from onemap_tools.cli.status import describe_status
-    from onemap_tools.client import Gateway
+    from onemap_tools.client import GatewayClient
 
-    with Gateway(url, token) as door:
-        document = door.status()
+    with GatewayClient(url, token) as gateway:
+        document = gateway.status()
     describe_status(document, result_console(as_json))
     if as_json:
         print_json(document)
@@ -102,7 +102,7 @@ def status(
 def doctor(config: Config = None, as_json: Json = False) -> None:
     """Why is nothing found? Listens on the bus and says so. Exit code 0 unless there are errors."""
     from onemap_tools.cli.terminal import print_json, progress_console, result_console
-    from onemap_tools.doctor.report import report as command
+    from onemap_tools.doctor import report as command
 
     findings = command.examine(config, progress_console())
     command.describe(findings, result_console(as_json))

@@ -8,7 +8,7 @@ from typing import Any, cast
 import typer
 from typer.core import TyperGroup
 
-from onemap_tools.errors import EXIT_INTERRUPTED, EXIT_MISUSED, Trouble
+from onemap_tools.errors import EXIT_INTERRUPTED, EXIT_USAGE_ERROR, CliError
 
 # What click raises for a wrong command line. Typer names only a subclass of it, and whether
 # click is a package of its own depends on typer's version.
@@ -32,7 +32,7 @@ class CommandGroup(TyperGroup):
             context = super().make_context(info_name, args, parent, **extra)
         except UsageError as mistake:
             if parent is None:
-                _print_mistake(mistake, as_json)
+                _print_usage_error(mistake, as_json)
             raise
         context.meta.setdefault(JSON, as_json)
         return context
@@ -46,10 +46,10 @@ class CommandGroup(TyperGroup):
         try:
             return super().invoke(ctx)
         except UsageError as mistake:  # typer prints the sentence
-            _print_mistake(mistake, ctx.meta[JSON])
+            _print_usage_error(mistake, ctx.meta[JSON])
             raise
-        except (Trouble, ConfigError, KeyboardInterrupt) as problem:
-            trouble = trouble_of(problem)
+        except (CliError, ConfigError, KeyboardInterrupt) as problem:
+            trouble = to_cli_error(problem)
             typer.echo(str(trouble), err=True)
             if ctx.meta[JSON]:
                 _print_error(str(trouble), trouble.exit_code, trouble.document)
@@ -62,18 +62,18 @@ def wants_json(arguments: Sequence[str]) -> bool:
     return "--json" in (words[: words.index("--")] if "--" in words else words)
 
 
-def trouble_of(problem: BaseException) -> Trouble:
+def to_cli_error(problem: BaseException) -> CliError:
     """What the user is told of a problem that ends a command."""
-    if isinstance(problem, Trouble):
+    if isinstance(problem, CliError):
         return problem
     if isinstance(problem, KeyboardInterrupt):
-        return Trouble("Stopped.", EXIT_INTERRUPTED)
-    return Trouble(str(problem), EXIT_MISUSED)
+        return CliError("Stopped.", EXIT_INTERRUPTED)
+    return CliError(str(problem), EXIT_USAGE_ERROR)
 
 
-def _print_mistake(mistake: typer.BadParameter, as_json: bool) -> None:
+def _print_usage_error(mistake: typer.BadParameter, as_json: bool) -> None:
     if as_json:
-        _print_error(mistake.format_message(), EXIT_MISUSED, {})
+        _print_error(mistake.format_message(), EXIT_USAGE_ERROR, {})
 
 
 def _print_error(sentence: str, exit_code: int, document: Mapping[str, Any]) -> None:

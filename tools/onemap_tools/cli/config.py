@@ -35,7 +35,7 @@ def show(config: Config = None, as_json: Json = False) -> None:
 @app.command()
 def check(config: Config = None, as_json: Json = False) -> None:
     """Whether every section is right: OK, or one sentence for each mistake and exit code 2."""
-    from onemap_tools.cli.app import config_report
+    from onemap_tools.cli import config_report
     from onemap_tools.cli.terminal import print_json, result_console
 
     models = config_report.installed_models()

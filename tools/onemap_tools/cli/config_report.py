@@ -11,7 +11,7 @@ from pydantic.json_schema import models_json_schema
 
 from onemap_shared.config import SECTIONS, BusConfig, LogConfig, mistakes, read, section
 from onemap_shared.params import Params
-from onemap_tools.errors import EXIT_MISUSED, Trouble
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.claim import ROBOTS
 from onemap_tools.processes.services import section_model
 from onemap_tools.processes.up import TWO_ROBOTS
@@ -20,26 +20,26 @@ COMMON: Mapping[str, type[Params]] = {"bus": BusConfig, "log": LogConfig}
 
 
 @dataclass(frozen=True, slots=True)
-class Models:
+class SectionModels:
     """What sections must fit. ``missing``: why a section's model cannot be had on this machine."""
 
     known: Mapping[str, type[Params]]
     missing: Mapping[str, str]
 
 
-def installed_models() -> Models:
+def installed_models() -> SectionModels:
     """The models of all sections whose packages are installed."""
     known: dict[str, type[Params]] = {}
     missing = {}
     for name in SECTIONS:
         try:
             known[name] = COMMON.get(name) or section_model(name)
-        except Trouble as trouble:
+        except CliError as trouble:
             missing[name] = str(trouble)
-    return Models(known, missing)
+    return SectionModels(known, missing)
 
 
-def effective(config: Path | None, models: Models) -> dict[str, Any]:
+def effective(config: Path | None, models: SectionModels) -> dict[str, Any]:
     """Every section as it takes effect: defaults, file and environment; secrets are masked.
 
     Of the robots only those that the file has a section for, without a file the simulator:
@@ -54,8 +54,8 @@ def effective(config: Path | None, models: Models) -> dict[str, Any]:
     }
 
 
-def check(config: Path | None, models: Models) -> None:
-    """Trouble with one sentence a line for every mistake, if there is any."""
+def check(config: Path | None, models: SectionModels) -> None:
+    """CliError with one sentence a line for every mistake, if there is any."""
     sections = read(config)
     found = [
         sentence
@@ -65,23 +65,23 @@ def check(config: Path | None, models: Models) -> None:
     if set(ROBOTS).issubset(sections):
         found.append(TWO_ROBOTS)
     if found:
-        raise Trouble("\n".join(found), EXIT_MISUSED, {"ok": False, "mistakes": found})
+        raise CliError("\n".join(found), EXIT_USAGE_ERROR, {"ok": False, "mistakes": found})
 
 
-def chosen(name: str, models: Models) -> Models:
-    """Only the section of this name, or all if it is empty; Trouble if it cannot be had."""
+def chosen(name: str, models: SectionModels) -> SectionModels:
+    """Only the section of this name, or all if it is empty; CliError if it cannot be had."""
     if not name:
         return models
     if name not in SECTIONS:
-        raise Trouble(
-            f"There is no section {name!r}; there are {', '.join(SECTIONS)}.", EXIT_MISUSED
+        raise CliError(
+            f"There is no section {name!r}; there are {', '.join(SECTIONS)}.", EXIT_USAGE_ERROR
         )
     if name in models.missing:
-        raise Trouble(models.missing[name], EXIT_MISUSED)
-    return Models({name: models.known[name]}, {})
+        raise CliError(models.missing[name], EXIT_USAGE_ERROR)
+    return SectionModels({name: models.known[name]}, {})
 
 
-def schema(models: Models) -> dict[str, Any]:
+def schema(models: SectionModels) -> dict[str, Any]:
     """The JSON schema of a configuration file with these sections."""
     pairs = [(model, "validation") for model in models.known.values()]
     references, definitions = models_json_schema(pairs)  # type: ignore[arg-type]

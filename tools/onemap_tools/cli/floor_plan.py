@@ -25,7 +25,7 @@ ALL_HEIGHTS_M = (-np.inf, np.inf)
 Box = tuple[int, int, int, int]  # left, top, right, bottom in pixels
 
 
-def picture_of(scene: Scene, floor: FloorMap, start: StartPose | None) -> U8:
+def draw_floor_plan(scene: Scene, floor: FloorMap, start: StartPose | None) -> U8:
     """A (rows, columns, 3) uint8 BGR picture: x to the right, y upwards.
 
     White: where the robot's centre can get; dark grey: obstacles; blue: named things, with

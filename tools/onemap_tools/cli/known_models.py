@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from rich.text import Text
 
 from onemap_perception import model_store
-from onemap_tools.errors import EXIT_MISUSED, Trouble
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,7 +19,7 @@ MEGABYTE = 1e6
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class ModelEntry:
     """A known model; ``folder`` is empty and ``bytes_here`` 0 if it was never fetched."""
 
     model: model_store.KnownModel
@@ -31,7 +31,7 @@ class Entry:
         return {**asdict(self.model), "folder": self.folder, "bytes_here": self.bytes_here}
 
 
-def survey() -> list[Entry]:
+def inventory() -> list[ModelEntry]:
     """Every known model and where it lies."""
     try:
         return [
@@ -39,21 +39,21 @@ def survey() -> list[Entry]:
             for model in model_store.KNOWN_MODELS
         ]
     except model_store.ModelError as problem:
-        raise Trouble(str(problem)) from problem
+        raise CliError(str(problem)) from problem
 
 
-def fetch(repo: str, console: Console) -> Entry:
-    """Download and check one model; raises Trouble."""
+def fetch(repo: str, console: Console) -> ModelEntry:
+    """Download and check one model; raises CliError."""
     model = _known(repo)
     size = f"about {model.about_mb} MB" if model.about_mb else "size unknown"
     console.print(f"Fetching {repo} ({size}, licence {model.licence})")
     try:
         folder = model_store.fetch(repo, model.files)
     except model_store.ModelError as problem:
-        raise Trouble(str(problem)) from problem
+        raise CliError(str(problem)) from problem
     damaged = model_store.corrupt_files(folder)
     if damaged:
-        raise Trouble(f"{repo} arrived damaged: {', '.join(damaged)}; delete {folder} and retry")
+        raise CliError(f"{repo} arrived damaged: {', '.join(damaged)}; delete {folder} and retry")
     return _entry(model, folder)
 
 
@@ -61,9 +61,9 @@ def verify(repo: str) -> list[dict[str, Any]]:
     """Per model its repo, folder and damaged files; all that lie here if ``repo`` is empty."""
     if repo:
         _known(repo)
-    entries = [entry for entry in survey() if repo in ("", entry.model.repo)]
+    entries = [entry for entry in inventory() if repo in ("", entry.model.repo)]
     if repo and not entries[0].folder:
-        raise Trouble(f"{repo} is not on this machine: onemap models fetch {repo}")
+        raise CliError(f"{repo} is not on this machine: onemap models fetch {repo}")
     return [
         {
             "repo": entry.model.repo,
@@ -75,7 +75,7 @@ def verify(repo: str) -> list[dict[str, Any]]:
     ]
 
 
-def describe(entries: Sequence[Entry], console: Console) -> None:
+def describe(entries: Sequence[ModelEntry], console: Console) -> None:
     """A line or two per model."""
     for entry in entries:
         model = entry.model
@@ -101,10 +101,10 @@ def _known(repo: str) -> model_store.KnownModel:
     try:
         return model_store.known_model(repo)
     except model_store.ModelError as problem:
-        raise Trouble(str(problem), EXIT_MISUSED) from problem
+        raise CliError(str(problem), EXIT_USAGE_ERROR) from problem
 
 
-def _entry(model: model_store.KnownModel, folder: Path | None) -> Entry:
+def _entry(model: model_store.KnownModel, folder: Path | None) -> ModelEntry:
     if folder is None:
-        return Entry(model, "", 0)
-    return Entry(model, str(folder), model_store.size_bytes(folder))
+        return ModelEntry(model, "", 0)
+    return ModelEntry(model, str(folder), model_store.size_bytes(folder))

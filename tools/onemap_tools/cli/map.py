@@ -8,75 +8,75 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from onemap_tools.cli.options import HERE, Json, Token, Url
+from onemap_tools.cli.options import DEFAULT_URL, Json, Token, Url
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from onemap_tools.client import Gateway
+    from onemap_tools.client import GatewayClient
 
 app = typer.Typer(no_args_is_help=True, help="Save, load, describe, export or clear the map.")
 Name = Annotated[str, typer.Argument(help="Letters, digits, '.', '_' and '-'; no folder.")]
 
 
 @app.command()
-def save(name: Name, url: Url = HERE, token: Token = "", as_json: Json = False) -> None:
+def save(name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """Write the map to a file in the mapper's map folder; an older one is replaced."""
     from onemap_tools.cli.map_report import describe_change
 
-    _ask(url, token, as_json, lambda door: door.map_save(name), describe_change("Saved"))
+    _ask(url, token, as_json, lambda gateway: gateway.map_save(name), describe_change("Saved"))
 
 
 @app.command()
-def load(name: Name, url: Url = HERE, token: Token = "", as_json: Json = False) -> None:
+def load(name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """Replace the map by a saved one; refused if another encoder made it."""
     from onemap_tools.cli.map_report import describe_change
 
-    _ask(url, token, as_json, lambda door: door.map_load(name), describe_change("Loaded"))
+    _ask(url, token, as_json, lambda gateway: gateway.map_load(name), describe_change("Loaded"))
 
 
 @app.command()
-def clear(url: Url = HERE, token: Token = "", as_json: Json = False) -> None:
+def clear(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """Forget the map."""
     from onemap_tools.cli.map_report import describe_change
 
-    _ask(url, token, as_json, lambda door: door.map_clear(), describe_change("Cleared"))
+    _ask(url, token, as_json, lambda gateway: gateway.map_clear(), describe_change("Cleared"))
 
 
 @app.command()
-def info(url: Url = HERE, token: Token = "", as_json: Json = False) -> None:
+def info(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """The map in numbers."""
     from onemap_tools.cli.map_report import describe_info
 
-    _ask(url, token, as_json, lambda door: door.map_info(), describe_info)
+    _ask(url, token, as_json, lambda gateway: gateway.map_info(), describe_info)
 
 
 @app.command()
 def export(
     file: Annotated[Path, typer.Argument(dir_okay=False, help="Where to write the .npz file.")],
-    url: Url = HERE,
+    url: Url = DEFAULT_URL,
     token: Token = "",
     as_json: Json = False,
 ) -> None:
     """Write occupancy, layers and geometry to a NumPy archive on this machine."""
     from onemap_tools.cli.map_report import describe_export, write_archive
 
-    _ask(url, token, as_json, lambda door: write_archive(door, file), describe_export)
+    _ask(url, token, as_json, lambda gateway: write_archive(gateway, file), describe_export)
 
 
 def _ask(
     url: str,
     token: str,
     as_json: bool,
-    question: Callable[[Gateway], dict[str, Any]],
+    question: Callable[[GatewayClient], dict[str, Any]],
     describe: Callable[[dict[str, Any], Console], None],
 ) -> None:
     """Ask the gateway, tell a person, and a program if it wants to know."""
     from onemap_tools.cli.terminal import print_json, result_console
-    from onemap_tools.client import Gateway
+    from onemap_tools.client import GatewayClient
 
-    with Gateway(url, token) as door:
-        reply = question(door)
+    with GatewayClient(url, token) as gateway:
+        reply = question(gateway)
     describe(reply, result_console(as_json))
     if as_json:
         print_json(reply)

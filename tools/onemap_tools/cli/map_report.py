@@ -10,8 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from onemap_tools.client import Gateway
-from onemap_tools.errors import Trouble
+from onemap_tools.client import GatewayClient
+from onemap_tools.errors import CliError
 
 
 def describe_change(done: str) -> Callable[[dict[str, Any], Console], None]:
@@ -46,13 +46,13 @@ def describe_info(info: dict[str, Any], console: Console) -> None:
     console.print(table)
 
 
-def write_archive(gateway: Gateway, file: Path) -> dict[str, Any]:
+def write_archive(gateway: GatewayClient, file: Path) -> dict[str, Any]:
     """Write occupancy, layers and geometry of the map to an ``.npz`` file."""
     content = gateway.map_archive()
     try:
         file.write_bytes(content)
     except OSError as problem:
-        raise Trouble(f"Cannot write {file}: {problem.strerror}.") from problem
+        raise CliError(f"Cannot write {file}: {problem.strerror}.") from problem
     return {"path": str(file), "file_bytes": len(content)}
 
 

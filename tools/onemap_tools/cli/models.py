@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from onemap_tools.cli.options import Config, Json
-from onemap_tools.errors import EXIT_FAILED, EXIT_MISUSED, EXIT_OK, Trouble
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError
 
 app = typer.Typer(no_args_is_help=True, help="Encoders and detectors of other people.")
 Repo = Annotated[str, typer.Argument(help="A hub id as 'onemap models list' shows it.")]
@@ -17,10 +17,10 @@ Repo = Annotated[str, typer.Argument(help="A hub id as 'onemap models list' show
 @app.command(name="list")
 def list_models(as_json: Json = False) -> None:
     """What is known: licence, size, and where it lies on this machine. Asks no network."""
-    from onemap_tools.cli.app import known_models
+    from onemap_tools.cli import known_models
     from onemap_tools.cli.terminal import print_json, result_console
 
-    entries = known_models.survey()
+    entries = known_models.inventory()
     known_models.describe(entries, result_console(as_json))
     if as_json:
         print_json({"models": [entry.document() for entry in entries]})
@@ -29,7 +29,7 @@ def list_models(as_json: Json = False) -> None:
 @app.command()
 def fetch(repo: Repo, as_json: Json = False) -> None:
     """Download a model into the hub's cache, then check it; goes on where it stopped."""
-    from onemap_tools.cli.app import known_models
+    from onemap_tools.cli import known_models
     from onemap_tools.cli.terminal import print_json, progress_console, result_console
 
     entry = known_models.fetch(repo, progress_console())
@@ -44,7 +44,7 @@ def verify(
     as_json: Json = False,
 ) -> None:
     """Compare every file with the digest that the hub gave it. Exit code 0 only if all agree."""
-    from onemap_tools.cli.app import known_models
+    from onemap_tools.cli import known_models
     from onemap_tools.cli.terminal import print_json, result_console
 
     reports = known_models.verify(repo)
@@ -70,9 +70,9 @@ def export_encoder(
     try:
         from onemap_tools.export_encoder import export_encoder as export
     except ModuleNotFoundError as missing:
-        raise Trouble(
+        raise CliError(
             f"An export needs the package {missing.name!r}: pip install 'onemap[openclip]'",
-            EXIT_MISUSED,
+            EXIT_USAGE_ERROR,
         ) from missing
     _, _, perception = load(config, "perception", PerceptionConfig)
     exported = export(perception.encoder, out)

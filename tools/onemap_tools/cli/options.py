@@ -18,4 +18,4 @@ Url = Annotated[str, typer.Option("--url", envvar="ONEMAP_URL", help="Address of
 Token = Annotated[
     str, typer.Option("--token", envvar="ONEMAP_TOKEN", help="The gateway's token, if it has one.")
 ]
-HERE = "http://127.0.0.1:8080"
+DEFAULT_URL = "http://127.0.0.1:8080"

@@ -20,7 +20,7 @@ BAR_WIDTH = 40
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
+class SearchProgress:
     """A search at one instant. ``done``: name and outcome of the objects that are settled.
 
     Position, map age and map rate are None where nobody tells them.
@@ -55,10 +55,10 @@ class Progress:
         return f"{age}, {self.map_rate_hz:.1f} updates/s" if known else age
 
 
-class View(Protocol):
+class ProgressView(Protocol):
     """Shows a wait or a search as it goes on; a context manager."""
 
-    def __enter__(self) -> View: ...
+    def __enter__(self) -> ProgressView: ...
 
     def __exit__(
         self,
@@ -70,11 +70,11 @@ class View(Protocol):
     def wait(self, elapsed_s: float, what: str) -> None:
         """Nothing to see yet, because of this."""
 
-    def show(self, progress: Progress) -> None:
+    def show(self, progress: SearchProgress) -> None:
         """The search stands like this."""
 
 
-def view_for(console: Console) -> View:
+def progress_view(console: Console) -> ProgressView:
     """The live panel on a terminal, lines elsewhere."""
     return LiveView(console) if console.is_terminal else LineView(console)
 
@@ -99,11 +99,11 @@ class LineView:
         return
 
     def wait(self, elapsed_s: float, what: str) -> None:
-        """See ``View``."""
+        """See ``ProgressView``."""
         self._line(elapsed_s, (what,), what)
 
-    def show(self, progress: Progress) -> None:
-        """See ``View``."""
+    def show(self, progress: SearchProgress) -> None:
+        """See ``ProgressView``."""
         settled = f"{len(progress.done)}/{len(progress.objects)}"
         known = f"map {progress.map}; " if progress.map else ""
         text = (
@@ -138,15 +138,15 @@ class LiveView:
         self._live.__exit__(kind, problem, trace)
 
     def wait(self, elapsed_s: float, what: str) -> None:
-        """See ``View``."""
+        """See ``ProgressView``."""
         self._live.update(Spinner("dots", Text(f"{elapsed_s:5.1f} s  {what}")))
 
-    def show(self, progress: Progress) -> None:
-        """See ``View``."""
+    def show(self, progress: SearchProgress) -> None:
+        """See ``ProgressView``."""
         self._live.update(panel(progress))
 
 
-def panel(progress: Progress) -> Group:
+def panel(progress: SearchProgress) -> Group:
     """The search as a small table under a bar of the objects that are settled."""
     outcomes = dict(progress.done)
     names = Text(" ").join(_object(name, outcomes.get(name), progress) for name in progress.objects)
@@ -163,7 +163,7 @@ def panel(progress: Progress) -> Group:
     return Group(bar, table)
 
 
-def _object(name: str, outcome: str | None, progress: Progress) -> Text:
+def _object(name: str, outcome: str | None, progress: SearchProgress) -> Text:
     if outcome is not None:
         return Text(f"{name} ({outcome.replace('_', ' ')})", style=COLOURS.get(outcome, ""))
     return Text(name, style="bold" if name == progress.target else "dim")

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from onemap_tools.cli.options import Json
-from onemap_tools.errors import EXIT_FAILED, EXIT_MISUSED, EXIT_OK, Trouble
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError
 
 app = typer.Typer(no_args_is_help=True, help="Look at a scene file of your own.")
 
@@ -43,16 +43,16 @@ def check(
     Exit code 0 if a robot can search there, 1 if it cannot, 2 if the file is no scene.
     """
     try:
-        from onemap_tools.cli.app import scene_report
+        from onemap_tools.cli import scene_report
     except ModuleNotFoundError as missing:
-        raise Trouble(
+        raise CliError(
             f"This needs the package {missing.name!r}: pip install 'onemap[simulator]'",
-            EXIT_MISUSED,
+            EXIT_USAGE_ERROR,
         ) from missing
     from onemap_tools.cli.terminal import print_json, result_console
 
     if out is not None and out.suffix.lower() != ".png":
-        raise Trouble(f"The picture is a PNG file; {out} does not end in .png.", EXIT_MISUSED)
+        raise CliError(f"The picture is a PNG file; {out} does not end in .png.", EXIT_USAGE_ERROR)
     inspection = scene_report.examine(file)
     picture = scene_report.draw(inspection, out) if out is not None else None
     scene_report.describe(inspection, picture, result_console(as_json))

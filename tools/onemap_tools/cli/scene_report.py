@@ -15,32 +15,32 @@ from rich.text import Text
 
 from onemap_simulator.config import RobotConfig
 from onemap_simulator.inspection import SceneInspection, SceneNode, inspect_scene
-from onemap_tools.errors import EXIT_MISUSED, Trouble
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 LISTED = 3  # nodes of a category that are named in the table
 
 
 def examine(file: Path) -> SceneInspection:
-    """What the simulator understands of a file; Trouble if it is no scene."""
+    """What the simulator understands of a file; CliError if it is no scene."""
     robot = RobotConfig()
     try:
         return inspect_scene(file, radius_m=robot.radius_m, height_m=robot.height_m)
     except ValueError as problem:
-        raise Trouble(str(problem), EXIT_MISUSED) from problem
+        raise CliError(str(problem), EXIT_USAGE_ERROR) from problem
 
 
 def draw(inspection: SceneInspection, file: Path) -> Path | None:
     """Write the floor plan; returns where, None if the scene is too wide for one."""
-    from onemap_tools.cli.floor_plan import picture_of, write_png
+    from onemap_tools.cli.floor_plan import draw_floor_plan, write_png
 
     if inspection.floor is None:
         return None
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        write_png(file, picture_of(inspection.scene, inspection.floor, inspection.start))
+        write_png(file, draw_floor_plan(inspection.scene, inspection.floor, inspection.start))
     except OSError as problem:
         reason = problem.strerror or problem
-        raise Trouble(f"Cannot write the picture {file}: {reason}.") from problem
+        raise CliError(f"Cannot write the picture {file}: {reason}.") from problem
     return file
 
 

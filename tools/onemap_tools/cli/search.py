@@ -9,10 +9,10 @@ from rich.console import Console
 from rich.table import Table
 
 from onemap_shared.messages import FINAL_STATES, SearchState
-from onemap_tools.cli.progress import Progress, view_for
-from onemap_tools.client import Gateway
-from onemap_tools.demo.run_monitor import Witness
-from onemap_tools.errors import Trouble
+from onemap_tools.cli.progress import SearchProgress, progress_view
+from onemap_tools.client import GatewayClient
+from onemap_tools.demo.run_monitor import RunMonitor
+from onemap_tools.errors import CliError
 from onemap_tools.processes.interrupts import interruptible
 
 POLL_S = 0.5
@@ -20,30 +20,30 @@ PATIENCE = 20  # polls in a row that may fail: a killed gateway is back by then
 
 
 @dataclass(frozen=True, slots=True)
-class MapPace:
+class MapRate:
     """Seconds since the map last changed, and updates per second; None: not told."""
 
     map_age_s: float | None = None
     map_rate_hz: float | None = None
 
 
-def map_pace(gateway: Gateway) -> MapPace:
+def map_rate(gateway: GatewayClient) -> MapRate:
     """What the gateway has cached of the map; nothing if it does not say. No call to the mapper."""
     try:
         streams = gateway.status()["streams"]
-    except (Trouble, KeyError):
-        return MapPace()
+    except (CliError, KeyError):
+        return MapRate()
     told = [stream for stream in streams if stream["name"] == "revision"]
-    return MapPace(told[0]["age_s"], told[0]["rate_hz"]) if told else MapPace()
+    return MapRate(told[0]["age_s"], told[0]["rate_hz"]) if told else MapRate()
 
 
 def progress_of(
-    search: dict[str, Any], witness: Witness | None = None, pace: MapPace | None = None
-) -> Progress:
+    search: dict[str, Any], monitor: RunMonitor | None = None, map_rate: MapRate | None = None
+) -> SearchProgress:
     """A search as the gateway reports it, with what a witness on the bus knows besides, or with
-    the ``pace`` of the map where there is none."""
-    told = witness or pace
-    return Progress(
+    the ``map_rate`` of the map where there is none."""
+    told = monitor or map_rate
+    return SearchProgress(
         elapsed_s=search["elapsed_s"],
         objects=tuple(search["objects"]),
         done=tuple((result["name"], result["outcome"]) for result in search["results"]),
@@ -51,16 +51,16 @@ def progress_of(
         state=search["state"],
         reason=search["reason"],
         path_length_m=search["path_length_m"],
-        position_m=witness.position_m if witness else None,
+        position_m=monitor.position_m if monitor else None,
         map_age_s=told.map_age_s if told else None,
         map_rate_hz=told.map_rate_hz if told else None,
     )
 
 
-class Followed:
+class SearchHandle:
     """A search that is asked about again and again; a gateway may be away for a while."""
 
-    def __init__(self, gateway: Gateway, report: dict[str, Any]) -> None:
+    def __init__(self, gateway: GatewayClient, report: dict[str, Any]) -> None:
         self._gateway = gateway
         self._failures = 0
         self.report = report
@@ -74,7 +74,7 @@ class Followed:
         """Ask once; returns why there was no answer, empty if there was one."""
         try:
             self.report = self._gateway.search(self.report["id"])
-        except Trouble as trouble:
+        except CliError as trouble:
             self._failures += 1
             if self._failures > PATIENCE:
                 raise
@@ -87,18 +87,18 @@ class Followed:
         self.report = self._gateway.cancel(self.report["id"])
 
 
-def search(gateway: Gateway, objects: tuple[str, ...], console: Console) -> dict[str, Any]:
+def search(gateway: GatewayClient, objects: tuple[str, ...], console: Console) -> dict[str, Any]:
     """Find the objects one after the other; Ctrl-C cancels. Returns the final report."""
-    with interruptible() as stop, view_for(console) as view:
-        followed = Followed(gateway, gateway.start_search(objects))
-        while followed.active:
-            view.show(progress_of(followed.report, pace=map_pace(gateway)))
+    with interruptible() as stop, progress_view(console) as view:
+        handle = SearchHandle(gateway, gateway.start_search(objects))
+        while handle.active:
+            view.show(progress_of(handle.report, map_rate=map_rate(gateway)))
             if stop.wait(POLL_S):
-                followed.cancel()
+                handle.cancel()
                 break
-            if problem := followed.poll():
-                view.wait(followed.report["elapsed_s"], problem)
-    return followed.report
+            if problem := handle.poll():
+                view.wait(handle.report["elapsed_s"], problem)
+    return handle.report
 
 
 def all_found(report: dict[str, Any]) -> bool:

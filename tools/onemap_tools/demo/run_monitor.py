@@ -18,7 +18,7 @@ TRACK_STEP_M = 0.02  # a finer track is not seen in the picture
 TRUTH_S = 10.0  # a busy machine must not turn a verdict into "no ground truth"
 
 
-class Witness:
+class RunMonitor:
     """Follows odometry and map revisions; ``look`` often, ask when needed."""
 
     def __init__(self, bus: Bus) -> None:

@@ -15,18 +15,18 @@ from rich.console import Console
 from onemap_shared.config import PREFIX, read
 from onemap_simulator.scene.naming import UNNAMED
 from onemap_simulator.scene.scene import STRUCTURE
-from onemap_tools.errors import EXIT_MISUSED, Trouble
-from onemap_tools.processes.launch import ProcessSpec, command_of, make_folder
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.processes.launch import ProcessSpec, make_folder, onemap_command
 from onemap_tools.processes.network import LOOPBACK, any_free_port, next_free_port
 from onemap_tools.processes.services import check_robot
 
 DEMO_FILE = Path(__file__).with_name("demo.yaml")
-STARTED = ("simulator", "perception", "mapper", "planner", "gateway")
+DEMO_SERVICES = ("simulator", "perception", "mapper", "planner", "gateway")
 OBJECTS = 3
-USUAL_PORT = 8080
+DEFAULT_PORT = 8080
 
 # What a demo looks for, as far as it exists: large things that live in different rooms first.
-FAVOURITES = (
+PREFERRED_OBJECTS = (
     "bed",
     "television",
     "refrigerator",
@@ -38,7 +38,7 @@ FAVOURITES = (
     "desk",
 )
 # Every scene has them everywhere: finding one shows nothing.
-BORING = STRUCTURE | {"picture", "lamp"}
+UNINFORMATIVE = STRUCTURE | {"picture", "lamp"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class DemoOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class Setup:
+class DemoSetup:
     """Everything a demo starts."""
 
     endpoint: str
@@ -65,15 +65,15 @@ class Setup:
     environment: dict[str, str]
 
 
-def named(objects: str | None) -> tuple[str, ...]:
-    """The objects in a list with commas; none if nothing was asked for. Trouble for no names."""
+def parse_objects(objects: str | None) -> tuple[str, ...]:
+    """The objects in a list with commas; none if nothing was asked for. CliError for no names."""
     if objects is None:
         return ()
     names = tuple(name for part in objects.split(",") if (name := part.strip()))
     if not names:
-        raise Trouble(
+        raise CliError(
             f"--objects is {objects!r}, which names nothing: write bed,television or leave it out",
-            EXIT_MISUSED,
+            EXIT_USAGE_ERROR,
         )
     return names
 
@@ -82,7 +82,7 @@ def choose_port(wanted: int, *, headless: bool, console: Console) -> int:
     """The port of the live page: the wanted one (0: the usual one, headless any) or the next."""
     if wanted == 0 and headless:
         return any_free_port()
-    usual = wanted or USUAL_PORT
+    usual = wanted or DEFAULT_PORT
     port = next_free_port(usual)
     if port != usual:
         console.print(f"Port {usual} is taken; the live page is on {port}.")
@@ -96,8 +96,8 @@ def run_folder(parent: Path, now: datetime, seed: int) -> Path:
     return next(folder for folder in candidates if not folder.exists())
 
 
-def set_up(options: DemoOptions) -> Setup:
-    """Write the run's configuration and say what to start with it; Trouble if that could not."""
+def set_up(options: DemoOptions) -> DemoSetup:
+    """Write the run's configuration and say what to start with it; CliError if that could not."""
     endpoint = f"tcp/{LOOPBACK}:{any_free_port()}"
     environment = dict(os.environ)
     sections = demo_sections(environment, options, endpoint)
@@ -107,11 +107,14 @@ def set_up(options: DemoOptions) -> Setup:
     make_folder(options.folder)
     config_file = options.folder / "config.yaml"
     config_file.write_text(yaml.safe_dump(sections, sort_keys=False), encoding="utf-8")
-    router = ProcessSpec("router", command_of("router", "--config", str(config_file)), last=True)
-    services = (
-        ProcessSpec(name, command_of(name, "--config", str(config_file))) for name in STARTED
+    router = ProcessSpec(
+        "router", onemap_command("router", "--config", str(config_file)), last=True
     )
-    return Setup(
+    services = (
+        ProcessSpec(name, onemap_command(name, "--config", str(config_file)))
+        for name in DEMO_SERVICES
+    )
+    return DemoSetup(
         endpoint=endpoint,
         url=f"http://{LOOPBACK}:{options.port}",
         config_file=config_file,
@@ -122,14 +125,14 @@ def set_up(options: DemoOptions) -> Setup:
 
 
 def check_scene_file(path: Path) -> None:
-    """Trouble if the simulator could not open the scene: told before anything is started."""
+    """CliError if the simulator could not open the scene: told before anything is started."""
     from onemap_simulator.scene.loading import load_scene
 
     try:
         load_scene(path)
     except ValueError as problem:
-        raise Trouble(
-            f"{problem}. 'onemap scene check {path}' shows more.", EXIT_MISUSED
+        raise CliError(
+            f"{problem}. 'onemap scene check {path}' shows more.", EXIT_USAGE_ERROR
         ) from problem
 
 
@@ -169,6 +172,8 @@ def choose_objects(categories: Sequence[str], known: Collection[str]) -> tuple[s
     A word that the encoder cannot place would have the whole search refused.
     """
     processes = set(categories)
-    favourites = [name for name in FAVOURITES if name in processes]
-    others = sorted(processes.intersection(known) - set(FAVOURITES) - BORING - {UNNAMED})
-    return tuple([*favourites, *others][:OBJECTS]) or FAVOURITES[:OBJECTS]
+    favourites = [name for name in PREFERRED_OBJECTS if name in processes]
+    others = sorted(
+        processes.intersection(known) - set(PREFERRED_OBJECTS) - UNINFORMATIVE - {UNNAMED}
+    )
+    return tuple([*favourites, *others][:OBJECTS]) or PREFERRED_OBJECTS[:OBJECTS]

@@ -10,11 +10,13 @@ from onemap_perception.text.vocabulary import ObjectClass, Vocabulary
 from onemap_shared.messages import Truth
 from onemap_tools.demo.summary import ObjectSummary
 
-Place = tuple[float, ...]
-Ask = Callable[[str, Place], Truth | None]  # category, place in metres -> truth, None: no answer
+Position = tuple[float, ...]
+TruthQuery = Callable[
+    [str, Position], Truth | None
+]  # category, place in metres -> truth, None: no answer
 
 
-def known_words(vocabulary: Vocabulary) -> frozenset[str]:
+def vocabulary_names(vocabulary: Vocabulary) -> frozenset[str]:
     """Every name of a class that ``mini`` was trained on."""
     return frozenset(word for entry in vocabulary.classes for word in _names(entry))
 
@@ -23,7 +25,7 @@ def _names(entry: ObjectClass) -> tuple[str, ...]:
     return (entry.name, *entry.aliases, *entry.held_out, *entry.query_aliases)
 
 
-def scene_name(word: str, categories: Collection[str], vocabulary: Vocabulary) -> str:
+def scene_category(word: str, categories: Collection[str], vocabulary: Vocabulary) -> str:
     """The category by which the scene knows what a person called ``word``.
 
     That is the word itself if the scene has it, else a category that the vocabulary gives as
@@ -39,7 +41,7 @@ def scene_name(word: str, categories: Collection[str], vocabulary: Vocabulary) -
     return wanted
 
 
-def judged(result: dict[str, Any], name: str, ask: Ask) -> ObjectSummary:
+def judged(result: dict[str, Any], name: str, ask: TruthQuery) -> ObjectSummary:
     """The result of one object as the gateway reports it, beside the truth of category ``name``.
 
     Nobody can judge it if the robot's world does not answer, or does not name all that is in

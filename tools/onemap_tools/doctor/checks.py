@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
-from onemap_tools.doctor.observations import NEAR_M, Observations, Pulse
+from onemap_tools.doctor.observations import NEAR_M, Observations, ProcessHealth
 
 CLOCK_TOLERANCE_S = 0.3  # transport and a frame's work take less; NTP keeps clocks within 0.05 s
 OLD_S = 2.0  # content older than this was made before the robot's last few metres
@@ -55,27 +55,27 @@ def _warning(sentence: str, remedy: str) -> Finding:
     return Finding(Severity.WARNING, sentence, remedy)
 
 
-def check_services(seen: Observations) -> list[Finding]:
+def check_services(observed: Observations) -> list[Finding]:
     """Services that do not run, hang, are not ready, or run twice."""
-    findings = [_absent(name, seen) for name in NEEDED if name not in seen.alive]
-    for name in sorted({pulse.service for pulse in seen.pulses}):
-        pulses = [pulse for pulse in seen.pulses if pulse.service == name]
-        if len(pulses) > 1:
+    findings = [_absent(name, observed) for name in NEEDED if name not in observed.alive]
+    for name in sorted({process.service for process in observed.processes}):
+        processes = [process for process in observed.processes if process.service == name]
+        if len(processes) > 1:
             findings.append(
                 _error(
-                    f"{len(pulses)} processes say that they are the {name}: their messages mix.",
+                    f"{len(processes)} processes say that they are the {name}: their messages mix.",
                     "Stop all but one of them.",
                 )
             )
-        findings += [finding for pulse in pulses for finding in _ailing(pulse)]
+        findings += [finding for process in processes for finding in _unhealthy(process)]
     return findings
 
 
-def _absent(name: str, seen: Observations) -> Finding:
+def _absent(name: str, observed: Observations) -> Finding:
     """A service that is not connected: it ended, or the gateway, who was here before, says that it
     hangs."""
     metric = f"hung_{name}_s"
-    silent_s = next((p.metrics[metric] for p in seen.pulses if metric in p.metrics), None)
+    silent_s = next((p.metrics[metric] for p in observed.processes if metric in p.metrics), None)
     if silent_s is not None:
         return _error(
             f"The {name} has not been heard for {silent_s:.0f} s: its process hangs or its link is "
@@ -85,25 +85,25 @@ def _absent(name: str, seen: Observations) -> Finding:
     return _error(f"The {name} is not running.", f"Start it: onemap {name}.")
 
 
-def _ailing(pulse: Pulse) -> list[Finding]:
-    if not pulse.advanced:
+def _unhealthy(process: ProcessHealth) -> list[Finding]:
+    if not process.advanced:
         return [
             _error(
-                f"The {pulse.service} runs but its main loop stands still.",
+                f"The {process.service} runs but its main loop stands still.",
                 "Look at its log, then restart it.",
             )
         ]
-    if pulse.problem or not pulse.ready:
-        reason = pulse.problem or "it does not say why"
-        make = _warning if pulse.ready else _error
-        return [make(f"The {pulse.service} is not well: {reason}.", "Look at its log.")]
+    if process.problem or not process.ready:
+        reason = process.problem or "it does not say why"
+        make = _warning if process.ready else _error
+        return [make(f"The {process.service} is not well: {reason}.", "Look at its log.")]
     return []
 
 
-def check_streams(seen: Observations) -> list[Finding]:
+def check_streams(observed: Observations) -> list[Finding]:
     """Streams that are silent, old, or cannot be read."""
     findings = []
-    for stream in seen.streams:
+    for stream in observed.streams:
         if stream.count == 0 and stream.refused == 0:
             findings.append(
                 _error(
@@ -130,20 +130,20 @@ def check_streams(seen: Observations) -> list[Finding]:
     return findings
 
 
-def check_clocks(seen: Observations) -> list[Finding]:
+def check_clocks(observed: Observations) -> list[Finding]:
     """Machines whose clocks disagree."""
     findings = []
-    for pulse in seen.pulses:
-        if abs(pulse.clock_offset_s) > CLOCK_TOLERANCE_S:
-            way = "ahead of" if pulse.clock_offset_s > 0 else "behind"
+    for process in observed.processes:
+        if abs(process.clock_offset_s) > CLOCK_TOLERANCE_S:
+            way = "ahead of" if process.clock_offset_s > 0 else "behind"
             findings.append(
                 _error(
-                    f"The {pulse.service}'s clock is {abs(pulse.clock_offset_s):.1f} s {way} "
+                    f"The {process.service}'s clock is {abs(process.clock_offset_s):.1f} s {way} "
                     "this machine's.",
                     "Synchronise both machines (chrony or NTP): ages are told from clocks.",
                 )
             )
-    for stream in seen.streams:
+    for stream in observed.streams:
         if stream.age_s is not None and stream.age_s < -CLOCK_TOLERANCE_S:
             findings.append(
                 _error(
@@ -154,9 +154,9 @@ def check_clocks(seen: Observations) -> list[Finding]:
     return findings
 
 
-def check_depth(seen: Observations) -> list[Finding]:
+def check_depth(observed: Observations) -> list[Finding]:
     """Depth images that cannot be in millimetres, or hold nothing."""
-    depth = seen.depth
+    depth = observed.depth
     if depth is None:
         return []
     if depth.valid < 1 - NO_RETURN_FRACTION:
@@ -184,9 +184,9 @@ def check_depth(seen: Observations) -> list[Finding]:
     return []
 
 
-def check_floor(seen: Observations) -> list[Finding]:
+def check_floor(observed: Observations) -> list[Finding]:
     """Extrinsics that put the floor elsewhere than at z = 0, as the mapper judges them."""
-    mapper = next((p.metrics for p in seen.pulses if "floor_viewpoints" in p.metrics), None)
+    mapper = next((p.metrics for p in observed.processes if "floor_viewpoints" in p.metrics), None)
     if mapper is None:
         return []
     viewpoints = f"{mapper['floor_viewpoints']:.0f} viewpoints"
@@ -210,12 +210,12 @@ def check_floor(seen: Observations) -> list[Finding]:
     ]
 
 
-def check_encoders(seen: Observations) -> list[Finding]:
+def check_encoders(observed: Observations) -> list[Finding]:
     """Features, map and texts that come from different encoders."""
     said = {
-        "camera features": seen.field_encoder,
-        "the map": (seen.map.encoder_id, seen.map.text_space) if seen.map else None,
-        "texts": seen.text_encoder,
+        "camera features": observed.field_encoder,
+        "the map": (observed.map.encoder_id, observed.map.text_space) if observed.map else None,
+        "texts": observed.text_encoder,
     }
     known = {what: encoder for what, encoder in said.items() if encoder and any(encoder)}
     if len(set(known.values())) <= 1:
@@ -229,15 +229,15 @@ def check_encoders(seen: Observations) -> list[Finding]:
     ]
 
 
-def check_map(seen: Observations) -> list[Finding]:
+def check_map(observed: Observations) -> list[Finding]:
     """A map that nothing is added to, or that stays empty."""
-    look = seen.map
+    look = observed.map
     if look is None:
         return []
     if look.frames[1] == look.frames[0]:
         return [
             _error(
-                f"No frame reached the map in {seen.duration_s:.0f} s.",
+                f"No frame reached the map in {observed.duration_s:.0f} s.",
                 "Follow the frames: robot, perception, mapper; the first silent one is it.",
             )
         ]
@@ -249,7 +249,7 @@ def check_map(seen: Observations) -> list[Finding]:
                 "and depth scale.",
             )
         ]
-    if look.cells[1] == look.cells[0] and seen.driving.driven > COMMAND_EPSILON:
+    if look.cells[1] == look.cells[0] and observed.motion.driven > COMMAND_EPSILON:
         return [
             _warning(
                 "The robot drives and the map does not grow.",
@@ -259,17 +259,17 @@ def check_map(seen: Observations) -> list[Finding]:
     return []
 
 
-def check_driving(seen: Observations) -> list[Finding]:
+def check_driving(observed: Observations) -> list[Finding]:
     """A robot that does not obey, or that stands against something."""
     findings = []
-    if seen.driving.commanded > COMMAND_EPSILON and seen.driving.driven <= COMMAND_EPSILON:
+    if observed.motion.commanded > COMMAND_EPSILON and observed.motion.driven <= COMMAND_EPSILON:
         findings.append(
             _error(
                 "The planner commands motion and the robot stands still.",
                 "Release the emergency stop; see that the robot's driver obeys the velocity topic.",
             )
         )
-    if seen.driving.collided:
+    if observed.motion.collided:
         findings.append(
             _warning(
                 "The robot touches an obstacle.",
@@ -291,8 +291,8 @@ CHECKS: tuple[Callable[[Observations], list[Finding]], ...] = (
 )
 
 
-def diagnose(seen: Observations) -> list[Finding]:
+def diagnose(observed: Observations) -> list[Finding]:
     """All findings, errors first and notes last, each sentence once."""
-    findings = {f.sentence: f for check in CHECKS for f in check(seen)}
+    findings = {f.sentence: f for check in CHECKS for f in check(observed)}
     order = list(Severity)
     return sorted(findings.values(), key=lambda finding: order.index(finding.severity))

@@ -9,7 +9,7 @@ NEAR_M = 0.1  # no depth camera measures nearer: everything below is a scale err
 
 
 @dataclass(frozen=True, slots=True)
-class Stream:
+class StreamStatus:
     """A topic as it was heard. ``age_s``: receiver's clock less the newest stamp."""
 
     name: str
@@ -21,7 +21,7 @@ class Stream:
 
 
 @dataclass(frozen=True, slots=True)
-class Pulse:
+class ProcessHealth:
     """Heartbeats of one process. ``clock_offset_s``: its clock less ours, transport included."""
 
     service: str
@@ -34,7 +34,7 @@ class Pulse:
 
 
 @dataclass(frozen=True, slots=True)
-class DepthLook:
+class DepthStatistics:
     """The newest depth image in numbers.
 
     valid: fraction of pixels with a return; median_m of those, NaN if none; near: fraction
@@ -47,7 +47,7 @@ class DepthLook:
 
 
 @dataclass(frozen=True, slots=True)
-class MapLook:
+class MapGrowth:
     """The map's state when the doctor came and when it left."""
 
     frames: tuple[int, int]
@@ -57,7 +57,7 @@ class MapLook:
 
 
 @dataclass(frozen=True, slots=True)
-class Driving:
+class MotionSummary:
     """Largest speeds commanded and driven (m/s or rad/s, whichever is larger), and collisions."""
 
     commanded: float = 0.0
@@ -75,14 +75,14 @@ class Observations:
 
     duration_s: float
     alive: frozenset[str] = frozenset()
-    streams: tuple[Stream, ...] = ()
-    pulses: tuple[Pulse, ...] = ()
-    depth: DepthLook | None = None
-    map: MapLook | None = None
+    streams: tuple[StreamStatus, ...] = ()
+    processes: tuple[ProcessHealth, ...] = ()
+    depth: DepthStatistics | None = None
+    map: MapGrowth | None = None
     field_encoder: tuple[str, str] | None = None
     text_encoder: tuple[str, str] | None = None
-    driving: Driving = Driving()
+    motion: MotionSummary = MotionSummary()
 
-    def stream(self, name: str) -> Stream | None:
+    def stream(self, name: str) -> StreamStatus | None:
         """The stream of this name."""
         return next((stream for stream in self.streams if stream.name == name), None)

@@ -22,21 +22,21 @@ from onemap_shared.messages import (
 from onemap_shared.transport import Bus, CallError
 from onemap_tools.doctor.observations import (
     NEAR_M,
-    DepthLook,
-    Driving,
-    MapLook,
+    DepthStatistics,
+    MapGrowth,
+    MotionSummary,
     Observations,
-    Pulse,
-    Stream,
+    ProcessHealth,
+    StreamStatus,
 )
 
 M = TypeVar("M")
 
 KEPT = 64  # messages kept between two looks; looks are 20 ms apart
-LOOK_S = 0.02
+POLL_S = 0.02
 
 
-class Listener(Generic[M]):
+class TopicObserver(Generic[M]):
     """A topic whose messages are counted and whose newest is kept."""
 
     def __init__(
@@ -52,7 +52,7 @@ class Listener(Generic[M]):
         self._age_s: float | None = None
         self.newest: M | None = None
 
-    def listen(self) -> None:
+    def poll(self) -> None:
         """Take what lies ready."""
         while (message := self._subscription.take(0.0)) is not None:
             self.newest = message
@@ -60,10 +60,10 @@ class Listener(Generic[M]):
             self._age_s = (time.time_ns() - stamp_ns) / 1e9 if stamp_ns else None
             self._on_message(message)
 
-    def stream(self, source: str) -> Stream:
+    def stream(self, source: str) -> StreamStatus:
         """What there is to say of the topic."""
         counters = self._subscription.counters
-        return Stream(
+        return StreamStatus(
             name=self._topic.key,
             source=source,
             count=counters.received,
@@ -73,7 +73,7 @@ class Listener(Generic[M]):
         )
 
 
-class Ear:
+class BusObserver:
     """Listens to everything that a diagnosis needs."""
 
     def __init__(self, bus: Bus) -> None:
@@ -82,17 +82,17 @@ class Ear:
         self._collided = False
         self._beats: dict[str, list[tuple[Heartbeat, float]]] = {}
         self._revisions: list[MapRevision] = []
-        self._rgbd: Listener[RgbdFrame] = Listener(bus, keys.ROBOT_RGBD, capacity=1)
-        self._field: Listener[FeatureField] = Listener(bus, keys.FIELD, capacity=1)
-        self._odometry = Listener(bus, keys.ROBOT_ODOMETRY, self._on_odometry)
-        self._revision = Listener(bus, keys.MAP_REVISION, self._revisions.append)
-        self._listeners: tuple[Listener[Any], ...] = (
+        self._rgbd: TopicObserver[RgbdFrame] = TopicObserver(bus, keys.ROBOT_RGBD, capacity=1)
+        self._field: TopicObserver[FeatureField] = TopicObserver(bus, keys.FIELD, capacity=1)
+        self._odometry = TopicObserver(bus, keys.ROBOT_ODOMETRY, self._on_odometry)
+        self._revision = TopicObserver(bus, keys.MAP_REVISION, self._revisions.append)
+        self._listeners: tuple[TopicObserver[Any], ...] = (
             self._rgbd,
             self._field,
             self._odometry,
             self._revision,
-            Listener(bus, keys.ROBOT_CMD_VEL, self._on_command),
-            Listener(bus, keys.ALL_HEARTBEATS, self._on_beat),
+            TopicObserver(bus, keys.ROBOT_CMD_VEL, self._on_command),
+            TopicObserver(bus, keys.ALL_HEARTBEATS, self._on_beat),
         )
 
     def _on_beat(self, beat: Heartbeat) -> None:
@@ -108,10 +108,10 @@ class Ear:
         self._driven = max(self._driven, speed)
         self._collided |= odometry.collided
 
-    def listen(self) -> None:
+    def poll(self) -> None:
         """Take in what lies ready."""
         for listener in self._listeners:
-            listener.listen()
+            listener.poll()
 
     def observations(self, duration_s: float) -> Observations:
         """What was heard so far, in ``duration_s``."""
@@ -125,12 +125,12 @@ class Ear:
                 self._field.stream("perception"),
                 self._revision.stream("mapper"),
             ),
-            pulses=tuple(pulse_of(heard) for heard in self._beats.values()),
-            depth=look_at_depth(self._rgbd.newest) if self._rgbd.newest else None,
-            map=look_at_map(self._revisions),
+            processes=tuple(process_health(heard) for heard in self._beats.values()),
+            depth=depth_statistics(self._rgbd.newest) if self._rgbd.newest else None,
+            map=map_growth(self._revisions),
             field_encoder=(field.encoder_id, field.text_space) if field else None,
             text_encoder=self._ask_for_text_encoder(),
-            driving=Driving(self._commanded, self._driven, self._collided),
+            motion=MotionSummary(self._commanded, self._driven, self._collided),
         )
 
     def _ask_for_text_encoder(self) -> tuple[str, str] | None:
@@ -143,21 +143,21 @@ class Ear:
 
 def observe(bus: Bus, duration_s: float) -> Observations:
     """Listen to everything for ``duration_s``."""
-    ear = Ear(bus)
+    observer = BusObserver(bus)
     end_s = time.monotonic() + duration_s
     while time.monotonic() < end_s:
-        ear.listen()
-        time.sleep(LOOK_S)
-    return ear.observations(duration_s)
+        observer.poll()
+        time.sleep(POLL_S)
+    return observer.observations(duration_s)
 
 
-def pulse_of(heard: list[tuple[Heartbeat, float]]) -> Pulse:
+def process_health(heard: list[tuple[Heartbeat, float]]) -> ProcessHealth:
     """One process from its heartbeats, each with its clock's lead over ours at arrival.
 
     The largest lead is nearest to the truth: the way here only ever makes it smaller.
     """
     first, last = heard[0][0], heard[-1][0]
-    return Pulse(
+    return ProcessHealth(
         service=last.service,
         instance=last.instance,
         ready=last.ready,
@@ -168,27 +168,27 @@ def pulse_of(heard: list[tuple[Heartbeat, float]]) -> Pulse:
     )
 
 
-def look_at_depth(frame: RgbdFrame) -> DepthLook:
+def depth_statistics(frame: RgbdFrame) -> DepthStatistics:
     """The depth image of a frame in numbers."""
     depth_m: F32 = (frame.depth_mm / np.float32(1000)).astype(np.float32)
     valid = depth_m > 0
     if not valid.any():
         nan = float("nan")
-        return DepthLook(0.0, nan, 0.0)
+        return DepthStatistics(0.0, nan, 0.0)
     returns_m = depth_m[valid]
-    return DepthLook(
+    return DepthStatistics(
         valid=float(valid.mean()),
         median_m=float(np.median(returns_m)),
         near=float((returns_m < NEAR_M).mean()),
     )
 
 
-def look_at_map(revisions: list[MapRevision]) -> MapLook | None:
+def map_growth(revisions: list[MapRevision]) -> MapGrowth | None:
     """How the map changed between the first and the last revision heard."""
     if not revisions:
         return None
     first, last = revisions[0], revisions[-1]
-    return MapLook(
+    return MapGrowth(
         frames=(first.frames_fused, last.frames_fused),
         cells=(first.cells_observed, last.cells_observed),
         encoder_id=last.encoder_id,

@@ -11,7 +11,7 @@ from rich.text import Text
 from onemap_shared.config import BusConfig, read, section
 from onemap_tools.doctor.checks import Finding, Severity, diagnose
 from onemap_tools.doctor.observe import observe
-from onemap_tools.processes.session import joined
+from onemap_tools.processes.session import temporary_session
 
 JOIN_S = 3.0
 LISTEN_S = 3.5  # three heartbeats of every service
@@ -20,7 +20,7 @@ COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.NOTE: "di
 
 def examine(config: Path | None, console: Console) -> list[Finding]:
     """Join the bus of this configuration, listen, and diagnose."""
-    with joined(section(read(config), "bus", BusConfig), "doctor", JOIN_S) as bus:
+    with temporary_session(section(read(config), "bus", BusConfig), "doctor", JOIN_S) as bus:
         console.print(f"Listening for {LISTEN_S:g} s ...", style="dim")
         return diagnose(observe(bus, LISTEN_S))
 

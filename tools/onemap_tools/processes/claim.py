@@ -20,7 +20,7 @@ def claim(names: Collection[str]) -> str:
     return SEPARATOR.join((uuid.uuid4().hex[:12], *names))
 
 
-def rivals(processes: Iterable[tuple[str, str]], own: str) -> tuple[str, ...]:
+def conflicts(processes: Iterable[tuple[str, str]], own: str) -> tuple[str, ...]:
     """Who is there that the launcher with the claim ``own`` would start a second time, sorted.
 
     ``processes``: service and instance of every process on the bus. A robot is a rival of any

@@ -10,23 +10,23 @@ from onemap_shared.keys import heartbeat
 from onemap_shared.messages import Heartbeat
 from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus
-from onemap_tools.errors import EXIT_MISUSED, Trouble
-from onemap_tools.processes.session import joined
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.processes.session import temporary_session
 
 JOIN_S = 2.0
 PATIENCE_S = 2.5  # two heartbeats
 
 
 def check_service(name: str, config: Path | None) -> None:
-    """Return if the service says that it is ready; Trouble with its reason otherwise."""
+    """Return if the service says that it is ready; CliError with its reason otherwise."""
     if name not in SERVICES:
-        raise Trouble(
-            f"There is no service {name!r}; there are {', '.join(SERVICES)}.", EXIT_MISUSED
+        raise CliError(
+            f"There is no service {name!r}; there are {', '.join(SERVICES)}.", EXIT_USAGE_ERROR
         )
-    with joined(section(read(config), "bus", BusConfig), "status", JOIN_S) as bus:
+    with temporary_session(section(read(config), "bus", BusConfig), "status", JOIN_S) as bus:
         problem = problem_of(name, next_heartbeat(bus, name, PATIENCE_S))
     if problem:
-        raise Trouble(problem)
+        raise CliError(problem)
 
 
 def next_heartbeat(bus: Bus, name: str, patience_s: float) -> Heartbeat | None:

@@ -18,12 +18,12 @@ from pathlib import Path
 from types import TracebackType
 
 from onemap_shared.runner import PARENT_VARIABLE
-from onemap_tools.errors import EXIT_MISUSED, Trouble
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 GRACE_S = 3.0  # from SIGTERM to SIGKILL
 LAST_GRACE_S = 1.0  # the same for the process that goes last
 KILLED_S = 2.0  # longest wait for the kernel to end what got SIGKILL: milliseconds, unless it hangs
-LOOK_S = 0.005  # between two looks whether it did
+POLL_S = 0.005  # between two looks whether it did
 FIRST_BACKOFF_S, LONGEST_BACKOFF_S = 1.0, 10.0
 HEALTHY_S = 30.0  # a process that ran this long crashed anew, not again
 TAIL_LINES = 12
@@ -46,7 +46,7 @@ class ProcessSpec:
 
 
 @dataclass(frozen=True, slots=True)
-class Ended:
+class ProcessExit:
     """A process that ended without being asked to."""
 
     name: str
@@ -55,16 +55,16 @@ class Ended:
     tail: str
 
     @property
-    def misused(self) -> bool:
+    def misconfigured(self) -> bool:
         """Whether it refused its configuration: starting it again would not help."""
-        return self.code == EXIT_MISUSED
+        return self.code == EXIT_USAGE_ERROR
 
     @property
     def sentence(self) -> str:
         """What happened, for people."""
         if self.code < 0:
             how = f"was killed by {signal.Signals(-self.code).name}"
-        elif self.misused:
+        elif self.misconfigured:
             how = "cannot start as configured"
         else:
             how = f"ended with code {self.code}"
@@ -81,7 +81,7 @@ class _Child:
     due_s: float | None = None
 
 
-def command_of(*arguments: str) -> tuple[str, ...]:
+def onemap_command(*arguments: str) -> tuple[str, ...]:
     """The command line of ``onemap ARGUMENTS...`` with this very interpreter."""
     return (sys.executable, "-m", "onemap_tools", *arguments)
 
@@ -115,12 +115,12 @@ def backoff_s(failures: int) -> float:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and those above it; Trouble if that is not possible."""
+    """Make a folder and those above it; CliError if that is not possible."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
         reason = problem.strerror or problem
-        raise Trouble(f"Cannot make the folder {folder}: {reason}.", EXIT_MISUSED) from problem
+        raise CliError(f"Cannot make the folder {folder}: {reason}.", EXIT_USAGE_ERROR) from problem
 
 
 class Processes:
@@ -181,7 +181,7 @@ class Processes:
             if child.process is not None and child.process.poll() is None
         }
 
-    def collect(self, now_s: float) -> list[Ended]:
+    def collect(self, now_s: float) -> list[ProcessExit]:
         """Those that ended since the last call, each scheduled for a restart after a pause.
 
         ``now_s`` is ``time.monotonic()``.
@@ -195,7 +195,7 @@ class Processes:
             healthy = now_s - child.started_s >= HEALTHY_S
             child.failures = 1 if healthy else child.failures + 1
             child.due_s = now_s + backoff_s(child.failures)
-            ended.append(Ended(child.spec.name, code, child.log, tail(child.log)))
+            ended.append(ProcessExit(child.spec.name, code, child.log, tail(child.log)))
         return ended
 
     def restart(self, now_s: float) -> list[str]:
@@ -253,7 +253,7 @@ def _wait(process: subprocess.Popen[bytes], deadline_s: float) -> None:
 def wait_for_group(group: int, deadline_s: float) -> None:
     """Return when no process of the group runs: a killed one ends a moment after the signal."""
     while group_runs(group) and time.monotonic() < deadline_s:
-        time.sleep(LOOK_S)
+        time.sleep(POLL_S)
 
 
 def group_runs(group: int) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import socket
 
-from onemap_tools.errors import Trouble
+from onemap_tools.errors import CliError
 
 LOOPBACK = "127.0.0.1"
 TRIED_PORTS = 100
@@ -35,7 +35,7 @@ def next_free_port(wanted: int) -> int:
     for port in range(wanted, min(wanted + TRIED_PORTS, 65536)):
         if is_free(port):
             return port
-    raise Trouble(f"No free TCP port from {wanted} on: give another one with --port.")
+    raise CliError(f"No free TCP port from {wanted} on: give another one with --port.")
 
 
 def is_local(endpoint: str) -> bool:
@@ -43,7 +43,7 @@ def is_local(endpoint: str) -> bool:
     return re.fullmatch(r"[a-z]+/(127\.\d+\.\d+\.\d+|localhost|\[::1\]):\d+", endpoint) is not None
 
 
-def answers(endpoint: str, timeout_s: float = 0.5) -> bool:
+def accepts_connections(endpoint: str, timeout_s: float = 0.5) -> bool:
     """Whether somebody accepts connections at a TCP endpoint of this machine."""
     host, _, port = endpoint.partition("/")[2].rpartition(":")
     try:

@@ -8,7 +8,7 @@ from pathlib import Path
 from onemap_shared.bus import run_router
 from onemap_shared.config import BusConfig, ConfigError, LogConfig, read, section
 from onemap_shared.runner import set_up_logging, watch_parent
-from onemap_tools.errors import Trouble
+from onemap_tools.errors import CliError
 from onemap_tools.processes.interrupts import interruptible
 
 CANNOT_LISTEN = "The router cannot listen"
@@ -36,6 +36,6 @@ def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -
         except Exception as problem:  # zenoh's own type lives in bus.py; its text is all we need
             reason = str(problem).split(" at /")[0]
             where = ", ".join(endpoints) or str(zenoh_config)
-            raise Trouble(
+            raise CliError(
                 f"{CANNOT_LISTEN} on {where}: {reason}. Is another one running there?"
             ) from problem

@@ -13,7 +13,7 @@ from onemap_shared.config import section
 from onemap_shared.params import Params
 from onemap_shared.runner import StartError
 from onemap_shared.services import SERVICES, Service
-from onemap_tools.errors import EXIT_MISUSED, Trouble
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 
 def run(name: str, arguments: Sequence[str]) -> int:
@@ -25,14 +25,14 @@ def run(name: str, arguments: Sequence[str]) -> int:
         with installed(service):
             runpy.run_module(service.module, run_name="__main__", alter_sys=True)
     except SystemExit as end:
-        return end.code if isinstance(end.code, int) else EXIT_MISUSED
+        return end.code if isinstance(end.code, int) else EXIT_USAGE_ERROR
     finally:
         sys.argv = before
     return 0
 
 
 def section_model(name: str) -> type[Params]:
-    """What the section of this service must fit; Trouble if its packages are not installed."""
+    """What the section of this service must fit; CliError if its packages are not installed."""
     service = SERVICES[name]
     with installed(service):
         config = import_module(f"{service.module}.config")
@@ -41,7 +41,7 @@ def section_model(name: str) -> type[Params]:
 
 
 def check_robot(name: str, sections: Mapping[str, Any]) -> None:
-    """Trouble if this robot, simulator or replay, cannot start with what its section names."""
+    """CliError if this robot, simulator or replay, cannot start with what its section names."""
     config = section(sections, name, section_model(name))
     service = SERVICES[name]
     with installed(service):
@@ -49,20 +49,20 @@ def check_robot(name: str, sections: Mapping[str, Any]) -> None:
     try:
         check(config)
     except StartError as problem:
-        raise Trouble(f"The {name} cannot start: {problem}.", EXIT_MISUSED) from problem
+        raise CliError(f"The {name} cannot start: {problem}.", EXIT_USAGE_ERROR) from problem
 
 
 @contextmanager
 def installed(service: Service) -> Iterator[None]:
-    """Turns a package that is not here into Trouble that says what installs it."""
+    """Turns a package that is not here into CliError that says what installs it."""
     try:
         yield
     except ModuleNotFoundError as missing:
         package = (missing.name or "").split(".")[0]
         if package.startswith("onemap_"):
             raise
-        raise Trouble(
+        raise CliError(
             f"The {service.name} needs the package {package!r}: "
             f"pip install 'onemap[{service.extra}]'",
-            EXIT_MISUSED,
+            EXIT_USAGE_ERROR,
         ) from missing

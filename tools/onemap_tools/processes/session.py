@@ -11,15 +11,15 @@ from contextlib import contextmanager
 from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.config import BusConfig
 from onemap_shared.transport import Bus
-from onemap_tools.errors import Trouble
+from onemap_tools.errors import CliError
 
 
 @contextmanager
-def joined(config: BusConfig, name: str, patience_s: float) -> Iterator[Bus]:
-    """The bus; Trouble if there is no router within ``patience_s``."""
+def temporary_session(config: BusConfig, name: str, patience_s: float) -> Iterator[Bus]:
+    """The bus; CliError if there is no router within ``patience_s``."""
     bus = join(config, name, uuid.uuid4().hex[:12], patience_s)
     if bus is None:
-        raise Trouble(
+        raise CliError(
             f"No router at {', '.join(config.connect)}: start everything with 'onemap up', or the "
             "router alone with 'onemap router'; another address goes into bus.connect of --config."
         )

@@ -13,11 +13,11 @@ from rich.console import Console
 
 from onemap_shared.config import BusConfig, read, section
 from onemap_shared.runner import StartError
-from onemap_tools.errors import EXIT_MISUSED, Trouble
-from onemap_tools.processes.claim import LAUNCHER, ROBOTS, claim, rivals
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.processes.claim import LAUNCHER, ROBOTS, claim, conflicts
 from onemap_tools.processes.interrupts import interruptible
-from onemap_tools.processes.launch import Ended, Processes, ProcessSpec, command_of
-from onemap_tools.processes.network import answers, is_local
+from onemap_tools.processes.launch import Processes, ProcessExit, ProcessSpec, onemap_command
+from onemap_tools.processes.network import accepts_connections, is_local
 from onemap_tools.processes.router import CANNOT_LISTEN
 from onemap_tools.processes.services import check_robot
 from onemap_tools.processes.session import join
@@ -39,12 +39,13 @@ def choose(
 
     Without ``only``: a router if none answers and one is wanted on this machine; the robot
     that the configuration file has a section for (the simulator if there is no file); and
-    all other services. Trouble for a name that is none, and for two robots.
+    all other services. CliError for a name that is none, and for two robots.
     """
     unknown = sorted(set(only) - set(STARTABLE))
     if unknown:
-        raise Trouble(
-            f"There is no {unknown[0]!r} to start; there are {', '.join(STARTABLE)}.", EXIT_MISUSED
+        raise CliError(
+            f"There is no {unknown[0]!r} to start; there are {', '.join(STARTABLE)}.",
+            EXIT_USAGE_ERROR,
         )
     if only:
         names = tuple(name for name in STARTABLE if name in only)
@@ -52,30 +53,30 @@ def choose(
         robots = tuple(name for name in ROBOTS if name in sections) if has_file else ("simulator",)
         names = (*(("router",) if router_here else ()), *robots, *ALWAYS)
     if set(names).issuperset(ROBOTS):
-        raise Trouble(TWO_ROBOTS, EXIT_MISUSED)
+        raise CliError(TWO_ROBOTS, EXIT_USAGE_ERROR)
     return names
 
 
 def up(config: Path | None, only: Collection[str], log_folder: Path, console: Console) -> None:
-    """Start them, restart what crashes, stop all at Ctrl-C; Trouble if one refuses to start.
+    """Start them, restart what crashes, stop all at Ctrl-C; CliError if one refuses to start.
 
     Nothing is started where somebody else runs the same on the bus.
     """
     sections = read(config)
     bus_config = section(sections, "bus", BusConfig)
     endpoints = bus_config.connect
-    routed = any(answers(e) for e in endpoints if is_local(e))
+    routed = any(accepts_connections(e) for e in endpoints if is_local(e))
     router_here = all(is_local(e) for e in endpoints) and not routed
     names = choose(only, sections, config is not None, router_here)
     if "router" in names and routed:
-        raise Trouble(
+        raise CliError(
             f"A router answers at {', '.join(endpoints)} already: leave it out of --only."
         )
     for robot in set(names).intersection(ROBOTS):
         check_robot(robot, sections)
     arguments = ("--config", str(config)) if config is not None else ()
     specs = [
-        ProcessSpec(name, command_of(name, *arguments), last=name == "router") for name in names
+        ProcessSpec(name, onemap_command(name, *arguments), last=name == "router") for name in names
     ]
     with (
         Processes(specs, log_folder) as processes,
@@ -100,7 +101,7 @@ def claimed(
 ) -> Iterator[bool]:
     """Wait for the router, then hold the claim to these services until they are stopped.
 
-    False if ``stop`` was set before. Trouble if somebody else is there: whoever comes second is
+    False if ``stop`` was set before. CliError if somebody else is there: whoever comes second is
     refused; of two launchers that begin in the same instant, both may be.
     """
     own = claim(names)
@@ -114,20 +115,20 @@ def claimed(
             yield False
             return
     try:
-        refuse_rivals(rivals(bus.processes(), own), config)
+        refuse_conflicts(conflicts(bus.processes(), own), config)
         yield True
     finally:
         processes.stop()  # the claim is the last to go
         bus.close()
 
 
-def refuse_rivals(there: Sequence[str], config: BusConfig) -> None:
-    """Trouble that tells who is there and what to do, if anybody is."""
+def refuse_conflicts(there: Sequence[str], config: BusConfig) -> None:
+    """CliError that tells who is there and what to do, if anybody is."""
     if not there:
         return
     where = ", ".join(config.connect)
     namespace = f", namespace {config.namespace}" if config.namespace else ""
-    raise Trouble(
+    raise CliError(
         f"Nothing was started: at the router {where}{namespace} somebody runs {', '.join(there)}. "
         "Stop that with Ctrl-C where it runs, start only what is missing with --only, or give this "
         "one another router (bus.connect) and page (gateway.port)."
@@ -135,7 +136,7 @@ def refuse_rivals(there: Sequence[str], config: BusConfig) -> None:
 
 
 def check_port(names: Collection[str], sections: Mapping[str, Any]) -> None:
-    """Trouble if the gateway is to be started and cannot listen where it is configured to."""
+    """CliError if the gateway is to be started and cannot listen where it is configured to."""
     if "gateway" not in names:
         return
     from onemap_gateway.config import GatewayConfig
@@ -145,7 +146,7 @@ def check_port(names: Collection[str], sections: Mapping[str, Any]) -> None:
     try:
         listen(gateway.host, gateway.port).close()
     except StartError as problem:
-        raise Trouble(f"Nothing was started: the gateway {problem}.") from problem
+        raise CliError(f"Nothing was started: the gateway {problem}.") from problem
 
 
 def _run(processes: Processes, stop: threading.Event, console: Console) -> None:
@@ -158,17 +159,17 @@ def _run(processes: Processes, stop: threading.Event, console: Console) -> None:
 
 
 def supervise(processes: Processes, now_s: float, console: Console) -> None:
-    """Tell what ended, start again what is due; Trouble if a restart could not help."""
+    """Tell what ended, start again what is due; CliError if a restart could not help."""
     for ended in processes.collect(now_s):
-        if ended.misused:
-            raise Trouble(told(ended), EXIT_MISUSED)
+        if ended.misconfigured:
+            raise CliError(exit_report(ended), EXIT_USAGE_ERROR)
         if CANNOT_LISTEN in ended.tail:  # somebody else's router was faster
-            raise Trouble(told(ended))
-        console.print(told(ended), style="red")
+            raise CliError(exit_report(ended))
+        console.print(exit_report(ended), style="red")
     for name in processes.restart(now_s):
         console.print(f"Started {name} again.")
 
 
-def told(ended: Ended) -> str:
+def exit_report(ended: ProcessExit) -> str:
     """What happened to a process, with the end of its log."""
     return f"{ended.sentence}. Its last lines:\n{ended.tail}"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from onemap_tools.cli.command_group import CommandGroup
-from onemap_tools.errors import EXIT_MISUSED, Trouble
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 if TYPE_CHECKING:
     from onemap_tools.train.pipeline import Work
@@ -143,8 +143,8 @@ def _refusals() -> Iterator[None]:
     try:
         yield
     except ImportError as problem:
-        raise Trouble(
-            f"{problem}; training needs: pip install 'onemap[train]'", EXIT_MISUSED
+        raise CliError(
+            f"{problem}; training needs: pip install 'onemap[train]'", EXIT_USAGE_ERROR
         ) from problem
     except Exception as problem:
         from onemap_perception.encoders.protocol import EncoderError
@@ -152,4 +152,4 @@ def _refusals() -> Iterator[None]:
 
         if not isinstance(problem, EncoderError | TrainingError | ValueError):
             raise
-        raise Trouble(str(problem), EXIT_MISUSED) from problem
+        raise CliError(str(problem), EXIT_USAGE_ERROR) from problem
