@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from onemap_tools import cli_measure
+from onemap_tools.bench import commands
 from onemap_tools.cli import ask, config, map, models, scene
 from onemap_tools.cli.command_group import CommandGroup
 from onemap_tools.cli.options import Config, Json
@@ -197,12 +197,12 @@ def gateway(config: Config = None) -> None:
 
 app.add_typer(ask.app)
 app.add_typer(map.app, name="map", rich_help_panel=ask.PANEL)
-app.add_typer(scene.app, name="scene", rich_help_panel=cli_measure.PANEL)
+app.add_typer(scene.app, name="scene", rich_help_panel=commands.PANEL)
 app.add_typer(config.app, name="config", rich_help_panel=PANEL)
-app.add_typer(cli_measure.app, name="bench", rich_help_panel=cli_measure.PANEL)
-app.add_typer(models.app, name="models", rich_help_panel=cli_measure.PANEL)
-app.command(name="export-encoder", rich_help_panel=cli_measure.PANEL)(models.export_encoder)
-app.add_typer(train_app, name="train", rich_help_panel=cli_measure.PANEL)
+app.add_typer(commands.app, name="bench", rich_help_panel=commands.PANEL)
+app.add_typer(models.app, name="models", rich_help_panel=commands.PANEL)
+app.command(name="export-encoder", rich_help_panel=commands.PANEL)(models.export_encoder)
+app.add_typer(train_app, name="train", rich_help_panel=commands.PANEL)
 
 
 def main() -> None:

@@ -68,7 +68,7 @@ def export_encoder(
     from onemap_tools.cli.terminal import print_json, result_console
 
     try:
-        from onemap_tools.export_encoder import export_encoder as export
+        from onemap_tools.export.tower import export_encoder as export
     except ModuleNotFoundError as missing:
         raise CliError(
             f"An export needs the package {missing.name!r}: pip install 'onemap[openclip]'",

@@ -91,7 +91,7 @@ def train(
 
         from onemap_tools.train import pipeline
         from onemap_tools.train.memory import keep_freed_memory
-        from onemap_tools.train.train import TrainSettings
+        from onemap_tools.train.trainer import TrainSettings
 
         keep_freed_memory()
         torch.set_num_threads(threads)

@@ -23,11 +23,8 @@ from onemap_perception.text.queries import save_calibration
 from onemap_perception.text.vocabulary import FILE as VOCABULARY_FILE
 from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
 from onemap_simulator.generation.style import HELD_OUT
-from onemap_tools.train.backbone import INSTALL as INSTALL_TRUNK
-from onemap_tools.train.backbone import find_weights
-from onemap_tools.train.calibrate import FIRST_GUESS, fit_temperature
-from onemap_tools.train.card import model_card
-from onemap_tools.train.dataset import (
+from onemap_tools.export.mini import MIN_COSINE, export_network, least_cosine, write_table
+from onemap_tools.train.data.frame_dataset import (
     EVALUATION_SEEDS,
     TRAIN_SEEDS,
     FramePlan,
@@ -35,12 +32,15 @@ from onemap_tools.train.dataset import (
     open_frames,
     render_frames,
 )
-from onemap_tools.train.evaluate import evaluate
-from onemap_tools.train.export import MIN_COSINE, export_network, least_cosine, write_table
-from onemap_tools.train.model import MiniNetwork
-from onemap_tools.train.pictures import draw_confusion, draw_reliability
-from onemap_tools.train.texts import Embed, text_bank
-from onemap_tools.train.train import Report, TrainSettings, load_average, train_mini
+from onemap_tools.train.data.text_targets import Embed, text_bank
+from onemap_tools.train.evaluation.calibration import FIRST_GUESS, fit_temperature
+from onemap_tools.train.evaluation.evaluate import evaluate
+from onemap_tools.train.evaluation.model_card import model_card
+from onemap_tools.train.evaluation.plots import draw_confusion, draw_reliability
+from onemap_tools.train.network.backbone import INSTALL as INSTALL_TRUNK
+from onemap_tools.train.network.backbone import find_weights
+from onemap_tools.train.network.mini_network import MiniNetwork
+from onemap_tools.train.trainer import Report, TrainSettings, load_average, train_mini
 
 NOTES_FILE = "NOTES.md"  # of whoever trained; goes into the card
 TIMED_PICTURES = 50

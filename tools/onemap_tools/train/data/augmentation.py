@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from onemap_shared.geometry import F32, U8
-from onemap_tools.train.dataset import NO_CLASS
+from onemap_tools.train.data.frame_dataset import NO_CLASS
 
 ZOOM = (0.65, 1.4)  # crop size over picture size: below 1 enlarges
 MILD_ZOOM = (0.9, 1.25)

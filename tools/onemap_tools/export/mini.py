@@ -16,8 +16,8 @@ from onemap_perception.onnx import open_session
 from onemap_perception.text.embedding_table import TABLE_FILE
 from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import U8
-from onemap_tools.train.model import MiniNetwork
-from onemap_tools.train.texts import Embed
+from onemap_tools.train.data.text_targets import Embed
+from onemap_tools.train.network.mini_network import MiniNetwork
 
 OPSET = 17
 MIN_COSINE = 0.999  # between torch and what ships, per patch

@@ -8,8 +8,8 @@ from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.text.queries import Calibration
 from onemap_shared.geometry import F32, F64
 from onemap_shared.messages import TextEmbeddings
-from onemap_tools.train.dataset import Frames
-from onemap_tools.train.losses import patch_targets
+from onemap_tools.train.data.frame_dataset import Frames
+from onemap_tools.train.network.losses import patch_targets
 
 TEMPERATURES = np.geomspace(5, 80, 57)
 # Chosen once, not fitted: a word leans to its nearest classes as much as on itself, these

@@ -15,10 +15,10 @@ from onemap_perception.text.queries import scores
 from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import F16, F32, F64, I64, U8, Bool
 from onemap_shared.messages import TextEmbeddings
-from onemap_tools.train import measures
-from onemap_tools.train.dataset import Frames
-from onemap_tools.train.detections import DetectionTally
-from onemap_tools.train.losses import patch_targets
+from onemap_tools.train.data.frame_dataset import Frames
+from onemap_tools.train.evaluation import metrics
+from onemap_tools.train.evaluation.detector_metrics import DetectionTally
+from onemap_tools.train.network.losses import patch_targets
 
 MIN_PATCHES = 2  # smaller things are smaller than what the encoder can show
 PRESENT_TOP = 2  # a picture's score for a word is the mean of its best patches
@@ -59,7 +59,7 @@ class _HeatMaps:
         for index, label in enumerate(words.classes):
             relevant: Bool = shares[:, label] > 0.5
             if relevant.sum() >= MIN_PATCHES:
-                self.precision[index].append(measures.r_precision(score[:, index], relevant))
+                self.precision[index].append(metrics.r_precision(score[:, index], relevant))
                 self.processes[index].append(float(best[index]))
             elif shares[:, label].max() == 0:
                 self.absent[index].append(float(best[index]))
@@ -69,7 +69,7 @@ class _HeatMaps:
         seen = [index for index in range(self.count) if self.precision[index]]
         by_word = {texts[i]: round(float(np.mean(self.precision[i])), 3) for i in seen}
         per_word = [
-            measures.auroc(*_labelled(self.processes[i], self.absent[i]))
+            metrics.auroc(*_labelled(self.processes[i], self.absent[i]))
             for i in seen
             if self.absent[i]
         ]
@@ -78,7 +78,7 @@ class _HeatMaps:
             "words": len(seen),
             "r_precision": float(np.mean(list(by_word.values()))),
             "auroc_mean_over_words": float(np.mean(per_word)),
-            "auroc_pooled": measures.auroc(*pooled),
+            "auroc_pooled": metrics.auroc(*pooled),
             "r_precision_by_word": dict(sorted(by_word.items(), key=lambda item: item[1])),
         }
 
@@ -106,20 +106,20 @@ def evaluate(
         stated.append(by_name[:: columns // 2].ravel())
         true.append(shares[:: columns // 2].ravel())
         cosines = (flat @ names.queries.embeddings.T).reshape(rows, columns, classes)
-        counts += measures.confusion(label, _pixel_classes(cosines, label.shape), classes)
+        counts += metrics.confusion(label, _pixel_classes(cosines, label.shape), classes)
         progress(number + 1)
-    rows_ = measures.reliability(_joined(stated), _joined(true))
-    per_class = measures.iou(counts)
+    rows_ = metrics.reliability(_joined(stated), _joined(true))
+    per_class = metrics.iou(counts)
     return {
         "frames": len(frames),
-        "pixel_accuracy": measures.accuracy(counts),
+        "pixel_accuracy": metrics.accuracy(counts),
         "miou": float(np.nanmean(per_class)),
         "classes": int(np.isfinite(per_class).sum()),
         "names": maps["names"].summary(names.texts),
         "held_out_aliases": maps["held_out"].summary(unseen.texts),
         "detector": tally.summary(),
         "reliability": rows_,
-        "calibration_error": measures.calibration_error(rows_),
+        "calibration_error": metrics.calibration_error(rows_),
         "iou_by_class": {
             name: round(float(value), 3)
             for name, value in sorted(

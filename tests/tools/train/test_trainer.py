@@ -18,28 +18,39 @@ from onemap_perception.detectors.protocol import Image
 from onemap_perception.text.vocabulary import ObjectClass, Vocabulary
 from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages import TextEmbeddings
-from onemap_tools.train import measures
-from onemap_tools.train.augment import augment, augment_mildly
-from onemap_tools.train.backbone import FROZEN, WIDTHS, EfficientNetLite, load_pretrained
-from onemap_tools.train.batches import BatchSource, class_frequency
-from onemap_tools.train.calibrate import best_temperature
-from onemap_tools.train.card import model_card
+from onemap_tools.export.mini import export_network, least_cosine, write_table
 from onemap_tools.train.commands import app
-from onemap_tools.train.dataset import NO_CLASS, FramePlan, Frames, open_frames, render_frames
-from onemap_tools.train.detections import DetectionTally
-from onemap_tools.train.evaluate import evaluate
-from onemap_tools.train.export import export_network, least_cosine, write_table
-from onemap_tools.train.losses import LossSettings, alignment_loss, class_weights, patch_targets
-from onemap_tools.train.model import MiniNetwork
-from onemap_tools.train.pictures import (
+from onemap_tools.train.data.augmentation import augment, augment_mildly
+from onemap_tools.train.data.batches import BatchSource, class_frequency
+from onemap_tools.train.data.frame_dataset import (
+    NO_CLASS,
+    FramePlan,
+    Frames,
+    open_frames,
+    render_frames,
+)
+from onemap_tools.train.data.text_targets import TextBank, text_bank
+from onemap_tools.train.evaluation import metrics
+from onemap_tools.train.evaluation.calibration import best_temperature
+from onemap_tools.train.evaluation.detector_metrics import DetectionTally
+from onemap_tools.train.evaluation.evaluate import evaluate
+from onemap_tools.train.evaluation.model_card import model_card
+from onemap_tools.train.evaluation.plots import (
     CONFUSION_FILE,
     RELIABILITY_FILE,
     draw_confusion,
     draw_reliability,
 )
+from onemap_tools.train.network.backbone import FROZEN, WIDTHS, EfficientNetLite, load_pretrained
+from onemap_tools.train.network.losses import (
+    LossSettings,
+    alignment_loss,
+    class_weights,
+    patch_targets,
+)
+from onemap_tools.train.network.mini_network import MiniNetwork
 from onemap_tools.train.summary import lines
-from onemap_tools.train.texts import TextBank, text_bank
-from onemap_tools.train.train import Report, TrainSettings, load_average, train_mini
+from onemap_tools.train.trainer import Report, TrainSettings, load_average, train_mini
 from tests.simulator.scenes import box_room
 
 VOCABULARY = Vocabulary(
@@ -77,7 +88,7 @@ def frames() -> Frames:
 
 def test_rendered_frames_resume_and_repeat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     room = box_room()
-    monkeypatch.setattr("onemap_tools.train.dataset.generate_apartment", lambda *_: room)
+    monkeypatch.setattr("onemap_tools.train.data.frame_dataset.generate_apartment", lambda *_: room)
     names = ("wall", "floor", "sofa")
     plan = FramePlan((901, 902), per_scene=2, width=32, height=24)
     list(render_frames(tmp_path / "whole", names, plan))
@@ -283,16 +294,16 @@ def test_the_temperature_is_found_again(factor: float) -> None:
 def test_confusion_accuracy_and_iou() -> None:
     label = np.array([[0, 0, 1], [1, 1, 255]], np.uint8)
     predicted = np.array([[0, 1, 1], [1, 1, 0]])
-    counts = measures.confusion(label, predicted, 3)
+    counts = metrics.confusion(label, predicted, 3)
     assert counts.tolist() == [[1, 1, 0], [0, 3, 0], [0, 0, 0]]
-    assert measures.accuracy(counts) == pytest.approx(0.8)
-    np.testing.assert_allclose(measures.iou(counts), [0.5, 0.75, np.nan])
+    assert metrics.accuracy(counts) == pytest.approx(0.8)
+    np.testing.assert_allclose(metrics.iou(counts), [0.5, 0.75, np.nan])
 
 
 def test_r_precision_counts_the_best() -> None:
     scores = np.array([0.9, 0.1, 0.8, 0.7], np.float32)
-    assert measures.r_precision(scores, np.array([True, False, False, True])) == 0.5
-    assert np.isnan(measures.r_precision(scores, np.zeros(4, bool)))
+    assert metrics.r_precision(scores, np.array([True, False, False, True])) == 0.5
+    assert np.isnan(metrics.r_precision(scores, np.zeros(4, bool)))
 
 
 @given(
@@ -304,16 +315,16 @@ def test_auroc_is_the_chance_that_a_positive_scores_above(
 ) -> None:
     scores = np.array([*positive, *negative], np.float64)
     slow = np.mean([1.0 if p > n else 0.5 if p == n else 0.0 for p in positive for n in negative])
-    fast = measures.auroc(scores, np.arange(len(scores)) < len(positive))
+    fast = metrics.auroc(scores, np.arange(len(scores)) < len(positive))
     assert fast == pytest.approx(float(slow))
 
 
 def test_reliability_of_honest_and_boastful_probabilities() -> None:
     probability = np.array([0.05, 0.15, 0.95, 0.95])
-    honest = measures.reliability(probability, probability)
-    assert measures.calibration_error(honest) == pytest.approx(0)
-    boastful = measures.reliability(probability, np.zeros(4))
-    assert measures.calibration_error(boastful) == pytest.approx(float(probability.mean()))
+    honest = metrics.reliability(probability, probability)
+    assert metrics.calibration_error(honest) == pytest.approx(0)
+    boastful = metrics.reliability(probability, np.zeros(4))
+    assert metrics.calibration_error(boastful) == pytest.approx(float(probability.mean()))
     assert [row["count"] for row in honest] == [1, 1, 2]
 
 

@@ -13,8 +13,8 @@ from typer.testing import CliRunner
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.factory import make_encoder
-from onemap_tools import export_encoder as export
 from onemap_tools.cli.app import app
+from onemap_tools.export import tower as export
 from tests.perception.tiny import open_clip_folder, tipsv2_folder
 
 pytest.importorskip("open_clip", reason="needs open_clip_torch (requirements-encoders.txt)")

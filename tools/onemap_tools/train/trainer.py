@@ -15,12 +15,12 @@ from safetensors import safe_open
 from safetensors.torch import save_file
 from torch import Tensor
 
-from onemap_tools.train.backbone import load_pretrained
-from onemap_tools.train.batches import BatchSource, class_frequency
-from onemap_tools.train.dataset import Frames
-from onemap_tools.train.losses import LossSettings, alignment_loss, class_weights
-from onemap_tools.train.model import MiniNetwork
-from onemap_tools.train.texts import TextBank
+from onemap_tools.train.data.batches import BatchSource, class_frequency
+from onemap_tools.train.data.frame_dataset import Frames
+from onemap_tools.train.data.text_targets import TextBank
+from onemap_tools.train.network.backbone import load_pretrained
+from onemap_tools.train.network.losses import LossSettings, alignment_loss, class_weights
+from onemap_tools.train.network.mini_network import MiniNetwork
 
 CHECKPOINT = "checkpoint.safetensors"
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from torch import Tensor, nn
 from torch.nn import functional
 
-from onemap_tools.train.backbone import WIDTHS, Depthwise, EfficientNetLite
+from onemap_tools.train.network.backbone import WIDTHS, Depthwise, EfficientNetLite
 
 MIDDLE, HALF_RANGE = 127.0, 128.0  # what the trunk's weights expect of RGB in 0..255
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_shared.geometry import F32, U8
-from onemap_tools.train.augment import augment, augment_mildly, augment_whole
-from onemap_tools.train.dataset import NO_CLASS, Frames
-from onemap_tools.train.losses import patch_targets
+from onemap_tools.train.data.augmentation import augment, augment_mildly, augment_whole
+from onemap_tools.train.data.frame_dataset import NO_CLASS, Frames
+from onemap_tools.train.network.losses import patch_targets
 
 MILD_SHARE = 0.75  # of the pictures, in the last part of the training
 
