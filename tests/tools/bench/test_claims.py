@@ -11,13 +11,13 @@ import pytest
 
 from onemap_shared.config import ConfigError
 from onemap_tools.bench.claims import (
-    Episode,
-    Task,
-    line_of,
+    EpisodeParams,
+    EpisodeResult,
+    episode_line,
+    parse_seeds,
+    read_sections,
     run,
-    seeds_of,
-    settings_of,
-    summary_of,
+    summarise,
 )
 from onemap_tools.demo.summary import ObjectSummary
 
@@ -35,24 +35,24 @@ BED = ObjectSummary(
 )
 SOFA = replace(BED, name="sofa", goal_distance_m=0.5, nearest="armchair")
 DESK = replace(BED, name="desk", outcome="not_found", goal_distance_m=inf, shortest_path_m=inf)
-EPISODE = Episode(7, (BED, SOFA, DESK), (True, True, False), simulated_s=50.0, wall_s=40.0)
+EPISODE = EpisodeResult(7, (BED, SOFA, DESK), (True, True, False), simulated_s=50.0, wall_s=40.0)
 
 
 @pytest.mark.parametrize(
     ("text", "seeds"), [("1-3", [1, 2, 3]), ("5", [5]), ("2,4-5,9", [2, 4, 5, 9])]
 )
 def test_seeds_are_read_as_ranges_and_lists(text: str, seeds: list[int]) -> None:
-    assert seeds_of(text) == seeds
+    assert parse_seeds(text) == seeds
 
 
 @pytest.mark.parametrize("text", ["", "three", "5-1"])
 def test_seeds_that_name_none_are_refused_in_a_sentence(text: str) -> None:
     with pytest.raises(ValueError, match="--seeds is"):
-        seeds_of(text)
+        parse_seeds(text)
 
 
 def test_the_summary_counts_claims_and_names_what_stands_there() -> None:
-    summary = summary_of([EPISODE], ("bed", "sofa", "desk"))
+    summary = summarise([EPISODE], ("bed", "sofa", "desk"))
     assert (summary["sought"], summary["there"], summary["found"]) == (3, 2, 1)
     assert (summary["claimed_wrongly"], summary["absent_and_not_claimed"]) == (1, 1)
     assert summary["spl"] == pytest.approx(0.25)  # half of the way was needed, for one of two
@@ -60,7 +60,7 @@ def test_the_summary_counts_claims_and_names_what_stands_there() -> None:
         {"seed": 7, "claimed": "sofa", "stands_there": "armchair", "stopped_off_m": 0.5}
     ]
     json.dumps(summary, allow_nan=False)
-    line = line_of(EPISODE)
+    line = episode_line(EPISODE)
     assert "sofa: WRONG, armchair there, 0.5 m short" in line
     assert "desk: not found (absent)" in line
 
@@ -68,24 +68,26 @@ def test_the_summary_counts_claims_and_names_what_stands_there() -> None:
 def test_the_settings_are_the_file_s_in_the_apartment_asked_for(tmp_path: Path) -> None:
     file = tmp_path / "noisy.yaml"
     file.write_text("simulator: {seed: 3, camera: {depth_noise_m: 0.01}}\n")
-    settings = settings_of(file, 9, "held out")
+    settings = read_sections(file, 9, "held out")
     assert (settings.simulator.seed, settings.simulator.style) == (9, "held out")
     assert settings.simulator.camera.depth_noise_m == 0.01
     file.write_text("planner: {plan_hz: -1}\n")
     with pytest.raises(ConfigError, match=r"planner\.plan_hz"):
-        settings_of(file, 1, "training")
+        read_sections(file, 1, "training")
 
 
 @pytest.mark.slow
 def test_what_the_time_did_not_suffice_for_was_not_found() -> None:
-    (couch, bed) = run(Task(settings_of(None, 2, "training"), ("couch", "bed"), 0.5)).objects
+    (couch, bed) = run(
+        EpisodeParams(read_sections(None, 2, "training"), ("couch", "bed"), 0.5)
+    ).objects
     assert (couch.outcome, bed.outcome) == ("not_found", "not_found")
     assert (couch.judged, bed.judged) == (False, False)
 
 
 @pytest.mark.slow
 def test_a_search_in_simulated_time_finds_and_repeats_itself() -> None:
-    task = Task(settings_of(None, 2, "training"), ("bed",), 60.0)
+    task = EpisodeParams(read_sections(None, 2, "training"), ("bed",), 60.0)
     first, second = run(task), run(task)
     (bed,) = first.objects
     assert bed.success, bed.reason

@@ -11,7 +11,7 @@ import torch
 from typer.testing import CliRunner
 
 from onemap_tools.bench import perception
-from onemap_tools.bench.perception import Plan, Subject, measure, run
+from onemap_tools.bench.perception import MeasuredEncoder, PerceptionBenchParams, measure, run
 from onemap_tools.cli.app import app
 from tests.perception.tiny import OPEN_CLIP_CONFIG
 
@@ -42,8 +42,8 @@ def test_random_weights_are_measured(tmp_path: Path) -> None:
 
 
 def test_what_cannot_run_says_why(tmp_path: Path) -> None:
-    plan = Plan(frames=1, architecture=str(tmp_path / "no.json"))
-    (result,) = run(("openclip_convnext",), plan)["results"]
+    params = PerceptionBenchParams(frames=1, architecture=str(tmp_path / "no.json"))
+    (result,) = run(("openclip_convnext",), params)["results"]
     assert "cannot be read" in result["problem"]
 
 
@@ -65,8 +65,8 @@ def test_mistakes_are_told(arguments: tuple[str, ...], sentence: str) -> None:
 def test_on_cuda_the_network_is_timed_with_events(tmp_path: Path) -> None:
     tiny = tmp_path / "tiny.json"
     tiny.write_text(json.dumps(OPEN_CLIP_CONFIG), encoding="utf-8")
-    plan = Plan(frames=3, architecture=str(tiny), devices=("cuda",))
-    (result,) = run(("openclip_convnext",), plan)["results"]
+    params = PerceptionBenchParams(frames=3, architecture=str(tiny), devices=("cuda",))
+    (result,) = run(("openclip_convnext",), params)["results"]
     assert 0 < result["network_p50_ms"] <= result["frame_p50_ms"]
     assert result["peak_device_bytes"] > 0
 
@@ -78,7 +78,7 @@ def test_warm_up_frames_do_not_count() -> None:
         calls.append(1)
         return np.zeros((1, 1, 3), np.float16)
 
-    result = measure(Subject(encode), Plan(frames=4), on_gpu=False)
+    result = measure(MeasuredEncoder(encode), PerceptionBenchParams(frames=4), on_gpu=False)
     assert len(calls) == 1 + 5 + 4
     assert result["features"] == "1x1x3"
 
@@ -90,5 +90,5 @@ def test_a_backend_does_not_inherit_the_memory_of_another() -> None:
     with_it = perception._peak_memory_bytes()
     assert with_it > size
     del large
-    perception._forget_peak_memory()
+    perception._reset_peak_memory()
     assert perception._peak_memory_bytes() < with_it - size // 2

@@ -14,37 +14,39 @@ from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench import queries
 from onemap_tools.bench.mapping import map_scene
 from onemap_tools.bench.queries import (
-    Asked,
-    Plan,
-    Subject,
-    Word,
-    ask_all,
+    EncoderPair,
+    QueryBenchParams,
+    QueryOutcome,
+    QueryWord,
     choose_floor,
     failing,
+    query_map,
+    query_words,
     rates,
-    report,
-    words_of,
+    summarise,
 )
 from onemap_tools.cli.app import app
 from tests.perception.toy import ColourEncoder
 from tests.simulator.scenes import box_room
 
-SOFA, LOO = Word("sofa", "sofa", "names"), Word("loo", "toilet", "synonyms")
-TOILET, CAR = Word("toilet", "toilet", "names"), Word("car", "", "unrelated")
+SOFA, LOO = QueryWord("sofa", "sofa", "names"), QueryWord("loo", "toilet", "synonyms")
+TOILET, CAR = QueryWord("toilet", "toilet", "names"), QueryWord("car", "", "unrelated")
 
 
-def asked(word: Word, score: float, *, near: bool | None = None, seed: int = 1) -> Asked:
+def outcomes(
+    word: QueryWord, score: float, *, near: bool | None = None, seed: int = 1
+) -> QueryOutcome:
     """``near`` None: the thing is absent."""
-    return Asked(word, seed, near is not None, score, bool(near))
+    return QueryOutcome(word, seed, near is not None, score, bool(near))
 
 
 def test_rates_count_absent_and_present_words_apart() -> None:
     answers = [
-        asked(SOFA, 0.9, near=True),
-        asked(SOFA, 0.5, near=False),
-        asked(SOFA, 0.1, near=True),
-        asked(SOFA, 0.4),
-        asked(SOFA, 0.2),
+        outcomes(SOFA, 0.9, near=True),
+        outcomes(SOFA, 0.5, near=False),
+        outcomes(SOFA, 0.1, near=True),
+        outcomes(SOFA, 0.4),
+        outcomes(SOFA, 0.2),
     ]
     assert rates(answers, 0.3) == {
         "absent": 2,
@@ -57,18 +59,18 @@ def test_rates_count_absent_and_present_words_apart() -> None:
 
 
 def test_the_floor_lets_one_unrelated_word_in_twenty_through() -> None:
-    answers = [asked(CAR, score) for score in np.linspace(0.005, 0.195, 20)]
-    floor = choose_floor([*answers, asked(SOFA, 0.99)])
+    answers = [outcomes(CAR, score) for score in np.linspace(0.005, 0.195, 20)]
+    floor = choose_floor([*answers, outcomes(SOFA, 0.99)])
     assert floor == 0.19
     assert rates(answers, floor)["false_positive_rate"] == 0.05
     with pytest.raises(ValueError, match="no floor"):
-        choose_floor([asked(CAR, 0.999)])
+        choose_floor([outcomes(CAR, 0.999)])
 
 
 def test_the_floor_is_chosen_on_odd_and_measured_on_even_seeds() -> None:
-    odd = [asked(CAR, 0.105, seed=801), asked(SOFA, 0.9, near=True, seed=801)]
-    even = [asked(CAR, 0.5, seed=802), asked(SOFA, 0.1, near=True, seed=802)]
-    found = report([*odd, *even], Plan((801, 802)))
+    odd = [outcomes(CAR, 0.105, seed=801), outcomes(SOFA, 0.9, near=True, seed=801)]
+    even = [outcomes(CAR, 0.5, seed=802), outcomes(SOFA, 0.1, near=True, seed=802)]
+    found = summarise([*odd, *even], QueryBenchParams((801, 802)))
     assert found["floor"] == 0.11
     assert found["rates"]["unrelated"]["false_positive_rate"] == 1.0
     assert found["rates"]["names"]["right_rate"] == 0.0
@@ -77,18 +79,18 @@ def test_the_floor_is_chosen_on_odd_and_measured_on_even_seeds() -> None:
 
 def test_words_that_fail_where_their_class_does_not_are_listed() -> None:
     answers = [
-        asked(TOILET, 0.9, near=True),
-        asked(LOO, 0.9, near=False),
-        asked(LOO, 0.1, near=True),
+        outcomes(TOILET, 0.9, near=True),
+        outcomes(LOO, 0.9, near=False),
+        outcomes(LOO, 0.1, near=True),
     ]
     assert failing(answers, 0.2) == {"loo": 0.0}
-    assert failing([*answers[:1], asked(LOO, 0.8, near=True)], 0.2) == {}
+    assert failing([*answers[:1], outcomes(LOO, 0.8, near=True)], 0.2) == {}
 
 
 def test_what_is_asked_needs_no_sentence_encoder(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("onemap_perception.encoders.mini.find_model_folder", lambda: None)
     vocabulary = load_vocabulary(SHIPPED)
-    words = words_of(vocabulary)
+    words = query_words(vocabulary)
     MiniEncoder(MiniSettings()).embed_text([word.text for word in words])
     named = {
         word for e in vocabulary.classes for word in (*e.aliases, *e.held_out, *e.query_aliases)
@@ -105,15 +107,15 @@ def room() -> Scene:
 def test_a_map_made_here_knows_what_it_was_shown(room: Scene) -> None:
     encoder = ColourEncoder()
     mapped = map_scene(room, encoder, seed=3, pictures=12)
-    assert mapped.shown >= {"sofa", "ball", "floor"}
+    assert mapped.observed >= {"sofa", "ball", "floor"}
     assert mapped.belief.frames_fused == 12
     words = (
-        Word("red", "sofa", "names"),
-        Word("blue", "", "unrelated"),
-        Word("green", "bed", "names"),
+        QueryWord("red", "sofa", "names"),
+        QueryWord("blue", "", "unrelated"),
+        QueryWord("green", "bed", "names"),
     )
-    questions = list(zip(words, Subject(encoder, encoder).queries(words), strict=True))
-    red, blue, green = ask_all(mapped, questions, 3)
+    questions = list(zip(words, EncoderPair(encoder, encoder).queries(words), strict=True))
+    red, blue, green = query_map(mapped, questions, 3)
     assert (red.processes, red.near) == (True, True)
     assert (blue.processes, blue.near) == (False, False)
     assert not green.processes

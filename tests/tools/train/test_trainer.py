@@ -18,21 +18,21 @@ from onemap_perception.detectors.protocol import Image
 from onemap_perception.text.vocabulary import ObjectClass, Vocabulary
 from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages import TextEmbeddings
-from onemap_tools.export.mini import export_network, least_cosine, write_table
+from onemap_tools.export.mini import export_network, least_cosine, write_embedding_table
 from onemap_tools.train.commands import app
-from onemap_tools.train.data.augmentation import augment, augment_mildly
+from onemap_tools.train.data.augmentation import augment_strong, augment_weak
 from onemap_tools.train.data.batches import BatchSource, class_frequency
 from onemap_tools.train.data.frame_dataset import (
     NO_CLASS,
-    FramePlan,
-    Frames,
+    FrameDataset,
+    FrameSetParams,
     open_frames,
     render_frames,
 )
-from onemap_tools.train.data.text_targets import TextBank, text_bank
+from onemap_tools.train.data.text_targets import TextBank, build_text_bank
 from onemap_tools.train.evaluation import metrics
-from onemap_tools.train.evaluation.calibration import best_temperature
-from onemap_tools.train.evaluation.detector_metrics import DetectionTally
+from onemap_tools.train.evaluation.calibration import most_likely_temperature
+from onemap_tools.train.evaluation.detector_metrics import DetectorMetrics
 from onemap_tools.train.evaluation.evaluate import evaluate
 from onemap_tools.train.evaluation.model_card import model_card
 from onemap_tools.train.evaluation.plots import (
@@ -41,16 +41,21 @@ from onemap_tools.train.evaluation.plots import (
     draw_confusion,
     draw_reliability,
 )
-from onemap_tools.train.network.backbone import FROZEN, WIDTHS, EfficientNetLite, load_pretrained
+from onemap_tools.train.network.backbone import (
+    FROZEN_STAGES,
+    WIDTHS,
+    EfficientNetLite0,
+    load_backbone_weights,
+)
 from onemap_tools.train.network.losses import (
-    LossSettings,
+    LossParams,
     alignment_loss,
     class_weights,
     patch_targets,
 )
 from onemap_tools.train.network.mini_network import MiniNetwork
 from onemap_tools.train.summary import lines
-from onemap_tools.train.trainer import Report, TrainSettings, load_average, train_mini
+from onemap_tools.train.trainer import TrainingProgress, TrainParams, load_average, train_mini
 from tests.simulator.scenes import box_room
 
 VOCABULARY = Vocabulary(
@@ -62,7 +67,7 @@ VOCABULARY = Vocabulary(
     neutral=("car",),
     common=("piano",),
 )
-SMALL = TrainSettings(
+SMALL = TrainParams(
     steps=3, batch=2, size=(64, 48), warmup=1, checkpoint_every=2, ema=0.5, whole=0.4
 )
 
@@ -74,7 +79,7 @@ def embed(texts: Sequence[str]) -> F32:
 
 
 @pytest.fixture(scope="module")
-def frames() -> Frames:
+def frames() -> FrameDataset:
     """Dark walls with a bright sofa in them."""
     rng = np.random.default_rng(0)
     label = np.zeros((6, 96, 128), np.uint8)
@@ -83,14 +88,14 @@ def frames() -> Frames:
         picture[y : y + 40, x : x + 60] = 1
     label[:, :4] = NO_CLASS
     rgb = np.where(label[..., None] == 1, 200, 60) + rng.integers(0, 20, (*label.shape, 3))
-    return Frames(rgb.astype(np.uint8), label, VOCABULARY.names)
+    return FrameDataset(rgb.astype(np.uint8), label, VOCABULARY.names)
 
 
 def test_rendered_frames_resume_and_repeat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     room = box_room()
     monkeypatch.setattr("onemap_tools.train.data.frame_dataset.generate_apartment", lambda *_: room)
     names = ("wall", "floor", "sofa")
-    plan = FramePlan((901, 902), per_scene=2, width=32, height=24)
+    plan = FrameSetParams((901, 902), per_scene=2, width=32, height=24)
     list(render_frames(tmp_path / "whole", names, plan))
     assert next(iter(render_frames(tmp_path / "halves", names, plan))) == 2
     assert len(open_frames(tmp_path / "halves")) == 2
@@ -107,7 +112,7 @@ def test_rendered_frames_resume_and_repeat(tmp_path: Path, monkeypatch: pytest.M
 
 @pytest.mark.slow
 def test_processes_render_the_same_frames(tmp_path: Path) -> None:
-    plan = FramePlan((901, 902), per_scene=2, width=32, height=24)
+    plan = FrameSetParams((901, 902), per_scene=2, width=32, height=24)
     for processes in (1, 2):
         done = render_frames(tmp_path / str(processes), ("wall", "floor"), plan, processes)
         assert list(done) == [2, 4]
@@ -118,9 +123,9 @@ def test_processes_render_the_same_frames(tmp_path: Path) -> None:
 
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=25, deadline=None)
-@pytest.mark.parametrize("change", [augment, augment_mildly])
+@pytest.mark.parametrize("change", [augment_strong, augment_weak])
 def test_augmented_pictures_have_the_size_and_known_labels(
-    change: Callable[..., tuple[U8, U8]], seed: int, frames: Frames
+    change: Callable[..., tuple[U8, U8]], seed: int, frames: FrameDataset
 ) -> None:
     rng = np.random.default_rng(seed)
     rgb, label = change(frames.rgb[0], frames.label[0], (64, 48), rng)
@@ -130,7 +135,7 @@ def test_augmented_pictures_have_the_size_and_known_labels(
     assert set(np.unique(label).tolist()) <= {0, 1, NO_CLASS}
 
 
-def test_batches_depend_on_seed_and_step_alone(frames: Frames) -> None:
+def test_batches_depend_on_seed_and_step_alone(frames: FrameDataset) -> None:
     source = BatchSource(frames, (64, 48), batch=3, seed=5, finish_from=3, whole_from=4)
     streamed = list(source.stream(2, 4))
     again = source.make(3)
@@ -149,7 +154,7 @@ def test_patch_targets_are_shares_of_pixels() -> None:
     np.testing.assert_allclose(patch_targets(label, 2), [[0.75, 0.25], [0.5, 0.0]])
 
 
-def test_rare_classes_weigh_more_and_the_mean_is_one(frames: Frames) -> None:
+def test_rare_classes_weigh_more_and_the_mean_is_one(frames: FrameDataset) -> None:
     frequency = class_frequency(frames, np.random.default_rng(0))
     assert frequency.sum() == pytest.approx(1)
     weights = class_weights(np.array([0.9, 0.1, 0.0], np.float32), 0.5).numpy()
@@ -163,7 +168,7 @@ def test_the_loss_is_least_at_the_right_text() -> None:
     weights = torch.ones(2)
 
     def loss(features: torch.Tensor) -> float:
-        return alignment_loss(features, targets, texts, weights, LossSettings()).item()
+        return alignment_loss(features, targets, texts, weights, LossParams()).item()
 
     right, wrong, neutral = texts[[0, 1, 2]], texts[[1, 0, 2]], texts[[2, 2, 2]]
     assert loss(right) == pytest.approx(0, abs=1e-6)
@@ -173,7 +178,7 @@ def test_the_loss_is_least_at_the_right_text() -> None:
 
 
 def test_the_text_bank_draws_aliases_of_the_class() -> None:
-    bank = text_bank(VOCABULARY, embed)
+    bank = build_text_bank(VOCABULARY, embed)
     assert bank.aliases.shape == (2, 3, 384)
     drawn = bank.draw(torch.Generator().manual_seed(0)).numpy()
     assert drawn.shape == (3, 384)
@@ -183,21 +188,21 @@ def test_the_text_bank_draws_aliases_of_the_class() -> None:
 
 
 def run(
-    frames: Frames,
+    frames: FrameDataset,
     folder: Path,
-    how: TrainSettings,
+    how: TrainParams,
     *,
     stop_at: int = 0,
-) -> tuple[MiniNetwork, list[Report]]:
+) -> tuple[MiniNetwork, list[TrainingProgress]]:
     """Train; ``stop_at`` interrupts after that step, as Ctrl-C would."""
-    reports: list[Report] = []
+    reports: list[TrainingProgress] = []
 
-    def note(report: Report) -> None:
+    def note(report: TrainingProgress) -> None:
         reports.append(report)
         if report.step == stop_at:
             raise KeyboardInterrupt
 
-    bank: TextBank = text_bank(VOCABULARY, embed)
+    bank: TextBank = build_text_bank(VOCABULARY, embed)
     network = train_mini(
         frames,
         bank,
@@ -213,7 +218,7 @@ def weights_of(network: MiniNetwork) -> torch.Tensor:
     return torch.cat([value.flatten().float() for value in network.state_dict().values()])
 
 
-def test_training_repeats_and_resumes(frames: Frames, tmp_path: Path) -> None:
+def test_training_repeats_and_resumes(frames: FrameDataset, tmp_path: Path) -> None:
     whole, reports = run(frames, tmp_path / "whole", SMALL)
     assert [report.step for report in reports] == [1, 2, 3, 4]
     run(frames, tmp_path / "parts", replace(SMALL, checkpoint_every=2))
@@ -227,7 +232,7 @@ def test_training_repeats_and_resumes(frames: Frames, tmp_path: Path) -> None:
     torch.testing.assert_close(weights_of(resumed), weights_of(whole), rtol=1e-3, atol=1e-4)
 
 
-def published(trunk: EfficientNetLite, path: Path) -> Path:
+def published(trunk: EfficientNetLite0, path: Path) -> Path:
     """A checkpoint as the weight package has it: other names, same order, and a classifier."""
     tensors = {f"_blocks.{i}": t for i, t in enumerate(trunk.state_dict().values())}
     rest = {"_conv_head.weight": torch.zeros(8), "_bn1.bias": torch.zeros(8)}
@@ -236,14 +241,14 @@ def published(trunk: EfficientNetLite, path: Path) -> Path:
 
 
 def test_training_begins_with_the_trunk_and_keeps_its_finest_layers(
-    frames: Frames, tmp_path: Path
+    frames: FrameDataset, tmp_path: Path
 ) -> None:
     torch.manual_seed(7)
-    trunk = EfficientNetLite()
+    trunk = EfficientNetLite0()
     file = published(trunk, tmp_path / "weights.pth")
     network, _ = run(frames, tmp_path / "run", replace(SMALL, learning_rate=0.1, trunk=file))
     source = trunk.state_dict()
-    kept = tuple(f"stages.{index}." for index in range(FROZEN)) + ("stem.",)
+    kept = tuple(f"stages.{index}." for index in range(FROZEN_STAGES)) + ("stem.",)
     for name, tensor in network.trunk.state_dict().items():
         if name.endswith("num_batches_tracked"):
             continue
@@ -254,11 +259,11 @@ def test_training_begins_with_the_trunk_and_keeps_its_finest_layers(
 def test_weights_of_another_network_are_refused(tmp_path: Path) -> None:
     torch.save({"_conv_stem.weight": torch.zeros(3)}, tmp_path / "other.pth")
     with pytest.raises(ValueError, match="does not hold the trunk"):
-        load_pretrained(EfficientNetLite(), tmp_path / "other.pth")
+        load_backbone_weights(EfficientNetLite0(), tmp_path / "other.pth")
 
 
 def test_sizes_are_rounded_up() -> None:
-    levels = EfficientNetLite().eval()(torch.zeros(1, 3, 120, 72))
+    levels = EfficientNetLite0().eval()(torch.zeros(1, 3, 120, 72))
     assert [tuple(level.shape[2:]) for level in levels] == [(30, 18), (15, 9), (8, 5), (4, 3)]
     assert tuple(level.shape[1] for level in levels) == WIDTHS
 
@@ -273,7 +278,7 @@ def test_what_is_exported_agrees_with_torch(tmp_path: Path) -> None:
 
 
 def test_the_word_table_holds_every_word(tmp_path: Path) -> None:
-    path = write_table(VOCABULARY, embed, tmp_path)
+    path = write_embedding_table(VOCABULARY, embed, tmp_path)
     with np.load(path, allow_pickle=False) as table:
         assert table["words"].tolist() == list(VOCABULARY.words)
         np.testing.assert_allclose(
@@ -288,7 +293,9 @@ def test_the_temperature_is_found_again(factor: float) -> None:
     cosines = rng.uniform(-0.3, 0.9, (4000, 5)).astype(np.float32)
     shares = np.exp(factor * cosines)
     shares /= shares.sum(axis=1, keepdims=True)
-    assert best_temperature(cosines, shares.astype(np.float32)) == pytest.approx(factor, rel=0.06)
+    assert most_likely_temperature(cosines, shares.astype(np.float32)) == pytest.approx(
+        factor, rel=0.06
+    )
 
 
 def test_confusion_accuracy_and_iou() -> None:
@@ -359,7 +366,9 @@ def test_a_perfect_encoder_has_perfect_figures_and_a_card() -> None:
     label[0, 16:32, 16:48] = 1
     rgb = np.repeat(np.where(label == 1, 200, 20).astype(np.uint8)[..., None], 3, axis=-1)
     seen: list[int] = []
-    part = evaluate(PerfectEncoder(), VOCABULARY, Frames(rgb, label, VOCABULARY.names), seen.append)
+    part = evaluate(
+        PerfectEncoder(), VOCABULARY, FrameDataset(rgb, label, VOCABULARY.names), seen.append
+    )
     assert seen == [1, 2]
     names, held_out = part["names"], part["held_out_aliases"]
     assert isinstance(names, dict)
@@ -399,7 +408,7 @@ def test_wrong_and_missed_things_are_told_apart() -> None:
     rgb[:32, :24] = 200  # looks like a sofa, and is a wall
     shares = np.tile(np.array([1, 0], np.float32), (48, 1))
     shares[-8:] = (0, 1)  # the sofa looks like a wall
-    tally = DetectionTally(VOCABULARY.names)
+    tally = DetectorMetrics(VOCABULARY.names)
     tally.add(Image(rgb, encoder.encode(rgb)), encoder.embed_text(VOCABULARY.names), shares)
     assert tally.summary() == {"precision": 0.5, "recall": 0.5, "wrong_per_picture": 1}
 

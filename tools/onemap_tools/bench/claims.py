@@ -30,7 +30,7 @@ from onemap_shared.messages import ObjectResult, SearchState, TruthRequest
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_simulator.worlds import APARTMENT, open_scene
-from onemap_tools.bench.lockstep import Eyes, Lockstep, Settings
+from onemap_tools.bench.lockstep import LockstepSimulation, PerceptionPipeline, SystemConfig
 from onemap_tools.bench.parser import Parser
 from onemap_tools.demo.summary import ObjectSummary
 from onemap_tools.demo.truth import judged, scene_category
@@ -40,16 +40,16 @@ OBJECTS = ("bed", "sofa", "television", "refrigerator", "toilet", "bookcase")
 
 
 @dataclass(frozen=True, slots=True)
-class Task:
+class EpisodeParams:
     """One search: its settings, seed included, its objects, and simulated seconds at most."""
 
-    settings: Settings
+    settings: SystemConfig
     objects: tuple[str, ...]
     limit_s: float
 
 
 @dataclass(frozen=True, slots=True)
-class Episode:
+class EpisodeResult:
     """What became of a task. present: for each object, whether the apartment holds one."""
 
     seed: int
@@ -66,13 +66,15 @@ class Episode:
         return {"seed": self.seed, "objects": objects, **times}
 
 
-def run(task: Task) -> Episode:
+def run(task: EpisodeParams) -> EpisodeResult:
     """Search, judge, and return what happened."""
     torch.set_num_threads(1)
     began_s = time.perf_counter()
     simulator = task.settings.simulator
     scene = open_scene(APARTMENT, seed=simulator.seed, style=simulator.style)
-    lockstep = Lockstep(scene, task.settings, Eyes(task.settings.perception))
+    lockstep = LockstepSimulation(
+        scene, task.settings, PerceptionPipeline(task.settings.perception)
+    )
     search = lockstep.search(task.objects, task.limit_s)
     truth = SceneTruth(
         scene,
@@ -82,8 +84,8 @@ def run(task: Task) -> Episode:
     )
     vocabulary = load_vocabulary(SHIPPED)
     names = [scene_category(word, scene.categories, vocabulary) for word in task.objects]
-    results = [*search.results, *(unfinished(w) for w in task.objects[len(search.results) :])]
-    return Episode(
+    results = [*search.results, *(timed_out_result(w) for w in task.objects[len(search.results) :])]
+    return EpisodeResult(
         seed=simulator.seed,
         objects=tuple(
             judged(
@@ -99,12 +101,12 @@ def run(task: Task) -> Episode:
     )
 
 
-def unfinished(name: str) -> ObjectResult:
+def timed_out_result(name: str) -> ObjectResult:
     """The result of an object that the time did not suffice for."""
     return ObjectResult(name, SearchState.NOT_FOUND, "the time was over", (), 0.0, 0.0, 0.0, (), ())
 
 
-def summary_of(episodes: Sequence[Episode], objects: Sequence[str]) -> dict[str, Any]:
+def summarise(episodes: Sequence[EpisodeResult], objects: Sequence[str]) -> dict[str, Any]:
     """Counts over all episodes. spl: mean over the objects that were there, 0 where not found."""
     ended = [
         (episode.seed, item, processes)
@@ -136,7 +138,7 @@ def summary_of(episodes: Sequence[Episode], objects: Sequence[str]) -> dict[str,
     }
 
 
-def line_of(episode: Episode) -> str:
+def episode_line(episode: EpisodeResult) -> str:
     """One episode for people."""
     parts = []
     for item, processes in zip(episode.objects, episode.processes, strict=True):
@@ -150,11 +152,11 @@ def line_of(episode: Episode) -> str:
     return f"seed {episode.seed}, {episode.simulated_s:.0f} s: {'; '.join(parts)}"
 
 
-def settings_of(config: Path | None, seed: int, style: str) -> Settings:
+def read_sections(config: Path | None, seed: int, style: str) -> SystemConfig:
     """The sections of a configuration file, in the apartment of a seed and style."""
     sections = read(config)
     simulator = {**sections.get("simulator", {}), "seed": seed, "style": style}
-    return Settings(
+    return SystemConfig(
         simulator=section({"simulator": simulator}, "simulator", SimulatorConfig),
         perception=section(sections, "perception", PerceptionConfig),
         mapper=section(sections, "mapper", MapperConfig),
@@ -162,7 +164,7 @@ def settings_of(config: Path | None, seed: int, style: str) -> Settings:
     )
 
 
-def seeds_of(text: str) -> list[int]:
+def parse_seeds(text: str) -> list[int]:
     """The seeds that ``1-10`` or ``3,5,8`` names; raises ValueError."""
     seeds: list[int] = []
     for part in text.split(","):
@@ -189,15 +191,15 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     objects = tuple(name.strip() for name in options.objects.split(","))
     tasks = [
-        Task(settings_of(options.config, seed, options.style), objects, options.limit)
-        for seed in seeds_of(options.seeds)
+        EpisodeParams(read_sections(options.config, seed, options.style), objects, options.limit)
+        for seed in parse_seeds(options.seeds)
     ]
     episodes = []
     with ProcessPoolExecutor(options.workers, get_context("spawn")) as pool:
         for episode in pool.map(run, tasks):
             episodes.append(episode)
-            print(line_of(episode), file=sys.stderr, flush=True)
-    summary = summary_of(episodes, objects)
+            print(episode_line(episode), file=sys.stderr, flush=True)
+    summary = summarise(episodes, objects)
     for name in ("sought", "there", "found", "claimed_wrongly", "absent_and_not_claimed", "spl"):
         print(f"{name:24} {summary[name]}", file=sys.stderr)
     if options.json:

@@ -46,7 +46,7 @@ def run(frames: int = 50, *, device: str = "cpu", threads: int = 1, seed: int = 
         seen = compute_update(field, settings)
         observed = time.perf_counter()
         belief.fuse(seen)
-        _wait_for(settings.device)
+        _synchronise(settings.device)
         ended = time.perf_counter()
         computing.append((time.process_time() - cpu_started) * 1e3)
         observing.append((observed - started) * 1e3)
@@ -108,7 +108,7 @@ def room_depth(T_map_camera: F64) -> F32:
     return depth
 
 
-def _wait_for(device: torch.device) -> None:
+def _synchronise(device: torch.device) -> None:
     if device.type == "cuda":
         torch.cuda.synchronize(device)
 

@@ -48,7 +48,7 @@ COMMAND_VALID_S = 0.3  # as ``VelocityCommand`` has it by default
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class SystemConfig:
     """The sections of the configuration that a search depends on."""
 
     simulator: SimulatorConfig = field(default_factory=SimulatorConfig)
@@ -57,7 +57,7 @@ class Settings:
     planner: PlannerConfig = field(default_factory=PlannerConfig)
 
 
-class Eyes:
+class PerceptionPipeline:
     """Encoder and detector, loaded once for many searches."""
 
     def __init__(self, config: PerceptionConfig) -> None:
@@ -135,7 +135,7 @@ class SimulatedRobot:
 
 
 @dataclass(slots=True)
-class Clock:
+class SimulatedClock:
     """Simulated seconds, and when each periodic task is due next."""
 
     now_s: float = 0.0
@@ -150,18 +150,20 @@ class Clock:
         return True
 
 
-class Lockstep:
+class LockstepSimulation:
     """One robot in one scene, searching."""
 
-    def __init__(self, scene: Scene, settings: Settings, eyes: Eyes) -> None:
+    def __init__(
+        self, scene: Scene, settings: SystemConfig, perception: PerceptionPipeline
+    ) -> None:
         self.robot = SimulatedRobot(scene, settings.simulator)
         self.belief = BeliefMap(settings.mapper.settings())
         self.mind: Mind | None = None
-        self._settings, self._eyes = settings, eyes
+        self._settings, self._perception = settings, perception
         self._rules: Rules = settings.planner.rules()
         self._scores = ScoreCache()
         self._queries: dict[str, TextQuery] = {}
-        self._clock = Clock()
+        self._clock = SimulatedClock()
         self._helm = Helm()
         self._order: Order | None = None
         self._odometer_m = 0.0
@@ -176,7 +178,7 @@ class Lockstep:
     def search(self, objects: tuple[str, ...], limit_s: float) -> Search:
         """Search for the objects, one after the other; ends by itself or at ``limit_s``."""
         moment = Moment(self.now_s, 0.0, self.robot.xy, self._odometer_m)
-        synonyms = synonyms_of(self._eyes.encoder.embed_text(objects))
+        synonyms = synonyms_of(self._perception.encoder.embed_text(objects))
         self.mind = Mind(begin("lockstep", objects, moment, 0), synonyms=synonyms)
         end_s = self.now_s + limit_s
         while self.mind.search.active and self.now_s < end_s:
@@ -187,7 +189,7 @@ class Lockstep:
         clock, robot = self._clock, self.robot
         planner, simulator = self._settings.planner, self._settings.simulator
         if clock.is_due("frame", simulator.rgbd_hz):
-            self._see(mind.search)
+            self._process_frame(mind.search)
         T_map_body = robot.reported()
         pose = Pose(float(T_map_body[0, 3]), float(T_map_body[1, 3]), yaw_of(T_map_body))
         if clock.is_due("plan", planner.plan_hz):
@@ -200,13 +202,15 @@ class Lockstep:
         robot.advance(self._helm.command, before_s, clock.now_s)
         self._odometer_m += float(np.hypot(robot.xy[0] - before[0], robot.xy[1] - before[1]))
 
-    def _see(self, search: Search) -> None:
+    def _process_frame(self, search: Search) -> None:
         frame = self.robot.frame(self.now_s)
-        field = self._eyes.field(frame)
+        field = self._perception.field(frame)
         self.belief.fuse(compute_update(field, self.belief.settings))
         names = tuple(dict.fromkeys((search.target, *search.objects)))
-        sought = Target(search.target, distinct_queries(self._eyes.encoder.embed_text(names)))
-        self._detections.append(detect_in_frame(self._eyes.detector, sought, frame, field.features))
+        sought = Target(search.target, distinct_queries(self._perception.encoder.embed_text(names)))
+        self._detections.append(
+            detect_in_frame(self._perception.detector, sought, frame, field.features)
+        )
 
     def _plan(self, mind: Mind, pose: Pose) -> None:
         senses = Senses(
@@ -241,6 +245,6 @@ class Lockstep:
 
     def _query(self, text: str) -> TextQuery:
         if text not in self._queries:
-            embeddings = self._eyes.encoder.embed_text((text,))
+            embeddings = self._perception.encoder.embed_text((text,))
             self._queries[text] = text_query(embeddings, 0, self.belief.settings.device)
         return self._queries[text]

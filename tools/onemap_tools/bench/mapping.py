@@ -25,42 +25,42 @@ from onemap_simulator.scene.scene import Scene
 CAMERA = CameraParams()
 INTRINSICS = Intrinsics.from_fov(CAMERA.width, CAMERA.height, CAMERA.horizontal_fov_rad)
 FRAME_NS = 100_000_000
-SHOWN_PIXELS = 192  # of 320 x 240, in one picture: three patches of 8 x 8
-SHOWN_WITHIN_M = 4.0  # farther away the released variance trusts a pixel less than a quarter
+MIN_OBSERVED_PIXELS = 192  # of 320 x 240, in one picture: three patches of 8 x 8
+MAX_OBSERVED_RANGE_M = 4.0  # farther away the released variance trusts a pixel less than a quarter
 
 
 @dataclass(frozen=True, slots=True)
-class Mapped:
+class MappedScene:
     """A scene, its map, and the categories that the map was shown well enough to know."""
 
     scene: Scene
     belief: BeliefMap
-    shown: frozenset[str]
+    observed: frozenset[str]
 
 
-def map_scene(scene: Scene, encoder: Encoder, seed: int, pictures: int) -> Mapped:
+def map_scene(scene: Scene, encoder: Encoder, seed: int, pictures: int) -> MappedScene:
     """The map of ``pictures`` poses drawn from the seed."""
     settings = MapperConfig().settings()
     belief = BeliefMap(settings)
     renderer = Renderer(scene)
-    shown: set[str] = set()
+    observed: set[str] = set()
     for sequence, pose in enumerate(
         sample_camera_poses(scene, np.random.default_rng(seed), pictures)
     ):
         view = renderer.render(pose, INTRINSICS, width=CAMERA.width, height=CAMERA.height)
-        belief.fuse(compute_update(field_of(view, pose, sequence, encoder), settings))
-        shown |= categories_shown(scene, view)
-    return Mapped(scene, belief, frozenset(shown))
+        belief.fuse(compute_update(feature_field(view, pose, sequence, encoder), settings))
+        observed |= observed_categories(scene, view)
+    return MappedScene(scene, belief, frozenset(observed))
 
 
-def categories_shown(scene: Scene, view: RenderedImage) -> set[str]:
+def observed_categories(scene: Scene, view: RenderedImage) -> set[str]:
     """Categories of which one thing fills enough pixels near enough."""
-    near = view.labels[(view.labels >= 0) & (view.depth_m <= SHOWN_WITHIN_M)]
+    near = view.labels[(view.labels >= 0) & (view.depth_m <= MAX_OBSERVED_RANGE_M)]
     counts = np.bincount(near, minlength=len(scene.objects))
-    return {scene.objects[i].category for i in np.flatnonzero(counts >= SHOWN_PIXELS)}
+    return {scene.objects[i].category for i in np.flatnonzero(counts >= MIN_OBSERVED_PIXELS)}
 
 
-def field_of(
+def feature_field(
     view: RenderedImage, T_map_camera: F64, sequence: int, encoder: Encoder
 ) -> FeatureField:
     """What perception would publish of a rendered view."""

@@ -47,7 +47,7 @@ WARM_UP = 5  # frames that are not counted: first allocations, and what cuDNN tr
 
 
 @dataclass(frozen=True, slots=True)
-class Subject:
+class MeasuredEncoder:
     """What is measured: a picture to features; the tower and what is fed to it, if it is torch."""
 
     encode: Callable[[U8], F16]
@@ -56,7 +56,7 @@ class Subject:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class PerceptionBenchParams:
     """frames per backend and device; size_px (width, height) of the camera; architecture of the
     random openclip_convnext."""
 
@@ -67,43 +67,45 @@ class Plan:
     devices: tuple[str, ...] = ("cpu",)
 
 
-def run(backends: tuple[str, ...], plan: Plan) -> dict[str, Any]:
+def run(backends: tuple[str, ...], params: PerceptionBenchParams) -> dict[str, Any]:
     """Random weights (mini: its own) of each backend on each device."""
     results = []
     for backend in backends:
-        devices = ("cpu",) if backend == "mini" else plan.devices
+        devices = ("cpu",) if backend == "mini" else params.devices
         for device in devices:
-            make = partial(subject, backend, device, plan)
-            results.append(_one(backend, device, make, plan))
-    return _document(results, plan)
+            make = partial(random_encoder, backend, device, params)
+            results.append(_measure_one(backend, device, make, params))
+    return _document(results, params)
 
 
-def run_configured(config: EncoderParams, plan: Plan) -> dict[str, Any]:
+def run_configured(config: EncoderParams, params: PerceptionBenchParams) -> dict[str, Any]:
     """The encoder of a configuration, with its weights, on its device."""
     device = "cpu" if isinstance(config, MiniParams) else config.device
-    return _document([_one(config.backend, device, partial(loaded, config), plan)], plan)
+    return _document(
+        [_measure_one(config.backend, device, partial(configured_encoder, config), params)], params
+    )
 
 
-def loaded(config: EncoderParams) -> Subject:
+def configured_encoder(config: EncoderParams) -> MeasuredEncoder:
     """The configured encoder."""
     encoder: Any = make_encoder(config)
     tower = getattr(encoder, "tower", None)
     if not isinstance(tower, TorchTower):
-        return Subject(encoder.encode)
-    return Subject(encoder.encode, tower, encoder.prepare)
+        return MeasuredEncoder(encoder.encode)
+    return MeasuredEncoder(encoder.encode, tower, encoder.prepare)
 
 
-def subject(backend: str, device: str, plan: Plan) -> Subject:
+def random_encoder(backend: str, device: str, params: PerceptionBenchParams) -> MeasuredEncoder:
     """A backend with random weights; raises Fault."""
-    settings = TowerParams(device, plan.compiled, plan.size_px)
+    settings = TowerParams(device, params.compiled, params.size_px)
     match backend:
         case "mini":
-            return loaded(MiniParams())
+            return configured_encoder(MiniParams())
         case "openclip_convnext":
             with optional_import("open_clip", OPEN_CLIP, backend=backend, kind=BackendError):
                 from open_clip.model import CLIP
 
-            config = architecture(OpenClipSettings(Path(), plan.architecture))
+            config = architecture(OpenClipSettings(Path(), params.architecture))
             vision = {**config["vision_cfg"], "timm_model_pretrained": False}
             # Only the pictures' side runs: the smallest text side there is.
             text = {"width": 8, "heads": 1, "layers": 1}
@@ -123,29 +125,33 @@ def subject(backend: str, device: str, plan: Plan) -> Subject:
         size = fitted_size(rgb.shape[1], rgb.shape[0], long_side_px=side, stride=stride)
         return pixel_values(resized(rgb, size), mean, std)
 
-    return Subject(lambda rgb: tower(prepare(rgb)), tower, prepare)
+    return MeasuredEncoder(lambda rgb: tower(prepare(rgb)), tower, prepare)
 
 
-def _one(backend: str, device: str, make: Callable[[], Subject], plan: Plan) -> dict[str, Any]:
+def _measure_one(
+    backend: str, device: str, make: Callable[[], MeasuredEncoder], params: PerceptionBenchParams
+) -> dict[str, Any]:
     """The entry of one backend on one device; ``problem`` says why there are no numbers."""
     entry: dict[str, Any] = {"backend": backend, "device": device}
-    _forget_peak_memory()
+    _reset_peak_memory()
     try:
-        return {**entry, **measure(make(), plan, on_gpu=device.startswith("cuda"))}
+        return {**entry, **measure(make(), params, on_gpu=device.startswith("cuda"))}
     except BackendError as problem:
         return {**entry, "problem": str(problem)}
 
 
-def measure(what: Subject, plan: Plan, *, on_gpu: bool) -> dict[str, Any]:
+def measure(
+    what: MeasuredEncoder, params: PerceptionBenchParams, *, on_gpu: bool
+) -> dict[str, Any]:
     """Milliseconds per frame, frames per second, memory."""
-    width, height = plan.size_px
+    width, height = params.size_px
     noise = np.random.default_rng(0).integers(0, 256, (height, width, 3))
     rgb: U8 = noise.astype(np.uint8)
     if on_gpu:
         torch.cuda.reset_peak_memory_stats()
     features = what.encode(rgb)
     times_ms = []
-    for index in range(plan.frames + WARM_UP):
+    for index in range(params.frames + WARM_UP):
         begun = time.perf_counter()
         what.encode(rgb)
         if index >= WARM_UP:
@@ -156,7 +162,7 @@ def measure(what: Subject, plan: Plan, *, on_gpu: bool) -> dict[str, Any]:
         "frames_per_s": round(1e3 / float(np.median(times_ms)), 2),
     }
     if on_gpu and what.tower is not None and what.prepare is not None:
-        events_ms = _device_ms(what.tower, what.prepare(rgb), plan.frames)
+        events_ms = _device_ms(what.tower, what.prepare(rgb), params.frames)
         result |= {
             **_quantiles("network", events_ms),
             "peak_device_bytes": torch.cuda.max_memory_allocated(),
@@ -180,7 +186,7 @@ def _device_ms(tower: TorchTower, picture: F32, frames: int) -> list[float]:
     return [begin.elapsed_time(end) for begin, end in pairs[WARM_UP:]]
 
 
-def _forget_peak_memory() -> None:
+def _reset_peak_memory() -> None:
     """Begin the process's peak anew, so that a backend does not inherit the one before it."""
     gc.collect()
     with contextlib.suppress(OSError):  # not Linux: the peak stays that of the whole process
@@ -188,7 +194,7 @@ def _forget_peak_memory() -> None:
 
 
 def _peak_memory_bytes() -> int:
-    """Most resident memory since the last ``_forget_peak_memory``."""
+    """Most resident memory since the last ``_reset_peak_memory``."""
     with contextlib.suppress(OSError):
         status = Path("/proc/self/status").read_text(encoding="ascii", errors="replace")
         for line in status.splitlines():
@@ -204,12 +210,12 @@ def _quantiles(name: str, times_ms: list[float]) -> dict[str, float]:
     }
 
 
-def _document(results: list[dict[str, Any]], plan: Plan) -> dict[str, Any]:
+def _document(results: list[dict[str, Any]], params: PerceptionBenchParams) -> dict[str, Any]:
     gpu = torch.cuda.get_device_name() if torch.cuda.is_available() else ""
     return {
         "benchmark": "perception",
-        "image": f"{plan.size_px[0]}x{plan.size_px[1]}",
-        "frames": plan.frames,
+        "image": f"{params.size_px[0]}x{params.size_px[1]}",
+        "frames": params.frames,
         "results": results,
         "threads": torch.get_num_threads(),
         "cores": len(os.sched_getaffinity(0)),
@@ -252,7 +258,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     if not (width.isdigit() and height.isdigit() and int(width) and int(height)):
         raise ValueError(f"size is {options.size!r}; write it like 640x480")
     processes = ("cpu", "cuda") if torch.cuda.is_available() else ("cpu",)
-    plan = Plan(
+    params = PerceptionBenchParams(
         frames=options.frames,
         size_px=(int(width), int(height)),
         architecture=options.architecture,
@@ -260,8 +266,8 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         devices=tuple(options.device or processes),
     )
     if options.random_weights:
-        return run(tuple(options.backend or BACKENDS), plan)
+        return run(tuple(options.backend or BACKENDS), params)
     from onemap_perception.config import PerceptionConfig
     from onemap_shared.config import load
 
-    return run_configured(load(options.config, "perception", PerceptionConfig)[2].encoder, plan)
+    return run_configured(load(options.config, "perception", PerceptionConfig)[2].encoder, params)

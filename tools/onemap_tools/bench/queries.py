@@ -43,13 +43,13 @@ from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import HELD_OUT, TRAINING, Style
 from onemap_simulator.ground_truth.truth import horizontal_distances
 from onemap_simulator.scene.scene import Scene
-from onemap_tools.bench.mapping import Mapped, map_scene
+from onemap_tools.bench.mapping import MappedScene, map_scene
 from onemap_tools.bench.parser import Parser
 
 FIRST_SEED = 800
 NEAR_M = 1.0  # from a region's centre to the thing, seen from above
 # Everywhere, or above what a map keeps: nobody asks where they are.
-NOT_ASKED = frozenset({"floor", "wall", "ceiling"})
+EXCLUDED_CLASSES = frozenset({"floor", "wall", "ceiling"})
 # Words of the shipped table for things that no apartment has and that are no other name, part or
 # kind of a class. The vocabulary's neutral words join them.
 UNRELATED = (
@@ -63,13 +63,13 @@ UNRELATED = (
 )  # fmt: skip
 FLOORS = tuple(round(0.01 * step, 2) for step in range(1, 100))
 SHOWN_FLOORS = (0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5)
-MOST_APARTMENTS = 100  # seeds up to the evaluation's
-ANSWERED_WRONGLY = 0.05  # the share of unrelated words that the chosen floor may let through
+MAX_APARTMENTS = 100  # seeds up to the evaluation's
+MAX_FALSE_POSITIVE_RATE = 0.05  # the share of unrelated words that the chosen floor may let through
 STYLES = {"training": (TRAINING,), "held-out": (HELD_OUT,), "both": (TRAINING, HELD_OUT)}
 
 
 @dataclass(frozen=True, slots=True)
-class Word:
+class QueryWord:
     """A text, the class it names (empty: none) and its group in the report."""
 
     text: str
@@ -78,10 +78,10 @@ class Word:
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class QueryOutcome:
     """One question to one map. present: the map was shown such a thing; near: so is the answer."""
 
-    word: Word
+    word: QueryWord
     seed: int
     processes: bool
     score: float
@@ -89,7 +89,7 @@ class Asked:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class QueryBenchParams:
     """Which apartments, and how many pictures of each make its map."""
 
     seeds: tuple[int, ...]
@@ -98,58 +98,58 @@ class Plan:
 
 
 @dataclass(frozen=True, slots=True)
-class Subject:
+class EncoderPair:
     """The encoder as it ships, and the same with every synonym sent through the embedding."""
 
     shipped: Encoder
-    bare: Encoder
+    without_aliases: Encoder
 
-    def queries(self, words: Sequence[Word]) -> list[TextQuery]:
+    def queries(self, words: Sequence[QueryWord]) -> list[TextQuery]:
         """One for each word, without its floor."""
         device = MapperConfig().settings().device
         made = []
         for word in words:
-            encoder = self.bare if word.group == "synonyms" else self.shipped
+            encoder = self.without_aliases if word.group == "synonyms" else self.shipped
             query = text_query(encoder.embed_text([word.text]), 0, device)
             made.append(replace(query, floor=0.0))
         return made
 
 
-def run(subject: Subject, plan: Plan, vocabulary: Vocabulary) -> dict[str, Any]:
+def run(encoders: EncoderPair, params: QueryBenchParams, vocabulary: Vocabulary) -> dict[str, Any]:
     """The floor chosen on odd seeds and the rates on even ones."""
-    words = words_of(vocabulary)
-    questions = list(zip(words, subject.queries(words), strict=True))
-    asked: list[Asked] = []
-    for number, seed in enumerate(plan.seeds, 1):
-        for style in plan.styles:
+    words = query_words(vocabulary)
+    questions = list(zip(words, encoders.queries(words), strict=True))
+    outcomes: list[QueryOutcome] = []
+    for number, seed in enumerate(params.seeds, 1):
+        for style in params.styles:
             scene = generate_apartment(seed, style)
-            mapped = map_scene(scene, subject.shipped, seed, plan.pictures)
-            asked += ask_all(mapped, questions, seed)
-        print(f"{number} of {len(plan.seeds)} apartments", file=sys.stderr)
-    return report(asked, plan) | {"encoder_id": subject.shipped.encoder_id}
+            mapped = map_scene(scene, encoders.shipped, seed, params.pictures)
+            outcomes += query_map(mapped, questions, seed)
+        print(f"{number} of {len(params.seeds)} apartments", file=sys.stderr)
+    return summarise(outcomes, params) | {"encoder_id": encoders.shipped.encoder_id}
 
 
-def words_of(vocabulary: Vocabulary) -> tuple[Word, ...]:
+def query_words(vocabulary: Vocabulary) -> tuple[QueryWord, ...]:
     """What is asked: names, synonyms, aliases and unrelated words."""
-    asked = [entry for entry in vocabulary.classes if entry.name not in NOT_ASKED]
+    outcomes = [entry for entry in vocabulary.classes if entry.name not in EXCLUDED_CLASSES]
     groups = {
-        "names": [(entry.name, entry.name) for entry in asked],
-        "synonyms": [(word, entry.name) for entry in asked for word in entry.held_out],
-        "aliases": [(word, entry.name) for entry in asked for word in entry.query_aliases],
+        "names": [(entry.name, entry.name) for entry in outcomes],
+        "synonyms": [(word, entry.name) for entry in outcomes for word in entry.held_out],
+        "aliases": [(word, entry.name) for entry in outcomes for word in entry.query_aliases],
         "unrelated": [(word, "") for word in (*vocabulary.neutral, *UNRELATED)],
     }
-    return tuple(Word(text, name, group) for group in groups for text, name in groups[group])
+    return tuple(QueryWord(text, name, group) for group in groups for text, name in groups[group])
 
 
-def ask_all(
-    mapped: Mapped, questions: Sequence[tuple[Word, TextQuery]], seed: int
-) -> Iterator[Asked]:
+def query_map(
+    mapped: MappedScene, questions: Sequence[tuple[QueryWord, TextQuery]], seed: int
+) -> Iterator[QueryOutcome]:
     """Every word of a map, where it is known whether the answer should be no."""
     config = MapperConfig()
     regions = RegionParams(config.region_best_share, config.region_top_share)
     known = set(mapped.scene.categories)
     for word, query in questions:
-        processes = word.category in mapped.shown
+        processes = word.category in mapped.observed
         if not processes and word.category in known:
             continue  # hardly seen
         reply = similarity_reply(
@@ -160,7 +160,7 @@ def ask_all(
             settings=regions,
         )
         near = processes and _distance_m(mapped.scene, word.category, reply.centres_m[0]) <= NEAR_M
-        yield Asked(word, seed, processes, reply.best_score, near)
+        yield QueryOutcome(word, seed, processes, reply.best_score, near)
 
 
 def _distance_m(scene: Scene, category: str, place: F32) -> float:
@@ -171,42 +171,42 @@ def _distance_m(scene: Scene, category: str, place: F32) -> float:
     return float(horizontal_distances(triangles, place.astype(np.float64)).min())
 
 
-def report(asked: Sequence[Asked], plan: Plan) -> dict[str, Any]:
+def summarise(outcomes: Sequence[QueryOutcome], params: QueryBenchParams) -> dict[str, Any]:
     """What ``--json`` prints, but for the encoder's name."""
-    odd = [one for one in asked if one.seed % 2]
-    even = [one for one in asked if not one.seed % 2]
+    odd = [one for one in outcomes if one.seed % 2]
+    even = [one for one in outcomes if not one.seed % 2]
     floor = choose_floor(odd)
-    groups = tuple(dict.fromkeys(one.word.group for one in asked))
+    groups = tuple(dict.fromkeys(one.word.group for one in outcomes))
     return {
         "benchmark": "queries",
         "floor": floor,
-        "apartments_chosen_on": len({one.seed for one in odd}) * len(plan.styles),
-        "apartments_measured_on": len({one.seed for one in even}) * len(plan.styles),
-        "pictures": plan.pictures,
-        "styles": [style.name for style in plan.styles],
+        "apartments_chosen_on": len({one.seed for one in odd}) * len(params.styles),
+        "apartments_measured_on": len({one.seed for one in even}) * len(params.styles),
+        "pictures": params.pictures,
+        "styles": [style.name for style in params.styles],
         "rates": {group: rates(_of(even, group), floor) for group in groups},
         "without_floor": {group: rates(_of(even, group), 0.0) for group in groups},
         "at": {
             f"{each:g}": {group: rates(_of(even, group), each) for group in groups}
             for each in SHOWN_FLOORS
         },
-        "failing": failing(asked, floor),
+        "failing": failing(outcomes, floor),
     }
 
 
-def choose_floor(asked: Sequence[Asked]) -> float:
+def choose_floor(outcomes: Sequence[QueryOutcome]) -> float:
     """The lowest candidate at which few enough unrelated words are answered."""
-    scores = np.array([one.score for one in asked if one.word.group == "unrelated"])
+    scores = np.array([one.score for one in outcomes if one.word.group == "unrelated"])
     for floor in FLOORS:
-        if np.mean(scores >= floor) <= ANSWERED_WRONGLY:
+        if np.mean(scores >= floor) <= MAX_FALSE_POSITIVE_RATE:
             return floor
     raise ValueError("no floor keeps unrelated words unanswered: scores of this encoder say little")
 
 
-def rates(asked: Sequence[Asked], floor: float) -> dict[str, float | int | None]:
+def rates(outcomes: Sequence[QueryOutcome], floor: float) -> dict[str, float | int | None]:
     """Shares of absent words answered, and of present words answered and answered rightly."""
-    absent = [one.score >= floor for one in asked if not one.processes]
-    processes = [one for one in asked if one.processes]
+    absent = [one.score >= floor for one in outcomes if not one.processes]
+    processes = [one for one in outcomes if one.processes]
     return {
         "absent": len(absent),
         "false_positive_rate": _share(absent),
@@ -216,43 +216,43 @@ def rates(asked: Sequence[Asked], floor: float) -> dict[str, float | int | None]
     }
 
 
-def failing(asked: Sequence[Asked], floor: float) -> dict[str, float]:
+def failing(outcomes: Sequence[QueryOutcome], floor: float) -> dict[str, float]:
     """Synonyms and aliases that are answered rightly less than half as often as their class."""
     named = {
-        one.word.category: _right(_texts(asked, "names", one.word.category), floor)
-        for one in asked
+        one.word.category: _right(_texts(outcomes, "names", one.word.category), floor)
+        for one in outcomes
         if one.word.group == "names"
     }
     found: dict[str, float] = {}
-    for word in dict.fromkeys(one.word for one in asked if one.word.group != "names"):
-        right = _right(_texts(asked, word.group, word.text), floor)
+    for word in dict.fromkeys(one.word for one in outcomes if one.word.group != "names"):
+        right = _right(_texts(outcomes, word.group, word.text), floor)
         if word.category and right < 0.5 * named.get(word.category, 0.0):
             found[word.text] = right
     return dict(sorted(found.items(), key=lambda item: item[1]))
 
 
-def _of(asked: Sequence[Asked], group: str) -> list[Asked]:
-    return [one for one in asked if one.word.group == group]
+def _of(outcomes: Sequence[QueryOutcome], group: str) -> list[QueryOutcome]:
+    return [one for one in outcomes if one.word.group == group]
 
 
-def _texts(asked: Sequence[Asked], group: str, text: str) -> list[Asked]:
-    return [one for one in _of(asked, group) if one.word.text == text and one.processes]
+def _texts(outcomes: Sequence[QueryOutcome], group: str, text: str) -> list[QueryOutcome]:
+    return [one for one in _of(outcomes, group) if one.word.text == text and one.processes]
 
 
-def _right(asked: Sequence[Asked], floor: float) -> float:
-    return _share([one.score >= floor and one.near for one in asked]) or 0.0
+def _right(outcomes: Sequence[QueryOutcome], floor: float) -> float:
+    return _share([one.score >= floor and one.near for one in outcomes]) or 0.0
 
 
 def _share(flags: Sequence[bool]) -> float | None:
     return round(float(np.mean(flags)), 3) if flags else None
 
 
-def subject_of(config: EncoderParams) -> Subject:
+def encoder_pair(config: EncoderParams) -> EncoderPair:
     """The configured encoder; raises Fault."""
     shipped = make_encoder(config)
     if isinstance(config, MiniParams):
-        return Subject(shipped, MiniEncoder(replace(config.settings(), aliases=False)))
-    return Subject(shipped, shipped)
+        return EncoderPair(shipped, MiniEncoder(replace(config.settings(), aliases=False)))
+    return EncoderPair(shipped, shipped)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -269,26 +269,26 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--threads", type=int, default=1, help="CPU threads of torch")
     parser.add_argument("--json", action="store_true", help="one JSON object as the last line")
     options = parser.parse_args(arguments)
-    if not 2 <= options.apartments <= MOST_APARTMENTS:
-        raise ValueError(f"--apartments must lie between 2 and {MOST_APARTMENTS}")
+    if not 2 <= options.apartments <= MAX_APARTMENTS:
+        raise ValueError(f"--apartments must lie between 2 and {MAX_APARTMENTS}")
     if options.pictures < 1:
         raise ValueError(f"--pictures is {options.pictures}; a map needs at least one")
     torch.set_num_threads(options.threads)
     config = load(options.config, "perception", PerceptionConfig)[2].encoder
-    plan = Plan(
+    params = QueryBenchParams(
         tuple(range(FIRST_SEED, FIRST_SEED + options.apartments)),
         STYLES[options.style],
         options.pictures,
     )
     try:
-        result = run(subject_of(config), plan, load_vocabulary(SHIPPED))
+        result = run(encoder_pair(config), params, load_vocabulary(SHIPPED))
     except BackendError as problem:
         raise ValueError(str(problem)) from problem
-    print(json.dumps(result) if options.json else "\n".join(lines(result)))
+    print(json.dumps(result) if options.json else "\n".join(table_lines(result)))
     return 0
 
 
-def lines(result: dict[str, Any]) -> list[str]:
+def table_lines(result: dict[str, Any]) -> list[str]:
     """The report for people."""
     head = (
         f"encoder {result['encoder_id']}: floor {result['floor']:g}, measured on "

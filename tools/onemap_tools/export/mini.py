@@ -16,7 +16,7 @@ from onemap_perception.onnx import open_session
 from onemap_perception.text.embedding_table import TABLE_FILE
 from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import U8
-from onemap_tools.train.data.text_targets import Embed
+from onemap_tools.train.data.text_targets import TextEmbedder
 from onemap_tools.train.network.mini_network import MiniNetwork
 
 OPSET = 17
@@ -24,7 +24,7 @@ MIN_COSINE = 0.999  # between torch and what ships, per patch
 HALF_FROM = 256  # weights with more numbers than this are stored in half precision
 
 
-class _Camera(nn.Module):
+class _ImageToFeatures(nn.Module):
     """The network between what a camera gives and what a feature field holds."""
 
     def __init__(self, network: MiniNetwork) -> None:
@@ -49,7 +49,7 @@ def export_network(network: MiniNetwork, folder: Path) -> Path:
         # The successor of this exporter needs a package that nothing else here needs.
         warnings.simplefilter("ignore", DeprecationWarning)
         torch.onnx.export(
-            _Camera(network).eval(),
+            _ImageToFeatures(network).eval(),
             (example,),
             str(path),
             opset_version=OPSET,
@@ -59,7 +59,7 @@ def export_network(network: MiniNetwork, folder: Path) -> Path:
             dynamo=False,
         )
     model = onnx.load(str(path))
-    _halve_weights(model)
+    _store_weights_as_half(model)
     onnx.checker.check_model(model, full_check=True)
     onnx.save(model, str(path))
     return path
@@ -68,7 +68,7 @@ def export_network(network: MiniNetwork, folder: Path) -> Path:
 def least_cosine(network: MiniNetwork, path: Path, pictures: U8) -> float:
     """The lowest cosine of any patch between torch and the exported file; pictures (N, H, W, 3)."""
     session = open_session(path, threads=1)
-    camera = _Camera(network).eval()
+    camera = _ImageToFeatures(network).eval()
     lowest = 1.0
     for picture in pictures:
         exported = session.run(None, {"rgb": picture})[0].astype(np.float32)
@@ -79,7 +79,7 @@ def least_cosine(network: MiniNetwork, path: Path, pictures: U8) -> float:
     return lowest
 
 
-def write_table(vocabulary: Vocabulary, embed: Embed, folder: Path) -> Path:
+def write_embedding_table(vocabulary: Vocabulary, embed: TextEmbedder, folder: Path) -> Path:
     """Write ``words.npz`` with the embedding of every word of the vocabulary."""
     words = vocabulary.words
     rows = embed([vocabulary.prompt.format(word) for word in words]).astype(np.float16)
@@ -88,7 +88,7 @@ def write_table(vocabulary: Vocabulary, embed: Embed, folder: Path) -> Path:
     return path
 
 
-def _halve_weights(model: onnx.ModelProto) -> None:
+def _store_weights_as_half(model: onnx.ModelProto) -> None:
     """Store large float32 weights as float16 and cast them back when the file is loaded."""
     graph = model.graph
     casts = []

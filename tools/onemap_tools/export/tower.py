@@ -28,7 +28,7 @@ from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 OPSET = 17  # the first with LayerNormalization; taken apart, it overflows in fp16
 MIN_COSINE = 0.999  # of every cell, between torch and the file
-PICTURES = 2  # of noise, compared cell by cell
+COMPARED_IMAGES = 2  # of noise, compared cell by cell
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,14 +56,14 @@ def export_encoder(config: EncoderParams, path: Path) -> ExportResult:
         raise CliError("The encoder mini is an ONNX file already: mini/mini.onnx", EXIT_USAGE_ERROR)
     if isinstance(config, RadioParams):
         raise CliError("Code of other people's cannot be exported by OneMap", EXIT_USAGE_ERROR)
-    encoder = _on_the_cpu(config)
+    encoder = _make_cpu_encoder(config)
     tower = encoder.tower
     assert isinstance(tower, TorchTower)
     width, height = config.warm_up_px
-    noise = np.random.default_rng(0).integers(0, 256, (PICTURES, height, width, 3))
+    noise = np.random.default_rng(0).integers(0, 256, (COMPARED_IMAGES, height, width, 3))
     pictures = [encoder.prepare(rgb) for rgb in noise.astype(np.uint8)]
     path.parent.mkdir(parents=True, exist_ok=True)
-    _write(tower.module, pictures[0], path, encoder.encoder_id)
+    _export_onnx(tower.module, pictures[0], path, encoder.encoder_id)
     exported = ExportedTower(path, "cpu", encoder.encoder_id)
     cosines = [cosine(exported(picture), tower(picture)) for picture in pictures]
     least = min(cosines)
@@ -88,7 +88,7 @@ def cosine(a: np.ndarray, b: np.ndarray) -> float:
     return float(((first * second).sum(axis=-1) / norms).min())
 
 
-def _on_the_cpu(config: TorchEncoderParams) -> OpenClipConvNext | Tipsv2Encoder:
+def _make_cpu_encoder(config: TorchEncoderParams) -> OpenClipConvNext | Tipsv2Encoder:
     plain = config.model_copy(update={"device": "cpu", "compiled": False, "exported": None})
     try:
         encoder = make_encoder(plain)  # type: ignore[arg-type]
@@ -98,7 +98,7 @@ def _on_the_cpu(config: TorchEncoderParams) -> OpenClipConvNext | Tipsv2Encoder:
     return encoder
 
 
-def _write(module: torch.nn.Module, picture: F32, path: Path, encoder_id: str) -> None:
+def _export_onnx(module: torch.nn.Module, picture: F32, path: Path, encoder_id: str) -> None:
     if isinstance(module, DenseTips):
         module.fix_size(picture.shape[3], picture.shape[2])
     with warnings.catch_warnings():

@@ -15,7 +15,7 @@ from onemap_tools.cli.command_group import CommandGroup
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 if TYPE_CHECKING:
-    from onemap_tools.train.pipeline import Work
+    from onemap_tools.train.pipeline import TrainingFolders
 
 app = typer.Typer(
     cls=CommandGroup, no_args_is_help=True, help="Train an encoder as the one that ships."
@@ -69,10 +69,10 @@ def render(
     processes: Processes = CORES,
 ) -> None:
     """Render training and held-out frames; goes on where it stopped."""
-    with _refusals():
+    with _cli_errors():
         from onemap_tools.train import pipeline
 
-        pipeline.render(_work(work, output), apartments, per_apartment, processes)
+        pipeline.render(_folders(work, output), apartments, per_apartment, processes)
 
 
 @app.command()
@@ -86,27 +86,27 @@ def train(
     threads: Threads = CORES,
 ) -> None:
     """Train on the rendered frames; goes on from the last checkpoint."""
-    with _refusals():
+    with _cli_errors():
         import torch
 
         from onemap_tools.train import pipeline
         from onemap_tools.train.memory import keep_freed_memory
-        from onemap_tools.train.trainer import TrainSettings
+        from onemap_tools.train.trainer import TrainParams
 
         keep_freed_memory()
         torch.set_num_threads(threads)
         automatic = "cuda" if torch.cuda.is_available() else "cpu"
         chosen = torch.device(automatic if device == "auto" else device)
-        pipeline.train(_work(work, output), TrainSettings(steps=steps, seed=seed), chosen)
+        pipeline.train(_folders(work, output), TrainParams(steps=steps, seed=seed), chosen)
 
 
 @app.command()
 def export(work: WorkFolder = DEFAULT_WORK, output: Output = None) -> None:
     """Write weights, words and calibration; refused unless they agree with torch."""
-    with _refusals():
+    with _cli_errors():
         from onemap_tools.train import pipeline
 
-        cosine = pipeline.export(_work(work, output))
+        cosine = pipeline.export(_folders(work, output))
     typer.echo(f"exported; least cosine to torch {cosine:.6f}")
 
 
@@ -118,27 +118,27 @@ def evaluate(
     as_json: AsJson = False,
 ) -> None:
     """Measure the exported encoder on apartments that were never trained on."""
-    with _refusals():
+    with _cli_errors():
         from onemap_tools.train import pipeline
         from onemap_tools.train.summary import lines
 
-        figures = pipeline.evaluate_all(_work(work, output))
+        figures = pipeline.evaluate_encoder(_folders(work, output))
         if card:
-            pipeline.write_card(_work(work, output), figures)
+            pipeline.write_card(_folders(work, output), figures)
     for line in lines(figures):
         typer.echo(line, err=as_json)
     if as_json:
         typer.echo(json.dumps(figures))
 
 
-def _work(folder: Path, output: Path | None) -> Work:
+def _folders(folder: Path, output: Path | None) -> TrainingFolders:
     from onemap_tools.train import pipeline
 
-    return pipeline.Work(folder, folder / "encoder" if output is None else output)
+    return pipeline.TrainingFolders(folder, folder / "encoder" if output is None else output)
 
 
 @contextmanager
-def _refusals() -> Iterator[None]:
+def _cli_errors() -> Iterator[None]:
     """A user's mistake ends with one sentence, not with a traceback."""
     try:
         yield

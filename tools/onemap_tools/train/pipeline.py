@@ -23,29 +23,29 @@ from onemap_perception.text.queries import save_calibration
 from onemap_perception.text.vocabulary import FILE as VOCABULARY_FILE
 from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
 from onemap_simulator.generation.style import HELD_OUT
-from onemap_tools.export.mini import MIN_COSINE, export_network, least_cosine, write_table
+from onemap_tools.export.mini import MIN_COSINE, export_network, least_cosine, write_embedding_table
 from onemap_tools.train.data.frame_dataset import (
     EVALUATION_SEEDS,
     TRAIN_SEEDS,
-    FramePlan,
-    Frames,
+    FrameDataset,
+    FrameSetParams,
     open_frames,
     render_frames,
 )
-from onemap_tools.train.data.text_targets import Embed, text_bank
-from onemap_tools.train.evaluation.calibration import FIRST_GUESS, fit_temperature
+from onemap_tools.train.data.text_targets import TextEmbedder, build_text_bank
+from onemap_tools.train.evaluation.calibration import DEFAULT_CALIBRATION, fit_temperature
 from onemap_tools.train.evaluation.evaluate import evaluate
 from onemap_tools.train.evaluation.model_card import model_card
 from onemap_tools.train.evaluation.plots import draw_confusion, draw_reliability
 from onemap_tools.train.network.backbone import INSTALL as INSTALL_TRUNK
-from onemap_tools.train.network.backbone import find_weights
+from onemap_tools.train.network.backbone import find_backbone_weights
 from onemap_tools.train.network.mini_network import MiniNetwork
-from onemap_tools.train.trainer import Report, TrainSettings, load_average, train_mini
+from onemap_tools.train.trainer import TrainingProgress, TrainParams, load_average, train_mini
 
 NOTES_FILE = "NOTES.md"  # of whoever trained; goes into the card
-TIMED_PICTURES = 50
+TIMED_IMAGES = 50
 SHORT = {"held_out": "held-out apartments", "other_style": "held-out style"}
-COSINE_PICTURES = 5  # compared between torch and ONNX before anything ships
+COMPARED_IMAGES = 5  # compared between torch and ONNX before anything ships
 
 
 class TrainingError(Exception):
@@ -53,7 +53,7 @@ class TrainingError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Work:
+class TrainingFolders:
     """Where frames and checkpoints lie, and where the encoder's files go."""
 
     folder: Path
@@ -66,36 +66,36 @@ class Work:
         return load_vocabulary(self.output if own else SHIPPED)
 
 
-def frame_plans(apartments: int, per_apartment: int) -> dict[str, FramePlan]:
+def frame_plans(apartments: int, per_apartment: int) -> dict[str, FrameSetParams]:
     """What is rendered, by folder. No seed and no view occurs in two of them."""
     trained = tuple(TRAIN_SEEDS[:apartments])
     return {
-        "held_out": FramePlan(tuple(EVALUATION_SEEDS[:30]), 20),
-        "other_style": FramePlan(tuple(EVALUATION_SEEDS[30:60]), 20, style=HELD_OUT),
-        "calibrate": FramePlan(tuple(EVALUATION_SEEDS[60:75]), 20),
-        "train": FramePlan(trained, per_apartment),
+        "held_out": FrameSetParams(tuple(EVALUATION_SEEDS[:30]), 20),
+        "other_style": FrameSetParams(tuple(EVALUATION_SEEDS[30:60]), 20, style=HELD_OUT),
+        "calibrate": FrameSetParams(tuple(EVALUATION_SEEDS[60:75]), 20),
+        "train": FrameSetParams(trained, per_apartment),
     }
 
 
-def render(work: Work, apartments: int, per_apartment: int, processes: int) -> None:
+def render(work: TrainingFolders, apartments: int, per_apartment: int, processes: int) -> None:
     """Render all frames; goes on where it stopped."""
     names = work.vocabulary.names
     for name, plan in frame_plans(apartments, per_apartment).items():
-        with _bar(f"rendering {name}", plan.count) as show:
+        with _progress_bar(f"rendering {name}", plan.count) as show:
             for done in render_frames(work.folder / name, names, plan, processes):
                 show(done, "")
 
 
-def train(work: Work, settings: TrainSettings, device: torch.device) -> None:
+def train(work: TrainingFolders, settings: TrainParams, device: torch.device) -> None:
     """Train on the rendered frames; goes on from the checkpoint."""
-    frames = _frames(work, "train")
-    bank = text_bank(work.vocabulary, _sentence_encoder())
-    trunk = find_weights()
+    frames = _open_frames(work, "train")
+    bank = build_text_bank(work.vocabulary, _open_sentence_encoder())
+    trunk = find_backbone_weights()
     if trunk is None:
         raise TrainingError(f"training begins with weights that are missing: {INSTALL_TRUNK}")
-    with _bar("training", settings.total) as show:
+    with _progress_bar("training", settings.total) as show:
 
-        def report(state: Report) -> None:
+        def report(state: TrainingProgress) -> None:
             show(state.step, f"loss {state.loss:.3f}")
 
         settings = replace(settings, trunk=trunk)
@@ -104,37 +104,40 @@ def train(work: Work, settings: TrainSettings, device: torch.device) -> None:
         )
 
 
-def export(work: Work) -> float:
+def export(work: TrainingFolders) -> float:
     """Write weights, word table and calibration; returns the least cosine to torch."""
     work.output.mkdir(parents=True, exist_ok=True)
     if not (work.output / VOCABULARY_FILE).exists():
         shutil.copy(SHIPPED / VOCABULARY_FILE, work.output)
     network = load_average(work.folder / "run")
     path = export_network(network, work.output)
-    frames = _frames(work, "calibrate")
-    cosine = least_cosine(network, path, np.asarray(frames.rgb[:COSINE_PICTURES]))
+    frames = _open_frames(work, "calibrate")
+    cosine = least_cosine(network, path, np.asarray(frames.rgb[:COMPARED_IMAGES]))
     if cosine < MIN_COSINE:
         raise TrainingError(f"the exported network departs from torch: least cosine {cosine:.5f}")
-    write_table(work.vocabulary, _sentence_encoder(), work.output)
-    save_calibration(work.output, FIRST_GUESS)
+    write_embedding_table(work.vocabulary, _open_sentence_encoder(), work.output)
+    save_calibration(work.output, DEFAULT_CALIBRATION)
     encoder = MiniEncoder(MiniSettings(folder=work.output))
     names = encoder.embed_text(work.vocabulary.names)
     rng = np.random.default_rng(0)
     temperature = fit_temperature(encoder, names, frames, rng)
-    save_calibration(work.output, replace(FIRST_GUESS, temperature=round(temperature, 2)))
+    save_calibration(work.output, replace(DEFAULT_CALIBRATION, temperature=round(temperature, 2)))
     return cosine
 
 
-def evaluate_all(work: Work) -> dict[str, Any]:
+def evaluate_encoder(work: TrainingFolders) -> dict[str, Any]:
     """Figures on held-out apartments and on the simulator's held-out style, and plain facts.
 
     Held-out synonyms are embedded even where a query would take them for an alias.
     """
     encoder = MiniEncoder(MiniSettings(folder=work.output, aliases=False))
-    result: dict[str, Any] = {"encoder_id": encoder.encoder_id, "facts": _facts(work, encoder)}
+    result: dict[str, Any] = {
+        "encoder_id": encoder.encoder_id,
+        "facts": _measure_facts(work, encoder),
+    }
     for name in ("held_out", "other_style"):
-        frames = _frames(work, name)
-        with _bar(f"evaluating {name}", len(frames)) as show:
+        frames = _open_frames(work, name)
+        with _progress_bar(f"evaluating {name}", len(frames)) as show:
 
             def progress(done: int, show: Callable[[int, str], None] = show) -> None:
                 show(done, "")
@@ -143,7 +146,7 @@ def evaluate_all(work: Work) -> dict[str, Any]:
     return result
 
 
-def write_card(work: Work, figures: dict[str, Any]) -> Path:
+def write_card(work: TrainingFolders, figures: dict[str, Any]) -> Path:
     """Write ``MODEL_CARD.md`` and its pictures beside the weights."""
     path, notes = work.output / "MODEL_CARD.md", work.output / NOTES_FILE
     text = notes.read_text(encoding="utf-8") if notes.exists() else ""
@@ -153,11 +156,11 @@ def write_card(work: Work, figures: dict[str, Any]) -> Path:
     return path
 
 
-def _facts(work: Work, encoder: MiniEncoder) -> dict[str, float]:
-    frames, vocabulary = _frames(work, "train"), work.vocabulary
+def _measure_facts(work: TrainingFolders, encoder: MiniEncoder) -> dict[str, float]:
+    frames, vocabulary = _open_frames(work, "train"), work.vocabulary
     picture = np.asarray(frames.rgb[0])
     times_ms: list[float] = []
-    for _ in range(TIMED_PICTURES):
+    for _ in range(TIMED_IMAGES):
         begun_s = time.perf_counter()
         encoder.encode(picture)
         times_ms.append((time.perf_counter() - begun_s) * 1e3)
@@ -172,21 +175,21 @@ def _facts(work: Work, encoder: MiniEncoder) -> dict[str, float]:
     }
 
 
-def _frames(work: Work, name: str) -> Frames:
+def _open_frames(work: TrainingFolders, name: str) -> FrameDataset:
     try:
         return open_frames(work.folder / name)
     except FileNotFoundError as problem:
         raise TrainingError(str(problem)) from problem
 
 
-def _sentence_encoder() -> Embed:
+def _open_sentence_encoder() -> TextEmbedder:
     folder = find_model_folder()
     if folder is None:
         raise TrainingError(f"training needs the sentence encoder: {INSTALL}")
     return MiniLm(folder).embed
 
 
-class _bar:  # noqa: N801 - used like a function
+class _progress_bar:  # noqa: N801 - used like a function
     """A progress bar on stderr; yields a function of (done, note)."""
 
     def __init__(self, title: str, total: int) -> None:

@@ -16,17 +16,17 @@ from safetensors.torch import save_file
 from torch import Tensor
 
 from onemap_tools.train.data.batches import BatchSource, class_frequency
-from onemap_tools.train.data.frame_dataset import Frames
+from onemap_tools.train.data.frame_dataset import FrameDataset
 from onemap_tools.train.data.text_targets import TextBank
-from onemap_tools.train.network.backbone import load_pretrained
-from onemap_tools.train.network.losses import LossSettings, alignment_loss, class_weights
+from onemap_tools.train.network.backbone import load_backbone_weights
+from onemap_tools.train.network.losses import LossParams, alignment_loss, class_weights
 from onemap_tools.train.network.mini_network import MiniNetwork
 
 CHECKPOINT = "checkpoint.safetensors"
 
 
 @dataclass(frozen=True, slots=True)
-class TrainSettings:
+class TrainParams:
     """How to train; steps of ``batch`` pictures of ``size`` = (w, h) pixels.
 
     The trunk, which has seen ImageNet, learns with ``trunk_rate`` times the learning rate.
@@ -53,7 +53,7 @@ class TrainSettings:
     finish_balance: float = 0.1
     whole: float = 0.1
     whole_rate: float = 4e-4
-    loss: LossSettings = field(default_factory=LossSettings)
+    loss: LossParams = field(default_factory=LossParams)
     trunk: Path | None = None
 
     @property
@@ -66,7 +66,7 @@ class TrainSettings:
         """The step with which the mild part begins."""
         return round(self.steps * (1 - self.finish))
 
-    def batches(self, frames: Frames) -> BatchSource:
+    def batches(self, frames: FrameDataset) -> BatchSource:
         """What is shown, step by step."""
         return BatchSource(
             frames,
@@ -79,7 +79,7 @@ class TrainSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class TrainingProgress:
     """Where training stands: step of steps and the loss, averaged over the last steps."""
 
     step: int
@@ -87,22 +87,22 @@ class Report:
     loss: float
 
 
-class _Training:
+class _Trainer:
     """Network, its running average and the optimiser: all that a checkpoint holds."""
 
-    def __init__(self, settings: TrainSettings, device: torch.device) -> None:
+    def __init__(self, settings: TrainParams, device: torch.device) -> None:
         torch.manual_seed(settings.seed)
         self.settings = settings
         self.device = device
         self.step = 0
         self.network = MiniNetwork().to(device)
         if settings.trunk is not None:
-            load_pretrained(self.network.trunk, settings.trunk)
+            load_backbone_weights(self.network.trunk, settings.trunk)
             self.network.trunk.freeze()
         self.network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.average = MiniNetwork().to(device)
         self.average.load_state_dict(self.network.state_dict())
-        self.optimiser = torch.optim.AdamW(_groups(self.network, settings))
+        self.optimiser = torch.optim.AdamW(_parameter_groups(self.network, settings))
 
     def rate(self) -> float:
         """Learning rate of this step: linear warm-up, then half a cosine to zero, and another."""
@@ -163,7 +163,7 @@ class _Training:
         )
 
 
-def _groups(network: MiniNetwork, settings: TrainSettings) -> list[dict[str, Any]]:
+def _parameter_groups(network: MiniNetwork, settings: TrainParams) -> list[dict[str, Any]]:
     """Parameters by learning rate; weights decay, biases and norms do not."""
     trunk = set(network.trunk.parameters())
     return [
@@ -182,20 +182,20 @@ def _groups(network: MiniNetwork, settings: TrainSettings) -> list[dict[str, Any
 
 
 def train_mini(
-    frames: Frames,
+    frames: FrameDataset,
     texts: TextBank,
     folder: Path,
     *,
-    settings: TrainSettings,
+    settings: TrainParams,
     device: torch.device,
-    report: Callable[[Report], None],
+    report: Callable[[TrainingProgress], None],
 ) -> MiniNetwork:
     """Train on the frames and return the averaged network, ready to evaluate.
 
     Goes on from a checkpoint in ``folder``. Computes in bfloat16 where that is safe.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    training = _Training(settings, device)
+    training = _Trainer(settings, device)
     if (folder / CHECKPOINT).exists():
         training.load(folder)
     rng = np.random.default_rng(settings.seed)
@@ -211,7 +211,9 @@ def train_mini(
         rgb = torch.from_numpy(batch.rgb).to(device).permute(0, 3, 1, 2).float()
         targets = torch.from_numpy(batch.targets).to(device)
         with torch.autocast(device.type, torch.bfloat16):
-            features = training.network.raw(rgb.contiguous(memory_format=torch.channels_last))
+            features = training.network.forward_unnormalised(
+                rgb.contiguous(memory_format=torch.channels_last)
+            )
         # Channels lie last in memory: this is a view, and so is its gradient.
         rows = features.permute(0, 2, 3, 1).flatten(0, 2).float()
         weights = balanced if training.step < settings.finish_from else finishing
@@ -219,10 +221,10 @@ def train_mini(
         training.learn(loss)
         value = loss.item()
         recent = value if math.isnan(recent) else 0.98 * recent + 0.02 * value
-        report(Report(training.step, settings.total, recent))
+        report(TrainingProgress(training.step, settings.total, recent))
         if training.step % settings.checkpoint_every == 0 or training.step == settings.total:
             training.save(folder)
-            _log(folder, Report(training.step, settings.total, recent))
+            _append_log(folder, TrainingProgress(training.step, settings.total, recent))
     return training.average.eval()
 
 
@@ -235,7 +237,7 @@ def load_average(folder: Path) -> MiniNetwork:
     return network.eval()
 
 
-def _log(folder: Path, report: Report) -> None:
+def _append_log(folder: Path, report: TrainingProgress) -> None:
     with (folder / "log.jsonl").open("a", encoding="utf-8") as file:
         line = {"step": report.step, "steps": report.steps, "loss": round(report.loss, 4)}
         file.write(json.dumps(line) + "\n")

@@ -13,35 +13,37 @@ from onemap_shared.geometry import F32, U8
 from onemap_tools.train.data.frame_dataset import NO_CLASS
 
 ZOOM = (0.65, 1.4)  # crop size over picture size: below 1 enlarges
-MILD_ZOOM = (0.9, 1.25)
+WEAK_ZOOM = (0.9, 1.25)
 STRETCH = 0.15  # logarithm of the aspect ratio's change
 PATTERN_PX = (2, 40)  # size of a random texture's details
 
 
-def augment(rgb: U8, label: U8, size: tuple[int, int], rng: np.random.Generator) -> tuple[U8, U8]:
+def augment_strong(
+    rgb: U8, label: U8, size: tuple[int, int], rng: np.random.Generator
+) -> tuple[U8, U8]:
     """rgb (H, W, 3) and label (H, W) to (h, w, 3) and (h, w), ``size`` = (w, h)."""
     rgb, label = _crop(rgb, label, size, zoom=rng.uniform(*ZOOM), rng=rng)
     if rng.random() < 0.5:
         rgb, label = rgb[:, ::-1], label[:, ::-1]
     image = rgb.astype(np.float32)
     if rng.random() < 0.4:
-        image = _repaint(image, label, rng)
-    image = _relight(image, rng)
-    image = _camera(image, rng)
+        image = _recolour_classes(image, label, rng)
+    image = _jitter_colour(image, rng)
+    image = _sensor_effects(image, rng)
     if rng.random() < 0.2:
-        image, label = _cut_out(image, label, rng)
+        image, label = _cutout(image, label, rng)
     return np.clip(image, 0, 255).astype(np.uint8), np.ascontiguousarray(label)
 
 
-def augment_mildly(
+def augment_weak(
     rgb: U8, label: U8, size: tuple[int, int], rng: np.random.Generator
 ) -> tuple[U8, U8]:
-    """As ``augment``, but close to what the simulator's own camera gives."""
-    rgb, label = _crop(rgb, label, size, zoom=rng.uniform(*MILD_ZOOM), rng=rng)
-    return augment_whole(rgb, label, rng)
+    """As ``augment_strong``, but close to what the simulator's own camera gives."""
+    rgb, label = _crop(rgb, label, size, zoom=rng.uniform(*WEAK_ZOOM), rng=rng)
+    return augment_full_image(rgb, label, rng)
 
 
-def augment_whole(rgb: U8, label: U8, rng: np.random.Generator) -> tuple[U8, U8]:
+def augment_full_image(rgb: U8, label: U8, rng: np.random.Generator) -> tuple[U8, U8]:
     """The whole picture, maybe mirrored, a little brighter or darker, with a little noise."""
     if rng.random() < 0.5:
         rgb, label = rgb[:, ::-1], label[:, ::-1]
@@ -85,7 +87,7 @@ def _pattern(shape: tuple[int, int], rng: np.random.Generator) -> F32:
     return blots
 
 
-def _repaint(image: F32, label: U8, rng: np.random.Generator) -> F32:
+def _recolour_classes(image: F32, label: U8, rng: np.random.Generator) -> F32:
     """Another colour and pattern for about half of the classes in the picture."""
     result = image.copy()
     for index in np.unique(label):
@@ -99,7 +101,7 @@ def _repaint(image: F32, label: U8, rng: np.random.Generator) -> F32:
     return painted
 
 
-def _relight(image: F32, rng: np.random.Generator) -> F32:
+def _jitter_colour(image: F32, rng: np.random.Generator) -> F32:
     """White balance, brightness, contrast, gamma, saturation, and light from one side."""
     image = image * np.exp(rng.uniform(-0.2, 0.2, 3)).astype(np.float32)
     grey = image.mean(axis=2, keepdims=True)
@@ -123,7 +125,7 @@ def _relight(image: F32, rng: np.random.Generator) -> F32:
     return bent
 
 
-def _camera(image: F32, rng: np.random.Generator) -> F32:
+def _sensor_effects(image: F32, rng: np.random.Generator) -> F32:
     """Blur, sensor noise and the blocks of a compressed picture."""
     if rng.random() < 0.25:
         image = cv2.GaussianBlur(image, (0, 0), rng.uniform(0.4, 1.5)).astype(np.float32)
@@ -137,7 +139,7 @@ def _camera(image: F32, rng: np.random.Generator) -> F32:
     return image
 
 
-def _cut_out(image: F32, label: U8, rng: np.random.Generator) -> tuple[F32, U8]:
+def _cutout(image: F32, label: U8, rng: np.random.Generator) -> tuple[F32, U8]:
     """One patch of plain colour that belongs to no class."""
     height, width = label.shape
     h, w = rng.integers(height // 10, height // 3), rng.integers(width // 10, width // 3)

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_shared.geometry import F32, U8
-from onemap_tools.train.data.augmentation import augment, augment_mildly, augment_whole
-from onemap_tools.train.data.frame_dataset import NO_CLASS, Frames
+from onemap_tools.train.data.augmentation import augment_full_image, augment_strong, augment_weak
+from onemap_tools.train.data.frame_dataset import NO_CLASS, FrameDataset
 from onemap_tools.train.network.losses import patch_targets
 
-MILD_SHARE = 0.75  # of the pictures, in the last part of the training
+WEAK_SHARE = 0.75  # of the pictures, in the last part of the training
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class BatchSource:
     as many whole pictures: a robot never sees a crop.
     """
 
-    frames: Frames
+    frames: FrameDataset
     size: tuple[int, int]
     batch: int
     seed: int
@@ -54,9 +54,9 @@ class BatchSource:
     def _one(self, index: int, step: int, rng: np.random.Generator) -> tuple[U8, U8]:
         rgb, label = self.frames.rgb[index], self.frames.label[index]
         if step >= self.whole_from:
-            return augment_whole(rgb, label, rng)
-        mild = step >= self.finish_from and rng.random() < MILD_SHARE
-        return (augment_mildly if mild else augment)(rgb, label, self.size, rng)
+            return augment_full_image(rgb, label, rng)
+        mild = step >= self.finish_from and rng.random() < WEAK_SHARE
+        return (augment_weak if mild else augment_strong)(rgb, label, self.size, rng)
 
     def stream(self, first: int, last: int) -> Iterator[Batch]:
         """Batches of steps [first, last), prepared one ahead."""
@@ -69,7 +69,7 @@ class BatchSource:
                 yield batch
 
 
-def class_frequency(frames: Frames, rng: np.random.Generator, sample: int = 500) -> F32:
+def class_frequency(frames: FrameDataset, rng: np.random.Generator, sample: int = 500) -> F32:
     """Share of the pixels of each class (K,) over some random frames."""
     chosen = rng.choice(len(frames), min(sample, len(frames)), replace=False)
     counts = np.zeros(NO_CLASS + 1, np.int64)

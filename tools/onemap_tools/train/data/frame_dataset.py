@@ -35,7 +35,7 @@ OTHER_SHARE = 0.3  # of the frames from heights that the simulated robot does no
 
 
 @dataclass(frozen=True, slots=True)
-class FramePlan:
+class FrameSetParams:
     """Which frames to render: ``per_scene`` of each seed's apartment in one style."""
 
     seeds: tuple[int, ...]
@@ -51,7 +51,7 @@ class FramePlan:
 
 
 @dataclass(frozen=True, slots=True)
-class Frames:
+class FrameDataset:
     """rgb (N, H, W, 3) uint8 and label (N, H, W) uint8, index into ``classes`` or 255.
 
     ``scenes`` is the number of apartments they show.
@@ -66,7 +66,7 @@ class Frames:
         return len(self.rgb)
 
 
-def scene_frames(seed: int, classes: Sequence[str], plan: FramePlan) -> tuple[U8, U8]:
+def render_scene(seed: int, classes: Sequence[str], plan: FrameSetParams) -> tuple[U8, U8]:
     """rgb (N, H, W, 3) and label (N, H, W) of one apartment; N = ``plan.per_scene``.
 
     They depend on the seed alone: order, processes and interruptions change nothing.
@@ -90,28 +90,28 @@ def scene_frames(seed: int, classes: Sequence[str], plan: FramePlan) -> tuple[U8
 
 
 def render_frames(
-    folder: Path, classes: Sequence[str], plan: FramePlan, processes: int = 1
+    folder: Path, classes: Sequence[str], plan: FrameSetParams, processes: int = 1
 ) -> Iterator[int]:
     """Render what is not there yet; yields the number of frames done after each scene."""
     folder.mkdir(parents=True, exist_ok=True)
-    done = _scenes_done(folder, classes, plan)
+    done = _count_rendered_scenes(folder, classes, plan)
     mode = "r+" if done else "w+"
     shape = (plan.count, plan.height, plan.width)
     rgb = np.lib.format.open_memmap(folder / "rgb.npy", mode, np.uint8, (*shape, 3))
     label = np.lib.format.open_memmap(folder / "label.npy", mode, np.uint8, shape)
-    one = partial(scene_frames, classes=tuple(classes), plan=plan)
-    with _mapped(one, plan.seeds[done:], processes) as scenes:
+    one = partial(render_scene, classes=tuple(classes), plan=plan)
+    with _parallel_map(one, plan.seeds[done:], processes) as scenes:
         for number, (images, labels) in enumerate(scenes, done):
             place = np.s_[number * plan.per_scene : (number + 1) * plan.per_scene]
             rgb[place], label[place] = images, labels
             rgb.flush()
             label.flush()
-            _write_record(folder, classes, plan, scenes_done=number + 1)
+            _write_dataset_record(folder, classes, plan, scenes_done=number + 1)
             yield (number + 1) * plan.per_scene
 
 
 @contextmanager
-def _mapped(
+def _parallel_map(
     one: Callable[[int], tuple[U8, U8]], seeds: Sequence[int], processes: int
 ) -> Iterator[Iterator[tuple[U8, U8]]]:
     """``map`` over the seeds, in order; leaving early drops what has not begun."""
@@ -126,7 +126,7 @@ def _mapped(
         pool.shutdown(cancel_futures=True)
 
 
-def open_frames(folder: Path) -> Frames:
+def open_frames(folder: Path) -> FrameDataset:
     """The frames of a folder that are done, memory-mapped."""
     try:
         record = json.loads((folder / "frames.json").read_text(encoding="utf-8"))
@@ -135,10 +135,10 @@ def open_frames(folder: Path) -> Frames:
     count = int(record["scenes_done"]) * int(record["per_scene"])
     rgb = np.load(folder / "rgb.npy", mmap_mode="r")[:count]
     label = np.load(folder / "label.npy", mmap_mode="r")[:count]
-    return Frames(rgb, label, tuple(record["classes"]), int(record["scenes_done"]))
+    return FrameDataset(rgb, label, tuple(record["classes"]), int(record["scenes_done"]))
 
 
-def _record(classes: Sequence[str], plan: FramePlan) -> dict[str, object]:
+def _dataset_record(classes: Sequence[str], plan: FrameSetParams) -> dict[str, object]:
     return {
         "classes": list(classes),
         "seeds": list(plan.seeds),
@@ -148,21 +148,21 @@ def _record(classes: Sequence[str], plan: FramePlan) -> dict[str, object]:
     }
 
 
-def _write_record(
-    folder: Path, classes: Sequence[str], plan: FramePlan, *, scenes_done: int
+def _write_dataset_record(
+    folder: Path, classes: Sequence[str], plan: FrameSetParams, *, scenes_done: int
 ) -> None:
-    text = json.dumps({**_record(classes, plan), "scenes_done": scenes_done})
+    text = json.dumps({**_dataset_record(classes, plan), "scenes_done": scenes_done})
     fresh = folder / "frames.json.part"
     fresh.write_text(text, encoding="utf-8")
     fresh.replace(folder / "frames.json")
 
 
-def _scenes_done(folder: Path, classes: Sequence[str], plan: FramePlan) -> int:
+def _count_rendered_scenes(folder: Path, classes: Sequence[str], plan: FrameSetParams) -> int:
     path = folder / "frames.json"
     if not path.exists():
         return 0
     record = json.loads(path.read_text(encoding="utf-8"))
     done = int(record.pop("scenes_done"))
-    if record != _record(classes, plan):
+    if record != _dataset_record(classes, plan):
         raise ValueError(f"{folder} holds other frames than asked for: choose another folder")
     return done

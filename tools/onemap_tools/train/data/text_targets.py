@@ -11,7 +11,7 @@ from torch import Tensor
 from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import F32
 
-Embed = Callable[[Sequence[str]], F32]
+TextEmbedder = Callable[[Sequence[str]], F32]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class TextBank:
         return torch.cat([self.aliases[torch.arange(classes), chosen], self.neutral])
 
 
-def text_bank(vocabulary: Vocabulary, embed: Embed) -> TextBank:
+def build_text_bank(vocabulary: Vocabulary, embed: TextEmbedder) -> TextBank:
     """Embeddings of all training words, in the vocabulary's prompt."""
 
     def rows(words: Sequence[str]) -> Tensor:

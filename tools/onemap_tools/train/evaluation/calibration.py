@@ -8,18 +8,20 @@ from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.text.queries import Calibration
 from onemap_shared.geometry import F32, F64
 from onemap_shared.messages import TextEmbeddings
-from onemap_tools.train.data.frame_dataset import Frames
+from onemap_tools.train.data.frame_dataset import FrameDataset
 from onemap_tools.train.network.losses import patch_targets
 
 TEMPERATURES = np.geomspace(5, 80, 57)
 # Chosen once, not fitted: a word leans to its nearest classes as much as on itself, these
 # are a soft choice among about three, and words as near as 'a sofa' and 'a couch' are synonyms.
-FIRST_GUESS = Calibration(temperature=20.0, expansion=1.0, sharpness=20.0, synonym=0.7, placed=0.45)
-SAMPLED_PATCHES = 60  # per picture
+DEFAULT_CALIBRATION = Calibration(
+    temperature=20.0, expansion=1.0, sharpness=20.0, synonym=0.7, placed=0.45
+)
+PATCHES_PER_IMAGE = 60  # per picture
 
 
 def fit_temperature(
-    encoder: Encoder, names: TextEmbeddings, frames: Frames, rng: np.random.Generator
+    encoder: Encoder, names: TextEmbeddings, frames: FrameDataset, rng: np.random.Generator
 ) -> float:
     """The temperature under which the true classes' shares are likeliest.
 
@@ -32,15 +34,15 @@ def fit_temperature(
     for rgb, label in zip(frames.rgb, frames.label, strict=True):
         features = encoder.encode(np.asarray(rgb)).astype(np.float32)
         target = patch_targets(np.asarray(label)[None], classes)
-        chosen = rng.choice(len(target), SAMPLED_PATCHES, replace=False)
+        chosen = rng.choice(len(target), PATCHES_PER_IMAGE, replace=False)
         rows = features.reshape(len(target), -1)[chosen]
         unrelated = names.neutral[classes:]
         cosines.append(rows @ np.concatenate([names.embeddings, unrelated]).T)
         shares.append(target[chosen])
-    return best_temperature(np.concatenate(cosines), np.concatenate(shares))
+    return most_likely_temperature(np.concatenate(cosines), np.concatenate(shares))
 
 
-def best_temperature(cosines: F32, shares: F32) -> float:
+def most_likely_temperature(cosines: F32, shares: F32) -> float:
     """cosines (P, K + M), shares (P, K) of the first K; the last M are never right."""
     losses: list[float] = []
     for temperature in TEMPERATURES:

@@ -13,7 +13,7 @@ from onemap_shared.messages import TextEmbeddings
 
 
 @dataclass(slots=True)
-class DetectionTally:
+class DetectorMetrics:
     """Every name is looked for in every picture, with the thresholds that ship.
 
     A detection is right if most of what it covers is the thing. A thing counts as there if it

@@ -15,9 +15,9 @@ from onemap_perception.text.queries import scores
 from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import F16, F32, F64, I64, U8, Bool
 from onemap_shared.messages import TextEmbeddings
-from onemap_tools.train.data.frame_dataset import Frames
+from onemap_tools.train.data.frame_dataset import FrameDataset
 from onemap_tools.train.evaluation import metrics
-from onemap_tools.train.evaluation.detector_metrics import DetectionTally
+from onemap_tools.train.evaluation.detector_metrics import DetectorMetrics
 from onemap_tools.train.network.losses import patch_targets
 
 MIN_PATCHES = 2  # smaller things are smaller than what the encoder can show
@@ -25,7 +25,7 @@ PRESENT_TOP = 2  # a picture's score for a word is the mean of its best patches
 
 
 @dataclass(frozen=True, slots=True)
-class Words:
+class WordQueries:
     """Words to ask for and the class each stands for."""
 
     texts: tuple[str, ...]
@@ -33,14 +33,14 @@ class Words:
     queries: TextEmbeddings
 
     @classmethod
-    def of(cls, pairs: Sequence[tuple[str, int]], encoder: Encoder) -> Words:
+    def of(cls, pairs: Sequence[tuple[str, int]], encoder: Encoder) -> WordQueries:
         """Words with the calibration they ship with."""
         texts = tuple(text for text, _ in pairs)
         return cls(texts, tuple(index for _, index in pairs), encoder.embed_text(texts))
 
 
 @dataclass(slots=True)
-class _HeatMaps:
+class _RetrievalMetrics:
     """Per word: R-precision of each picture that shows it, and the scores with and without it."""
 
     count: int
@@ -53,7 +53,7 @@ class _HeatMaps:
         self.processes = [[] for _ in range(self.count)]
         self.absent = [[] for _ in range(self.count)]
 
-    def add(self, score: F32, shares: F32, words: Words) -> None:
+    def add(self, score: F32, shares: F32, words: WordQueries) -> None:
         """One picture: score (P, N), shares (P, K) of the classes."""
         best = np.sort(score, axis=0)[-PRESENT_TOP:].mean(axis=0)
         for index, label in enumerate(words.classes):
@@ -69,11 +69,11 @@ class _HeatMaps:
         seen = [index for index in range(self.count) if self.precision[index]]
         by_word = {texts[i]: round(float(np.mean(self.precision[i])), 3) for i in seen}
         per_word = [
-            metrics.auroc(*_labelled(self.processes[i], self.absent[i]))
+            metrics.auroc(*_scores_and_labels(self.processes[i], self.absent[i]))
             for i in seen
             if self.absent[i]
         ]
-        pooled = _labelled(list(chain(*self.processes)), list(chain(*self.absent)))
+        pooled = _scores_and_labels(list(chain(*self.processes)), list(chain(*self.absent)))
         return {
             "words": len(seen),
             "r_precision": float(np.mean(list(by_word.values()))),
@@ -84,21 +84,24 @@ class _HeatMaps:
 
 
 def evaluate(
-    encoder: Encoder, vocabulary: Vocabulary, frames: Frames, progress: Callable[[int], None]
+    encoder: Encoder, vocabulary: Vocabulary, frames: FrameDataset, progress: Callable[[int], None]
 ) -> dict[str, object]:
     """All figures over the frames; ``progress`` is told how many are done."""
-    names = Words.of([(name, i) for i, name in enumerate(vocabulary.names)], encoder)
-    unseen = Words.of(held_out_words(vocabulary), encoder)
+    names = WordQueries.of([(name, i) for i, name in enumerate(vocabulary.names)], encoder)
+    unseen = WordQueries.of(held_out_queries(vocabulary), encoder)
     classes = len(vocabulary.names)
     counts: I64 = np.zeros((classes, classes), np.int64)
-    maps = {"names": _HeatMaps(len(names.texts)), "held_out": _HeatMaps(len(unseen.texts))}
-    tally = DetectionTally(vocabulary.names)
+    maps = {
+        "names": _RetrievalMetrics(len(names.texts)),
+        "held_out": _RetrievalMetrics(len(unseen.texts)),
+    }
+    tally = DetectorMetrics(vocabulary.names)
     stated: list[F32] = []
     true: list[F32] = []
-    for number, (rgb, features, label) in enumerate(_encoded(encoder, frames)):
+    for number, (rgb, features, label) in enumerate(_encode_frames(encoder, frames)):
         rows, columns, dim = features.shape
         flat = features.reshape(-1, dim).astype(np.float32)
-        shares = patch_targets(_fit(label, rows, columns)[None], classes)
+        shares = patch_targets(_fit_to_patches(label, rows, columns)[None], classes)
         tally.add(Image(rgb, features), names.queries, shares)
         by_name = scores(flat, names.queries)
         maps["names"].add(by_name, shares, names)
@@ -108,7 +111,7 @@ def evaluate(
         cosines = (flat @ names.queries.embeddings.T).reshape(rows, columns, classes)
         counts += metrics.confusion(label, _pixel_classes(cosines, label.shape), classes)
         progress(number + 1)
-    rows_ = metrics.reliability(_joined(stated), _joined(true))
+    rows_ = metrics.reliability(_concatenate(stated), _concatenate(true))
     per_class = metrics.iou(counts)
     return {
         "frames": len(frames),
@@ -132,18 +135,18 @@ def evaluate(
     }
 
 
-def held_out_words(vocabulary: Vocabulary) -> list[tuple[str, int]]:
+def held_out_queries(vocabulary: Vocabulary) -> list[tuple[str, int]]:
     """Synonyms that were never training targets, with the index of their class."""
     return [(word, i) for i, entry in enumerate(vocabulary.classes) for word in entry.held_out]
 
 
-def _encoded(encoder: Encoder, frames: Frames) -> Iterator[tuple[U8, F16, U8]]:
+def _encode_frames(encoder: Encoder, frames: FrameDataset) -> Iterator[tuple[U8, F16, U8]]:
     for rgb, label in zip(frames.rgb, frames.label, strict=True):
         picture = np.asarray(rgb)
         yield picture, encoder.encode(picture), np.asarray(label)
 
 
-def _fit(label: U8, rows: int, columns: int) -> U8:
+def _fit_to_patches(label: U8, rows: int, columns: int) -> U8:
     """The label picture at 8 pixels a patch."""
     size = (columns * 8, rows * 8)
     if label.shape == (size[1], size[0]):
@@ -158,10 +161,10 @@ def _pixel_classes(cosines: F32, shape: tuple[int, ...]) -> I64:
     return best
 
 
-def _labelled(processes: Sequence[float], absent: Sequence[float]) -> tuple[F64, Bool]:
+def _scores_and_labels(processes: Sequence[float], absent: Sequence[float]) -> tuple[F64, Bool]:
     values = np.array([*processes, *absent], np.float64)
     return values, np.arange(len(values)) < len(processes)
 
 
-def _joined(parts: Sequence[F32]) -> F64:
+def _concatenate(parts: Sequence[F32]) -> F64:
     return np.concatenate(parts).astype(np.float64)

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-SETS = {
+EVALUATION_SETS = {
     "held_out": "apartments never trained on, same style",
     "other_style": "the simulator's held-out style: other textures, proportions, light",
 }
-ROWS = (
+FIGURE_ROWS = (
     ("pixel accuracy", ("pixel_accuracy",)),
     ("mIoU", ("miou",)),
     ("R-precision, class names", ("names", "r_precision")),
@@ -24,8 +24,8 @@ ROWS = (
     ("calibration error of the score", ("calibration_error",)),
     ("pictures", ("frames",)),
 )
-CONFUSIONS = 12  # pairs shown
-WORDS = 10  # worst classes shown
+SHOWN_CONFUSIONS = 12  # pairs shown
+SHOWN_CLASSES = 10  # worst classes shown
 
 INTRODUCTION = """\
 # mini
@@ -98,15 +98,15 @@ def model_card(figures: dict[str, Any], notes: str = "") -> str:
     limits = LIMITS.format(
         temperature=facts["temperature"],
         neutral=facts["neutral"],
-        reliability=_reliability(held_out["reliability"]),
+        reliability=_reliability_table(held_out["reliability"]),
     )
     return "\n".join(
         [
             introduction.rstrip("\n") + "\n",
-            _figures(figures),
-            "Classes with the lowest intersection over union: " + _worst(held_out) + ".\n",
+            _figures_table(figures),
+            "Classes with the lowest intersection over union: " + _lowest_iou(held_out) + ".\n",
             "## Most frequent confusions\n",
-            _confusions(held_out["confusion"], held_out["class_names"]),
+            _confusion_table(held_out["confusion"], held_out["class_names"]),
             "![Confusion of classes](confusion.png)\n",
             limits,
             notes,
@@ -114,39 +114,42 @@ def model_card(figures: dict[str, Any], notes: str = "") -> str:
     )
 
 
-def _figures(figures: dict[str, Any]) -> str:
-    lines = ["| | " + " | ".join(SETS.values()) + " |", "|---|" + "---|" * len(SETS)]
-    for title, path in ROWS:
-        cells = [_at(figures[name], path) for name in SETS]
+def _figures_table(figures: dict[str, Any]) -> str:
+    lines = [
+        "| | " + " | ".join(EVALUATION_SETS.values()) + " |",
+        "|---|" + "---|" * len(EVALUATION_SETS),
+    ]
+    for title, path in FIGURE_ROWS:
+        cells = [_figure_at(figures[name], path) for name in EVALUATION_SETS]
         shown = [f"{cell:.3f}" if isinstance(cell, float) else str(cell) for cell in cells]
         lines.append(f"| {title} | " + " | ".join(shown) + " |")
     return "\n".join(lines) + "\n"
 
 
-def _at(part: dict[str, Any], path: tuple[str, ...]) -> Any:
+def _figure_at(part: dict[str, Any], path: tuple[str, ...]) -> Any:
     for key in path:
         part = part[key]
     return part
 
 
-def _worst(part: dict[str, Any]) -> str:
-    worst = list(part["iou_by_class"].items())[:WORDS]
+def _lowest_iou(part: dict[str, Any]) -> str:
+    worst = list(part["iou_by_class"].items())[:SHOWN_CLASSES]
     return ", ".join(f"{name} {value:.2f}" for name, value in worst)
 
 
-def _confusions(counts: list[list[int]], names: list[str]) -> str:
+def _confusion_table(counts: list[list[int]], names: list[str]) -> str:
     """The pairs that cost a class the largest share of its pixels."""
     matrix = np.array(counts, np.float64)
     share = matrix / np.maximum(matrix.sum(axis=1, keepdims=True), 1)
     np.fill_diagonal(share, 0)
-    worst = np.argsort(-share, axis=None)[:CONFUSIONS]
+    worst = np.argsort(-share, axis=None)[:SHOWN_CONFUSIONS]
     lines = ["| of the pixels of | are taken for | share |", "|---|---|---|"]
     for true, taken in zip(*np.unravel_index(worst, share.shape), strict=True):
         lines.append(f"| {names[true]} | {names[taken]} | {share[true, taken]:.2f} |")
     return "\n".join(lines) + "\n"
 
 
-def _reliability(rows: list[dict[str, float]]) -> str:
+def _reliability_table(rows: list[dict[str, float]]) -> str:
     lines = ["| stated | true | patches x words |", "|---|---|---|"]
     for row in rows:
         lines.append(f"| {row['stated']:.2f} | {row['right']:.2f} | {row['count']:.0f} |")

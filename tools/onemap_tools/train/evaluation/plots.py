@@ -25,7 +25,7 @@ def draw_confusion(part: dict[str, Any], folder: Path) -> Path:
     axes.set_xlabel("taken for")
     axes.set_ylabel("is")
     figure.colorbar(picture, label="share of the class's pixels", shrink=0.6)
-    return _saved(figure, folder / CONFUSION_FILE)
+    return _save(figure, folder / CONFUSION_FILE)
 
 
 def draw_reliability(parts: dict[str, dict[str, Any]], folder: Path) -> Path:
@@ -42,10 +42,10 @@ def draw_reliability(parts: dict[str, dict[str, Any]], folder: Path) -> Path:
     axes.set_xlim(0, 1)
     axes.set_ylim(0, 1)
     axes.legend()
-    return _saved(figure, folder / RELIABILITY_FILE)
+    return _save(figure, folder / RELIABILITY_FILE)
 
 
-def _saved(figure: Figure, path: Path) -> Path:
+def _save(figure: Figure, path: Path) -> Path:
     # Without the library's version in it, the same figures give the same file.
     figure.savefig(path, dpi=DPI, metadata={"Software": None})
     return path

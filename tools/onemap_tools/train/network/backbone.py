@@ -2,7 +2,7 @@
 
 Tan and Le, "EfficientNet: Rethinking Model Scaling for CNNs" (2019), in the Lite variant: no
 squeeze-and-excitation, ReLU6 in place of swish, which onnxruntime runs fast on any CPU. The
-weights come from a package of their own; see ``load_pretrained``.
+weights come from a package of their own; see ``load_backbone_weights``.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ LITE0 = (
     StageShape(4, 5, 2, 6, 192),
     StageShape(1, 3, 1, 6, 320),
 )
-FROZEN = 2  # stages, with the stem: up to stride 4 ImageNet's filters serve any picture
+FROZEN_STAGES = 2  # stages, with the stem: up to stride 4 ImageNet's filters serve any picture
 TAPS = (1, 2, 4, 6)  # the last stages at strides 4, 8, 16 and 32
 WIDTHS = tuple(LITE0[index].width for index in TAPS)
 
 
-class Depthwise(nn.Conv2d):
+class DepthwiseConv(nn.Conv2d):
     """Depthwise convolution, sizes rounded up; always in float32.
 
     On a CPU its gradient in bfloat16 is many times slower.
@@ -62,7 +62,7 @@ class Depthwise(nn.Conv2d):
             return super().forward(x.float())
 
 
-def _layer(convolution: nn.Conv2d, *, last: bool = False) -> nn.Sequential:
+def _conv_norm_activation(convolution: nn.Conv2d, *, last: bool = False) -> nn.Sequential:
     """Convolution, batch norm and, unless it is the last of its block, ReLU6."""
     norm = nn.BatchNorm2d(convolution.out_channels, eps=EPSILON)
     return nn.Sequential(convolution, norm, *([] if last else [nn.ReLU6(inplace=True)]))
@@ -74,10 +74,14 @@ class InvertedResidual(nn.Module):
     def __init__(self, inside: int, shape: StageShape, stride: int) -> None:
         super().__init__()
         wide = inside * shape.expand
-        layers = [] if shape.expand == 1 else [_layer(nn.Conv2d(inside, wide, 1, bias=False))]
+        layers = (
+            []
+            if shape.expand == 1
+            else [_conv_norm_activation(nn.Conv2d(inside, wide, 1, bias=False))]
+        )
         layers += [
-            _layer(Depthwise(wide, shape.kernel, stride)),
-            _layer(nn.Conv2d(wide, shape.width, 1, bias=False), last=True),
+            _conv_norm_activation(DepthwiseConv(wide, shape.kernel, stride)),
+            _conv_norm_activation(nn.Conv2d(wide, shape.width, 1, bias=False), last=True),
         ]
         self.body = nn.Sequential(*layers)
         self.adds = stride == 1 and inside == shape.width
@@ -88,7 +92,7 @@ class InvertedResidual(nn.Module):
         return x + y if self.adds else y
 
 
-class EfficientNetLite(nn.Module):
+class EfficientNetLite0(nn.Module):
     """RGB (B, 3, H, W) within [-1, 1] to four maps at strides 4, 8, 16 and 32.
 
     Sizes are rounded up.
@@ -96,7 +100,7 @@ class EfficientNetLite(nn.Module):
 
     def __init__(self, shapes: tuple[StageShape, ...] = LITE0) -> None:
         super().__init__()
-        self.stem = _layer(nn.Conv2d(3, STEM, 3, 2, 1, bias=False))
+        self.stem = _conv_norm_activation(nn.Conv2d(3, STEM, 3, 2, 1, bias=False))
         stages, inside = [], STEM
         for shape in shapes:
             blocks = []
@@ -110,11 +114,11 @@ class EfficientNetLite(nn.Module):
 
     def freeze(self) -> None:
         """Keep the finest layers as they are: they are general, and dear to train."""
-        self._frozen = [self.stem, *self.stages[:FROZEN]]
+        self._frozen = [self.stem, *self.stages[:FROZEN_STAGES]]
         for part in self._frozen:
             part.requires_grad_(False).eval()
 
-    def train(self, mode: bool = True) -> EfficientNetLite:
+    def train(self, mode: bool = True) -> EfficientNetLite0:
         """As every module's; frozen layers keep their statistics too."""
         super().train(mode)
         for part in self._frozen:
@@ -132,7 +136,7 @@ class EfficientNetLite(nn.Module):
         return levels
 
 
-def find_weights() -> Path | None:
+def find_backbone_weights() -> Path | None:
     """The checkpoint of the installed weight package, if it is installed."""
     spec = find_spec(PACKAGE)
     if spec is None or spec.origin is None:
@@ -141,7 +145,7 @@ def find_weights() -> Path | None:
     return found[0] if found else None
 
 
-def load_pretrained(trunk: EfficientNetLite, path: Path) -> None:
+def load_backbone_weights(trunk: EfficientNetLite0, path: Path) -> None:
     """Fill the trunk from a checkpoint of the package; its classifier is left out.
 
     The checkpoint lists the same layers in the same order under other names. Raises ValueError

@@ -13,7 +13,7 @@ from onemap_shared.geometry import F32, U8
 
 
 @dataclass(frozen=True, slots=True)
-class LossSettings:
+class LossParams:
     """temperature of the cosine in the cross-entropy; weight of the plain cosine beside it."""
 
     temperature: float = 20.0
@@ -46,7 +46,7 @@ def class_weights(frequency: F32, power: float) -> Tensor:
 
 
 def alignment_loss(
-    features: Tensor, targets: Tensor, texts: Tensor, weights: Tensor, settings: LossSettings
+    features: Tensor, targets: Tensor, texts: Tensor, weights: Tensor, settings: LossParams
 ) -> Tensor:
     """Mean over patches of the class-weighted cross-entropy plus the cosine to the target text.
 
