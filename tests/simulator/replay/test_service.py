@@ -21,7 +21,7 @@ from onemap_simulator.replay.recorder import write_recording
 from onemap_simulator.replay.recording import RecordedFrame, Recording, RecordingError
 from onemap_simulator.replay.service import body_below, build
 
-STUDY = Path(__file__).parents[2].parent / "shared" / "data" / "rgbd_study"
+STUDY = Path(__file__).parents[3].parent / "shared" / "data" / "rgbd_study"
 INTRINSICS = Intrinsics(10.0, 10.0, 4.0, 3.0)
 FAST = 60.0  # Hz
 

@@ -139,7 +139,7 @@ def test_corrections_rename_and_place(tmp_path: Path) -> None:
 
 
 def test_the_example_in_the_documentation_is_read(tmp_path: Path) -> None:
-    page = (Path(__file__).parents[2] / "docs" / "scenes.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "scenes.md").read_text(encoding="utf-8")
     (tmp_path / "flat.yaml").write_text(page.partition("```yaml\n")[2].partition("```")[0])
     corrections = read_corrections(tmp_path / "flat.yaml")
     assert corrections.categories == {"geometry_12": "sofa", "Cube.004": "coffee table"}

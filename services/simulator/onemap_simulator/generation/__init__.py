@@ -1,1 +1,1 @@
-"""generation."""
+"""Procedural apartments: floor plan, structure, furniture, textures."""

@@ -1,1 +1,1 @@
-"""physics."""
+"""The robot's motion and its collisions."""
