@@ -1,1 +1,1 @@
-"""bus."""
+"""Messages of the other services, cached, and calls to them."""

@@ -1,1 +1,1 @@
-"""http."""
+"""The HTTP interface: application, middleware, problems, schemas, routes."""

@@ -118,8 +118,8 @@ def from_call_error(
             return HttpProblem("unavailable", detail, service=service)
         case QueryTimeout():
             detail = (
-                f"{sentence_subject(service)} did not answer within {timeout_s:g} s: try again; if it "
-                "goes on, 'onemap doctor' says why."
+                f"{sentence_subject(service)} did not answer within {timeout_s:g} s: try again; "
+                "if it goes on, 'onemap doctor' says why."
             )
             return HttpProblem("timeout", detail, service=service)
         case RemoteError(code=code) if code in DEPENDENCY_ERRORS:

@@ -1,1 +1,1 @@
-"""present."""
+"""Pure functions from bus messages to images, documents and metrics."""

@@ -10,17 +10,15 @@ from onemap_gateway.bus.live_state import HeartbeatRecord, LatestMessage, LiveSt
 from onemap_gateway.http.problems import START_HINT, sentence, sentence_subject
 from onemap_shared.services import SERVICES
 
-STREAM_TIMEOUT_S = (
-    2.0  # a robot that sends a frame every second is slow, one slower than this is silent
-)
+# A robot that sends a frame every second is slow, one slower than this is silent.
+STREAM_TIMEOUT_S = 2.0
 HEARTBEAT_TIMEOUT_S = 3.5  # three heartbeats missed
 # A process that ends takes its token along, at most one heartbeat (1 s) and one look at the tokens
 # (0.25 s) after it was last heard. One that hangs, or whose link is cut, keeps its token for the
 # 2 s of the bus's lease.
 TOKEN_LAG_S = 1.6
-PROGRESS_TIMEOUT_S = (
-    5.0  # a loop steps ten times a second, and no step of a healthy service takes so long
-)
+# A loop steps ten times a second, and no step of a healthy service takes so long.
+PROGRESS_TIMEOUT_S = 5.0
 PIPELINE_STAGES = ("robot", "perception", "mapper", "planner")  # in the order a frame passes them
 
 
@@ -108,8 +106,8 @@ def hung_problem(name: str, state: LiveState, now_s: float) -> str:
 def hung_sentence(name: str, silent_s: float) -> str:
     """A second process beside one that hangs would mix its messages with the first's."""
     return (
-        f"{sentence_subject(name)} has not been heard for {silent_s:.0f} s: its process hangs or its link "
-        "is down; restart it rather than start a second one."
+        f"{sentence_subject(name)} has not been heard for {silent_s:.0f} s: its process "
+        "hangs or its link is down; restart it rather than start a second one."
     )
 
 

@@ -10,7 +10,7 @@ from starlette.responses import Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
 
-STATIC = Path(__file__).parents[1] / "static"
+STATIC = Path(__file__).parents[2] / "static"
 REVALIDATE = {"Cache-Control": "no-cache"}  # an update of the robot shows at the next visit
 
 router = APIRouter(include_in_schema=False)
