@@ -62,7 +62,7 @@ class BusMonitor:
     @property
     def alive(self) -> frozenset[str]:
         """The services whose process is connected, ours left out."""
-        return self.bus.alive() - {"witness"}
+        return self.bus.alive() - {"monitor"}
 
     @property
     def moves(self) -> bool:
@@ -142,7 +142,7 @@ class System:
 
     def __enter__(self) -> System:
         self.start("router")
-        bus = open_bus(BusConfig(connect=(self.endpoint,)), "witness", "w", threading.Event())
+        bus = open_bus(BusConfig(connect=(self.endpoint,)), "monitor", "w", threading.Event())
         assert bus is not None
         self.monitor = BusMonitor(bus)
         for name in self.services:

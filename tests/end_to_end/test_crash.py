@@ -42,7 +42,7 @@ runpy.run_module(sys.argv.pop(1), run_name="__main__", alter_sys=True)
 @pytest.fixture(scope="module")
 def empty_house(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
     """A router and nobody else."""
-    with System(tmp_path_factory.mktemp("house"), (), {}) as system:
+    with System(tmp_path_factory.mktemp("system"), (), {}) as system:
         yield system
 
 

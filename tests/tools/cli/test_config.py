@@ -20,7 +20,7 @@ from onemap_tools.cli.config_report import installed_models
 from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR
 
 RUNNER = CliRunner()
-DEPLOYED = sorted((Path(__file__).parents[2] / "deploy" / "config").glob("*.yaml"))
+DEPLOYED = sorted((Path(__file__).parents[3] / "deploy" / "config").glob("*.yaml"))
 
 
 def run(*arguments: str) -> Any:

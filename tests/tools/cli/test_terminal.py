@@ -23,7 +23,7 @@ from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from tests.tools.fake_gateway import fake_gateway
 
 RUNNER = CliRunner()
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 NASTY = ("[/sofa]", "[bold]x", "[red]", ":smiley:", "[link=file:///]y", "\\[z]")
 
 

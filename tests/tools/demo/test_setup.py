@@ -160,5 +160,5 @@ def test_a_failed_run_says_so_in_its_document(tmp_path: Path) -> None:
 
 def test_the_demo_is_configured_as_the_deployed_one() -> None:
     """The package carries its own file, for those who have no checkout; they say the same."""
-    deployed = Path(__file__).parents[2] / "deploy" / "config" / "demo.yaml"
+    deployed = Path(__file__).parents[3] / "deploy" / "config" / "demo.yaml"
     assert yaml.safe_load(DEMO_FILE.read_text()) == yaml.safe_load(deployed.read_text())

@@ -1,1 +1,1 @@
-"""cli."""
+"""The ``onemap`` command: argument parsing, terminal output and reports."""

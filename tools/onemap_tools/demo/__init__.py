@@ -1,1 +1,1 @@
-"""demo."""
+"""``onemap demo``: one simulated search with a summary."""

@@ -1,1 +1,1 @@
-"""doctor."""
+"""``onemap doctor``: observe the bus and diagnose faults."""

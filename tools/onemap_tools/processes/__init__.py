@@ -1,1 +1,1 @@
-"""processes."""
+"""Start, supervise and check service processes on this machine."""
