@@ -103,7 +103,7 @@ def test_the_first_goes_on_when_a_second_is_refused(tmp_path: Path) -> None:
         assert "somebody runs gateway." in second.stderr
         assert started(tmp_path / "second") == []
         assert status_of(port) is not None
-        with somebody(endpoint, "witness", "w") as bus:
+        with somebody(endpoint, "monitor", "w") as bus:
             assert "up" in {service for service, _ in bus.processes()}
     finally:
         first.send_signal(signal.SIGINT)
@@ -124,7 +124,7 @@ def test_a_claim_leaves_the_bus_with_its_launcher(router: Router, tmp_path: Path
     config = configuration(tmp_path, router.endpoint)
     command = onemap_command("up", "--config", str(config), "--logs", str(tmp_path / "logs"))
     launcher = subprocess.Popen((*command, "--only", "gateway"))
-    with somebody(router.endpoint, "witness", "w") as bus:
+    with somebody(router.endpoint, "monitor", "w") as bus:
         eventually(lambda: "up" in dict(bus.processes()) or None)
         launcher.kill()
         launcher.wait()
