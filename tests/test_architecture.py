@@ -20,8 +20,8 @@ MAX_FILE_LINES = 400
 SHELL_MODULES = {
     "onemap_gateway": "the whole package is a door: HTTP on one side, the bus on the other",
     "onemap_tools": "what people start",
-    "onemap_planner.planning": "the thread that plans while the loop steers",
-    "onemap_planner.desk": "what that thread, the loop and the bus's threads share",
+    "onemap_planner.planning_thread": "the thread that plans while the loop steers",
+    "onemap_planner.registry": "what that thread, the loop and the bus's threads share",
     "onemap_mapper.text_cache": "a cache that the bus's threads share",
 }
 # Plain values that happen to be defined beside what talks.
@@ -182,12 +182,12 @@ BREACHES = {
         "computes or it talks",
     ),
     "the bus in a pure module": (
-        "services/planner/onemap_planner/path.py",
+        "services/planner/onemap_planner/motion/path.py",
         "from onemap_shared.transport import Bus",
         "computes or it talks",
     ),
     "an import inside a function": (
-        "services/planner/onemap_planner/path.py",
+        "services/planner/onemap_planner/motion/path.py",
         "def f():\n    import logging",
         "computes or it talks",
     ),

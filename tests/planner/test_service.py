@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from onemap_planner.config import PlannerConfig
-from onemap_planner.record import FILE_NAME
+from onemap_planner.search.journal import FILE_NAME
 from onemap_planner.service import Planner
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
@@ -33,7 +33,7 @@ from onemap_shared.messages import (
 )
 from onemap_shared.transport import RemoteError, RequestRejected
 from onemap_shared.wire import Packet
-from tests.planner.rooms import as_view, drawn
+from tests.planner.drawn_maps import as_view, drawn
 
 ROOM = drawn("##########", *["#........ "] * 8, "##########", scale=5)
 STEPS = 400  # of 50 ms each: every wait below ends long before

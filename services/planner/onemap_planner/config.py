@@ -13,15 +13,15 @@ from onemap_planner.config_search import (
     GoalConfig,
     RegionConfig,
 )
-from onemap_planner.consensus import ConsensusRules
-from onemap_planner.control import DriveRules
-from onemap_planner.freshness import FreshnessRules
-from onemap_planner.frontiers import FrontierRules
-from onemap_planner.goals import GoalRules
-from onemap_planner.recovery import RecoveryRules
-from onemap_planner.regions import RegionRules
-from onemap_planner.rules import ExploreRules, Rules
-from onemap_planner.terrain import TerrainRules
+from onemap_planner.motion.progress import RecoveryRules
+from onemap_planner.motion.pure_pursuit import DriveRules
+from onemap_planner.motion.staleness import FreshnessRules
+from onemap_planner.policy.goals import GoalRules
+from onemap_planner.policy.params import ExploreRules, Rules
+from onemap_planner.world.candidates import ConsensusRules
+from onemap_planner.world.costmap import TerrainRules
+from onemap_planner.world.frontiers import FrontierRules
+from onemap_planner.world.regions import RegionRules
 from onemap_shared.params import Params
 
 

@@ -8,15 +8,15 @@ import time
 import uuid
 from contextlib import suppress
 
-from onemap_planner import record, words
-from onemap_planner.competition import Synonyms, synonyms_of
+from onemap_planner import words
 from onemap_planner.config import PlannerConfig
-from onemap_planner.desk import Desk, DeskError
-from onemap_planner.hearing import Heard, hear_odometry, hear_revision
-from onemap_planner.phases import Moment, Search
-from onemap_planner.pilot import Helm, HelmSenses, tick
-from onemap_planner.planning import Now, Planning
-from onemap_planner.search import status
+from onemap_planner.inputs import Heard, hear_odometry, hear_revision
+from onemap_planner.motion.velocity_controller import Helm, HelmSenses, tick
+from onemap_planner.planning_thread import Now, Planning
+from onemap_planner.policy.competition import Synonyms, synonyms_of
+from onemap_planner.registry import Desk, DeskError
+from onemap_planner.search.phases import Moment, Search
+from onemap_planner.search.state_machine import journal, status
 from onemap_shared import keys
 from onemap_shared.messages import (
     SearchId,
@@ -192,7 +192,7 @@ class Planner:
         if folder is None:
             return
         try:
-            record.save(folder, search, now_s=now_s, odometer_m=self._heard.odometer_m)
+            journal.save(folder, search, now_s=now_s, odometer_m=self._heard.odometer_m)
         except OSError as problem:
             LOG.error("cannot record the search in %s: %s", folder, problem)
 
@@ -262,8 +262,8 @@ def _recorded(config: PlannerConfig, now_s: float) -> Search | None:
     if config.state_dir is None:
         return None
     try:
-        search = record.load(config.state_dir, now_s)
-    except record.RecordError as problem:
+        search = journal.load(config.state_dir, now_s)
+    except journal.RecordError as problem:
         LOG.error("the search that was active is lost: %s", problem)
         return None
     if search is not None:

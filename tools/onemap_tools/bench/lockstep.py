@@ -24,15 +24,15 @@ from onemap_perception.detectors.suppression import distinct_queries
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.variance import observation_variance
-from onemap_planner.brain import Senses, think
-from onemap_planner.competition import rivals_of, synonyms_of
 from onemap_planner.config import PlannerConfig
-from onemap_planner.control import Pose, Velocity
-from onemap_planner.memory import Mind
-from onemap_planner.phases import Moment, Search, Starting
-from onemap_planner.pilot import Helm, HelmSenses, Order, tick
-from onemap_planner.rules import Rules
-from onemap_planner.search import begin
+from onemap_planner.motion.pure_pursuit import Pose, Velocity
+from onemap_planner.motion.velocity_controller import Helm, HelmSenses, Order, tick
+from onemap_planner.policy.competition import rivals_of, synonyms_of
+from onemap_planner.policy.params import Rules
+from onemap_planner.policy.state import Mind
+from onemap_planner.policy.step import Senses, think
+from onemap_planner.search.phases import Moment, Search, Starting
+from onemap_planner.search.state_machine import begin
 from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import Detections, FeatureField, RgbdFrame, SearchView
 from onemap_simulator.config import SimulatorConfig

@@ -1,0 +1,98 @@
+"""Optimal paths on N from the robot to everywhere, and their shortening in straight lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from skimage.graph import MCP_Geometric
+
+from onemap_planner.world.costmap import Terrain
+from onemap_shared.geometry import F64, I64, Bool
+
+SHORTCUT_SLACK = 1.01  # a straight line may cost one percent more than the cells it replaces
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """The cheapest ways from one cell: one run of Dijkstra serves all goals.
+
+    cost_m (nx, ny) float64: effort in metres (a metre in the open costs one), infinity where
+    no path leads.
+    """
+
+    start: tuple[int, int]
+    cost_m: F64
+    _paths: Any  # the MCP_Geometric that holds the predecessors
+
+    def path_to(self, cell: tuple[int, int]) -> I64:
+        """Cells (N, 2) from the start to ``cell``, 8-connected; the cell must be reachable."""
+        return np.asarray(self._paths.traceback(cell), dtype=np.int64)
+
+
+def reach_from(terrain: Terrain, cell: tuple[int, int]) -> Reach:
+    """Costs and paths from ``cell``, which must be passable.
+
+    A step costs its length times the mean of both cells' cost.
+    """
+    paths = MCP_Geometric(terrain.cost, fully_connected=True)
+    cost, _ = paths.find_costs([cell])
+    return Reach(cell, cost * terrain.grid.cell_size_m, paths)
+
+
+def segment_cells(start: F64, end: F64) -> tuple[I64, F64]:
+    """Cells (K, 2) that the straight line between two points (cell units) crosses, in order.
+
+    Cell centres lie at integers. Also returns the length (K,) in cells inside each.
+    """
+    step = end - start
+    cuts = [np.array([0.0, 1.0])]
+    for a, d in zip(start, step, strict=True):
+        if abs(d) > 1e-9:
+            low, high = sorted((a, a + d))
+            lines = np.arange(np.floor(low - 0.5) + 1.5, high)
+            cuts.append((lines - a) / d)
+    t = np.unique(np.clip(np.concatenate(cuts), 0.0, 1.0))
+    middle = (t[:-1] + t[1:]) / 2
+    cells = np.floor(start + middle[:, None] * step + 0.5).astype(np.int64)
+    return cells, np.diff(t) * float(np.hypot(*step))
+
+
+def line_is_clear(mask: Bool, start: I64, end: I64) -> bool:
+    """Whether every cell on the line between two cells' centres is true in the mask."""
+    cells, _ = segment_cells(start.astype(float), end.astype(float))
+    return bool(mask[cells[:, 0], cells[:, 1]].all())
+
+
+def smooth(terrain: Terrain, path: I64) -> I64:
+    """Fewer corners (M, 2) of the path (N, 2): straight lines that stay passable and cost no more.
+
+    Comparing costs, not only collisions, keeps paths in the middle of doors.
+    """
+    if len(path) < 3:
+        return path
+    spent = _spent(terrain.cost, path)
+    corners = [path[0]]
+    anchor = 0
+    for ahead in range(2, len(path)):
+        allowed = (spent[ahead] - spent[anchor]) * SHORTCUT_SLACK
+        if not line_cost(terrain.cost, path[anchor], path[ahead]) <= allowed:
+            anchor = ahead - 1
+            corners.append(path[anchor])
+    corners.append(path[-1])
+    return np.asarray(corners)
+
+
+def line_cost(cost: F64, start: I64, end: I64) -> float:
+    """Integral of the cost along the line between two cells, in cells; infinite if blocked."""
+    cells, lengths = segment_cells(start.astype(float), end.astype(float))
+    along = cost[cells[:, 0], cells[:, 1]]
+    return float("inf") if (along <= 0).any() else float(along @ lengths)
+
+
+def _spent(cost: F64, path: I64) -> F64:
+    """Cost (N,) in cells from the path's start to each of its cells."""
+    along = cost[path[:, 0], path[:, 1]]
+    lengths = np.hypot(*np.diff(path, axis=0).T)
+    return np.concatenate([[0.0], np.cumsum(lengths * (along[:-1] + along[1:]) / 2)])

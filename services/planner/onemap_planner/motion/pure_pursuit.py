@@ -1,0 +1,194 @@
+"""From a motion to a velocity: path tracking for a differential drive, within limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from onemap_planner.world.costmap import Terrain
+from onemap_shared.geometry import F64, wrap_angle
+
+
+@dataclass(frozen=True, slots=True)
+class DriveRules:
+    """What the robot may do; see ``PlannerConfig`` for the values."""
+
+    max_linear_mps: float
+    max_angular_radps: float
+    max_linear_mps2: float
+    max_angular_radps2: float
+    look_around_radps: float
+    reverse_mps: float
+    lookahead_m: float
+    turn_in_place_rad: float
+    slow_clearance_m: float
+    slow_fraction: float
+    arrive_m: float
+    arrive_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Place and heading in the map."""
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+
+    @property
+    def xy(self) -> tuple[float, float]:
+        """The place."""
+        return (self.x_m, self.y_m)
+
+    def bearing_to(self, xy: tuple[float, float]) -> float:
+        """Angle in [-pi, pi) from the heading to a place; left is positive."""
+        return wrap_angle(float(np.arctan2(xy[1] - self.y_m, xy[0] - self.x_m)) - self.yaw_rad)
+
+    def distance_to(self, xy: tuple[float, float]) -> float:
+        """Metres to a place."""
+        return float(np.hypot(xy[0] - self.x_m, xy[1] - self.y_m))
+
+
+@dataclass(frozen=True, slots=True)
+class Velocity:
+    """Forward metres per second and radians per second to the left."""
+
+    linear_mps: float = 0.0
+    angular_radps: float = 0.0
+
+
+STILL = Velocity()
+
+# ---- motions: what the plan asks for
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """Stand still."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spin:
+    """Turn left in place."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """Follow points_xy (N, 2) metres, N >= 1, slow down at its end and face look_xy there."""
+
+    points_xy: F64
+    look_xy: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Reverse:
+    """Back up slowly."""
+
+
+Motion = Rest | Spin | Drive | Reverse
+
+
+def steer(motion: Motion, pose: Pose, terrain: Terrain | None, rules: DriveRules) -> Velocity:
+    """The velocity wanted now, within the speed limits but not yet the acceleration limits."""
+    match motion:
+        case Rest():
+            return STILL
+        case Spin():
+            return Velocity(0.0, rules.look_around_radps)
+        case Reverse():
+            return Velocity(-rules.reverse_mps, 0.0)
+        case Drive(points_xy, look_xy):
+            to_end_m = pose.distance_to((float(points_xy[-1, 0]), float(points_xy[-1, 1])))
+            if to_end_m <= rules.arrive_m:
+                return _turn_by(_look_error(pose, look_xy), rules)
+            return _track(points_xy, pose, terrain, rules)
+
+
+def arrived(motion: Motion, pose: Pose, rules: DriveRules) -> bool:
+    """Whether the robot stands at the end of the path and faces where it should."""
+    if not isinstance(motion, Drive):
+        return False
+    end = motion.points_xy[-1]
+    near = pose.distance_to((float(end[0]), float(end[1]))) <= 1.2 * rules.arrive_m
+    return near and abs(_look_error(pose, motion.look_xy)) <= rules.arrive_rad
+
+
+def limited(wanted: Velocity, previous: Velocity, dt_s: float, rules: DriveRules) -> Velocity:
+    """The velocity nearest to the wanted one that the limits allow ``dt_s`` after the previous."""
+    linear = _approach(previous.linear_mps, wanted.linear_mps, rules.max_linear_mps2 * dt_s)
+    angular = _approach(
+        previous.angular_radps, wanted.angular_radps, rules.max_angular_radps2 * dt_s
+    )
+    return Velocity(
+        float(np.clip(linear, -rules.max_linear_mps, rules.max_linear_mps)),
+        float(np.clip(angular, -rules.max_angular_radps, rules.max_angular_radps)),
+    )
+
+
+def _look_error(pose: Pose, look_xy: tuple[float, float]) -> float:
+    """Angle to where to look; 0 when standing on it."""
+    return pose.bearing_to(look_xy) if pose.distance_to(look_xy) > 0.05 else 0.0
+
+
+def _track(points_xy: F64, pose: Pose, terrain: Terrain | None, rules: DriveRules) -> Velocity:
+    """Pure pursuit: aim at the point one lookahead further along the path."""
+    aim, remaining_m = _aim(points_xy, pose, rules.lookahead_m)
+    error = pose.bearing_to(aim)
+    if abs(error) > rules.turn_in_place_rad:
+        return _turn_by(error, rules)
+    # Brake in time: v^2 = 2 a s, with half of the allowed deceleration as reserve.
+    speed = min(rules.max_linear_mps, float(np.sqrt(rules.max_linear_mps2 * remaining_m)))
+    speed *= _room(pose, aim, terrain, rules) * float(np.cos(error)) ** 2
+    speed = max(speed, 0.05)  # the last centimetres too
+    distance_m = max(pose.distance_to(aim), 1e-3)
+    curvature = 2.0 * float(np.sin(error)) / distance_m
+    angular = curvature * speed
+    if abs(angular) > rules.max_angular_radps:
+        speed *= rules.max_angular_radps / abs(angular)
+        angular = float(np.copysign(rules.max_angular_radps, angular))
+    return Velocity(speed, angular)
+
+
+def _aim(points_xy: F64, pose: Pose, lookahead_m: float) -> tuple[tuple[float, float], float]:
+    """The point to drive at and the length of path left from the robot to its end."""
+    here = np.asarray(pose.xy)
+    if len(points_xy) == 1:
+        return (float(points_xy[0, 0]), float(points_xy[0, 1])), pose.distance_to(
+            (float(points_xy[0, 0]), float(points_xy[0, 1]))
+        )
+    legs = np.diff(points_xy, axis=0)
+    lengths = np.maximum(np.hypot(legs[:, 0], legs[:, 1]), 1e-9)
+    along = np.clip(((here - points_xy[:-1]) * legs).sum(axis=1) / lengths**2, 0.0, 1.0)
+    feet = points_xy[:-1] + along[:, None] * legs
+    nearest = int(np.argmin(np.hypot(*(feet - here).T)))
+    starts = np.concatenate([[0.0], np.cumsum(lengths)])
+    at_m = starts[nearest] + along[nearest] * lengths[nearest]
+    aim_m = min(at_m + lookahead_m, starts[-1])
+    x = float(np.interp(aim_m, starts, points_xy[:, 0]))
+    y = float(np.interp(aim_m, starts, points_xy[:, 1]))
+    return (x, y), float(starts[-1] - at_m)
+
+
+def _room(
+    pose: Pose, aim: tuple[float, float], terrain: Terrain | None, rules: DriveRules
+) -> float:
+    """Fraction of the top speed that the clearance here and ahead allows."""
+    if terrain is None:
+        return rules.slow_fraction
+    cells = terrain.grid.cells(np.array([pose.xy, aim]))
+    cells = cells[terrain.grid.contains(cells)]
+    if len(cells) == 0:
+        return rules.slow_fraction
+    clearance = float(terrain.clearance_m[cells[:, 0], cells[:, 1]].min())
+    return float(np.clip(clearance / rules.slow_clearance_m, rules.slow_fraction, 1.0))
+
+
+def _turn_by(error_rad: float, rules: DriveRules) -> Velocity:
+    """Turn in place, braking in time to stop at the right heading."""
+    rate = min(rules.max_angular_radps, float(np.sqrt(rules.max_angular_radps2 * abs(error_rad))))
+    return Velocity(0.0, float(np.copysign(rate, error_rad)) if abs(error_rad) > 1e-3 else 0.0)
+
+
+def _approach(value: float, target: float, step: float) -> float:
+    return value + float(np.clip(target - value, -step, step))

@@ -1,0 +1,63 @@
+"""What the planner means to do, as a message for people to look at."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from onemap_planner.motion.pure_pursuit import Drive
+from onemap_planner.policy.goals import GoalKind
+from onemap_planner.policy.step import Decision
+from onemap_planner.search.phases import Approaching, Confirming, Exploring, Search
+from onemap_shared.geometry import F32, F64
+from onemap_shared.messages import PlannedPath
+
+NO_GOAL = "none"
+
+
+def planned_path(search: Search, decision: Decision | None, stamp_ns: int) -> PlannedPath:
+    """The present path, goal, frontiers and regions; empty without a decision or when over."""
+    if decision is None or not search.active:
+        return _message(stamp_ns, NO_GOAL, search.reason, decision=None)
+    match search.phase:
+        case Approaching() | Confirming():
+            return _message(stamp_ns, str(GoalKind.DETECTION), search.reason, decision=decision)
+        case Exploring() if decision.goal is not None:
+            goal = decision.goal
+            return _message(stamp_ns, str(goal.kind), goal.reason, decision=decision)
+        case _:
+            return _message(stamp_ns, NO_GOAL, search.reason, decision=decision)
+
+
+def _message(stamp_ns: int, kind: str, reason: str, *, decision: Decision | None) -> PlannedPath:
+    points = np.zeros((0, 2))
+    frontiers, frontier_scores = np.zeros((0, 2)), np.zeros(0)
+    regions, region_scores = np.zeros((0, 2)), np.zeros(0)
+    if decision is not None:
+        if isinstance(decision.motion, Drive):
+            points = decision.motion.points_xy
+        else:
+            kind = NO_GOAL  # it stands or turns
+        marks = decision.landmarks
+        frontiers = _stack([frontier.beyond_xy for frontier in marks.frontiers])
+        frontier_scores = np.array([frontier.score for frontier in marks.frontiers])
+        regions = _stack([region.peak_xy for region in marks.regions])
+        region_scores = np.array([region.score for region in marks.regions])
+    return PlannedPath(
+        stamp_ns=stamp_ns,
+        goal_kind=kind,
+        goal_reason=reason,
+        points_m=_f32(points),
+        goal_m=_f32(points[-1:] if kind != NO_GOAL else points[:0]),
+        frontiers_m=_f32(frontiers),
+        frontier_scores=_f32(frontier_scores),
+        regions_m=_f32(regions),
+        region_scores=_f32(region_scores),
+    )
+
+
+def _stack(places: list[F64]) -> F64:
+    return np.array(places, dtype=np.float64).reshape(-1, 2)
+
+
+def _f32(values: F64) -> F32:
+    return values.astype(np.float32)

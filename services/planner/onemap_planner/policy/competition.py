@@ -1,0 +1,145 @@
+"""Names compete for places: what another name fits better is not the object.
+
+A place is contested by the other names of the search, cell by cell on the map and detection
+by detection, and by what was found before: a bed that was confirmed is not a sofa next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from onemap_planner.world.candidates import Candidate, ConsensusRules, Sighting, agrees
+from onemap_planner.world.map_view import Belief
+from onemap_shared.geometry import I64
+from onemap_shared.messages import MAX_RIVALS, Detections, TextEmbeddings
+
+# Two sets of cells are one place if they share this part of the smaller one. A pillow on a bed
+# is another place: its cells never looked like the bed.
+SAME_PLACE = 0.5
+MAX_CLAIMS = 64  # finds remembered, the newest; the oldest are forgotten
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """A find: its name and the world cells that supported it."""
+
+    name: str
+    cells: frozenset[tuple[int, int]]
+
+
+# Pairs of names, in lower case, that mean the same and so do not compete.
+Synonyms = frozenset[frozenset[str]]
+NO_SYNONYMS: Synonyms = frozenset()
+
+
+def synonyms_of(embeddings: TextEmbeddings) -> Synonyms:
+    """The pairs among the texts that mean the same to the encoder."""
+    pairs = np.argwhere(np.triu(embeddings.same_meaning(), 1))
+    texts = [text.casefold() for text in embeddings.texts]
+    return frozenset(frozenset((texts[one], texts[other])) for one, other in pairs)
+
+
+def with_claim(claims: tuple[Claim, ...], name: str, candidate: Candidate) -> tuple[Claim, ...]:
+    """The claims and that of a candidate just confirmed."""
+    return (*claims, Claim(name, candidate.cells))[-MAX_CLAIMS:]
+
+
+def rivals_of(
+    target: str,
+    objects: Iterable[str],
+    claims: Iterable[Claim],
+    synonyms: Synonyms = NO_SYNONYMS,
+) -> tuple[str, ...]:
+    """Other names that what looks like the target may be: of the search, then of newest finds."""
+    newest_first = reversed([claim.name for claim in claims])
+    names = dict.fromkeys((*objects, *newest_first))
+    return tuple(n for n in names if not means_same(n, target, synonyms))[:MAX_RIVALS]
+
+
+def of_others(claims: Iterable[Claim], target: str, synonyms: Synonyms) -> tuple[Claim, ...]:
+    """The finds of names that do not mean the target."""
+    return tuple(c for c in claims if not means_same(c.name, target, synonyms))
+
+
+def claimant(candidate: Candidate, claims: Iterable[Claim], belief: Belief) -> Claim | None:
+    """The find, of those of other names, that the candidate's place belongs to; None: it is free.
+
+    It does if the two are one place, and if over the cells of both some other name fits the
+    map better than the target, on average.
+    """
+    for claim in claims:
+        if not _one_place(claim.cells, candidate.cells):
+            continue
+        cells = _inside(candidate.cells | claim.cells, belief)
+        own = belief.similarity[cells[:, 0], cells[:, 1]]
+        other = belief.rival[cells[:, 0], cells[:, 1]]
+        seen = np.isfinite(own) & np.isfinite(other)
+        if seen.any() and other[seen].mean() > own[seen].mean():
+            return claim
+    return None
+
+
+def claim_at(cell: tuple[int, int], claims: Sequence[Claim]) -> Claim | None:
+    """The newest of these finds that a world cell supported."""
+    return next((claim for claim in reversed(claims) if cell in claim.cells), None)
+
+
+def contested(
+    candidates: tuple[Candidate, ...],
+    detections: Detections,
+    seen: Sequence[Sighting],
+    *,
+    target: str,
+    belief: Belief,
+    rules: ConsensusRules,
+) -> tuple[Candidate, ...]:
+    """The candidates after a frame in which other names may have been detected in their place.
+
+    A candidate of which the frame holds a sighting (``seen``) stands: what lies on it or before
+    it does not speak against it.
+    """
+    others = [
+        _cells(detections, index, belief)
+        for index, name in enumerate(detections.names)
+        if not same_name(name, target)
+    ]
+    return tuple(
+        replace(candidate, against=candidate.against + 1)
+        if any(_one_place(cells, candidate.cells) for cells in others)
+        and not any(agrees(candidate, sighting, rules) for sighting in seen)
+        else candidate
+        for candidate in candidates
+    )
+
+
+def same_name(one: str, other: str) -> bool:
+    """Whether two names are one, in whatever case."""
+    return one.casefold() == other.casefold()
+
+
+def means_same(one: str, other: str, synonyms: Synonyms) -> bool:
+    """Whether two names are one, or mean the same."""
+    return same_name(one, other) or frozenset((one.casefold(), other.casefold())) in synonyms
+
+
+def _one_place(one: frozenset[tuple[int, int]], other: frozenset[tuple[int, int]]) -> bool:
+    smaller = min(len(one), len(other))
+    return smaller > 0 and len(one & other) >= SAME_PLACE * smaller
+
+
+def _inside(world_cells: frozenset[tuple[int, int]], belief: Belief) -> I64:
+    """Grid indices (K, 2) of world cells, those outside the belief's window left out."""
+    cells = np.array(sorted(world_cells), np.int64).reshape(-1, 2)
+    cells = cells - np.asarray(belief.grid.origin_cell)
+    inside: I64 = cells[belief.grid.contains(cells)]
+    return inside
+
+
+def _cells(detections: Detections, index: int, belief: Belief) -> frozenset[tuple[int, int]]:
+    """World cells under the points of one detection."""
+    points = detections.points_map[detections.point_owner == index].astype(np.float64)
+    cells = belief.grid.cells(points) + np.asarray(belief.grid.origin_cell)
+    return frozenset((int(ix), int(iy)) for ix, iy in cells)

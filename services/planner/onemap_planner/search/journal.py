@@ -1,0 +1,97 @@
+"""The active search on disk, so that a planner that was killed goes on with it.
+
+One small JSON file, replaced atomically; its absence means that nothing is being sought.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from onemap_planner.search.phases import Leg, Moment, Search
+from onemap_planner.search.state_machine import begin
+from onemap_shared.messages import ObjectResult, SearchRequest, SearchState
+
+SCHEMA = 1
+FILE_NAME = "search.json"
+
+
+class RecordError(Exception):
+    """A record that cannot be used; the text says why."""
+
+
+def save(folder: Path, search: Search, *, now_s: float, odometer_m: float) -> None:
+    """Write the active search, or remove the record of one that is over."""
+    path = folder / FILE_NAME
+    if not search.active:
+        path.unlink(missing_ok=True)
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    document = {
+        "schema": SCHEMA,
+        "search_id": search.search_id,
+        "objects": search.objects,
+        "results": [asdict(result) for result in search.results],
+        "started_ns": search.started_ns,
+        "elapsed_s": now_s - search.leg.since_s,
+        "path_length_m": odometer_m - search.leg.odometer_m,
+        "start_xy_m": search.leg.xy,
+    }
+    draft = path.with_suffix(".draft")
+    with draft.open("w", encoding="utf-8") as file:
+        json.dump(document, file)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(draft, path)
+
+
+def load(folder: Path, now_s: float) -> Search | None:
+    """The recorded search at the object it was at, or None if there is none.
+
+    The time between the last record and now is not counted; the odometer begins at zero.
+    """
+    path = folder / FILE_NAME
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as problem:
+        raise RecordError(f"cannot read {path}: {problem}") from problem
+    try:
+        return _search(document, now_s)
+    except (KeyError, TypeError, ValueError) as problem:
+        raise RecordError(f"{path} is not a search of schema {SCHEMA}: {problem!r}") from problem
+
+
+def _search(document: Any, now_s: float) -> Search:
+    if document["schema"] != SCHEMA:
+        raise ValueError(f"schema {document['schema']}")
+    objects = SearchRequest(tuple(document["objects"])).objects
+    results = tuple(_result(entry) for entry in document["results"])
+    if len(results) >= len(objects):
+        raise ValueError("all its objects are done")
+    xy = document["start_xy_m"]
+    leg = Leg(
+        since_s=now_s - float(document["elapsed_s"]),
+        since_attentive_s=0.0,
+        xy=None if xy is None else (float(xy[0]), float(xy[1])),
+        odometer_m=-float(document["path_length_m"]),
+    )
+    start = begin(
+        str(document["search_id"]),
+        objects[len(results) :],
+        Moment(now_s, 0.0, None, 0.0),
+        int(document["started_ns"]),
+    )
+    return replace(start, objects=objects, index=len(results), results=results, leg=leg)
+
+
+def _result(entry: dict[str, Any]) -> ObjectResult:
+    tuples = {
+        name: tuple(float(value) for value in entry[name])
+        for name in ("position_m", "start_xy_m", "end_xy_m")
+    }
+    return ObjectResult(**{**entry, **tuples, "outcome": SearchState(entry["outcome"])})

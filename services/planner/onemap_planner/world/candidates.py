@@ -1,0 +1,183 @@
+"""Consensus of detector and map: a detection counts only where the map agrees.
+
+The detector alone takes many things for the object, and so does the map; what
+both point at is worth the walk (paper, Object Search).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from onemap_planner.world.map_view import Belief
+from onemap_shared.geometry import F32
+from onemap_shared.messages import Detections
+
+MAX_CELLS = 2000  # of one candidate: a bed covers about 400 cells of 10 cm
+CROWD = 64  # bounded memory: the weakest candidates are forgotten beyond this
+RECENT = 12  # sightings that say where a candidate's surface is: 1.5 s at 8 Hz, seen from near
+SURFACE_SHARE = 0.25  # of the votes of the most seen cell; a stray point of one frame has less
+
+
+@dataclass(frozen=True, slots=True)
+class ConsensusRules:
+    """When detector and map agree; see ``PlannerConfig`` for the values."""
+
+    percentile: float
+    floor: float
+    support_fraction: float
+    merge_m: float
+    min_sightings: int
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """One detection that the map supports.
+
+    xyz metres: middle of its supported points; cells: world cells they cover;
+    match in [0, 1]: highest similarity among them; seen_from metres: where the robot stood.
+    """
+
+    xyz: tuple[float, float, float]
+    cells: frozenset[tuple[int, int]]
+    score: float
+    match: float
+    seen_from: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """Sightings that agree in place. xyz is their mean; ``seen_from`` the latest stands.
+
+    against: frames in which another name was detected there and this one was not. recent: the
+    cells of the last ``RECENT`` sightings, each; empty where they are not known.
+    """
+
+    xyz: tuple[float, float, float]
+    cells: frozenset[tuple[int, int]]
+    sightings: int
+    score: float
+    match: float
+    seen_from: tuple[tuple[float, float], ...]
+    against: int = 0
+    recent: tuple[frozenset[tuple[int, int]], ...] = ()
+
+    @property
+    def surface(self) -> frozenset[tuple[int, int]]:
+        """World cells that the recent sightings agree on; all cells where there are too few.
+
+        One stray point, on the floor or on a table before the thing, must not decide how near
+        the robot comes.
+        """
+        votes = Counter(cell for cells in self.recent for cell in cells)
+        needed = max(2.0, SURFACE_SHARE * max(votes.values(), default=0))
+        agreed = frozenset(cell for cell, count in votes.items() if count >= needed)
+        return agreed or self.cells
+
+    def distance_m(self, xyz: tuple[float, float, float]) -> float:
+        """Horizontal distance of a point to the middle."""
+        return float(np.hypot(self.xyz[0] - xyz[0], self.xyz[1] - xyz[1]))
+
+
+def similarity_threshold(similarity: F32, rules: ConsensusRules) -> float:
+    """The similarity that a cell must have: top percentile of the observed, and the floor.
+
+    similarity (nx, ny), NaN where not observed; infinity if nothing was observed.
+    """
+    observed = similarity[np.isfinite(similarity)]
+    if observed.size == 0:
+        return float("inf")
+    return max(float(np.percentile(observed, rules.percentile)), rules.floor)
+
+
+def sightings_of(
+    name: str,
+    detections: Detections,
+    belief: Belief,
+    *,
+    seen_from: tuple[float, float],
+    rules: ConsensusRules,
+) -> tuple[Sighting, ...]:
+    """The detections of ``name`` that pass the consensus test."""
+    threshold = similarity_threshold(belief.similarity, rules)
+    found = []
+    for index, detected in enumerate(detections.names):
+        if detected.casefold() != name.casefold():
+            continue
+        points = detections.points_map[detections.point_owner == index]
+        cells = belief.grid.cells(points.astype(np.float64))
+        inside = belief.grid.contains(cells)
+        points, cells = points[inside], cells[inside]
+        values = belief.similarity[cells[:, 0], cells[:, 1]]
+        # NaN compares false; where another name of the search fits better, it is that one's cell.
+        supported = (values >= threshold) & (values >= belief.rival[cells[:, 0], cells[:, 1]])
+        covered = len(np.unique(cells, axis=0))
+        backing = np.unique(cells[supported], axis=0)
+        if covered == 0 or len(backing) < max(1.0, rules.support_fraction * covered):
+            continue
+        world = backing + np.asarray(belief.grid.origin_cell)
+        x, y, z = (float(value) for value in points[supported].mean(axis=0))
+        found.append(
+            Sighting(
+                xyz=(x, y, z),
+                cells=frozenset((int(ix), int(iy)) for ix, iy in world),
+                score=float(detections.scores[index]),
+                match=float(values[supported].max()),
+                seen_from=seen_from,
+            )
+        )
+    return tuple(found)
+
+
+def remember(
+    candidates: tuple[Candidate, ...], sightings: Iterable[Sighting], rules: ConsensusRules
+) -> tuple[Candidate, ...]:
+    """Each sighting joins the candidate that it agrees with in place, or starts one."""
+    known = list(candidates)
+    for sighting in sightings:
+        for index, candidate in enumerate(known):
+            if agrees(candidate, sighting, rules):
+                known[index] = _joined(candidate, sighting)
+                break
+        else:
+            known.append(
+                Candidate(
+                    sighting.xyz,
+                    sighting.cells,
+                    1,
+                    sighting.score,
+                    sighting.match,
+                    (sighting.seen_from,),
+                    recent=(sighting.cells,),
+                )
+            )
+    known.sort(key=lambda candidate: (-candidate.sightings, candidate.xyz))
+    return tuple(known[:CROWD])
+
+
+def agrees(candidate: Candidate, sighting: Sighting, rules: ConsensusRules) -> bool:
+    """Whether both are the same thing: near each other, or on the same cells."""
+    return candidate.distance_m(sighting.xyz) <= rules.merge_m or not candidate.cells.isdisjoint(
+        sighting.cells
+    )
+
+
+def _joined(candidate: Candidate, sighting: Sighting) -> Candidate:
+    count = candidate.sightings + 1
+    # A running mean over at most ten: later sightings are nearer and more exact.
+    weight = 1.0 / min(count, 10)
+    mean = np.asarray(candidate.xyz) * (1 - weight) + np.asarray(sighting.xyz) * weight
+    cells = candidate.cells | sighting.cells
+    return replace(
+        candidate,
+        xyz=(float(mean[0]), float(mean[1]), float(mean[2])),
+        cells=cells if len(cells) <= MAX_CELLS else candidate.cells,
+        sightings=count,
+        score=max(candidate.score, sighting.score),
+        match=max(candidate.match, sighting.match),
+        seen_from=(*candidate.seen_from[-4:], sighting.seen_from),
+        recent=(*candidate.recent, sighting.cells)[-RECENT:],
+    )

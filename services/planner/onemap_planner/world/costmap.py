@@ -1,0 +1,117 @@
+"""The navigable map N: where the robot's centre may be, and what a metre there costs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from onemap_planner.world.map_view import Belief
+from onemap_shared.geometry import F32, F64, I64, Bool
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import Occupancy
+
+EIGHT = np.ones((3, 3), bool)  # diagonal neighbours are neighbours
+IMPASSABLE = -1.0  # MCP_Geometric's mark for cells that no path enters
+ESCAPE_COST = 5.0  # a metre outside N costs at least five inside: leave by the short way
+
+
+@dataclass(frozen=True, slots=True)
+class TerrainRules:
+    """How the robot's size turns occupancy into N; see ``PlannerConfig`` for the values."""
+
+    radius_m: float
+    margin_m: float
+    comfort_m: float
+    comfort_weight: float
+    escape_radius_m: float
+    escape_below_m2: float
+
+
+@dataclass(frozen=True, slots=True)
+class Terrain:
+    """All arrays (nx, ny) on ``grid``.
+
+    occupied bool; free bool: known to be free floor; navigable bool: N; cost float64: metres
+    of effort per metre driven, >= 1, negative where impassable (a superset of N is passable
+    while the robot has to escape); clearance_m float32: to the nearest obstacle's edge,
+    infinity if there is none.
+    """
+
+    grid: GridSpec
+    occupied: Bool
+    free: Bool
+    navigable: Bool
+    cost: F64
+    clearance_m: F32
+
+    @property
+    def passable(self) -> Bool:
+        """Where a path may lead."""
+        mask: Bool = self.cost > 0
+        return mask
+
+
+def build_terrain(
+    belief: Belief, *, robot_xy: F64, trail_xy: F64, blocked_xy: F64, rules: TerrainRules
+) -> Terrain:
+    """N and its costs.
+
+    robot_xy (2,) metres, inside the belief's grid. trail_xy (K, 2): where the robot's centre
+    has been: the floor under it is free though no camera saw it. blocked_xy (B, 2): where it
+    ran into something the map does not show.
+    """
+    grid, size = belief.grid, belief.grid.cell_size_m
+    occupied = (belief.occupancy == Occupancy.OCCUPIED) | _mark(grid, blocked_xy)
+    driven = _near(_mark(grid, np.vstack([trail_xy, robot_xy])), rules.radius_m / size)
+    free = ((belief.occupancy == Occupancy.FREE) | driven) & ~occupied
+    clearance = _distance(occupied) * size - size / 2
+    needed = rules.radius_m + rules.margin_m
+    navigable = free & (clearance >= needed)
+    crowding = np.clip((rules.comfort_m - clearance) / (rules.comfort_m - needed), 0.0, 1.0)
+    cost = np.where(navigable, 1.0 + rules.comfort_weight * crowding**2, IMPASSABLE)
+    robot = grid.cells(robot_xy)
+    if _pocket_m2(navigable, robot, belief.cell_area_m2) < rules.escape_below_m2:
+        distance = _distance_to(grid, robot) * size
+        body = distance <= rules.radius_m
+        around = (distance <= rules.escape_radius_m) & (~occupied | body) & ~navigable
+        lack = np.clip((needed - clearance[around]) / needed, 0.0, 2.0)
+        cost[around] = ESCAPE_COST * (1.0 + 4.0 * lack)
+    return Terrain(grid, occupied, free, navigable, cost, clearance.astype(np.float32))
+
+
+def _mark(grid: GridSpec, points_xy: F64) -> Bool:
+    """Mask of the cells that hold a point; points outside the grid are left out."""
+    mask = np.zeros(grid.shape, bool)
+    cells = grid.cells(points_xy.reshape(-1, 2))
+    cells = cells[grid.contains(cells)]
+    mask[cells[:, 0], cells[:, 1]] = True
+    return mask
+
+
+def _distance(mask: Bool) -> F64:
+    """Cells from each cell's centre to the nearest true one's; infinity if none is true."""
+    if not mask.any():
+        return np.full(mask.shape, np.inf)
+    distance: F64 = ndimage.distance_transform_edt(~mask)
+    return distance
+
+
+def _near(mask: Bool, radius_cells: float) -> Bool:
+    near: Bool = _distance(mask) <= radius_cells
+    return near
+
+
+def _distance_to(grid: GridSpec, cell: I64) -> F64:
+    x, y = np.ogrid[: grid.shape[0], : grid.shape[1]]
+    distance: F64 = np.hypot(x - cell[0], y - cell[1])
+    return distance
+
+
+def _pocket_m2(navigable: Bool, robot: I64, cell_area_m2: float) -> float:
+    """Area of the part of N that holds the robot; 0 if it stands outside N."""
+    if not navigable[tuple(robot)]:
+        return 0.0
+    parts, _ = ndimage.label(navigable, EIGHT)
+    return float((parts == parts[tuple(robot)]).sum() * cell_area_m2)

@@ -1,0 +1,145 @@
+"""Frontiers: where what is known well meets what is not.
+
+Two borders count. The paper's, between the semantically explored E and the
+merely observed O - E, and the border of known free floor against the unknown:
+features of a far wall may be good enough for E before the floor beyond a door
+was ever seen, and only the second kind takes the robot through that door.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from onemap_planner.world.costmap import EIGHT, Terrain
+from onemap_planner.world.map_view import Belief
+from onemap_shared.geometry import F64, I32, I64, Bool
+from onemap_shared.messages import Occupancy
+
+FOUR = ndimage.generate_binary_structure(2, 1)
+
+
+@dataclass(frozen=True, slots=True)
+class FrontierRules:
+    """What counts as a frontier; see ``PlannerConfig`` for the values."""
+
+    min_length_m: float
+    max_length_m: float
+    min_beyond_m2: float
+    blind_spot_m2: float
+    unknown_prior: float
+
+
+@dataclass(frozen=True, slots=True)
+class Frontier:
+    """A stretch of border.
+
+    cells (K, 2) int64: free cells on this side; beyond_xy (2,) metres: middle of what lies
+    directly on the other; score in [0, 1]: the highest similarity in O - E reachable there,
+    and for a border of the unknown at least the prior; ``unknown`` names the kind of border.
+    """
+
+    cells: I64
+    beyond_xy: F64
+    score: float
+    unknown: bool
+
+
+def find_frontiers(belief: Belief, terrain: Terrain, rules: FrontierRules) -> tuple[Frontier, ...]:
+    """All frontiers on known free floor, long ones cut in pieces; in a fixed order."""
+    area_m2 = belief.cell_area_m2
+    unexplored = _large(belief.observed & ~belief.explored, rules.min_beyond_m2, area_m2)
+    hidden = (belief.occupancy == Occupancy.UNKNOWN) & ~terrain.free
+    unknown = _large(hidden, rules.min_beyond_m2, area_m2)
+    unknown &= ~_blind_spots(hidden, terrain.occupied, rules.blind_spot_m2, area_m2)
+    promise = _promise(belief, unexplored)
+    found: list[Frontier] = []
+    floor = terrain.free & (belief.occupancy != Occupancy.UNKNOWN)
+    for beyond, on_this_side, is_unknown in (
+        (unknown, floor, True),
+        (unexplored, floor & belief.explored, False),
+    ):
+        border = on_this_side & ndimage.binary_dilation(beyond, FOUR)
+        for cells in _stretches(border, belief.grid.cell_size_m, rules):
+            score = _score(promise, cells, rules.unknown_prior if is_unknown else 0.0)
+            found.append(Frontier(cells, _beyond(belief, beyond, cells), score, is_unknown))
+    return tuple(found)
+
+
+def _large(mask: Bool, least_m2: float, cell_area_m2: float) -> Bool:
+    """The mask without 8-connected parts smaller than this: noise, not places."""
+    parts, count = ndimage.label(mask, EIGHT)
+    keep = np.bincount(parts.ravel(), minlength=count + 1) * cell_area_m2 >= least_m2
+    keep[0] = False
+    kept: Bool = keep[parts]
+    return kept
+
+
+def _blind_spots(hidden: Bool, occupied: Bool, most_m2: float, cell_area_m2: float) -> Bool:
+    """Small unknown parts with nothing but floor around them.
+
+    The camera does not see the floor before its own feet, and what stands there would have
+    been seen above it; behind furniture, hidden parts touch what hides them.
+    """
+    parts, count = ndimage.label(hidden, EIGHT)
+    small = np.bincount(parts.ravel(), minlength=count + 1) * cell_area_m2 <= most_m2
+    small[parts[ndimage.binary_dilation(occupied, EIGHT)]] = False
+    small[0] = False
+    spots: Bool = small[parts]
+    return spots
+
+
+def _promise(belief: Belief, unexplored: Bool) -> F64:
+    """(nx, ny): for cells of O - E the highest similarity of their connected part, else 0."""
+    parts, count = ndimage.label(unexplored, EIGHT)
+    similarity = np.nan_to_num(belief.similarity, nan=0.0).astype(np.float64)
+    best = np.zeros(count + 1)
+    np.maximum.at(best, parts.ravel(), similarity.ravel())
+    best[0] = 0.0
+    promise: F64 = best[parts]
+    return promise
+
+
+def _stretches(border: Bool, cell_size_m: float, rules: FrontierRules) -> list[I64]:
+    """Cells (K, 2) of each connected stretch that is long enough, cut to the longest allowed."""
+    parts: I32
+    parts, count = ndimage.label(border, EIGHT)
+    stretches: list[I64] = []
+    for index, box in enumerate(ndimage.find_objects(parts, count), start=1):
+        cells = np.argwhere(parts[box] == index) + [side.start for side in box]
+        length_m = float(np.ptp(cells, axis=0).max() + 1) * cell_size_m
+        if length_m < rules.min_length_m:
+            continue
+        pieces = int(np.ceil(len(cells) * cell_size_m / rules.max_length_m))
+        along = cells[np.argsort(_principal(cells), kind="stable")]
+        stretches.extend(np.array_split(along, pieces))
+    return stretches
+
+
+def _principal(cells: I64) -> F64:
+    """Coordinate (K,) of the cells along the direction in which they spread most."""
+    centred = cells - cells.mean(axis=0)
+    direction = np.linalg.svd(centred.T @ centred)[0][:, 0]
+    along: F64 = centred @ direction
+    return along
+
+
+def _neighbours(cells: I64, shape: tuple[int, int]) -> I64:
+    """Cells (M, 2) of the 3 x 3 blocks around ``cells`` that lie inside the grid."""
+    offsets = np.argwhere(EIGHT) - 1
+    around = (cells[:, None] + offsets).reshape(-1, 2)
+    return around[((around >= 0) & (around < shape)).all(axis=1)]
+
+
+def _score(promise: F64, cells: I64, prior: float) -> float:
+    around = _neighbours(cells, (promise.shape[0], promise.shape[1]))
+    return max(prior, float(promise[around[:, 0], around[:, 1]].max()))
+
+
+def _beyond(belief: Belief, beyond: Bool, cells: I64) -> F64:
+    around = _neighbours(cells, belief.grid.shape)
+    outside = around[beyond[around[:, 0], around[:, 1]]]
+    middle: F64 = belief.grid.centres(outside).mean(axis=0)
+    return middle

@@ -1,0 +1,280 @@
+"""A small world of cells for the planner: simulated walls, camera, similarity and detections.
+
+Everything the other services would give is made up here from a known floor plan, with time
+as a number that is counted up, so that whole searches run in a second and always the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from onemap_planner.config import PlannerConfig
+from onemap_planner.motion.pure_pursuit import STILL, Pose, Velocity, limited, steer
+from onemap_planner.policy.competition import rivals_of
+from onemap_planner.policy.state import Mind
+from onemap_planner.policy.step import Decision, Senses, think
+from onemap_planner.search.phases import Moment, Search
+from onemap_planner.search.state_machine import begin
+from onemap_shared.geometry import F32, F64, U8, Bool
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import Detections, Layer, Occupancy, SearchView
+
+CELL_M = 0.1
+FOV_RAD = np.deg2rad(79.0)
+RANGE_M = 4.5
+BLIND_M = 0.8  # the camera sees no floor nearer than this
+DETECT_M = 3.0
+STEP_S = 0.05
+CONTROLS_PER_THOUGHT = 5
+
+
+@dataclass
+class Plan:
+    """A floor plan: solid (nx, ny) bool; things: name -> mask of the cells it covers."""
+
+    solid: Bool
+    things: dict[str, Bool] = field(default_factory=dict)
+
+    @property
+    def grid(self) -> GridSpec:
+        return GridSpec(CELL_M, (-20, -10), (self.solid.shape[0], self.solid.shape[1]))
+
+    def wall(self, x0: float, y0: float, x1: float, y1: float) -> None:
+        """Solid from (x0, y0) to (x1, y1), metres from the plan's corner."""
+        self.solid[self._box(x0, y0, x1, y1)] = True
+
+    def door(self, x0: float, y0: float, x1: float, y1: float) -> None:
+        self.solid[self._box(x0, y0, x1, y1)] = False
+
+    def put(self, name: str, x: float, y: float, size: float) -> None:
+        mask = np.zeros_like(self.solid)
+        mask[self._box(x, y, x + size, y + size)] = True
+        self.things[name] = self.things.get(name, np.zeros_like(mask)) | mask
+        self.solid |= mask
+
+    def _box(self, x0: float, y0: float, x1: float, y1: float) -> tuple[slice, slice]:
+        a, b, c, d = (round(value / CELL_M) for value in (x0, x1, y0, y1))
+        return slice(a, b), slice(c, d)
+
+
+def four_rooms() -> Plan:
+    """10 x 8 m: four rooms around a cross of walls, with doors, and some furniture."""
+    plan = Plan(np.zeros((100, 80), bool))
+    for wall in ((0, 0, 10, 0.1), (0, 7.9, 10, 8), (0, 0, 0.1, 8), (9.9, 0, 10, 8)):
+        plan.wall(*wall)
+    plan.wall(5.0, 0, 5.1, 8)
+    plan.wall(0, 4.0, 10, 4.1)
+    plan.door(5.0, 1.5, 5.1, 2.4)
+    plan.door(5.0, 5.5, 5.1, 6.4)
+    plan.door(2.0, 4.0, 2.9, 4.1)
+    plan.put("table", 3.4, 0.8, 0.8)
+    plan.put("sofa", 8.6, 6.4, 0.9)
+    plan.put("bed", 0.3, 6.0, 1.4)
+    plan.put("vase", 9.4, 0.6, 0.3)
+    return plan
+
+
+@dataclass
+class World:
+    """The robot in its plan and the map it has made so far. Mutable, because it is the world."""
+
+    plan: Plan
+    pose: Pose
+    confidence: F64 = field(init=False)
+    since_reset: F64 = field(init=False)
+    occupancy: U8 = field(init=False)
+    velocity: Velocity = STILL
+    collided: bool = False
+    sequence: int = 0
+    odometer_m: float = 0.0
+    entered_solid: bool = False
+
+    def __post_init__(self) -> None:
+        self.obstacles = self.plan.grid.centres(np.argwhere(self.plan.solid))
+        self.likeness = {name: self._similarity(name) for name in (*self.plan.things, "")}
+        self.forget()
+
+    def forget(self) -> None:
+        """An empty map, as after the mapper was restarted."""
+        self.confidence = np.zeros(self.plan.solid.shape)
+        self.since_reset = np.zeros(self.plan.solid.shape)
+        self.occupancy = np.zeros(self.plan.solid.shape, np.uint8)
+
+    def drive(self, command: Velocity, dt_s: float) -> None:
+        """Move by the command; solid cells stop the robot and set ``collided``."""
+        yaw = self.pose.yaw_rad + command.angular_radps * dt_s
+        x = self.pose.x_m + command.linear_mps * dt_s * np.cos(yaw)
+        y = self.pose.y_m + command.linear_mps * dt_s * np.sin(yaw)
+        self.collided = self._touches(x, y)
+        if self.collided:
+            x, y = self.pose.xy
+        self.odometer_m += float(np.hypot(x - self.pose.x_m, y - self.pose.y_m))
+        self.pose = Pose(float(x), float(y), float(yaw))
+        self.velocity = command
+        cell = self.plan.grid.cells(np.array([x, y]))
+        self.entered_solid |= bool(self.plan.solid[tuple(cell)])
+
+    def _touches(self, x: float, y: float) -> bool:
+        away = np.hypot(self.obstacles[:, 0] - x, self.obstacles[:, 1] - y)
+        return bool((away < 0.2).any())
+
+    def look(self) -> Bool:
+        """Take one frame into the map; returns which cells were seen."""
+        self.sequence += 1
+        angles = self.pose.yaw_rad + np.linspace(-FOV_RAD / 2, FOV_RAD / 2, 160)
+        ranges = np.arange(0.0, RANGE_M, CELL_M / 2)
+        points = (
+            np.asarray(self.pose.xy)
+            + ranges[None, :, None]
+            * np.stack([np.cos(angles), np.sin(angles)], axis=-1)[:, None, :]
+        )
+        cells = self.plan.grid.cells(points)
+        inside = self.plan.grid.contains(cells)
+        cells = np.clip(cells, 0, np.array(self.plan.solid.shape) - 1)
+        hit = self.plan.solid[cells[..., 0], cells[..., 1]] | ~inside
+        before: Bool = np.cumsum(hit, axis=1) - hit == 0  # up to and including the first hit
+        visible = before & inside & ((ranges >= BLIND_M) | hit)
+        seen = np.zeros(self.plan.solid.shape, bool)
+        seen[cells[visible][:, 0], cells[visible][:, 1]] = True
+        distance = self._distance()
+        gain = np.where(seen, 0.4 * np.exp(-(((distance - 1.5) / 1.5) ** 2) / 3), 0.0)
+        self.confidence += gain
+        self.since_reset += gain
+        self.occupancy[seen] = np.where(
+            self.plan.solid[seen], Occupancy.OCCUPIED, Occupancy.FREE
+        ).astype(np.uint8)
+        return seen
+
+    def view(self, text: str, rivals: tuple[str, ...] = ()) -> SearchView:
+        observed = self.confidence > 0
+        best = [self.likeness.get(name, self.likeness[""]) for name in rivals]
+        layers = (
+            observed * Layer.OBSERVED
+            + (self.confidence > 1.0) * Layer.EXPLORED
+            + (self.since_reset > 1.0) * Layer.SEARCHED
+        )
+        return SearchView(
+            text=text,
+            revision=self.sequence,
+            sequence=self.sequence,
+            stamp_ns=0,
+            grid=self.plan.grid,
+            occupancy=self.occupancy.copy(),
+            layers=layers.astype(np.uint8),
+            similarity=np.where(
+                observed, self.likeness.get(text, self.likeness[""]), np.nan
+            ).astype(np.float32),
+            rival=np.max(best, axis=0) if rivals else np.zeros((0, 0), np.float32),
+        )
+
+    def detect(self, text: str, seen: Bool) -> Detections:
+        """A detection of the thing if enough of it was seen from near."""
+        thing = self.plan.things.get(text, np.zeros_like(seen))
+        cells = np.argwhere(thing & seen & (self._distance() < DETECT_M))
+        points = np.column_stack([self.plan.grid.centres(cells), np.full(len(cells), 0.5)])
+        names = (text,) if len(cells) else ()
+        count = len(names)
+        return Detections(
+            sequence=self.sequence,
+            stamp_ns=0,
+            detector_id="grid-world",
+            names=names,
+            boxes_px=np.zeros((count, 4), np.float32),
+            scores=np.full(count, 0.9, np.float32),
+            points_map=points.astype(np.float32),
+            point_owner=np.zeros(len(points), np.int32),
+        )
+
+    def _distance(self) -> F64:
+        cells = np.moveaxis(np.indices(self.plan.solid.shape), 0, -1)
+        away = self.plan.grid.centres(cells) - np.asarray(self.pose.xy)
+        distance: F64 = np.hypot(away[..., 0], away[..., 1])
+        return distance
+
+    def _similarity(self, text: str) -> F32:
+        thing = self.plan.things.get(text)
+        cells = np.moveaxis(np.indices(self.plan.solid.shape), 0, -1)
+        ripple = 0.04 * np.sin(cells[..., 0] * 0.7) * np.cos(cells[..., 1] * 0.9) + 0.06
+        if thing is None:
+            return np.asarray(ripple, np.float32)
+        targets = np.argwhere(thing)
+        nearest = np.full(self.plan.solid.shape, np.inf)
+        for target in targets:
+            nearest = np.minimum(nearest, np.hypot(*(cells - target).transpose(2, 0, 1)))
+        glow = 0.85 * np.exp(-((nearest * CELL_M / 0.35) ** 2))
+        return np.asarray(np.maximum(ripple, glow), np.float32)
+
+
+@dataclass
+class Run:
+    """One search in the world, stepped from outside."""
+
+    world: World
+    search: Search
+    config: PlannerConfig = field(default_factory=PlannerConfig)
+    now_s: float = 0.0
+    decision: Decision | None = None
+    complaint: str = ""
+    trace: list[tuple[float, float]] = field(default_factory=list)
+    reasons: list[str] = field(default_factory=list)
+    targets_reset: list[int] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.mind = Mind(self.search)
+
+    def think(self) -> None:
+        """One planning period: look, think, then drive until the next."""
+        target = self.mind.search.target
+        if self.mind.search.index not in self.targets_reset:
+            self.targets_reset.append(self.mind.search.index)
+            self.world.since_reset = np.zeros_like(self.world.since_reset)
+        seen = self.world.look()
+        rules = self.config.rules()
+        senses = Senses(
+            now_s=self.now_s,
+            pose=self.world.pose,
+            odometer_m=self.world.odometer_m,
+            command=self.world.velocity,
+            collided=self.world.collided,
+            view=self.world.view(
+                target, rivals_of(target, self.mind.search.objects, self.mind.claims)
+            ),
+            detections=(self.world.detect(target, seen),),
+            complaint=self.complaint,
+        )
+        self.mind, decision = think(self.mind, senses, rules)
+        self.decision = decision or self.decision
+        if not self.reasons or self.reasons[-1] != self.mind.search.reason:
+            self.reasons.append(self.mind.search.reason)
+        for _ in range(CONTROLS_PER_THOUGHT):
+            self._control()
+
+    def _control(self) -> None:
+        rules = self.config.rules().drive
+        command = STILL
+        if self.decision is not None and not self.complaint and self.mind.search.active:
+            wanted = steer(self.decision.motion, self.world.pose, self.decision.terrain, rules)
+            command = limited(wanted, self.world.velocity, STEP_S, rules)
+        self.world.drive(command, STEP_S)
+        self.trace.append(self.world.pose.xy)
+        self.now_s += STEP_S
+
+    def until_over(self, limit_s: float) -> Search:
+        while self.mind.search.active and self.now_s < limit_s:
+            self.think()
+        return self.mind.search
+
+
+def start(world: World, *objects: str) -> Run:
+    """A search for the objects, about to begin."""
+    moment = Moment(0.0, 0.0, world.pose.xy, world.odometer_m)
+    return Run(world, begin("search-1", objects, moment, started_ns=0))
+
+
+def in_four_rooms(x: float = 1.0, y: float = 1.0, yaw_rad: float = 0.0) -> World:
+    """A robot in the first room; places are metres from the plan's corner."""
+    plan = four_rooms()
+    ox, oy = plan.grid.bounds_m[:2]
+    return World(plan, Pose(ox + x, oy + y, yaw_rad))

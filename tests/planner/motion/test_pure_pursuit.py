@@ -1,0 +1,115 @@
+"""Driving: within limits, along the path, to its end."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_planner.motion.pure_pursuit import (
+    STILL,
+    Drive,
+    Motion,
+    Pose,
+    Rest,
+    Reverse,
+    Spin,
+    Velocity,
+    arrived,
+    limited,
+    steer,
+)
+from onemap_planner.motion.velocity_controller import BRAKE_S
+from tests.planner.drawn_maps import RULES, drawn, terrain_of
+
+DRIVE = RULES.drive
+OPEN = terrain_of(drawn(*["." * 10] * 10, scale=5), (1.0, 1.0), RULES.terrain)
+
+places = st.tuples(st.floats(0.0, 5.0), st.floats(0.0, 5.0))
+poses = st.builds(Pose, st.floats(0, 5), st.floats(0, 5), st.floats(-math.pi, math.pi))
+speeds = st.builds(Velocity, st.floats(-0.7, 0.7), st.floats(-1.5, 1.5))
+motions: st.SearchStrategy[Motion] = st.one_of(
+    st.just(Rest()),
+    st.just(Spin()),
+    st.just(Reverse()),
+    st.builds(lambda p, look: Drive(np.array(p), look), st.lists(places, min_size=1), places),
+)
+
+
+@given(motions, poses)
+def test_the_wanted_velocity_keeps_the_speed_limits(motion: Motion, pose: Pose) -> None:
+    for terrain in (OPEN, None):
+        wanted = steer(motion, pose, terrain, DRIVE)
+        assert abs(wanted.linear_mps) <= DRIVE.max_linear_mps + 1e-9
+        assert abs(wanted.angular_radps) <= DRIVE.max_angular_radps + 1e-9
+
+
+@given(speeds, speeds, st.floats(0.0, 0.2))
+def test_the_command_keeps_the_acceleration_limits(
+    wanted: Velocity, previous: Velocity, dt_s: float
+) -> None:
+    command = limited(wanted, previous, dt_s, DRIVE)
+    change = command.linear_mps - previous.linear_mps
+    turn = command.angular_radps - previous.angular_radps
+    assert abs(change) <= DRIVE.max_linear_mps2 * dt_s + 1e-9
+    assert abs(turn) <= DRIVE.max_angular_radps2 * dt_s + 1e-9
+    assert abs(wanted.linear_mps - command.linear_mps) <= abs(
+        wanted.linear_mps - previous.linear_mps
+    )
+
+
+def driven(motion: Drive, pose: Pose, seconds: float = 30.0) -> tuple[Pose, list[Pose]]:
+    command, trace = STILL, [pose]
+    for _ in range(int(seconds / 0.05)):
+        command = limited(steer(motion, pose, OPEN, DRIVE), command, 0.05, DRIVE)
+        yaw = pose.yaw_rad + command.angular_radps * 0.05
+        pose = Pose(
+            pose.x_m + command.linear_mps * 0.05 * math.cos(yaw),
+            pose.y_m + command.linear_mps * 0.05 * math.sin(yaw),
+            yaw,
+        )
+        trace.append(pose)
+    return pose, trace
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1.5, 3.0, -2.0])
+def test_it_arrives_and_faces_what_it_should(yaw: float) -> None:
+    path = np.array([[1.0, 1.0], [3.0, 1.0], [3.0, 3.5]])
+    motion = Drive(path, (4.5, 3.5))
+    end, trace = driven(motion, Pose(1.0, 1.0, yaw))
+    assert arrived(motion, end, DRIVE)
+    assert not arrived(motion, trace[0], DRIVE)
+    assert end.distance_to((3.0, 3.5)) < 0.15
+    assert abs(end.bearing_to((4.5, 3.5))) < 0.15
+
+
+def test_it_stays_near_the_path() -> None:
+    path = np.array([[1.0, 1.0], [3.0, 1.0], [3.0, 3.5]])
+    _, trace = driven(Drive(path, (3.0, 4.5)), Pose(1.0, 1.0, 0.0))
+    for pose in trace:
+        to_first = abs(pose.y_m - 1.0) if pose.x_m <= 3.0 else 9.0
+        to_second = abs(pose.x_m - 3.0) if pose.y_m >= 1.0 else 9.0
+        assert min(to_first, to_second) < 0.2
+
+
+def test_it_turns_in_place_when_the_path_lies_behind() -> None:
+    motion = Drive(np.array([[1.0, 1.0], [3.0, 1.0]]), (4.0, 1.0))
+    wanted = steer(motion, Pose(1.0, 1.0, math.pi - 0.1), OPEN, DRIVE)
+    assert wanted.linear_mps == 0.0
+    assert wanted.angular_radps < 0.0  # the short way round
+
+
+def test_it_slows_down_near_walls_and_before_the_end() -> None:
+    narrow = terrain_of(drawn("#" * 10, "." * 10, "#" * 10, scale=5), (0.75, 0.5), RULES.terrain)
+    motion = Drive(np.array([[0.75, 0.5], [0.75, 4.0]]), (0.75, 5.0))
+    pose = Pose(0.75, 0.5, math.pi / 2)
+    free = steer(motion, pose, OPEN, DRIVE).linear_mps
+    assert steer(motion, pose, narrow, DRIVE).linear_mps < 0.7 * free
+    assert steer(motion, pose, None, DRIVE).linear_mps < 0.7 * free
+    close = Pose(0.75, 3.8, math.pi / 2)
+    assert steer(motion, close, OPEN, DRIVE).linear_mps < free
+
+
+def test_braking_outlasts_the_robot_s_deadman_timer() -> None:
+    assert BRAKE_S > 0.3

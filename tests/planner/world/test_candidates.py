@@ -1,0 +1,156 @@
+"""A detection counts only where the map agrees, and only several in one place."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from onemap_planner.world.candidates import (
+    CROWD,
+    RECENT,
+    Candidate,
+    Sighting,
+    remember,
+    sightings_of,
+    similarity_threshold,
+)
+from onemap_shared.geometry import F32
+from onemap_shared.messages import Detections
+from tests.planner.drawn_maps import RULES, drawn
+from tests.reference.planning import top_cells
+
+HERE = (0.0, 0.0)
+
+
+def detections(points: list[tuple[float, float, float]], name: str = "sofa") -> Detections:
+    return Detections(
+        sequence=1,
+        stamp_ns=0,
+        detector_id="test",
+        names=(name,),
+        boxes_px=np.zeros((1, 4), np.float32),
+        scores=np.array([0.8], np.float32),
+        points_map=np.array(points, np.float32).reshape(-1, 3),
+        point_owner=np.zeros(len(points), np.int32),
+    )
+
+
+def sighted(similarity: F32, message: Detections) -> tuple[Sighting, ...]:
+    belief = replace(drawn(*["." * 20] * 20), similarity=similarity)
+    return sightings_of("sofa", message, belief, seen_from=HERE, rules=RULES.consensus)
+
+
+def sighting(x: float, cells: frozenset[tuple[int, int]] = frozenset()) -> Sighting:
+    return Sighting((x, 0.0, 0.5), cells, 0.8, 0.7, HERE)
+
+
+@given(
+    arrays(
+        np.float32,
+        (7, 6),
+        elements=st.one_of(st.just(np.float32(np.nan)), st.floats(0, 1, width=32)),
+    ),
+    st.sampled_from([0.0, 50.0, 90.0, 95.0, 100.0]),
+)
+def test_the_threshold_marks_the_top_cells(similarity: F32, percentile: float) -> None:
+    rules = replace(RULES.consensus, percentile=percentile, floor=0.0)
+    threshold = similarity_threshold(similarity, rules)
+    top = np.nan_to_num(similarity, nan=-1.0) >= threshold - 1e-6
+    assert (top >= top_cells(similarity, percentile)).all()
+    assert (top & ~top_cells(similarity, percentile)).sum() == 0 or np.isclose(
+        similarity[top & ~top_cells(similarity, percentile)], threshold, atol=1e-5
+    ).all()
+
+
+def test_an_empty_map_agrees_with_nothing() -> None:
+    empty = np.full((20, 20), np.nan, np.float32)
+    assert similarity_threshold(empty, RULES.consensus) == float("inf")
+    assert sighted(empty, detections([(0.55, 0.55, 0.5)])) == ()
+
+
+def test_a_detection_on_similar_cells_counts() -> None:
+    similarity = np.full((20, 20), 0.1, np.float32)
+    similarity[5:7, 5:7] = 0.8
+    (found,) = sighted(similarity, detections([(0.55, 0.55, 0.4), (0.65, 0.65, 0.6)]))
+    assert found.xyz == pytest.approx((0.6, 0.6, 0.5))
+    assert found.cells == {(5, 5), (6, 6)}
+    assert found.match == pytest.approx(0.8)
+    assert found.score == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize(
+    ("high", "where"),
+    [
+        pytest.param(0.8, (1.55, 1.55, 0.5), id="elsewhere"),
+        pytest.param(0.2, (0.55, 0.55, 0.5), id="on top but below the floor"),
+        pytest.param(0.8, (9.0, 9.0, 0.5), id="outside the map"),
+    ],
+)
+def test_a_detection_the_map_does_not_support_does_not(
+    high: float, where: tuple[float, float, float]
+) -> None:
+    similarity = np.full((20, 20), 0.1, np.float32)
+    similarity[5:7, 5:7] = high
+    assert sighted(similarity, detections([where])) == ()
+
+
+def test_background_in_the_box_is_tolerated_and_left_out() -> None:
+    similarity = np.full((20, 20), 0.1, np.float32)
+    similarity[5:7, 5:7] = 0.8
+    box = [(0.55, 0.55, 0.5), (0.65, 0.55, 0.5), (1.5, 1.5, 0.5), (1.6, 1.6, 0.5)]
+    (found,) = sighted(similarity, detections(box))
+    assert found.xyz == pytest.approx((0.6, 0.55, 0.5))
+
+
+def test_other_names_and_detections_without_points_are_passed_over() -> None:
+    similarity = np.full((20, 20), 0.8, np.float32)
+    assert sighted(similarity, detections([(0.5, 0.5, 0.5)], name="bed")) == ()
+    assert sighted(similarity, detections([])) == ()
+    assert len(sighted(similarity, detections([(0.5, 0.5, 0.5)], name="Sofa"))) == 1
+
+
+def test_sightings_in_one_place_become_one_candidate() -> None:
+    found: tuple[Candidate, ...] = ()
+    for x in (1.0, 1.2, 1.1):
+        found = remember(found, [sighting(x)], RULES.consensus)
+    (candidate,) = found
+    assert candidate.sightings == 3
+    assert candidate.xyz[0] == pytest.approx(1.1)
+
+
+def test_far_sightings_are_others_unless_they_share_cells() -> None:
+    apart = remember((), [sighting(0.0), sighting(1.0)], RULES.consensus)
+    assert [candidate.sightings for candidate in apart] == [1, 1]
+    bed = frozenset({(1, 1), (2, 1)})
+    joined = remember((), [sighting(0.0, bed), sighting(1.0, bed)], RULES.consensus)
+    assert [candidate.sightings for candidate in joined] == [2]
+
+
+def test_a_stray_cell_of_one_frame_is_not_the_surface() -> None:
+    thing = frozenset((x, y) for x in range(10, 14) for y in range(10, 14))
+    stray = (18, 12)
+    found: tuple[Candidate, ...] = ()
+    for number in range(RECENT):
+        cells = thing | {stray} if number == 0 else thing
+        found = remember(found, [sighting(1.2, cells)], RULES.consensus)
+    assert stray in found[0].cells
+    assert found[0].surface == thing
+    moved = frozenset((x + 1, y) for x, y in thing)  # the last sightings, from near, decide
+    for _ in range(RECENT):
+        found = remember(found, [sighting(1.3, moved)], RULES.consensus)
+    assert found[0].surface == moved
+
+
+def test_with_one_sighting_all_its_cells_are_the_surface() -> None:
+    (found,) = remember((), [sighting(0.0, frozenset({(1, 1), (2, 1)}))], RULES.consensus)
+    assert found.surface == found.cells
+
+
+def test_memory_is_bounded_and_keeps_the_most_seen() -> None:
+    found = remember((), [sighting(0.0), sighting(0.0)], RULES.consensus)
+    found = remember(found, [sighting(5.0 + i) for i in range(2 * CROWD)], RULES.consensus)
+    assert len(found) == CROWD
+    assert found[0].sightings == 2

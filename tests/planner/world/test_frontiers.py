@@ -1,0 +1,106 @@
+"""Both borders are frontiers; noise and blind spots are not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from onemap_planner.world.frontiers import Frontier, find_frontiers
+from onemap_planner.world.regions import find_regions, remaining_regions
+from onemap_shared.geometry import F32
+from tests.planner.drawn_maps import RULES, drawn, terrain_of
+
+
+def frontiers_of(*rows: str, similarity: F32 | None = None) -> tuple[Frontier, ...]:
+    belief = drawn(*rows, scale=5, similarity=similarity)
+    return find_frontiers(belief, terrain_of(belief, (0.75, 0.75)), RULES.frontier)
+
+
+def test_a_closed_room_has_none() -> None:
+    assert frontiers_of("#####", "#...#", "#...#", "#####") == ()
+
+
+def test_a_door_to_the_unknown_is_one() -> None:
+    (found,) = frontiers_of("#####  ", "#....  ", "#...#  ", "#####  ")
+    assert found.unknown
+    assert found.score == RULES.frontier.unknown_prior
+    assert found.beyond_xy[1] > 2.5  # it looks outward
+    assert {int(y) for _, y in found.cells} == {24}
+
+
+def test_the_border_of_explored_and_observed_takes_the_best_similarity_beyond() -> None:
+    rows = ("#######", "#..,,,#", "#..,,,#", "#######")
+    similarity = np.full((20, 35), 0.1, np.float32)
+    similarity[6, 28] = 0.7  # far inside O - E
+    similarity[7, 7] = 0.9  # in E: no reason to cross the border
+    (found,) = frontiers_of(*rows, similarity=similarity)
+    assert not found.unknown
+    assert found.score == pytest.approx(0.7)
+
+
+def test_similarity_counts_only_where_it_connects() -> None:
+    rows = ("########", "#..,#,,#", "#..,#,,#", "########")
+    similarity = np.full((20, 40), 0.1, np.float32)
+    similarity[7, 27] = 0.8  # behind the wall
+    assert all(
+        found.score == pytest.approx(0.1) for found in frontiers_of(*rows, similarity=similarity)
+    )
+
+
+def test_small_gaps_and_spots_are_noise() -> None:
+    belief = drawn("#####", "#...#", "#...#", "#####", scale=5)
+    belief.occupancy[8:10, 8:10] = 0
+    belief.explored[12:14, 8:10] = False
+    assert find_frontiers(belief, terrain_of(belief, (0.75, 0.75)), RULES.frontier) == ()
+
+
+def test_the_camera_s_blind_spot_is_no_frontier_but_a_hidden_corner_is() -> None:
+    open_floor = ["......."] * 7
+    blind = [*open_floor[:3], "...  ..", "...  ..", *open_floor[5:]]
+    assert not any(
+        0.5 < f.beyond_xy[0] < 3 and 0.5 < f.beyond_xy[1] < 3 for f in frontiers_of(*blind)
+    )
+    behind = [*open_floor[:3], "..#  ..", "..#  ..", *open_floor[5:]]
+    assert any(1 < f.beyond_xy[0] < 3 and 1 < f.beyond_xy[1] < 3 for f in frontiers_of(*behind))
+
+
+def test_long_frontiers_are_cut() -> None:
+    found = frontiers_of("#" * 12, "." * 12, " " * 12, " " * 12)
+    along = [f for f in found if f.beyond_xy[0] > 1.0]
+    assert len(along) >= 2
+    assert all(len(f.cells) * 0.1 <= RULES.frontier.max_length_m + 0.1 for f in along)
+
+
+def test_regions_are_similar_explored_and_not_searched() -> None:
+    rows = ("#######", "#oo.,.#", "#######")
+    similarity = np.full((15, 35), 0.1, np.float32)
+    similarity[7, 7] = 0.8
+    similarity[8, 8] = 0.6
+    similarity[7, 16] = 0.9  # searched
+    similarity[7, 22] = 0.9  # not explored
+    belief = drawn(*rows, scale=5, similarity=similarity)
+    (region,) = find_regions(belief, RULES.region)
+    assert region.score == pytest.approx(0.8)
+    assert region.cells.tolist() == [[7, 7], [8, 8]]
+    np.testing.assert_allclose(region.peak_xy, [0.75, 0.75])
+
+
+def test_regions_come_best_first_and_large_enough() -> None:
+    similarity = np.full((5, 10), 0.1, np.float32)
+    similarity[1, 1], similarity[3, 8] = 0.5, 0.6
+    belief = drawn("oo", scale=5, similarity=similarity)
+    assert [region.score for region in find_regions(belief, RULES.region)] == pytest.approx(
+        [0.6, 0.5]
+    )
+
+
+def test_before_giving_up_every_similar_place_counts_but_no_single_noisy_one() -> None:
+    similarity = np.full((5, 10), 0.05, np.float32)
+    similarity[1, 1], similarity[3, 8] = 0.2, 0.6
+    belief = drawn(".,", scale=5, similarity=similarity)
+    assert find_regions(belief, RULES.region) == ()
+    assert len(remaining_regions(belief, RULES.region)) == 2
+    best = remaining_regions(belief, replace(RULES.region, last_looks=1))
+    assert [region.score for region in best] == pytest.approx([0.6])
+    pickier = replace(RULES.region, min_area_m2=0.02)
+    assert remaining_regions(belief, pickier) == ()
