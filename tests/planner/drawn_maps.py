@@ -5,27 +5,27 @@ from __future__ import annotations
 import numpy as np
 
 from onemap_planner.config import PlannerConfig
-from onemap_planner.motion.path import Reach, reach_from
-from onemap_planner.world.costmap import Terrain, TerrainRules, build_terrain
-from onemap_planner.world.map_view import Belief
+from onemap_planner.motion.path import CostToGo, cost_to_go_from
+from onemap_planner.world.costmap import Costmap, CostmapParams, build_costmap
+from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F32
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy, SearchView
 
 CELL_M = 0.1
-NO_PLACES = np.zeros((0, 2))
-RULES = PlannerConfig().rules()
-POINT_ROBOT = TerrainRules(
+NO_POINTS = np.zeros((0, 2))
+PARAMS = PlannerConfig().params()
+POINT_ROBOT = CostmapParams(
     radius_m=0.0,
     margin_m=0.05,
-    comfort_m=0.06,
-    comfort_weight=0.0,
+    inflation_radius_m=0.06,
+    inflation_weight=0.0,
     escape_radius_m=0.3,
     escape_below_m2=0.02,
 )
 
 
-def drawn(*rows: str, scale: int = 1, similarity: F32 | None = None) -> Belief:
+def drawn_map(*rows: str, scale: int = 1, similarity: F32 | None = None) -> MapView:
     """A belief from rows of characters; rows run along x, characters along y.
 
     ``#`` occupied, ``.`` free and explored and searched, ``,`` free and observed only, ``o``
@@ -36,7 +36,7 @@ def drawn(*rows: str, scale: int = 1, similarity: F32 | None = None) -> Belief:
     occupancy[letters == "#"] = Occupancy.OCCUPIED
     occupancy[letters == " "] = Occupancy.UNKNOWN
     observed = letters != " "
-    return Belief(
+    return MapView(
         grid=GridSpec(CELL_M, (0, 0), (letters.shape[0], letters.shape[1])),
         occupancy=occupancy,
         observed=observed,
@@ -51,42 +51,42 @@ def drawn(*rows: str, scale: int = 1, similarity: F32 | None = None) -> Belief:
     )
 
 
-def terrain_of(
-    belief: Belief, robot_xy: tuple[float, float], rules: TerrainRules = POINT_ROBOT
-) -> Terrain:
+def costmap_of(
+    map_view: MapView, robot_xy: tuple[float, float], params: CostmapParams = POINT_ROBOT
+) -> Costmap:
     """The terrain without trail and blocks."""
-    return build_terrain(
-        belief,
+    return build_costmap(
+        map_view,
         robot_xy=np.array(robot_xy),
-        trail_xy=NO_PLACES,
-        blocked_xy=NO_PLACES,
-        rules=rules,
+        trail_xy=NO_POINTS,
+        obstacles_xy=NO_POINTS,
+        params=params,
     )
 
 
-def standing(
-    belief: Belief, robot_xy: tuple[float, float], rules: TerrainRules = POINT_ROBOT
-) -> tuple[Terrain, Reach]:
+def costmap_and_cost_to_go(
+    map_view: MapView, robot_xy: tuple[float, float], params: CostmapParams = POINT_ROBOT
+) -> tuple[Costmap, CostToGo]:
     """Terrain and ways for a robot at this place."""
-    terrain = terrain_of(belief, robot_xy, rules)
-    x, y = terrain.grid.cells(np.array(robot_xy))
-    return terrain, reach_from(terrain, (int(x), int(y)))
+    costmap = costmap_of(map_view, robot_xy, params)
+    x, y = costmap.grid.cells(np.array(robot_xy))
+    return costmap, cost_to_go_from(costmap, (int(x), int(y)))
 
 
-def as_view(belief: Belief, text: str = "sofa") -> SearchView:
+def search_view_of(map_view: MapView, text: str = "sofa") -> SearchView:
     """The message that this belief would come from."""
     layers = (
-        belief.observed * Layer.OBSERVED
-        + belief.explored * Layer.EXPLORED
-        + belief.searched * Layer.SEARCHED
+        map_view.observed * Layer.OBSERVED
+        + map_view.explored * Layer.EXPLORED
+        + map_view.searched * Layer.SEARCHED
     )
     return SearchView(
         text=text,
         revision=1,
         sequence=1,
         stamp_ns=0,
-        grid=belief.grid,
-        occupancy=belief.occupancy,
+        grid=map_view.grid,
+        occupancy=map_view.occupancy,
         layers=layers.astype(np.uint8),
-        similarity=belief.similarity,
+        similarity=map_view.similarity,
     )

@@ -11,12 +11,18 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from onemap_planner.config import PlannerConfig
-from onemap_planner.motion.pure_pursuit import STILL, Pose, Velocity, limited, steer
-from onemap_planner.policy.competition import rivals_of
-from onemap_planner.policy.state import Mind
-from onemap_planner.policy.step import Decision, Senses, think
-from onemap_planner.search.phases import Moment, Search
-from onemap_planner.search.state_machine import begin
+from onemap_planner.motion.pure_pursuit import (
+    STOP,
+    Pose2d,
+    Velocity,
+    limit_acceleration,
+    target_velocity,
+)
+from onemap_planner.policy.competition import rival_names
+from onemap_planner.policy.state import PlannerState
+from onemap_planner.policy.step import Decision, Observation, step
+from onemap_planner.search.phases import EventStamp, Search
+from onemap_planner.search.state_machine import new_search
 from onemap_shared.geometry import F32, F64, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Detections, Layer, Occupancy, SearchView
@@ -27,11 +33,11 @@ RANGE_M = 4.5
 BLIND_M = 0.8  # the camera sees no floor nearer than this
 DETECT_M = 3.0
 STEP_S = 0.05
-CONTROLS_PER_THOUGHT = 5
+CONTROLS_PER_STEP = 5
 
 
 @dataclass
-class Plan:
+class FloorPlan:
     """A floor plan: solid (nx, ny) bool; things: name -> mask of the cells it covers."""
 
     solid: Bool
@@ -59,48 +65,48 @@ class Plan:
         return slice(a, b), slice(c, d)
 
 
-def four_rooms() -> Plan:
+def four_rooms() -> FloorPlan:
     """10 x 8 m: four rooms around a cross of walls, with doors, and some furniture."""
-    plan = Plan(np.zeros((100, 80), bool))
+    floor_plan = FloorPlan(np.zeros((100, 80), bool))
     for wall in ((0, 0, 10, 0.1), (0, 7.9, 10, 8), (0, 0, 0.1, 8), (9.9, 0, 10, 8)):
-        plan.wall(*wall)
-    plan.wall(5.0, 0, 5.1, 8)
-    plan.wall(0, 4.0, 10, 4.1)
-    plan.door(5.0, 1.5, 5.1, 2.4)
-    plan.door(5.0, 5.5, 5.1, 6.4)
-    plan.door(2.0, 4.0, 2.9, 4.1)
-    plan.put("table", 3.4, 0.8, 0.8)
-    plan.put("sofa", 8.6, 6.4, 0.9)
-    plan.put("bed", 0.3, 6.0, 1.4)
-    plan.put("vase", 9.4, 0.6, 0.3)
-    return plan
+        floor_plan.wall(*wall)
+    floor_plan.wall(5.0, 0, 5.1, 8)
+    floor_plan.wall(0, 4.0, 10, 4.1)
+    floor_plan.door(5.0, 1.5, 5.1, 2.4)
+    floor_plan.door(5.0, 5.5, 5.1, 6.4)
+    floor_plan.door(2.0, 4.0, 2.9, 4.1)
+    floor_plan.put("table", 3.4, 0.8, 0.8)
+    floor_plan.put("sofa", 8.6, 6.4, 0.9)
+    floor_plan.put("bed", 0.3, 6.0, 1.4)
+    floor_plan.put("vase", 9.4, 0.6, 0.3)
+    return floor_plan
 
 
 @dataclass
-class World:
+class GridWorld:
     """The robot in its plan and the map it has made so far. Mutable, because it is the world."""
 
-    plan: Plan
-    pose: Pose
+    floor_plan: FloorPlan
+    pose: Pose2d
     confidence: F64 = field(init=False)
     since_reset: F64 = field(init=False)
     occupancy: U8 = field(init=False)
-    velocity: Velocity = STILL
+    velocity: Velocity = STOP
     collided: bool = False
     sequence: int = 0
     odometer_m: float = 0.0
     entered_solid: bool = False
 
     def __post_init__(self) -> None:
-        self.obstacles = self.plan.grid.centres(np.argwhere(self.plan.solid))
-        self.likeness = {name: self._similarity(name) for name in (*self.plan.things, "")}
+        self.obstacles = self.floor_plan.grid.centres(np.argwhere(self.floor_plan.solid))
+        self.likeness = {name: self._similarity(name) for name in (*self.floor_plan.things, "")}
         self.forget()
 
     def forget(self) -> None:
         """An empty map, as after the mapper was restarted."""
-        self.confidence = np.zeros(self.plan.solid.shape)
-        self.since_reset = np.zeros(self.plan.solid.shape)
-        self.occupancy = np.zeros(self.plan.solid.shape, np.uint8)
+        self.confidence = np.zeros(self.floor_plan.solid.shape)
+        self.since_reset = np.zeros(self.floor_plan.solid.shape)
+        self.occupancy = np.zeros(self.floor_plan.solid.shape, np.uint8)
 
     def drive(self, command: Velocity, dt_s: float) -> None:
         """Move by the command; solid cells stop the robot and set ``collided``."""
@@ -111,10 +117,10 @@ class World:
         if self.collided:
             x, y = self.pose.xy
         self.odometer_m += float(np.hypot(x - self.pose.x_m, y - self.pose.y_m))
-        self.pose = Pose(float(x), float(y), float(yaw))
+        self.pose = Pose2d(float(x), float(y), float(yaw))
         self.velocity = command
-        cell = self.plan.grid.cells(np.array([x, y]))
-        self.entered_solid |= bool(self.plan.solid[tuple(cell)])
+        cell = self.floor_plan.grid.cells(np.array([x, y]))
+        self.entered_solid |= bool(self.floor_plan.solid[tuple(cell)])
 
     def _touches(self, x: float, y: float) -> bool:
         away = np.hypot(self.obstacles[:, 0] - x, self.obstacles[:, 1] - y)
@@ -130,20 +136,20 @@ class World:
             + ranges[None, :, None]
             * np.stack([np.cos(angles), np.sin(angles)], axis=-1)[:, None, :]
         )
-        cells = self.plan.grid.cells(points)
-        inside = self.plan.grid.contains(cells)
-        cells = np.clip(cells, 0, np.array(self.plan.solid.shape) - 1)
-        hit = self.plan.solid[cells[..., 0], cells[..., 1]] | ~inside
+        cells = self.floor_plan.grid.cells(points)
+        inside = self.floor_plan.grid.contains(cells)
+        cells = np.clip(cells, 0, np.array(self.floor_plan.solid.shape) - 1)
+        hit = self.floor_plan.solid[cells[..., 0], cells[..., 1]] | ~inside
         before: Bool = np.cumsum(hit, axis=1) - hit == 0  # up to and including the first hit
         visible = before & inside & ((ranges >= BLIND_M) | hit)
-        seen = np.zeros(self.plan.solid.shape, bool)
+        seen = np.zeros(self.floor_plan.solid.shape, bool)
         seen[cells[visible][:, 0], cells[visible][:, 1]] = True
         distance = self._distance()
         gain = np.where(seen, 0.4 * np.exp(-(((distance - 1.5) / 1.5) ** 2) / 3), 0.0)
         self.confidence += gain
         self.since_reset += gain
         self.occupancy[seen] = np.where(
-            self.plan.solid[seen], Occupancy.OCCUPIED, Occupancy.FREE
+            self.floor_plan.solid[seen], Occupancy.OCCUPIED, Occupancy.FREE
         ).astype(np.uint8)
         return seen
 
@@ -160,7 +166,7 @@ class World:
             revision=self.sequence,
             sequence=self.sequence,
             stamp_ns=0,
-            grid=self.plan.grid,
+            grid=self.floor_plan.grid,
             occupancy=self.occupancy.copy(),
             layers=layers.astype(np.uint8),
             similarity=np.where(
@@ -171,9 +177,9 @@ class World:
 
     def detect(self, text: str, seen: Bool) -> Detections:
         """A detection of the thing if enough of it was seen from near."""
-        thing = self.plan.things.get(text, np.zeros_like(seen))
+        thing = self.floor_plan.things.get(text, np.zeros_like(seen))
         cells = np.argwhere(thing & seen & (self._distance() < DETECT_M))
-        points = np.column_stack([self.plan.grid.centres(cells), np.full(len(cells), 0.5)])
+        points = np.column_stack([self.floor_plan.grid.centres(cells), np.full(len(cells), 0.5)])
         names = (text,) if len(cells) else ()
         count = len(names)
         return Detections(
@@ -188,93 +194,95 @@ class World:
         )
 
     def _distance(self) -> F64:
-        cells = np.moveaxis(np.indices(self.plan.solid.shape), 0, -1)
-        away = self.plan.grid.centres(cells) - np.asarray(self.pose.xy)
+        cells = np.moveaxis(np.indices(self.floor_plan.solid.shape), 0, -1)
+        away = self.floor_plan.grid.centres(cells) - np.asarray(self.pose.xy)
         distance: F64 = np.hypot(away[..., 0], away[..., 1])
         return distance
 
     def _similarity(self, text: str) -> F32:
-        thing = self.plan.things.get(text)
-        cells = np.moveaxis(np.indices(self.plan.solid.shape), 0, -1)
+        thing = self.floor_plan.things.get(text)
+        cells = np.moveaxis(np.indices(self.floor_plan.solid.shape), 0, -1)
         ripple = 0.04 * np.sin(cells[..., 0] * 0.7) * np.cos(cells[..., 1] * 0.9) + 0.06
         if thing is None:
             return np.asarray(ripple, np.float32)
         targets = np.argwhere(thing)
-        nearest = np.full(self.plan.solid.shape, np.inf)
+        nearest = np.full(self.floor_plan.solid.shape, np.inf)
         for target in targets:
             nearest = np.minimum(nearest, np.hypot(*(cells - target).transpose(2, 0, 1)))
-        glow = 0.85 * np.exp(-((nearest * CELL_M / 0.35) ** 2))
-        return np.asarray(np.maximum(ripple, glow), np.float32)
+        bump = 0.85 * np.exp(-((nearest * CELL_M / 0.35) ** 2))
+        return np.asarray(np.maximum(ripple, bump), np.float32)
 
 
 @dataclass
-class Run:
+class SimulatedSearch:
     """One search in the world, stepped from outside."""
 
-    world: World
+    world: GridWorld
     search: Search
     config: PlannerConfig = field(default_factory=PlannerConfig)
     now_s: float = 0.0
     decision: Decision | None = None
-    complaint: str = ""
+    stale_reason: str = ""
     trace: list[tuple[float, float]] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
     targets_reset: list[int] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.mind = Mind(self.search)
+        self.state = PlannerState(self.search)
 
-    def think(self) -> None:
+    def step(self) -> None:
         """One planning period: look, think, then drive until the next."""
-        target = self.mind.search.target
-        if self.mind.search.index not in self.targets_reset:
-            self.targets_reset.append(self.mind.search.index)
+        target = self.state.search.target
+        if self.state.search.index not in self.targets_reset:
+            self.targets_reset.append(self.state.search.index)
             self.world.since_reset = np.zeros_like(self.world.since_reset)
         seen = self.world.look()
-        rules = self.config.rules()
-        senses = Senses(
+        params = self.config.params()
+        observation = Observation(
             now_s=self.now_s,
             pose=self.world.pose,
             odometer_m=self.world.odometer_m,
             command=self.world.velocity,
             collided=self.world.collided,
             view=self.world.view(
-                target, rivals_of(target, self.mind.search.objects, self.mind.claims)
+                target, rival_names(target, self.state.search.objects, self.state.found_objects)
             ),
             detections=(self.world.detect(target, seen),),
-            complaint=self.complaint,
+            stale_reason=self.stale_reason,
         )
-        self.mind, decision = think(self.mind, senses, rules)
+        self.state, decision = step(self.state, observation, params)
         self.decision = decision or self.decision
-        if not self.reasons or self.reasons[-1] != self.mind.search.reason:
-            self.reasons.append(self.mind.search.reason)
-        for _ in range(CONTROLS_PER_THOUGHT):
+        if not self.reasons or self.reasons[-1] != self.state.search.reason:
+            self.reasons.append(self.state.search.reason)
+        for _ in range(CONTROLS_PER_STEP):
             self._control()
 
     def _control(self) -> None:
-        rules = self.config.rules().drive
-        command = STILL
-        if self.decision is not None and not self.complaint and self.mind.search.active:
-            wanted = steer(self.decision.motion, self.world.pose, self.decision.terrain, rules)
-            command = limited(wanted, self.world.velocity, STEP_S, rules)
+        params = self.config.params().drive
+        command = STOP
+        if self.decision is not None and not self.stale_reason and self.state.search.active:
+            wanted = target_velocity(
+                self.decision.motion, self.world.pose, self.decision.costmap, params
+            )
+            command = limit_acceleration(wanted, self.world.velocity, STEP_S, params)
         self.world.drive(command, STEP_S)
         self.trace.append(self.world.pose.xy)
         self.now_s += STEP_S
 
     def until_over(self, limit_s: float) -> Search:
-        while self.mind.search.active and self.now_s < limit_s:
-            self.think()
-        return self.mind.search
+        while self.state.search.active and self.now_s < limit_s:
+            self.step()
+        return self.state.search
 
 
-def start(world: World, *objects: str) -> Run:
+def start(world: GridWorld, *objects: str) -> SimulatedSearch:
     """A search for the objects, about to begin."""
-    moment = Moment(0.0, 0.0, world.pose.xy, world.odometer_m)
-    return Run(world, begin("search-1", objects, moment, started_ns=0))
+    stamp = EventStamp(0.0, 0.0, world.pose.xy, world.odometer_m)
+    return SimulatedSearch(world, new_search("search-1", objects, stamp, started_ns=0))
 
 
-def in_four_rooms(x: float = 1.0, y: float = 1.0, yaw_rad: float = 0.0) -> World:
+def in_four_rooms(x: float = 1.0, y: float = 1.0, yaw_rad: float = 0.0) -> GridWorld:
     """A robot in the first room; places are metres from the plan's corner."""
-    plan = four_rooms()
-    ox, oy = plan.grid.bounds_m[:2]
-    return World(plan, Pose(ox + x, oy + y, yaw_rad))
+    floor_plan = four_rooms()
+    ox, oy = floor_plan.grid.bounds_m[:2]
+    return GridWorld(floor_plan, Pose2d(ox + x, oy + y, yaw_rad))

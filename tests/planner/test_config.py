@@ -10,10 +10,10 @@ from onemap_planner.config import PlannerConfig
 
 def test_every_rule_comes_from_the_configuration() -> None:
     config = PlannerConfig()
-    rules = config.rules()
-    for group in fields(rules):
+    params = config.params()
+    for group in fields(params):
         given = getattr(config, group.name).model_dump()
-        taken = {field.name for field in fields(getattr(rules, group.name))}
+        taken = {field.name for field in fields(getattr(params, group.name))}
         assert set(given) <= taken
         assert taken - set(given) <= {"bumper_m"}  # follows from the robot's size
 

@@ -33,9 +33,9 @@ from onemap_shared.messages import (
 )
 from onemap_shared.transport import RemoteError, RequestRejected
 from onemap_shared.wire import Packet
-from tests.planner.drawn_maps import as_view, drawn
+from tests.planner.drawn_maps import drawn_map, search_view_of
 
-ROOM = drawn("##########", *["#........ "] * 8, "##########", scale=5)
+ROOM = drawn_map("##########", *["#........ "] * 8, "##########", scale=5)
 STEPS = 400  # of 50 ms each: every wait below ends long before
 
 
@@ -52,7 +52,9 @@ class House:
         self.paths = self.caller.subscribe(keys.SEARCH_PATH, capacity=1000)
         self.resets: list[str] = []
         self.asked: list[str] = []
-        self.answer: Callable[[SearchViewRequest], SearchView] = lambda q: as_view(ROOM, q.text)
+        self.answer: Callable[[SearchViewRequest], SearchView] = lambda q: search_view_of(
+            ROOM, q.text
+        )
         self.mapper.serve(keys.MAP_SEARCH_VIEW, self._view)
         self.mapper.serve(keys.MAP_SEARCH_RESET, self._reset)
         self.perception = self.hub.bus("p")
@@ -282,7 +284,7 @@ def test_a_slow_mapper_does_not_hold_up_commands(house: House) -> None:
     def slow(request: SearchViewRequest) -> SearchView:
         asked.set()
         release.wait(5.0)
-        return as_view(ROOM, request.text)
+        return search_view_of(ROOM, request.text)
 
     house.answer = slow
     house.until(asked.is_set)
@@ -352,7 +354,7 @@ def test_a_killed_planner_goes_on_with_its_search(tmp_path: Path) -> None:
     house = House(config)
     told = house.start("sofa", "bed")
     house.until(lambda: (tmp_path / FILE_NAME).exists() and bool(house.resets))
-    house.planner._planning.close()  # killed: nothing is tidied up
+    house.planner._planning_thread.close()  # killed: nothing is tidied up
     house.planner = Planner(house.hub.bus("planner"), config)
     assert house.get().search_id == told.search_id
     house.driven()
@@ -373,7 +375,7 @@ def test_a_spoilt_record_does_not_keep_it_from_starting(tmp_path: Path) -> None:
 
 
 def test_a_dead_planning_thread_takes_the_process_down(house: House) -> None:
-    house.planner._planning.close()
+    house.planner._planning_thread.close()
     with pytest.raises(RuntimeError, match="planning thread died"):
         house.planner.step(0.0)
 

@@ -11,21 +11,21 @@ from onemap_planner.config_search import (
     ExploreConfig,
     FrontierConfig,
     GoalConfig,
-    RegionConfig,
+    SimilarRegionConfig,
 )
-from onemap_planner.motion.progress import RecoveryRules
-from onemap_planner.motion.pure_pursuit import DriveRules
-from onemap_planner.motion.staleness import FreshnessRules
-from onemap_planner.policy.goals import GoalRules
-from onemap_planner.policy.params import ExploreRules, Rules
-from onemap_planner.world.candidates import ConsensusRules
-from onemap_planner.world.costmap import TerrainRules
-from onemap_planner.world.frontiers import FrontierRules
-from onemap_planner.world.regions import RegionRules
+from onemap_planner.motion.progress import RecoveryParams
+from onemap_planner.motion.pure_pursuit import DriveParams
+from onemap_planner.motion.staleness import StalenessParams
+from onemap_planner.policy.goals import GoalParams
+from onemap_planner.policy.params import ExploreParams, PlannerParams
+from onemap_planner.world.candidates import ConsensusParams
+from onemap_planner.world.costmap import CostmapParams
+from onemap_planner.world.frontiers import FrontierParams
+from onemap_planner.world.regions import SimilarRegionParams
 from onemap_shared.params import Params
 
 
-class TerrainConfig(Params):
+class CostmapConfig(Params):
     """How the robot's size turns the map into where it may drive."""
 
     radius_m: PositiveFloat = Field(
@@ -36,11 +36,11 @@ class TerrainConfig(Params):
         ge=0,
         description="Metres kept from obstacles besides the radius: half a map cell.",
     )
-    comfort_m: PositiveFloat = Field(
+    inflation_radius_m: PositiveFloat = Field(
         default=0.55,
         description="Clearance in metres from which on more is no better: half a wide door.",
     )
-    comfort_weight: float = Field(
+    inflation_weight: float = Field(
         default=3.0,
         ge=0,
         description="Extra cost per metre at the least clearance; 3 keeps to the middle of doors.",
@@ -103,7 +103,7 @@ class DriveConfig(Params):
     )
 
 
-class FreshnessConfig(Params):
+class StalenessConfig(Params):
     """How old the senses may be while the robot moves."""
 
     max_odometry_age_s: PositiveFloat = Field(
@@ -135,14 +135,14 @@ class RecoveryConfig(Params):
     back_up_s: PositiveFloat = Field(
         default=2.5, description="Seconds after which backing up ends anyway."
     )
-    block_s: PositiveFloat = Field(
+    virtual_obstacle_s: PositiveFloat = Field(
         default=60.0, description="Seconds an obstacle that only the bumper knows is believed."
     )
-    max_bumps: PositiveInt = Field(
+    max_stuck_count: PositiveInt = Field(
         default=3,
         description="Bumps in one place after which the goal is given up; twice that: stuck.",
     )
-    bump_area_m: PositiveFloat = Field(
+    stuck_radius_m: PositiveFloat = Field(
         default=1.0, description="Metres that make it another place."
     )
 
@@ -161,16 +161,16 @@ class PlannerConfig(Params):
     control_hz: PositiveFloat = Field(
         default=20.0, description="Commands per second: well within their validity of 300 ms."
     )
-    terrain: TerrainConfig = Field(
-        default=TerrainConfig(),
+    costmap: CostmapConfig = Field(
+        default=CostmapConfig(),
         description="Where the robot may drive: its size, in metres, against the map.",
     )
     frontier: FrontierConfig = Field(
         default=FrontierConfig(),
         description="What counts as a border of the explored that is worth a visit.",
     )
-    region: RegionConfig = Field(
-        default=RegionConfig(),
+    region: SimilarRegionConfig = Field(
+        default=SimilarRegionConfig(),
         description="What counts as a place on the map that is worth a second look.",
     )
     goal: GoalConfig = Field(
@@ -189,8 +189,8 @@ class PlannerConfig(Params):
         default=DriveConfig(),
         description="Speeds, accelerations and tolerances of driving along a path.",
     )
-    freshness: FreshnessConfig = Field(
-        default=FreshnessConfig(),
+    staleness: StalenessConfig = Field(
+        default=StalenessConfig(),
         description="How old, in seconds, what the robot drives by may be: older stops it.",
     )
     recovery: RecoveryConfig = Field(
@@ -198,19 +198,19 @@ class PlannerConfig(Params):
         description="What to do when the robot does not move as it should.",
     )
 
-    def rules(self) -> Rules:
+    def params(self) -> PlannerParams:
         """The same as the plain values that the pure modules take."""
-        return Rules(
-            terrain=TerrainRules(**self.terrain.model_dump()),
-            frontier=FrontierRules(**self.frontier.model_dump()),
-            region=RegionRules(**self.region.model_dump()),
-            goal=GoalRules(**self.goal.model_dump()),
-            consensus=ConsensusRules(**self.consensus.model_dump()),
-            explore=ExploreRules(**self.explore.model_dump()),
-            drive=DriveRules(**self.drive.model_dump()),
-            recovery=RecoveryRules(
+        return PlannerParams(
+            costmap=CostmapParams(**self.costmap.model_dump()),
+            frontier=FrontierParams(**self.frontier.model_dump()),
+            region=SimilarRegionParams(**self.region.model_dump()),
+            goal=GoalParams(**self.goal.model_dump()),
+            consensus=ConsensusParams(**self.consensus.model_dump()),
+            explore=ExploreParams(**self.explore.model_dump()),
+            drive=DriveParams(**self.drive.model_dump()),
+            recovery=RecoveryParams(
                 **self.recovery.model_dump(),
-                bumper_m=self.terrain.radius_m + self.terrain.margin_m,
+                bumper_m=self.costmap.radius_m + self.costmap.margin_m,
             ),
-            freshness=FreshnessRules(**self.freshness.model_dump()),
+            staleness=StalenessParams(**self.staleness.model_dump()),
         )

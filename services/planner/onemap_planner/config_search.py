@@ -34,7 +34,7 @@ class FrontierConfig(Params):
     )
 
 
-class RegionConfig(Params):
+class SimilarRegionConfig(Params):
     """What counts as a region worth looking at again."""
 
     threshold: float = Field(
@@ -70,7 +70,7 @@ class GoalConfig(Params):
     size_weight_per_m: float = Field(
         default=0.04, ge=0, description="Bonus per metre of frontier: wide openings show more."
     )
-    keep_margin: float = Field(
+    hysteresis: float = Field(
         default=0.1,
         ge=0,
         description="Utility by which another goal must be better to change one's mind.",
@@ -78,7 +78,7 @@ class GoalConfig(Params):
     same_goal_m: PositiveFloat = Field(
         default=0.8, description="Metres a goal may shift between two maps and still be the same."
     )
-    stand_within_m: PositiveFloat = Field(
+    viewpoint_within_m: PositiveFloat = Field(
         default=0.8, description="Metres from which a frontier counts as reached."
     )
     view_nearest_m: PositiveFloat = Field(
@@ -151,7 +151,7 @@ class ExploreConfig(Params):
     goal_s_per_m: PositiveFloat = Field(
         default=5.0, description="Seconds allowed per metre of way: three times a slow drive."
     )
-    shun_m: PositiveFloat = Field(
+    blacklist_radius_m: PositiveFloat = Field(
         default=0.5,
         description="Metres around a goal that came to nothing in which no other is taken.",
     )

@@ -37,11 +37,11 @@ def _message(stamp_ns: int, kind: str, reason: str, *, decision: Decision | None
             points = decision.motion.points_xy
         else:
             kind = NO_GOAL  # it stands or turns
-        marks = decision.landmarks
-        frontiers = _stack([frontier.beyond_xy for frontier in marks.frontiers])
-        frontier_scores = np.array([frontier.score for frontier in marks.frontiers])
-        regions = _stack([region.peak_xy for region in marks.regions])
-        region_scores = np.array([region.score for region in marks.regions])
+        offered = decision.goal_candidates
+        frontiers = _stack([frontier.beyond_xy for frontier in offered.frontiers])
+        frontier_scores = np.array([frontier.score for frontier in offered.frontiers])
+        regions = _stack([region.peak_xy for region in offered.regions])
+        region_scores = np.array([region.score for region in offered.regions])
     return PlannedPath(
         stamp_ns=stamp_ns,
         goal_kind=kind,

@@ -8,14 +8,14 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from onemap_planner.policy.competition import NO_SYNONYMS, Synonyms
-from onemap_planner.policy.state import Mind
-from onemap_planner.search.phases import Cancelled, Moment, Search
-from onemap_planner.search.state_machine import begin, transition
+from onemap_planner.policy.state import PlannerState
+from onemap_planner.search.phases import Cancelled, EventStamp, Search
+from onemap_planner.search.state_machine import new_search, transition
 
-KEPT = 50  # searches that can still be asked about
+MAX_PAST_SEARCHES = 50  # searches that can still be asked about
 
 
-class DeskError(Exception):
+class SearchRejected(Exception):
     """A wish that cannot be granted: ``code`` for programs, the text for people."""
 
     def __init__(self, code: str, message: str) -> None:
@@ -23,7 +23,7 @@ class DeskError(Exception):
         self.code = code
 
 
-class Desk:
+class SearchRegistry:
     """Holds the mind of the newest search and what became of older ones.
 
     The planning thread takes a mind, thinks, and puts the next one back only if nobody
@@ -36,63 +36,65 @@ class Desk:
     ) -> None:
         self._clock_ns = clock_ns
         self._lock = threading.Lock()
-        self._mind = Mind(restored) if restored else None
+        self._state = PlannerState(restored) if restored else None
         self._past: dict[str, Search] = {}
 
     @property
-    def mind(self) -> Mind | None:
+    def state(self) -> PlannerState | None:
         """The newest search's mind; None if there never was a search."""
-        return self._mind
+        return self._state
 
     def start(
         self,
         search_id: str,
         objects: tuple[str, ...],
-        moment: Moment,
+        stamp: EventStamp,
         started_ns: int,
         synonyms: Synonyms = NO_SYNONYMS,
     ) -> Search:
         """Begin a search; refused while another is active. What was found before stays known."""
         with self._lock:
-            self._refuse_second()
-            before = self._mind
-            search = begin(search_id, objects, moment, started_ns)
-            self._mind = Mind(search, synonyms=synonyms)
+            self._reject_if_active()
+            before = self._state
+            search = new_search(search_id, objects, stamp, started_ns)
+            self._state = PlannerState(search, synonyms=synonyms)
             if before is not None:
-                self._mind = replace(self._mind, claims=before.claims, known_m2=before.known_m2)
+                self._state = replace(
+                    self._state, found_objects=before.found_objects, known_m2=before.known_m2
+                )
                 self._past[before.search.search_id] = before.search
-                while len(self._past) > KEPT:
+                while len(self._past) > MAX_PAST_SEARCHES:
                     del self._past[next(iter(self._past))]
             return search
 
-    def refuse_second(self) -> None:
-        """Raise DeskError if a search is active."""
+    def reject_if_active(self) -> None:
+        """Raise SearchRejected if a search is active."""
         with self._lock:
-            self._refuse_second()
+            self._reject_if_active()
 
-    def forget_finds(self) -> None:
+    def clear_found_objects(self) -> None:
         """The map is another one: what was found on the old one claims no place on it."""
         with self._lock:
-            if self._mind is not None and self._mind.claims:
-                self._mind = replace(self._mind, claims=())
+            if self._state is not None and self._state.found_objects:
+                self._state = replace(self._state, found_objects=())
 
-    def _refuse_second(self) -> None:
-        if self._mind is None or not self._mind.search.active:
+    def _reject_if_active(self) -> None:
+        if self._state is None or not self._state.search.active:
             return
-        other = self._mind.search
-        raise DeskError(
+        other = self._state.search
+        raise SearchRejected(
             "conflict",
             f"search {other.search_id} is still looking for {other.target!r}: wait for it or "
             "cancel it",
         )
 
-    def cancel(self, search_id: str, moment: Moment) -> Search:
+    def cancel(self, search_id: str, stamp: EventStamp) -> Search:
         """Call a search off; one that is over stays as it ended."""
         with self._lock:
             search = self._find(search_id)
-            if self._mind is not None and search is self._mind.search:
-                search = self._stamped(transition(search, Cancelled(), moment))
-                self._mind = replace(self._mind, search=search)
+            if self._state is not None and search is self._state.search:
+                search = self._stamped(transition(search, Cancelled(), stamp))
+                self._state = replace(self._state, search=search)
             return search
 
     def find(self, search_id: str) -> Search:
@@ -100,12 +102,12 @@ class Desk:
         with self._lock:
             return self._find(search_id)
 
-    def put_back(self, taken: Mind, thought: Mind) -> bool:
+    def compare_and_swap(self, taken: PlannerState, next_state: PlannerState) -> bool:
         """Replace the mind that was taken by the next one; False if it was changed meanwhile."""
         with self._lock:
-            if self._mind is not taken:
+            if self._state is not taken:
                 return False
-            self._mind = replace(thought, search=self._stamped(thought.search))
+            self._state = replace(next_state, search=self._stamped(next_state.search))
             return True
 
     def _stamped(self, search: Search) -> Search:
@@ -114,12 +116,13 @@ class Desk:
         return replace(search, ended_ns=self._clock_ns())
 
     def _find(self, search_id: str) -> Search:
-        if self._mind is not None and search_id in ("", self._mind.search.search_id):
-            return self._mind.search
+        if self._state is not None and search_id in ("", self._state.search.search_id):
+            return self._state.search
         if search_id in self._past:
             return self._past[search_id]
         if not search_id:
-            raise DeskError("unknown_search", "no search has been started yet")
-        raise DeskError(
-            "unknown_search", f"there is no search {search_id}; the last {KEPT} are remembered"
+            raise SearchRejected("unknown_search", "no search has been started yet")
+        raise SearchRejected(
+            "unknown_search",
+            f"there is no search {search_id}; the last {MAX_PAST_SEARCHES} are remembered",
         )

@@ -10,12 +10,16 @@ from contextlib import suppress
 
 from onemap_planner import words
 from onemap_planner.config import PlannerConfig
-from onemap_planner.inputs import Heard, hear_odometry, hear_revision
-from onemap_planner.motion.velocity_controller import Helm, HelmSenses, tick
-from onemap_planner.planning_thread import Now, Planning
+from onemap_planner.inputs import LatestInputs, with_odometry, with_revision
+from onemap_planner.motion.velocity_controller import (
+    ControllerInputs,
+    VelocityController,
+    update_command,
+)
+from onemap_planner.planning_thread import PlanningThread, ThreadInputs
 from onemap_planner.policy.competition import Synonyms, synonyms_of
-from onemap_planner.registry import Desk, DeskError
-from onemap_planner.search.phases import Moment, Search
+from onemap_planner.registry import SearchRegistry, SearchRejected
+from onemap_planner.search.phases import EventStamp, Search
 from onemap_planner.search.state_machine import journal, status
 from onemap_shared import keys
 from onemap_shared.messages import (
@@ -36,7 +40,7 @@ from onemap_shared.transport import (
 
 LOG = logging.getLogger("onemap.planner")
 
-ANNOUNCE_S = 1.0
+STATUS_PERIOD_S = 1.0
 EMBED_TIMEOUT_S = 1.5  # for all words of a search; the gateway gives the whole call 3 s
 SYNONYMS_TIMEOUT_S = 0.5  # the same once more with the names found before
 IDLE_AGE_S = 5.0  # without a search, only a silence this long is worth a word
@@ -47,24 +51,24 @@ class Planner:
 
     def __init__(self, bus: Bus, config: PlannerConfig) -> None:
         now_s = time.monotonic()
-        self._bus, self._config, self._rules = bus, config, config.rules()
+        self._bus, self._config, self._params = bus, config, config.params()
         self._odometry = bus.subscribe(keys.ROBOT_ODOMETRY)
         self._revisions = bus.subscribe(keys.MAP_REVISION)
         self._commands = bus.publish(keys.ROBOT_CMD_VEL)
         self._states = bus.publish(keys.SEARCH_STATE)
-        self._desk = Desk(_recorded(config, now_s))
-        self._heard = Heard()
-        self._helm = Helm()
+        self._registry = SearchRegistry(_restored(config, now_s))
+        self._inputs = LatestInputs()
+        self._controller = VelocityController()
         self._sent = self._refused = 0
-        self._ticked_s = [now_s]  # of the last second
-        self._next_tick_s = self._next_announcement_s = now_s
-        self._announced: tuple[object, ...] = ()
-        self._planning = Planning(
+        self._control_times_s = [now_s]  # of the last second
+        self._next_control_s = self._next_status_s = now_s
+        self._published: tuple[object, ...] = ()
+        self._planning_thread = PlanningThread(
             bus,
-            self._desk,
-            self._rules,
+            self._registry,
+            self._params,
             period_s=1.0 / config.plan_hz,
-            now=lambda: Now(self._heard, self._helm.command),
+            now=lambda: ThreadInputs(self._inputs, self._controller.command),
         )
         bus.serve(keys.SEARCH_START, self._start)
         bus.serve(keys.SEARCH_CANCEL, self._cancel)
@@ -72,47 +76,47 @@ class Planner:
 
     def step(self, timeout_s: float) -> None:
         """Listen until the next command is due, then send it."""
-        if not self._planning.alive:
+        if not self._planning_thread.alive:
             raise RuntimeError("the planning thread died")
-        wait_s = min(timeout_s, max(self._next_tick_s - time.monotonic(), 0.0))
+        wait_s = min(timeout_s, max(self._next_control_s - time.monotonic(), 0.0))
         odometry = self._odometry.take(wait_s)
         now_s = time.monotonic()
         if odometry is not None:
-            self._heard = hear_odometry(self._heard, odometry, now_s)
+            self._inputs = with_odometry(self._inputs, odometry, now_s)
         revision = self._revisions.take(0.0)
         if revision is not None:
-            maps = self._heard.maps
-            self._heard = hear_revision(self._heard, revision, now_s)
-            if self._heard.maps > maps:
-                self._desk.forget_finds()
-        if now_s >= self._next_tick_s:
-            self._next_tick_s = max(self._next_tick_s + 1.0 / self._config.control_hz, now_s)
-            self._ticked_s = [t for t in self._ticked_s if now_s - t < 1.0] + [now_s]
-            self._steer(now_s)
-            self._announce(now_s)
-            self._report_refused()
+            map_count = self._inputs.map_count
+            self._inputs = with_revision(self._inputs, revision, now_s)
+            if self._inputs.map_count > map_count:
+                self._registry.clear_found_objects()
+        if now_s >= self._next_control_s:
+            self._next_control_s = max(self._next_control_s + 1.0 / self._config.control_hz, now_s)
+            self._control_times_s = [t for t in self._control_times_s if now_s - t < 1.0] + [now_s]
+            self._control(now_s)
+            self._publish_status(now_s)
+            self._log_refused()
 
     def health(self) -> Health:
         """Not ready while the robot or the map is silent; the metrics of planning and control."""
         now_s = time.monotonic()
-        age = self._heard.ages(now_s)
-        mind = self._desk.mind
+        age = self._inputs.ages(now_s)
+        state = self._registry.state
         problem = ""
-        if mind is not None and mind.search.active:
+        if state is not None and state.search.active:
             problem = self._waiting(now_s)
         elif max(age.odometry_s, age.map_s) > IDLE_AGE_S:
-            problem = self._heard.complaint(now_s, self._rules.freshness)
-        outcome = self._planning.outcome
-        view_age_s = math.inf if outcome.view_at_s is None else now_s - outcome.view_at_s
+            problem = self._inputs.stale_reason(now_s, self._params.staleness)
+        result = self._planning_thread.result
+        view_age_s = math.inf if result.view_at_s is None else now_s - result.view_at_s
         metrics = {
-            "plan_ms": outcome.plan_ms,
+            "plan_ms": result.plan_ms,
             "view_age_s": view_age_s,
             "odometry_age_s": age.odometry_s,
             "map_age_s": age.map_s,
             "map_lag_s": age.map_lag_s,
-            "goals": float(outcome.goals),
-            "stops_on_stale": float(self._helm.stops),
-            "control_hz": float(len(self._ticked_s)),
+            "goals": float(result.goals),
+            "stops_on_stale": float(self._controller.stops),
+            "control_hz": float(len(self._control_times_s)),
         }
         for stream, counters in self._counters().items():
             metrics[f"{stream}_refused"] = float(counters.refused)
@@ -121,64 +125,66 @@ class Planner:
 
     def close(self) -> None:
         """Stop planning and, if the robot may be moving, the robot."""
-        self._planning.close()
-        mind = self._desk.mind
-        if mind is not None and mind.search.active:
+        self._planning_thread.close()
+        state = self._registry.state
+        if state is not None and state.search.active:
             self._send(0.0, 0.0)
-            self._write_record(mind.search, time.monotonic())
+            self._write_journal(state.search, time.monotonic())
 
-    def _steer(self, now_s: float) -> None:
-        mind = self._desk.mind
-        senses = HelmSenses(
+    def _control(self, now_s: float) -> None:
+        state = self._registry.state
+        observation = ControllerInputs(
             now_s=now_s,
-            search_id=mind.search.search_id if mind is not None and mind.search.active else "",
-            pose=self._heard.pose,
-            complaint=self._heard.complaint(now_s, self._rules.freshness),
+            search_id=state.search.search_id if state is not None and state.search.active else "",
+            pose=self._inputs.pose,
+            stale_reason=self._inputs.stale_reason(now_s, self._params.staleness),
         )
-        self._helm, send = tick(self._helm, self._planning.outcome.order, senses, self._rules)
+        self._controller, send = update_command(
+            self._controller, self._planning_thread.result.plan, observation, self._params
+        )
         if send:
-            self._send(self._helm.command.linear_mps, self._helm.command.angular_radps)
+            self._send(self._controller.command.linear_mps, self._controller.command.angular_radps)
 
     def _send(self, linear_mps: float, angular_radps: float) -> None:
         self._sent += 1
         self._commands.put(VelocityCommand(self._sent, time.time_ns(), linear_mps, angular_radps))
 
-    def _announce(self, now_s: float) -> None:
+    def _publish_status(self, now_s: float) -> None:
         """The search's state on every change and once a second."""
-        mind = self._desk.mind
-        if mind is None:
+        state = self._registry.state
+        if state is None:
             return
-        search, waiting = mind.search, self._waiting(now_s)
+        search, waiting = state.search, self._waiting(now_s)
         shown = (search.search_id, search.index, search.reason, bool(waiting))
-        if shown == self._announced and now_s < self._next_announcement_s:
+        if shown == self._published and now_s < self._next_status_s:
             return
-        if shown[:3] != self._announced[:3]:
+        if shown[:3] != self._published[:3]:
             LOG.info("search %s: %s", search.search_id, search.reason)
-        self._announced, self._next_announcement_s = shown, now_s + ANNOUNCE_S
+        self._published, self._next_status_s = shown, now_s + STATUS_PERIOD_S
         self._states.put(self._status(search, now_s))
-        self._write_record(search, now_s)
+        self._write_journal(search, now_s)
 
     def _status(self, search: Search, now_s: float) -> SearchStatus:
         return status(
             search,
-            odometer_m=self._heard.odometer_m,
+            odometer_m=self._inputs.odometer_m,
             now_ns=time.time_ns(),
             waiting=self._waiting(now_s),
         )
 
     def _waiting(self, now_s: float) -> str:
-        fresh = self._heard.complaint(now_s, self._rules.freshness)
-        return fresh or self._planning.outcome.complaint
+        fresh = self._inputs.stale_reason(now_s, self._params.staleness)
+        return fresh or self._planning_thread.result.stale_reason
 
     def _counters(self) -> dict[str, Counters]:
         """What became of the messages of each stream."""
         return {
             "odometry": self._odometry.counters,
             "revision": self._revisions.counters,
-            "detections": self._planning.detection_counters,
+            "detections": self._planning_thread.detection_counters,
         }
 
-    def _report_refused(self) -> None:
+    def _log_refused(self) -> None:
         """Log messages that could not be decoded; they are dropped."""
         counters = self._counters().values()
         refused = sum(counter.refused for counter in counters)
@@ -187,12 +193,12 @@ class Planner:
             LOG.warning("refused %d messages: %s", refused - self._refused, "; ".join(reasons))
             self._refused = refused
 
-    def _write_record(self, search: Search, now_s: float) -> None:
+    def _write_journal(self, search: Search, now_s: float) -> None:
         folder = self._config.state_dir
         if folder is None:
             return
         try:
-            journal.save(folder, search, now_s=now_s, odometer_m=self._heard.odometer_m)
+            journal.save(folder, search, now_s=now_s, odometer_m=self._inputs.odometer_m)
         except OSError as problem:
             LOG.error("cannot record the search in %s: %s", folder, problem)
 
@@ -202,17 +208,17 @@ class Planner:
         objects = tuple(check_text(name, "object name") for name in request.objects)
         began_s = time.monotonic()
         try:
-            self._desk.refuse_second()
-            synonyms = self._check_words(objects)
-            self._refuse_late(request, time.monotonic() - began_s)
-            search = self._desk.start(
-                uuid.uuid4().hex[:12], objects, self._moment(), time.time_ns(), synonyms
+            self._registry.reject_if_active()
+            synonyms = self._check_names(objects)
+            self._reject_if_late(request, time.monotonic() - began_s)
+            search = self._registry.start(
+                uuid.uuid4().hex[:12], objects, self._stamp(), time.time_ns(), synonyms
             )
-        except DeskError as problem:
+        except SearchRejected as problem:
             raise RequestRejected(problem.code, str(problem)) from problem
         return self._status(search, time.monotonic())
 
-    def _refuse_late(self, request: SearchRequest, took_s: float) -> None:
+    def _reject_if_late(self, request: SearchRequest, took_s: float) -> None:
         """No robot starts for a caller that has given up meanwhile."""
         waited_s = took_s + (keys.SEARCH_START.stale_after_s or 0.0)
         if waited_s > request.patience_s:
@@ -222,7 +228,7 @@ class Planner:
                 "caller waits: nothing was started; try again",
             )
 
-    def _check_words(self, objects: tuple[str, ...]) -> Synonyms:
+    def _check_names(self, objects: tuple[str, ...]) -> Synonyms:
         """Refuse words that perception has no embedding or no place for.
 
         Returns which of the objects and of the names found before mean the same.
@@ -231,8 +237,10 @@ class Planner:
         unplaced = words.unplaced(embeddings)
         if unplaced:
             raise RequestRejected("unknown_word", words.sentence(unplaced), words.details(unplaced))
-        mind = self._desk.mind
-        found = [claim.name for claim in mind.claims] if mind is not None else []
+        state = self._registry.state
+        found = (
+            [found_object.name for found_object in state.found_objects] if state is not None else []
+        )
         if found:
             names = tuple(dict.fromkeys((*objects, *found)))
             with suppress(RequestRejected):  # of another encoder, perhaps: then only spelling tells
@@ -241,29 +249,29 @@ class Planner:
 
     def _cancel(self, request: SearchId) -> SearchStatus:
         try:
-            search = self._desk.cancel(request.search_id, self._moment())
-        except DeskError as problem:
+            search = self._registry.cancel(request.search_id, self._stamp())
+        except SearchRejected as problem:
             raise RequestRejected(problem.code, str(problem)) from problem
         return self._status(search, time.monotonic())
 
     def _get(self, request: SearchId) -> SearchStatus:
         try:
-            found = self._desk.find(request.search_id)
-        except DeskError as problem:
+            found = self._registry.find(request.search_id)
+        except SearchRejected as problem:
             raise RequestRejected(problem.code, str(problem)) from problem
         return self._status(found, time.monotonic())
 
-    def _moment(self) -> Moment:
-        xy = self._heard.pose.xy if self._heard.pose else None
-        return Moment(time.monotonic(), 0.0, xy, self._heard.odometer_m)
+    def _stamp(self) -> EventStamp:
+        xy = self._inputs.pose.xy if self._inputs.pose else None
+        return EventStamp(time.monotonic(), 0.0, xy, self._inputs.odometer_m)
 
 
-def _recorded(config: PlannerConfig, now_s: float) -> Search | None:
+def _restored(config: PlannerConfig, now_s: float) -> Search | None:
     if config.state_dir is None:
         return None
     try:
         search = journal.load(config.state_dir, now_s)
-    except journal.RecordError as problem:
+    except journal.JournalError as problem:
         LOG.error("the search that was active is lost: %s", problem)
         return None
     if search is not None:

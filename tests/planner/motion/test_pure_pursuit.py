@@ -8,39 +8,39 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_planner.motion.pure_pursuit import (
-    STILL,
+    STOP,
     Drive,
     Motion,
-    Pose,
+    Pose2d,
     Rest,
     Reverse,
-    Spin,
+    Rotate,
     Velocity,
     arrived,
-    limited,
-    steer,
+    limit_acceleration,
+    target_velocity,
 )
 from onemap_planner.motion.velocity_controller import BRAKE_S
-from tests.planner.drawn_maps import RULES, drawn, terrain_of
+from tests.planner.drawn_maps import PARAMS, costmap_of, drawn_map
 
-DRIVE = RULES.drive
-OPEN = terrain_of(drawn(*["." * 10] * 10, scale=5), (1.0, 1.0), RULES.terrain)
+DRIVE = PARAMS.drive
+OPEN = costmap_of(drawn_map(*["." * 10] * 10, scale=5), (1.0, 1.0), PARAMS.costmap)
 
 places = st.tuples(st.floats(0.0, 5.0), st.floats(0.0, 5.0))
-poses = st.builds(Pose, st.floats(0, 5), st.floats(0, 5), st.floats(-math.pi, math.pi))
+poses = st.builds(Pose2d, st.floats(0, 5), st.floats(0, 5), st.floats(-math.pi, math.pi))
 speeds = st.builds(Velocity, st.floats(-0.7, 0.7), st.floats(-1.5, 1.5))
 motions: st.SearchStrategy[Motion] = st.one_of(
     st.just(Rest()),
-    st.just(Spin()),
+    st.just(Rotate()),
     st.just(Reverse()),
     st.builds(lambda p, look: Drive(np.array(p), look), st.lists(places, min_size=1), places),
 )
 
 
 @given(motions, poses)
-def test_the_wanted_velocity_keeps_the_speed_limits(motion: Motion, pose: Pose) -> None:
-    for terrain in (OPEN, None):
-        wanted = steer(motion, pose, terrain, DRIVE)
+def test_the_wanted_velocity_keeps_the_speed_limits(motion: Motion, pose: Pose2d) -> None:
+    for costmap in (OPEN, None):
+        wanted = target_velocity(motion, pose, costmap, DRIVE)
         assert abs(wanted.linear_mps) <= DRIVE.max_linear_mps + 1e-9
         assert abs(wanted.angular_radps) <= DRIVE.max_angular_radps + 1e-9
 
@@ -49,7 +49,7 @@ def test_the_wanted_velocity_keeps_the_speed_limits(motion: Motion, pose: Pose) 
 def test_the_command_keeps_the_acceleration_limits(
     wanted: Velocity, previous: Velocity, dt_s: float
 ) -> None:
-    command = limited(wanted, previous, dt_s, DRIVE)
+    command = limit_acceleration(wanted, previous, dt_s, DRIVE)
     change = command.linear_mps - previous.linear_mps
     turn = command.angular_radps - previous.angular_radps
     assert abs(change) <= DRIVE.max_linear_mps2 * dt_s + 1e-9
@@ -59,12 +59,14 @@ def test_the_command_keeps_the_acceleration_limits(
     )
 
 
-def driven(motion: Drive, pose: Pose, seconds: float = 30.0) -> tuple[Pose, list[Pose]]:
-    command, trace = STILL, [pose]
+def driven(motion: Drive, pose: Pose2d, seconds: float = 30.0) -> tuple[Pose2d, list[Pose2d]]:
+    command, trace = STOP, [pose]
     for _ in range(int(seconds / 0.05)):
-        command = limited(steer(motion, pose, OPEN, DRIVE), command, 0.05, DRIVE)
+        command = limit_acceleration(
+            target_velocity(motion, pose, OPEN, DRIVE), command, 0.05, DRIVE
+        )
         yaw = pose.yaw_rad + command.angular_radps * 0.05
-        pose = Pose(
+        pose = Pose2d(
             pose.x_m + command.linear_mps * 0.05 * math.cos(yaw),
             pose.y_m + command.linear_mps * 0.05 * math.sin(yaw),
             yaw,
@@ -77,7 +79,7 @@ def driven(motion: Drive, pose: Pose, seconds: float = 30.0) -> tuple[Pose, list
 def test_it_arrives_and_faces_what_it_should(yaw: float) -> None:
     path = np.array([[1.0, 1.0], [3.0, 1.0], [3.0, 3.5]])
     motion = Drive(path, (4.5, 3.5))
-    end, trace = driven(motion, Pose(1.0, 1.0, yaw))
+    end, trace = driven(motion, Pose2d(1.0, 1.0, yaw))
     assert arrived(motion, end, DRIVE)
     assert not arrived(motion, trace[0], DRIVE)
     assert end.distance_to((3.0, 3.5)) < 0.15
@@ -86,7 +88,7 @@ def test_it_arrives_and_faces_what_it_should(yaw: float) -> None:
 
 def test_it_stays_near_the_path() -> None:
     path = np.array([[1.0, 1.0], [3.0, 1.0], [3.0, 3.5]])
-    _, trace = driven(Drive(path, (3.0, 4.5)), Pose(1.0, 1.0, 0.0))
+    _, trace = driven(Drive(path, (3.0, 4.5)), Pose2d(1.0, 1.0, 0.0))
     for pose in trace:
         to_first = abs(pose.y_m - 1.0) if pose.x_m <= 3.0 else 9.0
         to_second = abs(pose.x_m - 3.0) if pose.y_m >= 1.0 else 9.0
@@ -95,20 +97,22 @@ def test_it_stays_near_the_path() -> None:
 
 def test_it_turns_in_place_when_the_path_lies_behind() -> None:
     motion = Drive(np.array([[1.0, 1.0], [3.0, 1.0]]), (4.0, 1.0))
-    wanted = steer(motion, Pose(1.0, 1.0, math.pi - 0.1), OPEN, DRIVE)
+    wanted = target_velocity(motion, Pose2d(1.0, 1.0, math.pi - 0.1), OPEN, DRIVE)
     assert wanted.linear_mps == 0.0
     assert wanted.angular_radps < 0.0  # the short way round
 
 
 def test_it_slows_down_near_walls_and_before_the_end() -> None:
-    narrow = terrain_of(drawn("#" * 10, "." * 10, "#" * 10, scale=5), (0.75, 0.5), RULES.terrain)
+    narrow = costmap_of(
+        drawn_map("#" * 10, "." * 10, "#" * 10, scale=5), (0.75, 0.5), PARAMS.costmap
+    )
     motion = Drive(np.array([[0.75, 0.5], [0.75, 4.0]]), (0.75, 5.0))
-    pose = Pose(0.75, 0.5, math.pi / 2)
-    free = steer(motion, pose, OPEN, DRIVE).linear_mps
-    assert steer(motion, pose, narrow, DRIVE).linear_mps < 0.7 * free
-    assert steer(motion, pose, None, DRIVE).linear_mps < 0.7 * free
-    close = Pose(0.75, 3.8, math.pi / 2)
-    assert steer(motion, close, OPEN, DRIVE).linear_mps < free
+    pose = Pose2d(0.75, 0.5, math.pi / 2)
+    free = target_velocity(motion, pose, OPEN, DRIVE).linear_mps
+    assert target_velocity(motion, pose, narrow, DRIVE).linear_mps < 0.7 * free
+    assert target_velocity(motion, pose, None, DRIVE).linear_mps < 0.7 * free
+    close = Pose2d(0.75, 3.8, math.pi / 2)
+    assert target_velocity(motion, close, OPEN, DRIVE).linear_mps < free
 
 
 def test_braking_outlasts_the_robot_s_deadman_timer() -> None:

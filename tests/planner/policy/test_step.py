@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.motion.pure_pursuit import STILL, Drive, Pose, Reverse
+from onemap_planner.motion.pure_pursuit import STOP, Drive, Pose2d, Reverse
 from onemap_planner.path_message import planned_path
-from onemap_planner.search.phases import Approaching, Exploring, Looking, Over
+from onemap_planner.search.phases import Approaching, Exploring, Finished, LookingAround
 from onemap_shared.messages import Occupancy, SearchState
-from tests.planner.grid_world import Plan, Run, World, in_four_rooms, start
+from tests.planner.grid_world import FloorPlan, GridWorld, SimulatedSearch, in_four_rooms, start
 
 
-def results(run: Run) -> list[SearchState]:
-    return [result.outcome for result in run.mind.search.results]
+def results(run: SimulatedSearch) -> list[SearchState]:
+    return [result.outcome for result in run.state.search.results]
 
 
 @pytest.mark.parametrize(("x", "y", "yaw"), [(1.0, 1.0, 0.0), (8.0, 2.0, 2.0)])
@@ -21,13 +21,13 @@ def test_three_objects_in_four_rooms_are_found(x: float, y: float, yaw: float) -
     world = in_four_rooms(x, y, yaw)
     run = start(world, "sofa", "vase", "bed")
     search = run.until_over(300.0)
-    assert search.phase == Over(SearchState.FOUND), run.reasons
+    assert search.phase == Finished(SearchState.FOUND), run.reasons
     assert not world.entered_solid
     for result in search.results:
-        cells = np.argwhere(world.plan.things[result.name])
-        away = world.plan.grid.centres(cells) - np.array(result.end_xy_m)
+        cells = np.argwhere(world.floor_plan.things[result.name])
+        away = world.floor_plan.grid.centres(cells) - np.array(result.end_xy_m)
         assert np.hypot(*away.T).min() < 1.5  # the paper counts this as found
-        spot = world.plan.grid.centres(cells) - np.array(result.position_m[:2])
+        spot = world.floor_plan.grid.centres(cells) - np.array(result.position_m[:2])
         assert np.hypot(*spot.T).min() < 0.2
     assert sum(result.path_length_m for result in search.results) == pytest.approx(
         world.odometer_m, abs=0.1
@@ -39,9 +39,9 @@ def test_what_is_not_there_is_not_found_and_everything_was_looked_at() -> None:
     run = start(world, "unicorn", "table")
     run.until_over(400.0)
     assert results(run) == [SearchState.NOT_FOUND, SearchState.FOUND]
-    assert "searched everything reachable" in run.mind.search.results[0].reason
-    assert run.mind.search.phase == Over(SearchState.NOT_FOUND)
-    floor = ~world.plan.solid
+    assert "searched everything reachable" in run.state.search.results[0].reason
+    assert run.state.search.phase == Finished(SearchState.NOT_FOUND)
+    floor = ~world.floor_plan.solid
     assert (world.occupancy[floor] == Occupancy.FREE).mean() > 0.97
     assert not world.entered_solid
 
@@ -58,23 +58,23 @@ def test_the_same_world_gives_the_same_search() -> None:
 def test_a_stale_map_stops_the_robot_and_the_search_goes_on_after_it() -> None:
     run = start(in_four_rooms(), "sofa")
     while run.now_s < 20.0:
-        run.think()
-    before = run.mind
-    run.complaint = "the map is 1.2 s old"
+        run.step()
+    before = run.state
+    run.stale_reason = "the map is 1.2 s old"
     for _ in range(20):
-        run.think()
-        assert run.world.velocity == STILL
-    assert run.mind.search == before.search
-    assert run.mind.attentive_s == before.attentive_s
-    run.complaint = ""
-    assert run.until_over(300.0).phase == Over(SearchState.FOUND)
+        run.step()
+        assert run.world.velocity == STOP
+    assert run.state.search == before.search
+    assert run.state.active_time_s == before.active_time_s
+    run.stale_reason = ""
+    assert run.until_over(300.0).phase == Finished(SearchState.FOUND)
 
 
 def test_a_map_that_stays_away_fails_the_search_with_the_reason() -> None:
     run = start(in_four_rooms(), "sofa")
-    run.complaint = "the mapper is not there"
+    run.stale_reason = "the mapper is not there"
     search = run.until_over(60.0)
-    assert search.phase == Over(SearchState.FAILED)
+    assert search.phase == Finished(SearchState.FAILED)
     assert search.reason.endswith("the mapper is not there")
     assert 30.0 <= run.now_s < 32.0
 
@@ -82,49 +82,49 @@ def test_a_map_that_stays_away_fails_the_search_with_the_reason() -> None:
 def test_a_restarted_mapper_makes_it_look_around_again() -> None:
     run = start(in_four_rooms(), "sofa")
     while run.now_s < 20.0:
-        run.think()
-    assert isinstance(run.mind.search.phase, Exploring)
+        run.step()
+    assert isinstance(run.state.search.phase, Exploring)
     run.world.forget()
-    run.think()
-    assert isinstance(run.mind.search.phase, Looking)
-    assert "began anew" in run.mind.search.reason
-    assert run.until_over(400.0).phase == Over(SearchState.FOUND)
+    run.step()
+    assert isinstance(run.state.search.phase, LookingAround)
+    assert "began anew" in run.state.search.reason
+    assert run.until_over(400.0).phase == Finished(SearchState.FOUND)
 
 
-class Glass(World):
+class Glass(GridWorld):
     """A world whose camera does not see one wall of glass across the room."""
 
     def _touches(self, x: float, y: float) -> bool:
-        left = self.plan.grid.bounds_m[0]
+        left = self.floor_plan.grid.bounds_m[0]
         return super()._touches(x, y) or abs(x - (left + 3.0)) < 0.2
 
 
 def test_a_wall_that_only_the_bumper_knows_does_not_hold_it_for_ever() -> None:
-    plan = Plan(np.zeros((60, 40), bool))
+    floor_plan = FloorPlan(np.zeros((60, 40), bool))
     for wall in ((0, 0, 6, 0.1), (0, 3.9, 6, 4), (0, 0, 0.1, 4), (5.9, 0, 6, 4)):
-        plan.wall(*wall)
-    plan.put("vase", 5.3, 1.9, 0.3)
-    ox, oy = plan.grid.bounds_m[:2]
-    run = start(Glass(plan, Pose(ox + 1.0, oy + 2.0, 0.0)), "vase")
+        floor_plan.wall(*wall)
+    floor_plan.put("vase", 5.3, 1.9, 0.3)
+    ox, oy = floor_plan.grid.bounds_m[:2]
+    run = start(Glass(floor_plan, Pose2d(ox + 1.0, oy + 2.0, 0.0)), "vase")
     reversed_once = False
-    while run.mind.search.active and run.now_s < 300.0:
-        run.think()
+    while run.state.search.active and run.now_s < 300.0:
+        run.step()
         reversed_once |= run.decision is not None and isinstance(run.decision.motion, Reverse)
     assert reversed_once
-    assert not run.mind.search.active
-    assert run.mind.search.phase != Over(SearchState.FOUND)
-    assert run.mind.search.reason
+    assert not run.state.search.active
+    assert run.state.search.phase != Finished(SearchState.FOUND)
+    assert run.state.search.reason
 
 
 def test_a_look_alike_that_the_detector_does_not_confirm_is_left() -> None:
     world = in_four_rooms()
     run = start(world, "table")
-    while not isinstance(run.mind.search.phase, Approaching) and run.now_s < 60.0:
-        run.think()
-    world.plan.things.clear()  # the detector changes its mind; the map still looks like it
+    while not isinstance(run.state.search.phase, Approaching) and run.now_s < 60.0:
+        run.step()
+    world.floor_plan.things.clear()  # the detector changes its mind; the map still looks like it
     search = run.until_over(400.0)
-    assert search.phase == Over(SearchState.NOT_FOUND)
-    assert run.mind.search.results[0].position_m == ()
+    assert search.phase == Finished(SearchState.NOT_FOUND)
+    assert run.state.search.results[0].position_m == ()
 
 
 def test_the_time_limit_of_an_object() -> None:
@@ -133,32 +133,32 @@ def test_the_time_limit_of_an_object() -> None:
     run.config = run.config.model_copy(update={"explore": explore})
     run.until_over(60.0)
     assert results(run)[0] is SearchState.FAILED
-    assert "limit" in run.mind.search.results[0].reason
+    assert "limit" in run.state.search.results[0].reason
 
 
 def test_what_it_means_to_do_can_be_shown() -> None:
     run = start(in_four_rooms(), "sofa")
     kinds = set()
-    while run.mind.search.active and run.now_s < 300.0:
-        run.think()
-        shown = planned_path(run.mind.search, run.decision, 5)
+    while run.state.search.active and run.now_s < 300.0:
+        run.step()
+        shown = planned_path(run.state.search, run.decision, 5)
         kinds.add(shown.goal_kind)
         assert len(shown.goal_m) == (shown.goal_kind != "none")
         assert shown.goal_reason
-        if isinstance(run.mind.search.phase, Exploring) and run.decision is not None:
-            assert len(shown.frontiers_m) == len(run.decision.landmarks.frontiers)
+        if isinstance(run.state.search.phase, Exploring) and run.decision is not None:
+            assert len(shown.frontiers_m) == len(run.decision.goal_candidates.frontiers)
     assert {"none", "frontier", "detection"} <= kinds
-    over = planned_path(run.mind.search, None, 5)
+    over = planned_path(run.state.search, None, 5)
     assert (over.goal_kind, len(over.points_m)) == ("none", 0)
 
 
 def test_plans_lead_through_free_cells_only() -> None:
     run = start(in_four_rooms(), "sofa")
-    while run.mind.search.active and run.now_s < 60.0:
-        run.think()
+    while run.state.search.active and run.now_s < 60.0:
+        run.step()
         decision = run.decision
         if decision is None or not isinstance(decision.motion, Drive):
             continue
-        cells = decision.terrain.grid.cells(decision.motion.points_xy)
-        assert decision.terrain.passable[cells[:, 0], cells[:, 1]].all()
-    assert replace(run.mind).trail
+        cells = decision.costmap.grid.cells(decision.motion.points_xy)
+        assert decision.costmap.passable[cells[:, 0], cells[:, 1]].all()
+    assert replace(run.state).trail

@@ -8,86 +8,86 @@ import pytest
 from onemap_planner.search.phases import (
     Approaching,
     Arrived,
-    Begun,
-    Broken,
     Cancelled,
+    CandidateSelected,
     Confirmed,
     Confirming,
     Event,
+    EventStamp,
     Exhausted,
     Exploring,
-    GivenUp,
-    Looking,
-    MapLost,
-    Moment,
-    Over,
+    Finished,
+    LookingAround,
+    MapReady,
+    MapRestarted,
     Phase,
     Rejected,
+    Rotated,
     Search,
-    Spotted,
+    SearchFailed,
     Starting,
-    Turned,
+    TargetFailed,
 )
-from onemap_planner.search.state_machine import begin, status, transition
-from onemap_planner.world.candidates import Candidate
+from onemap_planner.search.state_machine import new_search, status, transition
+from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared.messages import SearchState
 
-CUP = Candidate((2.0, 1.0, 0.5), frozenset({(20, 10)}), 4, 0.9, 0.8, ((1.0, 1.0),))
-THEN = Moment(5.0, 4.0, (0.0, 0.0), 10.0)
-NOW = Moment(9.0, 8.0, (1.0, 1.0), 14.0)
+CUP = ObjectCandidate((2.0, 1.0, 0.5), frozenset({(20, 10)}), 4, 0.9, 0.8, ((1.0, 1.0),))
+THEN = EventStamp(5.0, 4.0, (0.0, 0.0), 10.0)
+NOW = EventStamp(9.0, 8.0, (1.0, 1.0), 14.0)
 
 PHASES: tuple[Phase, ...] = (
     Starting(),
-    Looking(1.0),
+    LookingAround(1.0),
     Exploring(),
     Approaching(CUP),
     Confirming(CUP, 6.0),
-    Over(SearchState.FOUND),
+    Finished(SearchState.FOUND),
 )
 EVENTS: tuple[Event, ...] = (
-    Begun(look_around=True),
-    Begun(look_around=False),
-    Turned(0.5),
-    Turned(2 * math.pi),
-    MapLost(),
-    Spotted(CUP),
+    MapReady(look_around=True),
+    MapReady(look_around=False),
+    Rotated(0.5),
+    Rotated(2 * math.pi),
+    MapRestarted(),
+    CandidateSelected(CUP),
     Arrived(CUP),
     Confirmed(CUP),
     Rejected(),
     Exhausted("nothing left"),
-    GivenUp("no such word"),
-    Broken("stuck"),
+    TargetFailed("no such word"),
+    SearchFailed("stuck"),
     Cancelled(),
 )
 TABLE: dict[tuple[type, Event], Phase] = {
-    (Starting, Begun(look_around=True)): Looking(),
-    (Starting, Begun(look_around=False)): Exploring(),
-    (Looking, Turned(0.5)): Looking(1.5),
-    (Looking, Turned(2 * math.pi)): Exploring(),
-    (Looking, Spotted(CUP)): Approaching(CUP),
-    (Exploring, Spotted(CUP)): Approaching(CUP),
-    (Exploring, MapLost()): Looking(),
-    (Exploring, Exhausted("nothing left")): Over(SearchState.NOT_FOUND),
-    (Approaching, MapLost()): Looking(),
-    (Approaching, Arrived(CUP)): Confirming(CUP, NOW.attentive_s),
+    (Starting, MapReady(look_around=True)): LookingAround(),
+    (Starting, MapReady(look_around=False)): Exploring(),
+    (LookingAround, Rotated(0.5)): LookingAround(1.5),
+    (LookingAround, Rotated(2 * math.pi)): Exploring(),
+    (LookingAround, CandidateSelected(CUP)): Approaching(CUP),
+    (Exploring, CandidateSelected(CUP)): Approaching(CUP),
+    (Exploring, MapRestarted()): LookingAround(),
+    (Exploring, Exhausted("nothing left")): Finished(SearchState.NOT_FOUND),
+    (Approaching, MapRestarted()): LookingAround(),
+    (Approaching, Arrived(CUP)): Confirming(CUP, NOW.active_time_s),
     (Approaching, Rejected()): Exploring(),
-    (Confirming, MapLost()): Looking(),
+    (Confirming, MapRestarted()): LookingAround(),
     (Confirming, Rejected()): Exploring(),
-    (Confirming, Confirmed(CUP)): Over(SearchState.FOUND),
+    (Confirming, Confirmed(CUP)): Finished(SearchState.FOUND),
 }
 
 
 def at(phase: Phase, *objects: str) -> Search:
-    return replace(begin("id", objects or ("cup",), THEN, 7), phase=phase)
+    return replace(new_search("id", objects or ("cup",), THEN, 7), phase=phase)
 
 
 def expected(phase: Phase, event: Event) -> Phase:
-    if isinstance(phase, Over):
+    if isinstance(phase, Finished):
         return phase
-    if isinstance(event, GivenUp | Broken):
-        return Over(SearchState.FAILED)
+    if isinstance(event, TargetFailed | SearchFailed):
+        return Finished(SearchState.FAILED)
     if isinstance(event, Cancelled):
-        return Over(SearchState.CANCELLED)
+        return Finished(SearchState.CANCELLED)
     return TABLE.get((type(phase), event), phase)
 
 
@@ -108,7 +108,7 @@ def test_the_objects_are_sought_in_order_and_one_miss_does_not_end_it() -> None:
     search = transition(replace(search, phase=Confirming(CUP, 0.0)), Confirmed(CUP), NOW)
     assert search.target == "sofa"
     search = transition(replace(search, phase=Confirming(CUP, 0.0)), Confirmed(CUP), NOW)
-    assert search.phase == Over(SearchState.NOT_FOUND)
+    assert search.phase == Finished(SearchState.NOT_FOUND)
     assert search.reason == "found 2 of 3; cup: searched everything"
     assert [result.outcome for result in search.results] == [
         SearchState.NOT_FOUND,
@@ -118,10 +118,10 @@ def test_the_objects_are_sought_in_order_and_one_miss_does_not_end_it() -> None:
 
 
 def test_one_object_given_up_makes_the_whole_search_failed() -> None:
-    search = transition(at(Starting(), "qzx", "cup"), GivenUp("no such word"), NOW)
+    search = transition(at(Starting(), "qzx", "cup"), TargetFailed("no such word"), NOW)
     assert search.target == "cup"
     search = transition(replace(search, phase=Confirming(CUP, 0.0)), Confirmed(CUP), NOW)
-    assert search.phase == Over(SearchState.FAILED)
+    assert search.phase == Finished(SearchState.FAILED)
 
 
 def test_a_result_tells_where_how_long_and_how_far() -> None:
@@ -135,25 +135,25 @@ def test_a_result_tells_where_how_long_and_how_far() -> None:
 
 
 def test_a_search_that_began_without_odometry_starts_where_the_map_answers() -> None:
-    search = begin("id", ("cup",), replace(THEN, xy=None), 7)
-    assert transition(search, Begun(look_around=False), NOW).leg.xy == NOW.xy
+    search = new_search("id", ("cup",), replace(THEN, xy=None), 7)
+    assert transition(search, MapReady(look_around=False), NOW).target_start.xy == NOW.xy
 
 
 @pytest.mark.parametrize(
     ("phase", "public"),
     [
         (Starting(), SearchState.EXPLORING),
-        (Looking(), SearchState.EXPLORING),
+        (LookingAround(), SearchState.EXPLORING),
         (Exploring(), SearchState.EXPLORING),
         (Approaching(CUP), SearchState.APPROACHING),
         (Confirming(CUP, 0.0), SearchState.CONFIRMING),
-        (Over(SearchState.CANCELLED), SearchState.CANCELLED),
+        (Finished(SearchState.CANCELLED), SearchState.CANCELLED),
     ],
 )
 def test_the_status_names_the_phase(phase: Phase, public: SearchState) -> None:
     told = status(at(phase), odometer_m=12.0, now_ns=99)
     assert told.state is public
-    assert told.active is not isinstance(phase, Over)
+    assert told.active is not isinstance(phase, Finished)
 
 
 def test_the_status_says_what_is_waited_for_while_active() -> None:

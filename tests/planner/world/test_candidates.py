@@ -9,17 +9,17 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from onemap_planner.world.candidates import (
-    CROWD,
-    RECENT,
-    Candidate,
+    MAX_CANDIDATES,
+    RECENT_SIGHTINGS,
+    ObjectCandidate,
     Sighting,
-    remember,
+    merge_sightings,
     sightings_of,
     similarity_threshold,
 )
 from onemap_shared.geometry import F32
 from onemap_shared.messages import Detections
-from tests.planner.drawn_maps import RULES, drawn
+from tests.planner.drawn_maps import PARAMS, drawn_map
 from tests.reference.planning import top_cells
 
 HERE = (0.0, 0.0)
@@ -39,8 +39,8 @@ def detections(points: list[tuple[float, float, float]], name: str = "sofa") -> 
 
 
 def sighted(similarity: F32, message: Detections) -> tuple[Sighting, ...]:
-    belief = replace(drawn(*["." * 20] * 20), similarity=similarity)
-    return sightings_of("sofa", message, belief, seen_from=HERE, rules=RULES.consensus)
+    map_view = replace(drawn_map(*["." * 20] * 20), similarity=similarity)
+    return sightings_of("sofa", message, map_view, seen_from=HERE, params=PARAMS.consensus)
 
 
 def sighting(x: float, cells: frozenset[tuple[int, int]] = frozenset()) -> Sighting:
@@ -56,8 +56,8 @@ def sighting(x: float, cells: frozenset[tuple[int, int]] = frozenset()) -> Sight
     st.sampled_from([0.0, 50.0, 90.0, 95.0, 100.0]),
 )
 def test_the_threshold_marks_the_top_cells(similarity: F32, percentile: float) -> None:
-    rules = replace(RULES.consensus, percentile=percentile, floor=0.0)
-    threshold = similarity_threshold(similarity, rules)
+    params = replace(PARAMS.consensus, percentile=percentile, floor=0.0)
+    threshold = similarity_threshold(similarity, params)
     top = np.nan_to_num(similarity, nan=-1.0) >= threshold - 1e-6
     assert (top >= top_cells(similarity, percentile)).all()
     assert (top & ~top_cells(similarity, percentile)).sum() == 0 or np.isclose(
@@ -67,7 +67,7 @@ def test_the_threshold_marks_the_top_cells(similarity: F32, percentile: float) -
 
 def test_an_empty_map_agrees_with_nothing() -> None:
     empty = np.full((20, 20), np.nan, np.float32)
-    assert similarity_threshold(empty, RULES.consensus) == float("inf")
+    assert similarity_threshold(empty, PARAMS.consensus) == float("inf")
     assert sighted(empty, detections([(0.55, 0.55, 0.5)])) == ()
 
 
@@ -113,44 +113,46 @@ def test_other_names_and_detections_without_points_are_passed_over() -> None:
 
 
 def test_sightings_in_one_place_become_one_candidate() -> None:
-    found: tuple[Candidate, ...] = ()
+    found: tuple[ObjectCandidate, ...] = ()
     for x in (1.0, 1.2, 1.1):
-        found = remember(found, [sighting(x)], RULES.consensus)
+        found = merge_sightings(found, [sighting(x)], PARAMS.consensus)
     (candidate,) = found
     assert candidate.sightings == 3
     assert candidate.xyz[0] == pytest.approx(1.1)
 
 
 def test_far_sightings_are_others_unless_they_share_cells() -> None:
-    apart = remember((), [sighting(0.0), sighting(1.0)], RULES.consensus)
+    apart = merge_sightings((), [sighting(0.0), sighting(1.0)], PARAMS.consensus)
     assert [candidate.sightings for candidate in apart] == [1, 1]
     bed = frozenset({(1, 1), (2, 1)})
-    joined = remember((), [sighting(0.0, bed), sighting(1.0, bed)], RULES.consensus)
+    joined = merge_sightings((), [sighting(0.0, bed), sighting(1.0, bed)], PARAMS.consensus)
     assert [candidate.sightings for candidate in joined] == [2]
 
 
 def test_a_stray_cell_of_one_frame_is_not_the_surface() -> None:
     thing = frozenset((x, y) for x in range(10, 14) for y in range(10, 14))
     stray = (18, 12)
-    found: tuple[Candidate, ...] = ()
-    for number in range(RECENT):
+    found: tuple[ObjectCandidate, ...] = ()
+    for number in range(RECENT_SIGHTINGS):
         cells = thing | {stray} if number == 0 else thing
-        found = remember(found, [sighting(1.2, cells)], RULES.consensus)
+        found = merge_sightings(found, [sighting(1.2, cells)], PARAMS.consensus)
     assert stray in found[0].cells
     assert found[0].surface == thing
     moved = frozenset((x + 1, y) for x, y in thing)  # the last sightings, from near, decide
-    for _ in range(RECENT):
-        found = remember(found, [sighting(1.3, moved)], RULES.consensus)
+    for _ in range(RECENT_SIGHTINGS):
+        found = merge_sightings(found, [sighting(1.3, moved)], PARAMS.consensus)
     assert found[0].surface == moved
 
 
 def test_with_one_sighting_all_its_cells_are_the_surface() -> None:
-    (found,) = remember((), [sighting(0.0, frozenset({(1, 1), (2, 1)}))], RULES.consensus)
+    (found,) = merge_sightings((), [sighting(0.0, frozenset({(1, 1), (2, 1)}))], PARAMS.consensus)
     assert found.surface == found.cells
 
 
 def test_memory_is_bounded_and_keeps_the_most_seen() -> None:
-    found = remember((), [sighting(0.0), sighting(0.0)], RULES.consensus)
-    found = remember(found, [sighting(5.0 + i) for i in range(2 * CROWD)], RULES.consensus)
-    assert len(found) == CROWD
+    found = merge_sightings((), [sighting(0.0), sighting(0.0)], PARAMS.consensus)
+    found = merge_sightings(
+        found, [sighting(5.0 + i) for i in range(2 * MAX_CANDIDATES)], PARAMS.consensus
+    )
+    assert len(found) == MAX_CANDIDATES
     assert found[0].sightings == 2

@@ -8,12 +8,12 @@ import pytest
 from onemap_planner.world.frontiers import Frontier, find_frontiers
 from onemap_planner.world.regions import find_regions, remaining_regions
 from onemap_shared.geometry import F32
-from tests.planner.drawn_maps import RULES, drawn, terrain_of
+from tests.planner.drawn_maps import PARAMS, costmap_of, drawn_map
 
 
 def frontiers_of(*rows: str, similarity: F32 | None = None) -> tuple[Frontier, ...]:
-    belief = drawn(*rows, scale=5, similarity=similarity)
-    return find_frontiers(belief, terrain_of(belief, (0.75, 0.75)), RULES.frontier)
+    map_view = drawn_map(*rows, scale=5, similarity=similarity)
+    return find_frontiers(map_view, costmap_of(map_view, (0.75, 0.75)), PARAMS.frontier)
 
 
 def test_a_closed_room_has_none() -> None:
@@ -23,7 +23,7 @@ def test_a_closed_room_has_none() -> None:
 def test_a_door_to_the_unknown_is_one() -> None:
     (found,) = frontiers_of("#####  ", "#....  ", "#...#  ", "#####  ")
     assert found.unknown
-    assert found.score == RULES.frontier.unknown_prior
+    assert found.score == PARAMS.frontier.unknown_prior
     assert found.beyond_xy[1] > 2.5  # it looks outward
     assert {int(y) for _, y in found.cells} == {24}
 
@@ -48,10 +48,10 @@ def test_similarity_counts_only_where_it_connects() -> None:
 
 
 def test_small_gaps_and_spots_are_noise() -> None:
-    belief = drawn("#####", "#...#", "#...#", "#####", scale=5)
-    belief.occupancy[8:10, 8:10] = 0
-    belief.explored[12:14, 8:10] = False
-    assert find_frontiers(belief, terrain_of(belief, (0.75, 0.75)), RULES.frontier) == ()
+    map_view = drawn_map("#####", "#...#", "#...#", "#####", scale=5)
+    map_view.occupancy[8:10, 8:10] = 0
+    map_view.explored[12:14, 8:10] = False
+    assert find_frontiers(map_view, costmap_of(map_view, (0.75, 0.75)), PARAMS.frontier) == ()
 
 
 def test_the_camera_s_blind_spot_is_no_frontier_but_a_hidden_corner_is() -> None:
@@ -68,7 +68,7 @@ def test_long_frontiers_are_cut() -> None:
     found = frontiers_of("#" * 12, "." * 12, " " * 12, " " * 12)
     along = [f for f in found if f.beyond_xy[0] > 1.0]
     assert len(along) >= 2
-    assert all(len(f.cells) * 0.1 <= RULES.frontier.max_length_m + 0.1 for f in along)
+    assert all(len(f.cells) * 0.1 <= PARAMS.frontier.max_length_m + 0.1 for f in along)
 
 
 def test_regions_are_similar_explored_and_not_searched() -> None:
@@ -78,8 +78,8 @@ def test_regions_are_similar_explored_and_not_searched() -> None:
     similarity[8, 8] = 0.6
     similarity[7, 16] = 0.9  # searched
     similarity[7, 22] = 0.9  # not explored
-    belief = drawn(*rows, scale=5, similarity=similarity)
-    (region,) = find_regions(belief, RULES.region)
+    map_view = drawn_map(*rows, scale=5, similarity=similarity)
+    (region,) = find_regions(map_view, PARAMS.region)
     assert region.score == pytest.approx(0.8)
     assert region.cells.tolist() == [[7, 7], [8, 8]]
     np.testing.assert_allclose(region.peak_xy, [0.75, 0.75])
@@ -88,8 +88,8 @@ def test_regions_are_similar_explored_and_not_searched() -> None:
 def test_regions_come_best_first_and_large_enough() -> None:
     similarity = np.full((5, 10), 0.1, np.float32)
     similarity[1, 1], similarity[3, 8] = 0.5, 0.6
-    belief = drawn("oo", scale=5, similarity=similarity)
-    assert [region.score for region in find_regions(belief, RULES.region)] == pytest.approx(
+    map_view = drawn_map("oo", scale=5, similarity=similarity)
+    assert [region.score for region in find_regions(map_view, PARAMS.region)] == pytest.approx(
         [0.6, 0.5]
     )
 
@@ -97,10 +97,10 @@ def test_regions_come_best_first_and_large_enough() -> None:
 def test_before_giving_up_every_similar_place_counts_but_no_single_noisy_one() -> None:
     similarity = np.full((5, 10), 0.05, np.float32)
     similarity[1, 1], similarity[3, 8] = 0.2, 0.6
-    belief = drawn(".,", scale=5, similarity=similarity)
-    assert find_regions(belief, RULES.region) == ()
-    assert len(remaining_regions(belief, RULES.region)) == 2
-    best = remaining_regions(belief, replace(RULES.region, last_looks=1))
+    map_view = drawn_map(".,", scale=5, similarity=similarity)
+    assert find_regions(map_view, PARAMS.region) == ()
+    assert len(remaining_regions(map_view, PARAMS.region)) == 2
+    best = remaining_regions(map_view, replace(PARAMS.region, last_looks=1))
     assert [region.score for region in best] == pytest.approx([0.6])
-    pickier = replace(RULES.region, min_area_m2=0.02)
-    assert remaining_regions(belief, pickier) == ()
+    pickier = replace(PARAMS.region, min_area_m2=0.02)
+    assert remaining_regions(map_view, pickier) == ()

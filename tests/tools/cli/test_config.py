@@ -96,7 +96,7 @@ def test_the_environment_overrides_the_file(
 def test_every_mistake_is_told_in_a_sentence(tmp_path: Path) -> None:
     config = written(
         tmp_path,
-        "planner: {plan_hz: 0, teraine: {}}\ngateway: {token: [hunter2]}\n"
+        "planner: {plan_hz: 0, costmp: {}}\ngateway: {token: [hunter2]}\n"
         "simulator: {sede: 1}\nreplay: {}\n",
     )
     result = run("check", "--config", config, "--json")
@@ -107,7 +107,7 @@ def test_every_mistake_is_told_in_a_sentence(tmp_path: Path) -> None:
     told = result.stderr.splitlines()
     assert document["mistakes"] == told
     assert len(told) == 5
-    for part in ("planner.plan_hz", "did you mean 'terrain'", "did you mean 'seed'", "both robots"):
+    for part in ("planner.plan_hz", "did you mean 'costmap'", "did you mean 'seed'", "both robots"):
         assert part in result.stderr
     assert "gateway.token" in result.stderr
     assert "hunter2" not in result.output

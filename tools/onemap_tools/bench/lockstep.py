@@ -25,14 +25,19 @@ from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.variance import observation_variance
 from onemap_planner.config import PlannerConfig
-from onemap_planner.motion.pure_pursuit import Pose, Velocity
-from onemap_planner.motion.velocity_controller import Helm, HelmSenses, Order, tick
-from onemap_planner.policy.competition import rivals_of, synonyms_of
-from onemap_planner.policy.params import Rules
-from onemap_planner.policy.state import Mind
-from onemap_planner.policy.step import Senses, think
-from onemap_planner.search.phases import Moment, Search, Starting
-from onemap_planner.search.state_machine import begin
+from onemap_planner.motion.pure_pursuit import Pose2d, Velocity
+from onemap_planner.motion.velocity_controller import (
+    ControllerInputs,
+    Plan,
+    VelocityController,
+    update_command,
+)
+from onemap_planner.policy.competition import rival_names, synonyms_of
+from onemap_planner.policy.params import PlannerParams
+from onemap_planner.policy.state import PlannerState
+from onemap_planner.policy.step import Observation, step
+from onemap_planner.search.phases import EventStamp, Search, Starting
+from onemap_planner.search.state_machine import new_search
 from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import Detections, FeatureField, RgbdFrame, SearchView
 from onemap_simulator.config import SimulatorConfig
@@ -158,14 +163,14 @@ class LockstepSimulation:
     ) -> None:
         self.robot = SimulatedRobot(scene, settings.simulator)
         self.belief = BeliefMap(settings.mapper.settings())
-        self.mind: Mind | None = None
+        self.state: PlannerState | None = None
         self._settings, self._perception = settings, perception
-        self._rules: Rules = settings.planner.rules()
+        self._params: PlannerParams = settings.planner.params()
         self._scores = ScoreCache()
         self._queries: dict[str, TextQuery] = {}
         self._clock = SimulatedClock()
-        self._helm = Helm()
-        self._order: Order | None = None
+        self._controller = VelocityController()
+        self._motion_plan: Plan | None = None
         self._odometer_m = 0.0
         self._detections: list[Detections] = []
         self._reset_for: tuple[str, int] | None = None
@@ -177,29 +182,33 @@ class LockstepSimulation:
 
     def search(self, objects: tuple[str, ...], limit_s: float) -> Search:
         """Search for the objects, one after the other; ends by itself or at ``limit_s``."""
-        moment = Moment(self.now_s, 0.0, self.robot.xy, self._odometer_m)
+        stamp = EventStamp(self.now_s, 0.0, self.robot.xy, self._odometer_m)
         synonyms = synonyms_of(self._perception.encoder.embed_text(objects))
-        self.mind = Mind(begin("lockstep", objects, moment, 0), synonyms=synonyms)
+        self.state = PlannerState(new_search("lockstep", objects, stamp, 0), synonyms=synonyms)
         end_s = self.now_s + limit_s
-        while self.mind.search.active and self.now_s < end_s:
-            self._step(self.mind)
-        return self.mind.search
+        while self.state.search.active and self.now_s < end_s:
+            self._step(self.state)
+        return self.state.search
 
-    def _step(self, mind: Mind) -> None:
+    def _step(self, state: PlannerState) -> None:
         clock, robot = self._clock, self.robot
         planner, simulator = self._settings.planner, self._settings.simulator
         if clock.is_due("frame", simulator.rgbd_hz):
-            self._process_frame(mind.search)
+            self._process_frame(state.search)
         T_map_body = robot.reported()
-        pose = Pose(float(T_map_body[0, 3]), float(T_map_body[1, 3]), yaw_of(T_map_body))
+        pose = Pose2d(float(T_map_body[0, 3]), float(T_map_body[1, 3]), yaw_of(T_map_body))
         if clock.is_due("plan", planner.plan_hz):
-            self._plan(mind, pose)
-        active = self.mind is not None and self.mind.search.active
-        senses = HelmSenses(clock.now_s, mind.search.search_id if active else "", pose, "")
-        self._helm, _ = tick(self._helm, self._order, senses, self._rules)
+            self._plan(state, pose)
+        active = self.state is not None and self.state.search.active
+        observation = ControllerInputs(
+            clock.now_s, state.search.search_id if active else "", pose, ""
+        )
+        self._controller, _ = update_command(
+            self._controller, self._motion_plan, observation, self._params
+        )
         before, before_s = robot.xy, clock.now_s
         clock.now_s += 1.0 / planner.control_hz
-        robot.advance(self._helm.command, before_s, clock.now_s)
+        robot.advance(self._controller.command, before_s, clock.now_s)
         self._odometer_m += float(np.hypot(robot.xy[0] - before[0], robot.xy[1] - before[1]))
 
     def _process_frame(self, search: Search) -> None:
@@ -212,32 +221,34 @@ class LockstepSimulation:
             detect_in_frame(self._perception.detector, sought, frame, field.features)
         )
 
-    def _plan(self, mind: Mind, pose: Pose) -> None:
-        senses = Senses(
+    def _plan(self, state: PlannerState, pose: Pose2d) -> None:
+        observation = Observation(
             now_s=self.now_s,
             pose=pose,
             odometer_m=self._odometer_m,
-            command=self._helm.command,
+            command=self._controller.command,
             collided=self.robot.collided,
-            view=self._view(mind),
+            view=self._view(state),
             detections=tuple(self._detections),
-            complaint="",
+            stale_reason="",
         )
         self._detections.clear()
-        self.mind, decision = think(mind, senses, self._rules)
+        self.state, decision = step(state, observation, self._params)
         if decision is not None:
-            self._order = Order(mind.search.search_id, decision, self.now_s)
+            self._motion_plan = Plan(state.search.search_id, decision, self.now_s)
 
-    def _view(self, mind: Mind) -> SearchView:
-        search = mind.search
-        leg = (search.search_id, search.index)
-        if isinstance(search.phase, Starting) and self._reset_for != leg:
+    def _view(self, state: PlannerState) -> SearchView:
+        search = state.search
+        target_key = (search.search_id, search.index)
+        if isinstance(search.phase, Starting) and self._reset_for != target_key:
             self.belief.reset_searched()
-            self._reset_for = leg
+            self._reset_for = target_key
         query = self._query(search.target)
         rivals = [
             self._query(name)
-            for name in rivals_of(search.target, search.objects, mind.claims, mind.synonyms)
+            for name in rival_names(
+                search.target, search.objects, state.found_objects, state.synonyms
+            )
         ]
         return search_view(
             self.belief, self._scores, text=search.target, query=query, rivals=rivals

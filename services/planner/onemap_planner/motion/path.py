@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from skimage.graph import MCP_Geometric
 
-from onemap_planner.world.costmap import Terrain
+from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, I64, Bool
 
 SHORTCUT_SLACK = 1.01  # a straight line may cost one percent more than the cells it replaces
 
 
 @dataclass(frozen=True, slots=True)
-class Reach:
+class CostToGo:
     """The cheapest ways from one cell: one run of Dijkstra serves all goals.
 
     cost_m (nx, ny) float64: effort in metres (a metre in the open costs one), infinity where
@@ -31,14 +31,14 @@ class Reach:
         return np.asarray(self._paths.traceback(cell), dtype=np.int64)
 
 
-def reach_from(terrain: Terrain, cell: tuple[int, int]) -> Reach:
+def cost_to_go_from(costmap: Costmap, cell: tuple[int, int]) -> CostToGo:
     """Costs and paths from ``cell``, which must be passable.
 
     A step costs its length times the mean of both cells' cost.
     """
-    paths = MCP_Geometric(terrain.cost, fully_connected=True)
+    paths = MCP_Geometric(costmap.cost, fully_connected=True)
     cost, _ = paths.find_costs([cell])
-    return Reach(cell, cost * terrain.grid.cell_size_m, paths)
+    return CostToGo(cell, cost * costmap.grid.cell_size_m, paths)
 
 
 def segment_cells(start: F64, end: F64) -> tuple[I64, F64]:
@@ -65,19 +65,19 @@ def line_is_clear(mask: Bool, start: I64, end: I64) -> bool:
     return bool(mask[cells[:, 0], cells[:, 1]].all())
 
 
-def smooth(terrain: Terrain, path: I64) -> I64:
+def smooth_path(costmap: Costmap, path: I64) -> I64:
     """Fewer corners (M, 2) of the path (N, 2): straight lines that stay passable and cost no more.
 
     Comparing costs, not only collisions, keeps paths in the middle of doors.
     """
     if len(path) < 3:
         return path
-    spent = _spent(terrain.cost, path)
+    spent = _cumulative_cost(costmap.cost, path)
     corners = [path[0]]
     anchor = 0
     for ahead in range(2, len(path)):
         allowed = (spent[ahead] - spent[anchor]) * SHORTCUT_SLACK
-        if not line_cost(terrain.cost, path[anchor], path[ahead]) <= allowed:
+        if not line_cost(costmap.cost, path[anchor], path[ahead]) <= allowed:
             anchor = ahead - 1
             corners.append(path[anchor])
     corners.append(path[-1])
@@ -91,7 +91,7 @@ def line_cost(cost: F64, start: I64, end: I64) -> float:
     return float("inf") if (along <= 0).any() else float(along @ lengths)
 
 
-def _spent(cost: F64, path: I64) -> F64:
+def _cumulative_cost(cost: F64, path: I64) -> F64:
     """Cost (N,) in cells from the path's start to each of its cells."""
     along = cost[path[:, 0], path[:, 1]]
     lengths = np.hypot(*np.diff(path, axis=0).T)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from onemap_planner.motion.pure_pursuit import Pose, Velocity
+from onemap_planner.motion.pure_pursuit import Pose2d, Velocity
 from onemap_shared.geometry import F64, wrap_angle
 
 MOVED_M = 0.05  # less than this is noise of the odometry
@@ -16,20 +16,20 @@ COMMANDED_RADPS = 0.15
 
 
 @dataclass(frozen=True, slots=True)
-class RecoveryRules:
+class RecoveryParams:
     """When the robot counts as stuck; see ``PlannerConfig`` for the values."""
 
     stuck_s: float
     back_up_m: float
     back_up_s: float
-    block_s: float
-    max_bumps: int
-    bump_area_m: float
+    virtual_obstacle_s: float
+    max_stuck_count: int
+    stuck_radius_m: float
     bumper_m: float
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class VirtualObstacle:
     """A place the robot ran into that no map shows, believed until ``until_s``."""
 
     xy: tuple[float, float]
@@ -37,73 +37,82 @@ class Block:
 
 
 @dataclass(frozen=True, slots=True)
-class Footing:
+class ProgressMonitor:
     """How the robot gets on. Seconds are attentive seconds.
 
     moved_at and moved_s: the last pose that differed clearly, and when; backing_from: where
-    backing up began, None when not; bumps: how often it got stuck near ``bumped_at``.
+    backing up began, None when not; bumps: how often it got stuck near ``stuck_at``.
     """
 
-    moved_at: Pose
+    moved_at: Pose2d
     moved_s: float
-    backing_from: Pose | None = None
-    backing_s: float = 0.0
-    bumps: int = 0
-    bumped_at: Pose | None = None
-    blocks: tuple[Block, ...] = ()
+    backing_from: Pose2d | None = None
+    backing_since_s: float = 0.0
+    stuck_count: int = 0
+    stuck_at: Pose2d | None = None
+    virtual_obstacles: tuple[VirtualObstacle, ...] = ()
 
 
-def feel(
-    footing: Footing,
-    pose: Pose,
+def update_progress(
+    progress: ProgressMonitor,
+    pose: Pose2d,
     *,
     command: Velocity,
     collided: bool,
     now_s: float,
-    rules: RecoveryRules,
-) -> Footing:
+    params: RecoveryParams,
+) -> ProgressMonitor:
     """The footing after a look at the pose: a new bump begins backing up, enough way ends it."""
-    footing = replace(footing, blocks=tuple(b for b in footing.blocks if b.until_s > now_s))
-    if footing.backing_from is not None:
-        done = pose.distance_to(footing.backing_from.xy) >= rules.back_up_m
-        if done or now_s - footing.backing_s >= rules.back_up_s:
-            return replace(footing, backing_from=None, moved_at=pose, moved_s=now_s)
-        return footing
+    progress = replace(
+        progress,
+        virtual_obstacles=tuple(b for b in progress.virtual_obstacles if b.until_s > now_s),
+    )
+    if progress.backing_from is not None:
+        done = pose.distance_to(progress.backing_from.xy) >= params.back_up_m
+        if done or now_s - progress.backing_since_s >= params.back_up_s:
+            return replace(progress, backing_from=None, moved_at=pose, moved_s=now_s)
+        return progress
     driving = abs(command.linear_mps) > COMMANDED_MPS
     commanded = driving or abs(command.angular_radps) > COMMANDED_RADPS
-    if not commanded or _moved(footing.moved_at, pose):
-        footing = replace(footing, moved_at=pose, moved_s=now_s)
-    if (collided and driving) or now_s - footing.moved_s > rules.stuck_s:
-        return _bump(footing, pose, driving=driving, now_s=now_s, rules=rules)
-    return footing
+    if not commanded or _moved(progress.moved_at, pose):
+        progress = replace(progress, moved_at=pose, moved_s=now_s)
+    if (collided and driving) or now_s - progress.moved_s > params.stuck_s:
+        return _mark_stuck(progress, pose, driving=driving, now_s=now_s, params=params)
+    return progress
 
 
-def blocks_xy(footing: Footing) -> F64:
+def virtual_obstacles_xy(progress: ProgressMonitor) -> F64:
     """Places (B, 2) metres of all blocks."""
-    return np.array([block.xy for block in footing.blocks], dtype=np.float64).reshape(-1, 2)
+    return np.array([block.xy for block in progress.virtual_obstacles], dtype=np.float64).reshape(
+        -1, 2
+    )
 
 
-def _moved(before: Pose, pose: Pose) -> bool:
+def _moved(before: Pose2d, pose: Pose2d) -> bool:
     turned = abs(wrap_angle(pose.yaw_rad - before.yaw_rad))
     return pose.distance_to(before.xy) > MOVED_M or turned > MOVED_RAD
 
 
-def _bump(
-    footing: Footing, pose: Pose, *, driving: bool, now_s: float, rules: RecoveryRules
-) -> Footing:
+def _mark_stuck(
+    progress: ProgressMonitor, pose: Pose2d, *, driving: bool, now_s: float, params: RecoveryParams
+) -> ProgressMonitor:
     again = (
-        footing.bumped_at is not None and pose.distance_to(footing.bumped_at.xy) < rules.bump_area_m
+        progress.stuck_at is not None
+        and pose.distance_to(progress.stuck_at.xy) < params.stuck_radius_m
     )
-    blocks = footing.blocks
+    virtual_obstacles = progress.virtual_obstacles
     if driving:
-        x = pose.x_m + rules.bumper_m * float(np.cos(pose.yaw_rad))
-        y = pose.y_m + rules.bumper_m * float(np.sin(pose.yaw_rad))
-        blocks = (*blocks, Block((x, y), now_s + rules.block_s))
+        x = pose.x_m + params.bumper_m * float(np.cos(pose.yaw_rad))
+        y = pose.y_m + params.bumper_m * float(np.sin(pose.yaw_rad))
+        virtual_obstacles = (
+            *virtual_obstacles,
+            VirtualObstacle((x, y), now_s + params.virtual_obstacle_s),
+        )
     return replace(
-        footing,
+        progress,
         backing_from=pose,
-        backing_s=now_s,
-        bumps=footing.bumps + 1 if again else 1,
-        bumped_at=pose,
-        blocks=blocks,
+        backing_since_s=now_s,
+        stuck_count=progress.stuck_count + 1 if again else 1,
+        stuck_at=pose,
+        virtual_obstacles=virtual_obstacles,
     )

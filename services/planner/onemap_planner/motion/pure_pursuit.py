@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from onemap_planner.world.costmap import Terrain
+from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, wrap_angle
 
 
 @dataclass(frozen=True, slots=True)
-class DriveRules:
+class DriveParams:
     """What the robot may do; see ``PlannerConfig`` for the values."""
 
     max_linear_mps: float
@@ -29,7 +29,7 @@ class DriveRules:
 
 
 @dataclass(frozen=True, slots=True)
-class Pose:
+class Pose2d:
     """Place and heading in the map."""
 
     x_m: float
@@ -58,7 +58,7 @@ class Velocity:
     angular_radps: float = 0.0
 
 
-STILL = Velocity()
+STOP = Velocity()
 
 # ---- motions: what the plan asks for
 
@@ -69,7 +69,7 @@ class Rest:
 
 
 @dataclass(frozen=True, slots=True)
-class Spin:
+class Rotate:
     """Turn left in place."""
 
 
@@ -86,71 +86,77 @@ class Reverse:
     """Back up slowly."""
 
 
-Motion = Rest | Spin | Drive | Reverse
+Motion = Rest | Rotate | Drive | Reverse
 
 
-def steer(motion: Motion, pose: Pose, terrain: Terrain | None, rules: DriveRules) -> Velocity:
+def target_velocity(
+    motion: Motion, pose: Pose2d, costmap: Costmap | None, params: DriveParams
+) -> Velocity:
     """The velocity wanted now, within the speed limits but not yet the acceleration limits."""
     match motion:
         case Rest():
-            return STILL
-        case Spin():
-            return Velocity(0.0, rules.look_around_radps)
+            return STOP
+        case Rotate():
+            return Velocity(0.0, params.look_around_radps)
         case Reverse():
-            return Velocity(-rules.reverse_mps, 0.0)
+            return Velocity(-params.reverse_mps, 0.0)
         case Drive(points_xy, look_xy):
             to_end_m = pose.distance_to((float(points_xy[-1, 0]), float(points_xy[-1, 1])))
-            if to_end_m <= rules.arrive_m:
-                return _turn_by(_look_error(pose, look_xy), rules)
-            return _track(points_xy, pose, terrain, rules)
+            if to_end_m <= params.arrive_m:
+                return _rotate_by(_heading_error(pose, look_xy), params)
+            return _pure_pursuit(points_xy, pose, costmap, params)
 
 
-def arrived(motion: Motion, pose: Pose, rules: DriveRules) -> bool:
+def arrived(motion: Motion, pose: Pose2d, params: DriveParams) -> bool:
     """Whether the robot stands at the end of the path and faces where it should."""
     if not isinstance(motion, Drive):
         return False
     end = motion.points_xy[-1]
-    near = pose.distance_to((float(end[0]), float(end[1]))) <= 1.2 * rules.arrive_m
-    return near and abs(_look_error(pose, motion.look_xy)) <= rules.arrive_rad
+    near = pose.distance_to((float(end[0]), float(end[1]))) <= 1.2 * params.arrive_m
+    return near and abs(_heading_error(pose, motion.look_xy)) <= params.arrive_rad
 
 
-def limited(wanted: Velocity, previous: Velocity, dt_s: float, rules: DriveRules) -> Velocity:
+def limit_acceleration(
+    wanted: Velocity, previous: Velocity, dt_s: float, params: DriveParams
+) -> Velocity:
     """The velocity nearest to the wanted one that the limits allow ``dt_s`` after the previous."""
-    linear = _approach(previous.linear_mps, wanted.linear_mps, rules.max_linear_mps2 * dt_s)
-    angular = _approach(
-        previous.angular_radps, wanted.angular_radps, rules.max_angular_radps2 * dt_s
-    )
+    linear = _ramp(previous.linear_mps, wanted.linear_mps, params.max_linear_mps2 * dt_s)
+    angular = _ramp(previous.angular_radps, wanted.angular_radps, params.max_angular_radps2 * dt_s)
     return Velocity(
-        float(np.clip(linear, -rules.max_linear_mps, rules.max_linear_mps)),
-        float(np.clip(angular, -rules.max_angular_radps, rules.max_angular_radps)),
+        float(np.clip(linear, -params.max_linear_mps, params.max_linear_mps)),
+        float(np.clip(angular, -params.max_angular_radps, params.max_angular_radps)),
     )
 
 
-def _look_error(pose: Pose, look_xy: tuple[float, float]) -> float:
+def _heading_error(pose: Pose2d, look_xy: tuple[float, float]) -> float:
     """Angle to where to look; 0 when standing on it."""
     return pose.bearing_to(look_xy) if pose.distance_to(look_xy) > 0.05 else 0.0
 
 
-def _track(points_xy: F64, pose: Pose, terrain: Terrain | None, rules: DriveRules) -> Velocity:
+def _pure_pursuit(
+    points_xy: F64, pose: Pose2d, costmap: Costmap | None, params: DriveParams
+) -> Velocity:
     """Pure pursuit: aim at the point one lookahead further along the path."""
-    aim, remaining_m = _aim(points_xy, pose, rules.lookahead_m)
+    aim, remaining_m = _lookahead_point(points_xy, pose, params.lookahead_m)
     error = pose.bearing_to(aim)
-    if abs(error) > rules.turn_in_place_rad:
-        return _turn_by(error, rules)
+    if abs(error) > params.turn_in_place_rad:
+        return _rotate_by(error, params)
     # Brake in time: v^2 = 2 a s, with half of the allowed deceleration as reserve.
-    speed = min(rules.max_linear_mps, float(np.sqrt(rules.max_linear_mps2 * remaining_m)))
-    speed *= _room(pose, aim, terrain, rules) * float(np.cos(error)) ** 2
+    speed = min(params.max_linear_mps, float(np.sqrt(params.max_linear_mps2 * remaining_m)))
+    speed *= _clearance_factor(pose, aim, costmap, params) * float(np.cos(error)) ** 2
     speed = max(speed, 0.05)  # the last centimetres too
     distance_m = max(pose.distance_to(aim), 1e-3)
     curvature = 2.0 * float(np.sin(error)) / distance_m
     angular = curvature * speed
-    if abs(angular) > rules.max_angular_radps:
-        speed *= rules.max_angular_radps / abs(angular)
-        angular = float(np.copysign(rules.max_angular_radps, angular))
+    if abs(angular) > params.max_angular_radps:
+        speed *= params.max_angular_radps / abs(angular)
+        angular = float(np.copysign(params.max_angular_radps, angular))
     return Velocity(speed, angular)
 
 
-def _aim(points_xy: F64, pose: Pose, lookahead_m: float) -> tuple[tuple[float, float], float]:
+def _lookahead_point(
+    points_xy: F64, pose: Pose2d, lookahead_m: float
+) -> tuple[tuple[float, float], float]:
     """The point to drive at and the length of path left from the robot to its end."""
     here = np.asarray(pose.xy)
     if len(points_xy) == 1:
@@ -170,25 +176,25 @@ def _aim(points_xy: F64, pose: Pose, lookahead_m: float) -> tuple[tuple[float, f
     return (x, y), float(starts[-1] - at_m)
 
 
-def _room(
-    pose: Pose, aim: tuple[float, float], terrain: Terrain | None, rules: DriveRules
+def _clearance_factor(
+    pose: Pose2d, aim: tuple[float, float], costmap: Costmap | None, params: DriveParams
 ) -> float:
     """Fraction of the top speed that the clearance here and ahead allows."""
-    if terrain is None:
-        return rules.slow_fraction
-    cells = terrain.grid.cells(np.array([pose.xy, aim]))
-    cells = cells[terrain.grid.contains(cells)]
+    if costmap is None:
+        return params.slow_fraction
+    cells = costmap.grid.cells(np.array([pose.xy, aim]))
+    cells = cells[costmap.grid.contains(cells)]
     if len(cells) == 0:
-        return rules.slow_fraction
-    clearance = float(terrain.clearance_m[cells[:, 0], cells[:, 1]].min())
-    return float(np.clip(clearance / rules.slow_clearance_m, rules.slow_fraction, 1.0))
+        return params.slow_fraction
+    clearance = float(costmap.clearance_m[cells[:, 0], cells[:, 1]].min())
+    return float(np.clip(clearance / params.slow_clearance_m, params.slow_fraction, 1.0))
 
 
-def _turn_by(error_rad: float, rules: DriveRules) -> Velocity:
+def _rotate_by(error_rad: float, params: DriveParams) -> Velocity:
     """Turn in place, braking in time to stop at the right heading."""
-    rate = min(rules.max_angular_radps, float(np.sqrt(rules.max_angular_radps2 * abs(error_rad))))
+    rate = min(params.max_angular_radps, float(np.sqrt(params.max_angular_radps2 * abs(error_rad))))
     return Velocity(0.0, float(np.copysign(rate, error_rad)) if abs(error_rad) > 1e-3 else 0.0)
 
 
-def _approach(value: float, target: float, step: float) -> float:
+def _ramp(value: float, target: float, step: float) -> float:
     return value + float(np.clip(target - value, -step, step))

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-CLOCK_DISAGREES_S = 5.0  # a lag beyond this with fresh arrivals is a wrong stamp, not a slow map
+MAX_COMPARABLE_LAG_S = 5.0  # a lag beyond this with fresh arrivals is a wrong stamp, not a slow map
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,7 @@ class Arrival:
 
 
 @dataclass(frozen=True, slots=True)
-class FreshnessRules:
+class StalenessParams:
     """Limits in seconds; see ``PlannerConfig`` for the values."""
 
     max_odometry_age_s: float
@@ -35,7 +35,7 @@ class FreshnessRules:
 
 
 @dataclass(frozen=True, slots=True)
-class Ages:
+class InputAges:
     """Seconds; infinity for what never came. lag: robot's clock now less the map's stamp."""
 
     odometry_s: float
@@ -43,12 +43,12 @@ class Ages:
     map_lag_s: float
 
 
-def newest(known: Arrival | None, heard: Arrival) -> Arrival:
+def newest(known: Arrival | None, arrival: Arrival) -> Arrival:
     """The arrival to remember: the heard one, unless it repeats what is known."""
-    return known if known is not None and known.mark == heard.mark else heard
+    return known if known is not None and known.mark == arrival.mark else arrival
 
 
-def ages(odometry: Arrival | None, revision: Arrival | None, now_s: float) -> Ages:
+def ages(odometry: Arrival | None, revision: Arrival | None, now_s: float) -> InputAges:
     """Ages now. The lag is 0 where stamps cannot be compared."""
     odometry_s = now_s - odometry.at_s if odometry else math.inf
     map_s = now_s - revision.at_s if revision else math.inf
@@ -56,21 +56,21 @@ def ages(odometry: Arrival | None, revision: Arrival | None, now_s: float) -> Ag
     if odometry and revision:
         # Both ages count from now: what is late in coming is not held against the map twice.
         lag_s = (odometry.stamp_ns - revision.stamp_ns) * 1e-9 + odometry_s
-        if not 0.0 <= lag_s <= CLOCK_DISAGREES_S:
+        if not 0.0 <= lag_s <= MAX_COMPARABLE_LAG_S:
             lag_s = 0.0
-    return Ages(odometry_s, map_s, lag_s)
+    return InputAges(odometry_s, map_s, lag_s)
 
 
-def complaint(age: Ages, rules: FreshnessRules) -> str:
+def stale_reason(age: InputAges, params: StalenessParams) -> str:
     """Why the robot must stand still, in words; empty if it may move."""
-    if age.odometry_s > rules.max_odometry_age_s:
-        return _says("odometry", age.odometry_s)
-    if age.map_s > rules.max_map_age_s:
-        return _says("the map", age.map_s)
-    if age.map_lag_s > rules.max_map_lag_s:
+    if age.odometry_s > params.max_odometry_age_s:
+        return _age_text("odometry", age.odometry_s)
+    if age.map_s > params.max_map_age_s:
+        return _age_text("the map", age.map_s)
+    if age.map_lag_s > params.max_map_lag_s:
         return f"the map shows the world of {age.map_lag_s:.1f} s ago"
     return ""
 
 
-def _says(what: str, age_s: float) -> str:
+def _age_text(what: str, age_s: float) -> str:
     return f"{what} has never arrived" if math.isinf(age_s) else f"{what} is {age_s:.1f} s old"

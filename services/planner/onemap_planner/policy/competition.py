@@ -11,19 +11,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from onemap_planner.world.candidates import Candidate, ConsensusRules, Sighting, agrees
-from onemap_planner.world.map_view import Belief
+from onemap_planner.world.candidates import (
+    ConsensusParams,
+    ObjectCandidate,
+    Sighting,
+    is_same_object,
+)
+from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import I64
 from onemap_shared.messages import MAX_RIVALS, Detections, TextEmbeddings
 
 # Two sets of cells are one place if they share this part of the smaller one. A pillow on a bed
 # is another place: its cells never looked like the bed.
 SAME_PLACE = 0.5
-MAX_CLAIMS = 64  # finds remembered, the newest; the oldest are forgotten
+MAX_FOUND_OBJECTS = 64  # finds remembered, the newest; the oldest are forgotten
 
 
 @dataclass(frozen=True, slots=True)
-class Claim:
+class FoundObject:
     """A find: its name and the world cells that supported it."""
 
     name: str
@@ -42,74 +47,85 @@ def synonyms_of(embeddings: TextEmbeddings) -> Synonyms:
     return frozenset(frozenset((texts[one], texts[other])) for one, other in pairs)
 
 
-def with_claim(claims: tuple[Claim, ...], name: str, candidate: Candidate) -> tuple[Claim, ...]:
+def with_found_object(
+    found_objects: tuple[FoundObject, ...], name: str, candidate: ObjectCandidate
+) -> tuple[FoundObject, ...]:
     """The claims and that of a candidate just confirmed."""
-    return (*claims, Claim(name, candidate.cells))[-MAX_CLAIMS:]
+    return (*found_objects, FoundObject(name, candidate.cells))[-MAX_FOUND_OBJECTS:]
 
 
-def rivals_of(
+def rival_names(
     target: str,
     objects: Iterable[str],
-    claims: Iterable[Claim],
+    found_objects: Iterable[FoundObject],
     synonyms: Synonyms = NO_SYNONYMS,
 ) -> tuple[str, ...]:
     """Other names that what looks like the target may be: of the search, then of newest finds."""
-    newest_first = reversed([claim.name for claim in claims])
+    newest_first = reversed([found_object.name for found_object in found_objects])
     names = dict.fromkeys((*objects, *newest_first))
     return tuple(n for n in names if not means_same(n, target, synonyms))[:MAX_RIVALS]
 
 
-def of_others(claims: Iterable[Claim], target: str, synonyms: Synonyms) -> tuple[Claim, ...]:
+def found_under_other_names(
+    found_objects: Iterable[FoundObject], target: str, synonyms: Synonyms
+) -> tuple[FoundObject, ...]:
     """The finds of names that do not mean the target."""
-    return tuple(c for c in claims if not means_same(c.name, target, synonyms))
+    return tuple(c for c in found_objects if not means_same(c.name, target, synonyms))
 
 
-def claimant(candidate: Candidate, claims: Iterable[Claim], belief: Belief) -> Claim | None:
+def conflicting_object(
+    candidate: ObjectCandidate, found_objects: Iterable[FoundObject], map_view: MapView
+) -> FoundObject | None:
     """The find, of those of other names, that the candidate's place belongs to; None: it is free.
 
     It does if the two are one place, and if over the cells of both some other name fits the
     map better than the target, on average.
     """
-    for claim in claims:
-        if not _one_place(claim.cells, candidate.cells):
+    for found_object in found_objects:
+        if not _overlap(found_object.cells, candidate.cells):
             continue
-        cells = _inside(candidate.cells | claim.cells, belief)
-        own = belief.similarity[cells[:, 0], cells[:, 1]]
-        other = belief.rival[cells[:, 0], cells[:, 1]]
+        cells = _inside(candidate.cells | found_object.cells, map_view)
+        own = map_view.similarity[cells[:, 0], cells[:, 1]]
+        other = map_view.rival[cells[:, 0], cells[:, 1]]
         seen = np.isfinite(own) & np.isfinite(other)
         if seen.any() and other[seen].mean() > own[seen].mean():
-            return claim
+            return found_object
     return None
 
 
-def claim_at(cell: tuple[int, int], claims: Sequence[Claim]) -> Claim | None:
+def found_object_at(
+    cell: tuple[int, int], found_objects: Sequence[FoundObject]
+) -> FoundObject | None:
     """The newest of these finds that a world cell supported."""
-    return next((claim for claim in reversed(claims) if cell in claim.cells), None)
+    return next(
+        (found_object for found_object in reversed(found_objects) if cell in found_object.cells),
+        None,
+    )
 
 
-def contested(
-    candidates: tuple[Candidate, ...],
+def count_contradictions(
+    candidates: tuple[ObjectCandidate, ...],
     detections: Detections,
     seen: Sequence[Sighting],
     *,
     target: str,
-    belief: Belief,
-    rules: ConsensusRules,
-) -> tuple[Candidate, ...]:
+    map_view: MapView,
+    params: ConsensusParams,
+) -> tuple[ObjectCandidate, ...]:
     """The candidates after a frame in which other names may have been detected in their place.
 
     A candidate of which the frame holds a sighting (``seen``) stands: what lies on it or before
     it does not speak against it.
     """
     others = [
-        _cells(detections, index, belief)
+        _cells(detections, index, map_view)
         for index, name in enumerate(detections.names)
         if not same_name(name, target)
     ]
     return tuple(
-        replace(candidate, against=candidate.against + 1)
-        if any(_one_place(cells, candidate.cells) for cells in others)
-        and not any(agrees(candidate, sighting, rules) for sighting in seen)
+        replace(candidate, contradictions=candidate.contradictions + 1)
+        if any(_overlap(cells, candidate.cells) for cells in others)
+        and not any(is_same_object(candidate, sighting, params) for sighting in seen)
         else candidate
         for candidate in candidates
     )
@@ -125,21 +141,21 @@ def means_same(one: str, other: str, synonyms: Synonyms) -> bool:
     return same_name(one, other) or frozenset((one.casefold(), other.casefold())) in synonyms
 
 
-def _one_place(one: frozenset[tuple[int, int]], other: frozenset[tuple[int, int]]) -> bool:
+def _overlap(one: frozenset[tuple[int, int]], other: frozenset[tuple[int, int]]) -> bool:
     smaller = min(len(one), len(other))
     return smaller > 0 and len(one & other) >= SAME_PLACE * smaller
 
 
-def _inside(world_cells: frozenset[tuple[int, int]], belief: Belief) -> I64:
+def _inside(world_cells: frozenset[tuple[int, int]], map_view: MapView) -> I64:
     """Grid indices (K, 2) of world cells, those outside the belief's window left out."""
     cells = np.array(sorted(world_cells), np.int64).reshape(-1, 2)
-    cells = cells - np.asarray(belief.grid.origin_cell)
-    inside: I64 = cells[belief.grid.contains(cells)]
+    cells = cells - np.asarray(map_view.grid.origin_cell)
+    inside: I64 = cells[map_view.grid.contains(cells)]
     return inside
 
 
-def _cells(detections: Detections, index: int, belief: Belief) -> frozenset[tuple[int, int]]:
+def _cells(detections: Detections, index: int, map_view: MapView) -> frozenset[tuple[int, int]]:
     """World cells under the points of one detection."""
     points = detections.points_map[detections.point_owner == index].astype(np.float64)
-    cells = belief.grid.cells(points) + np.asarray(belief.grid.origin_cell)
+    cells = map_view.grid.cells(points) + np.asarray(map_view.grid.origin_cell)
     return frozenset((int(ix), int(iy)) for ix, iy in cells)

@@ -7,170 +7,197 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from onemap_planner.motion.pure_pursuit import Motion, Rest, arrived
-from onemap_planner.policy import state
-from onemap_planner.policy.competition import claim_at, of_others
-from onemap_planner.policy.context import Situation
+from onemap_planner.policy.competition import found_object_at, found_under_other_names
+from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import (
     Goal,
     GoalKind,
-    Worth,
-    choose,
+    GoalUtility,
     frontier_goals,
     region_goals,
+    select_goal,
 )
-from onemap_planner.policy.params import Rules
-from onemap_planner.policy.state import Mind, Pursuit
-from onemap_planner.policy.verify import find_stand
-from onemap_planner.search.phases import Event, Exhausted, Spotted
+from onemap_planner.policy.params import PlannerParams
+from onemap_planner.policy.state import ActiveGoal, PlannerState
+from onemap_planner.policy.verify import find_viewpoint
+from onemap_planner.search.phases import CandidateSelected, Event, Exhausted
 from onemap_planner.world.frontiers import Frontier, find_frontiers
-from onemap_planner.world.regions import Region, find_regions, remaining_regions
+from onemap_planner.world.regions import SimilarRegion, find_regions, remaining_regions
 
-MAX_HINTS = 5  # candidates that are given a thought at once
+MAX_CANDIDATES_TRIED = 5  # candidates that are given a thought at once
 
 
 @dataclass(frozen=True, slots=True)
-class Landmarks:
+class GoalCandidates:
     """What there is to go for."""
 
     frontiers: tuple[Frontier, ...] = ()
-    regions: tuple[Region, ...] = ()
+    regions: tuple[SimilarRegion, ...] = ()
 
 
-def spot(mind: Mind, situation: Situation, rules: Rules) -> Event | None:
+def reachable_candidate(
+    state: PlannerState, context: PlanningContext, params: PlannerParams
+) -> Event | None:
     """The candidate to walk up to, if one has been seen often enough and can be reached."""
-    for candidate in mind.quest.candidates[:MAX_HINTS]:
-        if candidate.sightings < rules.consensus.min_sightings:
+    for candidate in state.target_state.candidates[:MAX_CANDIDATES_TRIED]:
+        if candidate.sightings < params.consensus.min_sightings:
             continue
-        if candidate.against > candidate.sightings:
+        if candidate.contradictions > candidate.sightings:
             continue  # more often seen as something else
-        if find_stand(candidate, situation, rules.explore) is not None:
-            return Spotted(candidate)
+        if find_viewpoint(candidate, context, params.explore) is not None:
+            return CandidateSelected(candidate)
     return None
 
 
 def explore(
-    mind: Mind, situation: Situation, rules: Rules
-) -> tuple[Mind, Motion, Event | None, Landmarks]:
+    state: PlannerState, context: PlanningContext, params: PlannerParams
+) -> tuple[PlannerState, Motion, Event | None, GoalCandidates]:
     """Pursue the best goal; no goal for a while means that everything has been searched."""
-    landmarks = Landmarks(
-        find_frontiers(situation.belief, situation.terrain, rules.frontier),
-        find_regions(situation.belief, rules.region),
+    goal_candidates = GoalCandidates(
+        find_frontiers(context.map_view, context.costmap, params.frontier),
+        find_regions(context.map_view, params.region),
     )
-    mind = _let_go(mind, rules)
-    goal = choose(
-        _options(mind, situation, landmarks, rules),
-        mind.quest.pursuit.goal if mind.quest.pursuit else None,
-        rules.goal,
+    state = _abandon_finished(state, params)
+    goal = select_goal(
+        _options(state, context, goal_candidates, params),
+        state.target_state.active_goal.goal if state.target_state.active_goal else None,
+        params.goal,
     )
     if goal is None:
-        return *_idle(mind, situation, rules), landmarks
-    motion = situation.drive_to(goal.stand_xy, goal.look_xy)
-    pursuit = _pursue(mind, goal, rules)
-    if pursuit.arrived_s is None and arrived(motion, situation.pose, rules.drive):
-        pursuit = replace(pursuit, arrived_s=mind.attentive_s)
-    quest = replace(mind.quest, pursuit=pursuit, idle_since_s=None)
-    return replace(mind, quest=quest), motion, None, landmarks
+        return *_idle(state, context, params), goal_candidates
+    motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
+    active_goal = _activate(state, goal, params)
+    if active_goal.arrived_s is None and arrived(motion, context.pose, params.drive):
+        active_goal = replace(active_goal, arrived_s=state.active_time_s)
+    target_state = replace(state.target_state, active_goal=active_goal, idle_since_s=None)
+    return replace(state, target_state=target_state), motion, None, goal_candidates
 
 
-def _options(mind: Mind, situation: Situation, landmarks: Landmarks, rules: Rules) -> list[Goal]:
-    terrain, reach = situation.terrain, situation.reach
-    goals = frontier_goals(landmarks.frontiers, terrain, reach, rules=rules.goal)
-    goals += _region_goals(mind, situation, landmarks.regions, rules)
-    goals += _hint_goals(mind, situation, rules)
-    worthwhile = _unshunned(mind, goals, rules)
+def _options(
+    state: PlannerState,
+    context: PlanningContext,
+    goal_candidates: GoalCandidates,
+    params: PlannerParams,
+) -> list[Goal]:
+    costmap, cost_to_go = context.costmap, context.cost_to_go
+    goals = frontier_goals(goal_candidates.frontiers, costmap, cost_to_go, params=params.goal)
+    goals += _region_goals(state, context, goal_candidates.regions, params)
+    goals += _detection_goals(state, context, params)
+    worthwhile = _without_blacklisted(state, goals, params)
     if worthwhile:
         return worthwhile
-    remaining = remaining_regions(situation.belief, rules.region)
-    return _unshunned(mind, _region_goals(mind, situation, remaining, rules), rules)
+    remaining = remaining_regions(context.map_view, params.region)
+    return _without_blacklisted(state, _region_goals(state, context, remaining, params), params)
 
 
 def _region_goals(
-    mind: Mind, situation: Situation, regions: tuple[Region, ...], rules: Rules
+    state: PlannerState,
+    context: PlanningContext,
+    regions: tuple[SimilarRegion, ...],
+    params: PlannerParams,
 ) -> list[Goal]:
-    tried = [goal.stand_xy for goal in mind.quest.shunned if goal.kind is GoalKind.REGION]
+    tried = [
+        goal.viewpoint_xy for goal in state.target_state.blacklisted if goal.kind is GoalKind.REGION
+    ]
     return region_goals(
         regions,
-        situation.terrain,
-        situation.reach,
+        context.costmap,
+        context.cost_to_go,
         tried_xy=np.array(tried, np.float64).reshape(-1, 2),
-        rules=rules.goal,
+        params=params.goal,
     )
 
 
-def _unshunned(mind: Mind, goals: list[Goal], rules: Rules) -> list[Goal]:
-    return [goal for goal in goals if not state.is_shunned(mind, goal, rules.explore.shun_m)]
+def _without_blacklisted(
+    state: PlannerState, goals: list[Goal], params: PlannerParams
+) -> list[Goal]:
+    return [
+        goal
+        for goal in goals
+        if not state.is_blacklisted(state, goal, params.explore.blacklist_radius_m)
+    ]
 
 
-def _hint_goals(mind: Mind, situation: Situation, rules: Rules) -> list[Goal]:
+def _detection_goals(
+    state: PlannerState, context: PlanningContext, params: PlannerParams
+) -> list[Goal]:
     """A closer look at what has been seen, but not often enough to be believed."""
     goals = []
-    hints = [c for c in mind.quest.candidates if c.sightings < rules.consensus.min_sightings]
-    for candidate in hints[:MAX_HINTS]:
-        stand_xy = find_stand(candidate, situation, rules.explore)
-        if stand_xy is None:
+    unconfirmed = [
+        c for c in state.target_state.candidates if c.sightings < params.consensus.min_sightings
+    ]
+    for candidate in unconfirmed[:MAX_CANDIDATES_TRIED]:
+        viewpoint_xy = find_viewpoint(candidate, context, params.explore)
+        if viewpoint_xy is None:
             continue
-        cell = situation.terrain.grid.cells(np.asarray(stand_xy))
-        travel_m = float(situation.reach.cost_m[cell[0], cell[1]])
-        worth = Worth(candidate.match, 0.0, travel_m, rules.goal.travel_weight_per_m * travel_m)
+        cell = context.costmap.grid.cells(np.asarray(viewpoint_xy))
+        travel_m = float(context.cost_to_go.cost_m[cell[0], cell[1]])
+        utility = GoalUtility(
+            candidate.match, 0.0, travel_m, params.goal.travel_weight_per_m * travel_m
+        )
         reason = (
             f"detection: seen {candidate.sightings} times, similarity {candidate.match:.2f}, "
             f"a closer look {travel_m:.1f} m away"
         )
         look_xy = (candidate.xyz[0], candidate.xyz[1])
-        goals.append(Goal(GoalKind.DETECTION, stand_xy, look_xy, worth, reason))
+        goals.append(Goal(GoalKind.DETECTION, viewpoint_xy, look_xy, utility, reason))
     return goals
 
 
-def _let_go(mind: Mind, rules: Rules) -> Mind:
+def _abandon_finished(state: PlannerState, params: PlannerParams) -> PlannerState:
     """Shun a goal that was visited and stayed, or takes too long."""
-    pursuit = mind.quest.pursuit
-    if pursuit is None:
-        return mind
+    active_goal = state.target_state.active_goal
+    if active_goal is None:
+        return state
     visited = (
-        pursuit.arrived_s is not None
-        and mind.attentive_s - pursuit.arrived_s >= rules.explore.linger_s
+        active_goal.arrived_s is not None
+        and state.active_time_s - active_goal.arrived_s >= params.explore.linger_s
     )
-    late = mind.attentive_s - pursuit.since_s > pursuit.budget_s
-    return state.shun(mind, pursuit.goal) if visited or late else mind
+    late = state.active_time_s - active_goal.since_s > active_goal.budget_s
+    return state.blacklist(state, active_goal.goal) if visited or late else state
 
 
-def _pursue(mind: Mind, goal: Goal, rules: Rules) -> Pursuit:
+def _activate(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveGoal:
     """The pursuit of this goal: the present one, its goal updated, or a new one."""
-    pursuit = mind.quest.pursuit
+    active_goal = state.target_state.active_goal
     if (
-        pursuit is not None
-        and pursuit.goal.kind is goal.kind
-        and goal.is_about(pursuit.goal.look_xy, rules.goal.same_goal_m)
+        active_goal is not None
+        and active_goal.goal.kind is goal.kind
+        and goal.looks_at(active_goal.goal.look_xy, params.goal.same_goal_m)
     ):
-        return replace(pursuit, goal=goal)
-    budget_s = rules.explore.goal_base_s + rules.explore.goal_s_per_m * goal.worth.travel_m
-    return Pursuit(goal, mind.attentive_s, budget_s)
+        return replace(active_goal, goal=goal)
+    budget_s = params.explore.goal_base_s + params.explore.goal_s_per_m * goal.utility.travel_m
+    return ActiveGoal(goal, state.active_time_s, budget_s)
 
 
-def _idle(mind: Mind, situation: Situation, rules: Rules) -> tuple[Mind, Motion, Event | None]:
-    since_s = mind.quest.idle_since_s
+def _idle(
+    state: PlannerState, context: PlanningContext, params: PlannerParams
+) -> tuple[PlannerState, Motion, Event | None]:
+    since_s = state.target_state.idle_since_s
     if since_s is None:
-        since_s = mind.attentive_s
-    mind = replace(mind, quest=replace(mind.quest, pursuit=None, idle_since_s=since_s))
-    if mind.attentive_s - since_s < rules.explore.settle_s:
-        return mind, Rest(), None
-    if mind.quest.rejected and not mind.quest.reconsidered:
-        return state.reconsider(mind), Rest(), None
-    return mind, Rest(), Exhausted(_covered(mind, situation))
+        since_s = state.active_time_s
+    state = replace(
+        state, target_state=replace(state.target_state, active_goal=None, idle_since_s=since_s)
+    )
+    if state.active_time_s - since_s < params.explore.settle_s:
+        return state, Rest(), None
+    if state.target_state.rejected and not state.target_state.reconsidered:
+        return state.reconsider(state), Rest(), None
+    return state, Rest(), Exhausted(_covered(state, context))
 
 
-def _covered(mind: Mind, situation: Situation) -> str:
+def _covered(state: PlannerState, context: PlanningContext) -> str:
     """How much was searched, and what came nearest to the object."""
-    belief = situation.belief
-    area_m2 = float(belief.explored.sum()) * belief.cell_area_m2
+    map_view = context.map_view
+    area_m2 = float(map_view.explored.sum()) * map_view.cell_area_m2
     text = f"searched everything reachable: {area_m2:.0f} m² explored"
-    similarity = np.nan_to_num(belief.similarity, nan=-1.0)
+    similarity = np.nan_to_num(map_view.similarity, nan=-1.0)
     best = np.unravel_index(int(np.argmax(similarity)), similarity.shape)
     if similarity[best] < 0:
         return f"{text}; the map has no features"
-    x, y = belief.grid.centres(np.array(best))
-    cell = np.array(best) + np.asarray(belief.grid.origin_cell)
-    others = of_others(mind.claims, mind.search.target, mind.synonyms)
-    claim = claim_at((int(cell[0]), int(cell[1])), others)
-    there = f", which is the {claim.name} found before" if claim else ""
+    x, y = map_view.grid.centres(np.array(best))
+    cell = np.array(best) + np.asarray(map_view.grid.origin_cell)
+    others = found_under_other_names(state.found_objects, state.search.target, state.synonyms)
+    found_object = found_object_at((int(cell[0]), int(cell[1])), others)
+    there = f", which is the {found_object.name} found before" if found_object else ""
     return f"{text}; best match {similarity[best]:.2f} at ({x:.1f}, {y:.1f}){there}"

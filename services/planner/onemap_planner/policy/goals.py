@@ -9,16 +9,16 @@ from enum import Enum
 import numpy as np
 from scipy import ndimage
 
-from onemap_planner.motion.path import Reach, line_is_clear
+from onemap_planner.motion.path import CostToGo, line_is_clear
 from onemap_planner.policy.viewpoints import (
-    least_hidden_stand,
+    first_visible,
+    least_occluded,
     reachable,
-    seeing_stand,
-    stands_around,
+    viewpoints_around,
 )
-from onemap_planner.world.costmap import Terrain
+from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.frontiers import Frontier
-from onemap_planner.world.regions import Region
+from onemap_planner.world.regions import SimilarRegion
 from onemap_shared.geometry import F64, I64
 
 
@@ -34,20 +34,20 @@ class GoalKind(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class GoalRules:
+class GoalParams:
     """How goals are weighed; see ``PlannerConfig`` for the values."""
 
     travel_weight_per_m: float
     size_weight_per_m: float
-    keep_margin: float
+    hysteresis: float
     same_goal_m: float
-    stand_within_m: float
+    viewpoint_within_m: float
     view_nearest_m: float
     view_farthest_m: float
 
 
 @dataclass(frozen=True, slots=True)
-class Worth:
+class GoalUtility:
     """What a goal is worth: similarity plus a little for size, less the way there."""
 
     score: float
@@ -56,86 +56,92 @@ class Worth:
     travel_penalty: float
 
     @property
-    def utility(self) -> float:
+    def total(self) -> float:
         """What goals are ranked by."""
         return self.score + self.size_bonus - self.travel_penalty
 
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """Stand at stand_xy and look at look_xy, (2,) metres each."""
+    """Stand at viewpoint_xy and look at look_xy, (2,) metres each."""
 
     kind: GoalKind
-    stand_xy: tuple[float, float]
+    viewpoint_xy: tuple[float, float]
     look_xy: tuple[float, float]
-    worth: Worth
+    utility: GoalUtility
     reason: str
 
-    def is_about(self, xy: tuple[float, float], within_m: float) -> bool:
+    def looks_at(self, xy: tuple[float, float], within_m: float) -> bool:
         """Whether what the goal looks at lies within ``within_m`` of a place."""
         return float(np.hypot(self.look_xy[0] - xy[0], self.look_xy[1] - xy[1])) <= within_m
 
 
 def frontier_goals(
-    frontiers: tuple[Frontier, ...], terrain: Terrain, reach: Reach, *, rules: GoalRules
+    frontiers: tuple[Frontier, ...], costmap: Costmap, cost_to_go: CostToGo, *, params: GoalParams
 ) -> list[Goal]:
     """A goal for each frontier that can be walked up to."""
-    can_stand = reachable(terrain, reach)
-    if not can_stand.any():
+    reachable_mask = reachable(costmap, cost_to_go)
+    if not reachable_mask.any():
         return []
-    size = terrain.grid.cell_size_m
-    away, nearest = ndimage.distance_transform_edt(~can_stand, return_indices=True)
+    size = costmap.grid.cell_size_m
+    away, nearest = ndimage.distance_transform_edt(~reachable_mask, return_indices=True)
     goals = []
     for frontier in frontiers:
         cells = frontier.cells
-        near = away[cells[:, 0], cells[:, 1]] * size <= rules.stand_within_m
-        stand = _frontier_stand(cells[near], nearest, terrain)
-        if stand is None:
+        near = away[cells[:, 0], cells[:, 1]] * size <= params.viewpoint_within_m
+        viewpoint = _frontier_viewpoint(cells[near], nearest, costmap)
+        if viewpoint is None:
             continue
         length_m = len(cells) * size
-        worth = _worth(frontier.score, length_m, reach.cost_m[tuple(stand)], rules)
+        utility = _utility(frontier.score, length_m, cost_to_go.cost_m[tuple(viewpoint)], params)
         what = "unknown space" if frontier.unknown else "a place seen only from afar"
         reason = (
-            f"frontier: {what} {worth.travel_m:.1f} m away, "
+            f"frontier: {what} {utility.travel_m:.1f} m away, "
             f"similarity {frontier.score:.2f} expected beyond"
         )
         goals.append(
-            Goal(GoalKind.FRONTIER, _xy(terrain, stand), _pair(frontier.beyond_xy), worth, reason)
+            Goal(
+                GoalKind.FRONTIER,
+                _xy(costmap, viewpoint),
+                _pair(frontier.beyond_xy),
+                utility,
+                reason,
+            )
         )
     return goals
 
 
 def region_goals(
-    regions: tuple[Region, ...],
-    terrain: Terrain,
-    reach: Reach,
+    regions: tuple[SimilarRegion, ...],
+    costmap: Costmap,
+    cost_to_go: CostToGo,
     *,
     tried_xy: F64,
-    rules: GoalRules,
+    params: GoalParams,
 ) -> list[Goal]:
     """A goal for each region that can be looked at from a stand not tried (T, 2) in vain."""
     goals = []
-    band_m = (rules.view_nearest_m, rules.view_farthest_m)
-    tried = terrain.grid.cells(tried_xy)
+    band_m = (params.view_nearest_m, params.view_farthest_m)
+    tried = costmap.grid.cells(tried_xy)
     nobody = tried[:0]
     for region in regions:
-        around = stands_around(region.cells, terrain, reach, band_m=band_m, tried=tried)
-        stand = seeing_stand(around, nobody)
-        if stand is None:
-            stand = least_hidden_stand(around)
-        if stand is None:
+        around = viewpoints_around(region.cells, costmap, cost_to_go, band_m=band_m, tried=tried)
+        viewpoint = first_visible(around, nobody)
+        if viewpoint is None:
+            viewpoint = least_occluded(around)
+        if viewpoint is None:
             continue
-        worth = _worth(region.score, 0.0, reach.cost_m[tuple(stand)], rules)
-        reason = f"region: similarity {region.score:.2f} on the map, {worth.travel_m:.1f} m away"
+        utility = _utility(region.score, 0.0, cost_to_go.cost_m[tuple(viewpoint)], params)
+        reason = f"region: similarity {region.score:.2f} on the map, {utility.travel_m:.1f} m away"
         goals.append(
-            Goal(GoalKind.REGION, _xy(terrain, stand), _pair(region.peak_xy), worth, reason)
+            Goal(GoalKind.REGION, _xy(costmap, viewpoint), _pair(region.peak_xy), utility, reason)
         )
     return goals
 
 
-def choose(options: Iterable[Goal], current: Goal | None, rules: GoalRules) -> Goal | None:
+def select_goal(options: Iterable[Goal], current: Goal | None, params: GoalParams) -> Goal | None:
     """The best option, or today's version of the current goal unless the best is clearly better."""
-    ranked = sorted(options, key=lambda goal: (-goal.worth.utility, goal.look_xy))
+    ranked = sorted(options, key=lambda goal: (-goal.utility.total, goal.look_xy))
     if not ranked:
         return None
     best = ranked[0]
@@ -144,36 +150,36 @@ def choose(options: Iterable[Goal], current: Goal | None, rules: GoalRules) -> G
     same = [
         goal
         for goal in ranked
-        if goal.kind is current.kind and goal.is_about(current.look_xy, rules.same_goal_m)
+        if goal.kind is current.kind and goal.looks_at(current.look_xy, params.same_goal_m)
     ]
-    if same and best.worth.utility < same[0].worth.utility + rules.keep_margin:
+    if same and best.utility.total < same[0].utility.total + params.hysteresis:
         return same[0]
     return best
 
 
-def _frontier_stand(cells: I64, nearest: I64, terrain: Terrain) -> I64 | None:
+def _frontier_viewpoint(cells: I64, nearest: I64, costmap: Costmap) -> I64 | None:
     """The reachable cell nearest to the middle of the frontier and in sight of it."""
     if len(cells) == 0:
         return None
     away = np.hypot(*(cells - cells.mean(axis=0)).T)
     for cell in cells[np.argsort(away, kind="stable")][:5]:
-        stand: I64 = nearest[:, cell[0], cell[1]].astype(np.int64)
-        if line_is_clear(~terrain.occupied, stand, cell):
-            return stand
+        viewpoint: I64 = nearest[:, cell[0], cell[1]].astype(np.int64)
+        if line_is_clear(~costmap.occupied, viewpoint, cell):
+            return viewpoint
     return None
 
 
-def _worth(score: float, length_m: float, travel_m: float, rules: GoalRules) -> Worth:
-    return Worth(
+def _utility(score: float, length_m: float, travel_m: float, params: GoalParams) -> GoalUtility:
+    return GoalUtility(
         score=score,
-        size_bonus=rules.size_weight_per_m * length_m,
+        size_bonus=params.size_weight_per_m * length_m,
         travel_m=float(travel_m),
-        travel_penalty=rules.travel_weight_per_m * float(travel_m),
+        travel_penalty=params.travel_weight_per_m * float(travel_m),
     )
 
 
-def _xy(terrain: Terrain, cell: I64) -> tuple[float, float]:
-    return _pair(terrain.grid.centres(cell))
+def _xy(costmap: Costmap, cell: I64) -> tuple[float, float]:
+    return _pair(costmap.grid.centres(cell))
 
 
 def _pair(xy: F64) -> tuple[float, float]:

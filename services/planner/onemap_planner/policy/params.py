@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from onemap_planner.motion.progress import RecoveryRules
-from onemap_planner.motion.pure_pursuit import DriveRules
-from onemap_planner.motion.staleness import FreshnessRules
-from onemap_planner.policy.goals import GoalRules
-from onemap_planner.world.candidates import ConsensusRules
-from onemap_planner.world.costmap import TerrainRules
-from onemap_planner.world.frontiers import FrontierRules
-from onemap_planner.world.regions import RegionRules
+from onemap_planner.motion.progress import RecoveryParams
+from onemap_planner.motion.pure_pursuit import DriveParams
+from onemap_planner.motion.staleness import StalenessParams
+from onemap_planner.policy.goals import GoalParams
+from onemap_planner.world.candidates import ConsensusParams
+from onemap_planner.world.costmap import CostmapParams
+from onemap_planner.world.frontiers import FrontierParams
+from onemap_planner.world.regions import SimilarRegionParams
 
 
 @dataclass(frozen=True, slots=True)
-class ExploreRules:
+class ExploreParams:
     """Times and distances of the search itself; see ``PlannerConfig`` for the values."""
 
     approach_nearest_m: float
@@ -27,22 +27,22 @@ class ExploreRules:
     settle_s: float
     goal_base_s: float
     goal_s_per_m: float
-    shun_m: float
+    blacklist_radius_m: float
     known_around: float
     object_limit_s: float
     patience_s: float
 
 
 @dataclass(frozen=True, slots=True)
-class Rules:
+class PlannerParams:
     """One group for each subject."""
 
-    terrain: TerrainRules
-    frontier: FrontierRules
-    region: RegionRules
-    goal: GoalRules
-    consensus: ConsensusRules
-    explore: ExploreRules
-    drive: DriveRules
-    recovery: RecoveryRules
-    freshness: FreshnessRules
+    costmap: CostmapParams
+    frontier: FrontierParams
+    region: SimilarRegionParams
+    goal: GoalParams
+    consensus: ConsensusParams
+    explore: ExploreParams
+    drive: DriveParams
+    recovery: RecoveryParams
+    staleness: StalenessParams

@@ -8,45 +8,54 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from onemap_planner.motion.progress import Footing, feel
-from onemap_planner.motion.pure_pursuit import Motion, Pose, Rest, Reverse, Spin, Velocity
-from onemap_planner.policy import state
-from onemap_planner.policy.competition import claimant, contested, of_others, with_claim
-from onemap_planner.policy.context import Situation, take_in
-from onemap_planner.policy.explore import Landmarks, explore, spot
+from onemap_planner.motion.progress import ProgressMonitor, update_progress
+from onemap_planner.motion.pure_pursuit import Motion, Pose2d, Rest, Reverse, Rotate, Velocity
+from onemap_planner.policy.competition import (
+    conflicting_object,
+    count_contradictions,
+    found_under_other_names,
+    with_found_object,
+)
+from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.explore import GoalCandidates, explore, reachable_candidate
 from onemap_planner.policy.goals import Goal
-from onemap_planner.policy.params import Rules
-from onemap_planner.policy.state import Mind, Quest
-from onemap_planner.policy.verify import approach, confirm, latest, reject
+from onemap_planner.policy.params import PlannerParams
+from onemap_planner.policy.state import PlannerState, TargetState
+from onemap_planner.policy.verify import approach, confirm, latest_candidate, reject_candidate
 from onemap_planner.search.phases import (
     Approaching,
-    Begun,
-    Broken,
     Confirmed,
     Confirming,
     Event,
+    EventStamp,
     Exhausted,
     Exploring,
-    GivenUp,
-    Looking,
-    MapLost,
-    Moment,
+    LookingAround,
+    MapReady,
+    MapRestarted,
     Rejected,
+    Rotated,
+    SearchFailed,
     Starting,
-    Turned,
+    TargetFailed,
 )
 from onemap_planner.search.state_machine import transition
-from onemap_planner.world.candidates import Candidate, agrees, remember, sightings_of
-from onemap_planner.world.costmap import Terrain
+from onemap_planner.world.candidates import (
+    ObjectCandidate,
+    is_same_object,
+    merge_sightings,
+    sightings_of,
+)
+from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import wrap_angle
 from onemap_shared.messages import Detections, SearchView
 
-LONGEST_THOUGHT_S = 1.0  # more than this between two thoughts is no attention
-LOST_PART = 0.5  # a map that shrinks to less than this began anew
+MAX_STEP_PERIOD_S = 1.0  # more than this between two thoughts is no attention
+MAP_RESTART_FRACTION = 0.5  # a map that shrinks to less than this began anew
 
 
 @dataclass(frozen=True, slots=True)
-class Senses:
+class Observation:
     """What is known at the time of a thought.
 
     pose None: no odometry yet; view None: the map has not answered. detections: all that
@@ -55,13 +64,13 @@ class Senses:
     """
 
     now_s: float
-    pose: Pose | None
+    pose: Pose2d | None
     odometer_m: float
     command: Velocity
     collided: bool
     view: SearchView | None
     detections: tuple[Detections, ...]
-    complaint: str
+    stale_reason: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,181 +78,213 @@ class Decision:
     """What to do until the next thought, and what led to it."""
 
     motion: Motion
-    terrain: Terrain
+    costmap: Costmap
     goal: Goal | None
-    landmarks: Landmarks
+    goal_candidates: GoalCandidates
 
 
-def think(mind: Mind, senses: Senses, rules: Rules) -> tuple[Mind, Decision | None]:
+def step(
+    state: PlannerState, observation: Observation, params: PlannerParams
+) -> tuple[PlannerState, Decision | None]:
     """The next state of mind and what to do; no decision while the senses are not fresh."""
-    mind = _attend(mind, senses)
-    if senses.complaint or senses.pose is None or senses.view is None:
-        return _endure(mind, senses, rules), None
-    before = mind.pose or senses.pose
-    mind = state.walked(mind, senses.pose)
-    mind, bumped = _feel(mind, senses, rules)
-    situation = take_in(mind, senses.pose, senses.view, rules)
-    mind = _notice(mind, senses, situation, rules)
-    turned_rad = max(0.0, wrap_angle(senses.pose.yaw_rad - before.yaw_rad))
-    mind, decision, events = _act(mind, situation, turned_rad, rules)
-    if bumped:
-        mind, more = _bumped(mind, rules)
+    state = _advance_clock(state, observation)
+    if observation.stale_reason or observation.pose is None or observation.view is None:
+        return _wait_for_inputs(state, observation, params), None
+    before = state.pose or observation.pose
+    state = state.with_pose(state, observation.pose)
+    state, stuck = _check_progress(state, observation, params)
+    context = build_context(state, observation.pose, observation.view, params)
+    state = _update_candidates(state, observation, context, params)
+    turned_rad = max(0.0, wrap_angle(observation.pose.yaw_rad - before.yaw_rad))
+    state, decision, events = _run_phase(state, context, turned_rad, params)
+    if stuck:
+        state, more = _handle_stuck(state, params)
         events = (*more, *events)
-    if mind.attentive_s - mind.search.leg.since_attentive_s > rules.explore.object_limit_s:
-        limit_s = rules.explore.object_limit_s
-        events = (GivenUp(f"not found within {limit_s:.0f} s, the limit for one object"),)
+    if (
+        state.active_time_s - state.search.target_start.since_active_time_s
+        > params.explore.object_limit_s
+    ):
+        limit_s = params.explore.object_limit_s
+        events = (TargetFailed(f"not found within {limit_s:.0f} s, the limit for one object"),)
     for event in events:
-        mind = _happen(mind, event, senses)
-    if mind.footing is not None and mind.footing.backing_from is not None:
+        state = _apply(state, event, observation)
+    if state.progress is not None and state.progress.backing_from is not None:
         decision = replace(decision, motion=Reverse())
-    return mind, decision
+    return state, decision
 
 
-def _attend(mind: Mind, senses: Senses) -> Mind:
+def _advance_clock(state: PlannerState, observation: Observation) -> PlannerState:
     """Clocks: attentive seconds pass only while nothing is to complain about."""
-    passed_s = 0.0 if mind.thought_s is None else senses.now_s - mind.thought_s
-    if senses.complaint:
-        since_s = senses.now_s if mind.stale_since_s is None else mind.stale_since_s
-        return replace(mind, thought_s=senses.now_s, stale_since_s=since_s)
+    passed_s = 0.0 if state.last_step_s is None else observation.now_s - state.last_step_s
+    if observation.stale_reason:
+        since_s = observation.now_s if state.stale_since_s is None else state.stale_since_s
+        return replace(state, last_step_s=observation.now_s, stale_since_s=since_s)
     return replace(
-        mind,
-        thought_s=senses.now_s,
+        state,
+        last_step_s=observation.now_s,
         stale_since_s=None,
-        attentive_s=mind.attentive_s + min(passed_s, LONGEST_THOUGHT_S),
+        active_time_s=state.active_time_s + min(passed_s, MAX_STEP_PERIOD_S),
     )
 
 
-def _endure(mind: Mind, senses: Senses, rules: Rules) -> Mind:
+def _wait_for_inputs(
+    state: PlannerState, observation: Observation, params: PlannerParams
+) -> PlannerState:
     """Wait for the senses, but not for ever."""
-    if mind.stale_since_s is None:
-        return mind
-    waited_s = senses.now_s - mind.stale_since_s
-    if waited_s <= rules.explore.patience_s:
-        return mind
-    return _happen(mind, Broken(f"waited {waited_s:.0f} s: {senses.complaint}"), senses)
-
-
-def _feel(mind: Mind, senses: Senses, rules: Rules) -> tuple[Mind, bool]:
-    """The mind with its footing, and whether the robot got stuck just now."""
-    assert senses.pose is not None
-    if mind.footing is None:
-        return replace(mind, footing=Footing(senses.pose, mind.attentive_s)), False
-    footing = feel(
-        mind.footing,
-        senses.pose,
-        command=senses.command,
-        collided=senses.collided,
-        now_s=mind.attentive_s,
-        rules=rules.recovery,
+    if state.stale_since_s is None:
+        return state
+    waited_s = observation.now_s - state.stale_since_s
+    if waited_s <= params.explore.patience_s:
+        return state
+    return _apply(
+        state, SearchFailed(f"waited {waited_s:.0f} s: {observation.stale_reason}"), observation
     )
-    bumped = footing.backing_from is not None and mind.footing.backing_from is None
-    return replace(mind, footing=footing), bumped
 
 
-def _notice(mind: Mind, senses: Senses, situation: Situation, rules: Rules) -> Mind:
+def _check_progress(
+    state: PlannerState, observation: Observation, params: PlannerParams
+) -> tuple[PlannerState, bool]:
+    """The mind with its footing, and whether the robot got stuck just now."""
+    assert observation.pose is not None
+    if state.progress is None:
+        return replace(
+            state, progress=ProgressMonitor(observation.pose, state.active_time_s)
+        ), False
+    progress = update_progress(
+        state.progress,
+        observation.pose,
+        command=observation.command,
+        collided=observation.collided,
+        now_s=state.active_time_s,
+        params=params.recovery,
+    )
+    stuck = progress.backing_from is not None and state.progress.backing_from is None
+    return replace(state, progress=progress), stuck
+
+
+def _update_candidates(
+    state: PlannerState, observation: Observation, context: PlanningContext, params: PlannerParams
+) -> PlannerState:
     """The mind with the new sightings, and aware of a map that began anew."""
-    known_m2 = situation.known_m2()
-    if known_m2 < LOST_PART * mind.known_m2:
-        mind = replace(mind, known_m2=known_m2, quest=Quest(), dead_ends=(), claims=())
-        return _happen(mind, MapLost(), senses)
-    candidates = mind.quest.candidates
-    for detections in senses.detections:
-        candidates = _sighted(candidates, detections, mind, situation, rules)
-    others = of_others(mind.claims, mind.search.target, mind.synonyms)
-    free = tuple(c for c in candidates if claimant(c, others, situation.belief) is None)
-    return replace(mind, known_m2=known_m2, quest=replace(mind.quest, candidates=free))
+    known_m2 = context.known_m2()
+    if known_m2 < MAP_RESTART_FRACTION * state.known_m2:
+        state = replace(
+            state,
+            known_m2=known_m2,
+            target_state=TargetState(),
+            blacklisted_frontiers=(),
+            found_objects=(),
+        )
+        return _apply(state, MapRestarted(), observation)
+    candidates = state.target_state.candidates
+    for detections in observation.detections:
+        candidates = _add_detections(candidates, detections, state, context, params)
+    others = found_under_other_names(state.found_objects, state.search.target, state.synonyms)
+    free = tuple(c for c in candidates if conflicting_object(c, others, context.map_view) is None)
+    return replace(
+        state, known_m2=known_m2, target_state=replace(state.target_state, candidates=free)
+    )
 
 
-def _sighted(
-    candidates: tuple[Candidate, ...],
+def _add_detections(
+    candidates: tuple[ObjectCandidate, ...],
     detections: Detections,
-    mind: Mind,
-    situation: Situation,
-    rules: Rules,
-) -> tuple[Candidate, ...]:
+    state: PlannerState,
+    context: PlanningContext,
+    params: PlannerParams,
+) -> tuple[ObjectCandidate, ...]:
     """The candidates after the detections of one frame."""
-    target, belief, limits = mind.search.target, situation.belief, rules.consensus
+    target, map_view, limits = state.search.target, context.map_view, params.consensus
     fresh = [
         sighting
         for sighting in sightings_of(
-            target, detections, belief, seen_from=situation.pose.xy, rules=limits
+            target, detections, map_view, seen_from=context.pose.xy, params=limits
         )
-        if not any(agrees(gone, sighting, limits) for gone in mind.quest.rejected)
+        if not any(is_same_object(gone, sighting, limits) for gone in state.target_state.rejected)
     ]
-    candidates = remember(candidates, fresh, limits)
-    return contested(candidates, detections, fresh, target=target, belief=belief, rules=limits)
-
-
-def _act(
-    mind: Mind, situation: Situation, turned_rad: float, rules: Rules
-) -> tuple[Mind, Decision, tuple[Event, ...]]:
-    """What the present phase does."""
-    motion: Motion = Rest()
-    event: Event | None = None
-    landmarks = Landmarks()
-    match mind.search.phase:
-        case Starting():
-            event = Begun(situation.known_around() < rules.explore.known_around)
-        case Looking():
-            motion, event = Spin(), spot(mind, situation, rules) or Turned(turned_rad)
-        case Exploring():
-            event = spot(mind, situation, rules)
-            if event is None:
-                mind, motion, event, landmarks = explore(mind, situation, rules)
-            if isinstance(event, Exhausted) and _is_held(mind, situation, rules):
-                event = _stuck(mind)  # nothing was searched: it could not get there
-        case Approaching() as phase:
-            mind, motion, event = approach(mind, phase, situation, rules)
-        case Confirming() as phase:
-            mind, motion, event = confirm(mind, phase, situation, rules)
-        case _:
-            pass
-    goal = mind.quest.pursuit.goal if mind.quest.pursuit else None
-    decision = Decision(motion, situation.terrain, goal, landmarks)
-    return mind, decision, () if event is None else (event,)
-
-
-def _bumped(mind: Mind, rules: Rules) -> tuple[Mind, tuple[Event, ...]]:
-    """After too many bumps in one place give up the goal, after twice as many the search."""
-    assert mind.footing is not None
-    bumps = mind.footing.bumps
-    if bumps >= 2 * rules.recovery.max_bumps:
-        return mind, (_stuck(mind),)
-    if bumps % rules.recovery.max_bumps:
-        return mind, ()
-    match mind.search.phase:
-        case Approaching(candidate) | Confirming(candidate, _):
-            return reject(mind, latest(mind, candidate, rules.consensus)), (Rejected(),)
-        case _ if mind.quest.pursuit is not None:
-            return state.shun(mind, mind.quest.pursuit.goal), ()
-        case _:
-            return mind, ()
-
-
-def _is_held(mind: Mind, situation: Situation, rules: Rules) -> bool:
-    """Whether the robot has not got away from where it bumped too often."""
-    footing = mind.footing
-    return (
-        footing is not None
-        and footing.bumped_at is not None
-        and footing.bumps >= rules.recovery.max_bumps
-        and situation.pose.distance_to(footing.bumped_at.xy) < rules.recovery.bump_area_m
+    candidates = merge_sightings(candidates, fresh, limits)
+    return count_contradictions(
+        candidates, detections, fresh, target=target, map_view=map_view, params=limits
     )
 
 
-def _stuck(mind: Mind) -> Broken:
-    assert mind.footing is not None
-    x, y = mind.footing.moved_at.xy
-    return Broken(f"the robot is stuck at ({x:.1f}, {y:.1f})")
+def _run_phase(
+    state: PlannerState, context: PlanningContext, turned_rad: float, params: PlannerParams
+) -> tuple[PlannerState, Decision, tuple[Event, ...]]:
+    """What the present phase does."""
+    motion: Motion = Rest()
+    event: Event | None = None
+    goal_candidates = GoalCandidates()
+    match state.search.phase:
+        case Starting():
+            event = MapReady(context.known_around() < params.explore.known_around)
+        case LookingAround():
+            motion, event = (
+                Rotate(),
+                reachable_candidate(state, context, params) or Rotated(turned_rad),
+            )
+        case Exploring():
+            event = reachable_candidate(state, context, params)
+            if event is None:
+                state, motion, event, goal_candidates = explore(state, context, params)
+            if isinstance(event, Exhausted) and _is_trapped(state, context, params):
+                event = _stuck_failure(state)  # nothing was searched: it could not get there
+        case Approaching() as phase:
+            state, motion, event = approach(state, phase, context, params)
+        case Confirming() as phase:
+            state, motion, event = confirm(state, phase, context, params)
+        case _:
+            pass
+    goal = state.target_state.active_goal.goal if state.target_state.active_goal else None
+    decision = Decision(motion, context.costmap, goal, goal_candidates)
+    return state, decision, () if event is None else (event,)
 
 
-def _happen(mind: Mind, event: Event, senses: Senses) -> Mind:
+def _handle_stuck(
+    state: PlannerState, params: PlannerParams
+) -> tuple[PlannerState, tuple[Event, ...]]:
+    """After too many bumps in one place give up the goal, after twice as many the search."""
+    assert state.progress is not None
+    stuck_count = state.progress.stuck_count
+    if stuck_count >= 2 * params.recovery.max_stuck_count:
+        return state, (_stuck_failure(state),)
+    if stuck_count % params.recovery.max_stuck_count:
+        return state, ()
+    match state.search.phase:
+        case Approaching(candidate) | Confirming(candidate, _):
+            return reject_candidate(state, latest_candidate(state, candidate, params.consensus)), (
+                Rejected(),
+            )
+        case _ if state.target_state.active_goal is not None:
+            return state.blacklist(state, state.target_state.active_goal.goal), ()
+        case _:
+            return state, ()
+
+
+def _is_trapped(state: PlannerState, context: PlanningContext, params: PlannerParams) -> bool:
+    """Whether the robot has not got away from where it bumped too often."""
+    progress = state.progress
+    return (
+        progress is not None
+        and progress.stuck_at is not None
+        and progress.stuck_count >= params.recovery.max_stuck_count
+        and context.pose.distance_to(progress.stuck_at.xy) < params.recovery.stuck_radius_m
+    )
+
+
+def _stuck_failure(state: PlannerState) -> SearchFailed:
+    assert state.progress is not None
+    x, y = state.progress.moved_at.xy
+    return SearchFailed(f"the robot is stuck at ({x:.1f}, {y:.1f})")
+
+
+def _apply(state: PlannerState, event: Event, observation: Observation) -> PlannerState:
     """The mind after the event; a new object begins with an empty quest."""
-    xy = senses.pose.xy if senses.pose else None
-    moment = Moment(senses.now_s, mind.attentive_s, xy, senses.odometer_m)
+    xy = observation.pose.xy if observation.pose else None
+    stamp = EventStamp(observation.now_s, state.active_time_s, xy, observation.odometer_m)
     if isinstance(event, Confirmed):
-        claims = with_claim(mind.claims, mind.search.target, event.candidate)
-        mind = replace(mind, claims=claims)
-    search = transition(mind.search, event, moment)
-    quest = mind.quest if search.index == mind.search.index else Quest()
-    return replace(mind, search=search, quest=quest)
+        found_objects = with_found_object(state.found_objects, state.search.target, event.candidate)
+        state = replace(state, found_objects=found_objects)
+    search = transition(state.search, event, stamp)
+    target_state = state.target_state if search.index == state.search.index else TargetState()
+    return replace(state, search=search, target_state=target_state)

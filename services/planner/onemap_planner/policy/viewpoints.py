@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from onemap_planner.motion.path import Reach, line_is_clear, segment_cells
-from onemap_planner.world.costmap import EIGHT, Terrain
+from onemap_planner.motion.path import CostToGo, line_is_clear, segment_cells
+from onemap_planner.world.costmap import CONNECTIVITY_8, Costmap
 from onemap_shared.geometry import F64, I64, Bool
 
 MAX_TRIES = 80  # lines of sight tried per target, cheapest stands first
@@ -16,14 +16,14 @@ TRIED_M = 0.7  # a stand this near to one tried in vain shows nothing new
 BLUR_CELLS = 2  # the map blurs: cells this close to the target belong to it, not before it
 
 
-def reachable(terrain: Terrain, reach: Reach) -> Bool:
+def reachable(costmap: Costmap, cost_to_go: CostToGo) -> Bool:
     """Mask (nx, ny) of the cells of N that a path leads to."""
-    mask: Bool = terrain.navigable & np.isfinite(reach.cost_m)
+    mask: Bool = costmap.navigable & np.isfinite(cost_to_go.cost_m)
     return mask
 
 
 @dataclass(frozen=True, slots=True)
-class Stands:
+class Viewpoints:
     """Reachable cells from which a target may be seen, cheapest first, at most ``MAX_TRIES``.
 
     Cells count from ``corner`` (2,). stands (N, 2); look (N, 2): the target cell nearest to
@@ -31,37 +31,37 @@ class Stands:
     """
 
     corner: I64
-    stands: I64
+    viewpoints: I64
     look: I64
     obstructed: Bool
 
 
-def stands_around(
-    target: I64, terrain: Terrain, reach: Reach, *, band_m: tuple[float, float], tried: I64
-) -> Stands:
+def viewpoints_around(
+    target: I64, costmap: Costmap, cost_to_go: CostToGo, *, band_m: tuple[float, float], tried: I64
+) -> Viewpoints:
     """Stands whose distance to the nearest target cell (K, 2) lies in the band.
 
     tried (T, 2): cells stood on in vain; none within ``TRIED_M`` of them is offered again.
     """
-    corner, box = _window(target, terrain, band_m[1])
-    size = terrain.grid.cell_size_m
-    mask = np.zeros(terrain.occupied[box].shape, bool)
+    corner, box = _window(target, costmap, band_m[1])
+    size = costmap.grid.cell_size_m
+    mask = np.zeros(costmap.occupied[box].shape, bool)
     local = target - corner
     mask[local[:, 0], local[:, 1]] = True
     cells, nearest = ndimage.distance_transform_edt(~mask, return_indices=True)
-    fit = reachable(terrain, reach)[box]
+    fit = reachable(costmap, cost_to_go)[box]
     fit &= (cells * size >= band_m[0]) & (cells * size <= band_m[1])
-    stands = np.argwhere(fit)
-    away = np.hypot(*(stands[:, None] + corner - tried[None]).transpose(2, 0, 1)) * size
-    stands = stands[(away > TRIED_M).all(axis=1)]
-    cost = reach.cost_m[box][stands[:, 0], stands[:, 1]]
-    stands = _spread(stands[np.argsort(cost, kind="stable")])
-    own = ndimage.binary_dilation(mask, EIGHT, iterations=BLUR_CELLS)
-    look: I64 = nearest[:, stands[:, 0], stands[:, 1]].T.astype(np.int64)
-    return Stands(corner, stands, look, terrain.occupied[box] & ~own)
+    viewpoints = np.argwhere(fit)
+    away = np.hypot(*(viewpoints[:, None] + corner - tried[None]).transpose(2, 0, 1)) * size
+    viewpoints = viewpoints[(away > TRIED_M).all(axis=1)]
+    cost = cost_to_go.cost_m[box][viewpoints[:, 0], viewpoints[:, 1]]
+    viewpoints = _spread(viewpoints[np.argsort(cost, kind="stable")])
+    own = ndimage.binary_dilation(mask, CONNECTIVITY_8, iterations=BLUR_CELLS)
+    look: I64 = nearest[:, viewpoints[:, 0], viewpoints[:, 1]].T.astype(np.int64)
+    return Viewpoints(corner, viewpoints, look, costmap.occupied[box] & ~own)
 
 
-def seeing_stand(around: Stands, seen_from: I64) -> I64 | None:
+def first_visible(around: Viewpoints, seen_from: I64) -> I64 | None:
     """The cheapest stand (2,) that sees the target; None if none does.
 
     It does if no obstacle lies between, or if it lies in a direction that the target was seen
@@ -69,53 +69,53 @@ def seeing_stand(around: Stands, seen_from: I64) -> I64 | None:
     """
     clear = ~around.obstructed
     seen_from = seen_from - around.corner
-    for stand, look in zip(around.stands, around.look, strict=True):
-        if line_is_clear(clear, stand, look) or _same_side(stand, look, seen_from):
-            seen: I64 = stand + around.corner
+    for viewpoint, look in zip(around.viewpoints, around.look, strict=True):
+        if line_is_clear(clear, viewpoint, look) or _same_side(viewpoint, look, seen_from):
+            seen: I64 = viewpoint + around.corner
             return seen
     return None
 
 
-def least_hidden_stand(around: Stands) -> I64 | None:
+def least_occluded(around: Viewpoints) -> I64 | None:
     """The stand (2,) with the fewest obstacles before the target; None if there is no stand.
 
     What stands on a deep counter is never in plain view on a flat map.
     """
-    if len(around.stands) == 0:
+    if len(around.viewpoints) == 0:
         return None
     hidden = [
-        _hidden(around.obstructed, stand, look)
-        for stand, look in zip(around.stands, around.look, strict=True)
+        _occluded_length(around.obstructed, viewpoint, look)
+        for viewpoint, look in zip(around.viewpoints, around.look, strict=True)
     ]
-    best: I64 = around.stands[int(np.argmin(hidden))] + around.corner
+    best: I64 = around.viewpoints[int(np.argmin(hidden))] + around.corner
     return best
 
 
-def _spread(stands: I64) -> I64:
+def _spread(viewpoints: I64) -> I64:
     """At most ``MAX_TRIES`` of the stands (N, 2), evenly chosen, in their order."""
-    if len(stands) <= MAX_TRIES:
-        return stands
-    chosen: I64 = stands[np.linspace(0, len(stands) - 1, MAX_TRIES).astype(int)]
+    if len(viewpoints) <= MAX_TRIES:
+        return viewpoints
+    chosen: I64 = viewpoints[np.linspace(0, len(viewpoints) - 1, MAX_TRIES).astype(int)]
     return chosen
 
 
-def _window(target: I64, terrain: Terrain, reach_m: float) -> tuple[I64, tuple[slice, slice]]:
+def _window(target: I64, costmap: Costmap, reach_m: float) -> tuple[I64, tuple[slice, slice]]:
     """First cell (2,) and slices of the part of the grid within ``reach_m`` of the target."""
-    around = int(np.ceil(reach_m / terrain.grid.cell_size_m)) + BLUR_CELLS
+    around = int(np.ceil(reach_m / costmap.grid.cell_size_m)) + BLUR_CELLS
     lower = np.maximum(target.min(axis=0) - around, 0)
-    upper = np.minimum(target.max(axis=0) + around + 1, terrain.grid.shape)
+    upper = np.minimum(target.max(axis=0) + around + 1, costmap.grid.shape)
     return lower, (slice(lower[0], upper[0]), slice(lower[1], upper[1]))
 
 
-def _hidden(obstructed: Bool, stand: I64, look: I64) -> float:
+def _occluded_length(obstructed: Bool, viewpoint: I64, look: I64) -> float:
     """Length in cells of the line of sight that lies in obstacles."""
-    cells, lengths = segment_cells(stand.astype(float), look.astype(float))
+    cells, lengths = segment_cells(viewpoint.astype(float), look.astype(float))
     return float(lengths @ obstructed[cells[:, 0], cells[:, 1]])
 
 
-def _same_side(stand: I64, look: I64, seen_from: I64) -> bool:
+def _same_side(viewpoint: I64, look: I64, seen_from: I64) -> bool:
     """Whether the stand lies within 45 degrees of a direction the target was seen from."""
-    towards = (stand - look).astype(float)
+    towards = (viewpoint - look).astype(float)
     seen: F64 = (seen_from - look).astype(float)
     norms = np.hypot(*towards) * np.hypot(seen[:, 0], seen[:, 1])
     return bool((seen @ towards >= np.cos(np.pi / 4) * norms).any())

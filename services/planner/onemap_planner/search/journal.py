@@ -11,15 +11,15 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from onemap_planner.search.phases import Leg, Moment, Search
-from onemap_planner.search.state_machine import begin
+from onemap_planner.search.phases import EventStamp, Search, TargetStart
+from onemap_planner.search.state_machine import new_search
 from onemap_shared.messages import ObjectResult, SearchRequest, SearchState
 
 SCHEMA = 1
 FILE_NAME = "search.json"
 
 
-class RecordError(Exception):
+class JournalError(Exception):
     """A record that cannot be used; the text says why."""
 
 
@@ -36,9 +36,9 @@ def save(folder: Path, search: Search, *, now_s: float, odometer_m: float) -> No
         "objects": search.objects,
         "results": [asdict(result) for result in search.results],
         "started_ns": search.started_ns,
-        "elapsed_s": now_s - search.leg.since_s,
-        "path_length_m": odometer_m - search.leg.odometer_m,
-        "start_xy_m": search.leg.xy,
+        "elapsed_s": now_s - search.target_start.since_s,
+        "path_length_m": odometer_m - search.target_start.odometer_m,
+        "start_xy_m": search.target_start.xy,
     }
     draft = path.with_suffix(".draft")
     with draft.open("w", encoding="utf-8") as file:
@@ -59,11 +59,11 @@ def load(folder: Path, now_s: float) -> Search | None:
     except FileNotFoundError:
         return None
     except (OSError, ValueError) as problem:
-        raise RecordError(f"cannot read {path}: {problem}") from problem
+        raise JournalError(f"cannot read {path}: {problem}") from problem
     try:
         return _search(document, now_s)
     except (KeyError, TypeError, ValueError) as problem:
-        raise RecordError(f"{path} is not a search of schema {SCHEMA}: {problem!r}") from problem
+        raise JournalError(f"{path} is not a search of schema {SCHEMA}: {problem!r}") from problem
 
 
 def _search(document: Any, now_s: float) -> Search:
@@ -74,19 +74,21 @@ def _search(document: Any, now_s: float) -> Search:
     if len(results) >= len(objects):
         raise ValueError("all its objects are done")
     xy = document["start_xy_m"]
-    leg = Leg(
+    target_start = TargetStart(
         since_s=now_s - float(document["elapsed_s"]),
-        since_attentive_s=0.0,
+        since_active_time_s=0.0,
         xy=None if xy is None else (float(xy[0]), float(xy[1])),
         odometer_m=-float(document["path_length_m"]),
     )
-    start = begin(
+    start = new_search(
         str(document["search_id"]),
         objects[len(results) :],
-        Moment(now_s, 0.0, None, 0.0),
+        EventStamp(now_s, 0.0, None, 0.0),
         int(document["started_ns"]),
     )
-    return replace(start, objects=objects, index=len(results), results=results, leg=leg)
+    return replace(
+        start, objects=objects, index=len(results), results=results, target_start=target_start
+    )
 
 
 def _result(entry: dict[str, Any]) -> ObjectResult:

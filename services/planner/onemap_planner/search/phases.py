@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from onemap_planner.world.candidates import Candidate
+from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared.messages import ObjectResult, SearchState
 
 # ---- phases: what the search for the present object is doing
@@ -16,7 +16,7 @@ class Starting:
 
 
 @dataclass(frozen=True, slots=True)
-class Looking:
+class LookingAround:
     """Turning in place; the camera sees a part of the circle only."""
 
     turned_rad: float = 0.0
@@ -31,7 +31,7 @@ class Exploring:
 class Approaching:
     """Walking up to what may be the object."""
 
-    candidate: Candidate
+    candidate: ObjectCandidate
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,60 +41,60 @@ class Confirming:
     candidate: as it was known on arrival; since_s: attentive seconds at arrival.
     """
 
-    candidate: Candidate
+    candidate: ObjectCandidate
     since_s: float
 
 
 @dataclass(frozen=True, slots=True)
-class Over:
+class Finished:
     """The search has ended as ``state``."""
 
     state: SearchState
 
 
-Phase = Starting | Looking | Exploring | Approaching | Confirming | Over
+Phase = Starting | LookingAround | Exploring | Approaching | Confirming | Finished
 
 # ---- events: what has been noticed
 
 
 @dataclass(frozen=True, slots=True)
-class Begun:
+class MapReady:
     """The map has answered; ``look_around``: the robot does not know its surroundings."""
 
     look_around: bool
 
 
 @dataclass(frozen=True, slots=True)
-class Turned:
+class Rotated:
     """The robot has turned by this much."""
 
     by_rad: float
 
 
 @dataclass(frozen=True, slots=True)
-class MapLost:
+class MapRestarted:
     """The map has begun anew."""
 
 
 @dataclass(frozen=True, slots=True)
-class Spotted:
+class CandidateSelected:
     """Detector and map agree on a place that can be walked up to."""
 
-    candidate: Candidate
+    candidate: ObjectCandidate
 
 
 @dataclass(frozen=True, slots=True)
 class Arrived:
     """The robot stands before the candidate, as it is known now, and faces it."""
 
-    candidate: Candidate
+    candidate: ObjectCandidate
 
 
 @dataclass(frozen=True, slots=True)
 class Confirmed:
     """Enough detections agree."""
 
-    candidate: Candidate
+    candidate: ObjectCandidate
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,14 +110,14 @@ class Exhausted:
 
 
 @dataclass(frozen=True, slots=True)
-class GivenUp:
+class TargetFailed:
     """This object cannot be searched for any longer; the next one may."""
 
     reason: str
 
 
 @dataclass(frozen=True, slots=True)
-class Broken:
+class SearchFailed:
     """The robot cannot search at all."""
 
     reason: str
@@ -129,40 +129,40 @@ class Cancelled:
 
 
 Event = (
-    Begun
-    | Turned
-    | MapLost
-    | Spotted
+    MapReady
+    | Rotated
+    | MapRestarted
+    | CandidateSelected
     | Arrived
     | Confirmed
     | Rejected
     | Exhausted
-    | GivenUp
-    | Broken
+    | TargetFailed
+    | SearchFailed
     | Cancelled
 )
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class EventStamp:
     """When and where something happened.
 
-    now_s: the planner's monotonic clock; attentive_s: the same less all the time in which
+    now_s: the planner's monotonic clock; active_time_s: the same less all the time in which
     the senses were too old to act on, so that no time limit runs while a service is away.
     """
 
     now_s: float
-    attentive_s: float
+    active_time_s: float
     xy: tuple[float, float] | None
     odometer_m: float
 
 
 @dataclass(frozen=True, slots=True)
-class Leg:
+class TargetStart:
     """Where and when the search for the present object began; ``xy`` None: not known yet."""
 
     since_s: float
-    since_attentive_s: float
+    since_active_time_s: float
     xy: tuple[float, float] | None
     odometer_m: float
 
@@ -178,7 +178,7 @@ class Search:
     objects: tuple[str, ...]
     index: int
     phase: Phase
-    leg: Leg
+    target_start: TargetStart
     results: tuple[ObjectResult, ...]
     reason: str
     started_ns: int
@@ -187,7 +187,7 @@ class Search:
     @property
     def active(self) -> bool:
         """Whether the robot is still at it."""
-        return not isinstance(self.phase, Over)
+        return not isinstance(self.phase, Finished)
 
     @property
     def target(self) -> str:

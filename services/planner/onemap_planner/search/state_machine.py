@@ -1,6 +1,6 @@
 """The search as a state machine: one transition function over named phases and events.
 
-Time, place and odometer come in with the ``Moment``; nothing here senses, plans or drives.
+Time, place and odometer come in with the ``EventStamp``; nothing here senses, plans or drives.
 """
 
 from __future__ import annotations
@@ -11,69 +11,77 @@ from dataclasses import replace
 from onemap_planner.search.phases import (
     Approaching,
     Arrived,
-    Begun,
-    Broken,
     Cancelled,
+    CandidateSelected,
     Confirmed,
     Confirming,
     Event,
+    EventStamp,
     Exhausted,
     Exploring,
-    GivenUp,
-    Leg,
-    Looking,
-    MapLost,
-    Moment,
-    Over,
+    Finished,
+    LookingAround,
+    MapReady,
+    MapRestarted,
     Phase,
     Rejected,
+    Rotated,
     Search,
-    Spotted,
+    SearchFailed,
     Starting,
-    Turned,
+    TargetFailed,
+    TargetStart,
 )
-from onemap_planner.world.candidates import Candidate
+from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared.messages import ObjectResult, SearchState, SearchStatus
 
 
-def begin(search_id: str, objects: tuple[str, ...], moment: Moment, started_ns: int) -> Search:
+def new_search(
+    search_id: str, objects: tuple[str, ...], stamp: EventStamp, started_ns: int
+) -> Search:
     """A new search at its first object."""
-    leg = _leg(moment)
-    return Search(search_id, objects, 0, Starting(), leg, (), _starting(objects[0]), started_ns)
+    target_start = _target_start(stamp)
+    return Search(
+        search_id, objects, 0, Starting(), target_start, (), _starting(objects[0]), started_ns
+    )
 
 
 def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
-    search: Search, event: Event, moment: Moment
+    search: Search, event: Event, stamp: EventStamp
 ) -> Search:
     """The search after the event; events that mean nothing in its phase change nothing."""
     match search.phase, event:
-        case (Over(), _):
+        case (Finished(), _):
             return search
         case (_, Cancelled()):
-            return _end(search, SearchState.CANCELLED, "cancelled", moment)
-        case (_, Broken(reason)):
-            return _end(search, SearchState.FAILED, reason, moment)
-        case (_, GivenUp(reason)):
-            return _next(search, SearchState.FAILED, reason, moment)
-        case (Starting(), Begun(look_around)):
-            leg = search.leg if search.leg.xy is not None else replace(search.leg, xy=moment.xy)
-            search = replace(search, leg=leg)
-            return _look(search, "looking around") if look_around else _explore(search)
-        case (Looking(turned_rad), Turned(by_rad)):
+            return _end_search(search, SearchState.CANCELLED, "cancelled", stamp)
+        case (_, SearchFailed(reason)):
+            return _end_search(search, SearchState.FAILED, reason, stamp)
+        case (_, TargetFailed(reason)):
+            return _finish_target(search, SearchState.FAILED, reason, stamp)
+        case (Starting(), MapReady(look_around)):
+            target_start = (
+                search.target_start
+                if search.target_start.xy is not None
+                else replace(search.target_start, xy=stamp.xy)
+            )
+            search = replace(search, target_start=target_start)
+            return _look_around(search, "looking around") if look_around else _explore(search)
+        case (LookingAround(turned_rad), Rotated(by_rad)):
             total = turned_rad + by_rad
             full = total >= 2 * math.pi
-            return _explore(search) if full else replace(search, phase=Looking(total))
-        case (Exploring() | Approaching() | Confirming(), MapLost()):
-            return _look(search, "the map began anew: looking around")
-        case (Looking() | Exploring(), Spotted(candidate)):
+            return _explore(search) if full else replace(search, phase=LookingAround(total))
+        case (Exploring() | Approaching() | Confirming(), MapRestarted()):
+            return _look_around(search, "the map began anew: looking around")
+        case (LookingAround() | Exploring(), CandidateSelected(candidate)):
             return replace(search, phase=Approaching(candidate), reason=_approaching(candidate))
         case (Exploring(), Exhausted(reason)):
-            return _next(search, SearchState.NOT_FOUND, reason, moment)
+            return _finish_target(search, SearchState.NOT_FOUND, reason, stamp)
         case (Approaching(), Arrived(candidate)):
             reason = f"standing before {search.target!r}, making sure"
-            return replace(search, phase=Confirming(candidate, moment.attentive_s), reason=reason)
+            return replace(search, phase=Confirming(candidate, stamp.active_time_s), reason=reason)
         case (Confirming(), Confirmed(candidate)):
-            return _next(search, SearchState.FOUND, _found(candidate), moment, candidate)
+            return _finish_target(search, SearchState.FOUND, _found(candidate), stamp, candidate)
         case (Approaching() | Confirming(), Rejected()):
             return _explore(search)
         case _:
@@ -87,7 +95,7 @@ def status(search: Search, *, odometer_m: float, now_ns: int, waiting: str = "")
     """
     return SearchStatus(
         search_id=search.search_id,
-        state=_public(search.phase),
+        state=_wire_state(search.phase),
         objects=search.objects,
         index=search.index,
         reason=f"waiting: {waiting}" if waiting and search.active else search.reason,
@@ -98,18 +106,18 @@ def status(search: Search, *, odometer_m: float, now_ns: int, waiting: str = "")
     )
 
 
-def _leg(moment: Moment) -> Leg:
-    return Leg(moment.now_s, moment.attentive_s, moment.xy, moment.odometer_m)
+def _target_start(stamp: EventStamp) -> TargetStart:
+    return TargetStart(stamp.now_s, stamp.active_time_s, stamp.xy, stamp.odometer_m)
 
 
 def _driven(search: Search, odometer_m: float) -> float:
     done = sum(result.path_length_m for result in search.results)
-    return done + (odometer_m - search.leg.odometer_m if search.active else 0.0)
+    return done + (odometer_m - search.target_start.odometer_m if search.active else 0.0)
 
 
-def _public(phase: Phase) -> SearchState:
+def _wire_state(phase: Phase) -> SearchState:
     match phase:
-        case Over(state):
+        case Finished(state):
             return state
         case Approaching():
             return SearchState.APPROACHING
@@ -120,7 +128,11 @@ def _public(phase: Phase) -> SearchState:
 
 
 def _result(
-    search: Search, outcome: SearchState, reason: str, moment: Moment, candidate: Candidate | None
+    search: Search,
+    outcome: SearchState,
+    reason: str,
+    stamp: EventStamp,
+    candidate: ObjectCandidate | None,
 ) -> ObjectResult:
     return ObjectResult(
         name=search.objects[search.index],
@@ -128,29 +140,29 @@ def _result(
         reason=reason,
         position_m=candidate.xyz if candidate else (),
         score=candidate.match if candidate else 0.0,
-        duration_s=moment.now_s - search.leg.since_s,
-        path_length_m=moment.odometer_m - search.leg.odometer_m,
-        start_xy_m=search.leg.xy or (),
-        end_xy_m=moment.xy or (),
+        duration_s=stamp.now_s - search.target_start.since_s,
+        path_length_m=stamp.odometer_m - search.target_start.odometer_m,
+        start_xy_m=search.target_start.xy or (),
+        end_xy_m=stamp.xy or (),
     )
 
 
-def _next(
+def _finish_target(
     search: Search,
     outcome: SearchState,
     reason: str,
-    moment: Moment,
-    candidate: Candidate | None = None,
+    stamp: EventStamp,
+    candidate: ObjectCandidate | None = None,
 ) -> Search:
     """The present object is done; start the next or end the search."""
-    results = (*search.results, _result(search, outcome, reason, moment, candidate))
+    results = (*search.results, _result(search, outcome, reason, stamp, candidate))
     if len(results) < len(search.objects):
-        leg = _leg(moment)
+        target_start = _target_start(stamp)
         return replace(
             search,
             index=search.index + 1,
             phase=Starting(),
-            leg=leg,
+            target_start=target_start,
             results=results,
             reason=_starting(search.objects[search.index + 1]),
         )
@@ -160,13 +172,13 @@ def _next(
         for state in (SearchState.FAILED, SearchState.NOT_FOUND, SearchState.FOUND)
         if state in outcomes
     )
-    return replace(search, phase=Over(overall), results=results, reason=_summary(results))
+    return replace(search, phase=Finished(overall), results=results, reason=_summary(results))
 
 
-def _end(search: Search, state: SearchState, reason: str, moment: Moment) -> Search:
+def _end_search(search: Search, state: SearchState, reason: str, stamp: EventStamp) -> Search:
     """The whole search ends now, with the present object's outcome."""
-    results = (*search.results, _result(search, state, reason, moment, None))
-    return replace(search, phase=Over(state), results=results, reason=reason)
+    results = (*search.results, _result(search, state, reason, stamp, None))
+    return replace(search, phase=Finished(state), results=results, reason=reason)
 
 
 def _summary(results: tuple[ObjectResult, ...]) -> str:
@@ -188,18 +200,18 @@ def _explore(search: Search) -> Search:
     return replace(search, phase=Exploring(), reason=f"exploring for {search.target!r}")
 
 
-def _look(search: Search, what: str) -> Search:
-    return replace(search, phase=Looking(), reason=f"{what} for {search.target!r}")
+def _look_around(search: Search, what: str) -> Search:
+    return replace(search, phase=LookingAround(), reason=f"{what} for {search.target!r}")
 
 
-def _approaching(candidate: Candidate) -> str:
+def _approaching(candidate: ObjectCandidate) -> str:
     return (
         f"seen {candidate.sightings} times at ({candidate.xyz[0]:.1f}, {candidate.xyz[1]:.1f}), "
         f"similarity {candidate.match:.2f}: walking up to it"
     )
 
 
-def _found(candidate: Candidate) -> str:
+def _found(candidate: ObjectCandidate) -> str:
     return (
         f"found at ({candidate.xyz[0]:.2f}, {candidate.xyz[1]:.2f}), "
         f"similarity {candidate.match:.2f}, in {candidate.sightings} detections"

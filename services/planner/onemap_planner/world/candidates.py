@@ -12,18 +12,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from onemap_planner.world.map_view import Belief
+from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F32
 from onemap_shared.messages import Detections
 
 MAX_CELLS = 2000  # of one candidate: a bed covers about 400 cells of 10 cm
-CROWD = 64  # bounded memory: the weakest candidates are forgotten beyond this
-RECENT = 12  # sightings that say where a candidate's surface is: 1.5 s at 8 Hz, seen from near
+MAX_CANDIDATES = 64  # bounded memory: the weakest candidates are forgotten beyond this
+RECENT_SIGHTINGS = (
+    12  # sightings that say where a candidate's surface is: 1.5 s at 8 Hz, seen from near
+)
 SURFACE_SHARE = 0.25  # of the votes of the most seen cell; a stray point of one frame has less
 
 
 @dataclass(frozen=True, slots=True)
-class ConsensusRules:
+class ConsensusParams:
     """When detector and map agree; see ``PlannerConfig`` for the values."""
 
     percentile: float
@@ -49,11 +51,11 @@ class Sighting:
 
 
 @dataclass(frozen=True, slots=True)
-class Candidate:
+class ObjectCandidate:
     """Sightings that agree in place. xyz is their mean; ``seen_from`` the latest stands.
 
     against: frames in which another name was detected there and this one was not. recent: the
-    cells of the last ``RECENT`` sightings, each; empty where they are not known.
+    cells of the last ``RECENT_SIGHTINGS`` sightings, each; empty where they are not known.
     """
 
     xyz: tuple[float, float, float]
@@ -62,7 +64,7 @@ class Candidate:
     score: float
     match: float
     seen_from: tuple[tuple[float, float], ...]
-    against: int = 0
+    contradictions: int = 0
     recent: tuple[frozenset[tuple[int, int]], ...] = ()
 
     @property
@@ -82,7 +84,7 @@ class Candidate:
         return float(np.hypot(self.xyz[0] - xyz[0], self.xyz[1] - xyz[1]))
 
 
-def similarity_threshold(similarity: F32, rules: ConsensusRules) -> float:
+def similarity_threshold(similarity: F32, params: ConsensusParams) -> float:
     """The similarity that a cell must have: top percentile of the observed, and the floor.
 
     similarity (nx, ny), NaN where not observed; infinity if nothing was observed.
@@ -90,35 +92,35 @@ def similarity_threshold(similarity: F32, rules: ConsensusRules) -> float:
     observed = similarity[np.isfinite(similarity)]
     if observed.size == 0:
         return float("inf")
-    return max(float(np.percentile(observed, rules.percentile)), rules.floor)
+    return max(float(np.percentile(observed, params.percentile)), params.floor)
 
 
 def sightings_of(
     name: str,
     detections: Detections,
-    belief: Belief,
+    map_view: MapView,
     *,
     seen_from: tuple[float, float],
-    rules: ConsensusRules,
+    params: ConsensusParams,
 ) -> tuple[Sighting, ...]:
     """The detections of ``name`` that pass the consensus test."""
-    threshold = similarity_threshold(belief.similarity, rules)
+    threshold = similarity_threshold(map_view.similarity, params)
     found = []
     for index, detected in enumerate(detections.names):
         if detected.casefold() != name.casefold():
             continue
         points = detections.points_map[detections.point_owner == index]
-        cells = belief.grid.cells(points.astype(np.float64))
-        inside = belief.grid.contains(cells)
+        cells = map_view.grid.cells(points.astype(np.float64))
+        inside = map_view.grid.contains(cells)
         points, cells = points[inside], cells[inside]
-        values = belief.similarity[cells[:, 0], cells[:, 1]]
+        values = map_view.similarity[cells[:, 0], cells[:, 1]]
         # NaN compares false; where another name of the search fits better, it is that one's cell.
-        supported = (values >= threshold) & (values >= belief.rival[cells[:, 0], cells[:, 1]])
+        supported = (values >= threshold) & (values >= map_view.rival[cells[:, 0], cells[:, 1]])
         covered = len(np.unique(cells, axis=0))
         backing = np.unique(cells[supported], axis=0)
-        if covered == 0 or len(backing) < max(1.0, rules.support_fraction * covered):
+        if covered == 0 or len(backing) < max(1.0, params.support_fraction * covered):
             continue
-        world = backing + np.asarray(belief.grid.origin_cell)
+        world = backing + np.asarray(map_view.grid.origin_cell)
         x, y, z = (float(value) for value in points[supported].mean(axis=0))
         found.append(
             Sighting(
@@ -132,19 +134,19 @@ def sightings_of(
     return tuple(found)
 
 
-def remember(
-    candidates: tuple[Candidate, ...], sightings: Iterable[Sighting], rules: ConsensusRules
-) -> tuple[Candidate, ...]:
+def merge_sightings(
+    candidates: tuple[ObjectCandidate, ...], sightings: Iterable[Sighting], params: ConsensusParams
+) -> tuple[ObjectCandidate, ...]:
     """Each sighting joins the candidate that it agrees with in place, or starts one."""
     known = list(candidates)
     for sighting in sightings:
         for index, candidate in enumerate(known):
-            if agrees(candidate, sighting, rules):
-                known[index] = _joined(candidate, sighting)
+            if is_same_object(candidate, sighting, params):
+                known[index] = _merged(candidate, sighting)
                 break
         else:
             known.append(
-                Candidate(
+                ObjectCandidate(
                     sighting.xyz,
                     sighting.cells,
                     1,
@@ -155,17 +157,17 @@ def remember(
                 )
             )
     known.sort(key=lambda candidate: (-candidate.sightings, candidate.xyz))
-    return tuple(known[:CROWD])
+    return tuple(known[:MAX_CANDIDATES])
 
 
-def agrees(candidate: Candidate, sighting: Sighting, rules: ConsensusRules) -> bool:
+def is_same_object(candidate: ObjectCandidate, sighting: Sighting, params: ConsensusParams) -> bool:
     """Whether both are the same thing: near each other, or on the same cells."""
-    return candidate.distance_m(sighting.xyz) <= rules.merge_m or not candidate.cells.isdisjoint(
+    return candidate.distance_m(sighting.xyz) <= params.merge_m or not candidate.cells.isdisjoint(
         sighting.cells
     )
 
 
-def _joined(candidate: Candidate, sighting: Sighting) -> Candidate:
+def _merged(candidate: ObjectCandidate, sighting: Sighting) -> ObjectCandidate:
     count = candidate.sightings + 1
     # A running mean over at most ten: later sightings are nearer and more exact.
     weight = 1.0 / min(count, 10)
@@ -179,5 +181,5 @@ def _joined(candidate: Candidate, sighting: Sighting) -> Candidate:
         score=max(candidate.score, sighting.score),
         match=max(candidate.match, sighting.match),
         seen_from=(*candidate.seen_from[-4:], sighting.seen_from),
-        recent=(*candidate.recent, sighting.cells)[-RECENT:],
+        recent=(*candidate.recent, sighting.cells)[-RECENT_SIGHTINGS:],
     )

@@ -7,30 +7,30 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from onemap_planner.world.map_view import Belief
+from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F32, F64, I64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
 
-EIGHT = np.ones((3, 3), bool)  # diagonal neighbours are neighbours
+CONNECTIVITY_8 = np.ones((3, 3), bool)  # diagonal neighbours are neighbours
 IMPASSABLE = -1.0  # MCP_Geometric's mark for cells that no path enters
 ESCAPE_COST = 5.0  # a metre outside N costs at least five inside: leave by the short way
 
 
 @dataclass(frozen=True, slots=True)
-class TerrainRules:
+class CostmapParams:
     """How the robot's size turns occupancy into N; see ``PlannerConfig`` for the values."""
 
     radius_m: float
     margin_m: float
-    comfort_m: float
-    comfort_weight: float
+    inflation_radius_m: float
+    inflation_weight: float
     escape_radius_m: float
     escape_below_m2: float
 
 
 @dataclass(frozen=True, slots=True)
-class Terrain:
+class Costmap:
     """All arrays (nx, ny) on ``grid``.
 
     occupied bool; free bool: known to be free floor; navigable bool: N; cost float64: metres
@@ -53,32 +53,34 @@ class Terrain:
         return mask
 
 
-def build_terrain(
-    belief: Belief, *, robot_xy: F64, trail_xy: F64, blocked_xy: F64, rules: TerrainRules
-) -> Terrain:
+def build_costmap(
+    map_view: MapView, *, robot_xy: F64, trail_xy: F64, obstacles_xy: F64, params: CostmapParams
+) -> Costmap:
     """N and its costs.
 
     robot_xy (2,) metres, inside the belief's grid. trail_xy (K, 2): where the robot's centre
-    has been: the floor under it is free though no camera saw it. blocked_xy (B, 2): where it
+    has been: the floor under it is free though no camera saw it. obstacles_xy (B, 2): where it
     ran into something the map does not show.
     """
-    grid, size = belief.grid, belief.grid.cell_size_m
-    occupied = (belief.occupancy == Occupancy.OCCUPIED) | _mark(grid, blocked_xy)
-    driven = _near(_mark(grid, np.vstack([trail_xy, robot_xy])), rules.radius_m / size)
-    free = ((belief.occupancy == Occupancy.FREE) | driven) & ~occupied
+    grid, size = map_view.grid, map_view.grid.cell_size_m
+    occupied = (map_view.occupancy == Occupancy.OCCUPIED) | _mark(grid, obstacles_xy)
+    driven = _near(_mark(grid, np.vstack([trail_xy, robot_xy])), params.radius_m / size)
+    free = ((map_view.occupancy == Occupancy.FREE) | driven) & ~occupied
     clearance = _distance(occupied) * size - size / 2
-    needed = rules.radius_m + rules.margin_m
+    needed = params.radius_m + params.margin_m
     navigable = free & (clearance >= needed)
-    crowding = np.clip((rules.comfort_m - clearance) / (rules.comfort_m - needed), 0.0, 1.0)
-    cost = np.where(navigable, 1.0 + rules.comfort_weight * crowding**2, IMPASSABLE)
+    proximity = np.clip(
+        (params.inflation_radius_m - clearance) / (params.inflation_radius_m - needed), 0.0, 1.0
+    )
+    cost = np.where(navigable, 1.0 + params.inflation_weight * proximity**2, IMPASSABLE)
     robot = grid.cells(robot_xy)
-    if _pocket_m2(navigable, robot, belief.cell_area_m2) < rules.escape_below_m2:
+    if _component_m2(navigable, robot, map_view.cell_area_m2) < params.escape_below_m2:
         distance = _distance_to(grid, robot) * size
-        body = distance <= rules.radius_m
-        around = (distance <= rules.escape_radius_m) & (~occupied | body) & ~navigable
+        body = distance <= params.radius_m
+        around = (distance <= params.escape_radius_m) & (~occupied | body) & ~navigable
         lack = np.clip((needed - clearance[around]) / needed, 0.0, 2.0)
         cost[around] = ESCAPE_COST * (1.0 + 4.0 * lack)
-    return Terrain(grid, occupied, free, navigable, cost, clearance.astype(np.float32))
+    return Costmap(grid, occupied, free, navigable, cost, clearance.astype(np.float32))
 
 
 def _mark(grid: GridSpec, points_xy: F64) -> Bool:
@@ -109,9 +111,9 @@ def _distance_to(grid: GridSpec, cell: I64) -> F64:
     return distance
 
 
-def _pocket_m2(navigable: Bool, robot: I64, cell_area_m2: float) -> float:
+def _component_m2(navigable: Bool, robot: I64, cell_area_m2: float) -> float:
     """Area of the part of N that holds the robot; 0 if it stands outside N."""
     if not navigable[tuple(robot)]:
         return 0.0
-    parts, _ = ndimage.label(navigable, EIGHT)
+    parts, _ = ndimage.label(navigable, CONNECTIVITY_8)
     return float((parts == parts[tuple(robot)]).sum() * cell_area_m2)

@@ -13,16 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from onemap_planner.world.costmap import EIGHT, Terrain
-from onemap_planner.world.map_view import Belief
+from onemap_planner.world.costmap import CONNECTIVITY_8, Costmap
+from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F64, I32, I64, Bool
 from onemap_shared.messages import Occupancy
 
-FOUR = ndimage.generate_binary_structure(2, 1)
+CONNECTIVITY_4 = ndimage.generate_binary_structure(2, 1)
 
 
 @dataclass(frozen=True, slots=True)
-class FrontierRules:
+class FrontierParams:
     """What counts as a frontier; see ``PlannerConfig`` for the values."""
 
     min_length_m: float
@@ -47,30 +47,34 @@ class Frontier:
     unknown: bool
 
 
-def find_frontiers(belief: Belief, terrain: Terrain, rules: FrontierRules) -> tuple[Frontier, ...]:
+def find_frontiers(
+    map_view: MapView, costmap: Costmap, params: FrontierParams
+) -> tuple[Frontier, ...]:
     """All frontiers on known free floor, long ones cut in pieces; in a fixed order."""
-    area_m2 = belief.cell_area_m2
-    unexplored = _large(belief.observed & ~belief.explored, rules.min_beyond_m2, area_m2)
-    hidden = (belief.occupancy == Occupancy.UNKNOWN) & ~terrain.free
-    unknown = _large(hidden, rules.min_beyond_m2, area_m2)
-    unknown &= ~_blind_spots(hidden, terrain.occupied, rules.blind_spot_m2, area_m2)
-    promise = _promise(belief, unexplored)
+    area_m2 = map_view.cell_area_m2
+    unexplored = _without_small_parts(
+        map_view.observed & ~map_view.explored, params.min_beyond_m2, area_m2
+    )
+    hidden = (map_view.occupancy == Occupancy.UNKNOWN) & ~costmap.free
+    unknown = _without_small_parts(hidden, params.min_beyond_m2, area_m2)
+    unknown &= ~_blind_spots(hidden, costmap.occupied, params.blind_spot_m2, area_m2)
+    similarity_beyond = _similarity_beyond(map_view, unexplored)
     found: list[Frontier] = []
-    floor = terrain.free & (belief.occupancy != Occupancy.UNKNOWN)
+    floor = costmap.free & (map_view.occupancy != Occupancy.UNKNOWN)
     for beyond, on_this_side, is_unknown in (
         (unknown, floor, True),
-        (unexplored, floor & belief.explored, False),
+        (unexplored, floor & map_view.explored, False),
     ):
-        border = on_this_side & ndimage.binary_dilation(beyond, FOUR)
-        for cells in _stretches(border, belief.grid.cell_size_m, rules):
-            score = _score(promise, cells, rules.unknown_prior if is_unknown else 0.0)
-            found.append(Frontier(cells, _beyond(belief, beyond, cells), score, is_unknown))
+        border = on_this_side & ndimage.binary_dilation(beyond, CONNECTIVITY_4)
+        for cells in _segments(border, map_view.grid.cell_size_m, params):
+            score = _score(similarity_beyond, cells, params.unknown_prior if is_unknown else 0.0)
+            found.append(Frontier(cells, _beyond(map_view, beyond, cells), score, is_unknown))
     return tuple(found)
 
 
-def _large(mask: Bool, least_m2: float, cell_area_m2: float) -> Bool:
+def _without_small_parts(mask: Bool, least_m2: float, cell_area_m2: float) -> Bool:
     """The mask without 8-connected parts smaller than this: noise, not places."""
-    parts, count = ndimage.label(mask, EIGHT)
+    parts, count = ndimage.label(mask, CONNECTIVITY_8)
     keep = np.bincount(parts.ravel(), minlength=count + 1) * cell_area_m2 >= least_m2
     keep[0] = False
     kept: Bool = keep[parts]
@@ -83,39 +87,39 @@ def _blind_spots(hidden: Bool, occupied: Bool, most_m2: float, cell_area_m2: flo
     The camera does not see the floor before its own feet, and what stands there would have
     been seen above it; behind furniture, hidden parts touch what hides them.
     """
-    parts, count = ndimage.label(hidden, EIGHT)
+    parts, count = ndimage.label(hidden, CONNECTIVITY_8)
     small = np.bincount(parts.ravel(), minlength=count + 1) * cell_area_m2 <= most_m2
-    small[parts[ndimage.binary_dilation(occupied, EIGHT)]] = False
+    small[parts[ndimage.binary_dilation(occupied, CONNECTIVITY_8)]] = False
     small[0] = False
     spots: Bool = small[parts]
     return spots
 
 
-def _promise(belief: Belief, unexplored: Bool) -> F64:
+def _similarity_beyond(map_view: MapView, unexplored: Bool) -> F64:
     """(nx, ny): for cells of O - E the highest similarity of their connected part, else 0."""
-    parts, count = ndimage.label(unexplored, EIGHT)
-    similarity = np.nan_to_num(belief.similarity, nan=0.0).astype(np.float64)
+    parts, count = ndimage.label(unexplored, CONNECTIVITY_8)
+    similarity = np.nan_to_num(map_view.similarity, nan=0.0).astype(np.float64)
     best = np.zeros(count + 1)
     np.maximum.at(best, parts.ravel(), similarity.ravel())
     best[0] = 0.0
-    promise: F64 = best[parts]
-    return promise
+    similarity_beyond: F64 = best[parts]
+    return similarity_beyond
 
 
-def _stretches(border: Bool, cell_size_m: float, rules: FrontierRules) -> list[I64]:
+def _segments(border: Bool, cell_size_m: float, params: FrontierParams) -> list[I64]:
     """Cells (K, 2) of each connected stretch that is long enough, cut to the longest allowed."""
     parts: I32
-    parts, count = ndimage.label(border, EIGHT)
-    stretches: list[I64] = []
+    parts, count = ndimage.label(border, CONNECTIVITY_8)
+    segments: list[I64] = []
     for index, box in enumerate(ndimage.find_objects(parts, count), start=1):
         cells = np.argwhere(parts[box] == index) + [side.start for side in box]
         length_m = float(np.ptp(cells, axis=0).max() + 1) * cell_size_m
-        if length_m < rules.min_length_m:
+        if length_m < params.min_length_m:
             continue
-        pieces = int(np.ceil(len(cells) * cell_size_m / rules.max_length_m))
+        pieces = int(np.ceil(len(cells) * cell_size_m / params.max_length_m))
         along = cells[np.argsort(_principal(cells), kind="stable")]
-        stretches.extend(np.array_split(along, pieces))
-    return stretches
+        segments.extend(np.array_split(along, pieces))
+    return segments
 
 
 def _principal(cells: I64) -> F64:
@@ -128,18 +132,18 @@ def _principal(cells: I64) -> F64:
 
 def _neighbours(cells: I64, shape: tuple[int, int]) -> I64:
     """Cells (M, 2) of the 3 x 3 blocks around ``cells`` that lie inside the grid."""
-    offsets = np.argwhere(EIGHT) - 1
+    offsets = np.argwhere(CONNECTIVITY_8) - 1
     around = (cells[:, None] + offsets).reshape(-1, 2)
     return around[((around >= 0) & (around < shape)).all(axis=1)]
 
 
-def _score(promise: F64, cells: I64, prior: float) -> float:
-    around = _neighbours(cells, (promise.shape[0], promise.shape[1]))
-    return max(prior, float(promise[around[:, 0], around[:, 1]].max()))
+def _score(similarity_beyond: F64, cells: I64, prior: float) -> float:
+    around = _neighbours(cells, (similarity_beyond.shape[0], similarity_beyond.shape[1]))
+    return max(prior, float(similarity_beyond[around[:, 0], around[:, 1]].max()))
 
 
-def _beyond(belief: Belief, beyond: Bool, cells: I64) -> F64:
-    around = _neighbours(cells, belief.grid.shape)
+def _beyond(map_view: MapView, beyond: Bool, cells: I64) -> F64:
+    around = _neighbours(cells, map_view.grid.shape)
     outside = around[beyond[around[:, 0], around[:, 1]]]
-    middle: F64 = belief.grid.centres(outside).mean(axis=0)
+    middle: F64 = map_view.grid.centres(outside).mean(axis=0)
     return middle

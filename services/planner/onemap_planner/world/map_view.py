@@ -14,7 +14,7 @@ BORDER_CELLS = 2  # unknown cells kept around the window, so that every border o
 
 
 @dataclass(frozen=True, slots=True)
-class Belief:
+class MapView:
     """The layers of a ``SearchView`` as masks, all (nx, ny) on ``grid``.
 
     occupancy uint8, values of ``Occupancy``; observed O, explored E, searched C bool;
@@ -36,7 +36,7 @@ class Belief:
         return self.grid.cell_size_m**2
 
 
-def belief_around(view: SearchView, robot_xy: F64) -> Belief:
+def map_view_around(view: SearchView, robot_xy: F64) -> MapView:
     """The known part of the view, cropped or grown so that the robot (2,) metres is inside.
 
     Maps come in tiles with much unknown around; planning time follows the known area only.
@@ -62,7 +62,7 @@ def belief_around(view: SearchView, robot_xy: F64) -> Belief:
     rival = np.full(grid.shape, -np.inf, np.float32)
     if view.rival.shape == view.grid.shape:
         rival[into] = np.nan_to_num(view.rival[out_of], nan=-np.inf)
-    return Belief(
+    return MapView(
         grid=grid,
         occupancy=occupancy,
         observed=(layers & Layer.OBSERVED) > 0,

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from onemap_planner.world.costmap import EIGHT
-from onemap_planner.world.map_view import Belief
+from onemap_planner.world.costmap import CONNECTIVITY_8
+from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F64, I64, Bool
 
 
 @dataclass(frozen=True, slots=True)
-class RegionRules:
+class SimilarRegionParams:
     """What counts as a region; see ``PlannerConfig`` for the values."""
 
     threshold: float
@@ -23,7 +23,7 @@ class RegionRules:
 
 
 @dataclass(frozen=True, slots=True)
-class Region:
+class SimilarRegion:
     """A cluster: cells (K, 2) int64, the most similar cell's centre (2,) metres and score."""
 
     cells: I64
@@ -31,31 +31,33 @@ class Region:
     score: float
 
 
-def find_regions(belief: Belief, rules: RegionRules) -> tuple[Region, ...]:
+def find_regions(map_view: MapView, params: SimilarRegionParams) -> tuple[SimilarRegion, ...]:
     """Clusters of similarity above the threshold in E - C, best first."""
-    return _clusters(belief, belief.explored & ~belief.searched, rules.threshold, rules)
+    return _clusters(map_view, map_view.explored & ~map_view.searched, params.threshold, params)
 
 
-def remaining_regions(belief: Belief, rules: RegionRules) -> tuple[Region, ...]:
+def remaining_regions(map_view: MapView, params: SimilarRegionParams) -> tuple[SimilarRegion, ...]:
     """The best few anywhere on the map, from a lower threshold on.
 
     In the first search E and C are one, and C only says that the camera looked, perhaps from
     too far for the detector; before an object is given up, these places deserve a closer look.
     """
-    return _clusters(belief, belief.observed, rules.last_threshold, rules)[: rules.last_looks]
+    return _clusters(map_view, map_view.observed, params.last_threshold, params)[
+        : params.last_looks
+    ]
 
 
 def _clusters(
-    belief: Belief, among: Bool, threshold: float, rules: RegionRules
-) -> tuple[Region, ...]:
-    similar = np.nan_to_num(belief.similarity, nan=0.0) >= threshold
-    parts, count = ndimage.label(similar & among, EIGHT)
+    map_view: MapView, among: Bool, threshold: float, params: SimilarRegionParams
+) -> tuple[SimilarRegion, ...]:
+    similar = np.nan_to_num(map_view.similarity, nan=0.0) >= threshold
+    parts, count = ndimage.label(similar & among, CONNECTIVITY_8)
     regions = []
     for index, box in enumerate(ndimage.find_objects(parts, count), start=1):
         cells = np.argwhere(parts[box] == index) + [side.start for side in box]
-        if len(cells) * belief.cell_area_m2 < rules.min_area_m2:
+        if len(cells) * map_view.cell_area_m2 < params.min_area_m2:
             continue
-        scores = belief.similarity[cells[:, 0], cells[:, 1]]
+        scores = map_view.similarity[cells[:, 0], cells[:, 1]]
         peak = cells[int(np.argmax(scores))]
-        regions.append(Region(cells, belief.grid.centres(peak), float(scores.max())))
+        regions.append(SimilarRegion(cells, map_view.grid.centres(peak), float(scores.max())))
     return tuple(sorted(regions, key=lambda region: -region.score))
