@@ -18,7 +18,13 @@ from onemap_planner.policy.goals import (
     select_goal,
 )
 from onemap_planner.policy.params import PlannerParams
-from onemap_planner.policy.state import ActiveGoal, PlannerState
+from onemap_planner.policy.state import (
+    ActiveGoal,
+    PlannerState,
+    blacklist,
+    is_blacklisted,
+    reconsider,
+)
 from onemap_planner.policy.verify import find_viewpoint
 from onemap_planner.search.phases import CandidateSelected, Event, Exhausted
 from onemap_planner.world.frontiers import Frontier, find_frontiers
@@ -112,9 +118,7 @@ def _without_blacklisted(
     state: PlannerState, goals: list[Goal], params: PlannerParams
 ) -> list[Goal]:
     return [
-        goal
-        for goal in goals
-        if not state.is_blacklisted(state, goal, params.explore.blacklist_radius_m)
+        goal for goal in goals if not is_blacklisted(state, goal, params.explore.blacklist_radius_m)
     ]
 
 
@@ -154,7 +158,7 @@ def _abandon_finished(state: PlannerState, params: PlannerParams) -> PlannerStat
         and state.active_time_s - active_goal.arrived_s >= params.explore.linger_s
     )
     late = state.active_time_s - active_goal.since_s > active_goal.budget_s
-    return state.blacklist(state, active_goal.goal) if visited or late else state
+    return blacklist(state, active_goal.goal) if visited or late else state
 
 
 def _activate(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveGoal:
@@ -182,7 +186,7 @@ def _idle(
     if state.active_time_s - since_s < params.explore.settle_s:
         return state, Rest(), None
     if state.target_state.rejected and not state.target_state.reconsidered:
-        return state.reconsider(state), Rest(), None
+        return reconsider(state), Rest(), None
     return state, Rest(), Exhausted(_covered(state, context))
 
 

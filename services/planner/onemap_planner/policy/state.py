@@ -48,9 +48,9 @@ class PlannerState:
     """All the planner remembers during one search.
 
     trail: where the robot has been, metres; claims: what was found, in this search and those
-    before on the same map, and where; synonyms: of all these names; blacklisted_frontiers: frontiers that
-    stayed after a visit, kept for the whole search, since what could not be seen for one object
-    cannot for the next.
+    before on the same map, and where; synonyms: of all these names;
+    blacklisted_frontiers: frontiers that stayed after a visit, kept for the whole
+    search, since what could not be seen for one object cannot for the next.
     active_time_s: seconds in which the senses were fresh; last_step_s: when it last thought;
     stale_since_s: since when the senses are not fresh, None when they are.
     """

@@ -20,7 +20,7 @@ from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import GoalCandidates, explore, reachable_candidate
 from onemap_planner.policy.goals import Goal
 from onemap_planner.policy.params import PlannerParams
-from onemap_planner.policy.state import PlannerState, TargetState
+from onemap_planner.policy.state import PlannerState, TargetState, blacklist, with_pose
 from onemap_planner.policy.verify import approach, confirm, latest_candidate, reject_candidate
 from onemap_planner.search.phases import (
     Approaching,
@@ -91,7 +91,7 @@ def step(
     if observation.stale_reason or observation.pose is None or observation.view is None:
         return _wait_for_inputs(state, observation, params), None
     before = state.pose or observation.pose
-    state = state.with_pose(state, observation.pose)
+    state = with_pose(state, observation.pose)
     state, stuck = _check_progress(state, observation, params)
     context = build_context(state, observation.pose, observation.view, params)
     state = _update_candidates(state, observation, context, params)
@@ -256,7 +256,7 @@ def _handle_stuck(
                 Rejected(),
             )
         case _ if state.target_state.active_goal is not None:
-            return state.blacklist(state, state.target_state.active_goal.goal), ()
+            return blacklist(state, state.target_state.active_goal.goal), ()
         case _:
             return state, ()
 
