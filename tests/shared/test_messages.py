@@ -85,3 +85,26 @@ def test_a_status_knows_its_target_while_active() -> None:
     for state in m.FINAL_STATES:
         ended = dataclasses.replace(status, state=state)
         assert (ended.active, ended.target) == (False, "")
+
+
+@pytest.mark.parametrize(
+    ("message", "field"),
+    [
+        (m.TextRequest((" red  sofa",)), "texts"),
+        (m.SearchRequest(("red\tsofa ",)), "objects"),
+        (m.SearchViewRequest("sofa", ("red  sofa",)), "rivals"),
+    ],
+)
+def test_messages_hold_clean_texts(message: object, field: str) -> None:
+    assert getattr(message, field) == ("red sofa",)
+
+
+def test_a_query_s_text_is_clean() -> None:
+    assert m.SimilarityRequest(" red  sofa ").text == "red sofa"
+    assert m.SearchViewRequest("  sofa").text == "sofa"
+
+
+def test_a_search_status_names_readable_objects() -> None:
+    status = sample(m.SearchStatus)
+    with pytest.raises(ValueError, match="object name holds no readable word"):
+        dataclasses.replace(status, objects=("12",))

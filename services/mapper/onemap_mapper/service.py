@@ -39,7 +39,6 @@ from onemap_shared.messages import (
     SearchViewRequest,
     SimilarityReply,
     SimilarityRequest,
-    check_text,
 )
 from onemap_shared.runner import StartError
 from onemap_shared.text_embedding import embed_texts
@@ -102,7 +101,7 @@ class Mapper:
     def similarity(self, request: SimilarityRequest) -> SimilarityReply:
         """Where is this?"""
         self._require_content()
-        query = self._query(check_text(request.text))
+        query = self._query(request.text)
         with self._lock:
             if self._map.store.count == 0:
                 raise _empty()
@@ -112,13 +111,14 @@ class Mapper:
 
     def search_view(self, request: SearchViewRequest) -> SearchView:
         """The layers, with the similarity if a text was given and anything is known."""
-        text = check_text(request.text) if request.text else ""
         with self._lock:
             known = self._map.store.count > 0
-        query = self._query(text) if text and known else None
+        query = self._query(request.text) if request.text and known else None
         rivals = self._rivals(request.rivals) if query is not None else []
         with self._lock:
-            return search_view(self._map, self._scores, text=text, query=query, rivals=rivals)
+            return search_view(
+                self._map, self._scores, text=request.text, query=query, rivals=rivals
+            )
 
     def reset_searched(self, _request: SearchReset) -> MapSummary:
         """Begin a new search: sigma_E is forgotten."""
@@ -233,7 +233,7 @@ class Mapper:
         queries = []
         for name in names:
             try:
-                queries.append(self._query(check_text(name)))
+                queries.append(self._query(name))
             except RequestRejected as problem:
                 if problem.code != "unknown_word":
                     raise

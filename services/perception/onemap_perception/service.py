@@ -24,7 +24,6 @@ from onemap_shared.messages import (
     SearchStatus,
     TextEmbeddings,
     TextRequest,
-    check_text,
 )
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health, RequestRejected, Worker
@@ -100,9 +99,8 @@ class Perception:
 
     def embed_text(self, request: TextRequest) -> TextEmbeddings:
         """Answer of ``perception/embed_text``; refuses unknown words with code unknown_word."""
-        texts = tuple(check_text(text) for text in request.texts)
         try:
-            return self._components.encoder.embed_text(texts)
+            return self._components.encoder.embed_text(request.texts)
         except UnknownWordError as problem:
             words = [{"word": w, "did_you_mean": list(near)} for w, near in problem.words.items()]
             raise RequestRejected("unknown_word", str(problem), {"words": words}) from problem
@@ -196,14 +194,14 @@ class Perception:
         """Of the first name and, where they can be embedded, of the others; raises as it does."""
         encoder = self._components.encoder
         try:
-            return encoder.embed_text(tuple(check_text(name) for name in names))
+            return encoder.embed_text(names)
         except (UnknownWordError, ValueError):
             known = [name for name in names[1:] if self._can_embed(name)]
-            return encoder.embed_text((check_text(names[0]), *known))
+            return encoder.embed_text((names[0], *known))
 
     def _can_embed(self, name: str) -> bool:
         try:
-            self._components.encoder.embed_text((check_text(name),))
+            self._components.encoder.embed_text((name,))
         except (UnknownWordError, ValueError):
             return False
         return True

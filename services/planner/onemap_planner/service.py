@@ -28,7 +28,6 @@ from onemap_shared.messages import (
     SearchRequest,
     SearchStatus,
     VelocityCommand,
-    check_text,
 )
 from onemap_shared.text_embedding import embed_texts
 from onemap_shared.transport import (
@@ -206,14 +205,13 @@ class Planner:
     # Handlers run in threads of the bus.
 
     def _start(self, request: SearchRequest) -> SearchStatus:
-        objects = tuple(check_text(name, "object name") for name in request.objects)
         began_s = time.monotonic()
         try:
             self._registry.reject_if_active()
-            synonyms = self._check_names(objects)
+            synonyms = self._check_names(request.objects)
             self._reject_if_late(request, time.monotonic() - began_s)
             search = self._registry.start(
-                uuid.uuid4().hex[:12], objects, self._stamp(), time.time_ns(), synonyms
+                uuid.uuid4().hex[:12], request.objects, self._stamp(), time.time_ns(), synonyms
             )
         except SearchRejected as problem:
             raise RequestRejected(problem.code, str(problem)) from problem

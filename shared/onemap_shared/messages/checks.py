@@ -31,6 +31,18 @@ def expect_share(value: float, name: str) -> None:
         raise ValueError(f"{name} is {value}; it must lie in [0, 1]")
 
 
+def clean_texts(message: object, field: str, what: str = "text") -> None:
+    """Replace a message's texts, one or a tuple, by what ``check_text`` returns for each.
+
+    Called while the message is built, so that whoever holds it holds clean texts.
+    """
+    value = getattr(message, field)
+    if isinstance(value, tuple):
+        object.__setattr__(message, field, tuple(check_text(text, what) for text in value))
+    else:
+        object.__setattr__(message, field, check_text(value, what))
+
+
 def check_text(text: str, what: str = "text") -> str:
     """Return the text stripped and with single spaces, or raise ValueError with one sentence."""
     if not isinstance(text, str):

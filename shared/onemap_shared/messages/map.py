@@ -9,7 +9,7 @@ import numpy as np
 
 from onemap_shared.geometry import F32, U8
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages.checks import check_text, expect, expect_share
+from onemap_shared.messages.checks import clean_texts, expect, expect_share
 
 MAX_RIVALS = 30  # names that compete in one view: the mapper keeps the scores of 32 texts
 
@@ -55,7 +55,7 @@ class SimilarityRequest:
     include_grid: bool = False
 
     def __post_init__(self) -> None:
-        check_text(self.text)
+        clean_texts(self, "text")
         if not 1 <= self.max_regions <= 100:
             raise ValueError(f"max_regions is {self.max_regions}; it must lie in [1, 100]")
 
@@ -109,11 +109,10 @@ class SearchViewRequest:
 
     def __post_init__(self) -> None:
         if self.text:
-            check_text(self.text)
+            clean_texts(self, "text")
         if len(self.rivals) > MAX_RIVALS:
             raise ValueError(f"{len(self.rivals)} rivals; at most {MAX_RIVALS} are compared")
-        for name in self.rivals:
-            check_text(name, "rival")
+        clean_texts(self, "rivals", "rival")
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F16, F32, F64, I32, I64, U8, U16, Bool, check_rigid
-from onemap_shared.messages.checks import check_text, expect, expect_finite, expect_share
+from onemap_shared.messages.checks import clean_texts, expect, expect_finite, expect_share
 
 # Texts of an encoder without neutral words mean the same from this cosine on. Not measured (no
 # weights are at hand); chosen high, so that paraphrases rather fail to compete than block.
@@ -89,8 +89,7 @@ class TextRequest:
             raise ValueError(
                 f"{len(self.texts)} texts in one request; between 1 and 256 are allowed"
             )
-        for text in self.texts:
-            check_text(text)
+        clean_texts(self, "texts")
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 
 from onemap_shared.geometry import F32
-from onemap_shared.messages.checks import check_text, expect, expect_finite
+from onemap_shared.messages.checks import clean_texts, expect, expect_finite
 
 MAX_OBJECTS = 20  # objects of one search
 
@@ -50,8 +50,7 @@ class SearchRequest:
             raise ValueError(
                 f"a search has {len(self.objects)} objects; between 1 and {MAX_OBJECTS} are allowed"
             )
-        for name in self.objects:
-            check_text(name, "object name")
+        clean_texts(self, "objects", "object name")
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +91,9 @@ class SearchStatus:
     started_ns: int
     updated_ns: int
     path_length_m: float
+
+    def __post_init__(self) -> None:
+        clean_texts(self, "objects", "object name")
 
     @property
     def active(self) -> bool:
