@@ -4,153 +4,254 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
-SERVICES = ("perception", "mapper", "planner", "gateway", "simulator")
+from tests.structure import (
+    ROOT,
+    SERVICES,
+    Module,
+    folders,
+    modules,
+    own_lines,
+    within,
+)
+
 SHELL = {"service", "__main__", "config"}  # may talk, read the clock, log; the rest computes
 MAX_FUNCTION_LINES = 50
 MAX_PARAMETERS = 6
 MAX_FILE_LINES = 400
 
-# Modules outside SHELL that talk, and why.
-SHELL_MODULES = {
-    "onemap_gateway": "the whole package is a door: HTTP on one side, the bus on the other",
-    "onemap_tools": "what people start",
+# Files that talk (bus, clock, threads, processes, network, environment), each with its reason.
+# Every other module computes only. ``service``, ``__main__`` and ``config`` of a service may.
+TALKS = {
+    "onemap_shared.bus": "Zenoh",
+    "onemap_shared.memory_bus": "the bus inside one process",
+    "onemap_shared.transport": "inboxes between the bus's threads and a service",
+    "onemap_shared.runner": "the process around a worker",
+    "onemap_shared.config": "reads files and the environment",
+    "onemap_shared.text_embedding": "a call on the bus",
+    "onemap_perception.detector_runner": "runs the detector beside the encoder",
+    "onemap_perception.model_store": "asks the model hub and its cache",
+    "onemap_perception.onnx": "tells onnxruntime through the environment to be quiet",
+    "onemap_mapper.text_cache": "a cache that the bus's threads share",
     "onemap_planner.planning_thread": "the thread that plans while the loop steers",
     "onemap_planner.registry": "what that thread, the loop and the bus's threads share",
-    "onemap_mapper.text_cache": "a cache that the bus's threads share",
+    "onemap_gateway.bus.rpc": "calls on the bus from asynchronous code",
+    "onemap_gateway.bus.state_cache": "follows the bus",
+    "onemap_gateway.http.context": "the clock that routes read",
+    "onemap_gateway.http.events": "waits between two events",
+    "onemap_gateway.http.listener": "the socket",
+    "onemap_gateway.http.middleware": "logs and times requests",
+    "onemap_gateway.http.problems": "turns errors of calls into responses",
+    "onemap_gateway.http.routes.camera": "encodes in a thread",
+    "onemap_gateway.http.routes.live": "waits between two states",
+    "onemap_gateway.http.routes.map": "draws in a thread",
+    "onemap_gateway.http.security": "reads a request's body",
+    "onemap_tools.bench.claims": "times, in processes of its own",
+    "onemap_tools.bench.fusion": "times",
+    "onemap_tools.bench.perception": "times",
+    "onemap_tools.bench.queries": "reads the configuration",
+    "onemap_tools.cli.app": "the command line",
+    "onemap_tools.cli.command_group": "the command line",
+    "onemap_tools.cli.config_report": "reads the configuration",
+    "onemap_tools.cli.models": "reads the configuration",
+    "onemap_tools.cli.terminal": "standard output",
+    "onemap_tools.client": "HTTP",
+    "onemap_tools.demo.run": "runs a demo",
+    "onemap_tools.demo.run_monitor": "follows a run on the bus",
+    "onemap_tools.demo.setup": "reads the configuration and the environment",
+    "onemap_tools.doctor.observe": "listens on the bus",
+    "onemap_tools.doctor.report": "reads the configuration",
+    "onemap_tools.export.mini": "silences warnings of the exporter",
+    "onemap_tools.export.tower": "silences warnings of the exporter",
+    "onemap_tools.processes.heartbeat": "listens on the bus",
+    "onemap_tools.processes.interrupts": "signals",
+    "onemap_tools.processes.launch": "starts processes",
+    "onemap_tools.processes.network": "ports",
+    "onemap_tools.processes.router": "runs the router",
+    "onemap_tools.processes.services": "runs a service",
+    "onemap_tools.processes.session": "joins the bus",
+    "onemap_tools.processes.up": "supervises processes",
+    "onemap_tools.train.commands": "sets threads through the environment",
+    "onemap_tools.train.data.batches": "makes batches in a thread",
+    "onemap_tools.train.data.frame_dataset": "renders in processes",
+    "onemap_tools.train.memory": "asks which system this is",
+    "onemap_tools.train.pipeline": "times, copies files",
+}
+# Files that read or write files, each with what.
+FILES = {
+    "onemap_perception.detectors.plugin": "entry points of installed packages",
+    "onemap_perception.encoders.checkpoint": "weights",
+    "onemap_perception.encoders.mini": "weights, words, calibration",
+    "onemap_perception.encoders.openclip_convnext": "weights",
+    "onemap_perception.model_store": "weights",
+    "onemap_perception.text.embedding_table": "words",
+    "onemap_perception.text.queries": "calibration",
+    "onemap_perception.text.vocabulary": "vocabulary",
+    "onemap_mapper.map_file": "maps",
+    "onemap_planner.search.journal": "the active search",
+    "onemap_gateway.present.views": "an archive in memory",
+    "onemap_simulator.replay.recorder": "recordings",
+    "onemap_simulator.replay.recording": "recordings",
+    "onemap_simulator.scene.loading": "scenes",
+    "onemap_shared.config": "the configuration",
+    "onemap_tools.bench.perception": "results",
+    "onemap_tools.cli.floor_plan": "a picture",
+    "onemap_tools.cli.map_report": "a map",
+    "onemap_tools.cli.scene_report": "a folder",
+    "onemap_tools.demo.picture": "a picture",
+    "onemap_tools.demo.run": "the summary",
+    "onemap_tools.demo.setup": "the run's configuration",
+    "onemap_tools.export.mini": "weights",
+    "onemap_tools.export.tower": "weights",
+    "onemap_tools.processes.launch": "logs",
+    "onemap_tools.train.data.frame_dataset": "frames",
+    "onemap_tools.train.network.backbone": "weights",
+    "onemap_tools.train.pipeline": "everything that training leaves",
+    "onemap_tools.train.trainer": "checkpoints",
 }
 # Plain values that happen to be defined beside what talks.
-VALUES = {"onemap_shared.transport.Counters", "onemap_shared.transport.Health"}
+VALUES = {
+    "onemap_shared.transport.Counters",
+    "onemap_shared.transport.Health",
+    "onemap_shared.transport.RemoteError",
+    "onemap_shared.config.ConfigError",
+    "onemap_shared.runner.StartError",
+}
 IMPURE = {
-    "time",
+    "anyio",
+    "asyncio",
+    "concurrent",
+    "http",
+    "httpx",
+    "huggingface_hub",
     "logging",
+    "multiprocessing",
+    "onemap_shared.bus",
+    "onemap_shared.config",
+    "onemap_shared.memory_bus",
+    "onemap_shared.runner",
+    "onemap_shared.text_embedding",
+    "onemap_shared.transport",
+    "os",
+    "queue",
     "random",
-    "threading",
+    "sdnotify",
+    "select",
+    "shutil",
+    "signal",
     "socket",
     "subprocess",
-    "onemap_shared.bus",
-    "onemap_shared.transport",
-    "onemap_shared.runner",
-    "onemap_shared.memory_bus",
+    "sys",
+    "tempfile",
+    "threading",
+    "time",
+    "urllib.request",
+    "warnings",
+}
+FILE_IMPORTS = {"os", "shutil", "tempfile"}  # FILES may
+FILE_CALLS = {
+    "dump",
+    "imread",
+    "imwrite",
+    "load",
+    "mkdir",
+    "read_bytes",
+    "read_text",
+    "rmdir",
+    "save_file",
+    "savez",
+    "savez_compressed",
+    "touch",
+    "unlink",
+    "write_bytes",
+    "write_text",
 }
 ONLY_IN = {
     "zenoh": {"onemap_shared.bus"},
     "msgpack": {"onemap_shared.wire"},
-    "fastapi": {"onemap_gateway"},
-    "uvicorn": {"onemap_gateway"},
-    "embreex": {"onemap_simulator"},
-    "trimesh": {"onemap_simulator"},
+    "fastapi": {"onemap_gateway.http", "onemap_gateway.service"},
+    "starlette": {"onemap_gateway.http"},
+    "uvicorn": {"onemap_gateway.service"},
+    "embreex": {"onemap_simulator.rendering.ray_tracer"},
+    "trimesh": {"onemap_simulator.scene"},
     "onnxruntime": {"onemap_perception.onnx"},
+    "huggingface_hub": {"onemap_perception.model_store"},
+    "httpx": {"onemap_tools.client"},
 }
 NEVER = {"pickle", "cPickle", "dill", "joblib", "shelve", "marshal"}
 
 
-@dataclass(frozen=True)
-class Module:
-    name: str
-    path: Path
-    tree: ast.Module
-
-    @property
-    def package(self) -> str:
-        return self.name.split(".")[0]
-
-    @property
-    def is_shell(self) -> bool:
-        named = self.package in SHELL_MODULES or self.name in SHELL_MODULES
-        return named or self.name.split(".")[-1] in SHELL
-
-
-def folders(root: Path) -> dict[str, Path]:
-    """Where each package lies."""
-    services = {f"onemap_{name}": root / "services" / name / f"onemap_{name}" for name in SERVICES}
-    return {
-        "onemap_shared": root / "shared" / "onemap_shared",
-        "onemap_tools": root / "tools" / "onemap_tools",
-        **services,
-    }
-
-
-def modules(root: Path) -> list[Module]:
-    """Every module of the product below ``root``."""
-    found = []
-    for package, folder in folders(root).items():
-        for path in sorted(folder.rglob("*.py")):
-            parts = [package, *path.relative_to(folder).with_suffix("").parts]
-            name = ".".join(part for part in parts if part != "__init__")
-            found.append(Module(name, path, ast.parse(path.read_text(encoding="utf-8"))))
-    return found
-
-
-def imports(module: Module) -> Iterator[tuple[str, int]]:
-    """Full names that a module imports, anywhere in it, with the line."""
-    for node in ast.walk(module.tree):
-        if isinstance(node, ast.Import):
-            for alias in node.names:
-                yield alias.name, node.lineno
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{module.path}:{node.lineno}: relative import"
-            for alias in node.names:
-                yield f"{node.module}.{alias.name}", node.lineno
-
-
-def within(name: str, scope: str) -> bool:
-    return name == scope or name.startswith(scope + ".")
+def may_talk(module: Module) -> bool:
+    return module.name in TALKS or module.name.split(".")[-1] in SHELL
 
 
 def foreign_packages(module: Module) -> set[str]:
     """Packages of ours that this module may not import."""
-    ours = set(folders(ROOT))
     if module.package == "onemap_tools":
         return set()
-    allowed = {"onemap_shared", module.package}
-    return ours - allowed
+    return set(folders(ROOT)) - {"onemap_shared", module.package}
 
 
 def broken_walls(root: Path) -> list[str]:
     """Every import that goes through a wall: file, line and which wall."""
     broken = []
     for module in modules(root):
-        for name, line in imports(module):
-            top = name.split(".")[0]
+        for name, line in module.imports:
             place = f"{module.path.relative_to(root)}:{line}: imports {name}: "
-            if top in foreign_packages(module):
-                broken.append(place + f"{module.package} may import only itself and onemap_shared")
-            if top in NEVER:
-                broken.append(place + "no pickle, on the wire or on disk")
-            if module.package == "onemap_shared" and top in {"torch", "cv2", "fastapi"}:
-                broken.append(place + "onemap_shared stays light")
-            scopes = ONLY_IN.get(top)
-            if scopes and not any(within(module.name, scope) for scope in scopes):
-                broken.append(place + f"only {', '.join(sorted(scopes))} may")
-            pure = module.package != "onemap_shared" and not module.is_shell
-            if pure and name not in VALUES and any(within(name, impure) for impure in IMPURE):
-                broken.append(place + "a module computes or it talks, never both")
+            broken += [place + wall for wall in walls_in_the_way(module, name)]
+        if module.name not in FILES and module.name.split(".")[-1] not in SHELL:
+            for call, line in file_calls(module):
+                place = f"{module.path.relative_to(root)}:{line}: calls {call}: "
+                broken.append(place + "reads or writes files, which only FILES may")
     return broken
 
 
-def functions(module: Module) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
+def walls_in_the_way(module: Module, name: str) -> Iterator[str]:
+    """Why this module may not import ``name``."""
+    top = name.split(".", maxsplit=1)[0]
+    if top in foreign_packages(module):
+        yield f"{module.package} may import only itself and onemap_shared"
+    if top in NEVER:
+        yield "no pickle, on the wire or on disk"
+    if module.package == "onemap_shared" and top in {"torch", "cv2", "fastapi"}:
+        yield "onemap_shared stays light"
+    scopes = ONLY_IN.get(top)
+    if scopes and not any(within(module.name, scope) for scope in scopes):
+        yield f"only {', '.join(sorted(scopes))} may"
+    impure = name not in VALUES and any(within(name, scope) for scope in IMPURE)
+    if impure and not may_talk(module) and not (top in FILE_IMPORTS and module.name in FILES):
+        yield "a module computes or it talks, never both"
+
+
+def file_calls(module: Module) -> Iterator[tuple[str, int]]:
+    """Calls that read or write files, by name: ``path.read_text()``, ``np.load()``, ``open()``."""
     for node in ast.walk(module.tree):
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            yield node
-
-
-def own_lines(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
-    """Lines of a function without its docstring."""
-    lines = (node.end_lineno or node.lineno) - node.lineno + 1
-    if ast.get_docstring(node, clean=False) is not None:
-        text = node.body[0]
-        lines -= (text.end_lineno or text.lineno) - text.lineno + 1
-    return lines
+        if isinstance(node, ast.Call):
+            name = node.func.attr if isinstance(node.func, ast.Attribute) else ""
+            opens = isinstance(node.func, ast.Name) and node.func.id == "open"
+            if opens or name in FILE_CALLS:
+                yield name or "open", node.lineno
 
 
 def test_no_import_goes_through_a_wall() -> None:
     assert broken_walls(ROOT) == []
+
+
+def test_exemptions_are_needed() -> None:
+    """A file that no longer talks, or no longer touches files, is no longer exempt."""
+    known = {module.name: module for module in modules(ROOT)}
+    idle = [
+        name
+        for name in TALKS
+        if name not in known
+        or not any(within(n, i) for n, _ in known[name].imports for i in IMPURE)
+    ]
+    assert idle == []
+    untouched = [n for n in FILES if n not in known or not list(file_calls(known[n]))]
+    assert untouched == []
 
 
 BREACHES = {
@@ -174,7 +275,7 @@ BREACHES = {
     "fastapi outside the gateway": (
         "services/mapper/onemap_mapper/service.py",
         "from fastapi import FastAPI",
-        "only onemap_gateway may",
+        "only onemap_gateway.http, onemap_gateway.service may",
     ),
     "a clock in a pure module": (
         "services/mapper/onemap_mapper/fusion.py",
@@ -191,6 +292,31 @@ BREACHES = {
         "def f():\n    import logging",
         "computes or it talks",
     ),
+    "the environment in a pure module": (
+        "services/mapper/onemap_mapper/fusion.py",
+        "import os",
+        "computes or it talks",
+    ),
+    "a pool of threads in a pure module": (
+        "services/perception/onemap_perception/variance.py",
+        "from concurrent.futures import ThreadPoolExecutor",
+        "computes or it talks",
+    ),
+    "the model hub in an encoder": (
+        "services/perception/onemap_perception/encoders/mini.py",
+        "from huggingface_hub import hf_hub_download",
+        "only onemap_perception.model_store may",
+    ),
+    "a file written in a pure module": (
+        "services/planner/onemap_planner/motion/path.py",
+        "def f(path):\n    path.write_text('')",
+        "reads or writes files",
+    ),
+    "the bus in a pure module of the tools": (
+        "tools/onemap_tools/doctor/checks.py",
+        "from onemap_shared.transport import Bus",
+        "computes or it talks",
+    ),
     "pickle": ("tools/onemap_tools/x.py", "import pickle", "no pickle"),
 }
 
@@ -201,15 +327,15 @@ def test_a_broken_wall_is_seen(breach: str, tmp_path: Path) -> None:
     path = tmp_path / file
     path.parent.mkdir(parents=True)
     path.write_text(code, encoding="utf-8")
-    (finding,) = {line.split(": ", 2)[2] for line in broken_walls(tmp_path)}
-    assert reason in finding
+    findings = {line.split(": ", 2)[2] for line in broken_walls(tmp_path)}
+    assert any(reason in finding for finding in findings)
 
 
 def test_functions_are_short() -> None:
     long = [
         f"{module.path.relative_to(ROOT)}:{node.lineno} {node.name}: {own_lines(node)} lines"
         for module in modules(ROOT)
-        for node in functions(module)
+        for node in module.functions
         if own_lines(node) > MAX_FUNCTION_LINES
     ]
     assert long == []
@@ -218,7 +344,7 @@ def test_functions_are_short() -> None:
 def test_functions_take_few_parameters() -> None:
     greedy = []
     for module in modules(ROOT):
-        for node in functions(module):
+        for node in module.functions:
             arguments = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
             names = [argument.arg for argument in arguments if argument.arg not in ("self", "cls")]
             # A command's parameters are its options: the interface, not a call.
@@ -267,7 +393,7 @@ def test_no_service_but_the_simulator_knows_the_truth() -> None:
     knows = {
         module.package
         for module in modules(ROOT)
-        for name, _ in imports(module)
+        for name, _ in module.imports
         if name.endswith(("Truth", "TruthRequest"))
     } | {
         module.package
