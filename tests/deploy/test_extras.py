@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.test_architecture import ROOT, folders, imports, modules
+from tests.structure import ROOT, folders, modules
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -59,7 +59,7 @@ def third_party(folder: Path) -> dict[str, str]:
         top: f"{module.path.relative_to(ROOT)}:{line}"
         for module in modules(ROOT)
         if module.path.is_relative_to(folder)
-        for name, line in imports(module)
+        for name, line in module.imports
         if (top := name.split(".")[0]) not in sys.stdlib_module_names and top not in ours
     }
 

@@ -18,7 +18,7 @@ from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import FeatureField, RgbdFrame
 from onemap_shared.transport import Bus
 from tests.shared.test_bus import Router, eventually, join, router
-from tests.test_architecture import ROOT
+from tests.structure import ROOT
 
 __all__ = ["router"]  # the fixture
 
