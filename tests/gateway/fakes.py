@@ -243,7 +243,7 @@ def gateway_on(hub: MemoryRouter, config: GatewayConfig | None = None) -> Iterat
     bus = hub.bus("gateway")
     cache = StateCache(bus)
     try:
-        rpc = RpcClient(bus, config.call_timeout_s, config.max_concurrent_calls, cache.hung)
+        rpc = RpcClient(bus, config.max_concurrent_calls)
         yield GatewayContext(cache, rpc, config)
     finally:
         cache.begin_close()  # its threads end by themselves

@@ -14,6 +14,7 @@ from onemap_gateway.http.app import create_app
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.listener import listen
 from onemap_gateway.http.security import MAX_BODY_BYTES
+from onemap_gateway.present.service_status import hung_for_s
 from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus, Health
 
@@ -30,7 +31,7 @@ class GatewayWorker:
         listener = listen(config.host, config.port)
         self.port: int = listener.getsockname()[1]
         self._cache = StateCache(bus)
-        rpc = RpcClient(bus, config.call_timeout_s, config.max_concurrent_calls, self._cache.hung)
+        rpc = RpcClient(bus, config.max_concurrent_calls)
         app = create_app(GatewayContext(self._cache, rpc, config))
         self._server = uvicorn.Server(
             uvicorn.Config(
@@ -65,7 +66,8 @@ class GatewayWorker:
             for outcome in ("received", "missed", "skipped", "refused")
         }
         for service in SERVICES:
-            if (silent_s := self._cache.hung_for_s(service)) is not None:
+            silent_s = hung_for_s(service, self._cache.state, self._cache.now_s())
+            if silent_s is not None:
                 metrics[f"hung_{service}_s"] = silent_s  # for a doctor, who came later than that
         ready = self._server.started
         return Health(ready, "" if ready else "the HTTP server is starting", metrics)

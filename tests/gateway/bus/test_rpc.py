@@ -1,4 +1,4 @@
-"""Questions to services: answered, refused, or given up in time."""
+"""Calls to services: answered, refused, or given up in time."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ import anyio
 import pytest
 
 from onemap_gateway.bus.rpc import RpcClient
-from onemap_gateway.http.problems import HttpProblem
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
-from onemap_shared.messages import MapClear, MapSummary, SearchId, SearchStatus
-from onemap_shared.transport import RequestRejected
+from onemap_shared.messages import MapClear, SearchId, SearchStatus
+from onemap_shared.transport import NoReply, QueryTimeout, RemoteError
 from tests.gateway.fakes import FakeMapper, FakePlanner, search
 
 NEWEST = SearchId()
@@ -34,40 +33,36 @@ def hung(hub: MemoryRouter) -> Iterator[MemoryRouter]:
     bus.close()
 
 
-def problem_of(rpc: RpcClient) -> HttpProblem:
-    with pytest.raises(HttpProblem) as refusal:
-        anyio.run(rpc.call, keys.SEARCH_GET, NEWEST)
-    return refusal.value
-
-
 def test_an_answer_comes_back(hub: MemoryRouter, planner: FakePlanner) -> None:
     planner.status = search("s9")
-    rpc = RpcClient(hub.bus(), 2.0, 2)
-    assert anyio.run(rpc.call, keys.SEARCH_GET, NEWEST).search_id == "s9"
+    rpc = RpcClient(hub.bus(), 2)
+    assert anyio.run(rpc.call, keys.SEARCH_GET, NEWEST, 2.0).search_id == "s9"
 
 
-def test_nobody_there_is_said_at_once(hub: MemoryRouter) -> None:
-    problem = problem_of(RpcClient(hub.bus(), 2.0, 2))
-    assert (problem.kind, problem.extra["service"]) == ("unavailable", "planner")
+def test_nobody_there_is_raised_at_once(hub: MemoryRouter) -> None:
+    with pytest.raises(NoReply):
+        anyio.run(RpcClient(hub.bus(), 2).call, keys.SEARCH_GET, NEWEST, 60.0)
 
 
 def test_a_refusal_keeps_its_code(hub: MemoryRouter, planner: FakePlanner) -> None:
-    assert problem_of(RpcClient(hub.bus(), 2.0, 2)).kind == "unknown_search"
+    with pytest.raises(RemoteError) as refusal:
+        anyio.run(RpcClient(hub.bus(), 2).call, keys.SEARCH_GET, NEWEST, 2.0)
+    assert refusal.value.code == "unknown_search"
 
 
 def test_silence_is_given_up(hung: MemoryRouter) -> None:
-    problem = problem_of(RpcClient(hung.bus(), 0.05, 2))
-    assert (problem.kind, problem.extra["service"]) == ("timeout", "planner")
+    with pytest.raises(QueryTimeout):
+        anyio.run(RpcClient(hung.bus(), 2).call, keys.SEARCH_GET, NEWEST, 0.05)
 
 
-def test_a_crowd_before_a_hung_service_is_sent_away_too(hung: MemoryRouter) -> None:
-    rpc, outcomes = RpcClient(hung.bus(), 0.4, 1), list[str]()
+def test_callers_beyond_the_limit_give_up_in_time_too(hung: MemoryRouter) -> None:
+    rpc, given_up = RpcClient(hung.bus(), 1), list[QueryTimeout]()
 
     async def one() -> None:
         try:
-            await rpc.call(keys.SEARCH_GET, NEWEST)
-        except HttpProblem as problem:
-            outcomes.append(problem.kind)
+            await rpc.call(keys.SEARCH_GET, NEWEST, 0.4)
+        except QueryTimeout as error:
+            given_up.append(error)
 
     async def crowd() -> None:
         async with anyio.create_task_group() as tasks:
@@ -75,47 +70,25 @@ def test_a_crowd_before_a_hung_service_is_sent_away_too(hung: MemoryRouter) -> N
                 tasks.start_soon(one)
 
     anyio.run(crowd)
-    assert outcomes == ["timeout"] * 20
+    assert len(given_up) == 20
 
 
-def test_a_hung_service_does_not_hold_up_another(hung: MemoryRouter) -> None:
+def test_a_hung_service_does_not_delay_another(hung: MemoryRouter) -> None:
     FakeMapper(hung)
-    rpc = RpcClient(hung.bus(), 0.5, 1)
+    rpc = RpcClient(hung.bus(), 1)
     order: list[str] = []
 
-    async def ask_planner() -> None:
+    async def call_planner() -> None:
         try:
-            await rpc.call(keys.SEARCH_GET, NEWEST)
-        except HttpProblem:
+            await rpc.call(keys.SEARCH_GET, NEWEST, 0.5)
+        except QueryTimeout:
             order.append("planner")
 
     async def both() -> None:
         async with anyio.create_task_group() as tasks:
-            tasks.start_soon(ask_planner)
-            await rpc.call(keys.MAP_CLEAR, keys.MAP_CLEAR.request())
+            tasks.start_soon(call_planner)
+            await rpc.call(keys.MAP_CLEAR, MapClear(), 0.5)
             order.append("mapper")
 
     anyio.run(both)
     assert order == ["mapper", "planner"]
-
-
-def hangs(service: str) -> str:
-    return f"The {service} hangs."
-
-
-def test_nobody_there_is_a_timeout_where_the_service_is_known_to_hang(hub: MemoryRouter) -> None:
-    problem = problem_of(RpcClient(hub.bus(), 2.0, 2, hangs))
-    assert (problem.kind, problem.extra["service"]) == ("timeout", "planner")
-    assert problem.detail == "The planner hangs."
-
-
-def test_a_hung_service_behind_the_one_asked_is_told_the_same_way(hub: MemoryRouter) -> None:
-    bus = hub.bus("mapper")
-
-    def refuse(_request: MapClear) -> MapSummary:
-        raise RequestRejected("perception_missing", "perception does not run")
-
-    bus.serve(keys.MAP_CLEAR, refuse)
-    with pytest.raises(HttpProblem, match="perception hangs") as refused:
-        anyio.run(RpcClient(hub.bus(), 2.0, 2, hangs).call, keys.MAP_CLEAR, MapClear())
-    assert (refused.value.kind, refused.value.extra["service"]) == ("timeout", "perception")

@@ -7,6 +7,7 @@ import logging
 import pytest
 
 from onemap_gateway.bus.state_cache import StateCache
+from onemap_gateway.present.service_status import hung_problem
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.wire import Packet, encode
@@ -84,7 +85,8 @@ def test_a_service_hangs_if_it_was_silent_before_its_token_went(hub: MemoryRoute
     assert cache.wait_for(lambda state: "mapper" in state.heartbeats, WAIT_S)
     assert cache.wait_for(lambda state: "mapper" in state.alive, WAIT_S)
     now_s[0] = 12.5
-    assert cache.hung("mapper") == ""
+    assert hung_problem("mapper", cache.state_with_fresh_liveliness(), 12.5) == ""
     mapper.close()
-    assert "its process hangs" in cache.hung("mapper")  # before the next look at the tokens
+    fresh = cache.state_with_fresh_liveliness()  # before the next poll of the tokens
+    assert "its process hangs" in hung_problem("mapper", fresh, 12.5)
     cache.close()

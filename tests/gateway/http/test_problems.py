@@ -16,11 +16,16 @@ from onemap_gateway.http.problems import (
     HttpProblem,
     from_call_error,
     from_validation_errors,
-    sentence,
+    problem_response,
 )
-from onemap_gateway.http.responses import problem_response
 from onemap_gateway.http.schemas import QueryRequest, SearchStart
+from onemap_gateway.present.service_status import sentence
 from onemap_shared.transport import CallError, NoReply, QueryTimeout, RemoteError
+
+
+def no_hung(_service: str) -> str:
+    return ""
+
 
 services = st.sampled_from(["mapper", "planner", "perception"])
 errors = st.one_of(
@@ -32,7 +37,7 @@ errors = st.one_of(
 
 @given(errors, services)
 def test_a_failed_call_is_always_a_whole_problem(error: CallError, service: str) -> None:
-    problem = from_call_error(error, service, 2.0)
+    problem = from_call_error(error, service, 2.0, no_hung)
     document = problem.document
     assert {"type", "title", "status", "detail"} <= document.keys()
     assert document["type"] == f"/docs#problem-{problem.kind}"
@@ -61,21 +66,21 @@ def test_a_failed_call_is_always_a_whole_problem(error: CallError, service: str)
     ],
 )
 def test_the_codes_of_services_have_their_status(code: str, status: int) -> None:
-    problem = from_call_error(RemoteError(code, "the reason"), "mapper", 2.0)
+    problem = from_call_error(RemoteError(code, "the reason"), "mapper", 2.0, no_hung)
     assert problem.status == status
     assert "he reason." in problem.detail
 
 
 @pytest.mark.parametrize("code", ["perception_missing", "perception_silent"])
 def test_a_service_behind_the_one_asked_is_named(code: str) -> None:
-    problem = from_call_error(RemoteError(code, "perception is away"), "mapper", 2.0)
+    problem = from_call_error(RemoteError(code, "perception is away"), "mapper", 2.0, no_hung)
     assert problem.status == 503
     assert problem.extra["service"] == "perception"
 
 
 @pytest.mark.parametrize("error", [NoReply(""), QueryTimeout("")])
 def test_a_missing_service_is_503_and_says_when_to_try_again(error: CallError) -> None:
-    problem = from_call_error(error, "planner", 2.0)
+    problem = from_call_error(error, "planner", 2.0, no_hung)
     assert problem.status == 503
     assert "planner" in problem.detail
     assert "Retry-After" in problem.headers

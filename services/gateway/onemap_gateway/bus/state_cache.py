@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from onemap_gateway.bus.live_state import BusMessage, LiveState
-from onemap_gateway.present.service_status import hung_for_s, hung_problem
 from onemap_shared import keys
 from onemap_shared.keys import Topic
 from onemap_shared.transport import Bus, Counters, Subscription
@@ -75,17 +74,9 @@ class StateCache:
         """What became of each stream's messages."""
         return {name: subscription.counters for name, subscription in self._subscriptions.items()}
 
-    def hung(self, service: str) -> str:
-        """What to say if the service hangs or is cut off; empty if it is not.
-
-        Reads the liveliness tokens anew: who asks has just seen that nobody answers.
-        """
-        now_s = self._clock_s()
-        return hung_problem(service, self._state.with_alive(self._bus.alive(), now_s), now_s)
-
-    def hung_for_s(self, service: str) -> float | None:
-        """Seconds since a service that hangs was heard; None if it does not hang."""
-        return hung_for_s(service, self._state, self._clock_s())
+    def state_with_fresh_liveliness(self) -> LiveState:
+        """The newest snapshot with the liveliness tokens of this moment, not of the last poll."""
+        return self._state.with_alive(self._bus.alive(), self._clock_s())
 
     def wait_for(self, condition: Callable[[LiveState], bool], timeout_s: float) -> bool:
         """Block until the snapshot satisfies ``condition``; False after ``timeout_s``."""

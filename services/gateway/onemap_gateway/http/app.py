@@ -12,8 +12,12 @@ from starlette.responses import Response
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.middleware import ResponseMiddleware
 from onemap_gateway.http.problem_docs import ProblemDetails
-from onemap_gateway.http.problems import PROBLEM_TYPES, HttpProblem, from_validation_errors
-from onemap_gateway.http.responses import problem_response
+from onemap_gateway.http.problems import (
+    PROBLEM_TYPES,
+    HttpProblem,
+    from_validation_errors,
+    problem_response,
+)
 from onemap_gateway.http.routes import camera, health, live, map, pages, queries, searches
 from onemap_gateway.http.security import SecurityMiddleware
 

@@ -4,23 +4,33 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
-from onemap_gateway.bus.rpc import RpcClient
+from onemap_gateway.bus.rpc import SERVED_BY, RpcClient
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
+from onemap_gateway.http.problems import from_call_error
 from onemap_gateway.present.metrics import RequestCounter
-from onemap_gateway.present.service_status import PipelineFault, find_pipeline_fault
+from onemap_gateway.present.service_status import (
+    PipelineFault,
+    find_pipeline_fault,
+    hung_problem,
+)
 from onemap_shared import keys
+from onemap_shared.keys import Procedure
 from onemap_shared.messages import SearchView, SearchViewRequest
+from onemap_shared.transport import CallError
+
+Q = TypeVar("Q")
+R = TypeVar("R")
 
 
 @dataclass(frozen=True, slots=True)
 class GatewayContext:
-    """The ear, the mouth and the settings of one gateway."""
+    """The state cache, the RPC client and the configuration of one gateway."""
 
     cache: StateCache
     rpc: RpcClient
@@ -28,16 +38,30 @@ class GatewayContext:
     requests: RequestCounter = field(default_factory=RequestCounter)
 
     def now_ns(self) -> int:
-        """The wall clock, which capture stamps refer to."""
+        """Wall-clock time, the clock of capture stamps."""
         return time.time_ns()
 
     def fault(self) -> PipelineFault | None:
-        """Where frames get lost on their way to the map, if they do."""
+        """The stage at which frames are lost on their way to the map; None if none is."""
         return find_pipeline_fault(self.cache.state, self.cache.now_s(), self.config.ready_within_s)
+
+    async def call(
+        self, procedure: Procedure[Q, R], request: Q, timeout_s: float | None = None
+    ) -> R:
+        """The reply of a service, or an ``HttpProblem`` that names the service."""
+        limit_s = timeout_s or self.config.call_timeout_s
+        try:
+            return await self.rpc.call(procedure, request, limit_s)
+        except CallError as error:
+            service = SERVED_BY[procedure.key]
+            raise from_call_error(error, service, limit_s, self._hung_problem) from error
+
+    def _hung_problem(self, service: str) -> str:
+        return hung_problem(service, self.cache.state_with_fresh_liveliness(), self.cache.now_s())
 
     async def view(self, text: str | None = None) -> SearchView:
         """The map as it is now, with the similarity to ``text`` if there is one."""
-        return await self.rpc.call(keys.MAP_SEARCH_VIEW, SearchViewRequest(text or ""))
+        return await self.call(keys.MAP_SEARCH_VIEW, SearchViewRequest(text or ""))
 
 
 def get_gateway(connection: HTTPConnection) -> GatewayContext:

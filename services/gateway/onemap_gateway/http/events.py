@@ -54,7 +54,7 @@ async def search_events(
             asked_s = now_s
             try:
                 request = SearchId(first.search_id)
-                fresh = (*fresh, await gateway.rpc.call(keys.SEARCH_GET, request))
+                fresh = (*fresh, await gateway.call(keys.SEARCH_GET, request))
                 trouble = ""
             except HttpProblem as problem:
                 if problem.detail != trouble:

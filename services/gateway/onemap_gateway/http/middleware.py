@@ -7,8 +7,7 @@ import logging
 from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from onemap_gateway.http.problems import HttpProblem
-from onemap_gateway.http.responses import problem_response
+from onemap_gateway.http.problems import HttpProblem, problem_response
 from onemap_gateway.present.metrics import RequestCounter
 
 LOG = logging.getLogger("onemap.gateway")

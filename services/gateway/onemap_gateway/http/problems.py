@@ -6,10 +6,14 @@ tells what to do. The codes with which services refuse a request are kinds, too.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from starlette.responses import Response
+
+from onemap_gateway.present.service_status import START_HINT, sentence, sentence_subject
 from onemap_shared.transport import CallError, NoReply, QueryTimeout, RemoteError
 
 MEDIA_TYPE = "application/problem+json"
@@ -60,8 +64,6 @@ DEPENDENCY_ERRORS = {
 # Members of the document, and of ``HttpProblem``, that the details of a service may not replace.
 RESERVED_MEMBERS = frozenset({"type", "title", "status", "detail", "service", "kind", "self"})
 
-START_HINT = "start it with 'onemap {service}', or see 'onemap status'"
-
 
 class HttpProblem(Exception):
     """A request that cannot be served, and why; becomes the HTTP response."""
@@ -94,21 +96,16 @@ class HttpProblem(Exception):
         return {}
 
 
-def never_hung(_service: str) -> str:
-    """Where nobody knows whether a service hangs."""
-    return ""
-
-
 def from_call_error(
-    error: CallError, service: str, timeout_s: float, hung: Callable[[str], str] = never_hung
+    error: CallError, service: str, timeout_s: float, hung_problem: Callable[[str], str]
 ) -> HttpProblem:
     """The problem behind a question to ``service`` that got no answer.
 
-    ``hung`` says of a service that it hangs, in a sentence, or nothing: the bus cannot tell a
-    process that hangs from one that ended, since both lose their connection.
+    ``hung_problem`` returns a sentence on a service that hangs, or an empty text: the bus cannot
+    tell a process that hangs from one that ended, since both lose their connection.
     """
     silent = _silent_service(error, service)
-    if silent and (detail := hung(silent)):
+    if silent and (detail := hung_problem(silent)):
         return HttpProblem("timeout", detail, service=silent)
     match error:
         case NoReply():
@@ -138,11 +135,6 @@ def _silent_service(error: CallError, asked: str) -> str:
     if isinstance(error, RemoteError):
         return DEPENDENCY_ERRORS[error.code][1] if error.code in DEPENDENCY_ERRORS else ""
     return asked
-
-
-def sentence_subject(service: str) -> str:
-    """The service as the start of a sentence."""
-    return "Perception" if service == "perception" else f"The {service}"
 
 
 def from_validation_errors(errors: Sequence[Mapping[str, Any]]) -> HttpProblem:
@@ -177,9 +169,8 @@ def _reason(error: Mapping[str, Any]) -> str:
             return f"{place!r}: {reason[0].lower()}{reason[1:]}" if place else reason
 
 
-def sentence(text: str) -> str:
-    """The text with a capital letter and a full stop."""
-    text = " ".join(text.split())
-    if not text:
-        return "No reason was given."
-    return text[0].upper() + text[1:] + ("" if text[-1] in ".!?" else ".")
+def problem_response(problem: HttpProblem) -> Response:
+    """The problem as ``application/problem+json``."""
+    # ASCII only: the document may quote text that is not valid Unicode
+    body = json.dumps(problem.document).encode("ascii")
+    return Response(body, problem.status, problem.headers, MEDIA_TYPE)

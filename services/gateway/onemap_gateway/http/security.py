@@ -15,8 +15,7 @@ from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.http.problems import HttpProblem
-from onemap_gateway.http.responses import problem_response
+from onemap_gateway.http.problems import HttpProblem, problem_response
 
 MAX_BODY_BYTES = 64 * 1024
 BODY_TIMEOUT_S = 10.0  # a body of 64 kB over the slowest link that still drives a robot

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from onemap_gateway.bus.live_state import HeartbeatRecord, LatestMessage, LiveState
-from onemap_gateway.http.problems import START_HINT, sentence, sentence_subject
 from onemap_shared.services import SERVICES
 
 # A robot that sends a frame every second is slow, one slower than this is silent.
@@ -20,6 +19,9 @@ TOKEN_LAG_S = 1.6
 # A loop steps ten times a second, and no step of a healthy service takes so long.
 PROGRESS_TIMEOUT_S = 5.0
 PIPELINE_STAGES = ("robot", "perception", "mapper", "planner")  # in the order a frame passes them
+
+
+START_HINT = "start it with 'onemap {service}', or see 'onemap status'"
 
 
 class ServiceCondition(str, Enum):
@@ -190,3 +192,16 @@ def find_pipeline_fault(state: LiveState, now_s: float, within_s: float) -> Pipe
         f"Frames arrive and every service says it is well, but none has reached the map {since}: "
         "'onemap doctor' looks for the reason.",
     )
+
+
+def sentence_subject(service: str) -> str:
+    """The service as the start of a sentence."""
+    return "Perception" if service == "perception" else f"The {service}"
+
+
+def sentence(text: str) -> str:
+    """The text with a capital letter and a full stop."""
+    text = " ".join(text.split())
+    if not text:
+        return "No reason was given."
+    return text[0].upper() + text[1:] + ("" if text[-1] in ".!?" else ".")

@@ -104,7 +104,7 @@ async def get_map_arrays(gateway: GatewayDep, text: Text = None) -> Response:
 )
 async def save_map(request: MapName, gateway: GatewayDep) -> MapChange:
     """Write the map to a file in the mapper's map folder; an older one is replaced."""
-    return map_change(await gateway.rpc.call(keys.MAP_SAVE, MapFile(request.name), FILE_S))
+    return map_change(await gateway.call(keys.MAP_SAVE, MapFile(request.name), FILE_S))
 
 
 @router.post(
@@ -112,10 +112,10 @@ async def save_map(request: MapName, gateway: GatewayDep) -> MapChange:
 )
 async def load_map(request: MapName, gateway: GatewayDep) -> MapChange:
     """Replace the map by a saved one; refused if another encoder made it."""
-    return map_change(await gateway.rpc.call(keys.MAP_LOAD, MapFile(request.name), FILE_S))
+    return map_change(await gateway.call(keys.MAP_LOAD, MapFile(request.name), FILE_S))
 
 
 @router.post("/map/clear", summary="Forget the map", responses=problem_responses(401, 503))
 async def clear_map(gateway: GatewayDep) -> MapChange:
     """Empty the map."""
-    return map_change(await gateway.rpc.call(keys.MAP_CLEAR, MapClear()))
+    return map_change(await gateway.call(keys.MAP_CLEAR, MapClear()))

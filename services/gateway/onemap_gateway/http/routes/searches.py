@@ -52,7 +52,7 @@ async def start_search(
     """
     try:
         wish = SearchRequest(request.names, patience_s=gateway.config.call_timeout_s)
-        status = await gateway.rpc.call(keys.SEARCH_START, wish)
+        status = await gateway.call(keys.SEARCH_START, wish)
     except HttpProblem as problem:
         if problem.kind != "conflict":
             raise
@@ -63,7 +63,7 @@ async def start_search(
 
 async def _conflict(gateway: GatewayContext, problem: HttpProblem) -> HttpProblem:
     """The refusal of a second search, with what the client needs to end the first."""
-    first = await gateway.rpc.call(keys.SEARCH_GET, SearchId())
+    first = await gateway.call(keys.SEARCH_GET, SearchId())
     if not first.active:  # it ended in between
         return problem
     return HttpProblem(
@@ -77,14 +77,14 @@ async def _conflict(gateway: GatewayContext, problem: HttpProblem) -> HttpProble
 @router.get("/{search_id}", summary="How is it going?", responses=problem_responses(404, 422, 503))
 async def get_search(search_id: Id, gateway: GatewayDep) -> SearchReport:
     """State, reason and results of a search."""
-    status = await gateway.rpc.call(keys.SEARCH_GET, SearchId(search_id))
+    status = await gateway.call(keys.SEARCH_GET, SearchId(search_id))
     return search_report(status, gateway.now_ns())
 
 
 @router.delete("/{search_id}", summary="Stop", responses=problem_responses(401, 404, 422, 503))
 async def cancel_search(search_id: Id, gateway: GatewayDep) -> SearchReport:
     """Stop the robot and end the search; what was found so far stays in the results."""
-    status = await gateway.rpc.call(keys.SEARCH_CANCEL, SearchId(search_id))
+    status = await gateway.call(keys.SEARCH_CANCEL, SearchId(search_id))
     return search_report(status, gateway.now_ns())
 
 
@@ -105,5 +105,5 @@ async def cancel_search(search_id: Id, gateway: GatewayDep) -> SearchReport:
 async def follow_search(search_id: Id, gateway: GatewayDep) -> StreamingResponse:
     """Every change of the search as a server-sent event."""
     count = gateway.cache.state.search_count
-    first = await gateway.rpc.call(keys.SEARCH_GET, SearchId(search_id))
+    first = await gateway.call(keys.SEARCH_GET, SearchId(search_id))
     return StreamingResponse(search_events(gateway, first, count=count), media_type=MEDIA_TYPE)

@@ -1,0 +1,71 @@
+"""Calls through the gateway: a failure becomes a problem that names the service."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import anyio
+import pytest
+
+from onemap_gateway.config import GatewayConfig
+from onemap_gateway.http.problems import HttpProblem
+from onemap_shared import keys
+from onemap_shared.keys import Procedure
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import MapClear, MapSummary
+from onemap_shared.transport import RequestRejected
+from tests.gateway import fakes
+from tests.gateway.fakes import FakePlanner, gateway_on
+
+
+def call_problem(
+    hub: MemoryRouter, procedure: Procedure[Any, Any] = keys.SEARCH_GET
+) -> HttpProblem:
+    """The problem that a call of ``procedure`` ends with."""
+    with gateway_on(hub) as gateway, pytest.raises(HttpProblem) as problem:
+        anyio.run(gateway.call, procedure, procedure.request())
+    return problem.value
+
+
+def hang(hub: MemoryRouter, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let every service pass for one that hangs."""
+    monkeypatch.setattr(
+        "onemap_gateway.http.context.hung_problem", lambda name, _state, _now_s: f"{name} hangs."
+    )
+
+
+def test_nobody_there_is_unavailable(hub: MemoryRouter) -> None:
+    problem = call_problem(hub)
+    assert (problem.kind, problem.extra["service"]) == ("unavailable", "planner")
+
+
+def test_a_refusal_keeps_its_code(hub: MemoryRouter, planner: FakePlanner) -> None:
+    assert call_problem(hub).kind == "unknown_search"
+
+
+def test_nobody_there_is_a_timeout_where_the_service_hangs(
+    hub: MemoryRouter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hang(hub, monkeypatch)
+    problem = call_problem(hub)
+    assert (problem.kind, problem.extra["service"]) == ("timeout", "planner")
+    assert problem.detail == "planner hangs."
+
+
+def test_a_hung_service_behind_the_one_called_is_named(
+    hub: MemoryRouter, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_request: MapClear) -> MapSummary:
+        raise RequestRejected("perception_missing", "perception does not run")
+
+    hang(hub, monkeypatch)
+    hub.bus("mapper").serve(keys.MAP_CLEAR, refuse)
+    problem = call_problem(hub, keys.MAP_CLEAR)
+    assert (problem.kind, problem.extra["service"]) == ("timeout", "perception")
+    assert problem.detail == "perception hangs."
+
+
+def test_the_map_is_asked_for_with_the_text(hub: MemoryRouter, mapper: fakes.FakeMapper) -> None:
+    with gateway_on(hub, GatewayConfig()) as gateway:
+        assert anyio.run(gateway.view, "sofa").text == "sofa"
+        assert anyio.run(gateway.view).text == ""
