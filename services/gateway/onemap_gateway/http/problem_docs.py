@@ -1,50 +1,10 @@
-"""What is said of services, streams and errors over HTTP, with examples for the documentation."""
+"""Problems as the OpenAPI document describes them."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field
-
-
-class ServiceReport(BaseModel):
-    """One service, or the robot, as seen from the gateway."""
-
-    name: str
-    condition: str = Field(description="ok, degraded or down.")
-    problem: str = Field(description="One sentence; empty when all is well.")
-    alive: bool = Field(description="Its process is connected now; for the robot: it sends.")
-    ready: bool
-    heartbeat_age_s: float | None
-    metrics: dict[str, float | None]
-
-
-class StreamReport(BaseModel):
-    """One stream of messages as it reaches the gateway."""
-
-    name: str
-    age_s: float | None = Field(description="Since the last message; null: none yet.")
-    rate_hz: float
-    received: int
-    missed: int = Field(description="Gaps in the sequence numbers; a slow stage skips.")
-    skipped: int = Field(description="Replaced by a newer one before the gateway looked.")
-    refused: int = Field(description="Could not be decoded.")
-    last_problem: str = Field(description="Why the last one was refused.")
-
-
-class StatusReport(BaseModel):
-    """All that runs, and how."""
-
-    ready: bool = Field(description="As /readyz.")
-    problem: str = Field(description="The reason why not.")
-    services: list[ServiceReport]
-    streams: list[StreamReport]
-
-
-class HealthReply(BaseModel):
-    """The gateway's process lives, or the whole robot is ready."""
-
-    status: str = Field(examples=["ok"])
+from pydantic import BaseModel, ConfigDict
 
 
 class ProblemDetails(BaseModel):

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from onemap_gateway.bus.live_state import LatestMessage, LiveState
-from onemap_gateway.http.problem_docs import ServiceReport, StatusReport, StreamReport
-from onemap_gateway.http.schemas import (
+from onemap_gateway.present.render import Overlay
+from onemap_gateway.present.replies import (
     MapChange,
     MapInfo,
     ObjectReport,
@@ -19,8 +19,10 @@ from onemap_gateway.http.schemas import (
     QueryReply,
     ScoreGrid,
     SearchReport,
+    ServiceReport,
+    StatusReport,
+    StreamReport,
 )
-from onemap_gateway.present.render import Overlay
 from onemap_gateway.present.service_status import PipelineFault, assess_services
 from onemap_shared.geometry import yaw_of
 from onemap_shared.grid import GridSpec

@@ -5,9 +5,10 @@ from __future__ import annotations
 from fastapi import APIRouter, Response
 
 from onemap_gateway.http.context import GatewayDep
-from onemap_gateway.http.problem_docs import HealthReply, StatusReport, problem_responses
+from onemap_gateway.http.problem_docs import problem_responses
 from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.present.metrics import MEDIA_TYPE, exposition
+from onemap_gateway.present.replies import HealthReply, StatusReport
 from onemap_gateway.present.views import status_report
 
 router = APIRouter(tags=["health"])

@@ -9,8 +9,9 @@ from fastapi import APIRouter, Query, Response
 
 from onemap_gateway.http.context import GatewayDep
 from onemap_gateway.http.problem_docs import BODY, problem_responses
-from onemap_gateway.http.schemas import MapChange, MapInfo, MapName, ObjectName
+from onemap_gateway.http.schemas import MapName, ObjectName
 from onemap_gateway.present.render import MAX_SCALE, encode_png, render_map
+from onemap_gateway.present.replies import MapChange, MapInfo
 from onemap_gateway.present.views import build_overlay, map_archive, map_change, map_info
 from onemap_shared import keys
 from onemap_shared.messages import MapClear, MapFile

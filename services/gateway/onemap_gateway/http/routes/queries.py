@@ -6,7 +6,8 @@ from fastapi import APIRouter
 
 from onemap_gateway.http.context import GatewayDep
 from onemap_gateway.http.problem_docs import BODY, problem_responses
-from onemap_gateway.http.schemas import QueryReply, QueryRequest
+from onemap_gateway.http.schemas import QueryRequest
+from onemap_gateway.present.replies import QueryReply
 from onemap_gateway.present.views import query_reply
 from onemap_shared import keys
 from onemap_shared.messages import SimilarityRequest

@@ -12,7 +12,8 @@ from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.events import MEDIA_TYPE, search_events
 from onemap_gateway.http.problem_docs import BODY, problem_responses
 from onemap_gateway.http.problems import HttpProblem
-from onemap_gateway.http.schemas import SearchReport, SearchStart
+from onemap_gateway.http.schemas import SearchStart
+from onemap_gateway.present.replies import SearchReport
 from onemap_gateway.present.views import search_report
 from onemap_shared import keys
 from onemap_shared.messages import SearchId, SearchRequest

@@ -1,0 +1,209 @@
+"""What clients get over HTTP, with examples for the documentation."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from onemap_shared.messages import SearchState
+
+
+class QueryRegion(BaseModel):
+    """A patch of the map that looks like what was asked."""
+
+    rank: int = Field(description="1 is the best.")
+    centre_m: tuple[float, float] = Field(description="x, y in the map frame, metres.")
+    extent_m: tuple[float, float, float, float] = Field(
+        description="x_min, y_min, x_max, y_max in metres."
+    )
+    score: float = Field(description="How surely this is it, 0 to 1.")
+    variance: float | None = Field(description="Variance of the belief there; null: unbounded.")
+
+
+class ScoreGrid(BaseModel):
+    """The score of every cell: ``scores[ix][iy]``, x to the right, y up, null: not observed."""
+
+    cell_size_m: float
+    origin_m: tuple[float, float] = Field(description="x, y of the lower left corner of [0][0].")
+    shape: tuple[int, int]
+    scores: list[list[float | None]]
+
+
+class QueryReply(BaseModel):
+    """Ranked regions, best first; an empty list means that nothing on the map looks like it.
+
+    What scores below the encoder's floor is left out; ``message`` then says so.
+    """
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "text": "sofa",
+                    "regions": [
+                        {
+                            "rank": 1,
+                            "centre_m": [2.35, -1.1],
+                            "extent_m": [1.5, -1.6, 3.2, -0.6],
+                            "score": 0.91,
+                            "variance": 0.04,
+                        }
+                    ],
+                    "revision": 412,
+                    "age_s": 0.21,
+                    "encoder_id": "mini-1",
+                    "best_score": 0.91,
+                    "message": "",
+                    "did_you_mean": [],
+                    "grid": None,
+                },
+                {
+                    "text": "skateboard",
+                    "regions": [],
+                    "revision": 412,
+                    "age_s": 0.21,
+                    "encoder_id": "mini-1",
+                    "best_score": 0.04,
+                    "message": "Nothing on the map looks like 'skateboard': the best score is "
+                    "0.04, and answers begin at 0.22. Did you mean 'floor' or 'box'?",
+                    "did_you_mean": ["floor", "box"],
+                    "grid": None,
+                },
+            ]
+        }
+    )
+
+    text: str
+    regions: list[QueryRegion]
+    revision: int = Field(description="Counts every change of the map.")
+    age_s: float | None = Field(description="Age of the newest frame in the map; null if empty.")
+    encoder_id: str
+    best_score: float = Field(description="Of the best region, also if it was left out.")
+    message: str = Field(description="Why there are no regions; empty if there are.")
+    did_you_mean: list[str] = Field(
+        description="Known words next to one that the encoder cannot place."
+    )
+    grid: ScoreGrid | None = None
+
+
+class ObjectReport(BaseModel):
+    """How the search for one object ended."""
+
+    name: str
+    outcome: SearchState
+    reason: str
+    position_m: tuple[float, float, float] | None = Field(description="x, y, z; null: not found.")
+    score: float
+    duration_s: float
+    path_length_m: float
+    start_xy_m: tuple[float, float] | None
+    end_xy_m: tuple[float, float] | None
+
+
+class SearchReport(BaseModel):
+    """Where a search stands; ``state`` is that of the object now sought, or the final one."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "id": "8f14e45f",
+                    "state": "exploring",
+                    "active": True,
+                    "objects": ["sofa", "kettle"],
+                    "index": 0,
+                    "target": "sofa",
+                    "reason": "Walking to the frontier that looks most like a sofa.",
+                    "results": [],
+                    "elapsed_s": 12.4,
+                    "path_length_m": 3.2,
+                    "started_ns": 1767225600000000000,
+                    "updated_ns": 1767225612400000000,
+                }
+            ]
+        }
+    )
+
+    id: str
+    state: SearchState
+    active: bool = Field(description="Whether the robot is still at it.")
+    objects: tuple[str, ...]
+    index: int = Field(description="Which of the objects is now sought, from 0.")
+    target: str = Field(description="The object now sought; empty when the search is over.")
+    reason: str = Field(description="In a sentence, what is going on or why it ended.")
+    results: list[ObjectReport]
+    elapsed_s: float
+    path_length_m: float
+    started_ns: int = Field(description="Nanoseconds since 1970.")
+    updated_ns: int = Field(description="Nanoseconds since 1970.")
+
+
+class MapChange(BaseModel):
+    """What the map holds after it was saved, loaded or cleared."""
+
+    path: str = Field(description="Where the file lies on the mapper's machine; empty if none.")
+    encoder_id: str
+    text_space: str
+    cell_size_m: float
+    cells_observed: int
+    frames_fused: int
+    file_bytes: int
+
+
+class MapInfo(BaseModel):
+    """The map in numbers."""
+
+    revision: int = Field(description="Counts every change of the map.")
+    age_s: float | None = Field(description="Age of the newest frame in the map; null if empty.")
+    bounds_m: tuple[float, float, float, float] = Field(
+        description="x_min, y_min, x_max, y_max in metres."
+    )
+    cell_size_m: float
+    free_m2: float
+    occupied_m2: float
+    observed_m2: float
+    frames_fused: int
+    memory_bytes: int
+    update_ms: float
+    rate_hz: float
+    encoder_id: str
+    text_space: str
+
+
+class ServiceReport(BaseModel):
+    """One service, or the robot, as seen from the gateway."""
+
+    name: str
+    condition: str = Field(description="ok, degraded or down.")
+    problem: str = Field(description="One sentence; empty when all is well.")
+    alive: bool = Field(description="Its process is connected now; for the robot: it sends.")
+    ready: bool
+    heartbeat_age_s: float | None
+    metrics: dict[str, float | None]
+
+
+class StreamReport(BaseModel):
+    """One stream of messages as it reaches the gateway."""
+
+    name: str
+    age_s: float | None = Field(description="Since the last message; null: none yet.")
+    rate_hz: float
+    received: int
+    missed: int = Field(description="Gaps in the sequence numbers; a slow stage skips.")
+    skipped: int = Field(description="Replaced by a newer one before the gateway looked.")
+    refused: int = Field(description="Could not be decoded.")
+    last_problem: str = Field(description="Why the last one was refused.")
+
+
+class StatusReport(BaseModel):
+    """All that runs, and how."""
+
+    ready: bool = Field(description="As /readyz.")
+    problem: str = Field(description="The reason why not.")
+    services: list[ServiceReport]
+    streams: list[StreamReport]
+
+
+class HealthReply(BaseModel):
+    """The gateway's process lives, or the whole robot is ready."""
+
+    status: str = Field(examples=["ok"])
