@@ -6,6 +6,7 @@ import pytest
 from pydantic import SecretStr, ValidationError
 
 from onemap_gateway.config import GatewayConfig, is_loopback
+from onemap_shared.config import ConfigError, section
 
 
 def test_the_default_listens_on_this_machine_only() -> None:
@@ -32,3 +33,8 @@ def test_an_open_address_is_fine_with_a_token_or_when_asked_for(host: str) -> No
 
 def test_the_token_is_not_printed() -> None:
     assert "secret" not in repr(GatewayConfig(token=SecretStr("secret")))
+
+
+def test_a_former_key_is_refused_with_its_new_name() -> None:
+    with pytest.raises(ConfigError, match="max_concurrent_calls"):
+        section({"gateway": {"calls_at_once": 4}}, "gateway", GatewayConfig)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from ipaddress import ip_address
+from typing import ClassVar
 
 from pydantic import Field, SecretStr, model_validator
 
@@ -11,6 +13,8 @@ from onemap_shared.params import Params
 
 class GatewayConfig(Params):
     """Section ``gateway`` of the configuration."""
+
+    former_keys: ClassVar[Mapping[str, str]] = {"calls_at_once": "max_concurrent_calls"}
 
     host: str = Field(
         default="127.0.0.1",
