@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from onemap_gateway.bus.live_state import HeartbeatRecord, LatestMessage, LiveState
-from onemap_shared.services import SERVICES
+from onemap_shared.services import SERVICES, STAGES
 
 # A robot that sends a frame every second is slow, one slower than this is silent.
 STREAM_TIMEOUT_S = 2.0
@@ -18,7 +18,7 @@ HEARTBEAT_TIMEOUT_S = 3.5  # three heartbeats missed
 TOKEN_LAG_S = 1.6
 # A loop steps ten times a second, and no step of a healthy service takes so long.
 PROGRESS_TIMEOUT_S = 5.0
-PIPELINE_STAGES = ("robot", "perception", "mapper", "planner")  # in the order a frame passes them
+PIPELINE_STAGES = ("robot", *STAGES)  # in the order a frame passes them
 
 
 START_HINT = "start it with 'onemap {service}', or see 'onemap status'"
