@@ -10,7 +10,6 @@ from onemap_gateway.bus.live_state import (
     SEARCH_LOG,
     TRAIL_STEP_M,
     BusMessage,
-    LatestMessage,
     LiveState,
 )
 from onemap_shared.messages import SearchState
@@ -63,13 +62,19 @@ def test_the_rate_lies_between_the_fastest_and_the_slowest_interval(gaps: list[f
 
 
 def test_the_rate_falls_when_the_stream_stalls() -> None:
-    seen = LatestMessage("x", arrived_s=10.0, interval_s=0.1)
-    assert seen.rate_hz(10.0) == pytest.approx(10.0)
-    assert seen.rate_hz(20.0) == pytest.approx(0.1)
+    state = LiveState()
+    for index in range(11):
+        state = state.with_message(fakes.odometry(0, 0), index / 10)
+    assert state.odometry is not None
+    assert state.odometry.rate_hz(1.0) == pytest.approx(10.0)
+    assert 0 < state.odometry.rate_hz(3.0) < 5
+    assert state.odometry.rate_hz(20.0) == 0
 
 
 def test_one_message_has_no_rate() -> None:
-    assert LatestMessage("x", arrived_s=10.0).rate_hz(10.0) == 0.0
+    state = LiveState().with_message(fakes.odometry(0, 0), 10.0)
+    assert state.odometry is not None
+    assert state.odometry.rate_hz(10.0) == 0.0
 
 
 @given(st.integers(0, 3 * SEARCH_LOG), st.integers(0, 3 * SEARCH_LOG))

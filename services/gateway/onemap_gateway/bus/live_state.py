@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from math import hypot
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from onemap_shared.messages import (
@@ -20,13 +19,14 @@ from onemap_shared.messages import (
     RgbdFrame,
     SearchStatus,
 )
+from onemap_shared.rates import RateMeter
+from onemap_shared.trail import PointM, extended
 
 M = TypeVar("M")
 BusMessage: TypeAlias = (
     RgbdFrame | Odometry | Detections | MapRevision | SearchStatus | PlannedPath | Heartbeat
 )
 
-SMOOTHING = 0.1  # weight of the newest interval: about the last ten messages count
 TRAIL_STEP_M = 0.05  # one cell: finer is not seen in the picture
 TRAIL_JUMP_M = 1.0  # no robot moves so far between two messages: it is another one, or another run
 TRAIL_POINTS = 4000  # 200 m
@@ -37,11 +37,11 @@ SEARCH_LOG = 64  # a search changes a few times a minute; readers look ten times
 
 @dataclass(frozen=True, slots=True)
 class LatestMessage(Generic[M]):
-    """The newest message of a stream, when it arrived, and the usual interval between two."""
+    """The newest message of a stream, when it arrived, and the rate of the stream."""
 
     message: M
     arrived_s: float
-    interval_s: float = float("inf")
+    arrivals: RateMeter
 
     def age_s(self, now_s: float) -> float:
         """Seconds since it arrived."""
@@ -53,8 +53,7 @@ class LatestMessage(Generic[M]):
 
     def rate_hz(self, now_s: float) -> float:
         """Messages per second; falls as soon as the stream stalls."""
-        slowest = max(self.interval_s, self.age_s(now_s))
-        return 1 / slowest if slowest > 0 else 0.0
+        return self.arrivals.rate_hz(now_s)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +82,7 @@ class LiveState:
     path: LatestMessage[PlannedPath] | None = None
     search_log: tuple[SearchStatus, ...] = ()
     search_count: int = 0
-    trail_m: tuple[tuple[float, float], ...] = ()
+    trail_m: tuple[PointM, ...] = ()
     last_fused_s: float | None = None
     heartbeats: Mapping[str, HeartbeatRecord] = field(default_factory=dict)
     alive: frozenset[str] = frozenset()
@@ -143,13 +142,8 @@ def _changes(state: LiveState, message: BusMessage, now_s: float) -> dict[str, A
 
 
 def _latest(previous: LatestMessage[M] | None, message: M, now_s: float) -> LatestMessage[M]:
-    if previous is None:
-        return LatestMessage(message, now_s)
-    interval = now_s - previous.arrived_s
-    usual = previous.interval_s
-    if usual != float("inf"):
-        interval = usual + SMOOTHING * (interval - usual)
-    return LatestMessage(message, now_s, interval)
+    arrivals = previous.arrivals if previous else RateMeter()
+    return LatestMessage(message, now_s, arrivals.with_event(now_s))
 
 
 def _is_progress(previous: LatestMessage[MapRevision] | None, message: MapRevision) -> bool:
@@ -170,13 +164,6 @@ def _heartbeat_record(
     return HeartbeatRecord(heartbeat, now_s, advanced_s)
 
 
-def _trail(
-    trail: tuple[tuple[float, float], ...], odometry: Odometry
-) -> tuple[tuple[float, float], ...]:
-    here = (float(odometry.T_map_body[0, 3]), float(odometry.T_map_body[1, 3]))
-    if not trail:
-        return (here,)
-    step = hypot(here[0] - trail[-1][0], here[1] - trail[-1][1])
-    if step > TRAIL_JUMP_M:
-        return (here,)
-    return (*trail, here)[-TRAIL_POINTS:] if step >= TRAIL_STEP_M else trail
+def _trail(trail: tuple[PointM, ...], odometry: Odometry) -> tuple[PointM, ...]:
+    xy = (float(odometry.T_map_body[0, 3]), float(odometry.T_map_body[1, 3]))
+    return extended(trail, xy, step_m=TRAIL_STEP_M, max_points=TRAIL_POINTS, jump_m=TRAIL_JUMP_M)
