@@ -10,26 +10,26 @@ from tests.gateway.fakes import FakeMapper, FakePlanner, client_on
 
 
 @pytest.fixture
-def hub() -> MemoryRouter:
+def router() -> MemoryRouter:
     return MemoryRouter()
 
 
 @pytest.fixture
-def mapper(hub: MemoryRouter) -> Iterator[FakeMapper]:
-    fake = FakeMapper(hub)
+def mapper(router: MemoryRouter) -> Iterator[FakeMapper]:
+    fake = FakeMapper(router)
     yield fake
     fake.bus.close()
 
 
 @pytest.fixture
-def planner(hub: MemoryRouter) -> Iterator[FakePlanner]:
-    fake = FakePlanner(hub)
+def planner(router: MemoryRouter) -> Iterator[FakePlanner]:
+    fake = FakePlanner(router)
     yield fake
     fake.bus.close()
 
 
 @pytest.fixture
-def client(hub: MemoryRouter, mapper: FakeMapper, planner: FakePlanner) -> Iterator[TestClient]:
+def client(router: MemoryRouter, mapper: FakeMapper, planner: FakePlanner) -> Iterator[TestClient]:
     """A gateway with a mapper and a planner that answer, and no robot."""
-    with client_on(hub) as client:
+    with client_on(router) as client:
         yield client

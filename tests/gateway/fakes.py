@@ -136,12 +136,12 @@ def search_view(text: str = "", number: int = 7) -> m.SearchView:
 class FakeMapper:
     """Answers as a mapper with one small map; knows the words in ``vocabulary``, has no kite."""
 
-    hub: MemoryRouter
+    router: MemoryRouter
     vocabulary: frozenset[str] = frozenset({"sofa", "kettle", "kite"})
     saved: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.bus = self.hub.bus("mapper")
+        self.bus = self.router.bus("mapper")
         self.bus.serve(keys.MAP_SIMILARITY, self._similarity)
         self.bus.serve(keys.MAP_SEARCH_VIEW, self._view)
         self.bus.serve(keys.MAP_SAVE, self._save)
@@ -195,11 +195,11 @@ class FakeMapper:
 class FakePlanner:
     """Answers as a planner; ``move`` lets its search change state."""
 
-    hub: MemoryRouter
+    router: MemoryRouter
     status: m.SearchStatus | None = None
 
     def __post_init__(self) -> None:
-        self.bus = self.hub.bus("planner")
+        self.bus = self.router.bus("planner")
         self._publisher = self.bus.publish(keys.SEARCH_STATE)
         self.bus.serve(keys.SEARCH_START, self._start)
         self.bus.serve(keys.SEARCH_GET, self._get)
@@ -237,10 +237,12 @@ class FakePlanner:
 
 
 @contextmanager
-def gateway_on(hub: MemoryRouter, config: GatewayConfig | None = None) -> Iterator[GatewayContext]:
-    """A gateway on ``hub``, without HTTP."""
+def gateway_on(
+    router: MemoryRouter, config: GatewayConfig | None = None
+) -> Iterator[GatewayContext]:
+    """A gateway on ``router``, without HTTP."""
     config = config or GatewayConfig(call_timeout_s=2.0, live_rate_hz=50)
-    bus = hub.bus("gateway")
+    bus = router.bus("gateway")
     cache = StateCache(bus)
     try:
         rpc = RpcClient(bus, config.max_concurrent_calls)
@@ -251,9 +253,9 @@ def gateway_on(hub: MemoryRouter, config: GatewayConfig | None = None) -> Iterat
 
 
 @contextmanager
-def client_on(hub: MemoryRouter, config: GatewayConfig | None = None) -> Iterator[TestClient]:
-    """A client of a gateway on ``hub``."""
-    with gateway_on(hub, config) as gateway:
+def client_on(router: MemoryRouter, config: GatewayConfig | None = None) -> Iterator[TestClient]:
+    """A client of a gateway on ``router``."""
+    with gateway_on(router, config) as gateway:
         yield client_of(gateway)
 
 

@@ -26,8 +26,8 @@ TEST = GatewayConfig(port=0, live_rate_hz=50)
 
 
 @pytest.fixture
-def worker(hub: MemoryRouter) -> Iterator[GatewayWorker]:
-    worker = build(hub.bus("gateway"), TEST)
+def worker(router: MemoryRouter) -> Iterator[GatewayWorker]:
+    worker = build(router.bus("gateway"), TEST)
     yield worker
     worker.close()
 
@@ -51,9 +51,9 @@ def test_it_answers_and_is_ready(worker: GatewayWorker) -> None:
     assert health.metrics["rgbd_received"] == 0
 
 
-def test_a_port_in_use_is_said_in_a_sentence(worker: GatewayWorker, hub: MemoryRouter) -> None:
+def test_a_port_in_use_is_said_in_a_sentence(worker: GatewayWorker, router: MemoryRouter) -> None:
     with pytest.raises(StartError, match=r"another program uses it.*gateway\.port"):
-        build(hub.bus(), GatewayConfig(port=worker.port))
+        build(router.bus(), GatewayConfig(port=worker.port))
 
 
 def test_an_address_that_is_not_ours_is_said_in_a_sentence() -> None:
@@ -61,8 +61,8 @@ def test_an_address_that_is_not_ours_is_said_in_a_sentence() -> None:
         listen("192.0.2.1", 0)
 
 
-def test_a_search_is_followed_over_the_network(worker: GatewayWorker, hub: MemoryRouter) -> None:
-    planner = FakePlanner(hub)
+def test_a_search_is_followed_over_the_network(worker: GatewayWorker, router: MemoryRouter) -> None:
+    planner = FakePlanner(router)
     states = []
     with client_for(worker) as client:
         address = client.post("/v1/searches", json={"object": "sofa"}).headers["Location"]
@@ -78,9 +78,9 @@ def test_a_search_is_followed_over_the_network(worker: GatewayWorker, hub: Memor
 
 
 def test_a_client_that_does_not_read_holds_nobody_back(
-    worker: GatewayWorker, hub: MemoryRouter
+    worker: GatewayWorker, router: MemoryRouter
 ) -> None:
-    odometry = hub.bus("simulator").publish(keys.ROBOT_ODOMETRY)
+    odometry = router.bus("simulator").publish(keys.ROBOT_ODOMETRY)
     address = f"ws://127.0.0.1:{worker.port}/v1/live"
     with connect(address, max_queue=1, close_timeout=0.1), connect(address) as quick:
         for index in range(20):
@@ -91,9 +91,9 @@ def test_a_client_that_does_not_read_holds_nobody_back(
 
 
 @pytest.mark.timeout(20)
-def test_it_ends_though_clients_hold_on(hub: MemoryRouter) -> None:
-    planner = FakePlanner(hub, fakes.search("s1"))
-    worker = build(hub.bus("gateway"), TEST)
+def test_it_ends_though_clients_hold_on(router: MemoryRouter) -> None:
+    planner = FakePlanner(router, fakes.search("s1"))
+    worker = build(router.bus("gateway"), TEST)
     with (
         connect(f"ws://127.0.0.1:{worker.port}/v1/live") as live,
         client_for(worker) as client,

@@ -19,34 +19,34 @@ NEWEST = SearchId()
 
 
 @pytest.fixture
-def hung(hub: MemoryRouter) -> Iterator[MemoryRouter]:
+def hung(router: MemoryRouter) -> Iterator[MemoryRouter]:
     """A planner that never answers, until the test is over."""
-    bus, release = hub.bus("planner"), threading.Event()
+    bus, release = router.bus("planner"), threading.Event()
 
     def wait(_request: SearchId) -> SearchStatus:
         release.wait()
         return search()
 
     bus.serve(keys.SEARCH_GET, wait)
-    yield hub
+    yield router
     release.set()
     bus.close()
 
 
-def test_an_answer_comes_back(hub: MemoryRouter, planner: FakePlanner) -> None:
+def test_an_answer_comes_back(router: MemoryRouter, planner: FakePlanner) -> None:
     planner.status = search("s9")
-    rpc = RpcClient(hub.bus(), 2)
+    rpc = RpcClient(router.bus(), 2)
     assert anyio.run(rpc.call, keys.SEARCH_GET, NEWEST, 2.0).search_id == "s9"
 
 
-def test_nobody_there_is_raised_at_once(hub: MemoryRouter) -> None:
+def test_nobody_there_is_raised_at_once(router: MemoryRouter) -> None:
     with pytest.raises(NoReply):
-        anyio.run(RpcClient(hub.bus(), 2).call, keys.SEARCH_GET, NEWEST, 60.0)
+        anyio.run(RpcClient(router.bus(), 2).call, keys.SEARCH_GET, NEWEST, 60.0)
 
 
-def test_a_refusal_keeps_its_code(hub: MemoryRouter, planner: FakePlanner) -> None:
+def test_a_refusal_keeps_its_code(router: MemoryRouter, planner: FakePlanner) -> None:
     with pytest.raises(RemoteError) as refusal:
-        anyio.run(RpcClient(hub.bus(), 2).call, keys.SEARCH_GET, NEWEST, 2.0)
+        anyio.run(RpcClient(router.bus(), 2).call, keys.SEARCH_GET, NEWEST, 2.0)
     assert refusal.value.code == "unknown_search"
 
 

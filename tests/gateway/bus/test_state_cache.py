@@ -15,8 +15,8 @@ from tests.gateway import fakes
 from tests.gateway.fakes import WAIT_S
 
 
-def test_every_stream_arrives(hub: MemoryRouter) -> None:
-    cache, robot = StateCache(hub.bus("gateway")), hub.bus("simulator")
+def test_every_stream_arrives(router: MemoryRouter) -> None:
+    cache, robot = StateCache(router.bus("gateway")), router.bus("simulator")
     robot.publish(keys.ROBOT_RGBD).put(fakes.rgbd())
     robot.publish(keys.ROBOT_ODOMETRY).put(fakes.odometry(1, 2))
     robot.publish(keys.DETECTIONS).put(fakes.detections("sofa"))
@@ -34,18 +34,18 @@ def test_every_stream_arrives(hub: MemoryRouter) -> None:
     assert all(counters.received == 1 for counters in cache.counters().values())
 
 
-def test_who_is_alive_is_known_and_who_is_gone(hub: MemoryRouter) -> None:
-    cache = StateCache(hub.bus("gateway"))
-    mapper = hub.bus("mapper")
+def test_who_is_alive_is_known_and_who_is_gone(router: MemoryRouter) -> None:
+    cache = StateCache(router.bus("gateway"))
+    mapper = router.bus("mapper")
     assert cache.wait_for(lambda state: "mapper" in state.alive, WAIT_S)
     mapper.close()
     assert cache.wait_for(lambda state: "mapper" not in state.alive, WAIT_S)
     cache.close()
 
 
-def test_no_change_of_a_search_is_lost(hub: MemoryRouter) -> None:
-    cache = StateCache(hub.bus("gateway"))
-    publisher = hub.bus("planner").publish(keys.SEARCH_STATE)
+def test_no_change_of_a_search_is_lost(router: MemoryRouter) -> None:
+    cache = StateCache(router.bus("gateway"))
+    publisher = router.bus("planner").publish(keys.SEARCH_STATE)
     for index in range(10):
         publisher.put(fakes.search(updated_ns=index))
     assert cache.wait_for(lambda state: state.search_count == 10, WAIT_S)
@@ -54,22 +54,22 @@ def test_no_change_of_a_search_is_lost(hub: MemoryRouter) -> None:
 
 
 def test_a_broken_message_is_logged_and_passed_over(
-    hub: MemoryRouter, caplog: pytest.LogCaptureFixture
+    router: MemoryRouter, caplog: pytest.LogCaptureFixture
 ) -> None:
-    cache = StateCache(hub.bus("gateway"))
+    cache = StateCache(router.bus("gateway"))
     good = encode(fakes.odometry(1, 2))
     with caplog.at_level(logging.WARNING, "onemap.gateway"):
-        hub.inject(keys.ROBOT_ODOMETRY.key, Packet(good.header, good.body[:-1]))
+        router.inject(keys.ROBOT_ODOMETRY.key, Packet(good.header, good.body[:-1]))
         assert cache.wait_for(lambda _state: cache.counters()["odometry"].refused == 1, WAIT_S)
-        hub.inject(keys.ROBOT_ODOMETRY.key, good)
+        router.inject(keys.ROBOT_ODOMETRY.key, good)
         assert cache.wait_for(lambda state: state.odometry is not None, WAIT_S)
     cache.close()
     assert cache.counters()["odometry"].refused == 1
     assert any("odometry: message refused" in record.message for record in caplog.records)
 
 
-def test_closing_is_told_to_streams_before_it_is_done(hub: MemoryRouter) -> None:
-    cache = StateCache(hub.bus("gateway"))
+def test_closing_is_told_to_streams_before_it_is_done(router: MemoryRouter) -> None:
+    cache = StateCache(router.bus("gateway"))
     before = cache.closing
     cache.begin_close()
     after = cache.closing
@@ -77,10 +77,10 @@ def test_closing_is_told_to_streams_before_it_is_done(hub: MemoryRouter) -> None
     assert (before, after) == (False, True)
 
 
-def test_a_service_hangs_if_it_was_silent_before_its_token_went(hub: MemoryRouter) -> None:
+def test_a_service_hangs_if_it_was_silent_before_its_token_went(router: MemoryRouter) -> None:
     now_s = [10.0]
-    mapper = hub.bus("mapper")
-    cache = StateCache(hub.bus("gateway"), clock_s=lambda: now_s[0])
+    mapper = router.bus("mapper")
+    cache = StateCache(router.bus("gateway"), clock_s=lambda: now_s[0])
     mapper.publish(keys.heartbeat("mapper")).put(fakes.heartbeat("mapper"))
     assert cache.wait_for(lambda state: "mapper" in state.heartbeats, WAIT_S)
     assert cache.wait_for(lambda state: "mapper" in state.alive, WAIT_S)

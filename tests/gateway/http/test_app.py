@@ -38,7 +38,7 @@ def operations(client: TestClient) -> list[tuple[str, str, dict[str, Any]]]:
 
 
 @pytest.fixture
-def deaf(hub: MemoryRouter) -> Iterator[MemoryRouter]:
+def deaf(router: MemoryRouter) -> Iterator[MemoryRouter]:
     """A mapper and a planner whose every answer never comes."""
     release = threading.Event()
     procedures: list[keys.Procedure[Any, Any]] = [
@@ -51,10 +51,10 @@ def deaf(hub: MemoryRouter) -> Iterator[MemoryRouter]:
     ]
     buses = []
     for procedure in procedures:
-        bus = hub.bus()
+        bus = router.bus()
         bus.serve(procedure, lambda _request: release.wait())
         buses.append(bus)
-    yield hub
+    yield router
     release.set()
     for bus in buses:
         bus.close()
@@ -63,11 +63,11 @@ def deaf(hub: MemoryRouter) -> Iterator[MemoryRouter]:
 @pytest.mark.timeout(30)
 @pytest.mark.parametrize("services", ["absent", "deaf"])
 def test_no_route_hangs_when_nobody_answers(
-    hub: MemoryRouter, services: str, request: pytest.FixtureRequest
+    router: MemoryRouter, services: str, request: pytest.FixtureRequest
 ) -> None:
     if services == "deaf":
         request.getfixturevalue("deaf")
-    with client_on(hub, GatewayConfig(call_timeout_s=0.1)) as client:
+    with client_on(router, GatewayConfig(call_timeout_s=0.1)) as client:
         for method, path, _ in operations(client):
             address = path.replace("{search_id}", "s1")
             answer = client.request(method, address, json=BODIES.get(path))
@@ -134,13 +134,13 @@ def test_a_wrong_method_is_a_problem_and_names_the_right_ones(client: TestClient
 
 
 def test_a_failing_route_is_a_problem_and_is_logged(
-    hub: MemoryRouter, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    router: MemoryRouter, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     def fail(_gateway: GatewayContext) -> None:
         raise RuntimeError("a bug")
 
     monkeypatch.setattr(GatewayContext, "fault", fail)
-    with gateway_on(hub) as gateway:
+    with gateway_on(router) as gateway:
         answer = client_of(gateway).get("/readyz")
     assert answer.status_code == 500
     assert answer.json()["status"] == 500

@@ -19,53 +19,53 @@ from tests.gateway.fakes import FakePlanner, gateway_on
 
 
 def call_problem(
-    hub: MemoryRouter, procedure: Procedure[Any, Any] = keys.SEARCH_GET
+    router: MemoryRouter, procedure: Procedure[Any, Any] = keys.SEARCH_GET
 ) -> HttpProblem:
     """The problem that a call of ``procedure`` ends with."""
-    with gateway_on(hub) as gateway, pytest.raises(HttpProblem) as problem:
+    with gateway_on(router) as gateway, pytest.raises(HttpProblem) as problem:
         anyio.run(gateway.call, procedure, procedure.request())
     return problem.value
 
 
-def hang(hub: MemoryRouter, monkeypatch: pytest.MonkeyPatch) -> None:
+def hang(router: MemoryRouter, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let every service pass for one that hangs."""
     monkeypatch.setattr(
         "onemap_gateway.http.context.hung_problem", lambda name, _state, _now_s: f"{name} hangs."
     )
 
 
-def test_nobody_there_is_unavailable(hub: MemoryRouter) -> None:
-    problem = call_problem(hub)
+def test_nobody_there_is_unavailable(router: MemoryRouter) -> None:
+    problem = call_problem(router)
     assert (problem.kind, problem.extra["service"]) == ("unavailable", "planner")
 
 
-def test_a_refusal_keeps_its_code(hub: MemoryRouter, planner: FakePlanner) -> None:
-    assert call_problem(hub).kind == "unknown_search"
+def test_a_refusal_keeps_its_code(router: MemoryRouter, planner: FakePlanner) -> None:
+    assert call_problem(router).kind == "unknown_search"
 
 
 def test_nobody_there_is_a_timeout_where_the_service_hangs(
-    hub: MemoryRouter, monkeypatch: pytest.MonkeyPatch
+    router: MemoryRouter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    hang(hub, monkeypatch)
-    problem = call_problem(hub)
+    hang(router, monkeypatch)
+    problem = call_problem(router)
     assert (problem.kind, problem.extra["service"]) == ("timeout", "planner")
     assert problem.detail == "planner hangs."
 
 
 def test_a_hung_service_behind_the_one_called_is_named(
-    hub: MemoryRouter, monkeypatch: pytest.MonkeyPatch
+    router: MemoryRouter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(_request: MapClear) -> MapSummary:
         raise RequestRejected("perception_missing", "perception does not run")
 
-    hang(hub, monkeypatch)
-    hub.bus("mapper").serve(keys.MAP_CLEAR, refuse)
-    problem = call_problem(hub, keys.MAP_CLEAR)
+    hang(router, monkeypatch)
+    router.bus("mapper").serve(keys.MAP_CLEAR, refuse)
+    problem = call_problem(router, keys.MAP_CLEAR)
     assert (problem.kind, problem.extra["service"]) == ("timeout", "perception")
     assert problem.detail == "perception hangs."
 
 
-def test_the_map_is_asked_for_with_the_text(hub: MemoryRouter, mapper: fakes.FakeMapper) -> None:
-    with gateway_on(hub, GatewayConfig()) as gateway:
+def test_the_map_is_asked_for_with_the_text(router: MemoryRouter, mapper: fakes.FakeMapper) -> None:
+    with gateway_on(router, GatewayConfig()) as gateway:
         assert anyio.run(gateway.view, "sofa").text == "sofa"
         assert anyio.run(gateway.view).text == ""

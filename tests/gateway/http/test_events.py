@@ -35,18 +35,18 @@ async def is_over(events: AsyncIterator[bytes]) -> bool:
 
 
 def listen(
-    hub: MemoryRouter,
+    router: MemoryRouter,
     scenario: Callable[[GatewayContext, AsyncIterator[bytes]], Any],
     intervals: EventIntervals = FAST,
 ) -> None:
     """Run a scenario on the events of the search ``s1``."""
-    with gateway_on(hub) as gateway:
+    with gateway_on(router) as gateway:
         events = search_events(gateway, search("s1"), count=0, intervals=intervals)
         anyio.run(scenario, gateway, events)
 
 
 def test_every_change_is_told_once_and_the_end_ends_it(
-    hub: MemoryRouter, planner: FakePlanner
+    router: MemoryRouter, planner: FakePlanner
 ) -> None:
     async def scenario(gateway: GatewayContext, events: AsyncIterator[bytes]) -> None:
         name, status = await next_event(events)
@@ -58,28 +58,30 @@ def test_every_change_is_told_once_and_the_end_ends_it(
         assert await is_over(events)
 
     planner.status = search("s1")
-    listen(hub, scenario)
+    listen(router, scenario)
 
 
-def test_the_stream_outlives_its_planner(hub: MemoryRouter) -> None:
-    old = FakePlanner(hub, search("s1"))
+def test_the_stream_outlives_its_planner(router: MemoryRouter) -> None:
+    old = FakePlanner(router, search("s1"))
 
     async def scenario(gateway: GatewayContext, events: AsyncIterator[bytes]) -> None:
         await next_event(events)
         old.bus.close()
         name, problem = await next_event(events)
         assert (name, problem["service"]) == ("problem", "planner")
-        new = FakePlanner(hub, search("s1", SearchState.FOUND, updated_ns=search().updated_ns + 9))
+        new = FakePlanner(
+            router, search("s1", SearchState.FOUND, updated_ns=search().updated_ns + 9)
+        )
         name, status = await next_event(events)
         assert (name, status["state"]) == ("status", "found")
         assert await is_over(events)
         new.bus.close()
 
-    listen(hub, scenario)
+    listen(router, scenario)
 
 
 def test_a_search_that_the_planner_forgot_ends_with_a_problem(
-    hub: MemoryRouter, planner: FakePlanner
+    router: MemoryRouter, planner: FakePlanner
 ) -> None:
     async def scenario(gateway: GatewayContext, events: AsyncIterator[bytes]) -> None:
         await next_event(events)
@@ -87,31 +89,31 @@ def test_a_search_that_the_planner_forgot_ends_with_a_problem(
         assert (name, problem["status"]) == ("problem", 404)
         assert await is_over(events)
 
-    listen(hub, scenario)
+    listen(router, scenario)
 
 
-def test_a_final_search_is_told_and_over(hub: MemoryRouter) -> None:
+def test_a_final_search_is_told_and_over(router: MemoryRouter) -> None:
     async def scenario(gateway: GatewayContext) -> None:
         events = search_events(gateway, search(state=SearchState.FOUND), count=0)
         assert (await next_event(events))[1]["state"] == "found"
         assert await is_over(events)
 
-    with gateway_on(hub) as gateway:
+    with gateway_on(router) as gateway:
         anyio.run(scenario, gateway)
 
 
-def test_silence_is_filled_with_comments(hub: MemoryRouter, planner: FakePlanner) -> None:
+def test_silence_is_filled_with_comments(router: MemoryRouter, planner: FakePlanner) -> None:
     async def scenario(gateway: GatewayContext, events: AsyncIterator[bytes]) -> None:
         await next_event(events)
         with anyio.fail_after(WAIT_S):
             assert await events.__anext__() == KEEP_ALIVE
 
     planner.status = search("s1")
-    listen(hub, scenario, EventIntervals(poll_s=0.01, query_s=60.0, keep_alive_s=0.02))
+    listen(router, scenario, EventIntervals(poll_s=0.01, query_s=60.0, keep_alive_s=0.02))
 
 
 def test_the_stream_ends_when_the_gateway_goes_down(
-    hub: MemoryRouter, planner: FakePlanner
+    router: MemoryRouter, planner: FakePlanner
 ) -> None:
     async def scenario(gateway: GatewayContext, events: AsyncIterator[bytes]) -> None:
         await next_event(events)
@@ -119,7 +121,7 @@ def test_the_stream_ends_when_the_gateway_goes_down(
         assert await is_over(events)
 
     planner.status = search("s1")
-    listen(hub, scenario)
+    listen(router, scenario)
 
 
 def test_news_is_a_later_state_of_the_same_search() -> None:

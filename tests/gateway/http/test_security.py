@@ -36,8 +36,8 @@ def test_a_rebound_name_is_not(client: TestClient, host: str) -> None:
     assert "allowed_hosts" in answer.json()["detail"]
 
 
-def test_a_configured_name_is_served(hub: MemoryRouter) -> None:
-    with client_on(hub, GatewayConfig(allowed_hosts=("robot.local",))) as client:
+def test_a_configured_name_is_served(router: MemoryRouter) -> None:
+    with client_on(router, GatewayConfig(allowed_hosts=("robot.local",))) as client:
         assert client.get("/healthz", headers={"Host": "robot.local:8080"}).status_code == 200
         page = {"Host": "robot.local", "Origin": "https://robot.local"}
         assert client.post("/v1/map/clear", headers=page).status_code == 503
@@ -68,8 +68,8 @@ def test_no_other_site_may_read(client: TestClient) -> None:
 
 
 @pytest.fixture
-def locked(hub: MemoryRouter, mapper: FakeMapper, planner: FakePlanner) -> Iterator[TestClient]:
-    with client_on(hub, GatewayConfig(token=SecretStr("päss"))) as client:
+def locked(router: MemoryRouter, mapper: FakeMapper, planner: FakePlanner) -> Iterator[TestClient]:
+    with client_on(router, GatewayConfig(token=SecretStr("päss"))) as client:
         yield client
 
 
@@ -83,8 +83,8 @@ def test_changes_need_the_token(locked: TestClient, given: str | None) -> None:
     assert locked.get("/v1/map").status_code == 200
 
 
-def test_the_token_opens(hub: MemoryRouter, mapper: FakeMapper) -> None:
-    with client_on(hub, GatewayConfig(token=SecretStr("secret"))) as client:
+def test_the_token_opens(router: MemoryRouter, mapper: FakeMapper) -> None:
+    with client_on(router, GatewayConfig(token=SecretStr("secret"))) as client:
         right = {"Authorization": "Bearer secret"}
         assert client.post("/v1/map/clear", headers=right).status_code == 200
 

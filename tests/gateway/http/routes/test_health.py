@@ -10,15 +10,15 @@ from tests.gateway import fakes
 from tests.gateway.fakes import WAIT_S, client_of, gateway_on
 
 
-def test_the_process_lives_whatever_else_is_missing(hub: MemoryRouter) -> None:
-    with gateway_on(hub) as gateway:
+def test_the_process_lives_whatever_else_is_missing(router: MemoryRouter) -> None:
+    with gateway_on(router) as gateway:
         answer = client_of(gateway).get("/healthz")
     assert answer.json() == {"status": "ok"}
 
 
-def test_the_robot_is_not_ready_until_a_frame_reached_the_map(hub: MemoryRouter) -> None:
-    buses = {name: hub.bus(name) for name in ("simulator", "perception", "mapper", "planner")}
-    with gateway_on(hub) as gateway:
+def test_the_robot_is_not_ready_until_a_frame_reached_the_map(router: MemoryRouter) -> None:
+    buses = {name: router.bus(name) for name in ("simulator", "perception", "mapper", "planner")}
+    with gateway_on(router) as gateway:
         client = client_of(gateway)
         answer = client.get("/readyz")
         assert answer.status_code == 503

@@ -27,9 +27,9 @@ def test_states_keep_coming_and_the_trail_only_once(client: TestClient) -> None:
     assert first["ready"] is False
 
 
-def test_the_newest_state_is_sent(hub: MemoryRouter) -> None:
-    publisher = hub.bus("simulator").publish(keys.ROBOT_ODOMETRY)
-    with gateway_on(hub) as gateway, client_of(gateway).websocket_connect(LIVE) as socket:
+def test_the_newest_state_is_sent(router: MemoryRouter) -> None:
+    publisher = router.bus("simulator").publish(keys.ROBOT_ODOMETRY)
+    with gateway_on(router) as gateway, client_of(gateway).websocket_connect(LIVE) as socket:
         socket.receive_json()
         for index in range(1, 4):
             publisher.put(fakes.odometry(float(index), 0.0, sequence=index))
@@ -45,8 +45,8 @@ def test_what_a_client_says_is_ignored(client: TestClient) -> None:
         assert socket.receive_json()["services"]
 
 
-def test_a_closing_gateway_says_good_bye(hub: MemoryRouter) -> None:
-    with gateway_on(hub) as gateway, client_of(gateway).websocket_connect(LIVE) as socket:
+def test_a_closing_gateway_says_good_bye(router: MemoryRouter) -> None:
+    with gateway_on(router) as gateway, client_of(gateway).websocket_connect(LIVE) as socket:
         socket.receive_json()
         gateway.cache.begin_close()
         with pytest.raises(WebSocketDisconnect) as end:

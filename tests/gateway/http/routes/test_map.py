@@ -108,17 +108,17 @@ def test_a_refused_name_is_told_which_letters_are_allowed(client: TestClient) ->
         ("POST", "/v1/map/clear"),
     ],
 )
-def test_without_a_mapper_it_is_named(hub: MemoryRouter, method: str, path: str) -> None:
-    with gateway_on(hub) as gateway:
+def test_without_a_mapper_it_is_named(router: MemoryRouter, method: str, path: str) -> None:
+    with gateway_on(router) as gateway:
         body = {"name": "flat"} if method == "POST" else None
         answer = client_of(gateway).request(method, path, json=body)
     assert answer.status_code == 503
     assert answer.json()["service"] == "mapper"
 
 
-def test_the_camera_shows_the_newest_image_with_its_detections(hub: MemoryRouter) -> None:
-    robot = hub.bus("simulator")
-    with gateway_on(hub) as gateway:
+def test_the_camera_shows_the_newest_image_with_its_detections(router: MemoryRouter) -> None:
+    robot = router.bus("simulator")
+    with gateway_on(router) as gateway:
         robot.publish(keys.ROBOT_RGBD).put(fakes.rgbd(5))
         robot.publish(keys.DETECTIONS).put(fakes.detections("sofa", sequence=5))
         gateway.cache.wait_for(lambda s: bool(s.frame and s.detections), fakes.WAIT_S)

@@ -109,14 +109,14 @@ def test_spaces_do_not_matter(client: TestClient) -> None:
     assert client.post("/v1/queries", json={"text": "  sofa "}).json()["text"] == "sofa"
 
 
-def test_a_killed_mapper_is_named_and_missed_only_until_it_is_back(hub: MemoryRouter) -> None:
-    mapper = FakeMapper(hub)
-    with client_on(hub) as client:
+def test_a_killed_mapper_is_named_and_missed_only_until_it_is_back(router: MemoryRouter) -> None:
+    mapper = FakeMapper(router)
+    with client_on(router) as client:
         assert client.post("/v1/queries", json={"text": "sofa"}).status_code == 200
         mapper.bus.close()
         answer = client.post("/v1/queries", json={"text": "sofa"})
         assert answer.status_code == 503
         assert answer.json()["service"] == "mapper"
-        mapper = FakeMapper(hub)
+        mapper = FakeMapper(router)
         assert client.post("/v1/queries", json={"text": "sofa"}).status_code == 200
         mapper.bus.close()

@@ -123,8 +123,8 @@ def test_events_of_a_search_that_is_over_end_at_once(
         ("GET", "/v1/searches/s1/events"),
     ],
 )
-def test_without_a_planner_it_is_named(hub: MemoryRouter, method: str, path: str) -> None:
-    with client_on(hub) as client:
+def test_without_a_planner_it_is_named(router: MemoryRouter, method: str, path: str) -> None:
+    with client_on(router) as client:
         body = {"object": "sofa"} if method == "POST" else None
         answer = client.request(method, path, json=body)
     assert answer.status_code == 503
