@@ -2,41 +2,37 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import AsyncIterator, Callable
 from typing import Any
 
 import anyio
+from fastapi.sse import ServerSentEvent
 
 from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.events import KEEP_ALIVE, EventIntervals, search_events, supersedes
+from onemap_gateway.http.events import EventIntervals, search_events, supersedes
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import SearchState
 from tests.gateway.fakes import WAIT_S, FakePlanner, gateway_on, search
 
-FAST = EventIntervals(poll_s=0.01, query_s=0.05, keep_alive_s=60.0)
+FAST = EventIntervals(poll_s=0.01, query_s=0.05)
 
 
-async def next_event(events: AsyncIterator[bytes]) -> tuple[str, dict[str, Any]]:
-    """Name and data of the next event; comments are passed over."""
+async def next_event(events: AsyncIterator[ServerSentEvent]) -> tuple[str, dict[str, Any]]:
+    """Name and data of the next event."""
     with anyio.fail_after(WAIT_S):
-        async for chunk in events:
-            fields = dict(
-                line.split(": ", 1) for line in chunk.decode().split("\n") if ": " in line
-            )
-            if "event" in fields:
-                return fields["event"], json.loads(fields["data"])
-    raise AssertionError("the stream ended")
+        event = await events.__anext__()
+    assert event.event is not None
+    return event.event, event.data
 
 
-async def is_over(events: AsyncIterator[bytes]) -> bool:
+async def is_over(events: AsyncIterator[ServerSentEvent]) -> bool:
     with anyio.fail_after(WAIT_S):
-        return [chunk async for chunk in events if chunk != KEEP_ALIVE] == []
+        return [event async for event in events] == []
 
 
 def listen(
     router: MemoryRouter,
-    scenario: Callable[[GatewayContext, AsyncIterator[bytes]], Any],
+    scenario: Callable[[GatewayContext, AsyncIterator[ServerSentEvent]], Any],
     intervals: EventIntervals = FAST,
 ) -> None:
     """Run a scenario on the events of the search ``s1``."""
@@ -48,7 +44,7 @@ def listen(
 def test_every_change_is_told_once_and_the_end_ends_it(
     router: MemoryRouter, planner: FakePlanner
 ) -> None:
-    async def scenario(gateway: GatewayContext, events: AsyncIterator[bytes]) -> None:
+    async def scenario(gateway: GatewayContext, events: AsyncIterator[ServerSentEvent]) -> None:
         name, status = await next_event(events)
         assert (name, status["id"], status["state"]) == ("status", "s1", "exploring")
         for state in (SearchState.APPROACHING, SearchState.CONFIRMING, SearchState.FOUND):
@@ -64,7 +60,7 @@ def test_every_change_is_told_once_and_the_end_ends_it(
 def test_the_stream_outlives_its_planner(router: MemoryRouter) -> None:
     old = FakePlanner(router, search("s1"))
 
-    async def scenario(gateway: GatewayContext, events: AsyncIterator[bytes]) -> None:
+    async def scenario(gateway: GatewayContext, events: AsyncIterator[ServerSentEvent]) -> None:
         await next_event(events)
         old.bus.close()
         name, problem = await next_event(events)
@@ -83,7 +79,7 @@ def test_the_stream_outlives_its_planner(router: MemoryRouter) -> None:
 def test_a_search_that_the_planner_forgot_ends_with_a_problem(
     router: MemoryRouter, planner: FakePlanner
 ) -> None:
-    async def scenario(gateway: GatewayContext, events: AsyncIterator[bytes]) -> None:
+    async def scenario(gateway: GatewayContext, events: AsyncIterator[ServerSentEvent]) -> None:
         await next_event(events)
         name, problem = await next_event(events)
         assert (name, problem["status"]) == ("problem", 404)
@@ -102,20 +98,10 @@ def test_a_final_search_is_told_and_over(router: MemoryRouter) -> None:
         anyio.run(scenario, gateway)
 
 
-def test_silence_is_filled_with_comments(router: MemoryRouter, planner: FakePlanner) -> None:
-    async def scenario(gateway: GatewayContext, events: AsyncIterator[bytes]) -> None:
-        await next_event(events)
-        with anyio.fail_after(WAIT_S):
-            assert await events.__anext__() == KEEP_ALIVE
-
-    planner.status = search("s1")
-    listen(router, scenario, EventIntervals(poll_s=0.01, query_s=60.0, keep_alive_s=0.02))
-
-
 def test_the_stream_ends_when_the_gateway_goes_down(
     router: MemoryRouter, planner: FakePlanner
 ) -> None:
-    async def scenario(gateway: GatewayContext, events: AsyncIterator[bytes]) -> None:
+    async def scenario(gateway: GatewayContext, events: AsyncIterator[ServerSentEvent]) -> None:
         await next_event(events)
         gateway.cache.begin_close()
         assert await is_over(events)

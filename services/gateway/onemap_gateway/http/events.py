@@ -1,12 +1,12 @@
-"""A search told as server-sent events."""
+"""The changes of a search as server-sent events."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 
 import anyio
+from fastapi.sse import ServerSentEvent
 
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem
@@ -14,18 +14,15 @@ from onemap_gateway.present.views import search_report
 from onemap_shared import keys
 from onemap_shared.messages import SearchId, SearchStatus
 
-MEDIA_TYPE = "text/event-stream"
-KEEP_ALIVE = b": keep-alive\n\n"
-RETRY = b"retry: 2000\n\n"  # milliseconds until a browser connects again
+RETRY_MS = 2000  # until a browser connects again
 
 
 @dataclass(frozen=True, slots=True)
 class EventIntervals:
-    """Seconds between two looks at the snapshot, two questions to the planner, two comments."""
+    """Seconds between two reads of the state cache, and between two calls of the planner."""
 
     poll_s: float = 0.1
     query_s: float = 2.0
-    keep_alive_s: float = 10.0
 
 
 async def search_events(
@@ -34,57 +31,53 @@ async def search_events(
     *,
     count: int,
     intervals: EventIntervals | None = None,
-) -> AsyncIterator[bytes]:
+) -> AsyncIterator[ServerSentEvent]:
     """Every change of the search from ``first`` on; ends after its final state.
 
-    ``count`` is the snapshot's ``search_count`` from before ``first`` was asked for. While the
-    planner is away the stream stays open and says so in an event ``problem``; a planner that is
-    back and does not know the search any more ends it with that problem.
+    ``count`` is the snapshot's ``search_count`` from before ``first`` was requested. While the
+    planner is away the stream stays open and sends an event ``problem``; a restarted planner that
+    does not have the search any more ends the stream with that problem.
     """
     intervals = intervals or EventIntervals()
-    last, trouble = first, ""
-    asked_s = spoken_s = gateway.cache.now_s()
-    yield RETRY + _status(gateway, first)
+    last, last_problem = first, ""
+    queried_s = gateway.cache.now_s()
+    yield _status_event(gateway, first, retry=RETRY_MS)
     while last.active and not gateway.cache.closing:
         await anyio.sleep(intervals.poll_s)
         state, now_s = gateway.cache.state, gateway.cache.now_s()
         fresh = state.statuses_since(count)
         count = state.search_count
-        if now_s - asked_s >= intervals.query_s:
-            asked_s = now_s
+        if now_s - queried_s >= intervals.query_s:
+            queried_s = now_s
             try:
                 request = SearchId(first.search_id)
                 fresh = (*fresh, await gateway.call(keys.SEARCH_GET, request))
-                trouble = ""
+                last_problem = ""
             except HttpProblem as problem:
-                if problem.detail != trouble:
-                    trouble, spoken_s = problem.detail, now_s
-                    yield _event("problem", problem.document)
+                if problem.detail != last_problem:
+                    last_problem = problem.detail
+                    yield ServerSentEvent(event="problem", data=problem.document)
                 if problem.kind == "unknown_search":
                     return
         for status in fresh:
             if supersedes(status, last):
-                last, spoken_s = status, now_s
-                yield _status(gateway, status)
-        if now_s - spoken_s >= intervals.keep_alive_s:
-            spoken_s = now_s
-            yield KEEP_ALIVE
+                last = status
+                yield _status_event(gateway, status)
 
 
 def supersedes(status: SearchStatus, last: SearchStatus) -> bool:
     """Whether ``status`` is a later state of the same search, which had not ended.
 
-    The end is later than anything, though a status that was made in the same instant may bear a
-    later time.
+    The final state counts as later even with an earlier time: one that was made in the same
+    instant may carry it.
     """
     same = status.search_id == last.search_id and last.active
     later = status.updated_ns >= last.updated_ns or not status.active
     return same and status != last and later
 
 
-def _status(gateway: GatewayContext, status: SearchStatus) -> bytes:
-    return _event("status", search_report(status, gateway.now_ns()).model_dump(mode="json"))
-
-
-def _event(name: str, document: object) -> bytes:
-    return f"event: {name}\ndata: {json.dumps(document)}\n\n".encode()
+def _status_event(
+    gateway: GatewayContext, status: SearchStatus, retry: int | None = None
+) -> ServerSentEvent:
+    document = search_report(status, gateway.now_ns()).model_dump(mode="json")
+    return ServerSentEvent(event="status", data=document, retry=retry)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 from starlette.testclient import TestClient
 
@@ -109,8 +111,21 @@ def test_events_of_a_search_that_is_over_end_at_once(
     planner.move(SearchState.FOUND)
     answer = client.get("/v1/searches/s1/events")
     assert answer.headers["Content-Type"].startswith("text/event-stream")
-    assert "event: status" in answer.text
+    assert answer.text.count("event: status") == 1
     assert '"state": "found"' in answer.text
+    assert "retry: 2000" in answer.text
+
+
+def test_a_silent_stream_carries_comments(
+    client: TestClient, planner: FakePlanner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fastapi.routing._PING_INTERVAL", 0.02)  # seconds; 15 in operation
+    client.post("/v1/searches", json={"object": "sofa"})
+    found = threading.Timer(0.3, planner.move, [SearchState.FOUND])
+    found.start()
+    text = client.get("/v1/searches/s1/events").text
+    assert text.count("event: status") == 2
+    assert text.count(": ping") > 2
 
 
 @pytest.mark.parametrize(

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import re
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Path, Response
-from fastapi.responses import StreamingResponse
+from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from onemap_gateway.http.context import GatewayContext, GatewayDep
-from onemap_gateway.http.events import MEDIA_TYPE, search_events
+from onemap_gateway.http.events import search_events
 from onemap_gateway.http.problem_docs import BODY, problem_responses
 from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.http.schemas import SearchStart
 from onemap_gateway.present.replies import SearchReport
 from onemap_gateway.present.views import search_report
 from onemap_shared import keys
-from onemap_shared.messages import SearchId, SearchRequest
+from onemap_shared.messages import SearchId, SearchRequest, SearchStatus
 
 router = APIRouter(prefix="/v1/searches", tags=["searches"])
 
@@ -89,22 +91,37 @@ async def cancel_search(search_id: Id, gateway: GatewayDep) -> SearchReport:
     return search_report(status, gateway.now_ns())
 
 
+@dataclass(frozen=True, slots=True)
+class FirstStatus:
+    """A search as an event stream begins, and how many statuses the cache had counted before."""
+
+    status: SearchStatus
+    count: int
+
+
+async def first_status(search_id: Id, gateway: GatewayDep) -> FirstStatus:
+    """A dependency, so that a search that is not there is a 404 instead of an empty stream."""
+    count = gateway.cache.state.search_count
+    return FirstStatus(await gateway.call(keys.SEARCH_GET, SearchId(search_id)), count)
+
+
 @router.get(
     "/{search_id}/events",
     summary="Tell me as it goes",
-    response_class=StreamingResponse,
+    response_class=EventSourceResponse,
     responses={
         200: {
             "description": "Server-sent events: `status` with a search report on each change, "
             "`problem` while the planner is away. Ends after the final state; a browser's "
             "EventSource has to be closed then, or it connects again.",
-            "content": {MEDIA_TYPE: {"schema": {"type": "string"}}},
+            "content": {"text/event-stream": {"schema": {"type": "string"}}},
         },
         **problem_responses(404, 422, 503),
     },
 )
-async def follow_search(search_id: Id, gateway: GatewayDep) -> StreamingResponse:
+async def follow_search(
+    first: Annotated[FirstStatus, Depends(first_status)], gateway: GatewayDep
+) -> AsyncIterator[ServerSentEvent]:
     """Every change of the search as a server-sent event."""
-    count = gateway.cache.state.search_count
-    first = await gateway.call(keys.SEARCH_GET, SearchId(search_id))
-    return StreamingResponse(search_events(gateway, first, count=count), media_type=MEDIA_TYPE)
+    async for event in search_events(gateway, first.status, count=first.count):
+        yield event
