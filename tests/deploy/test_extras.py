@@ -20,6 +20,7 @@ MODULE_OF = {
     "pyyaml": "yaml",
     "scikit-image": "skimage",
     "eclipse-zenoh": "zenoh",
+    "fastapi-offline": "fastapi_offline",
     "pillow": "PIL",
     "prometheus-client": "prometheus_client",
 }

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import threading
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,7 +13,6 @@ from starlette.testclient import TestClient
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import PROBLEM_TYPES
-from onemap_gateway.http.routes.pages import STATIC
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway.fakes import client_of, client_on, gateway_on
@@ -151,46 +149,3 @@ def test_a_failing_route_is_a_problem_and_is_logged(
 def test_head_and_options_do_not_fail(client: TestClient) -> None:
     assert client.head("/healthz").status_code in (200, 405)
     assert client.options("/v1/queries").status_code == 405
-
-
-@pytest.mark.parametrize("page", ["/", "/docs", "/favicon.ico"])
-def test_pages_are_served(client: TestClient, page: str) -> None:
-    assert client.get(page).status_code == 200
-
-
-def static_files() -> list[Path]:
-    return sorted(STATIC.iterdir())
-
-
-@pytest.mark.parametrize("file", static_files(), ids=lambda path: path.name)
-def test_static_files_load_nothing_from_elsewhere(client: TestClient, file: Path) -> None:
-    assert client.get(f"/static/{file.name}").status_code == 200
-    text = file.read_text(encoding="utf-8").replace("http://www.w3.org/2000/svg", "")
-    assert not re.search(r"https?://|//[a-z]+\.[a-z]|@import", text)
-
-
-@pytest.mark.parametrize("file", static_files(), ids=lambda path: path.name)
-def test_what_static_files_refer_to_exists(client: TestClient, file: Path) -> None:
-    text = file.read_text(encoding="utf-8")
-    for path in re.findall(r'(?:src|href)="(/[^"#]*)"', text):
-        assert client.get(path).status_code == 200, path
-    for name in re.findall(r'from "\./([^"]+)"', text):
-        assert (STATIC / name).is_file()
-
-
-def test_every_element_that_scripts_ask_for_is_on_the_page() -> None:
-    page = (STATIC / "index.html").read_text(encoding="utf-8")
-    for script in STATIC.glob("*.js"):
-        if script.name == "docs.js":
-            continue
-        text = script.read_text(encoding="utf-8")
-        for name in re.findall(r'(?:by|getElementById)\("([^"]+)"\)', text):
-            assert f'id="{name}"' in page, (script.name, name)
-
-
-def test_no_style_or_script_is_inline() -> None:
-    """The content security policy would not run it."""
-    for page in STATIC.glob("*.html"):
-        text = page.read_text(encoding="utf-8")
-        assert " style=" not in text
-        assert not re.search(r"<script(?![^>]*src=)|\son\w+=", text)

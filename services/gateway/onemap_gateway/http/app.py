@@ -58,6 +58,7 @@ def create_app(gateway: GatewayContext) -> FastAPI:
     app.state.gateway = gateway
     for part in (queries, searches, map, camera, health, live, pages):
         app.include_router(part.router)
+    app.mount("/static/swagger-ui", pages.StaticPages(directory=pages.SWAGGER_UI))
     app.mount("/static", pages.StaticPages(directory=pages.STATIC))
     app.add_exception_handler(HttpProblem, _on_problem)
     app.add_exception_handler(RequestValidationError, _on_validation)
