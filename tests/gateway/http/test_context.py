@@ -36,11 +36,11 @@ def hang(router: MemoryRouter, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_nobody_there_is_unavailable(router: MemoryRouter) -> None:
     problem = call_problem(router)
-    assert (problem.kind, problem.extra["service"]) == ("unavailable", "planner")
+    assert (problem.code, problem.extra["service"]) == ("unavailable", "planner")
 
 
 def test_a_refusal_keeps_its_code(router: MemoryRouter, planner: FakePlanner) -> None:
-    assert call_problem(router).kind == "unknown_search"
+    assert call_problem(router).code == "unknown_search"
 
 
 def test_nobody_there_is_a_timeout_where_the_service_hangs(
@@ -48,7 +48,7 @@ def test_nobody_there_is_a_timeout_where_the_service_hangs(
 ) -> None:
     hang(router, monkeypatch)
     problem = call_problem(router)
-    assert (problem.kind, problem.extra["service"]) == ("timeout", "planner")
+    assert (problem.code, problem.extra["service"]) == ("timeout", "planner")
     assert problem.detail == "planner hangs."
 
 
@@ -61,7 +61,7 @@ def test_a_hung_service_behind_the_one_called_is_named(
     hang(router, monkeypatch)
     router.bus("mapper").serve(keys.MAP_CLEAR, refuse)
     problem = call_problem(router, keys.MAP_CLEAR)
-    assert (problem.kind, problem.extra["service"]) == ("timeout", "perception")
+    assert (problem.code, problem.extra["service"]) == ("timeout", "perception")
     assert problem.detail == "perception hangs."
 
 

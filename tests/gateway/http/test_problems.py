@@ -40,7 +40,7 @@ def test_a_failed_call_is_always_a_whole_problem(error: CallError, service: str)
     problem = from_call_error(error, service, 2.0, no_hung)
     document = problem.document
     assert {"type", "title", "status", "detail"} <= document.keys()
-    assert document["type"] == f"/docs#problem-{problem.kind}"
+    assert document["type"] == f"/docs#problem-{problem.code}"
     assert document["status"] == problem.status == problem_response(problem).status_code
     assert document["detail"][-1] in ".!?"
     assert document["service"] == service

@@ -70,7 +70,7 @@ def create_app(gateway: GatewayContext) -> FastAPI:
 
 
 def _complete_schema(app: FastAPI) -> None:
-    """Add to /openapi.json what FastAPI cannot know: the problems."""
+    """Add the problems to /openapi.json, which FastAPI cannot derive from the routes."""
     document: dict[str, Any] = app.openapi()
     schemas = document["components"]["schemas"]
     schemas["ProblemDetails"] = ProblemDetails.model_json_schema()
@@ -79,7 +79,8 @@ def _complete_schema(app: FastAPI) -> None:
     events = document["paths"]["/v1/searches/{search_id}/events"]["get"]["responses"]["200"]
     events["content"]["text/event-stream"].pop("itemSchema")  # of OpenAPI 3.2; this is 3.1
     document["x-problems"] = {
-        name: {"status": kind.status, "title": kind.title} for name, kind in PROBLEM_TYPES.items()
+        code: {"status": known.status, "title": known.title}
+        for code, known in PROBLEM_TYPES.items()
     }
 
 

@@ -57,7 +57,7 @@ async def search_events(
                 if problem.detail != last_problem:
                     last_problem = problem.detail
                     yield ServerSentEvent(event="problem", data=problem.document)
-                if problem.kind == "unknown_search":
+                if problem.code == "unknown_search":
                     return
         for status in fresh:
             if supersedes(status, last):

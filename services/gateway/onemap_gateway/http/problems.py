@@ -1,7 +1,7 @@
-"""Errors as people and programs can use them: RFC 9457 problem details.
+"""Errors as problem details (RFC 9457), for people and programs.
 
-Each kind has a status and a title that never change; ``detail`` is one sentence that
-tells what to do. The codes with which services refuse a request are kinds, too.
+Each problem has a code with a fixed status and title; ``detail`` is one sentence that says what
+to do. The codes with which services refuse a request are problem codes, too.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ RETRY_AFTER_S = 2  # a killed service is back in about this time
 
 @dataclass(frozen=True, slots=True)
 class ProblemType:
-    """What all problems of one kind share."""
+    """What all problems with the same code share."""
 
     status: int
     title: str
@@ -55,23 +55,26 @@ PROBLEM_TYPES: Mapping[str, ProblemType] = {
     "storage": ProblemType(507, "A file cannot be written"),
 }
 
-# Refusals of a service that itself waits for another one: the kind, and who is missing.
+# Refusals of a service that itself calls another one: the code here, and the service missing.
 DEPENDENCY_ERRORS = {
     "perception_missing": ("unavailable", "perception"),
     "perception_silent": ("timeout", "perception"),
 }
 
-# Members of the document, and of ``HttpProblem``, that the details of a service may not replace.
-RESERVED_MEMBERS = frozenset({"type", "title", "status", "detail", "service", "kind", "self"})
+# Members of the document that the details of a service may not replace.
+RESERVED_MEMBERS = frozenset({"type", "title", "status", "detail", "service"})
 
 
 class HttpProblem(Exception):
-    """A request that cannot be served, and why; becomes the HTTP response."""
+    """A request that cannot be served, and why; becomes the HTTP response.
 
-    def __init__(self, kind: str, detail: str, status: int | None = None, **extra: Any) -> None:
+    code: key of ``PROBLEM_TYPES``; extra: further members of the problem details object.
+    """
+
+    def __init__(self, code: str, detail: str, /, status: int | None = None, **extra: Any) -> None:
         super().__init__(detail)
-        self.kind = kind
-        self.status = status or PROBLEM_TYPES[kind].status
+        self.code = code
+        self.status = status or PROBLEM_TYPES[code].status
         self.detail = detail
         self.extra = extra
 
@@ -79,8 +82,8 @@ class HttpProblem(Exception):
     def document(self) -> dict[str, Any]:
         """The problem details object."""
         return {
-            "type": f"/docs#problem-{self.kind}",
-            "title": PROBLEM_TYPES[self.kind].title,
+            "type": f"/docs#problem-{self.code}",
+            "title": PROBLEM_TYPES[self.code].title,
             "status": self.status,
             "detail": self.detail,
             **self.extra,
@@ -88,7 +91,7 @@ class HttpProblem(Exception):
 
     @property
     def headers(self) -> dict[str, str]:
-        """What HTTP wants beside the document."""
+        """Headers that belong to the status."""
         if self.status == 503:
             return {"Retry-After": str(RETRY_AFTER_S)}
         if self.status == 401:
@@ -99,7 +102,7 @@ class HttpProblem(Exception):
 def from_call_error(
     error: CallError, service: str, timeout_s: float, hung_problem: Callable[[str], str]
 ) -> HttpProblem:
-    """The problem behind a question to ``service`` that got no answer.
+    """The problem of a call to ``service`` that failed.
 
     ``hung_problem`` returns a sentence on a service that hangs, or an empty text: the bus cannot
     tell a process that hangs from one that ended, since both lose their connection.
@@ -120,8 +123,8 @@ def from_call_error(
             )
             return HttpProblem("timeout", detail, service=service)
         case RemoteError(code=code) if code in DEPENDENCY_ERRORS:
-            kind, missing = DEPENDENCY_ERRORS[code]
-            return HttpProblem(kind, sentence(str(error)), service=missing)
+            own_code, missing = DEPENDENCY_ERRORS[code]
+            return HttpProblem(own_code, sentence(str(error)), service=missing)
         case RemoteError(code=code) if code in PROBLEM_TYPES and PROBLEM_TYPES[code].status != 500:
             details = {k: v for k, v in error.details.items() if k not in RESERVED_MEMBERS}
             return HttpProblem(code, sentence(str(error)), service=service, **details)
@@ -131,14 +134,14 @@ def from_call_error(
 
 
 def _silent_service(error: CallError, asked: str) -> str:
-    """The service that gave no sign, empty if all did."""
+    """The service that did not answer; empty if the error is itself an answer."""
     if isinstance(error, RemoteError):
         return DEPENDENCY_ERRORS[error.code][1] if error.code in DEPENDENCY_ERRORS else ""
     return asked
 
 
 def from_validation_errors(errors: Sequence[Mapping[str, Any]]) -> HttpProblem:
-    """The problem of a request that does not fit its schema; names every field that is wrong.
+    """The problem of a request that does not fit its schema, with every wrong field.
 
     The offending values are not repeated: they may be huge, or not even valid text.
     """

@@ -114,8 +114,8 @@ async def _buffered_body(headers: Headers, receive: Receive) -> Receive:
         raise HttpProblem(
             "slow_body", f"The body did not arrive within {BODY_TIMEOUT_S:g} s: send it in one go."
         ) from None
-    kind = headers.get("content-type", "").partition(";")[0].strip().lower()
-    if body and kind != "application/json":
+    media_type = headers.get("content-type", "").partition(";")[0].strip().lower()
+    if body and media_type != "application/json":
         raise HttpProblem(
             "content_type",
             "Send JSON with the header 'Content-Type: application/json'; /docs has an example "

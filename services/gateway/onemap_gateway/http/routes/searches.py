@@ -57,7 +57,7 @@ async def start_search(
         wish = SearchRequest(request.names, patience_s=gateway.config.call_timeout_s)
         status = await gateway.call(keys.SEARCH_START, wish)
     except HttpProblem as problem:
-        if problem.kind != "conflict":
+        if problem.code != "conflict":
             raise
         raise await _conflict(gateway, problem) from None
     response.headers["Location"] = f"/v1/searches/{status.search_id}"
