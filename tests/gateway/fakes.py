@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
@@ -10,6 +11,7 @@ import numpy as np
 from fastapi import FastAPI
 from starlette.testclient import TestClient
 
+from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.bus.rpc import RpcClient
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
@@ -234,6 +236,16 @@ class FakePlanner:
         self.move(m.SearchState.CANCELLED, "cancelled by the user")
         assert self.status is not None
         return self.status
+
+
+def state_reached(cache: StateCache, condition: Callable[[LiveState], bool]) -> bool:
+    """Whether the cached state satisfies ``condition`` before ``WAIT_S`` has passed."""
+    deadline_s = time.monotonic() + WAIT_S
+    while not condition(cache.state):
+        if time.monotonic() > deadline_s:
+            return False
+        time.sleep(0.005)
+    return True
 
 
 @contextmanager

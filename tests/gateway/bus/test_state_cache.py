@@ -12,7 +12,7 @@ from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.wire import Packet, encode
 from tests.gateway import fakes
-from tests.gateway.fakes import WAIT_S
+from tests.gateway.fakes import state_reached
 
 
 def test_every_stream_arrives(router: MemoryRouter) -> None:
@@ -25,9 +25,9 @@ def test_every_stream_arrives(router: MemoryRouter) -> None:
     robot.publish(keys.SEARCH_PATH).put(fakes.planned_path((0, 0)))
     robot.publish(keys.heartbeat("mapper")).put(fakes.heartbeat("mapper"))
     streams = ("frame", "odometry", "detections", "revision", "search", "path")
-    heard = cache.wait_for(
+    heard = state_reached(
+        cache,
         lambda state: bool(state.heartbeats) and all(getattr(state, name) for name in streams),
-        WAIT_S,
     )
     cache.close()
     assert heard
@@ -37,9 +37,9 @@ def test_every_stream_arrives(router: MemoryRouter) -> None:
 def test_who_is_alive_is_known_and_who_is_gone(router: MemoryRouter) -> None:
     cache = StateCache(router.bus("gateway"))
     mapper = router.bus("mapper")
-    assert cache.wait_for(lambda state: "mapper" in state.alive, WAIT_S)
+    assert state_reached(cache, lambda state: "mapper" in state.alive)
     mapper.close()
-    assert cache.wait_for(lambda state: "mapper" not in state.alive, WAIT_S)
+    assert state_reached(cache, lambda state: "mapper" not in state.alive)
     cache.close()
 
 
@@ -48,7 +48,7 @@ def test_no_change_of_a_search_is_lost(router: MemoryRouter) -> None:
     publisher = router.bus("planner").publish(keys.SEARCH_STATE)
     for index in range(10):
         publisher.put(fakes.search(updated_ns=index))
-    assert cache.wait_for(lambda state: state.search_count == 10, WAIT_S)
+    assert state_reached(cache, lambda state: state.search_count == 10)
     assert [status.updated_ns for status in cache.state.search_log] == list(range(10))
     cache.close()
 
@@ -60,9 +60,9 @@ def test_a_broken_message_is_logged_and_passed_over(
     good = encode(fakes.odometry(1, 2))
     with caplog.at_level(logging.WARNING, "onemap.gateway"):
         router.inject(keys.ROBOT_ODOMETRY.key, Packet(good.header, good.body[:-1]))
-        assert cache.wait_for(lambda _state: cache.counters()["odometry"].refused == 1, WAIT_S)
+        assert state_reached(cache, lambda _state: cache.counters()["odometry"].refused == 1)
         router.inject(keys.ROBOT_ODOMETRY.key, good)
-        assert cache.wait_for(lambda state: state.odometry is not None, WAIT_S)
+        assert state_reached(cache, lambda state: state.odometry is not None)
     cache.close()
     assert cache.counters()["odometry"].refused == 1
     assert any("odometry: message refused" in record.message for record in caplog.records)
@@ -82,8 +82,8 @@ def test_a_service_hangs_if_it_was_silent_before_its_token_went(router: MemoryRo
     mapper = router.bus("mapper")
     cache = StateCache(router.bus("gateway"), clock_s=lambda: now_s[0])
     mapper.publish(keys.heartbeat("mapper")).put(fakes.heartbeat("mapper"))
-    assert cache.wait_for(lambda state: "mapper" in state.heartbeats, WAIT_S)
-    assert cache.wait_for(lambda state: "mapper" in state.alive, WAIT_S)
+    assert state_reached(cache, lambda state: "mapper" in state.heartbeats)
+    assert state_reached(cache, lambda state: "mapper" in state.alive)
     now_s[0] = 12.5
     assert hung_problem("mapper", cache.state_with_fresh_liveliness(), 12.5) == ""
     mapper.close()

@@ -41,7 +41,7 @@ class StateCache:
         self._bus = bus
         self._clock_s = clock_s
         self._state = LiveState()
-        self._changed = threading.Condition()
+        self._lock = threading.Lock()  # replacing the state is read, compute, write
         self._closing = threading.Event()
         self._subscriptions: dict[str, Subscription[BusMessage]] = {
             name: bus.subscribe(topic, capacity) for name, (topic, capacity) in STREAMS.items()
@@ -78,11 +78,6 @@ class StateCache:
         """The newest snapshot with the liveliness tokens of this moment, not of the last poll."""
         return self._state.with_alive(self._bus.alive(), self._clock_s())
 
-    def wait_for(self, condition: Callable[[LiveState], bool], timeout_s: float) -> bool:
-        """Block until the snapshot satisfies ``condition``; False after ``timeout_s``."""
-        with self._changed:
-            return self._changed.wait_for(lambda: condition(self._state), timeout_s)
-
     def begin_close(self) -> None:
         """Let streams end and threads stop, without waiting for them."""
         self._closing.set()
@@ -98,9 +93,8 @@ class StateCache:
         while not self._closing.is_set():
             message = subscription.take(TAKE_TIMEOUT_S)
             if message is not None:
-                with self._changed:
+                with self._lock:
                     self._state = self._state.with_message(message, self._clock_s())
-                    self._changed.notify_all()
             counters = subscription.counters
             if counters.refused > refused:
                 refused = counters.refused
@@ -109,8 +103,7 @@ class StateCache:
     def _watch_liveliness(self) -> None:
         while True:
             alive = self._bus.alive()
-            with self._changed:
+            with self._lock:
                 self._state = self._state.with_alive(alive, self._clock_s())
-                self._changed.notify_all()
             if self._closing.wait(LIVELINESS_PERIOD_S):
                 return

@@ -7,7 +7,7 @@ from starlette.testclient import TestClient
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway import fakes
-from tests.gateway.fakes import WAIT_S, client_of, gateway_on
+from tests.gateway.fakes import client_of, gateway_on, state_reached
 
 
 def test_the_process_lives_whatever_else_is_missing(router: MemoryRouter) -> None:
@@ -27,15 +27,15 @@ def test_the_robot_is_not_ready_until_a_frame_reached_the_map(router: MemoryRout
             bus.publish(keys.heartbeat(name)).put(fakes.heartbeat(name))
         revisions = buses["mapper"].publish(keys.MAP_REVISION)
         revisions.put(fakes.revision(1))
-        assert gateway.cache.wait_for(
-            lambda s: s.revision is not None and len(s.heartbeats) == 4, WAIT_S
+        assert state_reached(
+            gateway.cache, lambda s: s.revision is not None and len(s.heartbeats) == 4
         )
         assert client.get("/readyz").status_code == 503
         revisions.put(fakes.revision(2))
-        assert gateway.cache.wait_for(lambda s: s.last_fused_s is not None, WAIT_S)
+        assert state_reached(gateway.cache, lambda s: s.last_fused_s is not None)
         assert client.get("/readyz").status_code == 200
         buses["planner"].close()
-        assert gateway.cache.wait_for(lambda s: "planner" not in s.alive, WAIT_S)
+        assert state_reached(gateway.cache, lambda s: "planner" not in s.alive)
         answer = client.get("/readyz")
         assert answer.status_code == 503
         assert answer.json()["service"] == "planner"

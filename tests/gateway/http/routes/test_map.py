@@ -13,7 +13,7 @@ from onemap_gateway.present.render import FREE, OCCUPIED
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway import fakes
-from tests.gateway.fakes import FakeMapper, client_of, gateway_on
+from tests.gateway.fakes import FakeMapper, client_of, gateway_on, state_reached
 
 
 def decoded(data: bytes) -> np.ndarray:
@@ -121,7 +121,7 @@ def test_the_camera_shows_the_newest_image_with_its_detections(router: MemoryRou
     with gateway_on(router) as gateway:
         robot.publish(keys.ROBOT_RGBD).put(fakes.rgbd(5))
         robot.publish(keys.DETECTIONS).put(fakes.detections("sofa", sequence=5))
-        gateway.cache.wait_for(lambda s: bool(s.frame and s.detections), fakes.WAIT_S)
+        assert state_reached(gateway.cache, lambda s: bool(s.frame and s.detections))
         client = client_of(gateway)
         drawn = client.get("/v1/camera.jpg")
         plain = client.get("/v1/camera.jpg?detections=false")
