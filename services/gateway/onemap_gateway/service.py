@@ -1,4 +1,4 @@
-"""The gateway as a service: HTTP in a thread, the runner's loop beside it."""
+"""The gateway as a service: an HTTP server in a thread of its own, beside the runner's loop."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from onemap_shared.transport import Bus, Health
 
 LOG = logging.getLogger("onemap.gateway")
 
-GRACEFUL_SHUTDOWN_S = 1  # open streams end by themselves within 0.2 s; what is left then is cut off
+GRACEFUL_SHUTDOWN_S = 1  # open streams end within 0.2 s; connections left are then closed
 JOIN_TIMEOUT_S = 1.5
 
 
 class GatewayWorker:
-    """Serves HTTP until it is closed."""
+    """Serves HTTP until ``close``."""
 
     def __init__(self, bus: Bus, config: GatewayConfig) -> None:
         listener = listen(config.host, config.port)
@@ -37,7 +37,7 @@ class GatewayWorker:
             uvicorn.Config(
                 app,
                 lifespan="off",
-                log_config=None,  # the runner has set up logging
+                log_config=None,  # the runner configures logging
                 log_level="warning",
                 access_log=False,
                 server_header=False,
@@ -53,13 +53,13 @@ class GatewayWorker:
         LOG.info("the page is at http://%s:%d", host, self.port)
 
     def step(self, timeout_s: float) -> None:
-        """Nothing to do but to notice when the server's thread ends."""
+        """Wait; raise if the server's thread has ended."""
         self._thread.join(timeout_s)
         if not self._thread.is_alive():
             raise RuntimeError("the HTTP server ended by itself")
 
     def health(self) -> Health:
-        """Ready once requests are answered; metrics count what arrived on each stream."""
+        """Ready once requests are served; metrics count the messages of each stream."""
         metrics = {
             f"{stream}_{outcome}": float(getattr(counters, outcome))
             for stream, counters in self._cache.counters().items()
@@ -68,7 +68,7 @@ class GatewayWorker:
         for service in SERVICES:
             silent_s = hung_for_s(service, self._cache.state, self._cache.now_s())
             if silent_s is not None:
-                metrics[f"hung_{service}_s"] = silent_s  # for a doctor, who came later than that
+                metrics[f"hung_{service}_s"] = silent_s  # for a doctor that was started later
         ready = self._server.started
         return Health(ready, "" if ready else "the HTTP server is starting", metrics)
 
@@ -83,5 +83,5 @@ class GatewayWorker:
 
 
 def build(bus: Bus, config: GatewayConfig) -> GatewayWorker:
-    """The gateway, listening."""
+    """A gateway that listens on the configured address."""
     return GatewayWorker(bus, config)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_gateway.bus.live_state import (
-    SEARCH_LOG,
+    MAX_LOGGED_STATUSES,
     TRAIL_STEP_M,
     BusMessage,
     LiveState,
@@ -77,14 +77,14 @@ def test_one_message_has_no_rate() -> None:
     assert state.odometry.rate_hz(10.0) == 0.0
 
 
-@given(st.integers(0, 3 * SEARCH_LOG), st.integers(0, 3 * SEARCH_LOG))
+@given(st.integers(0, 3 * MAX_LOGGED_STATUSES), st.integers(0, 3 * MAX_LOGGED_STATUSES))
 def test_a_reader_gets_what_is_new_to_it_in_order(before: int, after: int) -> None:
     state = LiveState()
     for index in range(before + after):
         state = state.with_message(fakes.search(updated_ns=index), float(index))
     fresh = [status.updated_ns for status in state.statuses_since(before)]
-    assert fresh == list(range(before, before + after))[-SEARCH_LOG:][: len(fresh)]
-    assert len(fresh) == min(after, SEARCH_LOG)
+    assert fresh == list(range(before, before + after))[-MAX_LOGGED_STATUSES:][: len(fresh)]
+    assert len(fresh) == min(after, MAX_LOGGED_STATUSES)
 
 
 def test_a_heartbeat_without_progress_does_not_count_as_one() -> None:

@@ -1,4 +1,4 @@
-"""What the gateway knows of the robot: one immutable snapshot, replaced with every message.
+"""The latest state of the robot and its services: an immutable snapshot, replaced per message.
 
 Times of arrival are seconds of one monotonic clock, given by the caller, so that
 ages do not depend on whether the clocks of two machines agree.
@@ -27,12 +27,12 @@ BusMessage: TypeAlias = (
     RgbdFrame | Odometry | Detections | MapRevision | SearchStatus | PlannedPath | Heartbeat
 )
 
-TRAIL_STEP_M = 0.05  # one cell: finer is not seen in the picture
-TRAIL_JUMP_M = 1.0  # no robot moves so far between two messages: it is another one, or another run
-TRAIL_POINTS = 4000  # 200 m
-DETECTIONS_S = 1.5  # shown on the camera image for as long
-PATH_S = 5.0
-SEARCH_LOG = 64  # a search changes a few times a minute; readers look ten times a second
+TRAIL_STEP_M = 0.05  # one cell: finer steps are not visible in the map image
+TRAIL_JUMP_M = 1.0  # further than a robot moves between two messages: another robot or run
+TRAIL_POINTS = 4000  # 200 m at TRAIL_STEP_M
+DETECTIONS_MAX_AGE_S = 1.5  # older boxes would lie over another image
+PATH_MAX_AGE_S = 5.0  # a planner that is silent for longer follows no path any more
+MAX_LOGGED_STATUSES = 64  # a search changes a few times a minute; readers poll at 10 Hz
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class LatestMessage(Generic[M]):
 
 @dataclass(frozen=True, slots=True)
 class HeartbeatRecord:
-    """The newest heartbeat of a service, and when its loop was last seen to advance."""
+    """The newest heartbeat of a service, and when its progress counter last changed."""
 
     heartbeat: Heartbeat
     arrived_s: float
@@ -67,11 +67,12 @@ class HeartbeatRecord:
 
 @dataclass(frozen=True, slots=True)
 class LiveState:
-    """Everything heard so far. ``last_fused_s``: when a frame last went all the way to the map.
+    """The latest message of every stream, and what follows from earlier ones.
 
-    ``search_log`` keeps the newest statuses in order; ``search_count`` counts all, so that a
-    reader knows which of them are new to it. ``trail_m``: where the robot has been, (x, y).
-    ``alive_changed_s``: when each service's liveliness token was last seen to come or go.
+    search_log: the newest statuses in order; search_count: of all statuses so far, so that a
+    reader can tell which are new to it. trail_m: past positions (x, y), map frame.
+    last_fused_s: when a frame was last fused into the map. alive: services that hold a
+    liveliness token; alive_changed_s: when each service's token last appeared or vanished.
     """
 
     frame: LatestMessage[RgbdFrame] | None = None
@@ -101,12 +102,12 @@ class LiveState:
         return replace(self, alive=services, alive_changed_s=times_s)
 
     def detections_now(self, now_s: float) -> Detections | None:
-        """What is seen now: boxes of long ago would lie over another image."""
-        return self.detections.within(DETECTIONS_S, now_s) if self.detections else None
+        """The newest detections, unless they are older than ``DETECTIONS_MAX_AGE_S``."""
+        return self.detections.within(DETECTIONS_MAX_AGE_S, now_s) if self.detections else None
 
     def path_now(self, now_s: float) -> PlannedPath | None:
-        """What the planner means to do now: nothing any more if it fell silent."""
-        return self.path.within(PATH_S, now_s) if self.path else None
+        """The newest planned path, unless it is older than ``PATH_MAX_AGE_S``."""
+        return self.path.within(PATH_MAX_AGE_S, now_s) if self.path else None
 
     def statuses_since(self, count: int) -> tuple[SearchStatus, ...]:
         """The search statuses after the first ``count``, oldest first, as far as they are kept."""
@@ -131,7 +132,7 @@ def _changes(state: LiveState, message: BusMessage, now_s: float) -> dict[str, A
                 changes["last_fused_s"] = now_s
         case SearchStatus():
             changes["search"] = _latest(state.search, message, now_s)
-            changes["search_log"] = (*state.search_log, message)[-SEARCH_LOG:]
+            changes["search_log"] = (*state.search_log, message)[-MAX_LOGGED_STATUSES:]
             changes["search_count"] = state.search_count + 1
         case PlannedPath():
             changes["path"] = _latest(state.path, message, now_s)
@@ -147,7 +148,7 @@ def _latest(previous: LatestMessage[M] | None, message: M, now_s: float) -> Late
 
 
 def _is_progress(previous: LatestMessage[MapRevision] | None, message: MapRevision) -> bool:
-    """Whether a frame was fused since the revision before: the first is only a latched memory."""
+    """Whether a frame was fused since the previous revision; the first one is latched."""
     return previous is not None and message.frames_fused > previous.message.frames_fused
 
 
@@ -155,12 +156,12 @@ def _heartbeat_record(
     previous: HeartbeatRecord | None, heartbeat: Heartbeat, now_s: float
 ) -> HeartbeatRecord:
     before = previous.heartbeat if previous else None
-    stands_still = (
+    stalled = (
         before is not None
         and before.instance == heartbeat.instance
         and before.progress == heartbeat.progress
     )
-    advanced_s = previous.advanced_s if previous and stands_still else now_s
+    advanced_s = previous.advanced_s if previous and stalled else now_s
     return HeartbeatRecord(heartbeat, now_s, advanced_s)
 
 

@@ -1,4 +1,4 @@
-"""The gateway's ear: follows the bus and keeps one snapshot that anybody may read at any time."""
+"""Caches the latest message of every topic in one snapshot that any thread may read."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from onemap_shared.transport import Bus, Counters, Subscription
 
 LOG = logging.getLogger("onemap.gateway")
 
-TAKE_TIMEOUT_S = 0.25  # longest wait for a message, and so the delay to notice the end
-LIVELINESS_PERIOD_S = 0.25  # between two looks at the liveliness tokens
-BUFFERED_MESSAGES = 16  # messages kept of streams of which none may be lost
+TAKE_TIMEOUT_S = 0.25  # longest wait for a message, and so the delay of a shutdown
+LIVELINESS_PERIOD_S = 0.25  # between two readings of the liveliness tokens
+BUFFERED_MESSAGES = 16  # for streams of which no message may be lost
 
-# What is followed, and how many messages are kept until a thread takes them.
+# Topic and buffer size of every subscription.
 STREAMS: Mapping[str, tuple[Topic[Any], int]] = {
     "rgbd": (keys.ROBOT_RGBD, 1),
     "odometry": (keys.ROBOT_ODOMETRY, 1),
@@ -32,9 +32,9 @@ STREAMS: Mapping[str, tuple[Topic[Any], int]] = {
 
 
 class StateCache:
-    """Follows every stream that clients may watch, each in a thread of its own.
+    """Subscribes to every stream that clients may watch, one thread per stream.
 
-    A thread that dies is left to the runner, which takes the process down.
+    An exception in a thread ends the process: the runner's excepthook sees to that.
     """
 
     def __init__(self, bus: Bus, clock_s: Callable[[], float] = time.monotonic) -> None:
@@ -63,15 +63,15 @@ class StateCache:
 
     @property
     def closing(self) -> bool:
-        """Whether the gateway is going down: streams end by themselves."""
+        """Whether the gateway shuts down: open streams have to end."""
         return self._closing.is_set()
 
     def now_s(self) -> float:
-        """The clock of the snapshot's arrival times."""
+        """The time on the clock of the snapshot's arrival times."""
         return self._clock_s()
 
     def counters(self) -> Mapping[str, Counters]:
-        """What became of each stream's messages."""
+        """Message counters per stream."""
         return {name: subscription.counters for name, subscription in self._subscriptions.items()}
 
     def state_with_fresh_liveliness(self) -> LiveState:
@@ -79,11 +79,11 @@ class StateCache:
         return self._state.with_alive(self._bus.alive(), self._clock_s())
 
     def begin_close(self) -> None:
-        """Let streams end and threads stop, without waiting for them."""
+        """Ask streams and threads to end, without waiting for them."""
         self._closing.set()
 
     def close(self) -> None:
-        """Stop following."""
+        """End the threads and wait for them."""
         self.begin_close()
         for thread in self._threads:
             thread.join(2 * TAKE_TIMEOUT_S)

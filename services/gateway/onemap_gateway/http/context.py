@@ -1,4 +1,4 @@
-"""What every route works with."""
+"""What every route gets: state, calls, configuration."""
 
 from __future__ import annotations
 
@@ -60,12 +60,12 @@ class GatewayContext:
         return hung_problem(service, self.cache.state_with_fresh_liveliness(), self.cache.now_s())
 
     async def view(self, text: str | None = None) -> SearchView:
-        """The map as it is now, with the similarity to ``text`` if there is one."""
+        """The current map, with the similarity to ``text`` if given."""
         return await self.call(keys.MAP_SEARCH_VIEW, SearchViewRequest(text or ""))
 
 
 def get_gateway(connection: HTTPConnection) -> GatewayContext:
-    """The gateway that the application was made for."""
+    """The context of the application that serves this connection."""
     gateway: GatewayContext = connection.app.state.gateway
     return gateway
 

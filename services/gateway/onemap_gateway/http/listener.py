@@ -1,4 +1,4 @@
-"""The gateway's TCP socket, or what to do if it cannot be had."""
+"""The gateway's TCP socket."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ BACKLOG = 128
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """A listening socket, or ``StartError`` with what to do."""
+    """A listening socket; raises ``StartError`` with the reason and what to change."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         return socket.create_server((host, port), family=family, backlog=BACKLOG)

@@ -1,4 +1,4 @@
-"""What every exchange gets: headers, a count, and an answer even when a route fails."""
+"""Outermost middleware: security headers, request counts, a response when a route fails."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from onemap_gateway.present.metrics import RequestCounter
 
 LOG = logging.getLogger("onemap.gateway")
 
-# Nothing is loaded from elsewhere, nobody frames the page: a hidden "stop" button is no joke.
+# Nothing is loaded from other sites, and no site may frame the page and cover its stop button.
 HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
@@ -22,45 +22,45 @@ HEADERS = {
 
 
 class ResponseMiddleware:
-    """Middleware around everything else."""
+    """Completes every HTTP response and counts it."""
 
     def __init__(self, app: ASGIApp, requests: RequestCounter) -> None:
         self._app = app
         self._requests = requests
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """See ASGI."""
+        """The ASGI interface."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
         status = 0
 
-        async def send_marked(message: Message) -> None:
+        async def send_with_headers(message: Message) -> None:
             nonlocal status
             if message["type"] == "http.response.start":
                 status = message["status"]
                 headers = MutableHeaders(scope=message)
                 for name, value in HEADERS.items():
                     headers.setdefault(name, value)
-                # a robot's state is old when it arrives; no cache may keep it
+                # the robot's state changes with every request: no cache may keep it
                 headers.setdefault("Cache-Control", "no-store")
             await send(message)
 
         try:
-            await self._app(scope, receive, send_marked)
+            await self._app(scope, receive, send_with_headers)
         except Exception:
             LOG.exception("%s %s failed", scope["method"], scope["path"])
-            if status:  # half an answer is out: only cutting it off tells the client
+            if status:  # the response has begun: only closing the connection can tell the client
                 raise
             failure = HttpProblem(
                 "internal", "The gateway failed on this request; its log says why."
             )
-            await problem_response(failure)(scope, receive, send_marked)
+            await problem_response(failure)(scope, receive, send_with_headers)
         finally:
             route = getattr(scope.get("route"), "path", "other")
             self._requests.count(_known_method(scope["method"]), route, status)
 
 
 def _known_method(method: str) -> str:
-    """Clients may invent methods; each would be a new time series."""
+    """The method, or "other": each method that a client invents would be a new time series."""
     return method if method in {"GET", "HEAD", "POST", "DELETE", "OPTIONS"} else "other"

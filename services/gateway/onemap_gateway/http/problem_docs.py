@@ -33,7 +33,7 @@ class ProblemDetails(BaseModel):
 
 
 def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """OpenAPI entries of the problems an operation may answer with."""
+    """OpenAPI entries of the problems with which an operation may respond."""
     schema = {"$ref": "#/components/schemas/ProblemDetails"}
     return {
         status: {

@@ -1,7 +1,7 @@
-"""Who may ask, and with what: refuses before any route runs.
+"""Checks of host, origin, token and body, before any route runs.
 
-A browser lets every page of the web send requests to this machine. The page's name for us
-(``Host``) and the page's own (``Origin``) tell those apart from requests that a user means.
+A browser lets every page of the web send requests to this machine. The headers ``Host`` and
+``Origin`` tell those requests from the ones of the gateway's own page (DNS rebinding, CSRF).
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.problems import HttpProblem, problem_response
 
 MAX_BODY_BYTES = 64 * 1024
-BODY_TIMEOUT_S = 10.0  # a body of 64 kB over the slowest link that still drives a robot
+BODY_TIMEOUT_S = 10.0  # for 64 kB over a link of 6.5 kB/s
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 
 
 class SecurityMiddleware:
-    """Middleware: host, origin, token, size, type and pace of what comes in."""
+    """Refuses requests by host, origin, token, and by size, type and duration of the body."""
 
     def __init__(self, app: ASGIApp, config: GatewayConfig) -> None:
         self._app = app
@@ -31,7 +31,7 @@ class SecurityMiddleware:
         self._token = config.token.get_secret_value()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """See ASGI."""
+        """The ASGI interface."""
         headers = Headers(scope=scope)
         try:
             self._check_host(headers)
@@ -87,7 +87,7 @@ class SecurityMiddleware:
 
 
 def _host_name(netloc: str) -> str:
-    """The host without port and brackets, lower case."""
+    """The host name without port and brackets, lower case; empty if there is none."""
     try:
         return urlsplit(f"//{netloc}").hostname or ""
     except ValueError:
@@ -103,7 +103,7 @@ def _is_address(name: str) -> bool:
 
 
 async def _buffered_body(headers: Headers, receive: Receive) -> Receive:
-    """Read the body, within its limits; returns a ``receive`` that gives it again."""
+    """Read the body within its limits; returns a ``receive`` that yields it again."""
     length = headers.get("content-length", "0")
     if not length.isdecimal() or int(length[:20]) > MAX_BODY_BYTES:
         raise _too_large()
@@ -121,13 +121,13 @@ async def _buffered_body(headers: Headers, receive: Receive) -> Receive:
             "Send JSON with the header 'Content-Type: application/json'; /docs has an example "
             "for each request.",
         )
-    given = False
+    replayed = False
 
     async def replay() -> Message:
-        nonlocal given
-        if given:
+        nonlocal replayed
+        if replayed:
             return await receive()
-        given = True
+        replayed = True
         return {"type": "http.request", "body": body, "more_body": False}
 
     return replay

@@ -1,4 +1,4 @@
-"""The camera's image with what was detected in it."""
+"""The camera image with its detections."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A picture of the floor: metres become pixels here, x to the right and y up."""
+"""Drawing in metres of the map frame: x to the right, y up."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 @dataclass(frozen=True, slots=True)
 class Viewport:
-    """Which part of the map a picture shows, and how large a metre is in it."""
+    """The part of the map that an image shows, and its scale."""
 
     x_min_m: float
     y_max_m: float
     pixels_per_m: float
 
     def pixels(self, points_m: Points) -> F64:
-        """Picture coordinates (N, 2), column and row, of map points (N, 2) in metres."""
+        """Pixel coordinates (N, 2), column and row, of map points (N, 2) in metres."""
         points = np.asarray(points_m, dtype=np.float64).reshape(-1, 2)
         offset = np.stack([points[:, 0] - self.x_min_m, self.y_max_m - points[:, 1]], axis=1)
         return offset * self.pixels_per_m
@@ -37,29 +37,29 @@ class Viewport:
 
 @dataclass(frozen=True, slots=True)
 class Canvas:
-    """An RGB image (H, W, 3) uint8 that is drawn upon, in metres of the map."""
+    """An RGB image (H, W, 3) uint8 to draw on, in metres of the map frame."""
 
     image: U8
     viewport: Viewport
 
     def line(self, points_m: Points, colour: Rgb, width_px: int) -> None:
-        """A smooth line through the points."""
+        """Draw an anti-aliased line through the points."""
         if len(points_m) > 1:
             fixed = _fixed_point(self.viewport.pixels(points_m))
             cv2.polylines(self.image, [fixed], False, colour, width_px, cv2.LINE_AA, SHIFT)
 
     def dots(self, points_m: Points, radii_px: Sequence[float], colour: Rgb) -> None:
-        """Filled circles."""
+        """Draw filled circles."""
         for centre, radius in zip(self.viewport.pixels(points_m), radii_px, strict=True):
             self._circle(centre, radius, colour, cv2.FILLED)
 
     def rings(self, points_m: Points, radius_px: float, colour: Rgb, width_px: int) -> None:
-        """Circles."""
+        """Draw circles."""
         for centre in self.viewport.pixels(points_m):
             self._circle(centre, radius_px, colour, width_px)
 
     def arrow(self, x_m: float, y_m: float, yaw_rad: float, length_px: float, colour: Rgb) -> None:
-        """An arrowhead whose middle lies at the place and whose tip looks along ``yaw_rad``."""
+        """Draw an arrowhead centred at the point, its tip along ``yaw_rad``."""
         angles = yaw_rad + np.array([0.0, 2.45, np.pi, -2.45])
         radii = length_px * np.array([0.65, 0.6, 0.25, 0.6])
         offsets = np.stack([np.cos(angles), -np.sin(angles)], axis=1) * radii[:, None]
@@ -67,7 +67,7 @@ class Canvas:
         cv2.fillPoly(self.image, [outline], colour, cv2.LINE_AA, SHIFT)
 
     def label(self, x_m: float, y_m: float, text: str, colour: Rgb) -> None:
-        """A text beside the place, on its right if it fits, with an outline to be readable."""
+        """Draw a text with an outline beside the point, on its right if it fits."""
         column, row = (round(float(value)) for value in self.viewport.pixels([(x_m, y_m)])[0])
         plain = ascii_text(text)
         width, _ = cv2.getTextSize(plain, FONT, FONT_SCALE, 1)[0]
@@ -82,20 +82,20 @@ class Canvas:
 
 
 def ascii_text(text: str) -> str:
-    """The text in letters that the font has: accents are dropped, others become '?'."""
+    """The text in ASCII, which is what the font has: without accents, '?' for other letters."""
     plain = unicodedata.normalize("NFKD", text)
     plain = "".join(c for c in plain if not unicodedata.combining(c))
     return plain.encode("ascii", "replace").decode()
 
 
 def draw_text(image: U8, text: str, place_px: tuple[int, int], colour: Rgb) -> None:
-    """Write into ``image``, as far as the font has the letters."""
+    """Draw the text (in ASCII) with an outline; ``place_px``: column and row of its lower left."""
     for width, ink in ((3, (12, 16, 22)), (1, colour)):
         cv2.putText(image, ascii_text(text), place_px, FONT, FONT_SCALE, ink, width, cv2.LINE_AA)
 
 
 def _fixed_point(points_px: F64) -> np.ndarray:
     """Fixed-point coordinates; a pixel's centre is an integer for OpenCV, a half here."""
-    limit = 2**26  # far outside of any picture, and still within OpenCV's integers
+    limit = 2**26  # far outside of any image, and still within OpenCV's integers
     scaled = (points_px - 0.5) * (1 << SHIFT)
     return np.rint(np.clip(scaled, -limit, limit)).astype(np.int32)

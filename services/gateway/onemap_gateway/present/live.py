@@ -1,4 +1,4 @@
-"""What the page shows, as one JSON document."""
+"""The state as one JSON document, for the live page."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DECIMALS = 3  # millimetres
 def live_document(
     state: LiveState, fault: PipelineFault | None, *, now_s: float, now_ns: int, with_trail: bool
 ) -> dict[str, Any]:
-    """The whole state but for images, which clients fetch when their numbers change."""
+    """The state without images, which clients fetch when their sequence numbers change."""
     search = state.search.message if state.search else None
     return {
         "ready": fault is None,

@@ -1,4 +1,4 @@
-"""What Prometheus reads at /metrics."""
+"""Prometheus metrics of the gateway and of every service."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ class RequestCounter:
         )
 
     def count(self, method: str, route: str, status: int) -> None:
-        """One more request was answered. ``route`` is the template, not the address."""
+        """Count a request; ``route`` is the path template, not the path."""
         self._requests.labels(method, route, str(status)).inc()
 
 
 def exposition(
     state: LiveState, counters: Mapping[str, Counters], requests: RequestCounter, now_s: float
 ) -> bytes:
-    """The text exposition of everything the gateway knows in numbers."""
+    """All metrics in the text exposition format."""
     registry = CollectorRegistry()
     registry.register(_Snapshot(list(_families(state, counters, now_s))))
     return generate_latest(registry) + generate_latest(requests.registry)
@@ -93,5 +93,5 @@ def _map_families(state: LiveState, now_s: float) -> Iterator[Metric]:
 
 
 def metric_name(service: str, name: str) -> str:
-    """The Prometheus name of a heartbeat's metric."""
+    """The Prometheus name of a metric in a heartbeat."""
     return re.sub(r"[^a-zA-Z0-9_]", "_", f"onemap_{service}_{name}")

@@ -1,4 +1,4 @@
-"""The picture of the map: what is free, occupied, unknown, similar, and what the robot does."""
+"""The map image: free, occupied and unknown cells, a heatmap of similarity, an overlay."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ ROBOT: Rgb = (245, 248, 252)
 FOUND: Rgb = (255, 111, 145)
 INK: Rgb = (214, 223, 233)
 
-# Heat: score 0, 1/3, 2/3 and 1 of the ramp; dark to bright, so that it also works in grey.
+# At heat 0, 1/3, 2/3 and 1; dark to bright, so that it also works in grey.
 HEATMAP_COLOURS = np.array(
     [(82, 40, 130), (196, 58, 98), (250, 142, 60), (255, 236, 150)], np.float32
 )
-HEATMAP_OPACITY = 0.88  # of the hottest cell: walls still show through
-HEATMAP_THRESHOLD = 0.1  # below this share of the top the floor stays as it is
-MIN_HEATMAP_TOP = 0.25  # the ramp ends here at least: a weak best guess must not look like a find
+HEATMAP_OPACITY = 0.88  # at heat 1: walls still show through
+HEATMAP_THRESHOLD = 0.1  # heat below which the cell keeps its colour
+MIN_HEATMAP_TOP = 0.25  # least score of heat 1: a weak best match must not look like a find
 
 MARGIN_M = 0.5
-EMPTY_MAP_SIDE_M = 4.0  # side of the picture of an empty map
+EMPTY_MAP_SIDE_M = 4.0  # of the image of an empty map
 DEFAULT_SIDE_PX = 900  # longest side when no scale is asked for
 MAX_PX = 4096
 MAX_SCALE = 32
@@ -70,10 +70,10 @@ class MapImage:
 def render_map(
     view: SearchView, overlay: Overlay | None = None, scale: int | None = None
 ) -> MapImage:
-    """The known part of the map with a margin, ``scale`` pixels per cell (None: a good size).
+    """The known part of the map with a margin, ``scale`` pixels per cell.
 
-    Without ``overlay`` only the map itself is drawn, without a scale bar: for those who draw
-    the rest themselves.
+    None for ``scale``: about ``DEFAULT_SIDE_PX`` on the longest side. Without ``overlay`` neither
+    overlay nor scale bar is drawn: for clients that draw them.
     """
     robot = overlay.robot if overlay else ()
     grid = _visible_grid(view, robot)
@@ -91,13 +91,13 @@ def render_map(
 
 
 def occupancy_image(occupancy: U8, pixels_per_cell: int) -> U8:
-    """RGB (ny * s, nx * s, 3) of occupancy (nx, ny): x to the right, y up, cells crisp."""
+    """RGB (ny * s, nx * s, 3) of occupancy (nx, ny): x to the right, y up, nearest neighbour."""
     colours = np.array([UNKNOWN, FREE, OCCUPIED], np.uint8)
     return _upscaled(colours[_as_image(occupancy)], pixels_per_cell, cv2.INTER_NEAREST)
 
 
 def blend_heatmap(image: U8, similarity: F32) -> U8:
-    """``image`` under the heat of similarity (nx, ny), score in [0, 1], NaN: not observed."""
+    """``image`` blended with the heatmap of similarity (nx, ny), in [0, 1], NaN: not observed."""
     scores = _as_image(similarity)
     observed = np.isfinite(scores)
     top = max(float(scores.max(where=observed, initial=0.0)), MIN_HEATMAP_TOP)
@@ -114,7 +114,7 @@ def blend_heatmap(image: U8, similarity: F32) -> U8:
 
 
 def draw_overlay(canvas: Canvas, overlay: Overlay) -> None:
-    """Draw from what matters least to what must never be covered."""
+    """Draw in the order of importance: what is drawn last covers the rest."""
     canvas.line(overlay.trail_m, TRAIL, 2)
     scores = np.clip(np.nan_to_num(overlay.frontier_scores), 0, 1)
     canvas.dots(overlay.frontiers_m, [2.5 + 4 * float(score) for score in scores], FRONTIER)
@@ -132,7 +132,7 @@ def draw_overlay(canvas: Canvas, overlay: Overlay) -> None:
 
 
 def draw_scale_bar(canvas: Canvas) -> None:
-    """A bar of a round length, at most a third of the width, in the lower left corner."""
+    """Draw a bar of a round length in the lower left corner, at most a third of the width."""
     height, width = canvas.image.shape[:2]
     longest_m = width / canvas.viewport.pixels_per_m / 3
     lengths = [length for length in (0.2, 0.5, 1, 2, 5, 10, 20, 50, 100) if length <= longest_m]
@@ -167,7 +167,7 @@ def _upscaled(image: np.ndarray, factor: int, interpolation: int) -> np.ndarray:
 
 
 def _visible_grid(view: SearchView, robot: tuple[float, ...]) -> GridSpec:
-    """The cells to show: all that is known and the robot, with a margin."""
+    """The grid to show: all known cells and the robot, with a margin."""
     known = np.argwhere((view.occupancy != Occupancy.UNKNOWN) | (view.layers != 0))
     points = view.grid.centres(known)
     if robot:

@@ -1,4 +1,4 @@
-"""What runs, what is missing and why, in one sentence each."""
+"""Condition of every service and of the pipeline, with the reason in a sentence."""
 
 from __future__ import annotations
 
@@ -9,26 +9,25 @@ from enum import Enum
 from onemap_gateway.bus.live_state import HeartbeatRecord, LatestMessage, LiveState
 from onemap_shared.services import SERVICES, STAGES
 
-# A robot that sends a frame every second is slow, one slower than this is silent.
+# A robot that sends one frame a second is slow; beyond this it counts as silent.
 STREAM_TIMEOUT_S = 2.0
 HEARTBEAT_TIMEOUT_S = 3.5  # three heartbeats missed
-# A process that ends takes its token along, at most one heartbeat (1 s) and one look at the tokens
-# (0.25 s) after it was last heard. One that hangs, or whose link is cut, keeps its token for the
-# 2 s of the bus's lease.
+# The token of a process that ends vanishes at most one heartbeat (1 s) and one reading of the
+# tokens (0.25 s) after its last heartbeat. A process that hangs, or whose link is cut, keeps its
+# token for the 2 s of the bus's lease.
 TOKEN_LAG_S = 1.6
-# A loop steps ten times a second, and no step of a healthy service takes so long.
+# A service loop runs at 10 Hz; no step of a healthy service takes so long.
 PROGRESS_TIMEOUT_S = 5.0
 PIPELINE_STAGES = ("robot", *STAGES)  # in the order a frame passes them
-
 
 START_HINT = "start it with 'onemap {service}', or see 'onemap status'"
 
 
 class ServiceCondition(str, Enum):
-    """How a service or the robot is."""
+    """Whether a service, or the robot, works."""
 
     OK = "ok"
-    DEGRADED = "degraded"  # it runs, but does not do all of its work
+    DEGRADED = "degraded"  # runs, but does not do all of its work
     DOWN = "down"
 
     def __str__(self) -> str:
@@ -37,7 +36,7 @@ class ServiceCondition(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class ServiceStatus:
-    """One service, or the robot, as seen from here. ``problem`` is empty when all is well."""
+    """One service, or the robot, as the gateway sees it; ``problem`` is empty if there is none."""
 
     name: str
     condition: ServiceCondition
@@ -49,7 +48,7 @@ class ServiceStatus:
 
 
 def assess_services(state: LiveState, now_s: float) -> list[ServiceStatus]:
-    """The robot, the services every search needs, and other services that were heard of."""
+    """The robot, the services that every search needs, and any other service on the bus."""
     heard = (state.alive | state.heartbeats.keys()) & set(SERVICES) - set(PIPELINE_STAGES)
     return [
         assess_robot(state, now_s),
@@ -59,7 +58,7 @@ def assess_services(state: LiveState, now_s: float) -> list[ServiceStatus]:
 
 
 def assess_service(name: str, state: LiveState, now_s: float) -> ServiceStatus:
-    """The state of one service, from its liveliness token and its heartbeat."""
+    """One service, judged by its liveliness token and its heartbeat."""
     alive = name in state.alive
     record = state.heartbeats.get(name)
     if record is None and alive:
@@ -85,8 +84,10 @@ def assess_service(name: str, state: LiveState, now_s: float) -> ServiceStatus:
 
 
 def hung_for_s(name: str, state: LiveState, now_s: float) -> float | None:
-    """Seconds since a service that hangs, or whose link is cut, was heard; None if it ended,
-    runs, has just started again, or was never heard."""
+    """Seconds since the last heartbeat of a service that hangs or whose link is cut.
+
+    None if the service runs, ended, has just started again, or never sent a heartbeat.
+    """
     record = state.heartbeats.get(name)
     if record is None:
         return None
@@ -100,13 +101,11 @@ def hung_for_s(name: str, state: LiveState, now_s: float) -> float | None:
 
 
 def hung_problem(name: str, state: LiveState, now_s: float) -> str:
-    """What to do about a service that hangs or is cut off; empty if it is not."""
+    """What to do about a service that hangs or whose link is cut; empty if neither is so."""
     silent_s = hung_for_s(name, state, now_s)
-    return "" if silent_s is None else hung_sentence(name, silent_s)
-
-
-def hung_sentence(name: str, silent_s: float) -> str:
-    """A second process beside one that hangs would mix its messages with the first's."""
+    if silent_s is None:
+        return ""
+    # A second process would publish on the same topics as the one that hangs.
     return (
         f"{sentence_subject(name)} has not been heard for {silent_s:.0f} s: its process "
         "hangs or its link is down; restart it rather than start a second one."
@@ -135,9 +134,8 @@ def _assess(
 
 
 def _degraded_reason(name: str, record: HeartbeatRecord, silent_s: float) -> str:
-    if (
-        silent_s > HEARTBEAT_TIMEOUT_S
-    ):  # its token is newer than this heartbeat, which another process sent
+    # A token newer than the last heartbeat: that was sent by the process before.
+    if silent_s > HEARTBEAT_TIMEOUT_S:
         return f"{sentence_subject(name)} has just started."
     if record.heartbeat.problem:
         return sentence(record.heartbeat.problem)
@@ -147,7 +145,7 @@ def _degraded_reason(name: str, record: HeartbeatRecord, silent_s: float) -> str
 
 
 def assess_robot(state: LiveState, now_s: float) -> ServiceStatus:
-    """The robot, whoever it is: judged by what it sends."""
+    """The robot (simulator, replay or a driver), judged by the streams that it publishes."""
     alive = state.frame is not None and state.frame.age_s(now_s) <= STREAM_TIMEOUT_S
     if not alive:
         return ServiceStatus(
@@ -166,23 +164,23 @@ def _silence_detail(what: str, stream: LatestMessage | None, now_s: float) -> st
 
 @dataclass(frozen=True, slots=True)
 class PipelineFault:
-    """The stage at which frames get lost on their way to the map, and a sentence on it."""
+    """The stage of the pipeline at which frames are lost, and the reason in a sentence."""
 
     service: str
     detail: str
 
 
 def find_pipeline_fault(state: LiveState, now_s: float, within_s: float) -> PipelineFault | None:
-    """None if a frame reached the map within ``within_s`` and a search could start now."""
+    """None if a frame was fused within ``within_s`` and a search could start now."""
     fresh = state.last_fused_s is not None and now_s - state.last_fused_s <= within_s
-    by_name = {report.name: report for report in assess_services(state, now_s)}
-    if fresh:  # what is down stops the frames in a moment; what is degraded does not
+    by_name = {status.name: status for status in assess_services(state, now_s)}
+    if fresh:  # a stage that is down stops the frames soon; a degraded one does not
         down = (
             by_name[name]
             for name in PIPELINE_STAGES[1:]
             if by_name[name].condition is ServiceCondition.DOWN
         )
-        return next((PipelineFault(report.name, report.problem) for report in down), None)
+        return next((PipelineFault(status.name, status.problem) for status in down), None)
     for name in PIPELINE_STAGES[:-1]:
         if by_name[name].condition is not ServiceCondition.OK:
             return PipelineFault(name, by_name[name].problem)
@@ -195,7 +193,7 @@ def find_pipeline_fault(state: LiveState, now_s: float, within_s: float) -> Pipe
 
 
 def sentence_subject(service: str) -> str:
-    """The service as the start of a sentence."""
+    """The service as the subject of a sentence."""
     return "Perception" if service == "perception" else f"The {service}"
 
 

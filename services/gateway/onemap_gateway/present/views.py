@@ -1,4 +1,4 @@
-"""From messages of the bus to what clients get."""
+"""Converts messages of the bus to the replies and overlays that clients get."""
 
 from __future__ import annotations
 
@@ -41,17 +41,17 @@ from onemap_shared.transport import Counters
 
 
 def finite(value: float) -> float | None:
-    """The number as JSON can carry it: null for NaN and infinity."""
+    """The number; None for NaN and infinity, which JSON cannot hold."""
     return float(value) if isfinite(value) else None
 
 
 def age_s(stamp_ns: int, now_ns: int) -> float | None:
-    """Seconds since a capture stamp; None for 0, which means never."""
+    """Seconds since a capture stamp; None for 0, which stands for none."""
     return max(now_ns - stamp_ns, 0) / 1e9 if stamp_ns else None
 
 
 def query_reply(reply: SimilarityReply, now_ns: int) -> QueryReply:
-    """Ranked regions for the client."""
+    """The regions in order of their score, with the reason if there are none."""
     regions = [
         QueryRegion(
             rank=rank,
@@ -78,8 +78,8 @@ def query_reply(reply: SimilarityReply, now_ns: int) -> QueryReply:
 
 
 def no_match_message(reply: SimilarityReply) -> str:
-    """Why the answer to a query is empty, and what may have been meant."""
-    best = floor(reply.best_score * 100) / 100  # never rounded up to where answers begin
+    """Why the result of a query is empty, and known words near to it."""
+    best = floor(reply.best_score * 100) / 100  # rounded down: it must not read like the floor
     sentence = f"Nothing on the map looks like {reply.text!r}"
     if reply.floor > 0:
         sentence += f": the best score is {best:.2f}, and answers begin at {reply.floor:.2f}"
@@ -104,7 +104,7 @@ def _floats(values: Any) -> Any:
 
 
 def search_report(status: SearchStatus, now_ns: int) -> SearchReport:
-    """A search for the client."""
+    """The state of a search; ``elapsed_s`` stops at its end."""
     end_ns = now_ns if status.active else status.updated_ns
     return SearchReport(
         id=status.search_id,
@@ -137,12 +137,12 @@ def _object_report(result: ObjectResult) -> ObjectReport:
 
 
 def map_change(summary: MapSummary) -> MapChange:
-    """The answer to save, load and clear."""
+    """The reply to save, load and clear."""
     return MapChange(**{name: getattr(summary, name) for name in MapChange.model_fields})
 
 
 def map_info(view: SearchView, revision: MapRevision | None, now_ns: int) -> MapInfo:
-    """The map in numbers; ``revision`` knows what the view does not carry."""
+    """The map in numbers; ``revision`` holds those that the view lacks."""
     cell_m2 = view.grid.cell_size_m**2
     return MapInfo(
         revision=view.revision,
@@ -180,7 +180,7 @@ def map_archive(view: SearchView) -> bytes:
 
 
 def build_overlay(state: LiveState, now_s: float) -> Overlay:
-    """What is drawn over the map."""
+    """Robot, trail, path, frontiers, regions and found objects of a state."""
     path = state.path_now(now_s)
     robot: tuple[float, ...] = ()
     if state.odometry:
@@ -214,7 +214,7 @@ def found_objects(status: SearchStatus) -> tuple[tuple[str, float, float], ...]:
 def status_report(
     state: LiveState, counters: Mapping[str, Counters], fault: PipelineFault | None, now_s: float
 ) -> StatusReport:
-    """All that runs, and how."""
+    """Every service and stream, as /v1/status returns them."""
     streams: dict[str, LatestMessage | None] = {
         "rgbd": state.frame,
         "odometry": state.odometry,
