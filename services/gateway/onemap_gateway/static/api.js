@@ -1,4 +1,4 @@
-// Requests to the gateway; what goes wrong arrives as one sentence for the user.
+// Requests to the gateway; every failure becomes a ProblemError with a sentence for the user.
 
 const TIMEOUT_MS = 8000;
 
@@ -17,8 +17,8 @@ export async function send(method, path, body) {
   return checked(await attempt(method, path, body));
 }
 
-// The picture at `path` and the headers it came with.
-export async function picture(path) {
+// The image at `path` and the headers of the response.
+export async function fetchImage(path) {
   const response = await checked(await attempt("GET", path), true);
   return { bitmap: await createImageBitmap(await response.blob()), headers: response.headers };
 }

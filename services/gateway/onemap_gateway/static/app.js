@@ -1,20 +1,20 @@
-// The live page: what comes in goes to the views, what the user asks goes to the gateway.
+// The live page: passes states to the views and the user's requests to the gateway.
 
-import { picture, send } from "./api.js";
+import { fetchImage, send } from "./api.js";
 import { CameraView } from "./camera.js";
 import { follow } from "./live.js";
 import { MapView } from "./map.js";
 import { by, showError, showFacts, showNotices, showRegions, showSearch, showServices } from "./panels.js";
 
-const MAP_MS = 600; // between two pictures of the map
-const SCALE = 4; // pixels per cell: the heat is smooth, walls are crisp
+const MAP_MS = 600; // between two images of the map
+const SCALE = 4; // pixels per cell
 
 const map = new MapView(by("map"));
 const camera = new CameraView(by("camera"), by("camera-numbers"));
 let state = null;
 let connected = false;
-let asked = ""; // whose similarity is shown; empty: that of the object now sought
-let dismissed = ""; // the sought object whose heat map the user removed
+let queried = ""; // text whose similarity is shown; empty: the current target
+let dismissed = ""; // the target whose heatmap the user removed
 
 follow(onState, onConnection);
 repeat(refreshMap, MAP_MS);
@@ -29,7 +29,7 @@ function onState(next) {
   showFacts(state.map);
   by("map-hint").hidden = state.map?.frames_fused > 0;
   if (state.camera) camera.show(state.camera);
-  showHeat();
+  showHeatmapText();
 }
 
 function onConnection(up) {
@@ -38,7 +38,7 @@ function onConnection(up) {
   document.body.classList.toggle("stale", !up);
 }
 
-// Run a task again and again, one at a time, while somebody looks.
+// Repeat a task, one run at a time, while the page is visible.
 async function repeat(task, pauseMs) {
   for (;;) {
     if (connected && !document.hidden) await task().catch(() => {}); // the notices say what is wrong
@@ -48,13 +48,13 @@ async function repeat(task, pauseMs) {
 
 let shownMap = "";
 async function refreshMap() {
-  const text = heatText();
+  const text = heatmapText();
   const wanted = `${state.map?.revision}/${text}`;
   if (!state.map || wanted === shownMap) return;
   const path = `/v1/map.png?marks=false&scale=${SCALE}`;
-  const warm = `${path}&text=${encodeURIComponent(text)}`;
-  // without perception there is no heat, but still a map
-  const { bitmap, headers } = await (text ? picture(warm).catch(() => picture(path)) : picture(path));
+  const heated = `${path}&text=${encodeURIComponent(text)}`;
+  // without perception there is no heatmap, but still a map
+  const { bitmap, headers } = await (text ? fetchImage(heated).catch(() => fetchImage(path)) : fetchImage(path));
   map.showImage(bitmap, headers.get("X-OneMap-Bounds").split(",").map(Number));
   shownMap = wanted;
 }
@@ -63,18 +63,18 @@ let shownFrame = -1;
 async function refreshCamera() {
   if (!state.camera || state.camera.sequence === shownFrame) return;
   shownFrame = state.camera.sequence;
-  const { bitmap } = await picture("/v1/camera.jpg?detections=false");
+  const { bitmap } = await fetchImage("/v1/camera.jpg?detections=false");
   camera.showImage(bitmap);
   camera.show(state.camera);
 }
 
-function heatText() {
+function heatmapText() {
   const target = state?.search?.target ?? "";
-  return asked || (target === dismissed ? "" : target);
+  return queried || (target === dismissed ? "" : target);
 }
 
-function showHeat() {
-  const text = heatText();
+function showHeatmapText() {
+  const text = heatmapText();
   by("heat").hidden = !text;
   by("heat").textContent = text;
 }
@@ -83,7 +83,7 @@ function names() {
   return by("text").value.split(",").map((name) => name.trim()).filter(Boolean);
 }
 
-// Run what a button means, and show the sentence if it fails.
+// Run the task of a button; show the error if it fails.
 async function act(button, task) {
   showError("");
   button.disabled = true;
@@ -96,52 +96,52 @@ async function act(button, task) {
   }
 }
 
-function askWhere() {
+function query() {
   return act(by("where"), async () => {
     const reply = await send("POST", "/v1/queries", { text: names()[0] ?? "" });
-    asked = reply.text;
-    showRegions(reply, (region) => map.lookAt(...region.centre_m), askInstead);
+    queried = reply.text;
+    showRegions(reply, (region) => map.lookAt(...region.centre_m), queryInstead);
     map.showRegions(reply.regions);
-    showHeat();
+    showHeatmapText();
   });
 }
 
-function askInstead(word) {
+function queryInstead(word) {
   by("text").value = word;
-  return askWhere();
+  return query();
 }
 
-function goAndFind() {
+function startSearch() {
   return act(by("find"), async () => {
     await send("POST", "/v1/searches", { objects: names() });
-    clearAnswer();
+    clearResult();
     dismissed = "";
   });
 }
 
-function clearAnswer() {
-  asked = "";
+function clearResult() {
+  queried = "";
   showRegions(null);
   map.showRegions([]);
-  showHeat();
+  showHeatmapText();
 }
 
 by("ask").addEventListener("submit", (event) => {
   event.preventDefault();
-  askWhere();
+  query();
 });
 by("text").addEventListener("keydown", (event) => {
   if (event.key !== "Enter" || !event.shiftKey) return;
   event.preventDefault();
-  goAndFind();
+  startSearch();
 });
-by("find").addEventListener("click", goAndFind);
+by("find").addEventListener("click", startSearch);
 by("stop").addEventListener("click", () =>
   act(by("stop"), () => send("DELETE", `/v1/searches/${state.search.id}`)),
 );
 by("heat").addEventListener("click", () => {
-  if (!asked) dismissed = state.search?.target ?? "";
-  clearAnswer();
+  if (!queried) dismissed = state.search?.target ?? "";
+  clearResult();
 });
 by("zoom-in").addEventListener("click", () => map.zoom(1.4));
 by("zoom-out").addEventListener("click", () => map.zoom(1 / 1.4));

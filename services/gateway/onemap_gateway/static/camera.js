@@ -1,4 +1,4 @@
-// The camera's image, with a labelled box around each detection.
+// The camera image with a labelled box around each detection.
 
 const BOX = "#ffbe5c";
 

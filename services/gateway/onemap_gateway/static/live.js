@@ -1,4 +1,4 @@
-// The stream of states, connected again whenever it breaks.
+// The stream of states; reconnects when the connection ends.
 
 const SILENT_MS = 4000; // states come five times a second
 const PAUSES_MS = [300, 1000, 2000, 4000];

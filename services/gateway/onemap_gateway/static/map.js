@@ -1,4 +1,4 @@
-// The map on a canvas: the gateway's picture of the floor, and on top what moves.
+// The map on a canvas: the gateway's image of the floor, and over it what moves.
 
 const COLOURS = {
   trail: "#62768f",
@@ -95,7 +95,7 @@ export class MapView {
     this.dirty = true;
   }
 
-  // Canvas place of map metres: x to the right, y up.
+  // Canvas pixels of a point in map metres: x to the right, y up.
   pixels(x, y) {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const { x: cx, y: cy, pixelsPerM } = this.camera;

@@ -1,4 +1,4 @@
-// The parts of the page that are words and numbers.
+// The parts of the page that show text and numbers.
 
 const STATES = {
   exploring: "exploring",
@@ -23,7 +23,7 @@ export function element(tag, { className = "", text = "", title = "" } = {}, chi
 
 export const by = (id) => document.getElementById(id);
 
-// Replace the children only when what they show has changed: hovering and screen readers need rest.
+// Replace the children only if their content has changed: else hovering and screen readers restart.
 function refill(node, shown, children) {
   const key = JSON.stringify(shown);
   if (node.dataset.shown === key) return;
@@ -45,7 +45,7 @@ export function showServices(services) {
   );
 }
 
-const wrongSince = new Map(); // service name -> when its trouble began
+const wrongSince = new Map(); // service name -> time at which its problem began
 
 export function showNotices(state) {
   const wrong = state.services.filter((service) => lasts(service.name, service.problem));
@@ -61,7 +61,7 @@ export function showNotices(state) {
   );
 }
 
-// Whether the trouble goes on: what is over in a moment would only make the page jump.
+// Whether the problem lasts: a short one would only move the page's content.
 function lasts(name, problem) {
   if (!problem) {
     wrongSince.delete(name);
@@ -104,8 +104,8 @@ function describe(search, name, index) {
   return ["found", name, `${where} · ${duration(result.duration_s)} · ${result.path_length_m.toFixed(1)} m`];
 }
 
-// onChoose takes a region that was clicked, onAsk a word that may have been meant.
-export function showRegions(reply, onChoose, onAsk) {
+// onChoose takes a region that was clicked, onQuery a suggested word.
+export function showRegions(reply, onChoose, onQuery) {
   by("regions-card").hidden = !reply;
   if (!reply) return;
   by("regions-title").textContent = `Where is the ${reply.text}?`;
@@ -130,7 +130,7 @@ export function showRegions(reply, onChoose, onAsk) {
   for (const word of reply.did_you_mean) {
     const button = element("button", { className: "word", text: `Ask for “${word}”` });
     button.type = "button";
-    button.addEventListener("click", () => onAsk(word));
+    button.addEventListener("click", () => onQuery(word));
     rows.push(element("li", {}, [button]));
   }
   by("regions").replaceChildren(...rows);

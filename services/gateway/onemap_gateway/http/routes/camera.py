@@ -43,8 +43,8 @@ async def get_camera(
         )
     frame = state.frame.message
     drawn = state.detections_now(now_s) if detections else None
-    picture = await to_thread.run_sync(annotate_detections, frame.rgb, drawn)
-    data = await to_thread.run_sync(encode_jpeg, picture, gateway.config.jpeg_quality)
+    image = await to_thread.run_sync(annotate_detections, frame.rgb, drawn)
+    data = await to_thread.run_sync(encode_jpeg, image, gateway.config.jpeg_quality)
     headers = {
         "X-OneMap-Sequence": str(frame.sequence),
         "X-OneMap-Age": f"{state.frame.age_s(now_s):.3f}",

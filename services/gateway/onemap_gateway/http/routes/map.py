@@ -1,4 +1,4 @@
-"""The map: pictures, arrays, files."""
+"""The map: image, arrays, files."""
 
 from __future__ import annotations
 
@@ -60,10 +60,10 @@ async def get_map_picture(
     """What is known of the floor, what looks like `text`, and what the robot is doing."""
     view = await gateway.view(text)
     drawn = build_overlay(gateway.cache.state, gateway.cache.now_s()) if marks else None
-    picture = await to_thread.run_sync(render_map, view, drawn, scale)
-    data = await to_thread.run_sync(encode_png, picture.image)
+    map_image = await to_thread.run_sync(render_map, view, drawn, scale)
+    data = await to_thread.run_sync(encode_png, map_image.image)
     headers = {
-        "X-OneMap-Bounds": ",".join(f"{value:.4f}" for value in picture.bounds_m),
+        "X-OneMap-Bounds": ",".join(f"{value:.4f}" for value in map_image.bounds_m),
         "X-OneMap-Revision": str(view.revision),
     }
     return Response(data, media_type="image/png", headers=headers)
