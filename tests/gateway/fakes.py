@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
+import cv2
 import numpy as np
 from fastapi import FastAPI
 from starlette.testclient import TestClient
@@ -134,6 +135,23 @@ def search_view(text: str = "", number: int = 7) -> m.SearchView:
     return m.SearchView(text, number, number, STAMP_NS, GRID, occupancy, layers, similarity)
 
 
+def full_state() -> LiveState:
+    """A state with one message of every stream."""
+    state = LiveState()
+    status = replace(search(), results=(find_result("sofa", 1.0, 2.0),))
+    for message in (
+        rgbd(),
+        odometry(1.0, 2.0, 0.5),
+        detections("sofa"),
+        revision(3),
+        planned_path((1, 2), (3, 4)),
+        status,
+        heartbeat("mapper"),
+    ):
+        state = state.with_message(message, 1.0)
+    return state
+
+
 @dataclass
 class FakeMapper:
     """Answers as a mapper with one small map; knows the words in ``vocabulary``, has no kite."""
@@ -236,6 +254,13 @@ class FakePlanner:
         self.move(m.SearchState.CANCELLED, "cancelled by the user")
         assert self.status is not None
         return self.status
+
+
+def decoded(data: bytes) -> np.ndarray:
+    """The RGB image of a PNG or JPEG."""
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    assert image is not None
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB))
 
 
 def state_reached(cache: StateCache, condition: Callable[[LiveState], bool]) -> bool:

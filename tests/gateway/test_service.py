@@ -13,12 +13,10 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.http.listener import listen
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import SearchState
-from onemap_shared.runner import StartError
 from tests.gateway import fakes
 from tests.gateway.fakes import WAIT_S, FakePlanner
 
@@ -49,16 +47,6 @@ def test_it_answers_and_is_ready(worker: GatewayWorker) -> None:
     assert health.ready
     assert health.metrics is not None
     assert health.metrics["rgbd_received"] == 0
-
-
-def test_a_port_in_use_is_said_in_a_sentence(worker: GatewayWorker, router: MemoryRouter) -> None:
-    with pytest.raises(StartError, match=r"another program uses it.*gateway\.port"):
-        build(router.bus(), GatewayConfig(port=worker.port))
-
-
-def test_an_address_that_is_not_ours_is_said_in_a_sentence() -> None:
-    with pytest.raises(StartError, match=r"gateway\.host"):
-        listen("192.0.2.1", 0)
 
 
 def test_a_search_is_followed_over_the_network(worker: GatewayWorker, router: MemoryRouter) -> None:

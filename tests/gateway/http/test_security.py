@@ -118,14 +118,6 @@ def test_only_json_is_read(client: TestClient, kind: str) -> None:
     assert "application/json" in answer.json()["detail"]
 
 
-def test_every_answer_forbids_framing_sniffing_and_keeping(client: TestClient) -> None:
-    for path in ("/", "/healthz", "/nothing", "/v1/map.png"):
-        headers = client.get(path).headers
-        assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
-        assert headers["X-Content-Type-Options"] == "nosniff"
-        assert headers["Cache-Control"] in ("no-store", "no-cache")
-
-
 def test_a_body_that_never_comes_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(security, "BODY_TIMEOUT_S", 0.05)
     assert answer_to(anyio.sleep_forever)["status"] == 408

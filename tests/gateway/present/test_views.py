@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import io
-import json
 from dataclasses import replace
 
 import numpy as np
 
 from onemap_gateway.bus.live_state import LiveState
-from onemap_gateway.present.live import live_document
-from onemap_gateway.present.service_status import PipelineFault
 from onemap_gateway.present.views import (
     age_s,
     build_overlay,
@@ -22,7 +19,7 @@ from onemap_gateway.present.views import (
 )
 from onemap_shared.messages import SearchState, SimilarityReply
 from tests.gateway import fakes
-from tests.gateway.fakes import STAMP_NS, search_view
+from tests.gateway.fakes import STAMP_NS, full_state, search_view
 
 
 def test_numbers_that_json_lacks_are_null() -> None:
@@ -99,25 +96,8 @@ def test_the_archive_needs_no_pickle_and_keeps_every_value() -> None:
         assert str(archive["text"]) == "sofa"
 
 
-def lively() -> LiveState:
-    """A state in which everything was heard once."""
-    state = LiveState()
-    status = replace(fakes.search(), results=(fakes.find_result("sofa", 1.0, 2.0),))
-    for message in (
-        fakes.rgbd(),
-        fakes.odometry(1.0, 2.0, 0.5),
-        fakes.detections("sofa"),
-        fakes.revision(3),
-        fakes.planned_path((1, 2), (3, 4)),
-        status,
-        fakes.heartbeat("mapper"),
-    ):
-        state = state.with_message(message, 1.0)
-    return state
-
-
 def test_marks_hold_what_the_picture_shows() -> None:
-    overlay = build_overlay(lively(), 1.0)
+    overlay = build_overlay(full_state(), 1.0)
     np.testing.assert_allclose(overlay.robot, (1.0, 2.0, 0.5))
     np.testing.assert_allclose(overlay.path_m, [(1, 2), (3, 4)])
     assert overlay.found == (("sofa", 1.0, 2.0),)
@@ -129,32 +109,3 @@ def test_marks_of_nothing_are_empty() -> None:
     assert not overlay.robot
     assert not overlay.found
     assert len(overlay.path_m) == len(overlay.trail_m) == 0
-
-
-def test_the_live_document_is_json_and_whole() -> None:
-    document = live_document(
-        lively(), PipelineFault("robot", "Silent."), now_s=1.5, now_ns=STAMP_NS, with_trail=True
-    )
-    assert json.loads(json.dumps(document, allow_nan=False)) == document
-    assert document["ready"] is False
-    assert document["problem"] == "Silent."
-    assert document["robot"]["yaw_rad"] == 0.5
-    assert document["trail_m"] == [[1.0, 2.0]]
-    assert document["camera"]["detections"][0]["name"] == "sofa"
-    assert document["path"]["points_m"] == [[1, 2], [3, 4]]
-    assert document["search"]["results"][0]["position_m"] == [1.0, 2.0, 0.4]
-
-
-def test_nan_scores_do_not_break_the_live_document() -> None:
-    path = replace(fakes.planned_path((0, 0)), frontier_scores=np.array([np.nan], np.float32))
-    state = LiveState().with_message(path, 1.0)
-    document = live_document(state, None, now_s=1.0, now_ns=STAMP_NS, with_trail=False)
-    assert document["path"]["frontier_scores"] == [None]
-    json.dumps(document, allow_nan=False)
-
-
-def test_the_live_document_of_nothing_says_what_is_missing() -> None:
-    document = live_document(LiveState(), None, now_s=0.0, now_ns=STAMP_NS, with_trail=False)
-    for part in ("robot", "map", "camera", "path", "search", "trail_m"):
-        assert document[part] is None
-    assert all(service["condition"] == "down" for service in document["services"])

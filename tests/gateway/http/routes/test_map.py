@@ -1,29 +1,19 @@
-"""/v1/map and /v1/camera.jpg."""
+"""/v1/map: image, arrays, numbers, files."""
 
 from __future__ import annotations
 
 import io
 
-import cv2
 import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
 from onemap_gateway.present.render import FREE, OCCUPIED
-from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
-from tests.gateway import fakes
-from tests.gateway.fakes import FakeMapper, client_of, gateway_on, state_reached
+from tests.gateway.fakes import FakeMapper, client_of, decoded, gateway_on
 
 
-def decoded(data: bytes) -> np.ndarray:
-    """The RGB image of a PNG or JPEG."""
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
-    assert image is not None
-    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB))
-
-
-def test_the_picture_has_its_bounds_and_its_colours(client: TestClient) -> None:
+def test_the_image_has_its_bounds_and_its_colours(client: TestClient) -> None:
     answer = client.get("/v1/map.png?marks=false&scale=4")
     assert answer.headers["Content-Type"] == "image/png"
     assert answer.headers["X-OneMap-Revision"] == "7"
@@ -39,17 +29,22 @@ def test_the_picture_has_its_bounds_and_its_colours(client: TestClient) -> None:
     assert at(2.05, 0.5) == OCCUPIED
 
 
-def test_the_picture_may_glow(client: TestClient) -> None:
-    plain = decoded(client.get("/v1/map.png?marks=false").content)
-    warm = decoded(client.get("/v1/map.png?marks=false&text=sofa").content)
-    assert plain.shape == warm.shape
-    assert (plain != warm).any()
+def test_the_image_may_show_a_heatmap(client: TestClient) -> None:
+    plain = client.get("/v1/map.png?marks=false&scale=10")
+    heated = decoded(client.get("/v1/map.png?marks=false&scale=10&text=sofa").content)
+    x_min, _, _, y_max = map(float, plain.headers["X-OneMap-Bounds"].split(","))
+    rows, columns = np.nonzero((heated != decoded(plain.content)).any(axis=2))
+    # the match covers x 0.2 to 0.5 m and y 1.0 to 1.3 m; interpolation adds half a cell, 0.05 m
+    np.testing.assert_allclose(x_min + columns.min() / 100, 0.2, atol=0.06)
+    np.testing.assert_allclose(x_min + columns.max() / 100, 0.5, atol=0.06)
+    np.testing.assert_allclose(y_max - rows.max() / 100, 1.0, atol=0.06)
+    np.testing.assert_allclose(y_max - rows.min() / 100, 1.3, atol=0.06)
 
 
 @pytest.mark.parametrize(
     "query", ["scale=0", "scale=33", "scale=x", "text=", "text=%20", "text=flurb", "marks=perhaps"]
 )
-def test_a_picture_that_cannot_be_is_refused(client: TestClient, query: str) -> None:
+def test_an_image_that_cannot_be_is_refused(client: TestClient, query: str) -> None:
     answer = client.get(f"/v1/map.png?{query}")
     assert answer.status_code == 422
     assert answer.json()["detail"]
@@ -114,23 +109,3 @@ def test_without_a_mapper_it_is_named(router: MemoryRouter, method: str, path: s
         answer = client_of(gateway).request(method, path, json=body)
     assert answer.status_code == 503
     assert answer.json()["service"] == "mapper"
-
-
-def test_the_camera_shows_the_newest_image_with_its_detections(router: MemoryRouter) -> None:
-    robot = router.bus("simulator")
-    with gateway_on(router) as gateway:
-        robot.publish(keys.ROBOT_RGBD).put(fakes.rgbd(5))
-        robot.publish(keys.DETECTIONS).put(fakes.detections("sofa", sequence=5))
-        assert state_reached(gateway.cache, lambda s: bool(s.frame and s.detections))
-        client = client_of(gateway)
-        drawn = client.get("/v1/camera.jpg")
-        plain = client.get("/v1/camera.jpg?detections=false")
-    assert drawn.headers["X-OneMap-Sequence"] == "5"
-    assert decoded(plain.content).shape == (24, 32, 3)
-    assert drawn.content != plain.content
-
-
-def test_without_a_camera_the_robot_is_missing(client: TestClient) -> None:
-    answer = client.get("/v1/camera.jpg")
-    assert answer.status_code == 503
-    assert answer.json()["service"] == "robot"

@@ -1,0 +1,25 @@
+"""The listening socket, or the reason why there is none."""
+
+from __future__ import annotations
+
+import pytest
+
+from onemap_gateway.http.listener import listen
+from onemap_shared.runner import StartError
+
+
+def test_any_free_port_is_taken() -> None:
+    with listen("127.0.0.1", 0) as listener:
+        assert listener.getsockname()[1] > 0
+
+
+def test_a_port_in_use_is_refused_with_what_to_do() -> None:
+    with listen("127.0.0.1", 0) as first:
+        port = first.getsockname()[1]
+        with pytest.raises(StartError, match=r"another program uses it.*gateway\.port"):
+            listen("127.0.0.1", port)
+
+
+def test_an_address_of_another_machine_is_refused_with_what_to_do() -> None:
+    with pytest.raises(StartError, match=r"gateway\.host"):
+        listen("192.0.2.1", 0)
