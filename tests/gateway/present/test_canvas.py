@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_gateway.present.canvas import Canvas, Viewport, draw_text
+from onemap_gateway.present.canvas import Canvas, Viewport, ascii_text, draw_text
 
 INK = (255, 255, 255)
 coordinates = st.floats(-50, 50)
@@ -83,7 +83,14 @@ def test_places_far_away_draw_nothing_and_do_not_overflow() -> None:
 
 @given(st.text())
 def test_any_text_can_be_written(text: str) -> None:
-    draw_text(np.zeros((40, 40, 3), np.uint8), text, (2, 20), INK)
+    assert ascii_text(text).isascii()
+    image = np.zeros((40, 40, 3), np.uint8)
+    draw_text(image, "x" + text, (2, 20), INK)
+    assert image.max() == 255
+
+
+def test_accents_are_dropped_and_other_letters_marked() -> None:
+    assert ascii_text("Café 椅") == "Cafe ?"
 
 
 def test_a_label_stands_to_the_right_of_its_place() -> None:
