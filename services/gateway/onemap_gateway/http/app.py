@@ -46,7 +46,7 @@ TAGS = [
 
 def create_app(gateway: GatewayContext) -> FastAPI:
     """The HTTP interface of ``gateway``."""
-    app = FastAPI(
+    app = _Application(
         title="OneMap",
         version="1",
         description=DESCRIPTION,
@@ -65,13 +65,20 @@ def create_app(gateway: GatewayContext) -> FastAPI:
     app.add_exception_handler(HTTPException, _on_http)
     app.add_middleware(SecurityMiddleware, config=gateway.config)
     app.add_middleware(ResponseMiddleware, requests=gateway.requests)
-    _complete_schema(app)
     return app
 
 
-def _complete_schema(app: FastAPI) -> None:
-    """Add the problems to /openapi.json, which FastAPI cannot derive from the routes."""
-    document: dict[str, Any] = app.openapi()
+class _Application(FastAPI):
+    def openapi(self) -> dict[str, Any]:
+        """The OpenAPI document, made when it is first asked for: that takes 0.1 s."""
+        if self.openapi_schema is None:
+            self.openapi_schema = super().openapi()
+            _complete(self.openapi_schema)
+        return self.openapi_schema
+
+
+def _complete(document: dict[str, Any]) -> None:
+    """Add the problems, which FastAPI cannot derive from the routes."""
     schemas = document["components"]["schemas"]
     schemas["ProblemDetails"] = ProblemDetails.model_json_schema()
     schemas.pop("HTTPValidationError", None)
