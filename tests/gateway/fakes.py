@@ -1,4 +1,4 @@
-"""A robot without a robot: messages, services that answer, and a gateway around them."""
+"""Messages, services that answer, and a gateway on an in-memory router."""
 
 from __future__ import annotations
 

@@ -35,22 +35,22 @@ class GatewayConfig(Params):
     )
     allow_unauthenticated: bool = Field(
         default=False,
-        description="Listen beyond loopback without a token, for a container whose port is "
-        "published on loopback or a network that is trusted.",
+        description="Listen beyond loopback without a token: for a container whose port is "
+        "published on loopback, or on a trusted network.",
     )
     call_timeout_s: float = Field(
         default=3.0,
         gt=0,
         le=30,
-        description="Seconds to wait for a service's answer. Each takes under 0.5 s when well; "
-        "mapper and planner themselves wait up to 2 s for perception, and then say so. A search "
-        "whose words took longer to check is not started.",
+        description="Seconds to wait for a service's reply. A healthy service needs under 0.5 s; "
+        "mapper and planner themselves wait up to 2 s for perception, then report it missing. A "
+        "search whose names took longer to check is not started.",
     )
     max_concurrent_calls: int = Field(
         default=4,
         ge=1,
         le=64,
-        description="Calls under way to one service; it answers them one by one anyway.",
+        description="Concurrent calls to one service, which handles one at a time anyway.",
     )
     ready_within_s: float = Field(
         default=5.0,
@@ -61,16 +61,16 @@ class GatewayConfig(Params):
         default=5.0,
         gt=0,
         le=60,
-        description="State messages per second on /v1/live; the page glides in between.",
+        description="State messages per second on /v1/live; the page interpolates in between.",
     )
     jpeg_quality: int = Field(
         default=80, ge=1, le=100, description="Camera image, percent; 80 shows no blocks."
     )
 
     @model_validator(mode="after")
-    def _closed_unless_asked(self) -> GatewayConfig:
-        guarded = bool(self.token.get_secret_value()) or self.allow_unauthenticated
-        if not is_loopback(self.host) and not guarded:
+    def _token_beyond_loopback(self) -> GatewayConfig:
+        protected = bool(self.token.get_secret_value()) or self.allow_unauthenticated
+        if not is_loopback(self.host) and not protected:
             raise ValueError(
                 f"listening on {self.host} lets the whole network drive the robot: set 'token', "
                 "listen on 127.0.0.1, or say 'allow_unauthenticated: true' if the network is "

@@ -1,4 +1,4 @@
-"""The ear on the bus."""
+"""The cache of the bus's latest messages."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_every_stream_arrives(router: MemoryRouter) -> None:
     assert all(counters.received == 1 for counters in cache.counters().values())
 
 
-def test_who_is_alive_is_known_and_who_is_gone(router: MemoryRouter) -> None:
+def test_liveliness_tokens_are_followed(router: MemoryRouter) -> None:
     cache = StateCache(router.bus("gateway"))
     mapper = router.bus("mapper")
     assert state_reached(cache, lambda state: "mapper" in state.alive)
@@ -68,7 +68,7 @@ def test_a_broken_message_is_logged_and_passed_over(
     assert any("odometry: message refused" in record.message for record in caplog.records)
 
 
-def test_closing_is_told_to_streams_before_it_is_done(router: MemoryRouter) -> None:
+def test_streams_see_that_the_gateway_closes_before_it_is_closed(router: MemoryRouter) -> None:
     cache = StateCache(router.bus("gateway"))
     before = cache.closing
     cache.begin_close()

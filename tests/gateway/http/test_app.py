@@ -1,4 +1,4 @@
-"""The interface as a whole: documented, complete, and never without an answer."""
+"""The interface as a whole: documented, complete, and a response to every request."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def operations(client: TestClient) -> list[tuple[str, str, dict[str, Any]]]:
 
 
 @pytest.fixture
-def deaf(router: MemoryRouter) -> Iterator[MemoryRouter]:
-    """A mapper and a planner whose every answer never comes."""
+def silent(router: MemoryRouter) -> Iterator[MemoryRouter]:
+    """A mapper and a planner that never reply."""
     release = threading.Event()
     procedures: list[keys.Procedure[Any, Any]] = [
         keys.MAP_SIMILARITY,
@@ -58,12 +58,12 @@ def deaf(router: MemoryRouter) -> Iterator[MemoryRouter]:
 
 
 @pytest.mark.timeout(30)
-@pytest.mark.parametrize("services", ["absent", "deaf"])
+@pytest.mark.parametrize("services", ["absent", "silent"])
 def test_no_route_hangs_when_nobody_answers(
     router: MemoryRouter, services: str, request: pytest.FixtureRequest
 ) -> None:
-    if services == "deaf":
-        request.getfixturevalue("deaf")
+    if services == "silent":
+        request.getfixturevalue("silent")
     with client_on(router, GatewayConfig(call_timeout_s=0.1)) as client:
         for method, path, _ in operations(client):
             address = path.replace("{search_id}", "s1")

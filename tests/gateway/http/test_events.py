@@ -1,4 +1,4 @@
-"""A search as server-sent events: every change, through the planner's death, to the end."""
+"""A search as server-sent events: every change, across a restart of the planner, to its end."""
 
 from __future__ import annotations
 

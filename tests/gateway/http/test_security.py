@@ -1,4 +1,4 @@
-"""Who may ask, and with what."""
+"""Requests that are refused before any route runs."""
 
 from __future__ import annotations
 
@@ -138,14 +138,14 @@ def test_half_a_body_does_nothing() -> None:
 
 
 def answer_to(receive: Any) -> Message:
-    """What the guard says to a POST whose body comes from ``receive``."""
+    """The response to a POST whose body comes from ``receive``."""
     sent: list[Message] = []
 
     async def send(message: Message) -> None:
         sent.append(message)
 
     async def reached(_scope: Scope, _receive: Receive, _send: Send) -> None:
-        raise AssertionError("the guard let it pass")
+        raise AssertionError("the request was let through")
 
     headers = [(b"host", b"localhost"), (b"content-type", b"application/json")]
     scope = {"type": "http", "method": "POST", "path": "/v1/queries", "headers": headers}

@@ -12,15 +12,15 @@ from tests.gateway.fakes import detections, rgbd
 
 def test_without_detections_the_image_is_a_copy() -> None:
     rgb = rgbd().rgb
-    picture = annotate_detections(rgb, None)
-    np.testing.assert_array_equal(picture, rgb)
-    assert picture is not rgb
+    image = annotate_detections(rgb, None)
+    np.testing.assert_array_equal(image, rgb)
+    assert image is not rgb
 
 
 def test_a_detection_is_framed() -> None:
     rgb = rgbd().rgb
-    picture = annotate_detections(rgb, detections("sofa"))
-    np.testing.assert_array_equal(picture[18, 12], BOX)
+    image = annotate_detections(rgb, detections("sofa"))
+    np.testing.assert_array_equal(image[18, 12], BOX)
     assert not (rgb == BOX).all(axis=-1).any()
 
 

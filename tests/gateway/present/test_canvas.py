@@ -35,7 +35,7 @@ def test_right_is_x_and_up_is_y(x: float, y: float, scale: float) -> None:
     np.testing.assert_allclose(above - here, [0, -scale], atol=1e-6)
 
 
-def test_the_corner_of_the_map_is_the_corner_of_the_picture() -> None:
+def test_the_corner_of_the_map_is_the_corner_of_the_image() -> None:
     np.testing.assert_allclose(Viewport(-1.0, 3.0, 20).pixels([(-1.0, 3.0)]), [[0, 0]])
 
 

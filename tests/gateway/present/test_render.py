@@ -1,4 +1,4 @@
-"""The picture of the map: orientation, colours, what is shown of it."""
+"""The map image: orientation, colours, extent."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ grids = arrays(
 )
 
 
-def colour_at(picture: render.MapImage, x_m: float, y_m: float) -> tuple[int, ...]:
-    """The colour of the picture at a place of the map."""
-    x_min, y_min, x_max, y_max = picture.bounds_m
-    height, width = picture.image.shape[:2]
+def colour_at(map_image: render.MapImage, x_m: float, y_m: float) -> tuple[int, ...]:
+    """The colour of the image at a point of the map."""
+    x_min, y_min, x_max, y_max = map_image.bounds_m
+    height, width = map_image.image.shape[:2]
     column = int((x_m - x_min) / (x_max - x_min) * width)
     row = int((y_max - y_m) / (y_max - y_min) * height)
-    return tuple(int(value) for value in picture.image[row, column])
+    return tuple(int(value) for value in map_image.image[row, column])
 
 
 @given(grids, st.integers(1, 5))
@@ -55,25 +55,25 @@ def test_every_cell_has_its_colour_at_its_place(occupancy: np.ndarray, scale: in
 
 @pytest.mark.parametrize("scale", [None, 1, 3, 8])
 def test_places_of_the_map_show_what_they_are(scale: int | None) -> None:
-    picture = render_map(search_view(), scale=scale)
-    assert colour_at(picture, 1.0, 0.5) == render.FREE
-    assert colour_at(picture, 2.05, 0.5) == render.OCCUPIED  # the wall, at the right
-    assert colour_at(picture, 1.0, 1.7) == render.UNKNOWN  # above the floor
-    assert colour_at(picture, -0.3, 0.5) == render.UNKNOWN
+    map_image = render_map(search_view(), scale=scale)
+    assert colour_at(map_image, 1.0, 0.5) == render.FREE
+    assert colour_at(map_image, 2.05, 0.5) == render.OCCUPIED  # the wall, at the right
+    assert colour_at(map_image, 1.0, 1.7) == render.UNKNOWN  # above the floor
+    assert colour_at(map_image, -0.3, 0.5) == render.UNKNOWN
 
 
-def test_the_picture_shows_the_known_part_with_a_margin() -> None:
+def test_the_image_shows_the_known_part_with_a_margin() -> None:
     x_min, y_min, x_max, y_max = render_map(search_view()).bounds_m
     np.testing.assert_allclose((x_min, y_min, x_max, y_max), (-0.5, -0.5, 2.6, 2.0), atol=0.11)
 
 
-def test_the_robot_is_always_in_the_picture() -> None:
-    picture = render_map(search_view(), Overlay(robot=(-9.0, 8.0, 0.0)))
-    assert picture.bounds_m[0] < -9.0
-    assert picture.bounds_m[3] > 8.0
+def test_the_robot_is_always_in_the_image() -> None:
+    map_image = render_map(search_view(), Overlay(robot=(-9.0, 8.0, 0.0)))
+    assert map_image.bounds_m[0] < -9.0
+    assert map_image.bounds_m[3] > 8.0
 
 
-def test_an_empty_map_is_a_picture_too() -> None:
+def test_an_empty_map_has_an_image_too() -> None:
     nothing = np.zeros((0, 0), np.uint8)
     grid = GridSpec(0.05, (0, 0), (0, 0))
     empty = SearchView("", 0, 0, 0, grid, nothing, nothing, np.zeros((0, 0), np.float32))
@@ -100,7 +100,7 @@ def test_heat_leaves_alone_what_was_not_observed(similarity: np.ndarray) -> None
     np.testing.assert_array_equal(after[unseen], before[unseen])
 
 
-def test_a_weak_best_guess_does_not_glow() -> None:
+def test_a_weak_best_match_stays_cold() -> None:
     floor = occupancy_image(np.full((5, 5), Occupancy.FREE, np.uint8), 2)
     faint = blend_heatmap(floor, np.full((5, 5), 0.02, np.float32))
     np.testing.assert_array_equal(faint, floor)
@@ -108,7 +108,7 @@ def test_a_weak_best_guess_does_not_glow() -> None:
     assert sure.max() > 200
 
 
-def test_marks_change_the_picture_and_their_absence_leaves_it_bare() -> None:
+def test_an_overlay_is_drawn_over_the_bare_map() -> None:
     view = search_view()
     bare = render_map(view, scale=8)
     overlay = Overlay(
@@ -139,7 +139,7 @@ def test_the_view_is_not_written_to() -> None:
 
 
 @pytest.mark.parametrize("scale", [1, 32])
-def test_a_large_map_stays_a_picture_that_can_be_sent(scale: int) -> None:
+def test_a_large_map_has_an_image_of_bounded_size(scale: int) -> None:
     shape = (3000, 200)
     occupancy = np.full(shape, Occupancy.FREE, np.uint8)
     none = np.zeros((0, 0), np.float32)

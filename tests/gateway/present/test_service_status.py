@@ -1,4 +1,4 @@
-"""What is said of a service that is well, slow, hung or gone."""
+"""Conditions of services that are well, slow, hung or gone."""
 
 from __future__ import annotations
 

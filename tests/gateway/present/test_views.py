@@ -96,7 +96,7 @@ def test_the_archive_needs_no_pickle_and_keeps_every_value() -> None:
         assert str(archive["text"]) == "sofa"
 
 
-def test_marks_hold_what_the_picture_shows() -> None:
+def test_an_overlay_holds_what_the_state_has() -> None:
     overlay = build_overlay(full_state(), 1.0)
     np.testing.assert_allclose(overlay.robot, (1.0, 2.0, 0.5))
     np.testing.assert_allclose(overlay.path_m, [(1, 2), (3, 4)])
@@ -104,7 +104,7 @@ def test_marks_hold_what_the_picture_shows() -> None:
     assert len(overlay.frontiers_m) == 1
 
 
-def test_marks_of_nothing_are_empty() -> None:
+def test_an_overlay_of_nothing_is_empty() -> None:
     overlay = build_overlay(LiveState(), 0.0)
     assert not overlay.robot
     assert not overlay.found

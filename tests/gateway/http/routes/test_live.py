@@ -38,14 +38,14 @@ def test_the_newest_state_is_sent(router: MemoryRouter) -> None:
     assert state["robot"]["x_m"] == 3.0
 
 
-def test_what_a_client_says_is_ignored(client: TestClient) -> None:
+def test_what_a_client_sends_is_ignored(client: TestClient) -> None:
     with client.websocket_connect(LIVE) as socket:
         socket.send_text("{not json")
         socket.send_bytes(b"\x00")
         assert socket.receive_json()["services"]
 
 
-def test_a_closing_gateway_says_good_bye(router: MemoryRouter) -> None:
+def test_a_closing_gateway_closes_its_sockets(router: MemoryRouter) -> None:
     with gateway_on(router) as gateway, client_of(gateway).websocket_connect(LIVE) as socket:
         socket.receive_json()
         gateway.cache.begin_close()
