@@ -12,6 +12,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
+from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared import keys
@@ -47,6 +48,17 @@ def test_it_answers_and_is_ready(worker: GatewayWorker) -> None:
     assert health.ready
     assert health.metrics is not None
     assert health.metrics["rgbd_received"] == 0
+
+
+def test_a_hung_service_is_a_metric(worker: GatewayWorker, monkeypatch: pytest.MonkeyPatch) -> None:
+    def hung_for_s(service: str, _state: LiveState, _now_s: float) -> float | None:
+        return 7.0 if service == "mapper" else None
+
+    monkeypatch.setattr("onemap_gateway.service.hung_for_s", hung_for_s)
+    metrics = worker.health().metrics or {}
+    assert {name: value for name, value in metrics.items() if "hung" in name} == {
+        "hung_mapper_s": 7.0
+    }
 
 
 def test_a_search_is_followed_over_the_network(worker: GatewayWorker, router: MemoryRouter) -> None:
