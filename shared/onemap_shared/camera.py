@@ -89,15 +89,16 @@ def unproject(depth_m: F32, intrinsics: Intrinsics) -> F32:
 def unproject_to_map(depth_m: F32, intrinsics: Intrinsics, T_map_camera: F64) -> F32:
     """Map-frame points (H, W, 3) float32, metres, of z-depth (H, W) float32.
 
-    ``transform(T_map_camera, unproject(depth_m, intrinsics))``, but faster: a pixel's direction
-    is the sum of what its column and what its row contribute. Where the depth is 0, the point is
-    the camera's position.
+    ``transform(T_map_camera, unproject(depth_m, intrinsics))``, but faster: the result is a view of
+    three planes, one per coordinate. Where the depth is 0, the point is the camera's position.
     """
     height, width = depth_m.shape
     R, t = T_map_camera[:3, :3].astype(np.float32), T_map_camera[:3, 3].astype(np.float32)
-    x = intrinsics.x_at(np.arange(width, dtype=np.float32))
-    y = intrinsics.y_at(np.arange(height, dtype=np.float32))
-    points = np.empty((height, width, 3), np.float32)
+    u, v = np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)[:, None]
+    # Multiply before dividing: walls that lie on a cell border fall on the released code's side.
+    x = (u + (0.5 - intrinsics.cx)) * depth_m / intrinsics.fx
+    y = (v + (0.5 - intrinsics.cy)) * depth_m / intrinsics.fy
+    planes = np.empty((3, height, width), np.float32)
     for k in range(3):
-        points[..., k] = (R[k, 0] * x + (R[k, 1] * y + R[k, 2])[:, None]) * depth_m + t[k]
-    return points
+        planes[k] = x * R[k, 0] + y * R[k, 1] + depth_m * R[k, 2] + t[k]
+    return np.moveaxis(planes, 0, -1)
