@@ -11,8 +11,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from onemap_shared.geometry import F64, I64, Bool
+
+
+def world_cells(points: NDArray[np.floating], cell_size_m: float) -> I64:
+    """World cells (..., 2) int64 of points (..., 2 or more) in metres, divided in their dtype."""
+    xy = np.asarray(points)[..., :2]
+    cells: I64 = np.floor(xy / cell_size_m).astype(np.int64)
+    return cells
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +42,7 @@ class GridSpec:
 
     def cells(self, points: F64) -> I64:
         """Array indices (..., 2) int64 of points (..., 2 or more) in metres; may lie outside."""
-        world = np.floor(np.asarray(points)[..., :2] / self.cell_size_m).astype(np.int64)
+        world = world_cells(points, self.cell_size_m)
         return world - np.asarray(self.origin_cell, dtype=np.int64)
 
     def centres(self, cells: I64) -> F64:
@@ -60,7 +68,7 @@ class GridSpec:
         cls, cell_size_m: float, lower_m: tuple[float, float], upper_m: tuple[float, float]
     ) -> GridSpec:
         """The smallest grid that contains both corner points (metres)."""
-        lower = np.floor(np.asarray(lower_m) / cell_size_m).astype(int)
-        upper = np.floor(np.asarray(upper_m) / cell_size_m).astype(int) + 1
+        lower, upper = world_cells(np.array([lower_m, upper_m], np.float64), cell_size_m)
+        upper = upper + 1
         shape = np.maximum(upper - lower, 0)
         return cls(cell_size_m, (int(lower[0]), int(lower[1])), (int(shape[0]), int(shape[1])))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_shared.grid import GridSpec
+from onemap_shared.grid import GridSpec, world_cells
 
 origins = st.tuples(st.integers(-500, 500), st.integers(-500, 500))
 shapes = st.tuples(st.integers(0, 400), st.integers(0, 400))
@@ -29,6 +29,18 @@ def test_cells_agree_with_the_obvious_floor(grid: GridSpec, x: float, y: float) 
         math.floor(y / grid.cell_size_m) - grid.origin_cell[1],
     ]
     assert grid.cells(np.array([x, y])).tolist() == obvious
+
+
+@given(grids, coordinates, coordinates)
+def test_a_grid_s_cells_are_world_cells_from_its_origin(grid: GridSpec, x: float, y: float) -> None:
+    point = np.array([x, y, 7.0])
+    cells = grid.cells(point) + np.array(grid.origin_cell)
+    np.testing.assert_array_equal(world_cells(point, grid.cell_size_m), cells)
+
+
+def test_world_cells_are_computed_in_the_precision_of_the_points() -> None:
+    point = np.array([0.7, -0.7], np.float32)
+    assert world_cells(point, 0.1).tolist() == [7, -7]  # in float64 0.7 of float32 is in cell 6
 
 
 @given(sizes, coordinates, coordinates, coordinates, coordinates)
