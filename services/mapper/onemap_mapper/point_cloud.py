@@ -1,0 +1,37 @@
+"""The depth image of a frame as map-frame points: unprojected once, read by everything else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from onemap_shared.camera import Intrinsics, unproject_to_map
+from onemap_shared.geometry import F32, F64
+
+
+@dataclass(frozen=True, slots=True)
+class PointCloud:
+    """An organised point cloud: one point per pixel, in image order.
+
+    depth_m (H, W) float32 z-depth in metres, 0 = no return; points_m (H, W, 3) float32 metres in
+    the map frame, the camera's position where there is no return; T_map_camera (4, 4).
+    """
+
+    depth_m: F32
+    points_m: F32
+    T_map_camera: F64
+
+    @classmethod
+    def of(cls, depth_m: F32, *, intrinsics: Intrinsics, T_map_camera: F64) -> PointCloud:
+        """The cloud of a depth image (H, W) float32 metres."""
+        points_m = unproject_to_map(depth_m, intrinsics, T_map_camera)
+        return cls(depth_m, points_m, T_map_camera)
+
+    @property
+    def camera_m(self) -> F64:
+        """The camera's position (3,) in the map frame."""
+        position: F64 = self.T_map_camera[:3, 3]
+        return position
+
+    def strided(self, n: int) -> PointCloud:
+        """The cloud of every n-th pixel of every n-th row, without averaging; a view."""
+        return PointCloud(self.depth_m[::n, ::n], self.points_m[::n, ::n], self.T_map_camera)
