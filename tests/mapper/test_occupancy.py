@@ -15,15 +15,14 @@ from onemap_mapper.occupancy import (
     OCCUPIED_THRESHOLD,
     accumulated_evidence,
     cells_within,
-    map_points,
     occupancy_states,
     occupancy_update,
     ray_samples,
-    thinned,
     voxel_indices,
 )
-from onemap_shared.camera import Intrinsics, unproject
-from onemap_shared.geometry import F64, transform
+from onemap_mapper.point_cloud import PointCloud
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F64
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
 from tests.mapper import scenes
@@ -44,9 +43,8 @@ def look_around(belief: BeliefMap, boxes: tuple[Box, ...], poses: list[F64]) -> 
     for T in poses:
         if frame is None or T is not last:
             depth = scenes.millimetres(scenes.depth_of(boxes, T, CAMERA, SIZE)) / np.float32(1000)
-            frame = occupancy_update(
-                depth, intrinsics=CAMERA, T_map_camera=T, settings=SETTINGS.occupancy
-            )
+            cloud = PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T)
+            frame = occupancy_update(cloud, SETTINGS.occupancy)
             last = T
         belief.grow(frame.cells)
         belief.fuse_occupancy(frame)
@@ -139,29 +137,10 @@ def test_a_tilted_camera_sees_the_same_room() -> None:
 
 
 def test_no_depth_says_nothing() -> None:
-    frame = occupancy_update(
-        np.zeros(SIZE, np.float32),
-        intrinsics=CAMERA,
-        T_map_camera=scenes.pose(),
-        settings=SETTINGS.occupancy,
-    )
+    dark = np.zeros(SIZE, np.float32)
+    cloud = PointCloud.of(dark, intrinsics=CAMERA, T_map_camera=scenes.pose())
+    frame = occupancy_update(cloud, SETTINGS.occupancy)
     assert len(frame.cells) == 0
-
-
-def test_map_points_are_the_unprojected_pixels() -> None:
-    T = scenes.pose(1.0, -2.0, 0.7)
-    depth = np.random.default_rng(0).uniform(0.2, 5, (11, 13)).astype(np.float32)
-    small = Intrinsics(9.0, 8.0, 6.5, 5.0)
-    fast = map_points(depth, intrinsics=small, T_map_camera=T)
-    slow = transform(T, unproject(depth, small).astype(np.float64))
-    np.testing.assert_allclose(fast, slow, atol=1e-5)
-
-
-def test_thinning_keeps_pixels_on_their_rays() -> None:
-    depth = np.random.default_rng(0).uniform(0.2, 5, (480, 640)).astype(np.float32)
-    full = Intrinsics(500.0, 510.0, 320.0, 240.0)
-    thin, camera = thinned(depth, full, 200)
-    np.testing.assert_allclose(unproject(thin, camera), unproject(depth, full)[::3, ::3], atol=1e-4)
 
 
 @given(seed=st.integers(0, 2**16))

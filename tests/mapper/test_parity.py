@@ -10,6 +10,7 @@ import torch
 
 from onemap_mapper.blur import blur_kernel, blurred
 from onemap_mapper.cell_store import CellStore
+from onemap_mapper.point_cloud import PointCloud
 from onemap_mapper.projection import ProjectionParams, cell_features, project
 from onemap_perception.variance import VarianceParams, observation_variance
 from onemap_shared.camera import Intrinsics
@@ -18,6 +19,8 @@ from onemap_shared.geometry import F32, F64, R_BODY_CAMERA_LEVEL
 DATA = Path(__file__).parents[2].parent / "shared" / "data" / "fusion_parity"
 CELL_M, CELLS, TOLERANCE = 0.1, 600, 1e-3
 EVERYTHING = ProjectionParams(CELL_M, max_range_m=100.0, max_height_m=100.0)
+
+CPU = torch.device("cpu")
 
 pytestmark = pytest.mark.skipif(not DATA.exists(), reason=f"no parity data in {DATA}")
 
@@ -35,16 +38,15 @@ def fused(data: dict[str, np.ndarray], half_width: int) -> tuple[F32, F32]:
     # The released code counts pixel centres at whole numbers, ours lie half a pixel further.
     intrinsics = Intrinsics(fx, fy, cx + 0.5, cy + 0.5)
     slots = np.full((CELLS, CELLS), -1)
-    store = CellStore(32, device=torch.device("cpu"), dtype=torch.float32)
+    store = CellStore(32, device=CPU, dtype=torch.float32)
     for k, (features, depth) in enumerate(zip(data["features"], data["depth"], strict=True)):
         T = camera_pose(data["pose"][k])
         weights = project(
-            torch.from_numpy(depth),
-            torch.from_numpy(observation_variance(depth, intrinsics, VarianceParams())),
-            intrinsics=intrinsics,
-            T_map_camera=T,
+            PointCloud.of(depth, intrinsics=intrinsics, T_map_camera=T),
+            observation_variance(depth, intrinsics, VarianceParams()),
             patch_shape=(8, 8),
             settings=EVERYTHING,
+            device=CPU,
         )
         kernel = blur_kernel(
             weights.cells,

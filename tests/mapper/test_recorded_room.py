@@ -15,6 +15,7 @@ from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.diagnostics.depth_diagnostics import diagnose_depth
 from onemap_mapper.diagnostics.floor_monitor import FloorMonitor, FloorState
 from onemap_mapper.occupancy import occupancy_update
+from onemap_mapper.point_cloud import PointCloud
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import F32, F64, check_rigid, transform
 from onemap_shared.messages import Occupancy
@@ -45,9 +46,8 @@ def room() -> BeliefMap:
     intrinsics, frames = recording()
     belief = BeliefMap(SETTINGS)
     for depth_m, T in frames.values():
-        seen = occupancy_update(
-            depth_m, intrinsics=intrinsics, T_map_camera=T, settings=SETTINGS.occupancy
-        )
+        cloud = PointCloud.of(depth_m, intrinsics=intrinsics, T_map_camera=T)
+        seen = occupancy_update(cloud, SETTINGS.occupancy)
         belief.grow(seen.cells)
         belief.fuse_occupancy(seen)
     return belief
@@ -57,7 +57,7 @@ def test_the_floor_lies_at_zero_wherever_it_is_seen() -> None:
     intrinsics, frames = recording()
     monitor, seen = FloorMonitor(), 0
     for at_s, (depth_m, T) in enumerate(frames.values()):
-        check = diagnose_depth(depth_m, intrinsics=intrinsics, T_map_camera=T)
+        check = diagnose_depth(PointCloud.of(depth_m, intrinsics=intrinsics, T_map_camera=T))
         if check.surface is not None:
             seen += 1
             assert abs(check.surface.height_m) < 0.02

@@ -15,6 +15,7 @@ from torch import Tensor
 from onemap_mapper.blur import blur_kernel, blurred
 from onemap_mapper.diagnostics.depth_diagnostics import DepthDiagnostics, diagnose_depth
 from onemap_mapper.occupancy import OccupancyParams, OccupancyUpdate, occupancy_update
+from onemap_mapper.point_cloud import PointCloud
 from onemap_mapper.projection import ProjectionParams, cell_features, project
 from onemap_shared.geometry import F64, I64
 from onemap_shared.messages import FeatureField
@@ -62,18 +63,17 @@ class FrameUpdate:
 
 def compute_update(field: FeatureField, settings: MapParams) -> FrameUpdate:
     """What a field says about the map's cells. Pure; the expensive half of an update."""
-    depth_m = np.divide(field.depth_mm, 1000, dtype=np.float32)
+    cloud = PointCloud.of(
+        np.divide(field.depth_mm, 1000, dtype=np.float32),
+        intrinsics=field.intrinsics,
+        T_map_camera=field.T_map_camera,
+    )
     h, w, dimension = field.features.shape
     device = settings.device
     weights = project(
-        torch.from_numpy(depth_m).to(device),
-        torch.tensor(field.variance, device=device),
-        intrinsics=field.intrinsics,
-        T_map_camera=field.T_map_camera,
-        patch_shape=(h, w),
-        settings=settings.projection,
+        cloud, field.variance, patch_shape=(h, w), settings=settings.projection, device=device
     )
-    camera_m = field.T_map_camera[:3, 3]
+    camera_m = cloud.camera_m
     kernel = blur_kernel(
         weights.cells,
         camera_xy_m=(float(camera_m[0]), float(camera_m[1])),
@@ -91,11 +91,6 @@ def compute_update(field: FeatureField, settings: MapParams) -> FrameUpdate:
         cells=kernel.cells.cpu().numpy(),
         features=blurred(kernel, cell_features(weights, patches)),
         confidence=blurred(kernel, weights.confidence),
-        occupancy=occupancy_update(
-            depth_m,
-            intrinsics=field.intrinsics,
-            T_map_camera=field.T_map_camera,
-            settings=settings.occupancy,
-        ),
-        depth=diagnose_depth(depth_m, intrinsics=field.intrinsics, T_map_camera=field.T_map_camera),
+        occupancy=occupancy_update(cloud, settings.occupancy),
+        depth=diagnose_depth(cloud),
     )

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from onemap_shared.camera import Intrinsics
+from onemap_mapper.point_cloud import PointCloud
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
@@ -66,20 +66,11 @@ class OccupancyUpdate:
     clear: Bool
 
 
-def thinned(depth_m: F32, intrinsics: Intrinsics, max_rows: int) -> tuple[F32, Intrinsics]:
-    """Every n-th pixel, without averaging, and the camera of that image."""
-    n = -(-depth_m.shape[0] // max_rows)
-    cx, cy = ((centre - 0.5) / n + 0.5 for centre in (intrinsics.cx, intrinsics.cy))
-    return depth_m[::n, ::n], Intrinsics(intrinsics.fx / n, intrinsics.fy / n, cx, cy)
-
-
-def occupancy_update(
-    depth_m: F32, *, intrinsics: Intrinsics, T_map_camera: F64, settings: OccupancyParams
-) -> OccupancyUpdate:
-    """Evidence of one depth image (H, W) float32 metres, 0 = none, with the full pose."""
-    depth_m, intrinsics = thinned(depth_m, intrinsics, settings.max_image_rows)
-    points = map_points(depth_m, intrinsics=intrinsics, T_map_camera=T_map_camera)
-    camera = T_map_camera[:3, 3].astype(np.float32)
+def occupancy_update(cloud: PointCloud, settings: OccupancyParams) -> OccupancyUpdate:
+    """Evidence of one depth image, thinned to at most ``max_image_rows`` rows."""
+    cloud = cloud.strided(-(-cloud.depth_m.shape[0] // settings.max_image_rows))
+    depth_m, points = cloud.depth_m, cloud.points_m
+    camera = cloud.camera_m.astype(np.float32)
     rays = points[::RAY_STRIDE, ::RAY_STRIDE][depth_m[::RAY_STRIDE, ::RAY_STRIDE] > 0]
     samples = ray_samples(camera, rays, settings=settings)
     slack = settings.height_error_per_m * depth_m
@@ -103,21 +94,6 @@ def occupancy_update(
     touched = clear | evidence.any(axis=2)
     cells = np.argwhere(touched) + np.asarray(box.origin_cell)
     return OccupancyUpdate(cells, evidence[touched], clear[touched])
-
-
-def map_points(depth_m: F32, *, intrinsics: Intrinsics, T_map_camera: F64) -> F32:
-    """Points (H, W, 3) float32 in the map frame; ``transform`` of ``unproject``, but faster.
-
-    A pixel's direction is the sum of what its column and what its row contribute.
-    """
-    height, width = depth_m.shape
-    R, t = T_map_camera[:3, :3].astype(np.float32), T_map_camera[:3, 3].astype(np.float32)
-    x = (np.arange(width, dtype=np.float32) + np.float32(0.5 - intrinsics.cx)) / intrinsics.fx
-    y = (np.arange(height, dtype=np.float32) + np.float32(0.5 - intrinsics.cy)) / intrinsics.fy
-    points = np.empty((height, width, 3), np.float32)
-    for k in range(3):
-        points[..., k] = (R[k, 0] * x + (R[k, 1] * y + R[k, 2])[:, None]) * depth_m + t[k]
-    return points
 
 
 def ray_samples(camera: F32, ends: F32, *, settings: OccupancyParams) -> F32:

@@ -7,6 +7,7 @@ scattered into a sparse cells x patches matrix W, and F_M = W F is one product.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +15,9 @@ import torch
 from torch import Tensor
 from torch.nn.functional import embedding_bag
 
-from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F64
+from onemap_mapper.point_cloud import PointCloud
+from onemap_shared.geometry import F32, I64, Bool
+from onemap_shared.grid import GridSpec, world_cells
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,50 +45,30 @@ class CellWeights:
     values: Tensor
 
 
-def world_cells(coordinates_m: Tensor, cell_size_m: float) -> Tensor:
-    """``GridSpec.cells`` of a world-origin grid, for tensors: floor; int32 reaches 200,000 km."""
-    return torch.floor(coordinates_m / cell_size_m).to(torch.int32)
-
-
-def pixels_to_map(
-    depth_m: Tensor, *, intrinsics: Intrinsics, T_map_camera: F64
-) -> tuple[Tensor, Tensor, Tensor]:
-    """Map coordinates x, y, z, each (H, W) float32 metres, of z-depth (H, W) float32."""
-    height, width = depth_m.shape
-    R, t = T_map_camera[:3, :3].tolist(), T_map_camera[:3, 3].tolist()
-    u = torch.arange(width, dtype=torch.float32, device=depth_m.device)
-    v = torch.arange(height, dtype=torch.float32, device=depth_m.device)[:, None]
-    # Multiply before dividing: walls that lie on a cell border fall on the released code's side.
-    x_camera = (u + (0.5 - intrinsics.cx)) * depth_m / intrinsics.fx
-    y_camera = (v + (0.5 - intrinsics.cy)) * depth_m / intrinsics.fy
-    x, y, z = (x_camera * R[k][0] + y_camera * R[k][1] + depth_m * R[k][2] + t[k] for k in range(3))
-    return x, y, z
-
-
 def project(
-    depth_m: Tensor,
-    variance: Tensor,
+    cloud: PointCloud,
+    variance: F32,
     *,
-    intrinsics: Intrinsics,
-    T_map_camera: F64,
     patch_shape: tuple[int, int],
     settings: ProjectionParams,
+    device: torch.device,
 ) -> CellWeights:
     """The cells a frame saw and how its patches mix in them.
 
-    depth_m (H, W) float32, 0 = none; variance (H, W) float32 > 0, infinity = do not use.
+    variance (H, W) float32 > 0, infinity = do not use. Cells and confidences are computed on the
+    CPU, where occupancy and diagnostics read the same points; one index and one weight per pixel
+    go to ``device``, as many bytes as depth and variance would be.
     """
-    usable = (depth_m > 0) & (depth_m <= settings.max_range_m) & (variance < torch.inf)
-    # Unusable pixels fall on the camera, so that one far outlier does not widen the box.
-    x, y, z = pixels_to_map(
-        torch.where(usable, depth_m, 0.0), intrinsics=intrinsics, T_map_camera=T_map_camera
-    )
-    usable &= z <= settings.max_height_m
-    ix, iy = (world_cells(axis, settings.cell_size_m) for axis in (x, y))
-    cells, row = _unique_cells(ix, iy, usable)
+    usable = (cloud.depth_m > 0) & (cloud.depth_m <= settings.max_range_m) & (variance < np.inf)
+    box, flat = _flat_cells(cloud, usable, settings)
+    unseen = math.prod(box.shape)
+    inverse = np.divide(1.0, variance, out=np.zeros_like(variance), where=flat < unseen)
+    confidence = torch.from_numpy(inverse).to(device)
+    found, row = _unique_inverse(torch.from_numpy(flat).flatten().to(device), unseen)
+    (low_x, low_y), depth = box.origin_cell, box.shape[1]
+    cells = torch.stack([found // depth + low_x, found % depth + low_y], dim=1)
     count = len(cells)
     pixels = torch.bincount(row, minlength=count + 1)[:count]
-    confidence = torch.where(usable, 1.0 / variance, 0.0)
     starts, patches, values = _scatter(row, confidence, patch_shape=patch_shape, count=count)
     lengths = torch.diff(starts, append=starts.new_tensor([len(patches)]))
     owner = torch.repeat_interleave(torch.arange(count, device=row.device), lengths)
@@ -106,15 +88,26 @@ def sparse_matmul(table: Tensor, columns: Tensor, values: Tensor, starts: Tensor
     return embedding_bag(columns, table, starts, mode="sum", per_sample_weights=values)
 
 
-def _unique_cells(ix: Tensor, iy: Tensor, usable: Tensor) -> tuple[Tensor, Tensor]:
-    """World cells (n, 2) that usable pixels fall in, and each pixel's row in them, else n."""
-    low_x, high_x = (int(bound) for bound in torch.aminmax(ix))
-    low_y, high_y = (int(bound) for bound in torch.aminmax(iy))
-    depth = high_y - low_y + 1
-    box = (high_x - low_x + 1) * depth
-    flat = torch.where(usable, (ix - low_x) * depth + (iy - low_y), box)
-    found, rows = _unique_inverse(flat.flatten().long(), box)
-    return torch.stack([found // depth + low_x, found % depth + low_y], dim=1), rows
+def _flat_cells(
+    cloud: PointCloud, usable: Bool, settings: ProjectionParams
+) -> tuple[GridSpec, I64]:
+    """A grid over the cells of usable pixels, and each pixel's flat index (H, W) in it.
+
+    Pixels that are not usable, or too high, get the number of cells of the grid.
+    """
+    size_m = settings.cell_size_m
+    camera = world_cells(cloud.camera_m, size_m)
+    world = world_cells(cloud.points_m, size_m)
+    # Unusable pixels fall on the camera, so that one far outlier does not widen the grid.
+    ix, iy = (np.where(usable, world[..., k], camera[k]) for k in range(2))
+    low, high = (int(ix.min()), int(iy.min())), (int(ix.max()), int(iy.max()))
+    box = GridSpec(size_m, low, (high[0] - low[0] + 1, high[1] - low[1] + 1))
+    usable = usable & (cloud.points_m[..., 2] <= settings.max_height_m)
+    ix -= low[0]
+    ix *= box.shape[1]
+    ix += iy
+    ix -= low[1]
+    return box, np.where(usable, ix, math.prod(box.shape))
 
 
 def _unique_inverse(values: Tensor, limit: int) -> tuple[Tensor, Tensor]:

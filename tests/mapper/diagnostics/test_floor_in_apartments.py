@@ -10,6 +10,7 @@ import pytest
 
 from onemap_mapper.diagnostics.depth_diagnostics import diagnose_depth
 from onemap_mapper.diagnostics.floor_monitor import FloorMonitor, FloorState
+from onemap_mapper.point_cloud import PointCloud
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_simulator.generation.apartment import generate_apartment
@@ -67,7 +68,9 @@ def assessments(seed: int, believed: F64, noise_m: float) -> Iterator[FloorState
     for at_s, (T_map_body, exact_m) in enumerate(views(seed)):
         depth_m = noisy_depth(exact_m, noise_m, rng)
         measured = np.divide(measured_mm(depth_m, 0.1, 8.0), 1000, dtype=np.float32)
-        check = diagnose_depth(measured, intrinsics=CAMERA, T_map_camera=T_map_body @ believed)
+        check = diagnose_depth(
+            PointCloud.of(measured, intrinsics=CAMERA, T_map_camera=T_map_body @ believed)
+        )
         if check.surface is not None:
             monitor = monitor.with_surface(check.surface, check.viewpoint, at_s)
         yield monitor.assessment(at_s).state

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 from onemap_mapper.diagnostics.floor_monitor import CameraPose2D, camera_pose_2d
 from onemap_mapper.diagnostics.level_surface import LevelSurface, lowest_level_surface
-from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F32, F64
+from onemap_mapper.point_cloud import PointCloud
 
 NEAR_M = 0.1  # nothing a robot looks at is nearer: a wrong depth scale, or a covered lens
 STRIDE = 4
@@ -27,11 +26,11 @@ class DepthDiagnostics:
     surface: LevelSurface | None = None
 
 
-def diagnose_depth(depth_m: F32, *, intrinsics: Intrinsics, T_map_camera: F64) -> DepthDiagnostics:
-    """Check one image (H, W) float32 metres, 0 = none."""
-    step = STRIDE if min(depth_m.shape) >= STRIDE * 30 else 1
-    depth = depth_m[::step, ::step]
-    valid = depth > 0
-    near = float((depth[valid] < NEAR_M).mean()) if valid.any() else 0.0
-    surface = lowest_level_surface(depth_m, intrinsics=intrinsics, T_map_camera=T_map_camera)
-    return DepthDiagnostics(float(valid.mean()), near, camera_pose_2d(T_map_camera), surface)
+def diagnose_depth(cloud: PointCloud) -> DepthDiagnostics:
+    """The diagnostics of one depth image."""
+    step = STRIDE if min(cloud.depth_m.shape) >= STRIDE * 30 else 1
+    depth_m = cloud.depth_m[::step, ::step]
+    valid = depth_m > 0
+    near = float((depth_m[valid] < NEAR_M).mean()) if valid.any() else 0.0
+    viewpoint = camera_pose_2d(cloud.T_map_camera)
+    return DepthDiagnostics(float(valid.mean()), near, viewpoint, lowest_level_surface(cloud))

@@ -1,10 +1,10 @@
 """The lowest level surface in one depth image: the floor, if the camera sees it.
 
 The image is divided into tiles and a plane is fitted to each, in inverse depth: a plane is
-n . P = 1 in the camera frame, so 1/depth = n . (x, y, 1) is linear in the pixel's direction, and
-the noise of a depth camera, which grows with the square of the distance, is the same for all
-pixels. Tiles that face up and touch each other at one height make a surface. Walls, fronts of
-furniture, ramps and noise make none.
+n . (P - camera) = 1, so 1/depth = n . d is linear in the pixel's direction d, which is
+(P - camera) / depth, and the noise of a depth camera, which grows with the square of the distance,
+is the same for all pixels. Tiles that face up and touch each other at one height make a surface.
+Walls, fronts of furniture, ramps and noise make none.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F32, F64, I64, Bool
+from onemap_mapper.point_cloud import PointCloud
+from onemap_shared.geometry import F64, I64, Bool
 
 RANGE_M = (0.3, 4.0)  # nearer is the robot itself; farther, a tile on the floor spans a metre
 IMAGE_ROWS = 120  # larger images are thinned to this height: 8 x 8 pixels a tile are enough
@@ -40,8 +40,8 @@ class LevelSurface:
 class _Tiles:
     """Planes of the tiles, in image order (rows, columns).
 
-    AtA (..., 3, 3) and Atq (..., 3): normal equations of 1/depth over the rays (x, y, 1);
-    n (..., 3) in the camera frame, NaN where no plane fits; centres (..., 3) map, metres.
+    AtA (..., 3, 3) and Atq (..., 3): normal equations of 1/depth over the ray directions;
+    n (..., 3) the plane, NaN where none fits; centres (..., 3) metres. All in the map's axes.
     """
 
     AtA: F64
@@ -50,39 +50,29 @@ class _Tiles:
     centres: F64
 
 
-def lowest_level_surface(
-    depth_m: F32, *, intrinsics: Intrinsics, T_map_camera: F64
-) -> LevelSurface | None:
-    """The lowest level surface seen from above within 4 m; None if there is none.
-
-    depth_m (H, W) float32 metres, 0 = no return.
-    """
-    step = max(1, depth_m.shape[0] // IMAGE_ROWS)
-    tiles = _fit(depth_m, step, intrinsics, T_map_camera)
-    up_map = -_unit(tiles.n) @ T_map_camera[:3, :3].T  # n points away from the camera
-    level = np.nan_to_num(up_map[..., 2], nan=-1.0) > np.cos(MAX_TILT_RAD)
+def lowest_level_surface(cloud: PointCloud) -> LevelSurface | None:
+    """The lowest level surface seen from above within 4 m; None if there is none."""
+    tiles = _fit(cloud.strided(max(1, cloud.depth_m.shape[0] // IMAGE_ROWS)))
+    up = -_unit(tiles.n)  # n points away from the camera
+    level = np.nan_to_num(up[..., 2], nan=-1.0) > np.cos(MAX_TILT_RAD)
     surfaces = [
-        _surface(tiles, members, T_map_camera)
-        for members in _connected(tiles.centres, up_map, level)
+        _surface(tiles, members)
+        for members in _connected(tiles.centres, up, level)
         if members.sum() >= max(2.0, MIN_SHARE * level.size)
     ]
     return min(surfaces, key=lambda surface: surface.height_m, default=None)
 
 
-def _fit(depth_m: F32, step: int, intrinsics: Intrinsics, T_map_camera: F64) -> _Tiles:
-    """A plane for every tile of the image thinned by ``step``."""
-    depth = depth_m[::step, ::step].astype(np.float64)
+def _fit(cloud: PointCloud) -> _Tiles:
+    """A plane for every tile of the image."""
+    depth = cloud.depth_m.astype(np.float64)
     side = max(TILE_MIN_PX, depth.shape[0] // TILE_ROWS)
     rows, columns = depth.shape[0] // side, depth.shape[1] // side
-    depth = depth[: rows * side, : columns * side]
-    y, x = np.mgrid[: rows * side, : columns * side] * step + 0.5
-    rays = np.stack(
-        [(x - intrinsics.cx) / intrinsics.fx, (y - intrinsics.cy) / intrinsics.fy, np.ones_like(x)],
-        axis=-1,
-    )
-    valid = _tiled((depth > RANGE_M[0]) & (depth < RANGE_M[1]), side)
-    A = _tiled(rays, side) * valid[..., None]
-    q = np.divide(1.0, _tiled(depth, side), out=np.zeros(valid.shape), where=valid)
+    whole = slice(rows * side), slice(columns * side)
+    depth = _tiled(depth[whole], side)
+    valid = (depth > RANGE_M[0]) & (depth < RANGE_M[1])
+    q = np.divide(1.0, depth, out=np.zeros(valid.shape), where=valid)
+    A = _tiled(cloud.points_m[whole] - cloud.camera_m, side) * q[..., None]
     At = A.swapaxes(-1, -2)
     AtA, Atq = At @ A + RIDGE * np.eye(3), (At @ q[..., None])[..., 0]
     count = valid.sum(axis=-1)
@@ -94,15 +84,15 @@ def _fit(depth_m: F32, step: int, intrinsics: Intrinsics, T_map_camera: F64) -> 
     centre_rays = A.sum(axis=-2) / np.maximum(count, 1)[..., None]
     inverse_depth = (centre_rays * n).sum(axis=-1)
     inverse_depth[~(inverse_depth > 0)] = np.nan
-    centres = centre_rays / inverse_depth[..., None]
-    return _Tiles(AtA, Atq, n, centres @ T_map_camera[:3, :3].T + T_map_camera[:3, 3])
+    centres = centre_rays / inverse_depth[..., None] + cloud.camera_m
+    return _Tiles(AtA, Atq, n, centres)
 
 
-def _tiled(pixels: F64 | Bool, side: int) -> F64 | Bool:
+def _tiled(pixels: F64, side: int) -> F64:
     """Pixels (H, W, ...) as (rows, columns, side * side, ...)."""
     height, width, *rest = pixels.shape
     blocks = pixels.reshape(height // side, side, width // side, side, *rest).swapaxes(1, 2)
-    tiled: F64 | Bool = blocks.reshape(height // side, width // side, side * side, *rest)
+    tiled: F64 = blocks.reshape(height // side, width // side, side * side, *rest)
     return tiled
 
 
@@ -137,9 +127,8 @@ def _continues(centre: F64, neighbour: F64, up: F64) -> Bool:
     return linked
 
 
-def _surface(tiles: _Tiles, members: Bool, T_map_camera: F64) -> LevelSurface:
+def _surface(tiles: _Tiles, members: Bool) -> LevelSurface:
     """One plane through all pixels of the tiles."""
     n = np.linalg.solve(tiles.AtA[members].sum(axis=0), tiles.Atq[members].sum(axis=0))
-    up_z = -float(T_map_camera[2, :3] @ _unit(n))
-    tilt = float(np.arccos(np.clip(up_z, -1.0, 1.0)))
+    tilt = float(np.arccos(np.clip(-_unit(n)[2], -1.0, 1.0)))
     return LevelSurface(float(tiles.centres[members][:, 2].mean()), tilt)
