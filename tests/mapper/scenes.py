@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import MapParams
+from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, U16, camera_mount, pose_2d
 from onemap_shared.messages import FeatureField
@@ -35,9 +34,9 @@ ROOM = (
 )
 
 
-def settings(**changes: object) -> MapParams:
-    """The default settings with some of the configuration's values replaced."""
-    return MapperConfig.model_validate(changes).settings()
+def params(**changes: object) -> MapParams:
+    """The default parameters with some replaced."""
+    return MapParams.model_validate(changes)
 
 
 def pose(x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0, height_m: float = 1.0) -> F64:

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.belief_map import BeliefMap, FieldRejected
-from onemap_mapper.frame_update import MapParams, compute_update
+from onemap_mapper.frame_update import compute_update
+from onemap_mapper.params import MapParams
 from onemap_mapper.tiles import MapTooLarge
 from onemap_shared.messages import FeatureField, Layer, Occupancy
 from tests.mapper import scenes
@@ -21,11 +22,11 @@ from tests.reference import mapping as slow
 POSES = tuple(scenes.pose(0.4 * k - 0.8, 0.2 * k, 1.1 * k) for k in range(5))
 
 
-def mapped(fields: list[FeatureField], settings: MapParams | None = None) -> BeliefMap:
-    settings = settings or scenes.settings()
-    belief = BeliefMap(settings)
+def mapped(fields: list[FeatureField], params: MapParams | None = None) -> BeliefMap:
+    params = params or scenes.params()
+    belief = BeliefMap(params)
     for field in fields:
-        belief.fuse(compute_update(field, settings))
+        belief.fuse(compute_update(field, params))
     return belief
 
 
@@ -37,7 +38,7 @@ def test_tiles_equal_a_dense_map() -> None:
     belief = mapped(fields())
     frames: list[slow.Cells] = []
     for field in fields():
-        seen = compute_update(field, belief.settings)
+        seen = compute_update(field, belief.params)
         rows = zip(seen.cells, seen.features.numpy(), seen.confidence, strict=True)
         frames.append({(int(x), int(y)): (F.astype(np.float64), float(c)) for (x, y), F, c in rows})
     dense = slow.fused(frames)
@@ -98,7 +99,7 @@ def test_layers_follow_their_thresholds() -> None:
     layers = belief.layers()
     confidence = belief.to_grid(belief.store.confidence.numpy())
     np.testing.assert_array_equal((layers & Layer.OBSERVED) > 0, np.isfinite(confidence))
-    explored = np.nan_to_num(1 / confidence, nan=np.inf) < belief.settings.explored_variance
+    explored = np.nan_to_num(1 / confidence, nan=np.inf) < belief.params.explored_variance
     np.testing.assert_array_equal((layers & Layer.EXPLORED) > 0, explored)
 
 
@@ -109,7 +110,7 @@ def test_another_encoder_or_dimension_is_refused_and_nothing_changes() -> None:
     wide = scenes.field(1, POSES[1], features=np.ones((2, 2, 5)))
     for field in (other, wide):
         with pytest.raises(FieldRejected, match="clear the map"):
-            belief.fuse(compute_update(field, belief.settings))
+            belief.fuse(compute_update(field, belief.params))
     assert (belief.revision, belief.store.count, belief.frames_fused) == before
 
 
@@ -118,44 +119,44 @@ def test_a_pose_that_jumps_is_refused_and_nothing_changes() -> None:
     before = (belief.revision, belief.store.count, belief.memory_bytes)
     jumped = dataclasses.replace(fields()[1], T_map_camera=scenes.pose(5000.0))
     with pytest.raises(MapTooLarge):
-        belief.fuse(compute_update(jumped, belief.settings))
+        belief.fuse(compute_update(jumped, belief.params))
     assert (belief.revision, belief.store.count, belief.memory_bytes) == before
 
 
 def test_depth_all_zero_fuses_nothing_but_counts() -> None:
     blind = scenes.field(0, scenes.pose(), boxes=())
     belief = mapped([blind])
-    assert compute_update(blind, belief.settings).depth.valid_fraction == 0
+    assert compute_update(blind, belief.params).depth.valid_fraction == 0
     assert (belief.frames_fused, belief.store.count) == (1, 0)
-    belief.fuse(compute_update(scenes.field(1, POSES[1]), belief.settings))
+    belief.fuse(compute_update(scenes.field(1, POSES[1]), belief.params))
     assert belief.store.count > 0
 
 
 def test_the_robots_own_place_is_free_at_first_sight_only() -> None:
-    settings = scenes.settings(initially_free_radius_m=0.35)
-    belief = mapped([scenes.field(k, scenes.pose(2.0 * k - 1)) for k in range(2)], settings)
+    params = scenes.params(initially_free_radius_m=0.35)
+    belief = mapped([scenes.field(k, scenes.pose(2.0 * k - 1)) for k in range(2)], params)
     cells = belief.grid.cells(np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
     state = belief.occupancy_grid()[tuple(cells.T)]
     assert state[0] == Occupancy.FREE
-    without = mapped([fields()[0]], scenes.settings(initially_free_radius_m=0))
+    without = mapped([fields()[0]], scenes.params(initially_free_radius_m=0))
     own = without.grid.cells(POSES[0][:3, 3])
     assert without.occupancy_grid()[tuple(own)] == Occupancy.UNKNOWN
 
 
 def test_forgetting_lets_old_cells_fade() -> None:
-    settings = scenes.settings(process_noise_per_s=0.5)
+    params = scenes.params(process_noise_per_s=0.5)
     once = scenes.field(0, POSES[0])
     later = dataclasses.replace(scenes.field(1, POSES[0], boxes=()), stamp_ns=once.stamp_ns + 10**9)
-    belief = mapped([once], settings)
+    belief = mapped([once], params)
     before = belief.store.confidence.clone()
-    belief.fuse(compute_update(later, settings))
+    belief.fuse(compute_update(later, params))
     torch.testing.assert_close(1 / belief.store.confidence, 1 / before + 0.5)
 
 
 @pytest.mark.gpu
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA device")
 def test_cuda_makes_the_same_map() -> None:
-    host, device = mapped(fields()), mapped(fields(), scenes.settings(device="cuda"))
+    host, device = mapped(fields()), mapped(fields(), scenes.params(device="cuda"))
     everything = np.arange(host.store.count)
     order = device.slots_of(host.store.cells)
     assert host.store.count == device.store.count

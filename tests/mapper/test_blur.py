@@ -8,17 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.blur import MIN_WEIGHT, BlurKernel, blur_kernel, blurred
+from onemap_mapper.params import BlurParams
 from tests.reference import mapping as slow
 
 
 def kernel(cells: torch.Tensor, half_width: int, depth_factor: float = 0.02) -> BlurKernel:
-    return blur_kernel(
-        cells,
-        camera_xy_m=(-0.3, 0.2),
-        cell_size_m=0.1,
-        depth_factor=depth_factor,
-        half_width=half_width,
-    )
+    params = BlurParams(depth_factor=depth_factor, blur_half_width_cells=half_width)
+    return blur_kernel(cells, camera_xy_m=(-0.3, 0.2), params=params)
 
 
 @given(seed=st.integers(0, 2**16), half_width=st.integers(0, 3), factor=st.floats(0, 0.05))

@@ -7,11 +7,7 @@ import torch
 from pydantic import ValidationError
 
 from onemap_mapper.config import MapperConfig
-
-
-def test_every_default_says_why() -> None:
-    for name, field in MapperConfig.model_fields.items():
-        assert field.description, f"{name} has no description"
+from onemap_shared.config import ConfigError, section
 
 
 def test_the_default_threshold_means_a_few_good_frames() -> None:
@@ -38,7 +34,16 @@ def test_nonsense_is_refused(wrong: dict[str, object]) -> None:
         MapperConfig.model_validate(wrong)
 
 
-def test_device_and_dtype_reach_the_map() -> None:
-    settings = MapperConfig(device="cuda:1", feature_dtype="float16").settings()
-    assert settings.device == torch.device("cuda:1")
-    assert settings.feature_dtype == torch.float16
+@pytest.mark.parametrize(
+    ("former", "now"),
+    [("forgetting_per_s", "process_noise_per_s"), ("low_height_m", "clearing_height_m")],
+)
+def test_a_former_key_is_refused_with_its_new_name(former: str, now: str) -> None:
+    with pytest.raises(ConfigError, match=f"mapper.{former} is now called '{now}'"):
+        section({"mapper": {former: 0.1}}, "mapper", MapperConfig)
+
+
+def test_device_and_dtype_are_those_of_torch() -> None:
+    config = MapperConfig(device="cuda:1", feature_dtype="float16")
+    assert config.torch_device == torch.device("cuda:1")
+    assert config.torch_dtype == torch.float16

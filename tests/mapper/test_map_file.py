@@ -17,22 +17,22 @@ from onemap_mapper.map_file import map_path, read, write
 from onemap_mapper.snapshot import MapFileError, restore, take
 from tests.mapper import scenes
 
-SETTINGS = scenes.settings()
+PARAMS = scenes.params()
 
 
 @pytest.fixture(scope="module")
 def belief() -> BeliefMap:
-    made = BeliefMap(SETTINGS)
+    made = BeliefMap(PARAMS)
     for k in range(3):
-        made.fuse(compute_update(scenes.field(k, scenes.pose(-0.5, 0.2, 2.0 * k)), SETTINGS))
+        made.fuse(compute_update(scenes.field(k, scenes.pose(-0.5, 0.2, 2.0 * k)), PARAMS))
     made.reset_searched()
-    made.fuse(compute_update(scenes.field(3, scenes.pose()), SETTINGS))
+    made.fuse(compute_update(scenes.field(3, scenes.pose()), PARAMS))
     return made
 
 
 def loaded(path: Path, encoder_id: str = "encoder-a", **changes: object) -> BeliefMap:
-    settings = scenes.settings(**changes)
-    return restore(read(path), settings, encoder_id=encoder_id, first_revision=9)
+    params = scenes.params(**changes)
+    return restore(read(path), params, encoder_id=encoder_id, first_revision=9)
 
 
 def rewritten(path: Path, **changes: Any) -> Path:
@@ -71,14 +71,14 @@ def test_what_goes_in_comes_out(belief: BeliefMap, tmp_path: Path, dtype: str) -
 
 
 def loaded_half(belief: BeliefMap) -> BeliefMap:
-    settings = scenes.settings(feature_dtype="float16")
-    return restore(take(belief), settings, encoder_id="", first_revision=0)
+    params = scenes.params(feature_dtype="float16")
+    return restore(take(belief), params, encoder_id="", first_revision=0)
 
 
 def test_a_loaded_map_goes_on_growing(belief: BeliefMap, tmp_path: Path) -> None:
     write(take(belief), tmp_path / "a.npz")
     again = loaded(tmp_path / "a.npz")
-    again.fuse(compute_update(scenes.field(4, scenes.pose(1.0, 1.0, 3.0)), SETTINGS))
+    again.fuse(compute_update(scenes.field(4, scenes.pose(1.0, 1.0, 3.0)), PARAMS))
     assert again.frames_fused == 5
 
 
@@ -88,11 +88,11 @@ def test_no_encoder_in_use_yet_takes_any_map(belief: BeliefMap, tmp_path: Path) 
 
 
 def test_a_snapshot_is_detached_from_the_map() -> None:
-    made = BeliefMap(SETTINGS)
-    made.fuse(compute_update(scenes.field(0, scenes.pose()), SETTINGS))
+    made = BeliefMap(PARAMS)
+    made.fuse(compute_update(scenes.field(0, scenes.pose()), PARAMS))
     taken = take(made)
     before = taken.features.copy(), taken.confidence.copy(), taken.evidence.copy()
-    made.fuse(compute_update(scenes.field(1, scenes.pose()), SETTINGS))
+    made.fuse(compute_update(scenes.field(1, scenes.pose()), PARAMS))
     for old, now in zip(before, (taken.features, taken.confidence, taken.evidence), strict=True):
         np.testing.assert_array_equal(old, now)
 
@@ -241,7 +241,7 @@ def test_a_failed_write_leaves_the_old_file(
 
 
 def test_an_empty_map_survives_too(tmp_path: Path) -> None:
-    write(take(BeliefMap(SETTINGS)), tmp_path / "a.npz")
+    write(take(BeliefMap(PARAMS)), tmp_path / "a.npz")
     again = loaded(tmp_path / "a.npz")
     assert (again.encoder_id, again.store.count, again.grid.shape) == ("", 0, (0, 0))
     assert snapshot.VERSION == 1

@@ -28,7 +28,7 @@ from onemap_shared.messages import Occupancy
 from tests.mapper import scenes
 from tests.mapper.scenes import ROOM, Box
 
-SETTINGS = scenes.settings()
+PARAMS = scenes.params()
 CAMERA = Intrinsics.from_fov(320, 240, np.deg2rad(79))
 SIZE = (240, 320)
 TABLE = (
@@ -44,14 +44,14 @@ def look_around(belief: BeliefMap, boxes: tuple[Box, ...], poses: list[F64]) -> 
         if frame is None or T is not last:
             depth = scenes.millimetres(scenes.depth_of(boxes, T, CAMERA, SIZE)) / np.float32(1000)
             cloud = PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T)
-            frame = occupancy_update(cloud, SETTINGS.occupancy)
+            frame = occupancy_update(cloud, PARAMS)
             last = T
         belief.grow(frame.cells)
         belief.fuse_occupancy(frame)
 
 
 def seen(boxes: tuple[Box, ...], poses: list[F64]) -> BeliefMap:
-    belief = BeliefMap(SETTINGS)
+    belief = BeliefMap(PARAMS)
     look_around(belief, boxes, poses)
     return belief
 
@@ -139,7 +139,7 @@ def test_a_tilted_camera_sees_the_same_room() -> None:
 def test_no_depth_says_nothing() -> None:
     dark = np.zeros(SIZE, np.float32)
     cloud = PointCloud.of(dark, intrinsics=CAMERA, T_map_camera=scenes.pose())
-    frame = occupancy_update(cloud, SETTINGS.occupancy)
+    frame = occupancy_update(cloud, PARAMS)
     assert len(frame.cells) == 0
 
 
@@ -149,8 +149,8 @@ def test_ray_samples_lie_on_their_rays_in_empty_space(seed: int) -> None:
     rng = np.random.default_rng(seed)
     camera = np.array([0.3, -0.2, 1.0], np.float32)
     ends = rng.uniform((-6, -6, -0.5), (6, 6, 2.5), (5, 3)).astype(np.float32)
-    samples = ray_samples(camera, ends, settings=SETTINGS.occupancy)
-    assert (samples[:, 2] < SETTINGS.occupancy.max_height_m).all()
+    samples = ray_samples(camera, ends, params=PARAMS)
+    assert (samples[:, 2] < PARAMS.obstacle_max_height_m).all()
     for sample in samples:
         ways = np.linalg.norm(sample - camera)
         lengths = np.linalg.norm(ends - camera, axis=1)
@@ -159,15 +159,15 @@ def test_ray_samples_lie_on_their_rays_in_empty_space(seed: int) -> None:
         )
         ray = int(np.argmin(offsets))
         assert offsets[ray] < 1e-4
-        assert ways <= min(lengths[ray] - 0.1, SETTINGS.occupancy.clear_range_m) + 1e-4
+        assert ways <= min(lengths[ray] - 0.1, PARAMS.clearing_range_m) + 1e-4
 
 
 def test_voxels_count_up_from_the_lowest_obstacle() -> None:
     box = GridSpec(0.1, (-2, 3), (4, 5))
     points = np.array([[-0.15, 0.35, 0.10], [0.11, 0.72, 0.25], [0.11, 0.72, 1.19]], np.float32)
-    levels = SETTINGS.occupancy.levels
+    levels = PARAMS.levels
     expected = [(0 * 5 + 0) * levels, (3 * 5 + 4) * levels + 1, (3 * 5 + 4) * levels + levels - 1]
-    assert voxel_indices(points, box, SETTINGS.occupancy).tolist() == expected
+    assert voxel_indices(points, box, PARAMS).tolist() == expected
 
 
 @given(
@@ -205,8 +205,8 @@ def test_a_disc_holds_the_cells_whose_centre_is_near(radius_m: float) -> None:
 
 
 def test_a_whole_field_reaches_the_occupancy() -> None:
-    belief = BeliefMap(SETTINGS)
+    belief = BeliefMap(PARAMS)
     belief.fuse(
-        compute_update(scenes.field(0, scenes.pose(-0.5), boxes=(*ROOM, COFFEE_TABLE)), SETTINGS)
+        compute_update(scenes.field(0, scenes.pose(-0.5), boxes=(*ROOM, COFFEE_TABLE)), PARAMS)
     )
     assert state_at(belief, (1.05, 0.0), (0.6, 0.0)) == [Occupancy.OCCUPIED, Occupancy.FREE]

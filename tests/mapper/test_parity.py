@@ -10,15 +10,16 @@ import torch
 
 from onemap_mapper.blur import blur_kernel, blurred
 from onemap_mapper.cell_store import CellStore
+from onemap_mapper.params import BlurParams, ProjectionParams
 from onemap_mapper.point_cloud import PointCloud
-from onemap_mapper.projection import ProjectionParams, cell_features, project
+from onemap_mapper.projection import cell_features, project
 from onemap_perception.variance import VarianceParams, observation_variance
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, R_BODY_CAMERA_LEVEL
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data" / "fusion_parity"
-CELL_M, CELLS, TOLERANCE = 0.1, 600, 1e-3
-EVERYTHING = ProjectionParams(CELL_M, max_range_m=100.0, max_height_m=100.0)
+CELLS, TOLERANCE = 600, 1e-3
+EVERYTHING = ProjectionParams(max_feature_range_m=100.0, max_feature_height_m=100.0)
 
 CPU = torch.device("cpu")
 
@@ -45,15 +46,13 @@ def fused(data: dict[str, np.ndarray], half_width: int) -> tuple[F32, F32]:
             PointCloud.of(depth, intrinsics=intrinsics, T_map_camera=T),
             observation_variance(depth, intrinsics, VarianceParams()),
             patch_shape=(8, 8),
-            settings=EVERYTHING,
+            params=EVERYTHING,
             device=CPU,
         )
         kernel = blur_kernel(
             weights.cells,
             camera_xy_m=(float(T[0, 3]), float(T[1, 3])),
-            cell_size_m=CELL_M,
-            depth_factor=0.01,
-            half_width=half_width,
+            params=BlurParams(depth_factor=0.01, blur_half_width_cells=half_width),
         )
         place = tuple(kernel.cells.numpy().T + CELLS // 2)
         new = slots[place] < 0

@@ -8,10 +8,10 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from onemap_mapper.params import ProjectionParams
 from onemap_mapper.point_cloud import PointCloud
 from onemap_mapper.projection import (
     CellWeights,
-    ProjectionParams,
     cell_features,
     project,
 )
@@ -20,7 +20,7 @@ from onemap_shared.geometry import F32, F64, Bool, transform
 from tests.mapper import scenes
 from tests.reference import mapping as slow
 
-EVERYTHING = ProjectionParams(cell_size_m=0.1, max_range_m=100.0, max_height_m=100.0)
+EVERYTHING = ProjectionParams(max_feature_range_m=100.0, max_feature_height_m=100.0)
 SMALL = Intrinsics(9.0, 8.0, 6.5, 5.0)
 
 
@@ -29,7 +29,7 @@ def projected(
 ) -> CellWeights:
     cloud = PointCloud.of(depth_m, intrinsics=SMALL, T_map_camera=T)
     device = torch.device("cpu")
-    return project(cloud, variance, patch_shape=shape, settings=limits, device=device)
+    return project(cloud, variance, patch_shape=shape, params=limits, device=device)
 
 
 def on_a_border(depth_m: F32, T: F64) -> Bool:
@@ -83,7 +83,19 @@ def test_range_and_height_limit_the_pixels() -> None:
     depth = np.full((11, 13), 2.0, np.float32)
     variance = np.ones(depth.shape, np.float32)
     everything = projected(depth, variance, T, (2, 2), EVERYTHING)
-    near = projected(depth, variance, T, (2, 2), ProjectionParams(0.1, 1.9, 100.0))
-    low = projected(depth, variance, T, (2, 2), ProjectionParams(0.1, 100.0, 0.3))
+    near = projected(
+        depth,
+        variance,
+        T,
+        (2, 2),
+        ProjectionParams(max_feature_range_m=1.9, max_feature_height_m=100.0),
+    )
+    low = projected(
+        depth,
+        variance,
+        T,
+        (2, 2),
+        ProjectionParams(max_feature_range_m=100.0, max_feature_height_m=0.3),
+    )
     assert len(near.cells) == 0
     assert 0 < len(low.cells) < len(everything.cells)

@@ -22,7 +22,7 @@ from onemap_shared.messages import Occupancy
 from tests.mapper import scenes
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data" / "rgbd_study"
-SETTINGS = scenes.settings()
+PARAMS = scenes.params()
 
 pytestmark = pytest.mark.skipif(not DATA.exists(), reason=f"no recording in {DATA}")
 
@@ -44,10 +44,10 @@ def recording() -> tuple[Intrinsics, dict[str, tuple[F32, F64]]]:
 @pytest.fixture(scope="module")
 def room() -> BeliefMap:
     intrinsics, frames = recording()
-    belief = BeliefMap(SETTINGS)
+    belief = BeliefMap(PARAMS)
     for depth_m, T in frames.values():
         cloud = PointCloud.of(depth_m, intrinsics=intrinsics, T_map_camera=T)
-        seen = occupancy_update(cloud, SETTINGS.occupancy)
+        seen = occupancy_update(cloud, PARAMS)
         belief.grow(seen.cells)
         belief.fuse_occupancy(seen)
     return belief

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from onemap_mapper.params import GridParams
 from onemap_mapper.tiles import AREA, NO_ROW, SIDE, MapTooLarge, TileIndex, TileLayer
 
 Cell = tuple[int, int]
@@ -15,7 +16,7 @@ CELLS = st.lists(st.tuples(st.integers(-400, 400), st.integers(-400, 400)), min_
 
 @given(st.lists(CELLS, min_size=1, max_size=4))
 def test_rows_and_cells_are_inverse_and_never_move(batches: list[list[Cell]]) -> None:
-    index = TileIndex(0.1, 200.0)
+    index = TileIndex(GridParams())
     known: dict[Cell, int] = {}
     for batch in batches:
         cells = np.array(batch)
@@ -29,7 +30,7 @@ def test_rows_and_cells_are_inverse_and_never_move(batches: list[list[Cell]]) ->
 
 @given(CELLS)
 def test_crop_is_the_obvious_dense_array(batch: list[Cell]) -> None:
-    index, layer = TileIndex(0.1, 200.0), TileLayer(np.int32, -7)
+    index, layer = TileIndex(GridParams()), TileLayer(np.int32, -7)
     cells = np.unique(np.array(batch), axis=0)
     rows = index.allocate(cells)
     layer.grow(index.count)
@@ -43,7 +44,7 @@ def test_crop_is_the_obvious_dense_array(batch: list[Cell]) -> None:
 
 
 def test_cells_without_a_tile_have_no_row() -> None:
-    index = TileIndex(0.1, 200.0)
+    index = TileIndex(GridParams())
     assert index.rows(np.array([[0, 0]])).tolist() == [NO_ROW]
     index.allocate(np.array([[0, 0], [200, 0]]))
     outside = np.array([[100, 0], [0, 100], [-1, 0], [0, -1], [10**6, 10**6]])
@@ -51,14 +52,14 @@ def test_cells_without_a_tile_have_no_row() -> None:
 
 
 def test_an_empty_index_has_an_empty_grid() -> None:
-    index = TileIndex(0.1, 200.0)
+    index = TileIndex(GridParams())
     assert index.grid.shape == (0, 0)
     assert index.allocate(np.zeros((0, 2), np.int64)).shape == (0,)
     assert index.to_dense(TileLayer(np.uint8, 0).values, 0).shape == (0, 0)
 
 
 def test_a_jump_beyond_the_extent_is_refused_and_changes_nothing() -> None:
-    index = TileIndex(0.1, 50.0)
+    index = TileIndex(GridParams(max_extent_m=50.0))
     index.allocate(np.array([[0, 0]]))
     before = index.grid
     with pytest.raises(MapTooLarge, match="pose jump"):

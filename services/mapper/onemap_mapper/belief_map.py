@@ -9,13 +9,14 @@ from __future__ import annotations
 import numpy as np
 
 from onemap_mapper.cell_store import CellStore
-from onemap_mapper.frame_update import FrameUpdate, MapParams
+from onemap_mapper.frame_update import FrameUpdate
 from onemap_mapper.occupancy import (
     OccupancyUpdate,
     accumulated_evidence,
     cells_within,
     occupancy_states,
 )
+from onemap_mapper.params import MapParams
 from onemap_mapper.tiles import TileIndex, TileLayer
 from onemap_shared.geometry import F32, I64, U8
 from onemap_shared.grid import GridSpec
@@ -34,18 +35,18 @@ class BeliefMap:
     Not thread-safe: whoever shares it between threads holds a lock.
     """
 
-    def __init__(self, settings: MapParams, *, first_revision: int = 0) -> None:
-        self.settings = settings
+    def __init__(self, params: MapParams, *, first_revision: int = 0) -> None:
+        self.params = params
         self.encoder_id = ""
         self.text_space = ""
         self.sequence = 0
         self.stamp_ns = 0
         self.frames_fused = 0
         self.revision = first_revision
-        self.store = CellStore(0, device=settings.device, dtype=settings.feature_dtype)
-        self.tiles = TileIndex(settings.cell_size_m, settings.max_extent_m)
+        self.store = CellStore(0, device=params.torch_device, dtype=params.torch_dtype)
+        self.tiles = TileIndex(params)
         self.slots = TileLayer(np.int32, NO_SLOT)
-        self.evidence = TileLayer(np.int8, 0, (settings.occupancy.levels,))
+        self.evidence = TileLayer(np.int8, 0, (params.levels,))
         self.clear = TileLayer(np.bool_, 0)
         self.occupancy = TileLayer(np.uint8, Occupancy.UNKNOWN)
         self._start_marked_free = False  # whether the robot's own surroundings were marked free
@@ -71,8 +72,8 @@ class BeliefMap:
         self._check(seen)
         free = np.zeros((0, 2), np.int64)
         if not self._start_marked_free:
-            radius_m = self.settings.initially_free_radius_m
-            free = cells_within(seen.camera_m, radius_m, self.settings.cell_size_m)
+            radius_m = self.params.initially_free_radius_m
+            free = cells_within(seen.camera_m, radius_m, self.params.cell_size_m)
         self.grow(np.concatenate([seen.cells, seen.occupancy.cells, free]))
         if self.dimension == 0:
             self.set_encoder(seen.encoder_id, seen.text_space, seen.features.shape[1])
@@ -90,7 +91,7 @@ class BeliefMap:
     def set_encoder(self, encoder_id: str, text_space: str, dimension: int) -> None:
         """Decide whose features this map holds; only while it is empty."""
         self.encoder_id, self.text_space = encoder_id, text_space
-        device, dtype = self.settings.device, self.settings.feature_dtype
+        device, dtype = self.params.torch_device, self.params.torch_dtype
         self.store = CellStore(dimension, device=device, dtype=dtype)
 
     def grow(self, cells: I64) -> None:
@@ -124,7 +125,7 @@ class BeliefMap:
 
     def layers(self) -> U8:
         """Bits of ``Layer`` (nx, ny) uint8 over ``grid``."""
-        threshold = 1.0 / self.settings.explored_variance
+        threshold = 1.0 / self.params.explored_variance
         bits = np.full(self.store.count + 1, Layer.OBSERVED, np.uint8)
         explored = (self.store.confidence > threshold).cpu().numpy()
         searched = (self.store.searched_confidence > threshold).cpu().numpy()
@@ -158,8 +159,8 @@ class BeliefMap:
 
     def _add_process_noise(self, stamp_ns: int) -> None:
         elapsed_s = (stamp_ns - self.stamp_ns) * 1e-9 if self.stamp_ns else 0.0
-        if self.settings.process_noise_per_s > 0 and elapsed_s > 0:
-            rate_per_s = self.settings.process_noise_per_s
+        if self.params.process_noise_per_s > 0 and elapsed_s > 0:
+            rate_per_s = self.params.process_noise_per_s
             self.store.add_process_noise(rate_per_s=rate_per_s, elapsed_s=elapsed_s)
 
     def _mark_free(self, cells: I64) -> None:

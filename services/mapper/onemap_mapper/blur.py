@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from onemap_mapper.params import BlurParams
 from onemap_mapper.projection import sparse_matmul
 
 # Shares of a kernel below this are left out: the results move by less than a thousandth of
@@ -40,16 +41,12 @@ def blur_kernel(
     cells: Tensor,
     *,
     camera_xy_m: tuple[float, float],
-    cell_size_m: float,
-    depth_factor: float,
-    half_width: int,
+    params: BlurParams,
 ) -> BlurKernel:
-    """The kernel over the seen cells (n, 2) int64 of a camera at ``camera_xy_m``.
-
-    ``half_width`` in cells; 0 keeps the cells as they are.
-    """
+    """The kernel over the seen cells (n, 2) int64 of a camera at ``camera_xy_m``."""
+    cell_size_m, half_width = params.cell_size_m, params.blur_half_width_cells
     camera = torch.tensor(camera_xy_m, device=cells.device, dtype=torch.float32)
-    sigma_per_m = depth_factor / cell_size_m  # in cells per metre
+    sigma_per_m = params.depth_factor / cell_size_m  # in cells per metre
     farthest_m = 1.5 * half_width * cell_size_m  # beyond the seen cells, corner to corner
     if len(cells):
         farthest_m += float(_distance_m(cells, camera, cell_size_m).amax())

@@ -1,6 +1,6 @@
 """One frame, turned into what it says of the map's cells.
 
-Everything here is a pure function of the field and the settings, so it runs without
+Everything here is a pure function of the field and the params, so it runs without
 holding the map.
 """
 
@@ -14,32 +14,12 @@ from torch import Tensor
 
 from onemap_mapper.blur import blur_kernel, blurred
 from onemap_mapper.diagnostics.depth_diagnostics import DepthDiagnostics, diagnose_depth
-from onemap_mapper.occupancy import OccupancyParams, OccupancyUpdate, occupancy_update
+from onemap_mapper.occupancy import OccupancyUpdate, occupancy_update
+from onemap_mapper.params import MapParams
 from onemap_mapper.point_cloud import PointCloud
-from onemap_mapper.projection import ProjectionParams, cell_features, project
+from onemap_mapper.projection import cell_features, project
 from onemap_shared.geometry import F64, I64
 from onemap_shared.messages import FeatureField
-
-
-@dataclass(frozen=True, slots=True)
-class MapParams:
-    """All a map needs to know; metres, and 1/variance thresholds as variances."""
-
-    projection: ProjectionParams
-    occupancy: OccupancyParams
-    depth_factor: float
-    blur_half_width: int
-    explored_variance: float
-    process_noise_per_s: float
-    initially_free_radius_m: float
-    max_extent_m: float
-    feature_dtype: torch.dtype
-    device: torch.device
-
-    @property
-    def cell_size_m(self) -> float:
-        """Side of a cell."""
-        return self.projection.cell_size_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +41,7 @@ class FrameUpdate:
     depth: DepthDiagnostics
 
 
-def compute_update(field: FeatureField, settings: MapParams) -> FrameUpdate:
+def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
     """What a field says about the map's cells. Pure; the expensive half of an update."""
     cloud = PointCloud.of(
         np.divide(field.depth_mm, 1000, dtype=np.float32),
@@ -69,28 +49,20 @@ def compute_update(field: FeatureField, settings: MapParams) -> FrameUpdate:
         T_map_camera=field.T_map_camera,
     )
     h, w, dimension = field.features.shape
-    device = settings.device
-    weights = project(
-        cloud, field.variance, patch_shape=(h, w), settings=settings.projection, device=device
-    )
-    camera_m = cloud.camera_m
-    kernel = blur_kernel(
-        weights.cells,
-        camera_xy_m=(float(camera_m[0]), float(camera_m[1])),
-        cell_size_m=settings.cell_size_m,
-        depth_factor=settings.depth_factor,
-        half_width=settings.blur_half_width,
-    )
+    device = params.torch_device
+    weights = project(cloud, field.variance, patch_shape=(h, w), params=params, device=device)
+    x_m, y_m = (float(value) for value in cloud.camera_m[:2])
+    kernel = blur_kernel(weights.cells, camera_xy_m=(x_m, y_m), params=params)
     patches = torch.tensor(field.features, device=device).view(h * w, dimension).float()
     return FrameUpdate(
         sequence=field.sequence,
         stamp_ns=field.stamp_ns,
         encoder_id=field.encoder_id,
         text_space=field.text_space,
-        camera_m=camera_m,
+        camera_m=cloud.camera_m,
         cells=kernel.cells.cpu().numpy(),
         features=blurred(kernel, cell_features(weights, patches)),
         confidence=blurred(kernel, weights.confidence),
-        occupancy=occupancy_update(cloud, settings.occupancy),
+        occupancy=occupancy_update(cloud, params),
         depth=diagnose_depth(cloud),
     )

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from onemap_mapper.params import OccupancyParams
 from onemap_mapper.point_cloud import PointCloud
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec
@@ -34,26 +35,6 @@ RAY_STEP = 1.0  # cells between samples: crossing a mere corner seldom clears a 
 
 
 @dataclass(frozen=True, slots=True)
-class OccupancyParams:
-    """Heights above the floor and ranges from the camera, in metres."""
-
-    cell_size_m: float
-    floor_tolerance_m: float
-    min_height_m: float
-    max_height_m: float
-    clearing_height_m: float
-    height_error_per_m: float
-    max_range_m: float
-    clear_range_m: float
-    max_image_rows: int
-
-    @property
-    def levels(self) -> int:
-        """Voxels per column, as high as a cell is wide."""
-        return max(1, round((self.max_height_m - self.min_height_m) / self.cell_size_m))
-
-
-@dataclass(frozen=True, slots=True)
 class OccupancyUpdate:
     """What one frame says of the cells it touches.
 
@@ -66,27 +47,27 @@ class OccupancyUpdate:
     clear: Bool
 
 
-def occupancy_update(cloud: PointCloud, settings: OccupancyParams) -> OccupancyUpdate:
-    """Evidence of one depth image, thinned to at most ``max_image_rows`` rows."""
-    cloud = cloud.strided(-(-cloud.depth_m.shape[0] // settings.max_image_rows))
+def occupancy_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpdate:
+    """Evidence of one depth image, thinned to at most ``occupancy_max_rows`` rows."""
+    cloud = cloud.strided(-(-cloud.depth_m.shape[0] // params.occupancy_max_rows))
     depth_m, points = cloud.depth_m, cloud.points_m
     camera = cloud.camera_m.astype(np.float32)
     rays = points[::RAY_STRIDE, ::RAY_STRIDE][depth_m[::RAY_STRIDE, ::RAY_STRIDE] > 0]
-    samples = ray_samples(camera, rays, settings=settings)
-    slack = settings.height_error_per_m * depth_m
+    samples = ray_samples(camera, rays, params=params)
+    slack = params.height_error_per_m * depth_m
     z = points[..., 2]
-    usable = (depth_m > 0) & (depth_m <= settings.max_range_m)
-    floor = points[usable & (np.abs(z) <= settings.floor_tolerance_m + slack)]
-    is_obstacle = (z >= settings.min_height_m + slack) & (z < settings.max_height_m)
+    usable = (depth_m > 0) & (depth_m <= params.occupancy_range_m)
+    floor = points[usable & (np.abs(z) <= params.floor_tolerance_m + slack)]
+    is_obstacle = (z >= params.obstacle_min_height_m + slack) & (z < params.obstacle_max_height_m)
     obstacles = points[usable & is_obstacle]
-    box = _box((floor, obstacles, samples, camera[None]), settings.cell_size_m)
-    hits = np.zeros((*box.shape, settings.levels), np.int64)
-    np.add.at(hits.reshape(-1), voxel_indices(obstacles, box, settings), 1)
+    box = _box((floor, obstacles, samples, camera[None]), params.cell_size_m)
+    hits = np.zeros((*box.shape, params.levels), np.int64)
+    np.add.at(hits.reshape(-1), voxel_indices(obstacles, box, params), 1)
     crossed = np.zeros(hits.shape, bool)
-    high = samples[samples[:, 2] >= settings.min_height_m]
-    crossed.reshape(-1)[voxel_indices(high, box, settings)] = True
+    high = samples[samples[:, 2] >= params.obstacle_min_height_m]
+    crossed.reshape(-1)[voxel_indices(high, box, params)] = True
     clear = np.zeros(box.shape, bool)
-    for seen in (floor, samples[samples[:, 2] < settings.clearing_height_m]):
+    for seen in (floor, samples[samples[:, 2] < params.clearing_height_m]):
         clear[tuple(box.cells(seen[:, :2].astype(np.float64)).T)] = True
     evidence = (crossed * np.int8(-MISS)).astype(np.int8)
     evidence[hits > 0] = SINGLE_HIT
@@ -96,20 +77,20 @@ def occupancy_update(cloud: PointCloud, settings: OccupancyParams) -> OccupancyU
     return OccupancyUpdate(cells, evidence[touched], clear[touched])
 
 
-def ray_samples(camera: F32, ends: F32, *, settings: OccupancyParams) -> F32:
+def ray_samples(camera: F32, ends: F32, *, params: OccupancyParams) -> F32:
     """Points (n, 3) in the empty space between camera (3,) and surface points (m, 3).
 
     Only within the clearing range, below the robot's height and above the floor, and not in
     the last cell before the surface, which depth noise may put on either side of a border.
     """
-    step = RAY_STEP * settings.cell_size_m
+    step = RAY_STEP * params.cell_size_m
     rays = ends - camera
     length = np.linalg.norm(rays, axis=1)
-    ways = np.arange(step, settings.clear_range_m, step, dtype=np.float32)
+    ways = np.arange(step, params.clearing_range_m, step, dtype=np.float32)
     rays = rays / np.maximum(length, 1e-6)[:, None]
     z = camera[2] + rays[:, 2, None] * ways
-    inside = ways <= (length - settings.cell_size_m)[:, None]
-    inside &= (z < settings.max_height_m) & (z > -settings.floor_tolerance_m)
+    inside = ways <= (length - params.cell_size_m)[:, None]
+    inside &= (z < params.obstacle_max_height_m) & (z > -params.floor_tolerance_m)
     samples = np.empty((np.count_nonzero(inside), 3), np.float32)
     for k in range(2):
         samples[:, k] = (camera[k] + rays[:, k, None] * ways)[inside]
@@ -117,13 +98,13 @@ def ray_samples(camera: F32, ends: F32, *, settings: OccupancyParams) -> F32:
     return samples
 
 
-def voxel_indices(points: F32, box: GridSpec, settings: OccupancyParams) -> I64:
+def voxel_indices(points: F32, box: GridSpec, params: OccupancyParams) -> I64:
     """Flat voxel indices (n,) in (nx, ny, levels) of points (n, 3) inside box and height band."""
-    thickness = (settings.max_height_m - settings.min_height_m) / settings.levels
-    level = ((points[:, 2] - settings.min_height_m) / thickness).astype(np.int64)
+    thickness = (params.obstacle_max_height_m - params.obstacle_min_height_m) / params.levels
+    level = ((points[:, 2] - params.obstacle_min_height_m) / thickness).astype(np.int64)
     cells = box.cells(points[:, :2].astype(np.float64))
-    flat: I64 = (cells[:, 0] * box.shape[1] + cells[:, 1]) * settings.levels
-    return flat + np.minimum(level, settings.levels - 1)
+    flat: I64 = (cells[:, 0] * box.shape[1] + cells[:, 1]) * params.levels
+    return flat + np.minimum(level, params.levels - 1)
 
 
 def _box(clouds: tuple[F32, ...], cell_size_m: float) -> GridSpec:

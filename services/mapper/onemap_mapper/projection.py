@@ -15,18 +15,10 @@ import torch
 from torch import Tensor
 from torch.nn.functional import embedding_bag
 
+from onemap_mapper.params import ProjectionParams
 from onemap_mapper.point_cloud import PointCloud
 from onemap_shared.geometry import F32, I64, Bool
 from onemap_shared.grid import GridSpec, world_cells
-
-
-@dataclass(frozen=True, slots=True)
-class ProjectionParams:
-    """Which pixels count, and how large a cell is. All in metres, map frame."""
-
-    cell_size_m: float
-    max_range_m: float  # z-depth beyond which features are ignored
-    max_height_m: float  # z above which features are ignored (the ceiling is no place)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +42,7 @@ def project(
     variance: F32,
     *,
     patch_shape: tuple[int, int],
-    settings: ProjectionParams,
+    params: ProjectionParams,
     device: torch.device,
 ) -> CellWeights:
     """The cells a frame saw and how its patches mix in them.
@@ -59,8 +51,10 @@ def project(
     CPU, where occupancy and diagnostics read the same points; one index and one weight per pixel
     go to ``device``, as many bytes as depth and variance would be.
     """
-    usable = (cloud.depth_m > 0) & (cloud.depth_m <= settings.max_range_m) & (variance < np.inf)
-    box, flat = _flat_cells(cloud, usable, settings)
+    usable = (
+        (cloud.depth_m > 0) & (cloud.depth_m <= params.max_feature_range_m) & (variance < np.inf)
+    )
+    box, flat = _flat_cells(cloud, usable, params)
     unseen = math.prod(box.shape)
     inverse = np.divide(1.0, variance, out=np.zeros_like(variance), where=flat < unseen)
     confidence = torch.from_numpy(inverse).to(device)
@@ -88,21 +82,19 @@ def sparse_matmul(table: Tensor, columns: Tensor, values: Tensor, starts: Tensor
     return embedding_bag(columns, table, starts, mode="sum", per_sample_weights=values)
 
 
-def _flat_cells(
-    cloud: PointCloud, usable: Bool, settings: ProjectionParams
-) -> tuple[GridSpec, I64]:
+def _flat_cells(cloud: PointCloud, usable: Bool, params: ProjectionParams) -> tuple[GridSpec, I64]:
     """A grid over the cells of usable pixels, and each pixel's flat index (H, W) in it.
 
     Pixels that are not usable, or too high, get the number of cells of the grid.
     """
-    size_m = settings.cell_size_m
+    size_m = params.cell_size_m
     camera = world_cells(cloud.camera_m, size_m)
     world = world_cells(cloud.points_m, size_m)
     # Unusable pixels fall on the camera, so that one far outlier does not widen the grid.
     ix, iy = (np.where(usable, world[..., k], camera[k]) for k in range(2))
     low, high = (int(ix.min()), int(iy.min())), (int(ix.max()), int(iy.max()))
     box = GridSpec(size_m, low, (high[0] - low[0] + 1, high[1] - low[1] + 1))
-    usable = usable & (cloud.points_m[..., 2] <= settings.max_height_m)
+    usable = usable & (cloud.points_m[..., 2] <= params.max_feature_height_m)
     ix -= low[0]
     ix *= box.shape[1]
     ix += iy

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.params import RegionParams
 from onemap_mapper.regions import find_regions, region_threshold, scoring_at_least
 from onemap_mapper.similarity import ScoreCache, TextQuery
 from onemap_shared.geometry import F32
@@ -22,21 +22,13 @@ from onemap_shared.messages import (
 NO_GRID: F32 = np.zeros((0, 0), np.float32)
 
 
-@dataclass(frozen=True, slots=True)
-class RegionParams:
-    """Which cells make a region, see ``regions.threshold``."""
-
-    best_share: float
-    top_share: float
-
-
 def similarity_reply(
     belief: BeliefMap,
     cache: ScoreCache,
     *,
     query: TextQuery,
     request: SimilarityRequest,
-    settings: RegionParams,
+    params: RegionParams,
 ) -> SimilarityReply:
     """Ranked regions that score above the query's floor, and the grid if asked for.
 
@@ -46,8 +38,8 @@ def similarity_reply(
     grid_scores = belief.to_grid(values)
     limit = region_threshold(
         values,
-        best_share=settings.best_share,
-        top_share=None if query.calibrated else settings.top_share,
+        best_share=params.region_best_share,
+        top_share=None if query.calibrated else params.region_top_share,
     )
     regions = find_regions(
         grid_scores,
@@ -131,7 +123,7 @@ def summary_of(belief: BeliefMap) -> MapSummary:
         path="",
         encoder_id=belief.encoder_id,
         text_space=belief.text_space,
-        cell_size_m=belief.settings.cell_size_m,
+        cell_size_m=belief.params.cell_size_m,
         cells_observed=belief.store.count,
         frames_fused=belief.frames_fused,
     )

@@ -19,7 +19,6 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.diagnostics.telemetry import MapperTelemetry
 from onemap_mapper.frame_update import compute_update
 from onemap_mapper.replies import (
-    RegionParams,
     revision_of,
     search_view,
     similarity_reply,
@@ -56,12 +55,10 @@ class Mapper:
 
     def __init__(self, bus: Bus, config: MapperConfig) -> None:
         self._config = config
-        self._settings = config.settings()
-        self._regions = RegionParams(config.region_best_share, config.region_top_share)
         self._lock = threading.Lock()
-        self._map = BeliefMap(self._settings)
+        self._map = BeliefMap(config)
         self._scores = ScoreCache()
-        self._texts = TextCache(lambda text: embed_texts(bus, (text,)), self._settings.device)
+        self._texts = TextCache(lambda text: embed_texts(bus, (text,)), config.torch_device)
         self._encoder_seen = ""
         self._telemetry = MapperTelemetry()
         self._fields = bus.subscribe(keys.FIELD)
@@ -106,7 +103,7 @@ class Mapper:
             if self._map.store.count == 0:
                 raise _empty()
             return similarity_reply(
-                self._map, self._scores, query=query, request=request, settings=self._regions
+                self._map, self._scores, query=query, request=request, params=self._config
             )
 
     def search_view(self, request: SearchViewRequest) -> SearchView:
@@ -155,7 +152,7 @@ class Mapper:
             try:
                 restored = snapshot.restore(
                     content,
-                    self._settings,
+                    self._config,
                     encoder_id=self._map.encoder_id or self._encoder_seen,
                     first_revision=self._map.revision + 1,
                 )
@@ -169,7 +166,7 @@ class Mapper:
     def clear(self, _request: MapClear) -> MapSummary:
         """Begin an empty map."""
         with self._lock:
-            self._replace(BeliefMap(self._settings, first_revision=self._map.revision + 1))
+            self._replace(BeliefMap(self._config, first_revision=self._map.revision + 1))
             return summary_of(self._map)
 
     def _fuse(self, field: FeatureField) -> None:
@@ -180,7 +177,7 @@ class Mapper:
         if 0 < self._map.stamp_ns - field.stamp_ns < CLOCK_JUMP_NS:
             self._telemetry.late += 1
             return
-        seen = compute_update(field, self._settings)
+        seen = compute_update(field, self._config)
         with self._lock:
             try:
                 self._map.fuse(seen)

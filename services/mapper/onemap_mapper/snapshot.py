@@ -9,8 +9,8 @@ import torch
 from numpy.typing import NDArray
 
 from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame_update import MapParams
 from onemap_mapper.occupancy import OccupancyUpdate
+from onemap_mapper.params import MapParams
 from onemap_mapper.tiles import MapTooLarge
 
 FORMAT, VERSION = "onemap-map", 1
@@ -61,7 +61,7 @@ class MapSnapshot:
 
 def take(belief: BeliefMap) -> MapSnapshot:
     """A copy of all that a map knows."""
-    store, settings = belief.store, belief.settings
+    store, params = belief.store, belief.params
     rows = np.nonzero(belief.clear.values | belief.evidence.values.any(axis=1))[0]
     header = MapHeader(
         format=FORMAT,
@@ -69,14 +69,14 @@ def take(belief: BeliefMap) -> MapSnapshot:
         encoder_id=belief.encoder_id,
         text_space=belief.text_space,
         dimension=belief.dimension,
-        cell_size_m=settings.cell_size_m,
-        obstacle_min_height_m=settings.occupancy.min_height_m,
-        obstacle_max_height_m=settings.occupancy.max_height_m,
+        cell_size_m=params.cell_size_m,
+        obstacle_min_height_m=params.obstacle_min_height_m,
+        obstacle_max_height_m=params.obstacle_max_height_m,
         frames_fused=belief.frames_fused,
         sequence=belief.sequence,
         stamp_ns=belief.stamp_ns,
     )
-    half = settings.feature_dtype == torch.float16
+    half = params.torch_dtype == torch.float16
     features = store.features(np.arange(store.count)).cpu().numpy()
     return MapSnapshot(
         header=header,
@@ -91,7 +91,7 @@ def take(belief: BeliefMap) -> MapSnapshot:
 
 
 def restore(
-    snapshot: MapSnapshot, settings: MapParams, *, encoder_id: str, first_revision: int
+    snapshot: MapSnapshot, params: MapParams, *, encoder_id: str, first_revision: int
 ) -> BeliefMap:
     """A new map with the snapshot's content.
 
@@ -104,21 +104,21 @@ def restore(
             f"the map was made with encoder {header.encoder_id}, but {encoder_id} is running"
         )
     ours = (
-        settings.cell_size_m,
-        settings.occupancy.min_height_m,
-        settings.occupancy.max_height_m,
+        params.cell_size_m,
+        params.obstacle_min_height_m,
+        params.obstacle_max_height_m,
     )
     theirs = (header.cell_size_m, header.obstacle_min_height_m, header.obstacle_max_height_m)
     if ours != theirs:
         raise MapFileError(
             f"the map has cell size and obstacle heights {theirs} m, the configuration {ours} m"
         )
-    if snapshot.evidence.shape[1] != settings.occupancy.levels:
+    if snapshot.evidence.shape[1] != params.levels:
         raise MapFileError(
             f"the map's columns have {snapshot.evidence.shape[1]} levels, ours "
-            f"{settings.occupancy.levels}: the file is damaged"
+            f"{params.levels}: the file is damaged"
         )
-    belief = BeliefMap(settings, first_revision=first_revision)
+    belief = BeliefMap(params, first_revision=first_revision)
     cells, driving_cells = snapshot.cells.astype(np.int64), snapshot.driving_cells.astype(np.int64)
     try:
         belief.grow(np.concatenate([cells, driving_cells]))
@@ -128,7 +128,7 @@ def restore(
     if header.dimension > 0:
         belief.set_encoder(header.encoder_id, header.text_space, header.dimension)
         confidence, searched, features = (
-            torch.from_numpy(array).to(settings.device)
+            torch.from_numpy(array).to(params.torch_device)
             for array in (snapshot.confidence, snapshot.searched, snapshot.features)
         )
         slots = belief.slots_of(cells)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from onemap_mapper.params import GridParams
 from onemap_shared.geometry import I64
 from onemap_shared.grid import GridSpec
 
@@ -26,10 +27,10 @@ class MapTooLarge(ValueError):
 class TileIndex:
     """The tiles of one map. Numbers are given in order of allocation."""
 
-    def __init__(self, cell_size_m: float, max_extent_m: float) -> None:
-        self.cell_size_m = cell_size_m
+    def __init__(self, params: GridParams) -> None:
+        self.cell_size_m = params.cell_size_m
         self.count = 0
-        self._max_tiles = max(1, int(max_extent_m / (cell_size_m * SIDE)))
+        self._max_tiles = max(1, int(params.max_extent_m / (params.cell_size_m * SIDE)))
         self._origin = np.zeros(2, np.int64)  # tile coordinates of the directory's [0, 0]
         self._directory = np.full((0, 0), NO_ROW, np.int64)
 

@@ -36,17 +36,17 @@ def run(frames: int = 50, *, device: str = "cpu", threads: int = 1, seed: int = 
     if frames < 1:
         raise ValueError(f"frames is {frames}; at least one must be fused")
     torch.set_num_threads(threads)
-    settings = MapperConfig(device=device).settings()
+    params = MapperConfig(device=device)
     rng = np.random.default_rng(seed)
-    belief = BeliefMap(settings)
+    belief = BeliefMap(params)
     observing, absorbing, computing = [], [], []
     for sequence in range(frames + WARM_UP):
         field = simulated_field(sequence, rng)
         started, cpu_started = time.perf_counter(), time.process_time()
-        seen = compute_update(field, settings)
+        seen = compute_update(field, params)
         observed = time.perf_counter()
         belief.fuse(seen)
-        _synchronise(settings.device)
+        _synchronise(params.torch_device)
         ended = time.perf_counter()
         computing.append((time.process_time() - cpu_started) * 1e3)
         observing.append((observed - started) * 1e3)

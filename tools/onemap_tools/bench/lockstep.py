@@ -162,7 +162,7 @@ class LockstepSimulation:
         self, scene: Scene, settings: SystemConfig, perception: PerceptionPipeline
     ) -> None:
         self.robot = SimulatedRobot(scene, settings.simulator)
-        self.belief = BeliefMap(settings.mapper.settings())
+        self.belief = BeliefMap(settings.mapper)
         self.state: PlannerState | None = None
         self._settings, self._perception = settings, perception
         self._params: PlannerParams = settings.planner.params()
@@ -214,7 +214,7 @@ class LockstepSimulation:
     def _process_frame(self, search: Search) -> None:
         frame = self.robot.frame(self.now_s)
         field = self._perception.field(frame)
-        self.belief.fuse(compute_update(field, self.belief.settings))
+        self.belief.fuse(compute_update(field, self.belief.params))
         names = tuple(dict.fromkeys((search.target, *search.objects)))
         sought = Target(search.target, distinct_queries(self._perception.encoder.embed_text(names)))
         self._detections.append(
@@ -257,5 +257,5 @@ class LockstepSimulation:
     def _query(self, text: str) -> TextQuery:
         if text not in self._queries:
             embeddings = self._perception.encoder.embed_text((text,))
-            self._queries[text] = text_query(embeddings, 0, self.belief.settings.device)
+            self._queries[text] = text_query(embeddings, 0, self.belief.params.torch_device)
         return self._queries[text]

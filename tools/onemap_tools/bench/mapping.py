@@ -40,15 +40,15 @@ class MappedScene:
 
 def map_scene(scene: Scene, encoder: Encoder, seed: int, pictures: int) -> MappedScene:
     """The map of ``pictures`` poses drawn from the seed."""
-    settings = MapperConfig().settings()
-    belief = BeliefMap(settings)
+    params = MapperConfig()
+    belief = BeliefMap(params)
     renderer = Renderer(scene)
     observed: set[str] = set()
     for sequence, pose in enumerate(
         sample_camera_poses(scene, np.random.default_rng(seed), pictures)
     ):
         view = renderer.render(pose, INTRINSICS, width=CAMERA.width, height=CAMERA.height)
-        belief.fuse(compute_update(feature_field(view, pose, sequence, encoder), settings))
+        belief.fuse(compute_update(feature_field(view, pose, sequence, encoder), params))
         observed |= observed_categories(scene, view)
     return MappedScene(scene, belief, frozenset(observed))
 

@@ -27,7 +27,7 @@ import numpy as np
 import torch
 
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.replies import RegionParams, similarity_reply
+from onemap_mapper.replies import similarity_reply
 from onemap_mapper.similarity import ScoreCache, TextQuery, text_query
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder
@@ -106,7 +106,7 @@ class EncoderPair:
 
     def queries(self, words: Sequence[QueryWord]) -> list[TextQuery]:
         """One for each word, without its floor."""
-        device = MapperConfig().settings().device
+        device = MapperConfig().torch_device
         made = []
         for word in words:
             encoder = self.without_aliases if word.group == "synonyms" else self.shipped
@@ -146,7 +146,6 @@ def query_map(
 ) -> Iterator[QueryOutcome]:
     """Every word of a map, where it is known whether the answer should be no."""
     config = MapperConfig()
-    regions = RegionParams(config.region_best_share, config.region_top_share)
     known = set(mapped.scene.categories)
     for word, query in questions:
         processes = word.category in mapped.observed
@@ -157,7 +156,7 @@ def query_map(
             ScoreCache(),
             query=query,
             request=SimilarityRequest(word.text, max_regions=1),
-            settings=regions,
+            params=config,
         )
         near = processes and _distance_m(mapped.scene, word.category, reply.centres_m[0]) <= NEAR_M
         yield QueryOutcome(word, seed, processes, reply.best_score, near)

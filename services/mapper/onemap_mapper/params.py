@@ -1,0 +1,186 @@
+"""Parameters of the map, in groups as the modules use them.
+
+``MapperConfig`` inherits them all, so each is declared here once, under the name that people write
+in the mapper's section of the configuration.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import torch
+from pydantic import Field, model_validator
+
+from onemap_shared.params import Params
+
+
+class GridParams(Params):
+    """The grid of the map."""
+
+    cell_size_m: float = Field(
+        default=0.1, gt=0, le=1, description="m; the paper's 10 cells per metre."
+    )
+    max_extent_m: float = Field(
+        default=200.0,
+        ge=10,
+        le=2000,
+        description="m; side of the largest map. A pose that jumps further is refused, instead of "
+        "a grid that fills the memory.",
+    )
+
+
+class ProjectionParams(GridParams):
+    """Which pixels carry a feature."""
+
+    max_feature_range_m: float = Field(
+        default=10.0,
+        gt=0,
+        le=100,
+        description="m of z-depth; further pixels carry no feature. The released variance ends "
+        "here too.",
+    )
+    max_feature_height_m: float = Field(
+        default=2.2,
+        description="m above the floor; higher pixels carry no feature: the ceiling would cover "
+        "what stands under it.",
+    )
+
+
+class BlurParams(GridParams):
+    """Location uncertainty, Eq. depthvariance."""
+
+    depth_factor: float = Field(
+        default=0.01,
+        ge=0,
+        le=1,
+        description="Location uncertainty, metres per metre of distance (Eq. depthvariance); the "
+        "released code's value. Raise it for noisy depth.",
+    )
+    blur_half_width_cells: int = Field(
+        default=3,
+        ge=0,
+        le=10,
+        description="Window of the location blur in cells to each side; the released code's. "
+        "0 keeps features in the cells where they were seen.",
+    )
+
+
+class OccupancyParams(GridParams):
+    """Heights above z = 0 and ranges from the camera, for the occupancy."""
+
+    floor_tolerance_m: float = Field(
+        default=0.08, ge=0, description="m; points this near to z = 0 are floor or carpet."
+    )
+    obstacle_min_height_m: float = Field(
+        default=0.10, ge=0, description="m; lower things are driven over: carpets, noise."
+    )
+    obstacle_max_height_m: float = Field(
+        default=1.2, gt=0, description="m; the robot's height, it passes under what is higher."
+    )
+    clearing_height_m: float = Field(
+        default=0.30,
+        gt=0,
+        description="m; a ray lower than this shows that a cell is free even where the floor "
+        "itself gives no depth: dark, glossy or seen at a grazing angle.",
+    )
+    height_error_per_m: float = Field(
+        default=0.01,
+        ge=0,
+        le=0.2,
+        description="m of height per m of distance; half a degree of pitch error must not raise "
+        "a far floor into an obstacle.",
+    )
+    occupancy_range_m: float = Field(
+        default=8.0, gt=0, le=50, description="m; further depth makes neither obstacle nor floor."
+    )
+    clearing_range_m: float = Field(
+        default=5.0,
+        gt=0,
+        le=50,
+        description="m; rays free cells up to here. A 3 cm table leg is still a pixel wide.",
+    )
+    occupancy_max_rows: int = Field(
+        default=240,
+        ge=30,
+        le=2160,
+        description="Larger depth images are thinned to this height for the occupancy: at 240 a "
+        "3 cm leg is still seen at 5 m, at a quarter of the time of 480.",
+    )
+
+    @model_validator(mode="after")
+    def _heights_in_order(self) -> OccupancyParams:
+        if not self.floor_tolerance_m <= self.obstacle_min_height_m < self.obstacle_max_height_m:
+            raise ValueError(
+                "floor_tolerance_m <= obstacle_min_height_m < obstacle_max_height_m must hold"
+            )
+        return self
+
+    @property
+    def levels(self) -> int:
+        """Voxels per column, each about as high as a cell is wide."""
+        height_m = self.obstacle_max_height_m - self.obstacle_min_height_m
+        return max(1, round(height_m / self.cell_size_m))
+
+
+class RegionParams(Params):
+    """Which cells make a region of a query's answer."""
+
+    region_best_share: float = Field(
+        default=0.5,
+        gt=0,
+        le=1,
+        description="Cells of at least this share of the best score make regions.",
+    )
+    region_top_share: float = Field(
+        default=0.05,
+        gt=0,
+        le=1,
+        description="Uncalibrated encoders only: and among this share of the highest, the paper's "
+        "top 5 percentile.",
+    )
+
+
+class MapParams(OccupancyParams, BlurParams, ProjectionParams):
+    """All that a belief map depends on."""
+
+    device: str = Field(
+        default="cpu",
+        pattern=r"^(cpu|cuda(:\d+)?)$",
+        description="Where features live. One frame takes a few ms on two CPU cores; cuda frees "
+        "them on a Jetson.",
+    )
+    feature_dtype: Literal["float32", "float16"] = Field(
+        default="float32",
+        description="How features are stored; sums are always float32. float16 halves the memory, "
+        "but loses updates smaller than 1/2000 of a value: what a cell learns after it was seen "
+        "some thousand times.",
+    )
+    explored_variance: float = Field(
+        default=0.5,
+        gt=0,
+        description="A cell is explored (and searched) once 1/c falls below this. The released "
+        "model gives a pixel s = 0.86 at 2 m, 0.55 at 3 m and 0.26 at 4 m, so 0.5 takes three "
+        "frames at 2 m, four at 3 m, eight at 4 m: seen for a second or two, not in passing.",
+    )
+    process_noise_per_s: float = Field(
+        default=0.0,
+        ge=0,
+        description="Variance added per second (process noise); 0 never forgets, as the paper.",
+    )
+    initially_free_radius_m: float = Field(
+        default=0.35,
+        ge=0,
+        le=2,
+        description="m around the camera at first sight that count as free: the robot stands "
+        "there, its camera cannot see its own feet, and unknown is not free.",
+    )
+
+    @property
+    def torch_device(self) -> torch.device:
+        """``device`` for torch."""
+        return torch.device(self.device)
+
+    @property
+    def torch_dtype(self) -> torch.dtype:
+        """``feature_dtype`` for torch."""
+        return torch.float32 if self.feature_dtype == "float32" else torch.float16
