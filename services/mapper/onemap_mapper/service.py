@@ -186,7 +186,7 @@ class Mapper:
                 LOG.warning("frame %d refused: %s", field.sequence, problem)
                 return
             now_s = time.monotonic()
-            self._telemetry.fused(
+            self._telemetry.record_fused(
                 now_s=now_s, update_ms=(now_s - started_s) * 1e3, depth=seen.depth
             )
             self._announce()

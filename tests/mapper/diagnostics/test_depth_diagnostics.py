@@ -24,12 +24,14 @@ def test_the_floor_is_reported_with_the_pose_it_was_seen_from() -> None:
     assert diagnostics.surface.height_m == pytest.approx(0.0, abs=0.01)
     offset = diagnostics.viewpoint.offset_to(CameraPose2D(1.0, 0.5, 0.3))
     assert offset == pytest.approx((0.0, 0.0), abs=1e-6)
+    assert diagnostics.problem == ""
 
 
 def test_without_depth_there_is_no_floor() -> None:
     diagnostics = diagnosed(np.zeros((60, 80), np.float32), scenes.pose())
     assert (diagnostics.valid_fraction, diagnostics.near_fraction) == (0, 0)
     assert diagnostics.surface is None
+    assert "all zero" in diagnostics.problem
 
 
 def test_depth_in_the_wrong_unit_is_near() -> None:
@@ -38,3 +40,4 @@ def test_depth_in_the_wrong_unit_is_near() -> None:
     diagnostics = diagnosed(depth, scenes.pose())
     assert diagnostics.near_fraction == 1
     assert diagnostics.valid_fraction == 0.5
+    assert "100% of the depth is nearer than 0.1 m" in diagnostics.problem

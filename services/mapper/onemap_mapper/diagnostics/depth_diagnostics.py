@@ -1,4 +1,4 @@
-"""What a depth image says about the sensor and its mounting, for diagnosis."""
+"""What a depth image says about the sensor and its mounting."""
 
 from __future__ import annotations
 
@@ -9,21 +9,35 @@ from onemap_mapper.diagnostics.level_surface import LevelSurface, lowest_level_s
 from onemap_mapper.point_cloud import PointCloud
 
 NEAR_M = 0.1  # nothing a robot looks at is nearer: a wrong depth scale, or a covered lens
-STRIDE = 4
+NEAR_LIMIT = 0.5  # of the pixels with a return
+STRIDE = 4  # of the pixels that are counted, in images of at least 120 rows and columns
 
 
 @dataclass(frozen=True, slots=True)
 class DepthDiagnostics:
-    """valid_fraction: pixels with a return; near_fraction: of those, nearer than 0.1 m.
+    """Figures of one depth image.
 
-    surface: the lowest level surface seen, which may be the floor or a table, None if there was
-    none; viewpoint: from where.
+    valid_fraction: of all pixels, those with a return; near_fraction: of these, those nearer than
+    ``NEAR_M``; surface: the lowest level surface, floor or table, None if there was none;
+    viewpoint: from where.
     """
 
     valid_fraction: float
     near_fraction: float
     viewpoint: CameraPose2D
     surface: LevelSurface | None = None
+
+    @property
+    def problem(self) -> str:
+        """What is wrong with the sensor, in one sentence; empty if nothing is."""
+        if self.valid_fraction == 0:
+            return "the newest depth image is all zero: is the depth camera on and aligned?"
+        if self.near_fraction > NEAR_LIMIT:
+            return (
+                f"{self.near_fraction:.0%} of the depth is nearer than {NEAR_M} m: "
+                "is it in millimetres, and the lens free?"
+            )
+        return ""
 
 
 def diagnose_depth(cloud: PointCloud) -> DepthDiagnostics:
