@@ -96,4 +96,4 @@ def test_the_cache_forgets_the_text_asked_longest_ago(monkeypatch: pytest.Monkey
     base = text_query(embeddings(rng, 2), 0, CPU)
     for text in ("a", "b", "c"):
         cache.scores(TextQuery(text, base.concepts, base.temperature), store, 0)
-    assert list(cache._known) == ["b", "c"]
+    assert list(cache._entries) == ["b", "c"]

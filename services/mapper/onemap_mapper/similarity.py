@@ -7,11 +7,11 @@ encoder without calibration.
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from dataclasses import dataclass
 
 import numpy as np
 import torch
+from cachetools import LRUCache
 from torch import Tensor
 
 from onemap_mapper.cell_store import CellStore
@@ -65,22 +65,24 @@ def scores(features: Tensor, query: TextQuery) -> Tensor:
 
 
 class ScoreCache:
-    """Scores of one map for the texts asked last; only changed cells are computed again."""
+    """Scores of one map for the most recent texts; only changed cells are computed again.
+
+    Not thread-safe: whoever shares the map holds its lock.
+    """
 
     def __init__(self) -> None:
-        self._known: OrderedDict[str, tuple[TextQuery, int, F32]] = OrderedDict()
+        self._entries: LRUCache[str, tuple[TextQuery, int, F32]] = LRUCache(MAX_TEXTS)
 
     def scores(self, query: TextQuery, store: CellStore, revision: int) -> F32:
         """Scores (count,) float32 of all slots at this revision of the map."""
-        held = self._known.pop(query.text, None)
+        cached = self._entries.get(query.text)
         current = np.zeros(store.count, np.float32)
         stale = np.arange(store.count)
-        if held is not None and held[0] is query:
-            current[: len(held[2])] = held[2]
-            stale = np.nonzero(store.changed_at > held[1])[0]
+        if cached is not None and cached[0] is query:
+            _, cached_at, values = cached
+            current[: len(values)] = values
+            stale = np.nonzero(store.changed_at > cached_at)[0]
         for chosen, features in store.chunks(stale):
             current[stale[chosen]] = scores(features, query).cpu().numpy()
-        self._known[query.text] = (query, revision, current)
-        if len(self._known) > MAX_TEXTS:
-            self._known.popitem(last=False)
+        self._entries[query.text] = (query, revision, current)
         return current

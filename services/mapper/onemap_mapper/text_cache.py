@@ -1,43 +1,40 @@
-"""Embeddings of texts, asked for once on the bus and remembered."""
+"""Embeddings of texts, requested once over the bus and cached."""
 
 from __future__ import annotations
 
 import threading
-from collections import OrderedDict
 from collections.abc import Callable
 
 import torch
+from cachetools import LRUCache
 
 from onemap_mapper.similarity import TextQuery, text_query
 from onemap_shared.messages import TextEmbeddings
 
-MAX_TEXTS = 256  # texts; a few KB each
+MAX_TEXTS = 256  # a few KB each
 
 
 class TextCache:
-    """Queries by text, least recently used out first. Safe between threads."""
+    """The most recently used queries by text. Thread-safe."""
 
-    def __init__(self, ask: Callable[[str], TextEmbeddings], device: torch.device) -> None:
-        self._ask = ask
+    def __init__(self, embed: Callable[[str], TextEmbeddings], device: torch.device) -> None:
+        self._embed = embed
         self._device = device
         self._lock = threading.Lock()
-        self._known: OrderedDict[str, tuple[str, TextQuery]] = OrderedDict()
+        self._entries: LRUCache[str, tuple[str, TextQuery]] = LRUCache(MAX_TEXTS)
 
     def query(self, text: str) -> tuple[str, TextQuery]:
-        """The text space and the query of a text; asks without holding the lock."""
+        """The text space and the query of a text; embeds it without holding the lock."""
         with self._lock:
-            if text in self._known:
-                self._known.move_to_end(text)
-                return self._known[text]
-        reply = self._ask(text)
-        entry = (reply.text_space, text_query(reply, 0, self._device))
-        with self._lock:
-            self._known[text] = entry
-            if len(self._known) > MAX_TEXTS:
-                self._known.popitem(last=False)
+            entry = self._entries.get(text)
+        if entry is None:
+            reply = self._embed(text)
+            entry = (reply.text_space, text_query(reply, 0, self._device))
+            with self._lock:
+                self._entries[text] = entry
         return entry
 
     def clear(self) -> None:
-        """Forget everything: the encoder changed."""
+        """Drop all entries: the encoder changed."""
         with self._lock:
-            self._known.clear()
+            self._entries.clear()
