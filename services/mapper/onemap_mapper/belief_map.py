@@ -1,7 +1,7 @@
-"""The belief map: what is where, how sure, and where one may drive.
+"""The belief map: per cell a fused feature with its confidence, and the occupancy.
 
-``frame.observe`` turns a frame into an observation without touching the map;
-``BeliefMap.absorb`` fuses the observation into it. Only cells of the frame are touched.
+``frame_update.compute_update`` computes a frame's update without the map;
+``BeliefMap.fuse`` fuses it. Only the frame's cells are written.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ NO_SLOT = -1
 
 
 class FieldRejected(ValueError):
-    """A field that must not be fused into this map; the text is one sentence."""
+    """The field does not fit this map; the text says why in one sentence."""
 
 
 class BeliefMap:
-    """One map of one encoder. Empty until the first observation names the encoder.
+    """The map of one encoder; empty until the first update names the encoder.
 
-    Not thread-safe: whoever shares it between threads holds a lock.
+    Not thread-safe: callers that share it between threads hold a lock.
     """
 
     def __init__(self, params: MapParams, *, first_revision: int = 0) -> None:
@@ -49,7 +49,7 @@ class BeliefMap:
         self.evidence = TileLayer(np.int8, 0, (params.levels,))
         self.clear = TileLayer(np.bool_, 0)
         self.occupancy = TileLayer(np.uint8, Occupancy.UNKNOWN)
-        self._start_marked_free = False  # whether the robot's own surroundings were marked free
+        self._start_marked_free = False  # around the robot's first pose
 
     @property
     def dimension(self) -> int:
@@ -58,44 +58,44 @@ class BeliefMap:
 
     @property
     def grid(self) -> GridSpec:
-        """The bounding box of everything known."""
+        """The bounding box of all tiles."""
         return self.tiles.grid
 
     @property
     def memory_bytes(self) -> int:
-        """Bytes the map holds, features and layers, with those reserved for growth."""
+        """Bytes of features and layers, with those reserved for growth."""
         layers = (self.slots, self.evidence, self.clear, self.occupancy)
         return self.store.nbytes + self.tiles.nbytes + sum(layer.nbytes for layer in layers)
 
-    def fuse(self, seen: FrameUpdate) -> None:
-        """Fuse an observation. Raises ``FieldRejected`` before anything has changed."""
-        self._check(seen)
+    def fuse(self, update: FrameUpdate) -> None:
+        """Fuse one frame. Raises ``FieldRejected`` before anything has changed."""
+        self._check(update)
         free = np.zeros((0, 2), np.int64)
         if not self._start_marked_free:
             radius_m = self.params.initially_free_radius_m
-            free = cells_within(seen.camera_m, radius_m, self.params.cell_size_m)
-        self.grow(np.concatenate([seen.cells, seen.occupancy.cells, free]))
+            free = cells_within(update.camera_m, radius_m, self.params.cell_size_m)
+        self.grow(np.concatenate([update.cells, update.occupancy.cells, free]))
         if self.dimension == 0:
-            self.set_encoder(seen.encoder_id, seen.text_space, seen.features.shape[1])
-        self._add_process_noise(seen.stamp_ns)
+            self.set_encoder(update.encoder_id, update.text_space, update.features.shape[1])
+        self._add_process_noise(update.stamp_ns)
         self.revision += 1
-        slots = self.slots_of(seen.cells)
-        self.store.fuse(slots, seen.features, seen.confidence, revision=self.revision)
-        self.fuse_occupancy(seen.occupancy)
+        slots = self.slots_of(update.cells)
+        self.store.fuse(slots, update.features, update.confidence, revision=self.revision)
+        self.fuse_occupancy(update.occupancy)
         if not self._start_marked_free:
             self._mark_free(free)
         self._start_marked_free = True
         self.frames_fused += 1
-        self.sequence, self.stamp_ns = seen.sequence, seen.stamp_ns
+        self.sequence, self.stamp_ns = update.sequence, update.stamp_ns
 
     def set_encoder(self, encoder_id: str, text_space: str, dimension: int) -> None:
-        """Decide whose features this map holds; only while it is empty."""
+        """Fix the encoder whose features the map holds; only while it is empty."""
         self.encoder_id, self.text_space = encoder_id, text_space
         device, dtype = self.params.torch_device, self.params.torch_dtype
         self.store = CellStore(dimension, device=device, dtype=dtype)
 
     def grow(self, cells: I64) -> None:
-        """Make room for world cells (n, 2). Raises ``MapTooLarge`` before anything has changed."""
+        """Allocate tiles for world cells (n, 2). Raises ``MapTooLarge`` before any change."""
         self.tiles.allocate(cells)
         for layer in (self.slots, self.evidence, self.clear, self.occupancy):
             layer.grow(self.tiles.count)
@@ -119,7 +119,7 @@ class BeliefMap:
         self.occupancy.values[rows] = occupancy_states(evidence, clear)
 
     def reset_searched(self) -> None:
-        """Forget sigma_E; features and their variance stay."""
+        """Reset sigma_E, as a new search begins; features and their variance stay."""
         self.revision += 1
         self.store.reset_searched()
 
@@ -145,11 +145,11 @@ class BeliefMap:
         dense: F32 = padded[self.tiles.to_dense(self.slots.values, NO_SLOT)]
         return dense
 
-    def _check(self, seen: FrameUpdate) -> None:
+    def _check(self, update: FrameUpdate) -> None:
         if self.dimension == 0:
             return
         ours = (self.encoder_id, self.text_space, self.dimension)
-        theirs = (seen.encoder_id, seen.text_space, seen.features.shape[1])
+        theirs = (update.encoder_id, update.text_space, update.features.shape[1])
         if ours != theirs:
             raise FieldRejected(
                 f"the map holds features of encoder {ours[0]} ({ours[1]}, {ours[2]} channels) but "

@@ -1,7 +1,7 @@
 """The belief of every observed cell: its feature and its two confidences.
 
-Cells are packed in order of first sight ("slots"), so memory is proportional to what was
-observed. Features lie in blocks, so that growing never copies them.
+Cells are packed in order of first observation ("slots"), so memory is proportional to the
+observed area. Features lie in blocks, so that growing never copies them.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
 
 
 class CellStore:
-    """Slots of one map. Device and dtype of the features are fixed at construction."""
+    """The slots of one map; device and dtype of the features are fixed at construction."""
 
     def __init__(self, dimension: int, *, device: torch.device, dtype: torch.dtype) -> None:
         self.dimension = dimension
         self.count = 0
         self._device, self._dtype = device, dtype
         self._blocks: list[Tensor] = []
-        self._confidence = torch.zeros((2, 0), device=device)  # rows: c, and c since the reset
+        self._confidence = torch.zeros((2, 0), device=device)  # rows: c, and c since reset
         self._cells = np.zeros((0, 2), np.int64)
         self._changed_at = np.zeros(0, np.int64)
 
@@ -58,7 +58,7 @@ class CellStore:
         return self._confidence[1, : self.count]
 
     def add(self, cells: I64) -> I64:
-        """New slots (n,) for the world cells (n, 2), which must have none."""
+        """New slots (n,) for world cells (n, 2) that have none."""
         slots = np.arange(self.count, self.count + len(cells))
         self.count += len(cells)
         while len(self._blocks) * BLOCK < self.count:
@@ -94,10 +94,9 @@ class CellStore:
         return gathered
 
     def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
-        """The features of ascending slots in parts: which of them, and (k, D) float32 to read only.
+        """The features of ascending slots in parts: their indices, and (k, D) float32, read-only.
 
-        Slots that follow each other are not copied, so that a query over a whole map reads
-        the memory once.
+        Consecutive slots are not copied, so that a query over a whole map reads the memory once.
         """
         for block, chosen, within in self._by_block(slots):
             first, last = int(within[0]), int(within[-1])
@@ -107,13 +106,13 @@ class CellStore:
             yield chosen.cpu().numpy(), part.float()
 
     def add_process_noise(self, *, rate_per_s: float, elapsed_s: float) -> None:
-        """Let every variance grow (process noise)."""
+        """Add ``rate_per_s * elapsed_s`` to every variance."""
         self._confidence = with_process_noise(
             self._confidence, rate_per_s=rate_per_s, elapsed_s=elapsed_s
         )
 
     def reset_searched(self) -> None:
-        """Forget where was looked; features and their confidence stay."""
+        """Set sigma_E of all slots to infinity; features and their confidence stay."""
         self._confidence[1] = 0.0
 
     def set_searched_confidence(self, confidence: Tensor) -> None:
@@ -121,7 +120,7 @@ class CellStore:
         self._confidence[1, : self.count] = confidence.to(self._device)
 
     def _by_block(self, slots: I64) -> Iterator[tuple[int, Tensor, Tensor]]:
-        """Per block that holds some of the slots: its number, which slots, where in the block."""
+        """Per block with some of the slots: its number, their indices, their rows in the block."""
         owner = slots // BLOCK
         for block in np.unique(owner):
             chosen = np.nonzero(owner == block)[0]

@@ -1,7 +1,6 @@
-"""One frame, turned into what it says of the map's cells.
+"""The update of the map's cells by one frame.
 
-Everything here is a pure function of the field and the params, so it runs without
-holding the map.
+A pure function of the field and the parameters, so it runs without the map's lock.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from onemap_shared.messages import FeatureField
 
 @dataclass(frozen=True, slots=True)
 class FrameUpdate:
-    """One frame, ready to be fused.
+    """The observation of one frame, per cell, ready to be fused.
 
     cells (n, 2) int64 world cells with features (n, D) and confidence (n,) float32.
     """
@@ -42,7 +41,7 @@ class FrameUpdate:
 
 
 def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
-    """What a field says about the map's cells. Pure; the expensive half of an update."""
+    """Project, blur and diagnose a field: the expensive half of fusing a frame."""
     cloud = PointCloud.of(
         np.divide(field.depth_mm, 1000, dtype=np.float32),
         intrinsics=field.intrinsics,

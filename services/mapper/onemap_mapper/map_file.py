@@ -1,7 +1,7 @@
 """Maps on disk: one .npz file without pickle, described in docs/formats.md.
 
-A file is written beside its place and renamed, so a crash leaves the old one. A file that
-does not fit is refused with one sentence, and nothing has changed.
+A file is written under a temporary name and renamed, so a crash leaves the previous one. A file
+that does not fit is rejected with one sentence, and nothing has changed.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ ARRAYS = (
 
 
 class MapNotFound(MapFileError):
-    """There is no file of this name."""
+    """There is no file with this name."""
 
 
 def map_path(folder: Path, name: str) -> Path:
-    """The file of this name, always directly inside ``folder``."""
+    """The path of a map's file, always directly inside ``folder``."""
     if not NAME.fullmatch(name) or name.startswith("."):
         raise MapFileError(
             f"map name {name[:80]!r} is not allowed: use letters, digits, dot, dash, underscore"
@@ -47,7 +47,7 @@ def map_path(folder: Path, name: str) -> Path:
 
 
 def write(snapshot: MapSnapshot, path: Path) -> int:
-    """Write the file in one step; returns its size in bytes."""
+    """Write the file atomically; returns its size in bytes."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:

@@ -1,4 +1,4 @@
-"""Regions of high similarity: the answer to "where is it?"."""
+"""Regions of high similarity: connected cells, ranked."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ class Regions:
 
 
 def region_threshold(values: F32, *, best_share: float, top_share: float | None) -> float:
-    """The score (of those observed, (n,)) from which cells belong to a region.
+    """The lowest score of a region's cells, from the scores (n,) of all observed cells.
 
-    ``best_share`` of the best score, and among the ``top_share`` highest where it is given:
-    scores that are no probabilities lie so close together that a share of the best says little.
+    ``best_share`` of the best score, and among the ``top_share`` highest if given: scores that are
+    no probabilities lie so close together that a share of the best excludes little.
     """
     limit = best_share * float(values.max())
     if top_share is not None:
@@ -62,9 +62,9 @@ def find_regions(
     )
 
 
-def scoring_at_least(regions: Regions, floor: float) -> Regions:
-    """The regions that score at least ``floor``."""
-    kept = regions.scores >= np.float32(floor)
+def scoring_at_least(regions: Regions, min_score: float) -> Regions:
+    """The regions that score at least ``min_score``."""
+    kept = regions.scores >= np.float32(min_score)
     return Regions(
         regions.centres_m[kept],
         regions.extents_m[kept],

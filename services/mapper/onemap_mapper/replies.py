@@ -1,4 +1,4 @@
-"""Answers of a map to the bus: the messages made from its state."""
+"""Replies and announcements: messages made from the state of the map."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def similarity_reply(
     request: SimilarityRequest,
     params: RegionParams,
 ) -> SimilarityReply:
-    """Ranked regions that score above the query's floor, and the grid if asked for.
+    """Ranked regions that score at least the query's ``min_score``, and the grid if requested.
 
     The map must not be empty.
     """
@@ -49,7 +49,7 @@ def similarity_reply(
         max_regions=request.max_regions,
     )
     best_score = min(float(regions.scores[0]), 1.0) if len(regions.scores) else 0.0  # rounding
-    regions = scoring_at_least(regions, query.floor)
+    regions = scoring_at_least(regions, query.min_score)
     return SimilarityReply(
         text=request.text,
         revision=belief.revision,
@@ -62,7 +62,7 @@ def similarity_reply(
         grid=belief.grid,
         scores_grid=grid_scores if request.include_grid else NO_GRID,
         best_score=best_score,
-        floor=query.floor,
+        floor=query.min_score,
         nearest=query.nearest,
     )
 
@@ -77,12 +77,12 @@ def search_view(
 ) -> SearchView:
     """All layers over the map's bounding box, with the similarity if there is a query.
 
-    Of the rivals each cell gets the best score.
+    ``rival`` holds each cell's best score over the rivals.
     """
     similarity = NO_GRID
     if query is not None:
         similarity = belief.to_grid(cache.scores(query, belief.store, belief.revision))
-    elif text:  # asked of a map without features: nothing was observed
+    elif text:  # a map without features: nothing was observed
         similarity = np.full(belief.grid.shape, np.nan, np.float32)
     rival = NO_GRID
     if rivals:
@@ -102,7 +102,7 @@ def search_view(
 
 
 def revision_of(belief: BeliefMap, *, update_ms: float, rate_hz: float) -> MapRevision:
-    """The state of the map as announced after every change."""
+    """The state of the map, published after every change."""
     return MapRevision(
         revision=belief.revision,
         sequence=belief.sequence,
@@ -118,7 +118,7 @@ def revision_of(belief: BeliefMap, *, update_ms: float, rate_hz: float) -> MapRe
 
 
 def summary_of(belief: BeliefMap) -> MapSummary:
-    """What the map holds."""
+    """Size and encoder of the map; the service adds the file's path and size."""
     return MapSummary(
         path="",
         encoder_id=belief.encoder_id,

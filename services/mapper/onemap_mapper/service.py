@@ -1,7 +1,7 @@
-"""The mapper on the bus: fuses the newest field, answers questions about the map.
+"""The mapper on the bus: fuses the newest field, answers requests about the map.
 
-One lock protects the map. Fusing computes the observation without it and holds it for the
-update only; text embeddings are fetched without it.
+One lock protects the map. A frame's update is computed without it, only fusing holds it; text
+embeddings are fetched without it.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ from onemap_shared.transport import Bus, Health, RequestRejected
 
 LOG = logging.getLogger("onemap.mapper")
 
-# A frame older than the map by less than this came late and is ignored; by more, the robot's
-# clock was set back or another recording began, and ignoring it would ignore all that follow.
+# A frame older than the map by less than this is late and ignored. By more, the robot's clock was
+# set back or another recording began: ignoring it would ignore all that follow.
 CLOCK_JUMP_NS = 10 * 10**9
 
 
 class Mapper:
-    """The mapper's worker."""
+    """The worker: one map, its caches and its telemetry."""
 
     def __init__(self, bus: Bus, config: MapperConfig) -> None:
         self._config = config
@@ -71,13 +71,13 @@ class Mapper:
         bus.serve(keys.MAP_CLEAR, self.clear)
 
     def step(self, timeout_s: float) -> None:
-        """Fuse the newest field, if one comes in time."""
+        """Fuse the newest field, if one arrives within the timeout."""
         field = self._fields.take(timeout_s)
         if field is not None:
             self._fuse(field)
 
     def health(self) -> Health:
-        """Metrics of the map and its frames, and what is wrong."""
+        """Metrics of the map and of its frames, and the current problem."""
         with self._lock:
             metrics = {
                 "frames_fused": float(self._map.frames_fused),
@@ -93,10 +93,10 @@ class Mapper:
         return Health(ready=ready, problem=problem, metrics=metrics)
 
     def close(self) -> None:
-        """Nothing is held but memory."""
+        """Release nothing: the mapper holds only memory."""
 
     def similarity(self, request: SimilarityRequest) -> SimilarityReply:
-        """Where is this?"""
+        """Ranked regions for a text."""
         self._require_content()
         query = self._query(request.text)
         with self._lock:
@@ -107,10 +107,10 @@ class Mapper:
             )
 
     def search_view(self, request: SearchViewRequest) -> SearchView:
-        """The layers, with the similarity if a text was given and anything is known."""
+        """The layers, with the similarity if a text was given and the map is not empty."""
         with self._lock:
-            known = self._map.store.count > 0
-        query = self._query(request.text) if request.text and known else None
+            empty = self._map.store.count == 0
+        query = None if empty or not request.text else self._query(request.text)
         rivals = self._rivals(request.rivals) if query is not None else []
         with self._lock:
             return search_view(
@@ -118,7 +118,7 @@ class Mapper:
             )
 
     def reset_searched(self, _request: SearchReset) -> MapSummary:
-        """Begin a new search: sigma_E is forgotten."""
+        """Reset sigma_E: a new search begins."""
         with self._lock:
             self._map.reset_searched()
             self._announce()
@@ -142,7 +142,7 @@ class Mapper:
         return replace(summary, path=str(path), file_bytes=size)
 
     def load(self, request: MapFile) -> MapSummary:
-        """Replace the map by one from the configured folder, or refuse and change nothing."""
+        """Replace the map by one from the configured folder; a rejected file changes nothing."""
         path = map_file.map_path(self._config.map_folder, request.name)
         try:
             content = map_file.read(path)
@@ -164,7 +164,7 @@ class Mapper:
         return replace(summary, path=str(path), file_bytes=path.stat().st_size)
 
     def clear(self, _request: MapClear) -> MapSummary:
-        """Begin an empty map."""
+        """Start an empty map."""
         with self._lock:
             self._replace(BeliefMap(self._config, first_revision=self._map.revision + 1))
             return summary_of(self._map)
@@ -177,29 +177,29 @@ class Mapper:
         if 0 < self._map.stamp_ns - field.stamp_ns < CLOCK_JUMP_NS:
             self._telemetry.late += 1
             return
-        seen = compute_update(field, self._config)
+        update = compute_update(field, self._config)
         with self._lock:
             try:
-                self._map.fuse(seen)
+                self._map.fuse(update)
             except (FieldRejected, MapTooLarge) as problem:
                 self._telemetry.record_rejected(str(problem))
-                LOG.warning("frame %d refused: %s", field.sequence, problem)
+                LOG.warning("frame %d rejected: %s", field.sequence, problem)
                 return
             now_s = time.monotonic()
             self._telemetry.record_fused(
-                now_s=now_s, update_ms=(now_s - started_s) * 1e3, depth=seen.depth
+                now_s=now_s, update_ms=(now_s - started_s) * 1e3, depth=update.depth
             )
             self._announce()
 
     def _replace(self, belief: BeliefMap) -> None:
-        """Exchange the map and all that was derived from it; the lock is held."""
+        """Exchange the map and everything derived from it; the caller holds the lock."""
         self._map = belief
         self._scores = ScoreCache()
         self._telemetry.reset_floor()
         self._announce()
 
     def _announce(self) -> None:
-        """Publish the revision; the lock is held, so that revisions leave in order."""
+        """Publish the revision; the caller holds the lock, so that revisions leave in order."""
         rate_hz = self._telemetry.rate_hz(time.monotonic())
         self._revisions.put(
             revision_of(self._map, update_ms=self._telemetry.update_ms, rate_hz=rate_hz)
@@ -211,7 +211,7 @@ class Mapper:
                 raise _empty()
 
     def _query(self, text: str) -> TextQuery:
-        """The query of a text, refused if the text encoder does not belong to the map."""
+        """The query of a text; rejected if it is embedded in another space than the map."""
         text_space, query = self._texts.query(text)
         with self._lock:
             ours, dimension = self._map.text_space, self._map.dimension
@@ -226,7 +226,7 @@ class Mapper:
         return query
 
     def _rivals(self, names: tuple[str, ...]) -> list[TextQuery]:
-        """The queries of those names that the encoder knows: the others compete with nothing."""
+        """The queries of the names that the encoder can embed; the others are left out."""
         queries = []
         for name in names:
             try:

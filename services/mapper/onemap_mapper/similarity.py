@@ -1,8 +1,8 @@
-"""How well each observed cell fits a text.
+"""Similarity of each observed cell to a text.
 
-The cosine of text and cell feature becomes a score as the encoder says: the probability
-of the text against the neutral words that compete with it, or (1 + cosine) / 2 for an
-encoder without calibration.
+The cosine of text and cell feature becomes a score as the encoder's calibration defines: the
+probability of the text against the neutral words that compete with it, or (1 + cosine) / 2 for
+an encoder without calibration.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from onemap_mapper.cell_store import CellStore
 from onemap_shared.geometry import F32
 from onemap_shared.messages import TextEmbeddings
 
-MAX_TEXTS = 32  # texts whose scores are kept: 1 MB each for a flat of 250,000 cells
+MAX_TEXTS = 32  # whose scores are kept; 1 MB each for a map of 250,000 cells
 
 
 @dataclass(frozen=True, slots=True)
 class TextQuery:
-    """One text. concepts (1 + m, D) float32 unit rows: the text, then its competing words.
+    """One embedded text. concepts (1 + m, D) float32 unit rows: the text, then competing words.
 
-    floor: a best score below this means "not here", 0: not measured; nearest: known words next
-    to a text that the encoder cannot place.
+    min_score: a best score below this means that the map holds no such thing, 0 = not calibrated;
+    nearest: words of the encoder next to a text that it does not contain.
     """
 
     text: str
     concepts: Tensor
     temperature: float
-    floor: float = 0.0
+    min_score: float = 0.0
     nearest: tuple[str, ...] = ()
 
     @property
@@ -42,7 +42,7 @@ class TextQuery:
 
 
 def text_query(embeddings: TextEmbeddings, index: int, device: torch.device) -> TextQuery:
-    """The query for one of the texts of a reply."""
+    """The query of one of the texts of a reply from perception."""
     competing = embeddings.neutral[embeddings.neutral_mask[index] > 0]
     concepts = np.concatenate([embeddings.embeddings[index : index + 1], competing])
     return TextQuery(

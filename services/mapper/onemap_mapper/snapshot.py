@@ -1,4 +1,4 @@
-"""A map, detached: what is copied out of it to be saved, and how a map is made of it again."""
+"""A detached copy of a map, as it is saved, and the map restored from one."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class EncoderMismatch(MapFileError):
 
 @dataclass(frozen=True, slots=True)
 class MapHeader:
-    """What a file says of itself."""
+    """The header of a map file, described in docs/formats.md."""
 
     format: str
     version: int
@@ -60,7 +60,7 @@ class MapSnapshot:
 
 
 def take(belief: BeliefMap) -> MapSnapshot:
-    """A copy of all that a map knows."""
+    """A copy of the map's content."""
     store, params = belief.store, belief.params
     rows = np.nonzero(belief.clear.values | belief.evidence.values.any(axis=1))[0]
     header = MapHeader(

@@ -1,9 +1,9 @@
-"""Tiles: where in memory a cell of an endless map lies.
+"""Tiles: where in memory a cell of an unbounded map lies.
 
-The map is cut into tiles of 64 x 64 cells that exist once something was seen in them. A
-tile has a number, and its cells follow each other in every per-cell array ("rows"): row
-= number * 4096 + (ix mod 64) * 64 + (iy mod 64). A small directory over the bounding box
-of all tiles turns cells into rows by arithmetic alone.
+The map is cut into tiles of 64 x 64 cells, allocated when a cell in them is first observed. A
+tile has a number, and its cells are consecutive in every per-cell array ("rows"):
+row = number * 4096 + (ix mod 64) * 64 + (iy mod 64). A directory over the bounding box of all
+tiles maps tile coordinates to numbers.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ NO_ROW = -1
 
 
 class MapTooLarge(ValueError):
-    """Growing to these cells would exceed the configured extent: most likely a pose jump."""
+    """The cells exceed the configured extent: most likely a jump of the pose."""
 
 
 class TileIndex:
-    """The tiles of one map. Numbers are given in order of allocation."""
+    """The tiles of one map, numbered in order of allocation."""
 
     def __init__(self, params: GridParams) -> None:
         self.cell_size_m = params.cell_size_m
@@ -89,7 +89,7 @@ class TileIndex:
         """The per-row array (count * 4096,) as a dense one over ``grid``; ``fill`` elsewhere."""
         tiles = np.full((self.count + 1, SIDE, SIDE), fill, values.dtype)
         tiles[: self.count] = values.reshape(self.count, SIDE, SIDE)
-        dense = tiles[self._directory]  # NO_ROW picks the last, empty tile
+        dense = tiles[self._directory]  # NO_ROW, -1, selects the last, empty tile
         nx, ny = self.grid.shape
         joined: NDArray = dense.transpose(0, 2, 1, 3).reshape(nx, ny)
         return joined

@@ -105,13 +105,13 @@ class EncoderPair:
     without_aliases: Encoder
 
     def queries(self, words: Sequence[QueryWord]) -> list[TextQuery]:
-        """One for each word, without its floor."""
+        """One for each word, without its calibrated minimum."""
         device = MapperConfig().torch_device
         made = []
         for word in words:
             encoder = self.without_aliases if word.group == "synonyms" else self.shipped
             query = text_query(encoder.embed_text([word.text]), 0, device)
-            made.append(replace(query, floor=0.0))
+            made.append(replace(query, min_score=0.0))
         return made
 
 
