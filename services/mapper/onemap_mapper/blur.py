@@ -1,8 +1,8 @@
-"""Location uncertainty: what was seen far away may lie in a neighbouring cell.
+"""Location uncertainty: a distant observation may belong to a neighbouring cell.
 
 Eq. depthvariance: the blur of cell i grows with its distance d_i from the
-camera, sigma_i = depth_factor * d_i / cell_size cells. The kernel is sparse,
-because near the camera it is narrower than a cell.
+camera, sigma_i = depth_factor * d_i / cell_size cells. Near the camera the
+kernel is narrower than a cell, so the matrix is sparse.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from torch import Tensor
 from onemap_mapper.params import BlurParams
 from onemap_mapper.projection import sparse_matmul
 
-# Shares of a kernel below this are left out: the results move by less than a thousandth of
-# the largest value, and cells that were hardly seen do not count as observed.
+# Smaller weights are left out: the results change by less than a thousandth of the largest value,
+# and cells of negligible weight do not count as observed.
 MIN_WEIGHT = 1e-4
-CUTOFF_SIGMAS = math.sqrt(-2 * math.log(MIN_WEIGHT))  # where the Gaussian falls to that share
-MIN_SIGMA_CELLS = 0.15  # narrower kernels give their neighbours 1e-9: all weight on itself
+CUTOFF_SIGMAS = math.sqrt(-2 * math.log(MIN_WEIGHT))  # where the Gaussian falls to that weight
+MIN_SIGMA_CELLS = 0.15  # narrower: a neighbour's weight is below 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class BlurKernel:
-    """Sparse B of F-bar = B F_M, one row per cell within reach of a seen one.
+    """Sparse B of F-bar = B F_M, one row per cell within reach of an observed one.
 
-    cells (n, 2) int64 world cells; starts (n,) int64; sources (m,) int64 row of the seen cell;
+    cells (n, 2) int64 world cells; starts (n,) int64; sources (m,) int64 row of the observed cell;
     values (m,) float32 w_ij / S_i, S_i being the sum of the whole window.
     """
 
@@ -43,11 +43,11 @@ def blur_kernel(
     camera_xy_m: tuple[float, float],
     params: BlurParams,
 ) -> BlurKernel:
-    """The kernel over the seen cells (n, 2) int64 of a camera at ``camera_xy_m``."""
+    """The kernel over the observed cells (n, 2) int64 of a camera at ``camera_xy_m``."""
     cell_size_m, half_width = params.cell_size_m, params.blur_half_width_cells
     camera = torch.tensor(camera_xy_m, device=cells.device, dtype=torch.float32)
     sigma_per_m = params.depth_factor / cell_size_m  # in cells per metre
-    farthest_m = 1.5 * half_width * cell_size_m  # beyond the seen cells, corner to corner
+    farthest_m = 1.5 * half_width * cell_size_m  # beyond the observed cells, to a corner
     if len(cells):
         farthest_m += float(_distance_m(cells, camera, cell_size_m).amax())
     reach_cells = min(half_width, math.ceil(CUTOFF_SIGMAS * sigma_per_m * farthest_m))
@@ -59,9 +59,9 @@ def blur_kernel(
     whole = torch.arange(1, half_width + 1, device=cells.device)
     side = _exp(-whole.square() * precision[..., None])
     window = (1.0 + 2.0 * side.sum(dim=-1)).square()  # S_i: the kernel is separable
-    share = _exp(-steps.square().sum(dim=-1) * precision) / window
-    source, step = torch.nonzero(share >= MIN_WEIGHT, as_tuple=True)
-    return _by_target(targets[source, step], source, share[source, step])
+    weight = _exp(-steps.square().sum(dim=-1) * precision) / window
+    source, step = torch.nonzero(weight >= MIN_WEIGHT, as_tuple=True)
+    return _by_target(targets[source, step], source, weight[source, step])
 
 
 def _distance_m(cells: Tensor, camera_xy_m: Tensor, cell_size_m: float) -> Tensor:
@@ -88,7 +88,7 @@ def _by_target(targets: Tensor, sources: Tensor, values: Tensor) -> BlurKernel:
 
 
 def blurred(kernel: BlurKernel, table: Tensor) -> Tensor:
-    """B times a table (seen cells, D) or (seen cells,) float32."""
+    """B times a table (observed cells, D) or (observed cells,) float32."""
     if table.ndim == 1:
         return sparse_matmul(table[:, None], kernel.sources, kernel.values, kernel.starts)[:, 0]
     return sparse_matmul(table, kernel.sources, kernel.values, kernel.starts)

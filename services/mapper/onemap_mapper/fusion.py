@@ -1,14 +1,16 @@
 """Bayesian fusion of a cell's features, Eqs. bayes1-3 in inverse-variance form.
 
-Confidence is c = 1 / sigma^2. The printed text weights features by their variance;
-the released code, and sense, by its inverse. Order does not matter: the result is
-the confidence-weighted mean of everything seen.
+Confidence is c = 1 / sigma^2. The printed equations weight features by their variance, the
+released code and this module by its inverse: certain observations count more. The result is the
+confidence-weighted mean of all observations, in whatever order they come.
 """
 
 from __future__ import annotations
 
 import torch
 from torch import Tensor
+
+TINY = 1e-38  # smallest normal float32: an unobserved cell's gain is 0 / TINY, not NaN
 
 
 def gain(confidence: Tensor, confidence_new: Tensor) -> Tensor:
@@ -25,6 +27,3 @@ def fused(features: Tensor, features_new: Tensor, K: Tensor) -> Tensor:
 def with_process_noise(confidence: Tensor, *, rate_per_s: float, elapsed_s: float) -> Tensor:
     """Confidence after the variance grew by ``rate_per_s`` for ``elapsed_s`` (process noise)."""
     return confidence / (1.0 + rate_per_s * elapsed_s * confidence)
-
-
-TINY = 1e-38  # smallest normal float32: an unseen cell's gain is 0 / TINY, not NaN

@@ -1,10 +1,10 @@
-"""Occupancy from depth: where the robot may drive.
+"""Occupancy from depth: free, occupied and unknown cells.
 
-Each cell is a column of voxels over the heights the robot's body passes through. A point
-marks its voxel; a ray that passes through a voxel and ends behind it speaks against it. So
-a ray over a coffee table says nothing about the table, and the floor seen under a table
-does not free it. A cell is free once its floor, or the space just above the floor, was
-seen and no voxel of its column is occupied.
+Each cell is a column of voxels over the heights of the robot's body. A point is evidence for its
+voxel; a ray that passes through a voxel and ends behind it is evidence against it. So a ray over a
+coffee table does not clear the table, and the floor seen under a table does not either. A cell is
+free once its floor, or the space just above the floor, was observed and no voxel of its column is
+occupied.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ from onemap_shared.messages import Occupancy
 I8 = NDArray[np.int8]
 
 # Evidence is a log-odds in steps of about 0.4, an int8 per voxel.
-HIT = 4  # two or more points: occupied at once where nothing was known
-SINGLE_HIT = 2  # one point: a far leg or table edge, or a stray pixel, so twice before it counts
-MISS = 1  # four frames clear what was seen once, twelve what was seen often
-MAX_EVIDENCE = 12  # bounded, so that what moved away disappears
-MIN_EVIDENCE = -4  # and what comes appears
+HIT = 4  # MIN_HITS points or more: an unobserved voxel becomes occupied at once
+SINGLE_HIT = 2  # one point: a far leg or table edge, or noise, so two frames are needed
+MISS = 1  # four frames erase what was hit in one frame, twelve what was hit in many
+MAX_EVIDENCE = 12  # bounded, so that a removed obstacle disappears within twelve frames
+MIN_EVIDENCE = -4  # and a new one appears within two
 OCCUPIED_THRESHOLD = 3
 MIN_HITS = 2
 RAY_STRIDE = 4  # of the thinned image: rays 0.1 m apart at the clearing range
-RAY_STEP = 1.0  # cells between samples: crossing a mere corner seldom clears a voxel
+RAY_STEP = 1.0  # cells between samples: a ray through a voxel's corner seldom clears it
 
 
 @dataclass(frozen=True, slots=True)
 class OccupancyUpdate:
-    """What one frame says of the cells it touches.
+    """The evidence of one frame, per cell.
 
     cells (n, 2) int64 world cells; evidence (n, levels) int8 to add; clear (n,) bool: the
-    floor or the space just above it was seen.
+    floor or the space just above it was observed.
     """
 
     cells: I64
@@ -67,8 +67,8 @@ def occupancy_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpd
     high = samples[samples[:, 2] >= params.obstacle_min_height_m]
     crossed.reshape(-1)[voxel_indices(high, box, params)] = True
     clear = np.zeros(box.shape, bool)
-    for seen in (floor, samples[samples[:, 2] < params.clearing_height_m]):
-        clear[tuple(box.cells(seen[:, :2].astype(np.float64)).T)] = True
+    for observed in (floor, samples[samples[:, 2] < params.clearing_height_m]):
+        clear[tuple(box.cells(observed[:, :2].astype(np.float64)).T)] = True
     evidence = (crossed * np.int8(-MISS)).astype(np.int8)
     evidence[hits > 0] = SINGLE_HIT
     evidence[hits >= MIN_HITS] = HIT
@@ -78,22 +78,22 @@ def occupancy_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpd
 
 
 def ray_samples(camera: F32, ends: F32, *, params: OccupancyParams) -> F32:
-    """Points (n, 3) in the empty space between camera (3,) and surface points (m, 3).
+    """Points (n, 3) in the free space between camera (3,) and surface points (m, 3).
 
-    Only within the clearing range, below the robot's height and above the floor, and not in
-    the last cell before the surface, which depth noise may put on either side of a border.
+    Within the clearing range, below the robot's height and above the floor; not in the last cell
+    before the surface, because depth noise moves the surface across cell borders.
     """
     step = RAY_STEP * params.cell_size_m
     rays = ends - camera
     length = np.linalg.norm(rays, axis=1)
-    ways = np.arange(step, params.clearing_range_m, step, dtype=np.float32)
+    distances = np.arange(step, params.clearing_range_m, step, dtype=np.float32)
     rays = rays / np.maximum(length, 1e-6)[:, None]
-    z = camera[2] + rays[:, 2, None] * ways
-    inside = ways <= (length - params.cell_size_m)[:, None]
+    z = camera[2] + rays[:, 2, None] * distances
+    inside = distances <= (length - params.cell_size_m)[:, None]
     inside &= (z < params.obstacle_max_height_m) & (z > -params.floor_tolerance_m)
     samples = np.empty((np.count_nonzero(inside), 3), np.float32)
     for k in range(2):
-        samples[:, k] = (camera[k] + rays[:, k, None] * ways)[inside]
+        samples[:, k] = (camera[k] + rays[:, k, None] * distances)[inside]
     samples[:, 2] = z[inside]
     return samples
 
@@ -108,7 +108,7 @@ def voxel_indices(points: F32, box: GridSpec, params: OccupancyParams) -> I64:
 
 
 def _box(clouds: tuple[F32, ...], cell_size_m: float) -> GridSpec:
-    # Column by column: a reduction along axis 0 of (n, 3) is twenty times slower.
+    # Per coordinate: a reduction along axis 0 of (n, 3) is twenty times slower.
     columns = [[cloud[:, k] for cloud in clouds if len(cloud)] for k in range(2)]
     low_x, low_y = (min(float(c.min()) for c in column) for column in columns)
     high_x, high_y = (max(float(c.max()) for c in column) for column in columns)
@@ -117,10 +117,8 @@ def _box(clouds: tuple[F32, ...], cell_size_m: float) -> GridSpec:
 
 def accumulated_evidence(evidence: I8, added: I8) -> I8:
     """The bounded sum of evidence (n, levels)."""
-    total: I8 = np.clip(evidence.astype(np.int16) + added, MIN_EVIDENCE, MAX_EVIDENCE).astype(
-        np.int8
-    )
-    return total
+    total = np.clip(evidence.astype(np.int16) + added, MIN_EVIDENCE, MAX_EVIDENCE)
+    return total.astype(np.int8)
 
 
 def occupancy_states(evidence: I8, clear: Bool) -> U8:

@@ -1,8 +1,8 @@
-"""From pixels to cells without ever building the upsampled feature image.
+"""Features and confidences of pixels, projected to cells without the upsampled feature image.
 
-Interpolating patch features to pixels, weighting the pixels and summing them
-per cell are all linear in the patch features. So the scalar weights alone are
-scattered into a sparse cells x patches matrix W, and F_M = W F is one product.
+Interpolating patch features to pixels, weighting the pixels and summing them per cell are all
+linear in the patch features. So only scalar weights are scattered, into a sparse cells x patches
+matrix W, and F_M = W F is one product.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from onemap_shared.grid import GridSpec, world_cells
 
 @dataclass(frozen=True, slots=True)
 class CellWeights:
-    """The matrix W of one frame in compressed rows, one row per cell that was seen.
+    """The matrix W of one frame in compressed rows, one row per observed cell.
 
     cells (n, 2) int64 world cells; confidence (n,) float32 c_M, the mean inverse variance;
     starts (n,) int64 first entry of each row; patches (m,) int64 column (row-major patch);
@@ -45,20 +45,21 @@ def project(
     params: ProjectionParams,
     device: torch.device,
 ) -> CellWeights:
-    """The cells a frame saw and how its patches mix in them.
+    """The cells that a frame observes, and the weights of its patches in them.
 
     variance (H, W) float32 > 0, infinity = do not use. Cells and confidences are computed on the
-    CPU, where occupancy and diagnostics read the same points; one index and one weight per pixel
-    go to ``device``, as many bytes as depth and variance would be.
+    CPU, where occupancy and diagnostics read the same points; ``device`` gets 8 bytes per pixel,
+    an index and a weight, as many as depth and variance have.
     """
     usable = (
         (cloud.depth_m > 0) & (cloud.depth_m <= params.max_feature_range_m) & (variance < np.inf)
     )
     box, flat = _flat_cells(cloud, usable, params)
-    unseen = math.prod(box.shape)
-    inverse = np.divide(1.0, variance, out=np.zeros_like(variance), where=flat < unseen)
+    unused = math.prod(box.shape)
+    inverse = np.divide(1.0, variance, out=np.zeros_like(variance), where=flat < unused)
     confidence = torch.from_numpy(inverse).to(device)
-    found, row = _unique_inverse(torch.from_numpy(flat).flatten().to(device), unseen)
+    flat_cells = torch.from_numpy(flat.astype(np.int32)).to(device).flatten().long()
+    found, row = _unique_inverse(flat_cells, unused)
     (low_x, low_y), depth = box.origin_cell, box.shape[1]
     cells = torch.stack([found // depth + low_x, found % depth + low_y], dim=1)
     count = len(cells)
@@ -103,17 +104,17 @@ def _flat_cells(cloud: PointCloud, usable: Bool, params: ProjectionParams) -> tu
 
 
 def _unique_inverse(values: Tensor, limit: int) -> tuple[Tensor, Tensor]:
-    """The distinct values (k,) below ``limit``, ascending, and each value's place in them.
+    """The distinct values (k,) below ``limit``, ascending, and each value's index in them.
 
-    The value ``limit`` stands for "none" and gets place k. ``torch.unique`` would sort.
+    The value ``limit`` stands for "none" and gets index k. ``torch.unique`` would sort.
     """
     present = torch.zeros(limit + 1, dtype=torch.bool, device=values.device)
     present[values] = True
     found = torch.nonzero(present[:limit]).squeeze(1)
-    place_of = torch.empty(limit + 1, dtype=torch.int64, device=values.device)
-    place_of[limit] = len(found)
-    place_of[found] = torch.arange(len(found), device=values.device)
-    return found, place_of[values]
+    index_of = torch.empty(limit + 1, dtype=torch.int64, device=values.device)
+    index_of[limit] = len(found)
+    index_of[found] = torch.arange(len(found), device=values.device)
+    return found, index_of[values]
 
 
 def _scatter(
@@ -121,20 +122,20 @@ def _scatter(
 ) -> tuple[Tensor, Tensor, Tensor]:
     """Starts, patches and values of W before normalisation.
 
-    All pixels between the same four patch centres share those four patches, so per (cell,
+    All pixels between the same four patch centres interpolate those four patches, so per (cell,
     upper left patch) four sums suffice: of s, s a, s b and s a b, with a and b the pixel's
-    fractions down and right. They are unfolded into four entries afterwards.
+    fractions down and right. Each quadruple of sums becomes four entries afterwards.
     """
     (h, w), (height, width) = patch_shape, confidence.shape
     top, a = _interpolation(height, h, confidence.device)
     left, b = _interpolation(width, w, confidence.device)
     down, right = w * (h > 1), int(w > 1)
     key = row * (h * w) + (top[:, None] * w + left).flatten()
-    used, place = _unique_inverse(key.clamp_(max=count * h * w), count * h * w)
+    used, index = _unique_inverse(key.clamp_(max=count * h * w), count * h * w)
     s_a, s_b = confidence * a[:, None], confidence * b
     sums = confidence.new_zeros((4, len(used) + 1))
     for k, weight in enumerate((confidence, s_a, s_b, s_a * b)):
-        sums[k].scatter_add_(0, place, weight.flatten())
+        sums[k].scatter_add_(0, index, weight.flatten())
     s, s_a, s_b, s_ab = sums[:, :-1]
     values = torch.stack([s - s_a - s_b + s_ab, s_b - s_ab, s_a - s_ab, s_ab], dim=1)
     patch = used % (h * w)

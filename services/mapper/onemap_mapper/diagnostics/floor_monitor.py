@@ -1,14 +1,15 @@
-"""Whether the floor lies at z = 0, judged over several viewpoints.
+"""Whether the floor lies at z = 0, assessed over several viewpoints.
 
-The lowest level surface in one image may be a bed or a table. Only what several viewpoints agree
-on tells of the camera's mounting; a floor near z = 0 in any of them shows that it is right.
+The lowest level surface in one image may be a bed or a table. Only a surface on which several
+viewpoints agree shows that T_map_camera is wrong; a floor near z = 0 in any of them shows that it
+is right.
 """
 
 from __future__ import annotations
 
 import statistics
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from itertools import combinations
 from math import atan2, degrees, hypot, radians
@@ -16,50 +17,50 @@ from math import atan2, degrees, hypot, radians
 from onemap_mapper.diagnostics.level_surface import LevelSurface
 from onemap_shared.geometry import F64, wrap_angle
 
-# The threshold for the floor's height: here obstacles begin by default, so the floor becomes one.
+# Obstacles begin at this height by default: a floor that appears higher becomes an obstacle.
 HEIGHT_LIMIT_M = 0.10
-# A real camera, mounted right, shows a metre of floor tilted by up to 3.7 degrees (its depth is
-# warped); an error of 5 moves the floor by HEIGHT_LIMIT_M at little over a metre.
+# Depth of a correctly mounted camera is warped: a metre of floor appears tilted by up to 3.7
+# degrees. An error of 5 degrees moves the floor by HEIGHT_LIMIT_M at little over a metre.
 TILT_LIMIT_RAD = radians(4.0)
-HEIGHT_RANGE_M = (-1.5, 0.6)  # a mounting wrong by more is no slip of a tape measure; table tops
-HEIGHT_TOLERANCE_M = 0.06  # between heights that are one floor: the noise of a pose and of a tile
+HEIGHT_RANGE_M = (-1.5, 0.6)  # higher are table tops; lower no error of a mounting
+HEIGHT_TOLERANCE_M = 0.06  # between readings of one floor: noise of pose and depth
 TILT_TOLERANCE_RAD = radians(2.0)  # between tilts of one floor
-SAME_PLACE_M = 0.5  # a viewpoint is another one when the camera moved this far
-SAME_HEADING_RAD = radians(30.0)  # or turned this far
-MIN_AGREEING = 4  # viewpoints that agree before there is an alarm
-MIN_SPREAD_M = 2.0  # and the largest distance between two of them: longer than most furniture
-MIN_SPREAD_RAD = radians(90.0)  # or turn: the robot has looked somewhere else
-READING_LIFETIME_S = 60.0  # older readings are dropped: the pose may have been corrected since
+SAME_PLACE_M = 0.5  # a camera that moved this far is at another viewpoint
+SAME_HEADING_RAD = radians(30.0)  # and one that turned this far
+MIN_AGREEING = 4  # viewpoints, before the floor is reported as inconsistent
+MIN_SPREAD_M = 2.0  # distance of the two farthest: longer than most furniture
+MIN_SPREAD_RAD = radians(90.0)  # or largest turn between two: another part of the room
+READING_LIFETIME_S = 60.0  # older readings are dropped: the pose may have been corrected
 
 
 @dataclass(frozen=True, slots=True)
 class CameraPose2D:
-    """Where the camera was, metres in the map frame, and its heading in radians."""
+    """Position of a camera in the map frame, and its heading."""
 
     x_m: float
     y_m: float
     heading_rad: float
 
     def offset_to(self, other: CameraPose2D) -> tuple[float, float]:
-        """Metres and radians between the two."""
+        """Distance in metres and turn in radians between the two."""
         turn = abs(wrap_angle(self.heading_rad - other.heading_rad))
         return hypot(self.x_m - other.x_m, self.y_m - other.y_m), turn
 
     def is_near(self, other: CameraPose2D) -> bool:
-        """Whether both see the same part of the room."""
+        """Whether both are one viewpoint: they see the same part of the room."""
         moved_m, turned_rad = self.offset_to(other)
         return moved_m < SAME_PLACE_M and turned_rad < SAME_HEADING_RAD
 
 
 def camera_pose_2d(T_map_camera: F64) -> CameraPose2D:
-    """Where a camera is and looks; its x axis tells the heading however far it is tilted down."""
+    """The pose seen from above; heading from the camera's x axis, which no pitch changes."""
     x_m, y_m = (float(value) for value in T_map_camera[:2, 3])
     return CameraPose2D(x_m, y_m, atan2(float(T_map_camera[0, 0]), -float(T_map_camera[1, 0])))
 
 
 @dataclass(frozen=True, slots=True)
 class SurfaceReading:
-    """The newest level surface seen from a viewpoint, and when: monotonic seconds."""
+    """The newest level surface seen from a viewpoint, at monotonic seconds ``at_s``."""
 
     viewpoint: CameraPose2D
     surface: LevelSurface
@@ -67,18 +68,18 @@ class SurfaceReading:
 
     @property
     def is_floor(self) -> bool:
-        """Whether the surface lies where the floor should."""
+        """Whether the surface lies where the floor is expected."""
         return (
             abs(self.surface.height_m) <= HEIGHT_LIMIT_M and self.surface.tilt_rad <= TILT_LIMIT_RAD
         )
 
 
 class FloorState(Enum):
-    """What is known of the floor."""
+    """Whether the floor agrees with T_map_camera."""
 
     UNKNOWN = "unknown"
-    CONSISTENT = "right"
-    INCONSISTENT = "wrong"
+    CONSISTENT = "consistent"
+    INCONSISTENT = "inconsistent"
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +96,7 @@ class FloorAssessment:
 
     @property
     def problem(self) -> str:
-        """What is wrong in one sentence; empty if nothing is, or if nobody can tell."""
+        """What is wrong in one sentence; empty if nothing is, or if it is unknown."""
         if self.state is not FloorState.INCONSISTENT:
             return ""
         return (
@@ -107,31 +108,35 @@ class FloorAssessment:
 
 @dataclass(frozen=True, slots=True)
 class FloorMonitor:
-    """The recent readings, one for each viewpoint; a value, replaced with every frame."""
+    """The recent readings, one per viewpoint. Immutable."""
 
     readings: tuple[SurfaceReading, ...] = ()
 
     def with_surface(
         self, surface: LevelSurface, viewpoint: CameraPose2D, now_s: float
     ) -> FloorMonitor:
-        """The monitor after a frame. A viewpoint keeps its first place, so that a robot that
-        turns slowly comes to a new one every 30 degrees."""
+        """The monitor after a frame.
+
+        A viewpoint keeps its first pose, so that a robot that turns slowly reaches a new one every
+        30 degrees.
+        """
         recent = self._recent(now_s)
-        known = next((r for r in recent if r.viewpoint.is_near(viewpoint)), None)
-        others = tuple(r for r in recent if r is not known)
-        place = known.viewpoint if known else viewpoint
-        return replace(self, readings=(*others, SurfaceReading(place, surface, now_s)))
+        former = next((r for r in recent if r.viewpoint.is_near(viewpoint)), None)
+        others = tuple(r for r in recent if r is not former)
+        if former is not None:
+            viewpoint = former.viewpoint
+        return FloorMonitor((*others, SurfaceReading(viewpoint, surface, now_s)))
 
     def assessment(self, now_s: float) -> FloorAssessment:
-        """Right if any recent viewpoint shows the floor at z = 0, wrong if enough agree on another
-        plane, unknown otherwise."""
+        """Consistent if any recent viewpoint shows the floor at z = 0, inconsistent if enough agree
+        on another plane, unknown otherwise."""
         recent = self._recent(now_s)
         floors = [reading for reading in recent if reading.is_floor]
         if floors:
             return _assessment_of(FloorState.CONSISTENT, floors, len(recent))
         low, high = HEIGHT_RANGE_M
-        wrong = [r for r in recent if low <= r.surface.height_m <= high]
-        agreed = max((_agreeing(wrong, seed) for seed in wrong), key=len, default=[])
+        plausible = [r for r in recent if low <= r.surface.height_m <= high]
+        agreed = max((_agreeing(plausible, seed) for seed in plausible), key=len, default=[])
         if len(agreed) >= MIN_AGREEING and _spread(agreed):
             return _assessment_of(FloorState.INCONSISTENT, agreed, len(recent))
         return FloorAssessment(FloorState.UNKNOWN, len(recent))
@@ -143,7 +148,8 @@ class FloorMonitor:
 def _agreeing(readings: Sequence[SurfaceReading], seed: SurfaceReading) -> list[SurfaceReading]:
     """The readings that may be of the same plane as ``seed``.
 
-    A tilt is compared by itself: with a pitch error the height depends on the distance.
+    Tilted surfaces are compared by tilt alone: with a pitch error the height depends on the
+    distance.
     """
     tilted = seed.surface.tilt_rad > TILT_LIMIT_RAD
     return [
@@ -159,7 +165,7 @@ def _agreeing(readings: Sequence[SurfaceReading], seed: SurfaceReading) -> list[
 
 
 def _spread(readings: Sequence[SurfaceReading]) -> bool:
-    """Whether two of the viewpoints are so far apart that no one thing fills both views."""
+    """Whether two of the viewpoints are so far apart that no single object fills both views."""
     gaps = [a.viewpoint.offset_to(b.viewpoint) for a, b in combinations(readings, 2)]
     return any(m >= MIN_SPREAD_M or rad >= MIN_SPREAD_RAD for m, rad in gaps)
 

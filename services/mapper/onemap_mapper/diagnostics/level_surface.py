@@ -1,4 +1,4 @@
-"""The lowest level surface in one depth image: the floor, if the camera sees it.
+"""The lowest level surface in one depth image: the floor, where it is in view.
 
 The image is divided into tiles and a plane is fitted to each, in inverse depth: a plane is
 n . (P - camera) = 1, so 1/depth = n . d is linear in the pixel's direction d, which is
@@ -16,16 +16,16 @@ import numpy as np
 from onemap_mapper.point_cloud import PointCloud
 from onemap_shared.geometry import F64, I64, Bool
 
-RANGE_M = (0.3, 4.0)  # nearer is the robot itself; farther, a tile on the floor spans a metre
+RANGE_M = (0.3, 4.0)  # nearer is the robot itself; farther, a tile of floor is a metre long
 IMAGE_ROWS = 120  # larger images are thinned to this height: 8 x 8 pixels a tile are enough
 TILE_ROWS = 15  # tiles in a column of the image
 TILE_MIN_PX = 8
-TILE_MIN_VALID = 0.75  # of its pixels; an edge between two surfaces leaves a bad fit anyway
+TILE_MIN_VALID = 0.75  # of its pixels
 MAX_RESIDUAL_PER_M = 0.03  # rms of 1/depth in 1/m: 3 cm of noise at 1 m, 12 cm at 2 m
-MAX_TILT_RAD = float(np.deg2rad(12.0))  # a mounting wrong by 5 degrees, and the noise of one tile
-MAX_STEP_M = 0.03  # between neighbouring tiles of one surface; half a stair's edge
-RIDGE = 1e-12  # keeps the fit solvable where a focal length is so long that all rays are one
-MIN_SHARE = 0.02  # of the image's tiles: less is a shelf or a box, and its tilt is not sure
+MAX_TILT_RAD = float(np.deg2rad(12.0))  # an error of 5 degrees, and the noise of one tile
+MAX_STEP_M = 0.03  # between neighbouring tiles of one surface
+RIDGE = 1e-12  # keeps the fit solvable where a very long focal length makes all rays equal
+MIN_SHARE = 0.02  # of the image's tiles; less is a shelf or a box, whose tilt is uncertain
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +121,7 @@ def _connected(centres: F64, up: F64, level: Bool) -> list[Bool]:
 
 
 def _continues(centre: F64, neighbour: F64, up: F64) -> Bool:
-    """Whether the neighbour lies in the plane through the tile with the normal of both."""
+    """Whether the neighbour lies in the plane through the tile with the mean normal of both."""
     apart = (_unit(up) * (neighbour - centre)).sum(axis=-1)
     linked: Bool = np.abs(np.nan_to_num(apart, nan=np.inf)) < MAX_STEP_M
     return linked
