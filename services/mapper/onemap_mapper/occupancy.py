@@ -21,6 +21,7 @@ from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
 
 I8 = NDArray[np.int8]
+I16 = NDArray[np.int16]
 
 # Evidence is a log-odds in steps of about 0.4, an int8 per voxel.
 HIT = 4  # MIN_HITS points or more: an unobserved voxel becomes occupied at once
@@ -117,7 +118,7 @@ def _box(clouds: tuple[F32, ...], cell_size_m: float) -> GridSpec:
 
 def accumulated_evidence(evidence: I8, added: I8) -> I8:
     """The bounded sum of evidence (n, levels)."""
-    total = np.clip(evidence.astype(np.int16) + added, MIN_EVIDENCE, MAX_EVIDENCE)
+    total: I16 = np.clip(evidence.astype(np.int16) + added, MIN_EVIDENCE, MAX_EVIDENCE)
     return total.astype(np.int8)
 
 

@@ -1,0 +1,103 @@
+"""Snapshots: what is taken out of a map makes the same map again, and no other fits."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.frame_update import compute_update
+from onemap_mapper.snapshot import EncoderMismatch, MapFileError, MapSnapshot, restore, take
+from tests.mapper import scenes
+
+PARAMS = scenes.params()
+
+
+@pytest.fixture(scope="module")
+def belief() -> BeliefMap:
+    made = BeliefMap(PARAMS)
+    for k in range(3):
+        made.fuse(compute_update(scenes.field(k, scenes.pose(-0.5, 0.2, 2.0 * k)), PARAMS))
+    made.reset_searched()
+    made.fuse(compute_update(scenes.field(3, scenes.pose()), PARAMS))
+    return made
+
+
+def restored(snapshot: MapSnapshot, encoder_id: str = "encoder-a", **changes: object) -> BeliefMap:
+    params = scenes.params(**changes)
+    return restore(snapshot, params, encoder_id=encoder_id, first_revision=9)
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float16"])
+def test_a_restored_map_is_the_same_map(belief: BeliefMap, dtype: str) -> None:
+    if dtype == "float16":
+        belief = restored(take(belief), feature_dtype=dtype)
+    again = restored(take(belief), feature_dtype=dtype)
+    assert (again.encoder_id, again.text_space, again.dimension) == ("encoder-a", "space-a", 16)
+    assert (again.frames_fused, again.sequence, again.stamp_ns) == (4, 3, belief.stamp_ns)
+    assert again.revision == 9
+    slots = again.slots_of(belief.store.cells)
+    everything = np.arange(belief.store.count)
+    pairs = (
+        (again.store.features(slots), belief.store.features(everything)),
+        (again.store.confidence[slots], belief.store.confidence),
+        (again.store.searched_confidence[slots], belief.store.searched_confidence),
+    )
+    for have, want in pairs:
+        torch.testing.assert_close(have, want, atol=0, rtol=0)
+    np.testing.assert_array_equal(again.layers(), belief.layers())
+    np.testing.assert_array_equal(again.occupancy_grid(), belief.occupancy_grid())
+
+
+def test_a_restored_map_goes_on_growing(belief: BeliefMap) -> None:
+    again = restored(take(belief))
+    again.fuse(compute_update(scenes.field(4, scenes.pose(1.0, 1.0, 3.0)), PARAMS))
+    assert again.frames_fused == 5
+
+
+def test_an_empty_map_is_restored_empty() -> None:
+    again = restored(take(BeliefMap(PARAMS)))
+    assert (again.encoder_id, again.store.count, again.grid.shape) == ("", 0, (0, 0))
+
+
+def test_a_snapshot_is_detached_from_the_map() -> None:
+    made = BeliefMap(PARAMS)
+    made.fuse(compute_update(scenes.field(0, scenes.pose()), PARAMS))
+    taken = take(made)
+    before = taken.features.copy(), taken.confidence.copy(), taken.evidence.copy()
+    made.fuse(compute_update(scenes.field(1, scenes.pose()), PARAMS))
+    for old, now in zip(before, (taken.features, taken.confidence, taken.evidence), strict=True):
+        np.testing.assert_array_equal(old, now)
+
+
+def test_while_no_encoder_is_known_any_map_is_taken(belief: BeliefMap) -> None:
+    assert restored(take(belief), encoder_id="").encoder_id == "encoder-a"
+
+
+def test_another_encoder_is_refused(belief: BeliefMap) -> None:
+    with pytest.raises(EncoderMismatch, match=r"made with encoder encoder-a, but encoder-b"):
+        restored(take(belief), encoder_id="encoder-b")
+
+
+@pytest.mark.parametrize("changes", [{"cell_size_m": 0.2}, {"obstacle_max_height_m": 1.5}])
+def test_another_grid_is_refused(belief: BeliefMap, changes: dict[str, Any]) -> None:
+    with pytest.raises(MapFileError, match=r"cell size"):
+        restored(take(belief), **changes)
+
+
+def test_a_map_beyond_the_extent_is_refused(belief: BeliefMap) -> None:
+    taken = take(belief)
+    far = dataclasses.replace(taken, cells=taken.cells + np.int32(10_000))
+    with pytest.raises(MapFileError, match=r"larger than max_extent_m"):
+        restored(far, max_extent_m=10)
+
+
+def test_columns_of_another_height_are_refused(belief: BeliefMap) -> None:
+    taken = take(belief)
+    low = dataclasses.replace(taken, evidence=taken.evidence[:, :3])
+    with pytest.raises(MapFileError, match="3 levels"):
+        restored(low)
