@@ -1,37 +1,17 @@
-"""The mapper's configuration: reasons for every default, and nonsense refused."""
+"""The mapper's section: flat, one key per parameter, former keys explained."""
 
 from __future__ import annotations
 
 import pytest
-import torch
-from pydantic import ValidationError
 
 from onemap_mapper.config import MapperConfig
+from onemap_mapper.params import MapParams, RegionParams
 from onemap_shared.config import ConfigError, section
 
 
-def test_the_default_threshold_means_a_few_good_frames() -> None:
-    explored = 1 / MapperConfig().explored_variance
-    at_two_metres = 0.86  # the released model's confidence of a flat surface
-    assert 2 <= explored / at_two_metres <= 4
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"cell_size_m": 0},
-        {"device": "gpu"},
-        {"feature_dtype": "float64"},
-        {"obstacle_min_height_m": 1.3},
-        {"floor_tolerance_m": 0.2},
-        {"process_noise_per_s": -1},
-        {"explored_variance": float("nan")},
-        {"cellsize": 0.1},
-    ],
-)
-def test_nonsense_is_refused(wrong: dict[str, object]) -> None:
-    with pytest.raises(ValidationError):
-        MapperConfig.model_validate(wrong)
+def test_the_section_is_the_parameters_and_two_keys_of_the_service() -> None:
+    parameters = {**MapParams.model_fields, **RegionParams.model_fields}
+    assert set(MapperConfig.model_fields) == {*parameters, "threads", "map_folder"}
 
 
 @pytest.mark.parametrize(
@@ -43,7 +23,6 @@ def test_a_former_key_is_refused_with_its_new_name(former: str, now: str) -> Non
         section({"mapper": {former: 0.1}}, "mapper", MapperConfig)
 
 
-def test_device_and_dtype_are_those_of_torch() -> None:
-    config = MapperConfig(device="cuda:1", feature_dtype="float16")
-    assert config.torch_device == torch.device("cuda:1")
-    assert config.torch_dtype == torch.float16
+def test_a_wrong_key_is_refused_with_the_nearest_name() -> None:
+    with pytest.raises(ConfigError, match="did you mean 'cell_size_m'"):
+        section({"mapper": {"cellsize_m": 0.1}}, "mapper", MapperConfig)
