@@ -1,0 +1,101 @@
+"""Replies made from a small map in which half of the image shows a sofa."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.frame_update import compute_update
+from onemap_mapper.params import RegionParams
+from onemap_mapper.replies import revision_of, search_view, similarity_reply, summary_of
+from onemap_mapper.similarity import ScoreCache, TextQuery
+from onemap_shared.messages import Layer, SimilarityReply, SimilarityRequest
+from tests.mapper import scenes
+
+SOFA, WALL, CUP = np.eye(16, dtype=np.float32)[:3]
+
+
+def query(text: str, direction: np.ndarray, *, min_score: float = 0.0) -> TextQuery:
+    """A calibrated query that competes with walls."""
+    concepts = torch.from_numpy(np.stack([direction, WALL]))
+    return TextQuery(text, concepts, 30.0, min_score, ("armchair",))
+
+
+@pytest.fixture(scope="module")
+def belief() -> BeliefMap:
+    features = np.tile(WALL, (6, 8, 1))
+    features[2:4, 3:5] = SOFA
+    made = BeliefMap(scenes.params())
+    for sequence in range(3):
+        field = scenes.field(sequence, scenes.pose(), features=features)
+        made.fuse(compute_update(field, made.params))
+    return made
+
+
+def replied(belief: BeliefMap, question: TextQuery, **request: object) -> SimilarityReply:
+    return similarity_reply(
+        belief,
+        ScoreCache(),
+        query=question,
+        request=replace(SimilarityRequest(question.text), **request),  # type: ignore[arg-type]
+        params=RegionParams(),
+    )
+
+
+def test_regions_are_ranked_and_name_their_map(belief: BeliefMap) -> None:
+    reply = replied(belief, query("sofa", SOFA))
+    assert reply.best_score == pytest.approx(float(reply.scores[0]))
+    assert reply.best_score > 0.9
+    assert (np.diff(reply.scores) <= 0).all()
+    assert (reply.revision, reply.stamp_ns) == (belief.revision, belief.stamp_ns)
+    assert (reply.encoder_id, reply.nearest) == ("encoder-a", ("armchair",))
+    assert reply.scores_grid.shape == (0, 0)
+
+
+def test_regions_below_the_calibrated_score_are_left_out(belief: BeliefMap) -> None:
+    reply = replied(belief, query("cup", CUP, min_score=0.6), include_grid=True)
+    assert len(reply.scores) == len(reply.centres_m) == len(reply.extents_m) == 0
+    assert reply.floor == 0.6
+    assert 0 < reply.best_score < 0.6
+    assert np.nanmax(reply.scores_grid) == pytest.approx(reply.best_score, abs=0.05)
+
+
+def test_no_more_regions_than_requested(belief: BeliefMap) -> None:
+    assert len(replied(belief, query("wall", WALL), max_regions=1).scores) == 1
+
+
+def test_a_view_without_a_text_has_only_layers(belief: BeliefMap) -> None:
+    view = search_view(belief, ScoreCache(), text="", query=None)
+    assert view.similarity.shape == view.rival.shape == (0, 0)
+    assert view.layers.shape == view.occupancy.shape == view.grid.shape
+    assert (view.layers & Layer.OBSERVED).any()
+
+
+def test_a_view_of_a_text_holds_the_best_rival_of_each_cell(belief: BeliefMap) -> None:
+    cache = ScoreCache()
+    sofa, wall = query("sofa", SOFA), query("wall", WALL)
+    view = search_view(belief, cache, text="cup", query=query("cup", CUP), rivals=[sofa, wall])
+    each = [search_view(belief, cache, text=q.text, query=q).similarity for q in (sofa, wall)]
+    np.testing.assert_array_equal(view.rival, np.maximum(*each))
+    assert np.nanmax(view.similarity) < 0.9 < np.nanmax(view.rival)
+
+
+def test_a_text_asked_of_a_map_without_features_is_nowhere() -> None:
+    blind = BeliefMap(scenes.params())
+    blind.fuse(compute_update(scenes.field(0, scenes.pose(), boxes=()), blind.params))
+    view = search_view(blind, ScoreCache(), text="sofa", query=None)
+    assert view.similarity.shape == view.grid.shape
+    assert np.isnan(view.similarity).all()
+
+
+def test_revision_and_summary_describe_the_map(belief: BeliefMap) -> None:
+    revision = revision_of(belief, update_ms=7.0, rate_hz=5.0)
+    assert (revision.frames_fused, revision.sequence) == (3, 2)
+    assert (revision.update_ms, revision.rate_hz) == (7.0, 5.0)
+    summary = summary_of(belief)
+    assert summary.cells_observed == revision.cells_observed == belief.store.count > 0
+    assert (summary.cell_size_m, summary.path) == (0.1, "")
