@@ -52,8 +52,7 @@ def depth_of(
 ) -> F32:
     """z-depth (H, W) float32 of boxes, 0 where a ray hits none."""
     height, width = size
-    x = (np.arange(width) + 0.5 - intrinsics.cx) / intrinsics.fx
-    y = (np.arange(height) + 0.5 - intrinsics.cy) / intrinsics.fy
+    x, y = intrinsics.x_at(np.arange(width)), intrinsics.y_at(np.arange(height))
     rays = np.stack(np.broadcast_arrays(x[None, :], y[:, None], 1.0), axis=-1)
     rays = rays @ T_map_camera[:3, :3].T
     nearest = np.full((height, width), np.inf)

@@ -13,7 +13,7 @@ Cells = dict[tuple[int, int], tuple[F64, float]]  # cell -> feature (D,), confid
 
 
 def upsampled(features: F32, height: int, width: int) -> F64:
-    """Features (h, w, D) bilinearly at every pixel, (H, W, D): what is never built in earnest."""
+    """Features (h, w, D) bilinearly at every pixel: the (H, W, D) image that the mapper avoids."""
     h, w, channels = features.shape
     image = np.zeros((height, width, channels))
     for v in range(height):
@@ -48,9 +48,8 @@ def projected(
     for (v, u), depth in np.ndenumerate(depth_m.astype(np.float64)):
         if depth == 0 or not np.isfinite(variance[v, u]):
             continue
-        x = (u + 0.5 - intrinsics.cx) / intrinsics.fx * depth
-        y = (v + 0.5 - intrinsics.cy) / intrinsics.fy * depth
-        point = transform(T_map_camera, np.array([x, y, depth]))
+        ray = np.array([intrinsics.x_at(float(u)), intrinsics.y_at(float(v)), 1.0])
+        point = transform(T_map_camera, depth * ray)
         s = 1 / float(variance[v, u])
         pixels.setdefault(cell_of(point, cell_size_m), []).append((image[v, u], s))
     cells: Cells = {}
@@ -69,7 +68,7 @@ def blurred(
     depth_factor: float,
     half_width: int,
 ) -> Cells:
-    """F-bar_i and c-bar_i over the whole window, unseen cells counting as zero."""
+    """F-bar_i and c-bar_i over the whole window; unobserved cells count as zero."""
     window = range(-half_width, half_width + 1)
     result: Cells = {}
     for x, y in {(x + i, y + j) for x, y in cells for i in window for j in window}:
