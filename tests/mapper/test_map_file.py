@@ -1,4 +1,4 @@
-"""Maps on disk: what goes in comes out, and nothing else is taken."""
+"""Map files: written and read without loss; everything else is refused."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_bad_names_are_refused(name: str) -> None:
         map_path(Path("/maps"), name)
 
 
-def test_a_missing_file_is_named(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported_by_name(tmp_path: Path) -> None:
     with pytest.raises(MapFileError, match=r"no map gone\.npz"):
         read(tmp_path / "gone.npz")
 

@@ -136,7 +136,7 @@ def test_a_tilted_camera_sees_the_same_room() -> None:
     assert state_at(belief, (1.05, 0.0), (0.5, 0.0)) == [Occupancy.OCCUPIED, Occupancy.FREE]
 
 
-def test_no_depth_says_nothing() -> None:
+def test_no_depth_gives_no_evidence() -> None:
     dark = np.zeros(SIZE, np.float32)
     cloud = PointCloud.of(dark, intrinsics=CAMERA, T_map_camera=scenes.pose())
     frame = occupancy_update(cloud, PARAMS)

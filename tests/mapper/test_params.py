@@ -1,4 +1,4 @@
-"""Parameters: what the defaults mean, and combinations that cannot be."""
+"""Parameters: what the defaults mean, and impossible values."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def test_the_floor_lies_at_zero_wherever_it_is_seen() -> None:
     assert monitor.assessment(len(frames)).state is FloorState.CONSISTENT
 
 
-# Pixels of the first frame, chosen by looking at its picture.
+# Pixels of the first frame, chosen in its image.
 @pytest.mark.parametrize(
     ("thing", "column", "row", "state"),
     [

@@ -143,7 +143,7 @@ def test_the_sofa_is_where_it_was_seen(rig: Rig) -> None:
     assert rig.asked == ["sofa"]  # embedded once
 
 
-def test_below_the_encoder_s_floor_nothing_looks_like_it(rig: Rig) -> None:
+def test_below_the_calibrated_minimum_no_region_is_returned(rig: Rig) -> None:
     rig.floor, rig.nearest = 0.3, (("armchair",),)
     rig.feed(sofa_ahead(0), scenes.field(1, scenes.pose(), features=np.tile(NEUTRAL[0], (6, 8, 1))))
     there = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
@@ -159,7 +159,7 @@ def test_below_the_encoder_s_floor_nothing_looks_like_it(rig: Rig) -> None:
     assert np.nanmax(absent.scores_grid) == pytest.approx(absent.best_score, rel=0.1)
 
 
-def test_without_a_measured_floor_every_region_is_told(rig: Rig) -> None:
+def test_without_a_calibrated_minimum_every_region_is_returned(rig: Rig) -> None:
     rig.feed(scenes.field(0, scenes.pose(), features=np.tile(NEUTRAL[0], (6, 8, 1))))
     reply = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
     assert len(reply.scores) > 0
@@ -198,13 +198,15 @@ def test_a_view_holds_the_best_score_of_the_names_that_compete(rig: Rig) -> None
     assert (beside.rival[known] >= alone.rival[known]).all()
     best = np.unravel_index(np.nanargmax(alone.rival), alone.rival.shape)
     assert alone.rival[best] > 0.9 > alone.similarity[best]
-    np.testing.assert_array_equal(view("sofa", "flub").rival, alone.rival)  # nobody knows a flub
+    np.testing.assert_array_equal(
+        view("sofa", "flub").rival, alone.rival
+    )  # not a word of the encoder
     assert view("flub").rival.shape == view().rival.shape == (0, 0)
     with pytest.raises(ValueError, match="31 rivals; at most 30"):
         SearchViewRequest("desk", ("sofa",) * 31)
 
 
-def test_an_empty_map_says_so(rig: Rig) -> None:
+def test_an_empty_map_rejects_queries(rig: Rig) -> None:
     error = refusal(lambda: rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")))
     assert error.code == "empty_map"
     view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
@@ -213,7 +215,7 @@ def test_an_empty_map_says_so(rig: Rig) -> None:
     assert rig.asked == []
 
 
-def test_depth_all_zero_counts_and_is_named(rig: Rig) -> None:
+def test_depth_all_zero_is_fused_and_reported(rig: Rig) -> None:
     rig.feed(scenes.field(0, scenes.pose(), boxes=()))
     assert rig.metric("frames_fused") == 1
     assert "all zero" in rig.mapper.health().problem
@@ -332,7 +334,7 @@ def test_a_map_of_another_encoder_is_not_loaded(rig: Rig) -> None:
     assert error.code == "encoder_mismatch"
 
 
-def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     (tmp_path / "maps").write_text("a file, not a folder")
     rig = Rig(tmp_path / "maps")
     rig.feed(sofa_ahead(0))
@@ -346,7 +348,7 @@ def test_nothing_to_do_is_no_error(rig: Rig) -> None:
     rig.mapper.close()
 
 
-def test_a_gpu_that_is_not_there_is_named() -> None:
+def test_a_missing_gpu_is_reported() -> None:
     if torch.cuda.is_available():
         pytest.skip("this machine has a CUDA device")
     with pytest.raises(StartError, match="no GPU"):

@@ -1,4 +1,4 @@
-"""The verdict on the floor in furnished apartments, from poses close to furniture."""
+"""The assessment of the floor in furnished apartments, from poses close to furniture."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def views(seed: int) -> list[tuple[F64, F32]]:
 
 
 def assessments(seed: int, believed: F64, noise_m: float) -> Iterator[FloorState]:
-    """The verdict after each frame, one a second, of a camera believed to be mounted like this."""
+    """The state after each frame, one a second, of a camera believed to be mounted like this."""
     rng, monitor = np.random.default_rng(seed), FloorMonitor()
     for at_s, (T_map_body, exact_m) in enumerate(views(seed)):
         depth_m = noisy_depth(exact_m, noise_m, rng)
@@ -87,5 +87,5 @@ def test_a_camera_that_is_mounted_right_raises_no_alarm(seed: int, noise_m: floa
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("error", WRONG)
 @pytest.mark.parametrize("noise_m", [0.0, 0.01])
-def test_a_camera_that_is_mounted_wrong_is_told(seed: int, error: str, noise_m: float) -> None:
+def test_a_camera_that_is_mounted_wrong_is_reported(seed: int, error: str, noise_m: float) -> None:
     assert FloorState.INCONSISTENT in assessments(seed, WRONG[error], noise_m)

@@ -1,4 +1,4 @@
-"""The verdict on the floor: from several viewpoints, or none."""
+"""The assessment of the floor needs several viewpoints."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def state(monitor: FloorMonitor, now_s: float = 5.0) -> FloorState:
     return monitor.assessment(now_s).state
 
 
-def test_nothing_seen_tells_nothing() -> None:
+def test_without_readings_the_floor_is_unknown() -> None:
     assessment = FloorMonitor().assessment(0.0)
     assert (assessment.state, assessment.viewpoints, assessment.problem) == (
         FloorState.UNKNOWN,
@@ -55,17 +55,17 @@ def test_nothing_seen_tells_nothing() -> None:
     )
 
 
-def test_one_floor_is_enough_for_all_is_well() -> None:
+def test_one_reading_of_the_floor_is_enough() -> None:
     assessment = FloorMonitor().with_surface(FLOOR, HERE, 0.0).assessment(1.0)
     assert assessment.state is FloorState.CONSISTENT
     assert assessment.height_m == pytest.approx(0.01)
 
 
-def test_a_table_seen_a_thousand_times_from_one_place_tells_nothing() -> None:
+def test_a_table_seen_a_thousand_times_from_one_place_is_one_viewpoint() -> None:
     monitor = FloorMonitor()
     for k in range(1000):
-        wobble = CameraPose2D(0.2 * np.sin(k), 0.2 * np.cos(k), 0.1 * np.sin(k))
-        monitor = monitor.with_surface(TABLE, wobble, 0.05 * k)
+        jitter = CameraPose2D(0.2 * np.sin(k), 0.2 * np.cos(k), 0.1 * np.sin(k))
+        monitor = monitor.with_surface(TABLE, jitter, 0.05 * k)
     assessment = monitor.assessment(50.0)
     assert (assessment.state, assessment.viewpoints) == (FloorState.UNKNOWN, 1)
 
@@ -78,7 +78,7 @@ def test_one_height_seen_all_around_is_a_wrong_mounting(height_m: float) -> None
     assert "T_map_camera" in assessment.problem
 
 
-def test_a_robot_that_drives_straight_comes_to_the_same_verdict() -> None:
+def test_a_robot_that_drives_straight_gives_the_same_assessment() -> None:
     assert state(driving(TABLE, 0.4)) is FloorState.UNKNOWN
     assert state(driving(TABLE, 1.6)) is FloorState.UNKNOWN  # as long as a table
     assert state(driving(TABLE, 3.0)) is FloorState.INCONSISTENT
@@ -94,7 +94,7 @@ def test_one_view_of_the_floor_outweighs_all_tables() -> None:
     assert state(monitor) is FloorState.CONSISTENT
 
 
-def test_tables_of_different_heights_tell_nothing() -> None:
+def test_tables_of_different_heights_do_not_agree() -> None:
     monitor = FloorMonitor()
     for k, height_m in enumerate([0.2, 0.3, 0.4, 0.5, 0.6, 0.55]):
         here = CameraPose2D(0.0, 0.0, radians(60 * k))
@@ -102,7 +102,7 @@ def test_tables_of_different_heights_tell_nothing() -> None:
     assert state(monitor, 6.0) is FloorState.UNKNOWN
 
 
-def test_a_tilt_is_told_though_the_height_depends_on_the_distance() -> None:
+def test_a_tilt_is_reported_though_the_height_depends_on_the_distance() -> None:
     monitor = FloorMonitor()
     for k in range(6):
         tilted = LevelSurface(-0.05 * k, radians(5.0))

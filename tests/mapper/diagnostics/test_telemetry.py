@@ -1,4 +1,4 @@
-"""Rates, and the sentence that says what is wrong."""
+"""Counters, metrics and the sentence about the current problem."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_nothing_is_wrong_with_good_frames() -> None:
         (DepthDiagnostics(0.9, 0.8, AHEAD), "nearer than 0.1 m"),
     ],
 )
-def test_bad_depth_is_named_but_frames_still_count(depth: DepthDiagnostics, sentence: str) -> None:
+def test_bad_depth_is_reported_but_frames_are_fused(depth: DepthDiagnostics, sentence: str) -> None:
     telemetry = fed(depth)
     assert sentence in telemetry.problem(0.5)
     assert telemetry.ready(0.5)
@@ -56,7 +56,7 @@ def turning(height_m: float) -> list[DepthDiagnostics]:
     return [DepthDiagnostics(0.9, 0.0, CameraPose2D(0.0, 0.0, h), surface) for h in headings]
 
 
-def test_a_floor_that_is_wrong_all_around_is_told_in_words_and_numbers() -> None:
+def test_a_wrong_floor_is_reported_as_sentence_and_metrics() -> None:
     telemetry = fed(*turning(-0.3))
     assert "z = -0.30 m" in telemetry.problem(2.0)
     assert telemetry.ready(2.0)
@@ -65,15 +65,15 @@ def test_a_floor_that_is_wrong_all_around_is_told_in_words_and_numbers() -> None
     assert (metrics["floor_wrong"], metrics["floor_viewpoints"]) == (1, 5)
 
 
-def test_a_cabinet_or_a_table_before_the_robot_is_no_problem() -> None:
+def test_a_cabinet_or_a_table_in_front_of_the_robot_is_no_problem() -> None:
     telemetry = fed(*turning(0.49)[:1] * 50)
     assert telemetry.problem(9.0) == ""
     metrics = telemetry.metrics(9.0, Counters())
     assert metrics["floor_viewpoints"] == 1
-    assert not {"floor_height_m", "floor_wrong"} & metrics.keys()  # cannot tell
+    assert not {"floor_height_m", "floor_wrong"} & metrics.keys()  # the floor is unknown
 
 
-def test_one_wobbling_frame_is_no_problem() -> None:
+def test_one_tilted_frame_is_no_problem() -> None:
     tilted = DepthDiagnostics(0.9, 0.0, AHEAD, LevelSurface(-0.2, 0.1))
     telemetry = fed(GOOD, GOOD, tilted)
     assert telemetry.problem(1.0) == ""
@@ -87,7 +87,7 @@ def test_a_new_map_forgets_the_floor() -> None:
     assert telemetry.metrics(1.5, Counters())["floor_viewpoints"] == 0
 
 
-def test_silence_and_refusals_are_named() -> None:
+def test_silence_and_rejected_frames_are_reported() -> None:
     telemetry = MapperTelemetry()
     assert "no frame has arrived" in telemetry.problem(0.0)
     assert not telemetry.ready(0.0)
