@@ -17,8 +17,8 @@ from onemap_perception.encoders.mini import (
     input_size,
 )
 from onemap_perception.encoders.protocol import Encoder, EncoderError, UnknownWordError
+from onemap_perception.text.calibration import load_calibration
 from onemap_perception.text.minilm import find_model_folder
-from onemap_perception.text.queries import load_calibration
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.geometry import U8
 

@@ -1,26 +1,16 @@
-"""Queries and their scores: who competes, what expands, and what the softmax says."""
+"""Queries of texts: competing words, expansion, aliases and suggestions."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from onemap_perception.encoders.protocol import UnknownWordError
+from onemap_perception.text.calibration import Calibration
 from onemap_perception.text.embedding_table import EmbeddingTable
-from onemap_perception.text.queries import (
-    Calibration,
-    QueryEncoder,
-    load_calibration,
-    save_calibration,
-    scores,
-    unit,
-)
-from onemap_perception.text.vocabulary import ObjectClass, Vocabulary, load_vocabulary
-from onemap_shared.geometry import F32
+from onemap_perception.text.queries import QueryEncoder, unit
+from onemap_perception.text.scores import scores
+from onemap_perception.text.vocabulary import ObjectClass, Vocabulary
 from onemap_shared.messages import TextEmbeddings
 
 CALIBRATION = Calibration(
@@ -113,71 +103,3 @@ def test_a_thing_scores_as_itself_and_not_as_others() -> None:
     # No such thing here: an unrelated word stays low on everything that is known.
     everything = np.concatenate([sofa, ask("lamp").embeddings])
     assert scores(everything, ask("piano")).max() < 0.1
-
-
-def slow_scores(features: F32, queries: TextEmbeddings) -> np.ndarray:
-    result = np.zeros((len(features), len(queries.texts)))
-    for p, feature in enumerate(features.astype(np.float64)):
-        for n, embedding in enumerate(queries.embeddings):
-            own = np.exp(queries.temperature * (feature @ embedding))
-            others = [
-                np.exp(queries.temperature * (feature @ word))
-                for word, competes in zip(queries.neutral, queries.neutral_mask[n], strict=True)
-                if competes
-            ]
-            result[p, n] = own / (own + sum(others))
-    return result
-
-
-@given(seed=st.integers(0, 2**16))
-def test_scores_agree_with_the_slow_twin_and_are_shares(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    features = rng.normal(size=(5, 4)).astype(np.float32)
-    features /= np.linalg.norm(features, axis=1, keepdims=True)
-    queries = ask("sofa", "settee", "piano")
-    fast = scores(features, queries)
-    np.testing.assert_allclose(fast, slow_scores(features, queries), rtol=1e-3, atol=1e-6)
-    assert ((fast >= 0) & (fast <= 1)).all()
-
-
-def test_without_calibration_the_score_is_the_cosine() -> None:
-    bare = TextEmbeddings(
-        encoder_id="e",
-        text_space="s",
-        texts=("x",),
-        embeddings=np.eye(4, dtype=np.float32)[:1],
-        neutral=np.zeros((0, 4), np.float32),
-        neutral_mask=np.zeros((1, 0), np.uint8),
-        temperature=0.0,
-    )
-    features = np.array([[1, 0, 0, 0], [-1, 0, 0, 0], [0, 1, 0, 0]], np.float32)
-    np.testing.assert_allclose(scores(features, bare)[:, 0], [1, 0, 0.5])
-
-
-def test_a_calibration_without_a_floor_has_not_measured_one(tmp_path: Path) -> None:
-    (tmp_path / "calibration.json").write_text(
-        '{"temperature": 3, "expansion": 1, "sharpness": 20, "synonym": 0.7}'
-    )
-    loaded = load_calibration(tmp_path)
-    assert (loaded.floor, loaded.placed) == (0.0, 0.0)
-
-
-def test_calibration_goes_to_disk_and_back(tmp_path: Path) -> None:
-    save_calibration(tmp_path, CALIBRATION)
-    assert load_calibration(tmp_path) == CALIBRATION
-
-
-@pytest.mark.parametrize("content", ["{", "[]", '{"temperature": 3}', '{"temperature": "warm"}'])
-def test_a_damaged_calibration_is_refused(tmp_path: Path, content: str) -> None:
-    (tmp_path / "calibration.json").write_text(content)
-    with pytest.raises(ValueError, match="cannot read the calibration"):
-        load_calibration(tmp_path)
-
-
-@pytest.mark.parametrize("content", ["{", "[]", '{"classes": [{"name": "sofa"}]}'])
-def test_a_damaged_vocabulary_is_refused(tmp_path: Path, content: str) -> None:
-    with pytest.raises(ValueError, match="cannot read"):
-        load_vocabulary(tmp_path)
-    (tmp_path / "vocabulary.json").write_text(content)
-    with pytest.raises(ValueError, match="is not a vocabulary"):
-        load_vocabulary(tmp_path)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from itertools import chain
+from pathlib import Path
+
+import pytest
 
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
@@ -35,3 +38,12 @@ def test_classes_are_found_by_trained_words_only() -> None:
     names = VOCABULARY.names
     assert VOCABULARY.class_of("couch") == names.index("sofa")
     assert VOCABULARY.class_of("telly") is None
+
+
+@pytest.mark.parametrize("content", ["{", "[]", '{"classes": [{"name": "sofa"}]}'])
+def test_a_damaged_vocabulary_is_refused(tmp_path: Path, content: str) -> None:
+    with pytest.raises(ValueError, match="cannot read"):
+        load_vocabulary(tmp_path)
+    (tmp_path / "vocabulary.json").write_text(content)
+    with pytest.raises(ValueError, match="is not a vocabulary"):
+        load_vocabulary(tmp_path)

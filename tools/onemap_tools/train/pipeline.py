@@ -19,7 +19,6 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniSettings
 from onemap_perception.text.minilm import INSTALL, MiniLm, find_model_folder
-from onemap_perception.text.queries import save_calibration
 from onemap_perception.text.vocabulary import FILE as VOCABULARY_FILE
 from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
 from onemap_simulator.generation.style import HELD_OUT
@@ -33,7 +32,11 @@ from onemap_tools.train.data.frame_dataset import (
     render_frames,
 )
 from onemap_tools.train.data.text_targets import TextEmbedder, build_text_bank
-from onemap_tools.train.evaluation.calibration import DEFAULT_CALIBRATION, fit_temperature
+from onemap_tools.train.evaluation.calibration import (
+    DEFAULT_CALIBRATION,
+    fit_temperature,
+    save_calibration,
+)
 from onemap_tools.train.evaluation.evaluate import evaluate
 from onemap_tools.train.evaluation.model_card import model_card
 from onemap_tools.train.evaluation.plots import draw_confusion, draw_reliability

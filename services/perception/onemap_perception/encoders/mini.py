@@ -16,9 +16,10 @@ import numpy as np
 
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.onnx import open_session
+from onemap_perception.text.calibration import load_calibration
 from onemap_perception.text.embedding_table import load_table
 from onemap_perception.text.minilm import MiniLm, find_model_folder
-from onemap_perception.text.queries import QueryEncoder, load_calibration
+from onemap_perception.text.queries import QueryEncoder
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import TextEmbeddings, expect

@@ -18,8 +18,9 @@ from onemap_perception.encoders.checkpoint import fingerprint
 from onemap_perception.encoders.image import fitted_size, pixel_values, resized
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.tipsv2 import NO_MEAN, NO_STD
-from onemap_perception.encoders.torch_tower import TowerParams, open_tower, uncalibrated_embeddings
+from onemap_perception.encoders.torch_tower import TowerParams, open_tower
 from onemap_perception.optional_import import TRANSFORMERS, optional_import
+from onemap_perception.text.scores import uncalibrated_queries
 from onemap_perception.text.text_encoder import CachedTextEncoder
 from onemap_perception.torch_device import open_device
 from onemap_shared.geometry import F16, F32, U8
@@ -96,7 +97,7 @@ class RadioEncoder:
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         """See ``Encoder``."""
         rows = self._texts(texts)
-        return uncalibrated_embeddings(
+        return uncalibrated_queries(
             texts, rows, encoder_id=self._id, text_space=ADAPTOR, floor=self._floor
         )
 

@@ -22,9 +22,9 @@ from onemap_perception.encoders.torch_tower import (
     Tower,
     TowerParams,
     open_tower,
-    uncalibrated_embeddings,
 )
 from onemap_perception.optional_import import TRANSFORMERS, optional_import
+from onemap_perception.text.scores import uncalibrated_queries
 from onemap_perception.text.text_encoder import CachedTextEncoder
 from onemap_perception.torch_device import open_device
 from onemap_shared.geometry import F16, F32, U8
@@ -139,7 +139,7 @@ class Tipsv2Encoder:
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         """See ``Encoder``. Any text has an embedding, the better the more English it is."""
         rows = self._texts(texts)
-        return uncalibrated_embeddings(
+        return uncalibrated_queries(
             texts, rows, encoder_id=self._id, text_space=self._text_space, floor=self._floor
         )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -14,7 +14,6 @@ from onemap_perception.encoders.exported_tower import ExportedTower
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.torch_device import inference, open_device
 from onemap_shared.geometry import F16, F32
-from onemap_shared.messages import TextEmbeddings
 
 Dense = Callable[[torch.Tensor], torch.Tensor]
 
@@ -74,19 +73,3 @@ def open_tower(module: torch.nn.Module, settings: TowerParams, encoder_id: str) 
     if settings.exported is None:
         return TorchTower(module, settings)
     return ExportedTower(settings.exported, settings.provider, encoder_id)
-
-
-def uncalibrated_embeddings(
-    texts: Sequence[str], rows: F32, *, encoder_id: str, text_space: str, floor: float
-) -> TextEmbeddings:
-    """Queries (N, D) whose score is (1 + cosine) / 2: nothing to compare them with."""
-    return TextEmbeddings(
-        encoder_id=encoder_id,
-        text_space=text_space,
-        texts=tuple(texts),
-        embeddings=rows,
-        neutral=np.zeros((0, rows.shape[1]), np.float32),
-        neutral_mask=np.zeros((len(texts), 0), np.uint8),
-        temperature=1.0,
-        floor=floor,
-    )

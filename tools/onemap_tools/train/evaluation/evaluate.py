@@ -11,7 +11,7 @@ import numpy as np
 
 from onemap_perception.detectors.protocol import Image
 from onemap_perception.encoders.protocol import Encoder
-from onemap_perception.text.queries import scores
+from onemap_perception.text.scores import scores
 from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import F16, F32, F64, I64, U8, Bool
 from onemap_shared.messages import TextEmbeddings
