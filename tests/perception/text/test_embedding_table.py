@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from onemap_perception.encoders.protocol import UnknownWordError
-from onemap_perception.text.embedding_table import EmbeddingTable, load_table, plain
+from onemap_perception.text.embedding_table import EmbeddingTable, load_table
 from onemap_shared.geometry import F32
 
 WORDS = ("dish", "glass", "sofa", "teddy bear")
@@ -33,11 +33,6 @@ def table(sentence_encoder: object = None) -> EmbeddingTable:
 )
 def test_spellings_of_known_words(text: str, row: int) -> None:
     np.testing.assert_array_equal(table().embed([text]), ROWS[row : row + 1])
-
-
-def test_an_article_alone_is_a_word() -> None:
-    assert plain("the") == "the"
-    assert plain("A  Lamp") == "lamp"
 
 
 def test_unknown_words_are_all_named_with_the_remedy() -> None:

@@ -12,8 +12,9 @@ from onemap_shared.messages import TextEmbeddings
 
 
 def unit_rows(rng: np.random.Generator, count: int) -> F32:
-    rows = rng.normal(size=(count, 4)).astype(np.float32)
-    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    rows: F32 = rng.normal(size=(count, 4)).astype(np.float32)
+    rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+    return rows
 
 
 def slow_scores(features: F32, queries: TextEmbeddings) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from onemap_shared.names import normalised
+
 SYNONYMS = {
     "sofa": "couch",
     "settee": "couch",
@@ -26,12 +28,9 @@ SYNONYMS = {
     "doughnut": "donut",
     "wineglass": "wine glass",
 }
-ARTICLES = ("a ", "an ", "the ")
 
 
 def coco_name(name: str) -> str:
-    """The name as COCO would write it: lower case, no article, its word for a synonym."""
-    word = " ".join(name.lower().split())
-    for article in ARTICLES:
-        word = word.removeprefix(article)
+    """The name as COCO would write it: normalised, and COCO's word for a synonym."""
+    word = normalised(name)
     return SYNONYMS.get(word, word)

@@ -10,21 +10,12 @@ import numpy as np
 from onemap_perception.encoders.protocol import UnknownWordError
 from onemap_perception.text.minilm import INSTALL
 from onemap_shared.geometry import F32
+from onemap_shared.names import normalised
 
 TABLE_FILE = "words.npz"
-ARTICLES = ("a ", "an ", "the ")
 CACHED = 4096  # texts kept from the sentence encoder: 6 MB at 384 numbers
 
 Embed = Callable[[Sequence[str]], F32]
-
-
-def plain(text: str) -> str:
-    """The text as the table writes it: lower case, single spaces, no article."""
-    word = " ".join(text.lower().split())
-    for article in ARTICLES:
-        if word.startswith(article) and len(word) > len(article):
-            return word[len(article) :]
-    return word
 
 
 class EmbeddingTable:
@@ -56,15 +47,15 @@ class EmbeddingTable:
         unknown = [text for text in texts if not self.can_embed(text)]
         if unknown:
             raise self.unknown_word_error(dict.fromkeys(unknown, ()))
-        return np.stack([self._row(plain(text)) for text in texts])
+        return np.stack([self._row(normalised(text)) for text in texts])
 
     def can_embed(self, text: str) -> bool:
         """Whether ``embed`` takes this text."""
-        return self._sentence_encoder is not None or self._known(plain(text)) is not None
+        return self._sentence_encoder is not None or self._known(normalised(text)) is not None
 
     def contains(self, text: str) -> bool:
         """Whether the table itself has this word, in whatever number."""
-        return any(spelling in self._rows for spelling in lookup_forms(plain(text)))
+        return any(spelling in self._rows for spelling in lookup_forms(normalised(text)))
 
     def _known(self, word: str) -> F32 | None:
         for spelling in lookup_forms(word):

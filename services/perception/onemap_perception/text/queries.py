@@ -13,10 +13,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from onemap_perception.text.calibration import Calibration
-from onemap_perception.text.embedding_table import EmbeddingTable, plain
+from onemap_perception.text.embedding_table import EmbeddingTable
 from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import TextEmbeddings
+from onemap_shared.names import normalised
 
 MAX_SUGGESTIONS = 3  # words suggested for an unknown one
 SIMILAR_SPELLING = 0.75  # share of letters in common: one typing error in a word of five letters
@@ -75,7 +76,7 @@ class QueryEncoder:
 
     def _class_of(self, text: str) -> int | None:
         """Index of the class that the text is a name of, None if of none."""
-        word = plain(text)
+        word = normalised(text)
         trained = self._vocabulary.class_of(word)
         if trained is None and self._aliases:
             return self._vocabulary.query_alias_of(word)
@@ -102,7 +103,7 @@ class QueryEncoder:
         return self._spelt_alike(text) or tuple(self._vocabulary.names[i] for i in nearest)
 
     def _spelt_alike(self, text: str, share: float = SIMILAR_SPELLING) -> tuple[str, ...]:
-        word = plain(text)
+        word = normalised(text)
         alike = difflib.get_close_matches(word, self._suggestible, MAX_SUGGESTIONS, share)
         return tuple(other for other in alike if other != word)
 
