@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from onemap_perception.encoders.protocol import EncoderError, UnknownWordError
+from onemap_perception.encoders.protocol import EncoderError
+from onemap_perception.errors import UnknownWordError
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import RgbdFrame, TextEmbeddings

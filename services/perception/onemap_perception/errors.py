@@ -1,6 +1,8 @@
-"""What can go wrong with a network."""
+"""Errors of encoders and detectors."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 
 class BackendError(Exception):
@@ -9,3 +11,14 @@ class BackendError(Exception):
 
 class OutOfDeviceMemoryError(BackendError):
     """The accelerator's memory is full; the next image may fit again."""
+
+
+class UnknownWordError(Exception):
+    """Texts without an embedding; one sentence that says what helps.
+
+    ``words``: each of them, with the known words nearest to it.
+    """
+
+    def __init__(self, message: str, words: Mapping[str, tuple[str, ...]] | None = None) -> None:
+        super().__init__(message)
+        self.words = dict(words or {})

@@ -11,8 +11,8 @@ from onemap_perception.config import PerceptionConfig
 from onemap_perception.detector_runner import DetectorRunner, Target
 from onemap_perception.detectors.protocol import Detector
 from onemap_perception.detectors.suppression import distinct_queries
-from onemap_perception.encoders.protocol import Encoder, UnknownWordError
-from onemap_perception.errors import BackendError, OutOfDeviceMemoryError
+from onemap_perception.encoders.protocol import Encoder
+from onemap_perception.errors import BackendError, OutOfDeviceMemoryError, UnknownWordError
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.telemetry import PerceptionTelemetry
 from onemap_perception.variance import VarianceParams, observation_variance

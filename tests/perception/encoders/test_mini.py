@@ -16,7 +16,8 @@ from onemap_perception.encoders.mini import (
     MiniSettings,
     input_size,
 )
-from onemap_perception.encoders.protocol import Encoder, EncoderError, UnknownWordError
+from onemap_perception.encoders.protocol import Encoder, EncoderError
+from onemap_perception.errors import UnknownWordError
 from onemap_perception.text.calibration import load_calibration
 from onemap_perception.text.minilm import find_model_folder
 from onemap_perception.text.vocabulary import load_vocabulary

@@ -16,9 +16,9 @@ from onemap_perception.encoders.openclip_convnext import (
     OpenClipConvNext,
     OpenClipSettings,
 )
-from onemap_perception.encoders.protocol import EncoderError, UnknownWordError
+from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_tower import TowerParams
-from onemap_perception.errors import BackendError, OutOfDeviceMemoryError
+from onemap_perception.errors import BackendError, OutOfDeviceMemoryError, UnknownWordError
 from onemap_shared.geometry import U8
 from tests.perception.tiny import (
     EMBED_DIM,

@@ -1,4 +1,4 @@
-"""Words to vectors: the table, spellings, and what an unknown word is told."""
+"""The table of embeddings: lookup, plurals, unknown words, damaged files."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from onemap_perception.encoders.protocol import UnknownWordError
+from onemap_perception.errors import UnknownWordError
 from onemap_perception.text.embedding_table import EmbeddingTable, load_table
+from onemap_perception.text.text_encoder import EmbedTexts
 from onemap_shared.geometry import F32
 
 WORDS = ("dish", "glass", "sofa", "teddy bear")
 ROWS = np.eye(4, dtype=np.float32)
 
 
-def table(sentence_encoder: object = None) -> EmbeddingTable:
-    return EmbeddingTable(WORDS, ROWS, prompt="a {}", sentence_encoder=sentence_encoder)  # type: ignore[arg-type]
+def table(fallback: EmbedTexts | None = None) -> EmbeddingTable:
+    return EmbeddingTable(WORDS, ROWS, fallback=fallback)
 
 
 @pytest.mark.parametrize(
@@ -43,23 +44,21 @@ def test_unknown_words_are_all_named_with_the_remedy() -> None:
     assert caught.value.words == {"sofaa": (), "x": (), "y": ()}
 
 
-def test_a_table_with_a_sentence_encoder_knows_every_word() -> None:
+def test_a_table_with_a_fallback_embeds_every_word() -> None:
     assert table().can_embed("the Sofas")
     assert not table().can_embed("sofaa")
     assert table(lambda texts: ROWS[:1]).can_embed("sofaa")
 
 
-def test_other_words_go_to_the_sentence_encoder_in_the_prompt_and_only_once() -> None:
+def test_only_words_outside_the_table_go_to_the_fallback() -> None:
     asked: list[str] = []
 
-    def sentences(texts: Sequence[str]) -> F32:
+    def embed(texts: Sequence[str]) -> F32:
         asked.extend(texts)
         return ROWS[:1]
 
-    known = table(sentences)
-    for _ in range(2):
-        np.testing.assert_array_equal(known.embed(["the Spoon"]), ROWS[:1])
-    assert asked == ["a spoon"]
+    np.testing.assert_array_equal(table(embed).embed(["the Spoon", "sofas"]), ROWS[[0, 2]])
+    assert asked == ["spoon"]
 
 
 def write(folder: Path, words: Sequence[str], rows: np.ndarray) -> None:
@@ -68,22 +67,22 @@ def write(folder: Path, words: Sequence[str], rows: np.ndarray) -> None:
 
 def test_a_loaded_table_has_unit_rows(tmp_path: Path) -> None:
     write(tmp_path, WORDS, (3 * ROWS).astype(np.float16))
-    loaded = load_table(tmp_path, prompt="a {}", sentence_encoder=None)
+    loaded = load_table(tmp_path)
     np.testing.assert_allclose(loaded.embed(WORDS), ROWS)
 
 
 def test_damaged_tables_are_refused_with_their_path(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"cannot read the word table .*words\.npz"):
-        load_table(tmp_path, prompt="a {}", sentence_encoder=None)
+        load_table(tmp_path)
     (tmp_path / "words.npz").write_bytes(b"not a zip file")
     with pytest.raises(ValueError, match="cannot read the word table"):
-        load_table(tmp_path, prompt="a {}", sentence_encoder=None)
+        load_table(tmp_path)
     write(tmp_path, WORDS[:3], ROWS)
     with pytest.raises(ValueError, match="damaged"):
-        load_table(tmp_path, prompt="a {}", sentence_encoder=None)
+        load_table(tmp_path)
     write(tmp_path, WORDS, np.full((4, 4), np.nan))
     with pytest.raises(ValueError, match="damaged"):
-        load_table(tmp_path, prompt="a {}", sentence_encoder=None)
+        load_table(tmp_path)
     np.savez(tmp_path / "words.npz", words=np.array([{}], dtype=object), embeddings=ROWS)
     with pytest.raises(ValueError, match="cannot read the word table"):
-        load_table(tmp_path, prompt="a {}", sentence_encoder=None)
+        load_table(tmp_path)

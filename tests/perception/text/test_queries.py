@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_perception.encoders.protocol import UnknownWordError
+from onemap_perception.errors import UnknownWordError
 from onemap_perception.text.calibration import Calibration
 from onemap_perception.text.embedding_table import EmbeddingTable
 from onemap_perception.text.queries import QueryEncoder, unit
@@ -41,7 +41,7 @@ VECTORS = {
 
 def text(*, aliases: bool = True) -> QueryEncoder:
     rows = np.stack([unit(np.array(v, np.float32)) for v in VECTORS.values()])
-    table = EmbeddingTable(tuple(VECTORS), rows, prompt="a {}")
+    table = EmbeddingTable(tuple(VECTORS), rows)
     return QueryEncoder(VOCABULARY, table, CALIBRATION, aliases=aliases)
 
 

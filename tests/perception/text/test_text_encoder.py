@@ -1,4 +1,4 @@
-"""The memory of texts."""
+"""The cache of text embeddings."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from onemap_perception.text.text_encoder import CachedTextEncoder
 from onemap_shared.geometry import F32
 
 
-def test_the_oldest_text_is_forgotten_first() -> None:
+def test_the_least_recently_used_text_is_evicted() -> None:
     asked: list[str] = []
 
     def embed(prompts: Sequence[str]) -> F32:
@@ -28,6 +28,6 @@ def test_the_oldest_text_is_forgotten_first() -> None:
     assert asked == ["see b"]
 
 
-def test_a_list_longer_than_the_memory_is_answered_whole() -> None:
+def test_a_list_longer_than_the_cache_is_answered_whole() -> None:
     texts = CachedTextEncoder(lambda ps: np.ones((len(ps), 3), np.float32), prompt="{}", capacity=2)
     assert texts([f"w{i}" for i in range(9)]).shape == (9, 3)

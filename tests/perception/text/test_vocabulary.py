@@ -9,6 +9,7 @@ import pytest
 
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
+from onemap_shared.names import normalised
 
 VOCABULARY = load_vocabulary(SHIPPED)
 
@@ -30,7 +31,7 @@ def test_no_word_means_two_things_and_no_held_out_word_was_trained() -> None:
 
 
 def test_words_are_as_queries_are_looked_up() -> None:
-    assert all(word == " ".join(word.lower().split()) for word in VOCABULARY.words)
+    assert all(word == normalised(word) for word in VOCABULARY.words)
     assert len(VOCABULARY.words) > 600
 
 

@@ -20,6 +20,7 @@ from onemap_perception.text.calibration import load_calibration
 from onemap_perception.text.embedding_table import load_table
 from onemap_perception.text.minilm import MiniLm, find_model_folder
 from onemap_perception.text.queries import QueryEncoder
+from onemap_perception.text.text_encoder import CachedTextEncoder
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import TextEmbeddings, expect
@@ -28,6 +29,7 @@ STRIDE = 8
 SHIPPED = Path(__file__).parents[1] / "mini"
 NETWORK_FILE = "mini.onnx"
 TEXT_SPACE = "all-MiniLM-L6-v2"
+CACHED_TEXTS = 4096  # embeddings outside the table that are kept: 6 MB at 384 numbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,10 +99,14 @@ def _open(path: Path, threads: int) -> Any:
 
 def _load_text(folder: Path, *, aliases: bool) -> QueryEncoder:
     model = find_model_folder()
-    sentence_encoder = None if model is None else MiniLm(model).embed
     try:
         vocabulary = load_vocabulary(folder)
-        table = load_table(folder, prompt=vocabulary.prompt, sentence_encoder=sentence_encoder)
+        fallback = None
+        if model is not None:
+            fallback = CachedTextEncoder(
+                MiniLm(model).embed, prompt=vocabulary.prompt, capacity=CACHED_TEXTS
+            )
+        table = load_table(folder, fallback=fallback)
         return QueryEncoder(vocabulary, table, load_calibration(folder), aliases=aliases)
     except ValueError as problem:
         raise EncoderError(str(problem)) from problem

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Protocol
 
 from onemap_perception.errors import BackendError
@@ -12,17 +12,6 @@ from onemap_shared.messages import TextEmbeddings
 
 class EncoderError(BackendError):
     """The encoder cannot be loaded or failed on an image; one sentence for the user."""
-
-
-class UnknownWordError(Exception):
-    """Texts that this encoder has no embedding for; one sentence that says what helps.
-
-    ``words``: each of them, with the known words nearest to it.
-    """
-
-    def __init__(self, message: str, words: Mapping[str, tuple[str, ...]] | None = None) -> None:
-        super().__init__(message)
-        self.words = dict(words or {})
 
 
 class Encoder(Protocol):

@@ -1,41 +1,32 @@
-"""Words to vectors: a shipped table of common nouns, and MiniLM where it is installed."""
+"""Embeddings of known words, read from ``words.npz``."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from onemap_perception.encoders.protocol import UnknownWordError
+from onemap_perception.errors import UnknownWordError
 from onemap_perception.text.minilm import INSTALL
+from onemap_perception.text.text_encoder import EmbedTexts, unit_rows
 from onemap_shared.geometry import F32
 from onemap_shared.names import normalised
 
 TABLE_FILE = "words.npz"
-CACHED = 4096  # texts kept from the sentence encoder: 6 MB at 384 numbers
-
-Embed = Callable[[Sequence[str]], F32]
 
 
 class EmbeddingTable:
-    """Embeddings of known words; others go to the sentence encoder, if there is one.
+    """Embeddings of known words; other words are embedded by ``fallback``, if there is one.
 
-    ``sentence_encoder`` takes prompts, ``prompt`` holds ``{}`` for the word.
+    words: normalised; embeddings (N, D) float32 unit rows.
     """
 
     def __init__(
-        self,
-        words: Sequence[str],
-        embeddings: F32,
-        *,
-        prompt: str,
-        sentence_encoder: Embed | None = None,
+        self, words: Sequence[str], embeddings: F32, *, fallback: EmbedTexts | None = None
     ) -> None:
         self._rows = dict(zip(words, embeddings, strict=True))
-        self._prompt = prompt
-        self._sentence_encoder = sentence_encoder
-        self._asked: dict[str, F32] = {}
+        self._fallback = fallback
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -51,31 +42,29 @@ class EmbeddingTable:
 
     def can_embed(self, text: str) -> bool:
         """Whether ``embed`` takes this text."""
-        return self._sentence_encoder is not None or self._known(normalised(text)) is not None
+        return self._fallback is not None or self.contains(text)
 
     def contains(self, text: str) -> bool:
-        """Whether the table itself has this word, in whatever number."""
-        return any(spelling in self._rows for spelling in lookup_forms(normalised(text)))
+        """Whether the table has this word, in the singular or the plural."""
+        return self._find(normalised(text)) is not None
 
-    def _known(self, word: str) -> F32 | None:
-        for spelling in lookup_forms(word):
-            known: F32 | None = self._rows.get(spelling, self._asked.get(spelling))
-            if known is not None:
-                return known
+    def _find(self, word: str) -> F32 | None:
+        for form in lookup_forms(word):
+            row: F32 | None = self._rows.get(form)
+            if row is not None:
+                return row
         return None
 
     def _row(self, word: str) -> F32:
-        known = self._known(word)
-        if known is not None:
-            return known
-        assert self._sentence_encoder is not None
-        row: F32 = self._sentence_encoder([self._prompt.format(word)])[0]
-        if len(self._asked) < CACHED:
-            self._asked[word] = row
-        return row
+        row = self._find(word)
+        if row is not None:
+            return row
+        assert self._fallback is not None
+        embedded: F32 = self._fallback([word])[0]
+        return embedded
 
     def unknown_word_error(self, unknown: Mapping[str, tuple[str, ...]]) -> UnknownWordError:
-        """The error about texts that this table has no embedding for, with near known words."""
+        """The error about texts without an embedding, each with known words near it."""
         named = [
             f"{text!r} (did you mean {join_words([repr(word) for word in near], 'or')}?)"
             if near
@@ -91,16 +80,16 @@ class EmbeddingTable:
 
 
 def lookup_forms(word: str) -> tuple[str, ...]:
-    """A word as the table may have it: as it is, or without an ending of the plural."""
+    """The word, and the word without an ending of the plural."""
     return (word, word.removesuffix("s"), word.removesuffix("es"))
 
 
 def join_words(parts: Sequence[str], last: str) -> str:
-    """The parts, one or more, as a sentence lists them: a, b and c."""
+    """One or more parts as an English list: ``a, b and c`` with "and" as ``last``."""
     return f" {last} ".join(part for part in (", ".join(parts[:-1]), parts[-1]) if part)
 
 
-def load_table(folder: Path, *, prompt: str, sentence_encoder: Embed | None) -> EmbeddingTable:
+def load_table(folder: Path, *, fallback: EmbedTexts | None = None) -> EmbeddingTable:
     """Read ``words.npz``: words (N,) str, embeddings (N, D) float16. Raises ValueError."""
     path = folder / TABLE_FILE
     try:
@@ -110,5 +99,4 @@ def load_table(folder: Path, *, prompt: str, sentence_encoder: Embed | None) -> 
         raise ValueError(f"cannot read the word table {path}: {problem}") from problem
     if rows.ndim != 2 or len(words) != len(rows) or not np.isfinite(rows).all():
         raise ValueError(f"the word table {path} is damaged: rows {rows.shape}, {len(words)} words")
-    rows /= np.linalg.norm(rows, axis=1, keepdims=True)
-    return EmbeddingTable(words.tolist(), rows, prompt=prompt, sentence_encoder=sentence_encoder)
+    return EmbeddingTable(words.tolist(), unit_rows(rows), fallback=fallback)

@@ -1,52 +1,45 @@
-"""Texts to unit rows through a text tower: one prompt, asked once each."""
+"""Text towers behind a prompt and a cache."""
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from cachetools import LRUCache
 
-from onemap_perception.encoders.protocol import UnknownWordError
+from onemap_perception.errors import UnknownWordError
 from onemap_shared.geometry import F32
 
-Embed = Callable[[Sequence[str]], F32]
+EmbedTexts = Callable[[Sequence[str]], F32]  # N texts to rows (N, D) float32
 
 
 class CachedTextEncoder:
-    """Wraps a text tower: fills texts into ``prompt`` (``{}`` in it) and keeps the newest rows.
+    """Embeds texts, filled into ``prompt`` (``{}`` in it), and keeps the newest rows.
 
-    Not for several threads at once: the bus serves one question after the other.
+    capacity: number of texts whose rows are kept. Not thread-safe: the bus serves one request
+    after the other.
     """
 
-    def __init__(self, embed: Embed, *, prompt: str, capacity: int) -> None:
+    def __init__(self, embed: EmbedTexts, *, prompt: str, capacity: int) -> None:
         self._embed = embed
         self._prompt = prompt
-        self._kept = capacity
-        self._rows: OrderedDict[str, F32] = OrderedDict()
+        self._rows: LRUCache[str, F32] = LRUCache(capacity)
 
     def __call__(self, texts: Sequence[str]) -> F32:
-        """Unit rows (N, D) float32 of N >= 1 texts; one run of the tower for all new ones."""
+        """Unit rows (N, D) float32 of N >= 1 texts; the new ones in one run of the tower."""
         words = [" ".join(text.split()) for text in texts]
         if not words or not all(words):
             raise UnknownWordError("an empty text has no embedding: name an object")
-        new = [word for word in dict.fromkeys(words) if word not in self._rows]
-        known = {word: self._rows[word] for word in words if word in self._rows}
+        rows = {word: self._rows[word] for word in words if word in self._rows}
+        new = [word for word in dict.fromkeys(words) if word not in rows]
         if new:
-            rows = self._embed([self._prompt.format(word) for word in new])
-            known.update(zip(new, unit_rows(rows), strict=True))
-        for word in words:
-            self._remember(word, known[word])
-        return np.stack([known[word] for word in words])
-
-    def _remember(self, word: str, row: F32) -> None:
-        self._rows[word] = row
-        self._rows.move_to_end(word)
-        if len(self._rows) > self._kept:
-            self._rows.popitem(last=False)
+            embedded = self._embed([self._prompt.format(word) for word in new])
+            rows.update(zip(new, unit_rows(embedded), strict=True))
+        self._rows.update({word: rows[word] for word in words})
+        return np.stack([rows[word] for word in words])
 
 
 def unit_rows(rows: F32) -> F32:
-    """Rows (N, D) at length one."""
+    """Rows (N, D) scaled to length one."""
     unit: F32 = (rows / np.linalg.norm(rows, axis=1, keepdims=True)).astype(np.float32)
     return unit
