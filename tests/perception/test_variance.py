@@ -99,10 +99,13 @@ def test_the_argument_is_left_alone() -> None:
     np.testing.assert_array_equal(depth, before)
 
 
-def test_wrong_shape_and_parameters_are_refused() -> None:
+def test_a_wrong_shape_is_refused() -> None:
     with pytest.raises(ValueError, match="depth_m has shape"):
         observation_variance(np.zeros((4, 4, 1), np.float32), CAMERA, VarianceParams())
-    with pytest.raises(ValueError, match="epsilon is 0"):
-        VarianceParams(epsilon=0.0)
-    with pytest.raises(ValueError, match="optimal_distance_m"):
-        VarianceParams(optimal_distance_m=float("nan"))
+
+
+@pytest.mark.parametrize("name", ["gradient_factor", "distance_factor_m", "epsilon"])
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan")])
+def test_factors_must_be_positive(name: str, value: float) -> None:
+    with pytest.raises(ValueError, match=name):
+        VarianceParams.model_validate({name: value})

@@ -8,35 +8,8 @@ from pydantic import Field, model_validator
 
 from onemap_perception.detectors.params import DetectorParams, PatchesParams
 from onemap_perception.encoders.params import EncoderParams, MiniParams
-from onemap_perception.variance import VarianceFormula, VarianceParams
+from onemap_perception.variance import VarianceParams
 from onemap_shared.params import Params
-
-
-class ObservationConfig(Params):
-    """The variance of a pixel's feature; see ``observation.VarianceParams``."""
-
-    formula: VarianceFormula = Field(
-        default=VarianceFormula.RELEASED, description="released (the authors' code) or paper."
-    )
-    optimal_distance_m: float = Field(
-        default=1.0, ge=0, le=20, description="Metres at which things are recognised best."
-    )
-    gradient_factor: float = Field(
-        default=0.2, gt=0, description="Released: how much a depth edge costs."
-    )
-    distance_factor_m: float = Field(
-        default=1.5, gt=0, description="Released, metres: how fast trust fades with distance."
-    )
-    epsilon: float = Field(
-        default=0.1, gt=0, description="Paper: variance of a flat surface at the best distance."
-    )
-    min_confidence: float = Field(
-        default=1e-5, gt=0, description="Pixels trusted less than this are not used."
-    )
-
-    def model(self) -> VarianceParams:
-        """As the computation reads it."""
-        return VarianceParams(**self.model_dump())
 
 
 class PerceptionConfig(Params):
@@ -49,8 +22,8 @@ class PerceptionConfig(Params):
     detector: DetectorParams = Field(
         default=PatchesParams(), description="Finds what is searched for; backend chooses."
     )
-    observation: ObservationConfig = Field(
-        default=ObservationConfig(), description="The variance model."
+    observation: VarianceParams = Field(
+        default=VarianceParams(), description="How uncertain the feature of each pixel is."
     )
     silent_after_s: float = Field(
         default=5.0,

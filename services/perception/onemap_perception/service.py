@@ -220,7 +220,6 @@ def build(bus: Bus, config: PerceptionConfig) -> Worker:
         raise StartError(str(problem)) from problem
     LOG.info("encoder %s, text space %s", encoder.encoder_id, encoder.text_space)
     LOG.info("detector %s", detector.detector_id)
-    observation = config.observation.model()
     return Perception(
-        bus, PerceptionComponents(encoder, detector, observation, config.silent_after_s)
+        bus, PerceptionComponents(encoder, detector, config.observation, config.silent_after_s)
     )

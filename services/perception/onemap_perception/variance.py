@@ -1,24 +1,25 @@
-"""How far to trust the feature of each pixel: the observation variance.
+"""The observation variance: how uncertain the feature of each pixel is, from its depth.
 
-Two models of Eq. totalvariance, both the product of a leakage term (depth edges,
-where a patch mixes two surfaces) and a distance term (too near or too far to
-recognise anything). ``RELEASED`` is what the authors' code computes, ``PAPER`` what
-the paper prints, plus an epsilon without which flat surfaces have variance zero.
+Two formulas of Eq. totalvariance, both the product of a leakage term (at depth edges a patch
+mixes two surfaces) and a distance term (objects too near or too far are not recognised).
+``RELEASED`` is what the authors' code computes, ``PAPER`` what the paper prints, plus an epsilon
+without which flat surfaces would have variance zero.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 
 import cv2
 import numpy as np
+from pydantic import Field
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, Bool
 from onemap_shared.messages import expect
+from onemap_shared.params import Params
 
-EDGE_WINDOW_PX = 11  # a depth edge taints this neighbourhood; the size the authors' code uses
+EDGE_WINDOW_PX = 11  # neighbourhood of a depth edge that gets its variance; as the authors' code
 FARTHEST_M = np.float32(1e6)  # stands for "no return" inside the minimum filter
 
 
@@ -29,29 +30,37 @@ class VarianceFormula(str, Enum):
     PAPER = "paper"
 
 
-@dataclass(frozen=True, slots=True)
-class VarianceParams:
-    """Parameters of the observation variance.
+class VarianceParams(Params):
+    """Parameters of the observation variance."""
 
-    optimal_distance_m is d_opt of Eq. featurevariance; gradient_factor and
-    distance_factor_m shape the released formula only, epsilon the paper's only. A pixel
-    whose confidence 1 / variance is below min_confidence is not used at all.
-    """
-
-    formula: VarianceFormula = VarianceFormula.RELEASED
-    optimal_distance_m: float = 1.0
-    gradient_factor: float = 0.2
-    distance_factor_m: float = 1.5
-    epsilon: float = 0.1
-    min_confidence: float = 1e-5
-
-    def __post_init__(self) -> None:
-        for name in ("gradient_factor", "distance_factor_m", "epsilon", "min_confidence"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise ValueError(f"{name} is {value}; it must be positive")
-        if not np.isfinite(self.optimal_distance_m):
-            raise ValueError(f"optimal_distance_m is {self.optimal_distance_m}")
+    formula: VarianceFormula = Field(
+        default=VarianceFormula.RELEASED, description="released (the authors' code) or paper."
+    )
+    optimal_distance_m: float = Field(
+        default=1.0,
+        ge=0,
+        le=20,
+        description="d_opt of Eq. featurevariance: metres at which objects are recognised best.",
+    )
+    gradient_factor: float = Field(
+        default=0.2,
+        gt=0,
+        description="Formula released only: factor k_g of the depth gradient; the authors' value.",
+    )
+    distance_factor_m: float = Field(
+        default=1.5,
+        gt=0,
+        description="Formula released only, metres: scale f of the distance term; the authors' "
+        "value.",
+    )
+    epsilon: float = Field(
+        default=0.1,
+        gt=0,
+        description="Formula paper only: variance of a flat surface at the optimal distance.",
+    )
+    min_confidence: float = Field(
+        default=1e-5, gt=0, description="Pixels whose confidence 1 / variance is lower are unused."
+    )
 
 
 def observation_variance(depth_m: F32, intrinsics: Intrinsics, params: VarianceParams) -> F32:

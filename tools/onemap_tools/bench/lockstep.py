@@ -68,7 +68,7 @@ class PerceptionPipeline:
     def __init__(self, config: PerceptionConfig) -> None:
         self.encoder: Encoder = make_encoder(config.encoder)
         self.detector: Detector = make_detector(config.detector, self.encoder)
-        self._observation = config.observation.model()
+        self._observation = config.observation
 
     def field(self, frame: RgbdFrame) -> FeatureField:
         """The frame's features and variances, as perception publishes them."""
