@@ -95,9 +95,8 @@ def _released_confidence(
     nearest = np.empty(depth_m.shape, np.float32)
     cv2.erode(known, window, nearest, borderType=cv2.BORDER_CONSTANT, borderValue=float(FARTHEST_M))
     du, dv = _gradient(nearest, nearest < FARTHEST_M)
-    steepness = np.hypot(
-        du * np.float32(width / intrinsics.fx), dv * np.float32(height / intrinsics.fy)
-    )
+    scale_u, scale_v = intrinsics.size_over_focal(width, height)
+    steepness = np.hypot(du * np.float32(scale_u), dv * np.float32(scale_v))
     worst = np.empty(depth_m.shape, np.float32)
     cv2.dilate(steepness, window, worst, borderType=cv2.BORDER_CONSTANT, borderValue=0)
     leakage = 1 - np.tanh(worst * np.float32(params.gradient_factor))
@@ -132,18 +131,14 @@ def _gradient(values: F32, valid: Bool) -> tuple[F32, F32]:
 
     Zero where a value that enters is not valid, and along an axis of length one.
     """
-    return _difference(values.T, valid.T).T, _difference(values, valid)
+    return _difference(values, valid, axis=1), _difference(values, valid, axis=0)
 
 
-def _difference(values: F32, valid: Bool) -> F32:
-    """Central differences along the first axis."""
-    result = np.zeros_like(values)
-    if len(values) < 2:
-        return result
-    result[1:-1] = np.where(
-        valid[2:] & valid[:-2], (values[2:] - values[:-2]) * np.float32(0.5), np.float32(0)
-    )
-    for edge, inner, outer in ((0, 1, 0), (-1, -1, -2)):
-        known = valid[inner] & valid[outer]
-        result[edge] = np.where(known, values[inner] - values[outer], np.float32(0))
-    return result
+def _difference(values: F32, valid: Bool, *, axis: int) -> F32:
+    if values.shape[axis] < 2:
+        return np.zeros_like(values)
+    slope: F32 = np.gradient(values, axis=axis)
+    before_and_after = [(1, 1) if k == axis else (0, 0) for k in range(2)]
+    padded = np.moveaxis(np.pad(valid, before_and_after, mode="edge"), axis, 0)
+    known = np.moveaxis(padded[2:] & padded[:-2], 0, axis)
+    return np.where(known, slope, np.float32(0))
