@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from onemap_perception.backproject import DepthView, detection_points
+from onemap_perception.backproject import backproject_detections
 from onemap_perception.detectors.protocol import Detection, Detector, Image
 from onemap_perception.detectors.suppression import suppress_overlaps
 from onemap_shared.geometry import F16
@@ -95,8 +95,7 @@ def detect_in_frame(
     found: tuple[Detection, ...] = ()
     if target.queries is not None:
         found = suppress_overlaps(detector.detect(Image(frame.rgb, features), target.queries))
-    view = DepthView(frame.depth_mm, frame.intrinsics, frame.T_map_camera)
-    points_map, point_owner = detection_points(found, view)
+    points_map, point_owner = backproject_detections(found, frame)
     return Detections(
         sequence=frame.sequence,
         stamp_ns=frame.stamp_ns,

@@ -6,7 +6,6 @@ import logging
 import time
 from dataclasses import dataclass
 
-from onemap_perception.backproject import MILLIMETRE_M
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detector_runner import DetectorRunner, Target
 from onemap_perception.detectors.protocol import Detector
@@ -14,12 +13,12 @@ from onemap_perception.detectors.suppression import distinct_queries
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError, OutOfDeviceMemoryError, UnknownWordError
 from onemap_perception.factory import make_detector, make_encoder
+from onemap_perception.feature_field import feature_field
 from onemap_perception.telemetry import PerceptionTelemetry
-from onemap_perception.variance import VarianceParams, observation_variance
+from onemap_perception.variance import VarianceParams
 from onemap_shared import keys
 from onemap_shared.geometry import F16
 from onemap_shared.messages import (
-    FeatureField,
     RgbdFrame,
     SearchStatus,
     TextEmbeddings,
@@ -116,21 +115,10 @@ class Perception:
             self._telemetry.frame_failed(str(problem), _out_of_memory(problem))
             return None
         encoded_s = time.perf_counter()
-        self._fields.put(
-            FeatureField(
-                sequence=frame.sequence,
-                stamp_ns=frame.stamp_ns,
-                encoder_id=self._components.encoder.encoder_id,
-                text_space=self._components.encoder.text_space,
-                features=features,
-                variance=observation_variance(
-                    frame.depth_mm * MILLIMETRE_M, frame.intrinsics, self._components.observation
-                ),
-                depth_mm=frame.depth_mm,
-                intrinsics=frame.intrinsics,
-                T_map_camera=frame.T_map_camera,
-            )
+        field = feature_field(
+            frame, features, self._components.encoder, self._components.observation
         )
+        self._fields.put(field)
         self._telemetry.frame_done(
             time.monotonic(),
             encode_ms=(encoded_s - begun_s) * 1e3,

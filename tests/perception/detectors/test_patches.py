@@ -1,17 +1,15 @@
-"""Detections from patch scores, and their points in the map."""
+"""Detections from patch scores."""
 
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_perception.backproject import MAX_POINTS, DepthView, detection_points
 from onemap_perception.detectors.patches import PatchDetector, PatchThresholds, box_px, components
-from onemap_perception.detectors.protocol import Detection, Image
-from onemap_shared.geometry import Bool, inverse, pose_2d, transform
-from tests.perception.toy import CAMERA, COLOURS, ColourEncoder, frame
+from onemap_perception.detectors.protocol import Image
+from onemap_shared.geometry import Bool
+from tests.perception.toy import COLOURS, ColourEncoder, frame
 
 ENCODER = ColourEncoder()
 
@@ -81,55 +79,3 @@ def test_a_box_of_an_image_that_was_resized() -> None:
     mask = np.zeros((4, 5), bool)
     mask[1:3, 4] = True
     assert box_px(mask, (100, 80)) == (80.0, 20.0, 100.0, 60.0)
-
-
-def found_at(mask: Bool) -> Detection:
-    return Detection("red", 1.0, (0.0, 0.0, 1.0, 1.0), mask)
-
-
-def test_points_lie_on_the_thing_in_the_map() -> None:
-    image = frame(depth_mm=1500)
-    (detection,) = detector().detect(sample_image(), ENCODER.embed_text(["red"]))
-    T_map_camera = pose_2d(2.0, -1.0, 0.7)
-    view = DepthView(image.depth_mm, CAMERA, T_map_camera)
-    points, owners = detection_points([detection], view)
-    assert 0 < len(points) <= MAX_POINTS
-    assert points.dtype == np.float32
-    assert owners.tolist() == [0] * len(points)
-    camera = transform(inverse(T_map_camera), points.astype(np.float64))
-    np.testing.assert_allclose(camera[:, 2], 1.5, rtol=1e-5)
-    u = camera[:, 0] / camera[:, 2] * CAMERA.fx + CAMERA.cx
-    v = camera[:, 1] / camera[:, 2] * CAMERA.fy + CAMERA.cy
-    assert (u > 16).all()
-    assert (u < 32).all()
-    assert (v > 8).all()
-    assert (v < 24).all()
-
-
-def test_the_wall_behind_is_no_part_of_the_thing() -> None:
-    depth_mm = np.full((32, 48), 1500, np.uint16)
-    depth_mm[:, 24:26] = 4000
-    mask = np.ones((4, 6), bool)
-    points, _ = detection_points([found_at(mask)], DepthView(depth_mm, CAMERA, np.eye(4)))
-    np.testing.assert_allclose(points[:, 2], 1.5, rtol=1e-5)
-
-
-def test_things_without_depth_have_no_points() -> None:
-    depth_mm = np.full((32, 48), 1500, np.uint16)
-    depth_mm[:, :24] = 0
-    left, right = np.zeros((4, 6), bool), np.zeros((4, 6), bool)
-    left[:, :3], right[:, 3:] = True, True
-    view = DepthView(depth_mm, CAMERA, np.eye(4))
-    points, owners = detection_points([found_at(left), found_at(right)], view)
-    assert set(owners.tolist()) == {1}
-    assert len(points) == MAX_POINTS
-    empty, none = detection_points([], view)
-    assert empty.shape == (0, 3)
-    assert none.shape == (0,)
-
-
-@pytest.mark.parametrize("shape", [(1, 1), (3, 7), (17, 9)])
-def test_any_mask_size_covers_the_image(shape: tuple[int, int]) -> None:
-    view = DepthView(np.full((5, 11), 1000, np.uint16), CAMERA, np.eye(4))
-    points, _ = detection_points([found_at(np.ones(shape, bool))], view)
-    assert len(points) == 55

@@ -16,14 +16,13 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame_update import compute_update
 from onemap_mapper.replies import search_view
 from onemap_mapper.similarity import ScoreCache, TextQuery, text_query
-from onemap_perception.backproject import MILLIMETRE_M
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detector_runner import Target, detect_in_frame
 from onemap_perception.detectors.protocol import Detector
 from onemap_perception.detectors.suppression import distinct_queries
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.factory import make_detector, make_encoder
-from onemap_perception.variance import observation_variance
+from onemap_perception.feature_field import feature_field
 from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.pure_pursuit import Pose2d, Velocity
 from onemap_planner.motion.velocity_controller import (
@@ -72,19 +71,8 @@ class PerceptionPipeline:
 
     def field(self, frame: RgbdFrame) -> FeatureField:
         """The frame's features and variances, as perception publishes them."""
-        return FeatureField(
-            sequence=frame.sequence,
-            stamp_ns=frame.stamp_ns,
-            encoder_id=self.encoder.encoder_id,
-            text_space=self.encoder.text_space,
-            features=self.encoder.encode(frame.rgb),
-            variance=observation_variance(
-                frame.depth_mm * MILLIMETRE_M, frame.intrinsics, self._observation
-            ),
-            depth_mm=frame.depth_mm,
-            intrinsics=frame.intrinsics,
-            T_map_camera=frame.T_map_camera,
-        )
+        features = self.encoder.encode(frame.rgb)
+        return feature_field(frame, features, self.encoder, self._observation)
 
 
 class SimulatedRobot:

@@ -13,10 +13,11 @@ from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame_update import compute_update
 from onemap_perception.encoders.protocol import Encoder
-from onemap_perception.variance import VarianceParams, observation_variance
+from onemap_perception.feature_field import feature_field
+from onemap_perception.variance import VarianceParams
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64
-from onemap_shared.messages import FeatureField
+from onemap_shared.messages import FeatureField, RgbdFrame
 from onemap_simulator.rendering.camera_poses import sample_camera_poses
 from onemap_simulator.rendering.renderer import RenderedImage, Renderer
 from onemap_simulator.rendering.rgbd_camera import CameraParams, measured_mm
@@ -48,7 +49,7 @@ def map_scene(scene: Scene, encoder: Encoder, seed: int, pictures: int) -> Mappe
         sample_camera_poses(scene, np.random.default_rng(seed), pictures)
     ):
         view = renderer.render(pose, INTRINSICS, width=CAMERA.width, height=CAMERA.height)
-        belief.fuse(compute_update(feature_field(view, pose, sequence, encoder), params))
+        belief.fuse(compute_update(rendered_field(view, pose, sequence, encoder), params))
         observed |= observed_categories(scene, view)
     return MappedScene(scene, belief, frozenset(observed))
 
@@ -60,20 +61,16 @@ def observed_categories(scene: Scene, view: RenderedImage) -> set[str]:
     return {scene.objects[i].category for i in np.flatnonzero(counts >= MIN_OBSERVED_PIXELS)}
 
 
-def feature_field(
+def rendered_field(
     view: RenderedImage, T_map_camera: F64, sequence: int, encoder: Encoder
 ) -> FeatureField:
     """What perception would publish of a rendered view."""
-    depth_mm = measured_mm(view.depth_m, CAMERA.min_depth_m, CAMERA.max_depth_m)
-    depth_m = np.divide(depth_mm, 1000, dtype=np.float32)
-    return FeatureField(
+    frame = RgbdFrame(
         sequence=sequence,
         stamp_ns=(sequence + 1) * FRAME_NS,
-        encoder_id=encoder.encoder_id,
-        text_space=encoder.text_space,
-        features=encoder.encode(view.rgb),
-        variance=observation_variance(depth_m, INTRINSICS, VarianceParams()),
-        depth_mm=depth_mm,
+        rgb=view.rgb,
+        depth_mm=measured_mm(view.depth_m, CAMERA.min_depth_m, CAMERA.max_depth_m),
         intrinsics=INTRINSICS,
         T_map_camera=T_map_camera,
     )
+    return feature_field(frame, encoder.encode(view.rgb), encoder, VarianceParams())
