@@ -13,8 +13,8 @@ from onemap_perception.onnx import open_session
 
 ENCODE = """
 import numpy as np
-from onemap_perception.encoders.mini import MiniEncoder, MiniSettings
-MiniEncoder(MiniSettings()).encode(np.zeros((48, 64, 3), np.uint8))
+from onemap_perception.encoders.mini import MiniEncoder, MiniParams
+MiniEncoder(MiniParams()).encode(np.zeros((48, 64, 3), np.uint8))
 """
 
 

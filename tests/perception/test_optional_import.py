@@ -15,13 +15,16 @@ from onemap_perception.detectors.open_vocabulary import (
     OpenVocabularyDetector,
     OpenVocabularySettings,
 )
-from onemap_perception.encoders.openclip_convnext import OpenClipConvNext, OpenClipSettings
-from onemap_perception.encoders.tipsv2 import Tipsv2Encoder, Tipsv2Settings
+from onemap_perception.encoders.params import OpenClipConvNextParams, Tipsv2Params
 from onemap_perception.errors import BackendError
+from onemap_perception.factory import make_encoder
 
 USERS: dict[str, tuple[str, Callable[[Path], object]]] = {
-    "openclip_convnext": ("open_clip", lambda folder: OpenClipConvNext(OpenClipSettings(folder))),
-    "tipsv2": ("transformers", lambda folder: Tipsv2Encoder(Tipsv2Settings(folder))),
+    "openclip_convnext": (
+        "open_clip",
+        lambda folder: make_encoder(OpenClipConvNextParams(model=str(folder))),
+    ),
+    "tipsv2": ("transformers", lambda folder: make_encoder(Tipsv2Params(model=str(folder)))),
     "coco": ("transformers", lambda folder: CocoDetector(CocoSettings(folder))),
     "open_vocabulary": (
         "transformers",

@@ -7,7 +7,8 @@ from typing import Any
 from pydantic import Field, model_validator
 
 from onemap_perception.detectors.params import DetectorParams, PatchesParams
-from onemap_perception.encoders.params import EncoderParams, MiniParams
+from onemap_perception.encoders.mini import MiniParams
+from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.variance import VarianceParams
 from onemap_shared.params import Params
 

@@ -1,4 +1,4 @@
-"""From the configuration to the encoder and the detector. Libraries load when they are used."""
+"""Builds the configured encoder and detector; imports torch only for those that need it."""
 
 from __future__ import annotations
 
@@ -18,33 +18,49 @@ from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.detectors.plugin import load_plugin
 from onemap_perception.detectors.protocol import Detector, DetectorError
 from onemap_perception.detectors.router import ClosedVocabularyDetector, RoutedDetector
-from onemap_perception.encoders.mini import MiniEncoder
+from onemap_perception.encoders.mini import MiniEncoder, MiniParams
 from onemap_perception.encoders.params import (
     EncoderParams,
-    MiniParams,
     OpenClipConvNextParams,
     RadioParams,
     Tipsv2Params,
     TorchEncoderParams,
+    TorchParams,
 )
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.model_store import locate
 
 if TYPE_CHECKING:
-    from onemap_perception.encoders.torch_tower import TowerParams
+    import torch
+
+    from onemap_perception.encoders.torch_encoder import VisionLanguageModel
 
 
-def make_encoder(config: EncoderParams) -> Encoder:
-    """The configured encoder, warm; raises Fault."""
-    match config:
-        case MiniParams():
-            return MiniEncoder(config.settings())
+def make_encoder(params: EncoderParams) -> Encoder:
+    """The configured encoder, warm; raises BackendError."""
+    if isinstance(params, MiniParams):
+        return MiniEncoder(params)
+    path = _model_path(params)
+    from onemap_perception.encoders.torch_encoder import TorchEncoder
+    from onemap_perception.torch_device import open_device
+
+    return TorchEncoder(_load_model(params, path, open_device(params.device)), params)
+
+
+def _load_model(params: TorchParams, path: Path, device: torch.device) -> VisionLanguageModel:
+    match params:
         case OpenClipConvNextParams():
-            return _openclip_convnext(config)
+            from onemap_perception.encoders.openclip_convnext import load_openclip_convnext
+
+            return load_openclip_convnext(params, path, device)
         case Tipsv2Params():
-            return _tipsv2(config)
+            from onemap_perception.encoders.tipsv2 import load_tipsv2
+
+            return load_tipsv2(path, device)
         case RadioParams():
-            return _radio(config)
+            from onemap_perception.encoders.radio import load_radio
+
+            return load_radio(params, path, device)
 
 
 def make_detector(config: DetectorParams, encoder: Encoder) -> Detector:
@@ -60,66 +76,6 @@ def make_detector(config: DetectorParams, encoder: Encoder) -> Detector:
             return RoutedDetector(_coco(config.coco), _open_vocabulary(config.open_vocabulary))
         case PluginParams():
             return load_plugin(config.name, config.options)
-
-
-def _openclip_convnext(config: OpenClipConvNextParams) -> Encoder:
-    from onemap_perception.encoders.openclip_convnext import OpenClipConvNext, OpenClipSettings
-
-    return OpenClipConvNext(
-        OpenClipSettings(
-            weights=_model_path(config),
-            architecture=config.architecture,
-            long_side_px=config.long_side_px,
-            sed_compat=config.sed_compat,
-            prompt=config.prompt,
-            kept_texts=config.kept_texts,
-            floor=config.floor,
-            tower=_tower(config),
-        )
-    )
-
-
-def _tipsv2(config: Tipsv2Params) -> Encoder:
-    from onemap_perception.encoders.tipsv2 import Tipsv2Encoder, Tipsv2Settings
-
-    return Tipsv2Encoder(
-        Tipsv2Settings(
-            folder=_model_path(config),
-            long_side_px=config.long_side_px,
-            prompt=config.prompt,
-            kept_texts=config.kept_texts,
-            floor=config.floor,
-            tower=_tower(config),
-        )
-    )
-
-
-def _radio(config: RadioParams) -> Encoder:
-    from onemap_perception.encoders.radio import RadioEncoder, RadioSettings
-
-    return RadioEncoder(
-        RadioSettings(
-            folder=_model_path(config),
-            allow_remote_code=config.allow_remote_code,
-            long_side_px=config.long_side_px,
-            prompt=config.prompt,
-            kept_texts=config.kept_texts,
-            floor=config.floor,
-            tower=_tower(config),
-        )
-    )
-
-
-def _tower(config: TorchEncoderParams) -> TowerParams:
-    from onemap_perception.encoders.torch_tower import TowerParams
-
-    return TowerParams(
-        device=config.device,
-        compiled=config.compiled,
-        warm_up_px=config.warm_up_px,
-        exported=config.exported,
-        provider=config.provider,
-    )
 
 
 def _patches(config: PatchesParams, encoder: Encoder) -> Detector:

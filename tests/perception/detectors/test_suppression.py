@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from onemap_perception.detectors.protocol import Detection
 from onemap_perception.detectors.suppression import distinct_queries, iou, suppress_overlaps
-from onemap_perception.encoders.mini import MiniEncoder, MiniSettings
+from onemap_perception.encoders.mini import MiniEncoder, MiniParams
 
 
 def detection(name: str, score: float, x: int, y: int, side: int = 4) -> Detection:
@@ -43,7 +43,7 @@ def test_scores_of_two_networks_are_not_compared() -> None:
 
 
 def test_words_that_mean_the_same_do_not_compete() -> None:
-    encoder = MiniEncoder(MiniSettings())
+    encoder = MiniEncoder(MiniParams())
     words = ("sofa", "couch", "bed", "sectional sofa", "armchair")
     assert distinct_queries(encoder.embed_text(words)).texts == ("sofa", "bed", "armchair")
 

@@ -13,7 +13,7 @@ from onemap_perception.encoders.mini import (
     SHIPPED,
     STRIDE,
     MiniEncoder,
-    MiniSettings,
+    MiniParams,
     input_size,
 )
 from onemap_perception.encoders.protocol import Encoder, EncoderError
@@ -28,7 +28,7 @@ MAX_SHIPPED_BYTES = 12 * 2**20
 
 @pytest.fixture(scope="module")
 def encoder() -> Encoder:
-    return MiniEncoder(MiniSettings())
+    return MiniEncoder(MiniParams())
 
 
 def noise(height: int, width: int) -> U8:
@@ -103,7 +103,7 @@ def test_without_the_sentence_encoder_an_unknown_word_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("onemap_perception.encoders.mini.find_model_folder", lambda: None)
-    bare = MiniEncoder(MiniSettings())
+    bare = MiniEncoder(MiniParams())
     assert bare.embed_text(["refrigerator"]).texts == ("refrigerator",)
     with pytest.raises(UnknownWordError, match=r"'refrigeratr' .did you mean 'refrigerator'"):
         bare.embed_text(["refrigeratr"])
@@ -132,7 +132,7 @@ def test_an_alias_belongs_to_one_class_and_was_never_trained() -> None:
 
 
 def test_the_limit_of_a_place_lets_synonyms_pass(encoder: Encoder) -> None:
-    bare = MiniEncoder(MiniSettings(aliases=False))
+    bare = MiniEncoder(MiniParams(), aliases=False)
     synonyms = [word for entry in load_vocabulary(SHIPPED).classes for word in entry.held_out]
     nearest = bare.embed_text(synonyms).nearest
     assert [word for word, near in zip(synonyms, nearest, strict=True) if near] == ["telly"]
@@ -177,12 +177,12 @@ def test_words_of_the_table_and_their_plurals_are_no_slips(encoder: Encoder) -> 
 
 def test_damaged_files_are_named(tmp_path: Path) -> None:
     with pytest.raises(EncoderError, match=r"mini\.onnx are missing"):
-        MiniEncoder(MiniSettings(folder=tmp_path))
+        MiniEncoder(MiniParams(folder=tmp_path))
     folder = copied(tmp_path)
     weights = folder / NETWORK_FILE
     weights.write_bytes(weights.read_bytes()[:1000])
     with pytest.raises(EncoderError, match=r"mini\.onnx are damaged"):
-        MiniEncoder(MiniSettings(folder=folder))
+        MiniEncoder(MiniParams(folder=folder))
 
 
 @pytest.mark.parametrize("name", ["words.npz", "vocabulary.json", "calibration.json"])
@@ -190,15 +190,15 @@ def test_a_missing_companion_is_named(tmp_path: Path, name: str) -> None:
     folder = copied(tmp_path)
     (folder / name).unlink()
     with pytest.raises(EncoderError, match=name.replace(".", r"\.")):
-        MiniEncoder(MiniSettings(folder=folder))
+        MiniEncoder(MiniParams(folder=folder))
 
 
 def test_the_id_changes_with_the_weights(tmp_path: Path, encoder: Encoder) -> None:
     folder = copied(tmp_path)
-    assert MiniEncoder(MiniSettings(folder=folder)).encoder_id == encoder.encoder_id
+    assert MiniEncoder(MiniParams(folder=folder)).encoder_id == encoder.encoder_id
     with (folder / NETWORK_FILE).open("ab") as file:
         file.write(b"\x7a\x00")  # an unknown field of length 0: other bytes, the same network
-    assert MiniEncoder(MiniSettings(folder=folder)).encoder_id != encoder.encoder_id
+    assert MiniEncoder(MiniParams(folder=folder)).encoder_id != encoder.encoder_id
 
 
 def test_the_card_holds_what_the_generator_would_write_of_these_weights() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,14 +10,12 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_perception.encoders.openclip_convnext import (
-    DenseConvNext,
-    OpenClipConvNext,
-    OpenClipSettings,
-)
+from onemap_perception.encoders.openclip_convnext import DenseConvNext
+from onemap_perception.encoders.params import OpenClipConvNextParams
 from onemap_perception.encoders.protocol import EncoderError
-from onemap_perception.encoders.torch_tower import TowerParams
+from onemap_perception.encoders.torch_encoder import TorchEncoder
 from onemap_perception.errors import BackendError, OutOfDeviceMemoryError, UnknownWordError
+from onemap_perception.factory import make_encoder
 from onemap_shared.geometry import U8
 from tests.perception.tiny import (
     EMBED_DIM,
@@ -31,7 +28,14 @@ from tests.perception.tiny import (
 
 pytest.importorskip("open_clip", reason="needs open_clip_torch (requirements-encoders.txt)")
 
-SMALL = TowerParams(warm_up_px=(64, 32))
+
+def load(path: Path, **values: Any) -> TorchEncoder:
+    params = OpenClipConvNextParams(
+        **{"model": str(path), "warm_up_px": (64, 32), "long_side_px": 128, **values}
+    )
+    encoder = make_encoder(params)
+    assert isinstance(encoder, TorchEncoder)
+    return encoder
 
 
 @pytest.fixture(scope="module")
@@ -40,8 +44,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def encoder(folder: Path) -> OpenClipConvNext:
-    return OpenClipConvNext(OpenClipSettings(folder, long_side_px=128, tower=SMALL))
+def encoder(folder: Path) -> TorchEncoder:
+    return load(folder)
 
 
 def image(height: int, width: int, seed: int = 0) -> U8:
@@ -58,7 +62,7 @@ def test_on_one_cell_the_dense_map_is_the_pooled_embedding() -> None:
     torch.testing.assert_close(dense[:, 0, 0], pooled, rtol=0, atol=1e-6)
 
 
-def test_the_shape_of_the_image_is_kept(encoder: OpenClipConvNext) -> None:
+def test_the_shape_of_the_image_is_kept(encoder: TorchEncoder) -> None:
     features = encoder.encode(image(480, 640))
     assert features.shape == (3, 4, EMBED_DIM)
     assert features.dtype == np.float16
@@ -66,26 +70,26 @@ def test_the_shape_of_the_image_is_kept(encoder: OpenClipConvNext) -> None:
 
 
 def test_sed_compat_is_the_fixed_square(folder: Path) -> None:
-    encoder = OpenClipConvNext(OpenClipSettings(folder, sed_compat=True, tower=SMALL))
+    encoder = load(folder, sed_compat=True)
     assert encoder.prepare(image(48, 64)).shape == (1, 3, 768, 768)
     assert encoder.encode(image(48, 64)).shape == (24, 24, EMBED_DIM)
 
 
 @pytest.mark.parametrize("size", [(1, 1), (33, 7), (100, 3), (8, 500), (37, 53)])
-def test_images_of_any_size_have_features(encoder: OpenClipConvNext, size: tuple[int, int]) -> None:
+def test_images_of_any_size_have_features(encoder: TorchEncoder, size: tuple[int, int]) -> None:
     features = encoder.encode(image(*size))
     assert features.size > 0
     assert np.isfinite(features).all()
 
 
 @pytest.mark.parametrize("value", [0, 127, 255])
-def test_constant_images_have_features(encoder: OpenClipConvNext, value: int) -> None:
+def test_constant_images_have_features(encoder: TorchEncoder, value: int) -> None:
     assert np.isfinite(encoder.encode(np.full((48, 64, 3), value, np.uint8))).all()
 
 
 @pytest.mark.parametrize("shape", [(32, 32), (32, 32, 4), (32, 32, 1)])
 def test_grey_and_rgba_are_refused_with_their_shape(
-    encoder: OpenClipConvNext, shape: tuple[int, ...]
+    encoder: TorchEncoder, shape: tuple[int, ...]
 ) -> None:
     with pytest.raises(ValueError, match="rgb has shape"):
         encoder.encode(np.zeros(shape, np.uint8))
@@ -93,10 +97,10 @@ def test_grey_and_rgba_are_refused_with_their_shape(
 
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_every_layout_loads_to_the_same_encoder(
-    layout: str, tmp_path: Path, encoder: OpenClipConvNext
+    layout: str, tmp_path: Path, encoder: TorchEncoder
 ) -> None:
     path = open_clip_file(tmp_path, layout)
-    loaded = OpenClipConvNext(OpenClipSettings(path, long_side_px=128, tower=SMALL))
+    loaded = load(path)
     assert (loaded.encoder_id, loaded.text_space) == (encoder.encoder_id, encoder.text_space)
     np.testing.assert_array_equal(loaded.encode(image(9, 9)), encoder.encode(image(9, 9)))
 
@@ -106,49 +110,26 @@ def test_a_missing_visual_key_is_refused_by_name(layout: str, tmp_path: Path) ->
     missing = "visual.trunk.stem.0.weight"
     path = open_clip_file(tmp_path, layout, without=missing)
     with pytest.raises(EncoderError, match=rf"another architecture: it lacks {missing}$"):
-        OpenClipConvNext(OpenClipSettings(path, tower=SMALL))
+        load(path)
 
 
-def test_fine_tuned_images_keep_the_text_space(tmp_path: Path, encoder: OpenClipConvNext) -> None:
+def test_fine_tuned_images_keep_the_text_space(tmp_path: Path, encoder: TorchEncoder) -> None:
     path = open_clip_file(tmp_path, "bare")
     weights = torch.load(path, weights_only=True)
     weights["visual.trunk.stem.0.weight"] += 0.1
     torch.save(weights, path)
-    tuned = OpenClipConvNext(OpenClipSettings(path, long_side_px=128, tower=SMALL))
+    tuned = load(path)
     assert tuned.text_space == encoder.text_space
     assert tuned.encoder_id != encoder.encoder_id
 
 
-def test_texts_go_through_the_prompt_once(
-    encoder: OpenClipConvNext, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked: list[list[str]] = []
-    tokenizer = encoder._tokenizer
-
-    def listen(prompts: list[str]) -> Any:
-        asked.append(prompts)
-        return tokenizer(prompts)
-
-    monkeypatch.setattr(encoder, "_tokenizer", listen)
-    first = encoder.embed_text(["red sofa", "Kühlschrank", "red  sofa"])
-    again = encoder.embed_text(["Kühlschrank"])
-    assert asked == [["a red sofa", "a Kühlschrank"]]
-    assert first.embeddings.shape == (3, EMBED_DIM)
-    np.testing.assert_array_equal(first.embeddings[0], first.embeddings[2])
-    np.testing.assert_array_equal(first.embeddings[1], again.embeddings[0])
-    np.testing.assert_allclose(np.linalg.norm(first.embeddings, axis=1), 1, atol=1e-6)
-    assert first.neutral.shape == (0, EMBED_DIM)
-
-
-def test_a_floor_that_was_measured_goes_with_the_texts(
-    folder: Path, encoder: OpenClipConvNext
-) -> None:
-    measured = OpenClipConvNext(OpenClipSettings(folder, floor=0.62, tower=SMALL))
+def test_a_floor_that_was_measured_goes_with_the_texts(folder: Path, encoder: TorchEncoder) -> None:
+    measured = load(folder, floor=0.62)
     assert measured.embed_text(["lamp"]).floor == 0.62
     assert encoder.embed_text(["lamp"]).floor == 0.0
 
 
-def test_an_embedding_is_the_models_own(encoder: OpenClipConvNext) -> None:
+def test_an_embedding_is_the_models_own(encoder: TorchEncoder) -> None:
     model = open_clip_model()
     tokenizer = pytest.importorskip("open_clip.tokenizer").SimpleTokenizer(context_length=77)
     with torch.inference_mode():
@@ -157,13 +138,13 @@ def test_an_embedding_is_the_models_own(encoder: OpenClipConvNext) -> None:
 
 
 @pytest.mark.parametrize("texts", [[], [""], ["sofa", "  "]])
-def test_empty_texts_are_refused(encoder: OpenClipConvNext, texts: list[str]) -> None:
+def test_empty_texts_are_refused(encoder: TorchEncoder, texts: list[str]) -> None:
     with pytest.raises(UnknownWordError, match="name an object"):
         encoder.embed_text(texts)
 
 
 def test_a_full_device_is_said_and_the_next_image_is_tried(
-    encoder: OpenClipConvNext, monkeypatch: pytest.MonkeyPatch
+    encoder: TorchEncoder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(_: torch.Tensor) -> torch.Tensor:
         raise torch.OutOfMemoryError("CUDA out of memory. Tried to allocate 2.00 GiB")
@@ -178,16 +159,15 @@ def test_a_full_device_is_said_and_the_next_image_is_tried(
 def test_a_device_that_is_not_there_is_one_sentence(folder: Path) -> None:
     if torch.cuda.is_available():
         pytest.skip("this machine has a CUDA device")
-    settings = OpenClipSettings(folder, tower=replace(SMALL, device="cuda"))
     with pytest.raises(BackendError, match="device 'cuda' cannot be used"):
-        OpenClipConvNext(settings)
+        load(folder, device="cuda")
 
 
 def test_an_architecture_that_is_no_convnext_is_refused(folder: Path) -> None:
     with pytest.raises(EncoderError, match="takes ConvNeXt towers"):
-        OpenClipConvNext(OpenClipSettings(folder, architecture="ViT-B-32"))
+        load(folder, architecture="ViT-B-32")
     with pytest.raises(EncoderError, match="knows no architecture 'ConvNeXxt'"):
-        OpenClipConvNext(OpenClipSettings(folder, architecture="ConvNeXxt"))
+        load(folder, architecture="ConvNeXxt")
 
 
 def test_weights_of_another_architecture_are_refused(folder: Path, tmp_path: Path) -> None:
@@ -195,16 +175,16 @@ def test_weights_of_another_architecture_are_refused(folder: Path, tmp_path: Pat
     vision = {**OPEN_CLIP_CONFIG["vision_cfg"], "timm_model_name": "test_convnext2"}
     other.write_text(json.dumps({**OPEN_CLIP_CONFIG, "vision_cfg": vision}), encoding="utf-8")
     with pytest.raises(EncoderError, match="another architecture"):
-        OpenClipConvNext(OpenClipSettings(folder, architecture=str(other)))
+        load(folder, architecture=str(other))
 
 
 def test_a_folder_without_weights_or_configuration_is_refused(tmp_path: Path) -> None:
     with pytest.raises(EncoderError, match=r"holds none of open_clip_model\.safetensors"):
-        OpenClipConvNext(OpenClipSettings(tmp_path))
+        load(tmp_path)
     lone = tmp_path / "weights.pth"
     torch.save({}, lone)
     with pytest.raises(EncoderError, match="name the architecture"):
-        OpenClipConvNext(OpenClipSettings(lone))
+        load(lone)
     (tmp_path / "open_clip_config.json").write_text("[]", encoding="utf-8")
     with pytest.raises(EncoderError, match="describes no OpenCLIP model"):
-        OpenClipConvNext(OpenClipSettings(lone))
+        load(lone)

@@ -12,8 +12,8 @@ import torch
 
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders import radio
+from onemap_perception.encoders.params import RadioParams
 from onemap_perception.encoders.protocol import EncoderError
-from onemap_perception.encoders.torch_tower import TowerParams
 from onemap_perception.factory import make_encoder
 
 
@@ -29,7 +29,7 @@ def test_without_the_flag_nothing_is_read(tmp_path: Path) -> None:
 def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
     pytest.importorskip("transformers", reason="needs transformers")
     with pytest.raises(EncoderError, match="holds no RADIO model"):
-        radio.load_model(radio.RadioSettings(tmp_path, allow_remote_code=True))
+        radio.read_model(tmp_path)
 
 
 class Adaptor(torch.nn.Module):
@@ -57,11 +57,11 @@ class StandIn(torch.nn.Module):
 def test_features_are_laid_out_as_the_image(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(radio, "load_model", lambda settings: StandIn())
-    settings = radio.RadioSettings(
-        tmp_path, True, long_side_px=64, tower=TowerParams(warm_up_px=(64, 48))
+    monkeypatch.setattr(radio, "read_model", lambda folder: StandIn())
+    params = RadioParams(
+        model=str(tmp_path), allow_remote_code=True, long_side_px=64, warm_up_px=(64, 48)
     )
-    encoder = radio.RadioEncoder(settings)
+    encoder = make_encoder(params)
     rgb = np.full((48, 64, 3), (255, 0, 0), np.uint8)
     rgb[:, 32:] = (0, 255, 0)
     features = encoder.encode(rgb)

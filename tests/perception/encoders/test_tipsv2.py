@@ -9,17 +9,12 @@ import pytest
 import torch
 from safetensors.torch import load_file, save_file
 
+from onemap_perception.encoders.params import Tipsv2Params
 from onemap_perception.encoders.protocol import EncoderError
-from onemap_perception.encoders.tipsv2 import (
-    Tipsv2Encoder,
-    Tipsv2Settings,
-    block_of_values,
-    load_model,
-)
-from onemap_perception.encoders.torch_tower import TowerParams
+from onemap_perception.encoders.tipsv2 import block_of_values, read_model
+from onemap_perception.encoders.torch_encoder import TorchEncoder
+from onemap_perception.factory import make_encoder
 from tests.perception.tiny import EMBED_DIM, tipsv2_folder
-
-SMALL = TowerParams(warm_up_px=(56, 42))
 
 
 @pytest.fixture(scope="module")
@@ -28,12 +23,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def encoder(folder: Path) -> Tipsv2Encoder:
-    return Tipsv2Encoder(Tipsv2Settings(folder, long_side_px=56, tower=SMALL))
+def encoder(folder: Path) -> TorchEncoder:
+    encoder = make_encoder(Tipsv2Params(model=str(folder), long_side_px=56, warm_up_px=(56, 42)))
+    assert isinstance(encoder, TorchEncoder)
+    return encoder
 
 
 def test_a_token_alone_attends_to_itself(folder: Path) -> None:
-    model, _ = load_model(folder)
+    model, _ = read_model(folder)
     block = model.vision_model.encoder.layer[-1]
     alone = torch.rand(3, 1, EMBED_DIM)
     with torch.inference_mode():
@@ -42,7 +39,7 @@ def test_a_token_alone_attends_to_itself(folder: Path) -> None:
         assert not torch.allclose(block_of_values(block, two), block(two))
 
 
-def test_features_cover_the_image(encoder: Tipsv2Encoder) -> None:
+def test_features_cover_the_image(encoder: TorchEncoder) -> None:
     rng = np.random.default_rng(0)
     features = encoder.encode(rng.integers(0, 256, (48, 64, 3)).astype(np.uint8))
     assert features.shape == (3, 4, EMBED_DIM)
@@ -50,12 +47,12 @@ def test_features_cover_the_image(encoder: Tipsv2Encoder) -> None:
 
 
 @pytest.mark.parametrize("size", [(1, 1), (33, 7), (8, 500)])
-def test_images_of_any_size_have_features(encoder: Tipsv2Encoder, size: tuple[int, int]) -> None:
+def test_images_of_any_size_have_features(encoder: TorchEncoder, size: tuple[int, int]) -> None:
     assert np.isfinite(encoder.encode(np.full((*size, 3), 200, np.uint8))).all()
 
 
-def test_texts_are_the_models_own(encoder: Tipsv2Encoder, folder: Path) -> None:
-    model, tokenizer = load_model(folder)
+def test_texts_are_the_models_own(encoder: TorchEncoder, folder: Path) -> None:
+    model, tokenizer = read_model(folder)
     asked = tokenizer(["a sofa"], padding="max_length", max_length=64, return_tensors="pt")
     with torch.inference_mode():
         pooled = model.get_text_features(**asked).pooler_output
@@ -70,7 +67,7 @@ def test_texts_are_the_models_own(encoder: Tipsv2Encoder, folder: Path) -> None:
 def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
     pytest.importorskip("transformers", reason="needs transformers")
     with pytest.raises(EncoderError, match="holds no TIPSv2 model"):
-        load_model(tmp_path)
+        read_model(tmp_path)
 
 
 def test_a_missing_tensor_is_refused_by_name(folder: Path, tmp_path: Path) -> None:
@@ -80,4 +77,4 @@ def test_a_missing_tensor_is_refused_by_name(folder: Path, tmp_path: Path) -> No
     del weights["vision_encoder.norm.weight"]
     save_file(weights, tmp_path / "model.safetensors", metadata={"format": "pt"})
     with pytest.raises(EncoderError, match=r"it lacks vision_model\.layernorm\.weight"):
-        load_model(tmp_path)
+        read_model(tmp_path)

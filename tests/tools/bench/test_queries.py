@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniSettings
+from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench import queries
@@ -91,7 +91,7 @@ def test_what_is_asked_needs_no_sentence_encoder(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("onemap_perception.encoders.mini.find_model_folder", lambda: None)
     vocabulary = load_vocabulary(SHIPPED)
     words = query_words(vocabulary)
-    MiniEncoder(MiniSettings()).embed_text([word.text for word in words])
+    MiniEncoder(MiniParams()).embed_text([word.text for word in words])
     named = {
         word for e in vocabulary.classes for word in (*e.aliases, *e.held_out, *e.query_aliases)
     }

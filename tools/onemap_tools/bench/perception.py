@@ -24,17 +24,18 @@ import numpy as np
 import torch
 
 from onemap_perception.encoders.image import fitted_size, pixel_values, resized
+from onemap_perception.encoders.mini import MiniParams
 from onemap_perception.encoders.openclip_convnext import (
     CLIP_MEAN,
     CLIP_STD,
     STRIDE,
     DenseConvNext,
-    OpenClipSettings,
-    architecture,
+    read_architecture,
 )
-from onemap_perception.encoders.params import EncoderParams, MiniParams
-from onemap_perception.encoders.tipsv2 import NO_MEAN, NO_STD, DenseTips
-from onemap_perception.encoders.torch_tower import TorchTower, TowerParams
+from onemap_perception.encoders.params import EncoderParams, TowerParams
+from onemap_perception.encoders.tipsv2 import DenseTips
+from onemap_perception.encoders.torch_encoder import NO_MEAN, NO_STD, TorchEncoder
+from onemap_perception.encoders.torch_tower import TorchTower
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_perception.optional_import import OPEN_CLIP, TRANSFORMERS, optional_import
@@ -88,16 +89,15 @@ def run_configured(config: EncoderParams, params: PerceptionBenchParams) -> dict
 
 def configured_encoder(config: EncoderParams) -> MeasuredEncoder:
     """The configured encoder."""
-    encoder: Any = make_encoder(config)
-    tower = getattr(encoder, "tower", None)
-    if not isinstance(tower, TorchTower):
+    encoder = make_encoder(config)
+    if not isinstance(encoder, TorchEncoder) or not isinstance(encoder.tower, TorchTower):
         return MeasuredEncoder(encoder.encode)
-    return MeasuredEncoder(encoder.encode, tower, encoder.prepare)
+    return MeasuredEncoder(encoder.encode, encoder.tower, encoder.prepare)
 
 
 def random_encoder(backend: str, device: str, params: PerceptionBenchParams) -> MeasuredEncoder:
     """A backend with random weights; raises Fault."""
-    settings = TowerParams(device, params.compiled, params.size_px)
+    tower_params = TowerParams(device=device, compiled=params.compiled, warm_up_px=params.size_px)
     match backend:
         case "mini":
             return configured_encoder(MiniParams())
@@ -105,7 +105,7 @@ def random_encoder(backend: str, device: str, params: PerceptionBenchParams) -> 
             with optional_import("open_clip", OPEN_CLIP, backend=backend, kind=BackendError):
                 from open_clip.model import CLIP
 
-            config = architecture(OpenClipSettings(Path(), params.architecture))
+            config = read_architecture(params.architecture, Path())
             vision = {**config["vision_cfg"], "timm_model_pretrained": False}
             # Only the pictures' side runs: the smallest text side there is.
             text = {"width": 8, "heads": 1, "layers": 1}
@@ -119,7 +119,7 @@ def random_encoder(backend: str, device: str, params: PerceptionBenchParams) -> 
 
             module = DenseTips(Tipsv2VisionModel(Tipsv2Config().vision_config))
             stride, side, mean, std = 14, 448, NO_MEAN, NO_STD
-    tower = TorchTower(module.requires_grad_(False), settings)
+    tower = TorchTower(module.requires_grad_(False), tower_params)
 
     def prepare(rgb: U8) -> F32:
         size = fitted_size(rgb.shape[1], rgb.shape[0], long_side_px=side, stride=stride)

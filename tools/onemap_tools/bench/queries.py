@@ -30,8 +30,8 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.replies import similarity_reply
 from onemap_mapper.similarity import ScoreCache, TextQuery, text_query
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.encoders.mini import SHIPPED, MiniEncoder
-from onemap_perception.encoders.params import EncoderParams, MiniParams
+from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
+from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
@@ -250,7 +250,7 @@ def encoder_pair(config: EncoderParams) -> EncoderPair:
     """The configured encoder; raises Fault."""
     shipped = make_encoder(config)
     if isinstance(config, MiniParams):
-        return EncoderPair(shipped, MiniEncoder(replace(config.settings(), aliases=False)))
+        return EncoderPair(shipped, MiniEncoder(config, aliases=False))
     return EncoderPair(shipped, shipped)
 
 

@@ -12,14 +12,10 @@ import onnx
 import torch
 
 from onemap_perception.encoders.exported_tower import ENCODER_KEY, INPUT, OUTPUT, ExportedTower
-from onemap_perception.encoders.openclip_convnext import OpenClipConvNext
-from onemap_perception.encoders.params import (
-    EncoderParams,
-    MiniParams,
-    RadioParams,
-    TorchEncoderParams,
-)
-from onemap_perception.encoders.tipsv2 import DenseTips, Tipsv2Encoder
+from onemap_perception.encoders.mini import MiniParams
+from onemap_perception.encoders.params import EncoderParams, RadioParams, TorchParams
+from onemap_perception.encoders.tipsv2 import DenseTips
+from onemap_perception.encoders.torch_encoder import TorchEncoder
 from onemap_perception.encoders.torch_tower import TorchTower
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
@@ -88,13 +84,13 @@ def cosine(a: np.ndarray, b: np.ndarray) -> float:
     return float(((first * second).sum(axis=-1) / norms).min())
 
 
-def _make_cpu_encoder(config: TorchEncoderParams) -> OpenClipConvNext | Tipsv2Encoder:
+def _make_cpu_encoder(config: TorchParams) -> TorchEncoder:
     plain = config.model_copy(update={"device": "cpu", "compiled": False, "exported": None})
     try:
-        encoder = make_encoder(plain)  # type: ignore[arg-type]
+        encoder = make_encoder(plain)
     except BackendError as problem:
         raise CliError(str(problem)) from problem
-    assert isinstance(encoder, OpenClipConvNext | Tipsv2Encoder)
+    assert isinstance(encoder, TorchEncoder)
     return encoder
 
 

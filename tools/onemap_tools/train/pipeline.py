@@ -17,7 +17,7 @@ import numpy as np
 import torch
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniSettings
+from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.text.minilm import INSTALL, MiniLm, find_model_folder
 from onemap_perception.text.vocabulary import FILE as VOCABULARY_FILE
 from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
@@ -120,7 +120,7 @@ def export(work: TrainingFolders) -> float:
         raise TrainingError(f"the exported network departs from torch: least cosine {cosine:.5f}")
     write_embedding_table(work.vocabulary, _open_sentence_encoder(), work.output)
     save_calibration(work.output, DEFAULT_CALIBRATION)
-    encoder = MiniEncoder(MiniSettings(folder=work.output))
+    encoder = MiniEncoder(MiniParams(folder=work.output))
     names = encoder.embed_text(work.vocabulary.names)
     rng = np.random.default_rng(0)
     temperature = fit_temperature(encoder, names, frames, rng)
@@ -133,7 +133,7 @@ def evaluate_encoder(work: TrainingFolders) -> dict[str, Any]:
 
     Held-out synonyms are embedded even where a query would take them for an alias.
     """
-    encoder = MiniEncoder(MiniSettings(folder=work.output, aliases=False))
+    encoder = MiniEncoder(MiniParams(folder=work.output), aliases=False)
     result: dict[str, Any] = {
         "encoder_id": encoder.encoder_id,
         "facts": _measure_facts(work, encoder),

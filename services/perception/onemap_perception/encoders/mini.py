@@ -1,18 +1,18 @@
-"""The shipped encoder ``mini``: an ONNX network on the CPU and its words.
+"""The shipped encoder ``mini``: an ONNX network on the CPU and its vocabulary.
 
-It knows the simulator's world. See mini/MODEL_CARD.md.
+It is trained on the simulator's apartments. See mini/MODEL_CARD.md.
 """
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import cv2
 import numpy as np
+from pydantic import Field
 
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.onnx import open_session
@@ -24,6 +24,7 @@ from onemap_perception.text.text_encoder import CachedTextEncoder
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import TextEmbeddings, expect
+from onemap_shared.params import Params
 
 STRIDE = 8
 SHIPPED = Path(__file__).parents[1] / "mini"
@@ -32,27 +33,38 @@ TEXT_SPACE = "all-MiniLM-L6-v2"
 CACHED_TEXTS = 4096  # embeddings outside the table that are kept: 6 MB at 384 numbers
 
 
-@dataclass(frozen=True, slots=True)
-class MiniSettings:
-    """folder: weights and words; threads: of onnxruntime; input_width_px: larger images are
-    reduced to this width, because the network learned things at the size they have there;
-    aliases: answer names whose embedding is known to fail as their class (off to evaluate)."""
+class MiniParams(Params):
+    """The encoder that ships with OneMap."""
 
-    folder: Path = SHIPPED
-    threads: int = 1
-    input_width_px: int = 320
-    aliases: bool = True
+    backend: Literal["mini"] = Field(
+        default="mini", description="Chooses this encoder: it ships with OneMap and needs no GPU."
+    )
+    folder: Path = Field(
+        default=SHIPPED, description="Weights and words; another folder holds one's own training."
+    )
+    threads: int = Field(
+        default=1, ge=1, le=64, description="Of onnxruntime; the other cores run other services."
+    )
+    input_width_px: int = Field(
+        default=320,
+        ge=8,
+        le=4096,
+        description="Wider images are reduced to this: what the network was trained on.",
+    )
 
 
 class MiniEncoder:
-    """Implements ``Encoder``. Raises EncoderError when its files are missing or damaged."""
+    """Implements ``Encoder``. Raises EncoderError when its files are missing or damaged.
 
-    def __init__(self, settings: MiniSettings) -> None:
-        path = settings.folder / NETWORK_FILE
-        self._session = _open(path, settings.threads)
-        self._input_width_px = settings.input_width_px
+    aliases: answer names whose embedding is known to fail as their class; False to evaluate.
+    """
+
+    def __init__(self, params: MiniParams, *, aliases: bool = True) -> None:
+        path = params.folder / NETWORK_FILE
+        self._session = _open(path, params.threads)
+        self._input_width_px = params.input_width_px
         self._id = f"mini-{hashlib.sha256(path.read_bytes()).hexdigest()[:8]}"
-        self._text = _load_text(settings.folder, aliases=settings.aliases)
+        self._text = _load_text(params.folder, aliases=aliases)
 
     @property
     def encoder_id(self) -> str:

@@ -1,13 +1,14 @@
-"""``perception.encoder``: which one, and its own settings."""
+"""Parameters of the encoders: the section ``perception.encoder``."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from onemap_perception.encoders.mini import SHIPPED, MiniSettings
+from onemap_perception.encoders.mini import MiniParams
 from onemap_shared.params import Params
 
 Device = Annotated[str, Field(pattern=r"^(cpu|cuda(:\d+)?)$")]
@@ -15,39 +16,9 @@ Prompt = Annotated[str, Field(pattern=r"^[^{}]*\{\}[^{}]*$")]
 Pixels = Annotated[int, Field(ge=1, le=8192)]
 
 
-class MiniParams(Params):
-    """The encoder that ships with OneMap."""
+class TowerParams(Params):
+    """Where and how a vision tower runs."""
 
-    backend: Literal["mini"] = Field(
-        default="mini", description="Chooses this encoder: it ships with OneMap and needs no GPU."
-    )
-    folder: Path = Field(
-        default=SHIPPED, description="Weights and words; another folder holds one's own training."
-    )
-    threads: int = Field(
-        default=1, ge=1, le=64, description="One is fast enough, the other cores have work too."
-    )
-    input_width_px: int = Field(
-        default=320,
-        ge=8,
-        le=4096,
-        description="Wider images are reduced to this: what the network was trained on.",
-    )
-
-    def settings(self) -> MiniSettings:
-        """As the encoder reads them."""
-        return MiniSettings(self.folder, self.threads, self.input_width_px)
-
-
-class TorchEncoderParams(Params):
-    """What the encoders of other people have in common."""
-
-    model: str = Field(
-        description="A hub id that 'onemap models fetch' has fetched, or a file or folder."
-    )
-    allow_fetch: bool = Field(
-        default=False, description="Fetch a missing model at start; off, a robot may be offline."
-    )
     device: Device = Field(default="cpu", description="cpu, cuda or cuda:N; cuda in fp16.")
     compiled: bool = Field(
         default=False, description="torch.compile: minutes at start, then faster frames."
@@ -61,9 +32,24 @@ class TorchEncoderParams(Params):
     provider: Literal["cpu", "cuda", "tensorrt"] = Field(
         default="cpu", description="Where onnxruntime runs the exported tower."
     )
-    prompt: Prompt = Field(default="a {}", description="The paper's; {} is what was asked for.")
-    kept_texts: int = Field(
-        default=1024, ge=1, le=65536, description="Newest embeddings kept: 3 MB at 768 numbers."
+
+
+class TorchEncoderParams(TowerParams):
+    """What the encoders of vision and text towers in torch have in common."""
+
+    former_keys: ClassVar[Mapping[str, str]] = {"kept_texts": "text_cache_size"}
+
+    model: str = Field(
+        description="A hub id that 'onemap models fetch' has fetched, or a file or folder."
+    )
+    allow_fetch: bool = Field(
+        default=False, description="Fetch a missing model at start; off, a robot may be offline."
+    )
+    prompt: Prompt = Field(
+        default="a {}", description="The paper's prompt; {} stands for the text of the query."
+    )
+    text_cache_size: int = Field(
+        default=1024, ge=1, le=65536, description="Embeddings of texts kept: 3 MB at 768 numbers."
     )
     floor: float = Field(
         default=0.0,
@@ -78,7 +64,8 @@ class OpenClipConvNextParams(TorchEncoderParams):
     """OpenCLIP's ConvNeXt, the paper's encoder among them."""
 
     backend: Literal["openclip_convnext"] = Field(
-        description="Chooses this encoder: the paper's, any word, a GPU is advised."
+        default="openclip_convnext",
+        description="Chooses this encoder: the paper's, any word, a GPU is advised.",
     )
     architecture: str = Field(
         default="",
@@ -96,7 +83,8 @@ class Tipsv2Params(TorchEncoderParams):
     """TIPSv2 through transformers."""
 
     backend: Literal["tipsv2"] = Field(
-        description="Chooses this encoder: any word, trained for features of single patches."
+        default="tipsv2",
+        description="Chooses this encoder: any word, trained for features of single patches.",
     )
     long_side_px: int = Field(
         default=448, ge=14, le=2048, description="Pixels of the longer side fed in, shape kept."
@@ -107,7 +95,7 @@ class RadioParams(TorchEncoderParams):
     """C-RADIO with its SigLIP2 adaptor."""
 
     backend: Literal["radio"] = Field(
-        description="Chooses this encoder: any word; needs allow_remote_code."
+        default="radio", description="Chooses this encoder: any word; needs allow_remote_code."
     )
     allow_remote_code: bool = Field(
         default=False,
@@ -118,7 +106,5 @@ class RadioParams(TorchEncoderParams):
     )
 
 
-EncoderParams = Annotated[
-    MiniParams | OpenClipConvNextParams | Tipsv2Params | RadioParams,
-    Field(discriminator="backend"),
-]
+TorchParams = OpenClipConvNextParams | Tipsv2Params | RadioParams
+EncoderParams = Annotated[MiniParams | TorchParams, Field(discriminator="backend")]

@@ -1,16 +1,15 @@
-"""Running a vision tower of torch: device, precision, memory, and what goes wrong there."""
+"""Runs the vision tower of an encoder, in torch or exported to ONNX."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 import torch
 
 from onemap_perception.encoders.exported_tower import ExportedTower
+from onemap_perception.encoders.params import TowerParams
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.torch_device import inference, open_device
 from onemap_shared.geometry import F16, F32
@@ -18,21 +17,8 @@ from onemap_shared.geometry import F16, F32
 Dense = Callable[[torch.Tensor], torch.Tensor]
 
 
-@dataclass(frozen=True, slots=True)
-class TowerParams:
-    """device: cpu, cuda or cuda:N; compiled: through torch.compile, minutes at start for a
-    faster frame; warm_up_px: (width, height) of the camera, whose first frame then waits for
-    nothing. exported: an ONNX file of the tower, which onnxruntime's provider then runs."""
-
-    device: str = "cpu"
-    compiled: bool = False
-    warm_up_px: tuple[int, int] = (640, 480)
-    exported: Path | None = None
-    provider: str = "cpu"
-
-
 class Tower(Protocol):
-    """Runs the image's side of an encoder."""
+    """Runs the vision side of an encoder."""
 
     def __call__(self, pixel_values: F32) -> F16:
         """Unit features (h, w, D) float16 of an image (1, 3, H, W) float32."""
@@ -42,15 +28,15 @@ class TorchTower:
     """Implements ``Tower``: a module (1, 3, H, W) to (1, h, w, D), in half
     precision and channels-last on CUDA only."""
 
-    def __init__(self, module: torch.nn.Module, settings: TowerParams) -> None:
-        self.device = open_device(settings.device)
+    def __init__(self, module: torch.nn.Module, params: TowerParams) -> None:
+        self.device = open_device(params.device)
         on_gpu = self.device.type == "cuda"
         self.dtype = torch.float16 if on_gpu else torch.float32
         self._layout = torch.channels_last if on_gpu else torch.contiguous_format
         self.module = module.eval()
         placed: Any = self.module.to(self.device, self.dtype)
         placed = placed.to(memory_format=self._layout)
-        self._run: Dense = torch.compile(placed, dynamic=False) if settings.compiled else placed
+        self._run: Dense = torch.compile(placed, dynamic=False) if params.compiled else placed
 
     def __call__(self, pixel_values: F32) -> F16:
         """See ``Tower``."""
@@ -68,8 +54,8 @@ class TorchTower:
         return self._run(image.contiguous(memory_format=self._layout))
 
 
-def open_tower(module: torch.nn.Module, settings: TowerParams, encoder_id: str) -> Tower:
-    """The module where it is to run, or its exported twin; raises Fault."""
-    if settings.exported is None:
-        return TorchTower(module, settings)
-    return ExportedTower(settings.exported, settings.provider, encoder_id)
+def open_tower(module: torch.nn.Module, params: TowerParams, encoder_id: str) -> Tower:
+    """The module where it is to run, or its exported file; raises BackendError."""
+    if params.exported is None:
+        return TorchTower(module, params)
+    return ExportedTower(params.exported, params.provider, encoder_id)
