@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from onemap_perception import factory
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.detectors import plugin
 from onemap_perception.detectors.protocol import Detection, DetectorError, Image
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_detector, make_encoder
@@ -32,10 +32,10 @@ def test_the_default_is_what_ships() -> None:
     config = configured({})
     assert config.encoder.backend == "mini"
     assert config.detector.backend == "patches"
-    assert configured({"mini": {"threads": 2}, "patches": {"core": 0.8}}) == configured(
+    assert configured({"mini": {"threads": 2}, "patches": {"peak_threshold": 0.7}}) == configured(
         {
             "encoder": {"backend": "mini", "threads": 2},
-            "detector": {"backend": "patches", "core": 0.8},
+            "detector": {"backend": "patches", "peak_threshold": 0.7},
         }
     )
 
@@ -51,8 +51,17 @@ def test_the_default_is_what_ships() -> None:
         ({"encoder": {"backend": "clip"}}, "perception.encoder: Input tag 'clip'"),
         ({"encoder": {"backend": "tipsv2"}}, "perception.encoder.model: Field required"),
         (
-            {"detector": {"backend": "routed", "coco": {"scor": 0.5}}},
-            "perception.detector.coco.scor is unknown; did you mean 'score'?",
+            {"detector": {"backend": "routed", "coco": {"score_treshold": 0.5}}},
+            "perception.detector.coco.score_treshold is unknown; did you mean 'score_threshold'?",
+        ),
+        (
+            {"detector": {"backend": "routed", "coco": {"score": 0.5}}},
+            "perception.detector.coco.score is now called 'score_threshold'",
+        ),
+        ({"patches": {"core": 0.8}}, "perception.detector.core is now called 'peak_threshold'"),
+        (
+            {"encoder": {"backend": "tipsv2", "model": "x", "kept_texts": 9}},
+            "perception.encoder.kept_texts is now called 'text_cache_size'",
         ),
         ({"encoder": {"backend": "tipsv2", "model": "x", "device": "gpu"}}, "should match pattern"),
         ({"encoder": {"backend": "tipsv2", "model": "x", "prompt": "a"}}, "should match pattern"),
@@ -148,7 +157,7 @@ def entries(group: str) -> list[EntryPoint]:
 
 
 def test_a_users_own_detector_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plugin, "entry_points", entries)
+    monkeypatch.setattr(factory, "entry_points", entries)
     document = {"backend": "plugin", "name": "corner", "options": {"score": 0.7}}
     detector = make_detector(configured({"detector": document}).detector, OnlyCosines())
     (found,) = detector.detect(
@@ -169,6 +178,6 @@ def test_a_users_own_detector_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_bad_plugin_is_one_sentence(
     name: str, sentence: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(plugin, "entry_points", entries)
+    monkeypatch.setattr(factory, "entry_points", entries)
     with pytest.raises(BackendError, match=sentence):
-        plugin.load_plugin(name, {})
+        factory.load_plugin(name, {})

@@ -9,26 +9,25 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+import torch
 
-from onemap_perception.detectors.coco import CocoDetector, CocoSettings
-from onemap_perception.detectors.open_vocabulary import (
-    OpenVocabularyDetector,
-    OpenVocabularySettings,
-)
+from onemap_perception.detectors.coco import CocoNetwork
+from onemap_perception.detectors.open_vocabulary import GroundingNetwork
 from onemap_perception.encoders.params import OpenClipConvNextParams, Tipsv2Params
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 
+CPU = torch.device("cpu")
 USERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "openclip_convnext": (
         "open_clip",
         lambda folder: make_encoder(OpenClipConvNextParams(model=str(folder))),
     ),
     "tipsv2": ("transformers", lambda folder: make_encoder(Tipsv2Params(model=str(folder)))),
-    "coco": ("transformers", lambda folder: CocoDetector(CocoSettings(folder))),
+    "coco": ("transformers", lambda folder: CocoNetwork(folder, CPU)),
     "open_vocabulary": (
         "transformers",
-        lambda folder: OpenVocabularyDetector(OpenVocabularySettings(folder)),
+        lambda folder: GroundingNetwork(folder, CPU),
     ),
 }
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.detectors.patches import PatchDetector, PatchThresholds
+from onemap_perception.detectors.patches import PatchDetector, PatchesParams
 from onemap_perception.errors import OutOfDeviceMemoryError
 from onemap_perception.service import Perception, PerceptionComponents, build
 from onemap_perception.variance import VarianceParams
@@ -42,7 +42,7 @@ class World:
         self.outside: MemoryBus = self.hub.bus()
         parts = PerceptionComponents(
             ColourEncoder(),
-            PatchDetector(PatchThresholds(), "toy"),
+            PatchDetector(PatchesParams(), "toy"),
             VarianceParams(),
             silent_after_s=5.0,
         )
@@ -108,7 +108,7 @@ def test_a_search_that_began_before_perception_is_followed() -> None:
     world = World.__new__(World)
     world.hub = hub
     parts = PerceptionComponents(
-        ColourEncoder(), PatchDetector(PatchThresholds(), "toy"), VarianceParams(), 5.0
+        ColourEncoder(), PatchDetector(PatchesParams(), "toy"), VarianceParams(), 5.0
     )
     service = Perception(hub.bus("perception"), parts)
     detections = hub.bus().subscribe(keys.DETECTIONS)

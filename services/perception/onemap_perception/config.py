@@ -6,7 +6,8 @@ from typing import Any
 
 from pydantic import Field, model_validator
 
-from onemap_perception.detectors.params import DetectorParams, PatchesParams
+from onemap_perception.detectors.params import DetectorParams
+from onemap_perception.detectors.patches import PatchesParams
 from onemap_perception.encoders.mini import MiniParams
 from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.variance import VarianceParams

@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from importlib.metadata import entry_points
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from onemap_perception.detectors.params import (
-    BoxDetectorParams,
+    BoxParams,
     CocoParams,
     DetectorParams,
     OpenVocabularyParams,
-    PatchesParams,
     PluginParams,
     RoutedParams,
 )
-from onemap_perception.detectors.patches import PatchDetector
-from onemap_perception.detectors.plugin import load_plugin
+from onemap_perception.detectors.patches import PatchDetector, PatchesParams
 from onemap_perception.detectors.protocol import Detector, DetectorError
-from onemap_perception.detectors.router import ClosedVocabularyDetector, RoutedDetector
+from onemap_perception.detectors.router import RoutedDetector
 from onemap_perception.encoders.mini import MiniEncoder, MiniParams
 from onemap_perception.encoders.params import (
     EncoderParams,
     OpenClipConvNextParams,
     RadioParams,
     Tipsv2Params,
-    TorchEncoderParams,
     TorchParams,
 )
 from onemap_perception.encoders.protocol import Encoder
@@ -33,7 +32,11 @@ from onemap_perception.model_store import locate
 if TYPE_CHECKING:
     import torch
 
+    from onemap_perception.detectors.box_detector import BoxDetector, BoxNetwork
     from onemap_perception.encoders.torch_encoder import VisionLanguageModel
+
+PLUGIN_GROUP = "onemap.detectors"  # of entry points
+PLUGIN_MEMBERS = ("detector_id", "reads_features", "detect")
 
 
 def make_encoder(params: EncoderParams) -> Encoder:
@@ -63,46 +66,63 @@ def _load_model(params: TorchParams, path: Path, device: torch.device) -> Vision
             return load_radio(params, path, device)
 
 
-def make_detector(config: DetectorParams, encoder: Encoder) -> Detector:
-    """The configured detector; raises Fault."""
-    match config:
+def make_detector(params: DetectorParams, encoder: Encoder) -> Detector:
+    """The configured detector; raises BackendError."""
+    match params:
         case PatchesParams():
-            return _patches(config, encoder)
-        case CocoParams():
-            return _coco(config)
-        case OpenVocabularyParams():
-            return _open_vocabulary(config)
+            return _patch_detector(params, encoder)
+        case CocoParams() | OpenVocabularyParams():
+            return _box_detector(params)
         case RoutedParams():
-            return RoutedDetector(_coco(config.coco), _open_vocabulary(config.open_vocabulary))
+            return RoutedDetector(_box_detector(params.coco), _box_detector(params.open_vocabulary))
         case PluginParams():
-            return load_plugin(config.name, config.options)
+            return load_plugin(params.name, params.options)
 
 
-def _patches(config: PatchesParams, encoder: Encoder) -> Detector:
+def _patch_detector(params: PatchesParams, encoder: Encoder) -> Detector:
     if len(encoder.embed_text(("chair",)).neutral) == 0:
         raise DetectorError(
             "the detector patches needs an encoder with calibrated scores (mini); choose "
             "perception.detector.backend: routed, coco, open_vocabulary or plugin"
         )
-    return PatchDetector(config.thresholds(), encoder.encoder_id)
+    return PatchDetector(params, encoder.encoder_id)
 
 
-def _coco(config: CocoParams) -> ClosedVocabularyDetector:
-    from onemap_perception.detectors.coco import CocoDetector, CocoSettings
+def _box_detector(params: BoxParams) -> BoxDetector:
+    path = _model_path(params)
+    from onemap_perception.detectors.box_detector import BoxDetector
+    from onemap_perception.torch_device import open_device
 
-    return CocoDetector(CocoSettings(_model_path(config), config.device, config.limits()))
-
-
-def _open_vocabulary(config: OpenVocabularyParams) -> Detector:
-    from onemap_perception.detectors.open_vocabulary import (
-        OpenVocabularyDetector,
-        OpenVocabularySettings,
-    )
-
-    return OpenVocabularyDetector(
-        OpenVocabularySettings(_model_path(config), config.device, config.limits())
-    )
+    return BoxDetector(_load_network(params, path, open_device(params.device)), params)
 
 
-def _model_path(config: TorchEncoderParams | BoxDetectorParams) -> Path:
-    return locate(config.model, allow_fetch=config.allow_fetch)
+def _load_network(params: BoxParams, path: Path, device: torch.device) -> BoxNetwork:
+    match params:
+        case CocoParams():
+            from onemap_perception.detectors.coco import CocoNetwork
+
+            return CocoNetwork(path, device)
+        case OpenVocabularyParams():
+            from onemap_perception.detectors.open_vocabulary import GroundingNetwork
+
+            return GroundingNetwork(path, device)
+
+
+def load_plugin(name: str, options: Mapping[str, Any]) -> Detector:
+    """What the entry point returns when it is called with the options; raises DetectorError."""
+    installed = {entry.name: entry for entry in entry_points(group=PLUGIN_GROUP)}
+    if name not in installed:
+        there = ", ".join(sorted(installed)) or "none"
+        raise DetectorError(f"no installed package has a detector {name!r} (there is: {there})")
+    try:
+        detector: Detector = installed[name].load()(**options)
+    except Exception as problem:  # of another package's code
+        raise DetectorError(f"the detector {name!r} cannot be loaded: {problem!r}") from problem
+    missing = [member for member in PLUGIN_MEMBERS if not hasattr(detector, member)]
+    if missing:
+        raise DetectorError(f"the detector {name!r} lacks {', '.join(missing)}")
+    return detector
+
+
+def _model_path(params: TorchParams | BoxParams) -> Path:
+    return locate(params.model, allow_fetch=params.allow_fetch)

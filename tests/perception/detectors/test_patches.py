@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
-from onemap_perception.detectors.patches import PatchDetector, PatchThresholds, box_px, components
+from onemap_perception.detectors.patches import PatchDetector, PatchesParams
 from onemap_perception.detectors.protocol import Image
 from onemap_shared.geometry import Bool
 from tests.perception.toy import COLOURS, ColourEncoder, frame
@@ -19,8 +20,8 @@ def sample_image() -> Image:
     return Image(rgb, ENCODER.encode(rgb))
 
 
-def detector(**limits: float) -> PatchDetector:
-    return PatchDetector(PatchThresholds(**limits), "toy")  # type: ignore[arg-type]
+def detector(**params: float) -> PatchDetector:
+    return PatchDetector(PatchesParams(**params), "toy")  # type: ignore[arg-type]
 
 
 def test_a_red_square_is_the_one_red_thing() -> None:
@@ -46,8 +47,8 @@ def test_several_names_come_best_first() -> None:
 
 def test_things_smaller_or_less_sure_than_the_limits_are_left_out() -> None:
     red = ENCODER.embed_text(["red"])
-    assert detector(patches=5).detect(sample_image(), red) == ()
-    assert detector(core=0.99999).detect(sample_image(), red) == ()
+    assert detector(min_patches=5).detect(sample_image(), red) == ()
+    assert detector(peak_threshold=0.99999).detect(sample_image(), red) == ()
 
 
 def test_at_most_so_many_detections_of_a_name() -> None:
@@ -56,26 +57,33 @@ def test_at_most_so_many_detections_of_a_name() -> None:
     rgb[::16, ::16] = (200, 0, 0)  # the toy looks at each patch's first pixel
     image = Image(rgb, ENCODER.encode(rgb))
     red = ENCODER.embed_text(["red"])
-    assert len(detector(patches=1, detections=9).detect(image, red)) == 9
-    assert len(detector(patches=1, detections=4).detect(image, red)) == 4
+    assert len(detector(min_patches=1, max_detections=9).detect(image, red)) == 9
+    assert len(detector(min_patches=1, max_detections=4).detect(image, red)) == 4
 
 
-@given(bits=st.lists(st.lists(st.booleans(), min_size=6, max_size=6), min_size=4, max_size=4))
-def test_components_are_the_groups_that_touch(bits: list[list[bool]]) -> None:
-    wanted: Bool = np.array(bits)
-    labels = components(wanted)
-    assert ((labels > 0) == wanted).all()
-    # The slow twin: spread the smallest number of the neighbourhood until nothing changes.
-    slow = np.where(wanted, np.arange(wanted.size).reshape(wanted.shape) + 1, 0)
-    for _ in range(wanted.size):
-        for i, j in np.argwhere(wanted):
+@given(
+    above=arrays(bool, (4, 6), elements=st.booleans()),
+)
+def test_detections_are_the_groups_that_touch(above: Bool) -> None:
+    """Against a slow search: spread the smallest number of the neighbourhood to a fixed point."""
+    slow = np.where(above, np.arange(above.size).reshape(above.shape) + 1, 0)
+    for _ in range(above.size):
+        for i, j in np.argwhere(above):
             near = slow[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2]
             slow[i, j] = near[near > 0].min()
-    pairs = {(int(a), int(b)) for a, b in zip(labels[wanted], slow[wanted], strict=True)}
-    assert len(pairs) == len({a for a, _ in pairs}) == len({b for _, b in pairs})
+    rgb = np.zeros((32, 48, 3), np.uint8)
+    rgb[..., 1] = 200
+    rgb[np.kron(above, np.ones((8, 8), bool))] = (200, 0, 0)
+    image = Image(rgb, ENCODER.encode(rgb))
+    found = detector(min_patches=1, max_detections=24).detect(image, ENCODER.embed_text(["red"]))
+    expected = {(slow == label).tobytes() for label in np.unique(slow[above])}
+    assert {detection.mask.tobytes() for detection in found} == expected
 
 
-def test_a_box_of_an_image_that_was_resized() -> None:
-    mask = np.zeros((4, 5), bool)
-    mask[1:3, 4] = True
-    assert box_px(mask, (100, 80)) == (80.0, 20.0, 100.0, 60.0)
+def test_a_box_covers_its_patches_in_pixels_of_the_image() -> None:
+    rgb = np.zeros((80, 100, 3), np.uint8)
+    features = np.zeros((4, 5, 3), np.float16)
+    features[..., 1] = 1
+    features[1:3, 4] = (1, 0, 0)
+    (found,) = detector(min_patches=1).detect(Image(rgb, features), ENCODER.embed_text(["red"]))
+    assert found.box_px == (80.0, 20.0, 100.0, 60.0)

@@ -1,4 +1,4 @@
-"""Detectors that answer with boxes: how a box becomes cells, and which boxes count."""
+"""Boxes of networks to detections: which boxes count, and which pixels they stand for."""
 
 from __future__ import annotations
 
@@ -9,25 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_perception.detectors.protocol import Detection
-from onemap_shared.geometry import U8, Bool
+from onemap_shared.geometry import Bool
 
-# A thing rarely fills its box: the corners show what is behind it. Of the box this share of
-# each side, around its middle, stands for the thing; the depth median then drops the rest.
+# An object rarely fills its box: the corners show the background. This share of each side, around
+# the middle of the box, stands for the object; the median of the depth removes the rest.
 INNER_SHARE = 0.6
 
 
 @dataclass(frozen=True, slots=True)
-class BoxLimits:
-    """score: from which a box counts, of this detector alone, scores of two are not the same
-    thing; detections: how many at most, per image and name."""
-
-    score: float
-    detections: int = 16
-
-
-@dataclass(frozen=True, slots=True)
 class Box:
-    """What a network answered: corners x0, y0, x1, y1 in pixels, maybe beyond the image."""
+    """A box of a network: corners x0, y0, x1, y1 in pixels, possibly beyond the image."""
 
     name: str
     score: float
@@ -35,31 +26,39 @@ class Box:
 
 
 def detections_from_boxes(
-    boxes: Iterable[Box], rgb: U8, limits: BoxLimits
+    boxes: Iterable[Box],
+    image_px: tuple[int, int],
+    *,
+    score_threshold: float,
+    max_detections: int,
 ) -> tuple[Detection, ...]:
-    """Detections of the boxes that count, clipped to the image (H, W, 3), best first."""
-    height, width = rgb.shape[:2]
-    counting = sorted(
-        (box for box in boxes if box.score >= limits.score), key=lambda box: -box.score
+    """Detections of the boxes from the threshold on, clipped to the image (W, H), best first.
+
+    At most ``max_detections`` of a name.
+    """
+    width, height = image_px
+    accepted = sorted(
+        (box for box in boxes if box.score >= score_threshold), key=lambda box: -box.score
     )
-    found: list[Detection] = []
-    kept: Counter[str] = Counter()
-    for box in counting:
-        if kept[box.name] == limits.detections:
+    detections: list[Detection] = []
+    count: Counter[str] = Counter()
+    for box in accepted:
+        if count[box.name] == max_detections:
             continue
         x0, x1 = np.clip((box.corners_px[0], box.corners_px[2]), 0, width)
         y0, y1 = np.clip((box.corners_px[1], box.corners_px[3]), 0, height)
         if not (x1 > x0 and y1 > y0):  # also refuses NaN
             continue
         corners = (float(x0), float(y0), float(x1), float(y1))
-        mask = inner_mask(corners, (width, height))
-        kept[box.name] += 1
-        found.append(Detection(box.name, float(min(box.score, 1.0)), corners, mask))
-    return tuple(found)
+        count[box.name] += 1
+        detections.append(
+            Detection(box.name, float(min(box.score, 1.0)), corners, inner_mask(corners, image_px))
+        )
+    return tuple(detections)
 
 
 def inner_mask(corners_px: tuple[float, float, float, float], image_px: tuple[int, int]) -> Bool:
-    """The middle of a box as pixels (H, W) bool of an image of (W, H): one pixel at least."""
+    """The middle of a box as pixels (H, W) bool of an image (W, H): one pixel at least."""
     width, height = image_px
     x0, y0, x1, y1 = corners_px
     columns = _inner(x0, x1, width)

@@ -2,64 +2,52 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from onemap_perception.detectors.boxes import Box, BoxLimits, detections_from_boxes
-from onemap_perception.detectors.pretrained import pretrained
-from onemap_perception.detectors.protocol import Detection, DetectorError, Image
+import torch
+
+from onemap_perception.detectors.box_detector import load_pretrained
+from onemap_perception.detectors.boxes import Box
+from onemap_perception.detectors.protocol import DetectorError
 from onemap_perception.encoders.checkpoint import fingerprint
 from onemap_perception.optional_import import TRANSFORMERS, optional_import
-from onemap_perception.torch_device import inference, open_device
-from onemap_shared.messages import TextEmbeddings
+from onemap_perception.torch_device import inference
+from onemap_shared.geometry import U8
 
 
-@dataclass(frozen=True, slots=True)
-class OpenVocabularySettings:
-    """folder: as the hub lays it out; device: cpu, cuda or cuda:N."""
+class GroundingNetwork:
+    """Implements ``BoxNetwork``. Raises DetectorError when it cannot be loaded."""
 
-    folder: Path
-    device: str = "cpu"
-    limits: BoxLimits = field(default_factory=lambda: BoxLimits(score=0.35))
+    def __init__(self, folder: Path, device: torch.device) -> None:
+        model, self._processor = load_model(folder)
+        self.network_id = "open_vocabulary-" + fingerprint(model.state_dict().items())
+        self._device = device
+        self._model = model.to(device)
 
+    def supports(self, _: str, /) -> bool:
+        """Every name is supported."""
+        return True
 
-class OpenVocabularyDetector:
-    """Implements ``Detector``. Raises DetectorError when it cannot be loaded."""
+    def boxes(self, rgb: U8, names: Sequence[str], score_threshold: float) -> list[Box]:
+        """See ``BoxNetwork``. One run per name: asked for two, these networks mix the words up."""
+        return [box for name in names for box in self._boxes_of(name, rgb, score_threshold)]
 
-    reads_features = False
-
-    def __init__(self, settings: OpenVocabularySettings) -> None:
-        self._device = open_device(settings.device)
-        self._limits = settings.limits
-        model, self._processor = load_model(settings.folder)
-        self._id = "open_vocabulary-" + fingerprint(model.state_dict().items())
-        self._model = model.to(self._device)
-
-    @property
-    def detector_id(self) -> str:
-        """``open_vocabulary-`` and a digest of the weights."""
-        return self._id
-
-    def detect(self, image: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
-        """See ``Detector``. One run per name: asked for two, these networks mix the words up."""
-        boxes = [box for name in names.texts for box in self._boxes_of(name, image)]
-        return detections_from_boxes(boxes, image.rgb, self._limits)
-
-    def _boxes_of(self, name: str, image: Image) -> list[Box]:
+    def _boxes_of(self, name: str, rgb: U8, score_threshold: float) -> list[Box]:
         import PIL.Image
 
-        height, width = image.rgb.shape[:2]
-        asked = [[name.lower()]]
+        height, width = rgb.shape[:2]
+        prompt = [[name.lower()]]
         with inference(self._device, (width, height)):
             inputs = self._processor(
-                images=PIL.Image.fromarray(image.rgb), text=asked, return_tensors="pt"
+                images=PIL.Image.fromarray(rgb), text=prompt, return_tensors="pt"
             ).to(self._device)
             (answer,) = self._processor.post_process_grounded_object_detection(
                 self._model(**inputs),
-                threshold=self._limits.score,
+                threshold=score_threshold,
                 target_sizes=[(height, width)],
-                text_labels=asked,
+                text_labels=prompt,
             )
         scores, corners = answer["scores"].tolist(), answer["boxes"].tolist()
         return [Box(name, score, tuple(box)) for score, box in zip(scores, corners, strict=True)]
@@ -71,7 +59,7 @@ def load_model(folder: Path) -> tuple[Any, Any]:
         "transformers", TRANSFORMERS, backend="open_vocabulary", kind=DetectorError
     ):
         from transformers import AutoModelForZeroShotObjectDetection, AutoProcessor
-    model = pretrained(AutoModelForZeroShotObjectDetection, folder, "grounding detector")
+    model = load_pretrained(AutoModelForZeroShotObjectDetection, folder, "grounding detector")
     try:
         return model, AutoProcessor.from_pretrained(folder, local_files_only=True)
     except Exception as problem:  # of transformers, tokenizers and the disk

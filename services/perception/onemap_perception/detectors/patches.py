@@ -1,27 +1,50 @@
-"""Detections out of the encoder's own calibrated patch scores: connected patches that agree."""
+"""Detections from the encoder's own calibrated scores: connected patches of one name."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from typing import ClassVar, Literal
 
 import cv2
 import numpy as np
+from pydantic import Field
 
 from onemap_perception.detectors.protocol import Detection, Image
 from onemap_perception.text.scores import scores
-from onemap_shared.geometry import F32, I32, Bool
+from onemap_shared.geometry import F32
 from onemap_shared.messages import TextEmbeddings
+from onemap_shared.params import Params
 
 
-@dataclass(frozen=True, slots=True)
-class PatchThresholds:
-    """score: from which a patch belongs to the thing; core: what at least one patch of it must
-    reach; patches: how many at least; detections: how many at most, per image and name."""
+class PatchesParams(Params):
+    """The detector that reads the encoder's patch scores."""
 
-    score: float = 0.4
-    core: float = 0.8
-    patches: int = 3
-    detections: int = 8
+    former_keys: ClassVar[Mapping[str, str]] = {
+        "score": "score_threshold",
+        "core": "peak_threshold",
+        "patches": "min_patches",
+        "detections": "max_detections",
+    }
+
+    backend: Literal["patches"] = Field(
+        default="patches", description="Chooses this detector: it costs no second network."
+    )
+    score_threshold: float = Field(
+        default=0.4, gt=0, lt=1, description="Score from which a patch belongs to the object."
+    )
+    peak_threshold: float = Field(
+        default=0.8,
+        gt=0,
+        lt=1,
+        description="Score that one of its patches must reach: a wrong detection costs more than "
+        "a late one.",
+    )
+    min_patches: int = Field(
+        default=3, ge=1, description="Fewer connected patches are taken for noise."
+    )
+    max_detections: int = Field(
+        default=8, ge=1, le=256, description="Most detections per image and name."
+    )
 
 
 class PatchDetector:
@@ -29,14 +52,9 @@ class PatchDetector:
 
     reads_features = True
 
-    def __init__(self, thresholds: PatchThresholds, encoder_id: str) -> None:
-        self._thresholds = thresholds
-        self._id = f"patches/{encoder_id}"
-
-    @property
-    def detector_id(self) -> str:
-        """``patches/`` and the encoder's id."""
-        return self._id
+    def __init__(self, params: PatchesParams, encoder_id: str) -> None:
+        self._params = params
+        self.detector_id = f"patches/{encoder_id}"
 
     def detect(self, image: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
         """See ``Detector``."""
@@ -49,38 +67,39 @@ class PatchDetector:
         found = [
             detection
             for name, score in zip(names.texts, maps, strict=True)
-            for detection in self._of_one_name(score, name, image_px=(width, height))
+            for detection in self._detect_name(score, name, image_px=(width, height))
         ]
         return tuple(sorted(found, key=lambda detection: -detection.score))
 
-    def _of_one_name(self, score: F32, name: str, *, image_px: tuple[int, int]) -> list[Detection]:
-        limits = self._thresholds
-        labels = components(score >= limits.score)
+    def _detect_name(self, score: F32, name: str, *, image_px: tuple[int, int]) -> list[Detection]:
+        """Detections of one name in its score map (h, w); groups connect across diagonals."""
+        above = (score >= self._params.score_threshold).astype(np.uint8)
+        count, labels, stats, _ = cv2.connectedComponentsWithStats(above, connectivity=8)
         detections = []
-        for label in range(1, int(labels.max(initial=0)) + 1):
-            mask = labels == label
-            if mask.sum() < limits.patches or score[mask].max() < limits.core:
+        for label in range(1, count):
+            if stats[label, cv2.CC_STAT_AREA] < self._params.min_patches:
                 continue
-            # Patches on the rim are mixed: the better half says how sure the thing is.
-            best = np.sort(score[mask])[mask.sum() // 2 :]
-            detections.append(Detection(name, float(best.mean()), box_px(mask, image_px), mask))
-        return sorted(detections, key=lambda detection: -detection.score)[: limits.detections]
+            mask = labels == label
+            own = np.sort(score[mask])
+            if own[-1] < self._params.peak_threshold:
+                continue
+            # Patches on the rim are mixed: the score is the mean of the better half.
+            mean = float(own[len(own) // 2 :].mean())
+            detections.append(
+                Detection(name, mean, box_px(stats[label], score.shape, image_px), mask)
+            )
+        return sorted(detections, key=lambda each: -each.score)[: self._params.max_detections]
 
 
-def components(wanted: Bool) -> I32:
-    """Label (h, w) int32 of each wanted patch's connected group, diagonals included; 0 = not."""
-    labels = np.zeros(wanted.shape, np.int32)
-    cv2.connectedComponents(wanted.astype(np.uint8), labels, connectivity=8, ltype=cv2.CV_32S)
-    return labels
+def box_px(
+    stats: np.ndarray, shape: tuple[int, ...], image_px: tuple[int, int]
+) -> tuple[float, float, float, float]:
+    """Box x0, y0, x1, y1 in pixels of an image (W, H) of a component in a grid (h, w).
 
-
-def box_px(mask: Bool, image_px: tuple[int, int]) -> tuple[float, float, float, float]:
-    """The box around a mask (h, w) laid over an image of (W, H) pixels: x0, y0, x1, y1."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    step_x, step_y = image_px[0] / mask.shape[1], image_px[1] / mask.shape[0]
-    return (
-        float(columns[0] * step_x),
-        float(rows[0] * step_y),
-        float((columns[-1] + 1) * step_x),
-        float((rows[-1] + 1) * step_y),
-    )
+    stats: its row of ``cv2.connectedComponentsWithStats``.
+    """
+    step_x, step_y = image_px[0] / shape[1], image_px[1] / shape[0]
+    left, top = int(stats[cv2.CC_STAT_LEFT]), int(stats[cv2.CC_STAT_TOP])
+    right = left + int(stats[cv2.CC_STAT_WIDTH])
+    bottom = top + int(stats[cv2.CC_STAT_HEIGHT])
+    return left * step_x, top * step_y, right * step_x, bottom * step_y

@@ -1,4 +1,4 @@
-"""COCO's names to the detector that was trained on them, all others to an open one."""
+"""Routes COCO's names to the detector trained on them, all others to an open-vocabulary one."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from onemap_shared.messages import TextEmbeddings
 
 
 class ClosedVocabularyDetector(Detector, Protocol):
-    """A detector of a closed list of names."""
+    """A detector of a fixed list of names."""
 
-    def supports(self, name: str) -> bool:
+    def supports(self, name: str, /) -> bool:
         """Whether the name is on the list."""
 
 
@@ -23,19 +23,15 @@ class RoutedDetector:
 
     reads_features = False
 
-    def __init__(self, specialist: ClosedVocabularyDetector, generalist: Detector) -> None:
-        self._specialist, self._generalist = specialist, generalist
-
-    @property
-    def detector_id(self) -> str:
-        """Both ids."""
-        return f"{self._specialist.detector_id}+{self._generalist.detector_id}"
+    def __init__(self, closed: ClosedVocabularyDetector, open_vocabulary: Detector) -> None:
+        self.detector_id = f"{closed.detector_id}+{open_vocabulary.detector_id}"
+        self._closed, self._open_vocabulary = closed, open_vocabulary
 
     def detect(self, image: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
-        """See ``Detector``; best first, though the scores of two networks are hardly one scale."""
-        known = np.array([self._specialist.supports(name) for name in names.texts], bool)
+        """See ``Detector``; best first, though scores of two networks are hardly one scale."""
+        supported = np.array([self._closed.supports(name) for name in names.texts], bool)
         found: list[Detection] = []
-        for detector, chosen in ((self._specialist, known), (self._generalist, ~known)):
+        for detector, chosen in ((self._closed, supported), (self._open_vocabulary, ~supported)):
             if chosen.any():
                 own = detector.detect(image, names.only(np.flatnonzero(chosen)))
                 found += [replace(detection, scale=detector.detector_id) for detection in own]

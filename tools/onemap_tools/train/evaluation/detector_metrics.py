@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from onemap_perception.detectors.patches import PatchDetector, PatchThresholds
+from onemap_perception.detectors.patches import PatchDetector, PatchesParams
 from onemap_perception.detectors.protocol import Image
 from onemap_shared.geometry import F32, Bool
 from onemap_shared.messages import TextEmbeddings
@@ -21,7 +21,7 @@ class DetectorMetrics:
     """
 
     names: tuple[str, ...]
-    limits: PatchThresholds = field(default_factory=PatchThresholds)
+    limits: PatchesParams = field(default_factory=PatchesParams)
     right: int = 0
     wrong: int = 0
     there: int = 0
@@ -32,7 +32,7 @@ class DetectorMetrics:
         """One picture: shares (P, K) of every class in its patches; queries are ``names``."""
         assert seen.features is not None
         maps = shares.reshape(*seen.features.shape[:2], -1)
-        processes: Bool = (maps > 0.5).sum(axis=(0, 1)) >= self.limits.patches
+        processes: Bool = (maps > 0.5).sum(axis=(0, 1)) >= self.limits.min_patches
         hit = np.zeros_like(processes)
         for thing in PatchDetector(self.limits, "").detect(seen, queries):
             index = self.names.index(thing.name)
