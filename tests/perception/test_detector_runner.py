@@ -45,7 +45,7 @@ class World:
         outside = hub.bus()
         self.detector = Held()
         parts = PerceptionComponents(
-            ColourEncoder(), self.detector, VarianceParams(), silent_after_s=5.0
+            ColourEncoder(), self.detector, VarianceParams(), frame_timeout_s=5.0
         )
         self.service = Perception(hub.bus("perception"), parts)
         self.camera = outside.publish(keys.ROBOT_RGBD)

@@ -44,7 +44,7 @@ class World:
             ColourEncoder(),
             PatchDetector(PatchesParams(), "toy"),
             VarianceParams(),
-            silent_after_s=5.0,
+            frame_timeout_s=5.0,
         )
         self.service = Perception(self.hub.bus("perception"), parts)
         self.camera = self.outside.publish(keys.ROBOT_RGBD)
@@ -151,7 +151,10 @@ def test_ready_means_that_a_frame_was_encoded(world: World) -> None:
     assert health.problem == ""
     metrics = health.metrics or {}
     assert {"encode_ms", "detect_ms", "frame_age_ms", "frames_per_s"} <= set(metrics)
-    assert metrics["frames_per_s"] > 0
+    assert metrics["frames_per_s"] == 0  # one frame has no rate
+    world.camera.put(frame(2))
+    world.service.step(0.0)
+    assert (world.service.health().metrics or {})["frames_per_s"] > 0
     world.service.close()
 
 

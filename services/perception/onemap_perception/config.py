@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 from pydantic import Field, model_validator
 
@@ -15,19 +16,21 @@ from onemap_shared.params import Params
 
 
 class PerceptionConfig(Params):
-    """Everything perception can be told. ``mini: {...}`` is short for an encoder of that
-    backend, ``patches: {...}`` for a detector of that one."""
+    """The section ``perception``. ``mini: {...}`` is short for an encoder of that backend,
+    ``patches: {...}`` for a detector of that one."""
+
+    former_keys: ClassVar[Mapping[str, str]] = {"silent_after_s": "frame_timeout_s"}
 
     encoder: EncoderParams = Field(
         default=MiniParams(), description="Images and words to one space; backend chooses."
     )
     detector: DetectorParams = Field(
-        default=PatchesParams(), description="Finds what is searched for; backend chooses."
+        default=PatchesParams(), description="Finds the objects of a search; backend chooses."
     )
     observation: VarianceParams = Field(
         default=VarianceParams(), description="How uncertain the feature of each pixel is."
     )
-    silent_after_s: float = Field(
+    frame_timeout_s: float = Field(
         default=5.0,
         gt=0,
         le=60,

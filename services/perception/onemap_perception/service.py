@@ -37,7 +37,7 @@ class PerceptionComponents:
     encoder: Encoder
     detector: Detector
     observation: VarianceParams
-    silent_after_s: float
+    frame_timeout_s: float
 
 
 class Perception:
@@ -72,15 +72,15 @@ class Perception:
         """Timings, counts, and what is wrong."""
         now_s, telemetry, counters = time.monotonic(), self._telemetry, self._frames.counters
         return Health(
-            ready=telemetry.is_ready(now_s, self._components.silent_after_s),
+            ready=telemetry.is_ready(now_s, self._components.frame_timeout_s),
             problem=telemetry.problem(
                 now_s,
-                silent_after_s=self._components.silent_after_s,
+                frame_timeout_s=self._components.frame_timeout_s,
                 camera_key=keys.ROBOT_RGBD.key,
             ),
             metrics={
                 **telemetry.timings,
-                "frames_per_s": telemetry.rate_hz(now_s),
+                "frames_per_s": telemetry.encoded.rate_hz(now_s),
                 "frames_missed": float(counters.missed),
                 "frames_skipped": float(counters.skipped),
                 "frames_refused": float(counters.refused),
@@ -209,5 +209,5 @@ def build(bus: Bus, config: PerceptionConfig) -> Worker:
     LOG.info("encoder %s, text space %s", encoder.encoder_id, encoder.text_space)
     LOG.info("detector %s", detector.detector_id)
     return Perception(
-        bus, PerceptionComponents(encoder, detector, config.observation, config.silent_after_s)
+        bus, PerceptionComponents(encoder, detector, config.observation, config.frame_timeout_s)
     )
