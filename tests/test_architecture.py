@@ -82,13 +82,13 @@ TALKS = {
 }
 # Files that read or write files, each with what.
 FILES = {
-    "onemap_perception.detectors.plugin": "entry points of installed packages",
+    "onemap_perception.factory": "entry points of installed packages",
     "onemap_perception.encoders.checkpoint": "weights",
     "onemap_perception.encoders.mini": "weights, words, calibration",
     "onemap_perception.encoders.openclip_convnext": "weights",
     "onemap_perception.model_store": "weights",
     "onemap_perception.text.embedding_table": "words",
-    "onemap_perception.text.queries": "calibration",
+    "onemap_perception.text.calibration": "calibration",
     "onemap_perception.text.vocabulary": "vocabulary",
     "onemap_mapper.map_file": "maps",
     "onemap_planner.search.journal": "the active search",

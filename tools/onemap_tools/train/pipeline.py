@@ -6,10 +6,11 @@ Everything lies under one work folder: ``train``, ``calibrate``, ``held_out`` an
 
 from __future__ import annotations
 
+import json
 import shutil
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ import torch
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
+from onemap_perception.text.calibration import CALIBRATION_FILE, Calibration
 from onemap_perception.text.minilm import INSTALL, MiniLm, find_model_folder
 from onemap_perception.text.vocabulary import FILE as VOCABULARY_FILE
 from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
@@ -32,11 +34,7 @@ from onemap_tools.train.data.frame_dataset import (
     render_frames,
 )
 from onemap_tools.train.data.text_targets import TextEmbedder, build_text_bank
-from onemap_tools.train.evaluation.calibration import (
-    DEFAULT_CALIBRATION,
-    fit_temperature,
-    save_calibration,
-)
+from onemap_tools.train.evaluation.calibration import DEFAULT_CALIBRATION, fit_temperature
 from onemap_tools.train.evaluation.evaluate import evaluate
 from onemap_tools.train.evaluation.model_card import model_card
 from onemap_tools.train.evaluation.plots import draw_confusion, draw_reliability
@@ -119,12 +117,12 @@ def export(work: TrainingFolders) -> float:
     if cosine < MIN_COSINE:
         raise TrainingError(f"the exported network departs from torch: least cosine {cosine:.5f}")
     write_embedding_table(work.vocabulary, _open_sentence_encoder(), work.output)
-    save_calibration(work.output, DEFAULT_CALIBRATION)
+    _save_calibration(work.output, DEFAULT_CALIBRATION)
     encoder = MiniEncoder(MiniParams(folder=work.output))
     names = encoder.embed_text(work.vocabulary.names)
     rng = np.random.default_rng(0)
     temperature = fit_temperature(encoder, names, frames, rng)
-    save_calibration(work.output, replace(DEFAULT_CALIBRATION, temperature=round(temperature, 2)))
+    _save_calibration(work.output, replace(DEFAULT_CALIBRATION, temperature=round(temperature, 2)))
     return cosine
 
 
@@ -215,3 +213,9 @@ class _progress_bar:  # noqa: N801 - used like a function
 
     def __exit__(self, *_: object) -> None:
         self._progress.stop()
+
+
+def _save_calibration(folder: Path, calibration: Calibration) -> None:
+    """Write ``calibration.json``."""
+    text = json.dumps(asdict(calibration), indent=2) + "\n"
+    (folder / CALIBRATION_FILE).write_text(text, encoding="utf-8")

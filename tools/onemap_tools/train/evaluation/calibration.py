@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict
-from pathlib import Path
-
 import numpy as np
 
 from onemap_perception.encoders.protocol import Encoder
-from onemap_perception.text.calibration import CALIBRATION_FILE, Calibration
+from onemap_perception.text.calibration import Calibration
 from onemap_shared.geometry import F32, F64
 from onemap_shared.messages import TextEmbeddings
 from onemap_tools.train.data.frame_dataset import FrameDataset
@@ -55,9 +51,3 @@ def most_likely_temperature(cosines: F32, shares: F32) -> float:
         log_share = logits - np.log(np.exp(logits).sum(axis=1, keepdims=True))
         losses.append(-float((shares * log_share[:, : shares.shape[1]]).sum(axis=1).mean()))
     return float(TEMPERATURES[int(np.argmin(losses))])
-
-
-def save_calibration(folder: Path, calibration: Calibration) -> None:
-    """Write ``calibration.json``."""
-    text = json.dumps(asdict(calibration), indent=2) + "\n"
-    (folder / CALIBRATION_FILE).write_text(text, encoding="utf-8")
