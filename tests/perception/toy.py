@@ -32,9 +32,10 @@ class ColourEncoder:
         return unit
 
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
-        for text in texts:
-            if text not in COLOURS:
-                raise UnknownWordError(f"{text!r} is no colour", {text: ("blue",)})
+        unknown = [text for text in texts if text not in COLOURS]
+        if unknown:
+            named = " and ".join(map(repr, unknown))
+            raise UnknownWordError(f"{named} is no colour", dict.fromkeys(unknown, ("blue",)))
         axes = np.eye(3, dtype=np.float32)
         chosen = [COLOURS.index(text) for text in texts]
         return TextEmbeddings(

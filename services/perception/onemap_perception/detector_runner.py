@@ -1,4 +1,4 @@
-"""The detector at work: beside the encoder where it can do without it."""
+"""Runs the detector on frames, in a thread of its own where it needs no features."""
 
 from __future__ import annotations
 
@@ -6,30 +6,15 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
-import numpy as np
-
-from onemap_perception.backproject import backproject_detections
-from onemap_perception.detectors.protocol import Detection, Detector, Image
-from onemap_perception.detectors.suppression import suppress_overlaps
+from onemap_perception.detectors.protocol import Detector
+from onemap_perception.target_detection import Target, detect_in_frame
 from onemap_shared.geometry import F16
-from onemap_shared.messages import Detections, RgbdFrame, TextEmbeddings
-
-
-@dataclass(frozen=True, slots=True)
-class Target:
-    """The name the robot looks for now.
-
-    queries: of that name and, after it, of the search's other names, which compete with it for
-    what is seen; None if nobody can embed the name.
-    """
-
-    name: str
-    queries: TextEmbeddings | None
+from onemap_shared.messages import Detections, RgbdFrame
 
 
 @dataclass(frozen=True, slots=True)
 class DetectionResult:
-    """What was found of ``target`` in one frame, and how long that took."""
+    """Detections of ``target`` in one frame, and how long they took."""
 
     target: Target
     detections: Detections
@@ -86,23 +71,3 @@ class DetectorRunner:
         begun_s = self._clock_s()
         detections = detect_in_frame(self._detector, target, frame, features)
         return DetectionResult(target, detections, (self._clock_s() - begun_s) * 1e3)
-
-
-def detect_in_frame(
-    detector: Detector, target: Target, frame: RgbdFrame, features: F16 | None
-) -> Detections:
-    """Run the detector on a frame and place what it found on the map."""
-    found: tuple[Detection, ...] = ()
-    if target.queries is not None:
-        found = suppress_overlaps(detector.detect(Image(frame.rgb, features), target.queries))
-    points_map, point_owner = backproject_detections(found, frame)
-    return Detections(
-        sequence=frame.sequence,
-        stamp_ns=frame.stamp_ns,
-        detector_id=detector.detector_id,
-        names=tuple(detection.name for detection in found),
-        boxes_px=np.array([detection.box_px for detection in found], np.float32).reshape(-1, 4),
-        scores=np.array([detection.score for detection in found], np.float32),
-        points_map=points_map,
-        point_owner=point_owner,
-    )

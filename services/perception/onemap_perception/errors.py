@@ -16,9 +16,9 @@ class OutOfDeviceMemoryError(BackendError):
 class UnknownWordError(Exception):
     """Texts without an embedding; one sentence that says what helps.
 
-    ``words``: each of them, with the known words nearest to it.
+    ``words``: all of them, each with the known words nearest to it.
     """
 
-    def __init__(self, message: str, words: Mapping[str, tuple[str, ...]] | None = None) -> None:
+    def __init__(self, message: str, words: Mapping[str, tuple[str, ...]]) -> None:
         super().__init__(message)
-        self.words = dict(words or {})
+        self.words = dict(words)

@@ -1,4 +1,4 @@
-"""Perception on the bus: the newest frame in, its features, variances and detections out."""
+"""Perception on the bus: subscribes to frames, publishes feature fields and detections."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import time
 from dataclasses import dataclass
 
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.detector_runner import DetectorRunner, Target
+from onemap_perception.detector_runner import DetectorRunner
 from onemap_perception.detectors.protocol import Detector
-from onemap_perception.detectors.suppression import distinct_queries
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError, OutOfDeviceMemoryError, UnknownWordError
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.feature_field import feature_field
+from onemap_perception.target_detection import Target, make_target
 from onemap_perception.telemetry import PerceptionTelemetry
 from onemap_perception.variance import VarianceParams
 from onemap_shared import keys
@@ -43,10 +43,10 @@ class PerceptionComponents:
 class Perception:
     """The worker: one frame per step, always the newest."""
 
-    def __init__(self, bus: Bus, parts: PerceptionComponents) -> None:
-        self._components = parts
+    def __init__(self, bus: Bus, components: PerceptionComponents) -> None:
+        self._components = components
         self._telemetry = PerceptionTelemetry(started_s=time.monotonic())
-        self._detector_runner = DetectorRunner(parts.detector, time.perf_counter)
+        self._detector_runner = DetectorRunner(components.detector, time.perf_counter)
         self._target: Target | None = None
         self._followed: tuple[str, tuple[str, ...]] | None = None  # target and all names
         self._refused = 0
@@ -57,7 +57,7 @@ class Perception:
         bus.serve(keys.EMBED_TEXT, self.embed_text)
 
     def step(self, timeout_s: float) -> None:
-        """Encode the newest frame, if one comes in time; look for what is being searched."""
+        """Encode the newest frame, if one arrives in time; detect the target of the search."""
         frame = self._frames.take(timeout_s)
         self._update_target()
         self._log_refused()
@@ -69,7 +69,7 @@ class Perception:
         self._detect(frame, features)
 
     def health(self) -> Health:
-        """Timings, counts, and what is wrong."""
+        """Readiness, timings and counters, and the most serious problem."""
         now_s, telemetry, counters = time.monotonic(), self._telemetry, self._frames.counters
         return Health(
             ready=telemetry.is_ready(now_s, self._components.frame_timeout_s),
@@ -93,7 +93,7 @@ class Perception:
         )
 
     def close(self) -> None:
-        """Let the detector end its frame."""
+        """Wait for the detector's current frame."""
         self._detector_runner.close()
 
     def embed_text(self, request: TextRequest) -> TextEmbeddings:
@@ -127,7 +127,7 @@ class Perception:
         return features
 
     def _detect(self, frame: RgbdFrame | None, features: F16 | None) -> None:
-        """Publish what the detector has found, unless something else is sought by now."""
+        """Publish finished detections, unless the target has changed since."""
         try:
             if frame is None or features is None or self._target is None:
                 result = self._detector_runner.collect()
@@ -135,7 +135,7 @@ class Perception:
                 result = self._detector_runner.after_encoding(frame, features, self._target)
         except BackendError as problem:
             if not self._telemetry.detector_failure:
-                LOG.warning("a frame could not be looked at: %s", problem)
+                LOG.warning("detection failed on a frame: %s", problem)
             self._telemetry.detection_failed(str(problem), _out_of_memory(problem))
             return
         if result is None:
@@ -145,7 +145,7 @@ class Perception:
             self._detections.put(result.detections)
 
     def _update_target(self) -> None:
-        """Learn from the planner what is sought now."""
+        """Follow the search that the planner publishes."""
         status: SearchStatus | None = self._searches.take(0.0)
         if status is None:
             return
@@ -166,33 +166,16 @@ class Perception:
             self._refused = refused
 
     def _resolve_target(self, name: str, objects: tuple[str, ...]) -> Target:
-        """The queries of the target and, after it, of its rivals, synonyms left out."""
-        names = tuple(dict.fromkeys((name, *objects)))
+        """The target with its queries; without them, and a problem, if the name is unknown."""
         try:
-            queries = self._embed_names(names)
-        except (UnknownWordError, ValueError) as problem:
+            target = make_target(self._components.encoder, name, objects)
+        except UnknownWordError as problem:
             LOG.warning("nothing can be detected as %r: %s", name, problem)
             self._telemetry.text_problem = str(problem)
             return Target(name, None)
         self._telemetry.text_problem = ""
-        LOG.info("looking for %s", name)
-        return Target(name, distinct_queries(queries))
-
-    def _embed_names(self, names: tuple[str, ...]) -> TextEmbeddings:
-        """Of the first name and, where they can be embedded, of the others; raises as it does."""
-        encoder = self._components.encoder
-        try:
-            return encoder.embed_text(names)
-        except (UnknownWordError, ValueError):
-            known = [name for name in names[1:] if self._can_embed(name)]
-            return encoder.embed_text((names[0], *known))
-
-    def _can_embed(self, name: str) -> bool:
-        try:
-            self._components.encoder.embed_text((name,))
-        except (UnknownWordError, ValueError):
-            return False
-        return True
+        LOG.info("searching for %s", name)
+        return target
 
 
 def _out_of_memory(problem: BackendError) -> bool:

@@ -17,12 +17,11 @@ from onemap_mapper.frame_update import compute_update
 from onemap_mapper.replies import search_view
 from onemap_mapper.similarity import ScoreCache, TextQuery, text_query
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.detector_runner import Target, detect_in_frame
 from onemap_perception.detectors.protocol import Detector
-from onemap_perception.detectors.suppression import distinct_queries
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.feature_field import feature_field
+from onemap_perception.target_detection import detect_in_frame, make_target
 from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.pure_pursuit import Pose2d, Velocity
 from onemap_planner.motion.velocity_controller import (
@@ -203,10 +202,9 @@ class LockstepSimulation:
         frame = self.robot.frame(self.now_s)
         field = self._perception.field(frame)
         self.belief.fuse(compute_update(field, self.belief.params))
-        names = tuple(dict.fromkeys((search.target, *search.objects)))
-        sought = Target(search.target, distinct_queries(self._perception.encoder.embed_text(names)))
+        target = make_target(self._perception.encoder, search.target, search.objects)
         self._detections.append(
-            detect_in_frame(self._perception.detector, sought, frame, field.features)
+            detect_in_frame(self._perception.detector, target, frame, field.features)
         )
 
     def _plan(self, state: PlannerState, pose: Pose2d) -> None:

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from cachetools import LRUCache
 
-from onemap_perception.errors import UnknownWordError
 from onemap_shared.geometry import F32
 
 EmbedTexts = Callable[[Sequence[str]], F32]  # N texts to rows (N, D) float32
@@ -27,16 +26,13 @@ class CachedTextEncoder:
 
     def __call__(self, texts: Sequence[str]) -> F32:
         """Unit rows (N, D) float32 of N >= 1 texts; the new ones in one run of the tower."""
-        words = [" ".join(text.split()) for text in texts]
-        if not words or not all(words):
-            raise UnknownWordError("an empty text has no embedding: name an object")
-        rows = {word: self._rows[word] for word in words if word in self._rows}
-        new = [word for word in dict.fromkeys(words) if word not in rows]
+        rows = {text: self._rows[text] for text in texts if text in self._rows}
+        new = [text for text in dict.fromkeys(texts) if text not in rows]
         if new:
-            embedded = self._embed([self._prompt.format(word) for word in new])
+            embedded = self._embed([self._prompt.format(text) for text in new])
             rows.update(zip(new, unit_rows(embedded), strict=True))
-        self._rows.update({word: rows[word] for word in words})
-        return np.stack([rows[word] for word in words])
+        self._rows.update({text: rows[text] for text in texts})
+        return np.stack([rows[text] for text in texts])
 
 
 def unit_rows(rows: F32) -> F32:
