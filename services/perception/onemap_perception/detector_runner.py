@@ -25,8 +25,8 @@ class DetectorRunner:
     """Runs the detector on one frame at a time. Used from one thread.
 
     A detector that reads the encoder's features runs after it, in the caller's thread. Any
-    other has a thread of its own and sees a frame while the encoder does; frames that come
-    before it is done are passed over and counted, so that a slow detector never holds up the map.
+    other runs in a thread of its own, at the same time as the encoder; frames that arrive while
+    it is busy are skipped and counted, so that a slow detector does not delay the map.
     """
 
     def __init__(self, detector: Detector, clock_s: Callable[[], float]) -> None:
@@ -37,7 +37,7 @@ class DetectorRunner:
         self._pending: Future[DetectionResult] | None = None
 
     def before_encoding(self, frame: RgbdFrame, target: Target) -> None:
-        """Begin with a frame, if the detector needs no features and is free."""
+        """Start on a frame, if the detector needs no features and is free."""
         if self._executor is None:
             return
         if self._pending is not None:
@@ -48,20 +48,20 @@ class DetectorRunner:
     def after_encoding(
         self, frame: RgbdFrame, features: F16, target: Target
     ) -> DetectionResult | None:
-        """What was found: in this frame, or in an earlier one that is done by now."""
+        """The result for this frame, or for an earlier one that is finished by now."""
         if self._executor is None:
             return self._detect(target, frame, features)
         return self.collect()
 
     def collect(self) -> DetectionResult | None:
-        """What the detector's own thread has found since, if it is done; raises what it raised."""
+        """The result of the detector's own thread, if it is finished; raises what it raised."""
         if self._pending is None or not self._pending.done():
             return None
         done, self._pending = self._pending, None
         return done.result()
 
     def close(self) -> None:
-        """Wait for the frame that is being looked at."""
+        """Wait for the current frame."""
         if self._executor is not None:
             self._executor.shutdown(cancel_futures=True)
 

@@ -1,7 +1,7 @@
-"""The models that OneMap knows by name, and where they lie on this machine.
+"""Models of the hub: which ones OneMap has settings for, and where they are on this machine.
 
 The layout is Hugging Face's cache (``HF_HOME``), shared with every other program that uses it.
-Nothing here reaches the network but ``fetch``.
+Only ``fetch`` uses the network.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ CHUNK_BYTES = 1 << 22
 
 
 class ModelError(BackendError):
-    """A model is missing, damaged or unknown; one sentence that says what helps."""
+    """A model is missing, damaged or unknown; one sentence that says what to do."""
 
 
 @dataclass(frozen=True, slots=True)
 class KnownModel:
-    """files: patterns of what is needed; about_mb: from the number of parameters, None where
-    that is not known; licence: of the weights."""
+    """A tested model. files: patterns of those needed; about_mb: computed from the number of
+    parameters, None if unknown; licence: of the weights."""
 
     repo: str
     backend: str
@@ -70,7 +70,7 @@ def known_model(repo: str) -> KnownModel:
 
 
 def locate(model: str, *, allow_fetch: bool = False) -> Path:
-    """The folder or file of a path or a hub id; raises ModelError with the command that helps."""
+    """The folder or file of a path or a hub id; raises ModelError with the command to run."""
     place = Path(model).expanduser()
     if place.exists():
         return place
@@ -86,7 +86,7 @@ def locate(model: str, *, allow_fetch: bool = False) -> Path:
 
 
 def cached(repo: str, files: tuple[str, ...]) -> Path | None:
-    """The folder in the cache, None if the model was never fetched."""
+    """The model's folder in the cache, None if it was never fetched."""
     snapshot_download, not_here = _client()
     try:
         place = snapshot_download(repo, allow_patterns=list(files), local_files_only=True)
@@ -96,7 +96,7 @@ def cached(repo: str, files: tuple[str, ...]) -> Path | None:
 
 
 def fetch(repo: str, files: tuple[str, ...]) -> Path:
-    """Download into the cache, going on where it stopped; raises ModelError."""
+    """Download into the cache, resuming an earlier download; raises ModelError."""
     snapshot_download, _ = _client()
     try:
         return Path(snapshot_download(repo, allow_patterns=list(files)))
@@ -106,15 +106,15 @@ def fetch(repo: str, files: tuple[str, ...]) -> Path:
 
 
 def size_bytes(folder: Path) -> int:
-    """Of all files, wherever the links of the cache lead."""
+    """Size of all files of a folder in the cache, links followed."""
     return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
 
 
 def corrupt_files(folder: Path) -> list[str]:
-    """Files whose content is not what the hub announced when it was fetched.
+    """Files whose content does not have the digest that the hub announced.
 
     The cache names each file's content by the hub's own digest: SHA-256 for large files, git's
-    SHA-1 for small ones. A file that is no such link cannot be judged, and is named too.
+    SHA-1 for small ones. A file that is no such link cannot be verified and is listed too.
     """
     bad = []
     for path in sorted(folder.rglob("*")):
@@ -126,7 +126,7 @@ def corrupt_files(folder: Path) -> list[str]:
 
 
 def digest(path: Path) -> str:
-    """As the hub names the content: SHA-256, or git's SHA-1 if the name has its length."""
+    """The hub's digest of a file: SHA-256, or git's SHA-1 if the name has its length."""
     name = path.resolve().name
     if len(name) == 40:
         content = path.read_bytes()
@@ -139,7 +139,7 @@ def digest(path: Path) -> str:
 
 
 def _client() -> tuple[Callable[..., str], type[Exception]]:
-    """The hub's download function, and what it raises for a model that is not in the cache."""
+    """The hub's download function, and the error it raises for a model not in the cache."""
     try:
         from huggingface_hub import snapshot_download
         from huggingface_hub.errors import LocalEntryNotFoundError

@@ -1,7 +1,7 @@
-"""onnxruntime sessions: the only module that imports it, because it must be told to be quiet.
+"""Sessions of onnxruntime. No other module imports it.
 
-From 1.29 on its Linux builds send usage events to their maker unless the environment says
-otherwise before the library is loaded. A robot talks to nobody it was not told to talk to.
+From 1.29 on its Linux builds send usage events to their maker unless the environment variable is
+set before the library is loaded.
 """
 
 from __future__ import annotations

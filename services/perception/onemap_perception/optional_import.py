@@ -1,4 +1,4 @@
-"""Libraries that load when they are used: what is missing becomes one sentence."""
+"""Imports optional dependencies, with an install hint if one is absent."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from contextlib import contextmanager
 
 from onemap_perception.errors import BackendError
 
-BESIDE = "pip install --no-deps -r requirements-encoders.txt"
-OPEN_CLIP = f"pip install 'onemap[openclip]' && {BESIDE}"
-TRANSFORMERS = f"pip install 'onemap[transformers]' && {BESIDE}"
+NO_DEPS = "pip install --no-deps -r requirements-encoders.txt"
+OPEN_CLIP = f"pip install 'onemap[openclip]' && {NO_DEPS}"
+TRANSFORMERS = f"pip install 'onemap[transformers]' && {NO_DEPS}"
 
 
 @contextmanager
 def optional_import(
     library: str, install: str, *, backend: str, kind: type[BackendError]
 ) -> Iterator[None]:
-    """Around the imports of a backend; raises ``kind`` with the command that installs them.
+    """Around the imports of a backend; raises ``kind`` with the command that installs it.
 
     A torchvision that was built for another torch raises RuntimeError when it is imported.
     """

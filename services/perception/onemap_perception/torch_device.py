@@ -1,4 +1,4 @@
-"""The device a network of torch runs on, and what goes wrong there."""
+"""Opens torch devices and turns the errors of inference into BackendError."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from onemap_perception.errors import BackendError, OutOfDeviceMemoryError
 
 
 def open_device(name: str) -> torch.device:
-    """The device, or Fault if this machine or this torch has none of the name."""
+    """The device; raises BackendError if this machine or this torch has none of the name."""
     try:
         device = torch.device(name)
         torch.empty(1, device=device)
@@ -23,9 +23,9 @@ def open_device(name: str) -> torch.device:
 
 @contextmanager
 def inference(device: torch.device, image_px: tuple[int, int]) -> Iterator[None]:
-    """Inference on an image of (width, height); what torch raises becomes a Fault.
+    """Inference on an image of (width, height); errors of torch become BackendError.
 
-    A full device gives its cached blocks back, so that the next image may fit.
+    If the device is full its cached blocks are freed, so that the next image may fit.
     """
     width, height = image_px
     try:

@@ -21,8 +21,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.text.calibration import CALIBRATION_FILE, Calibration
 from onemap_perception.text.minilm import INSTALL, MiniLm, find_model_folder
-from onemap_perception.text.vocabulary import FILE as VOCABULARY_FILE
-from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
+from onemap_perception.text.vocabulary import VOCABULARY_FILE, Vocabulary, load_vocabulary
 from onemap_simulator.generation.style import HELD_OUT
 from onemap_tools.export.mini import MIN_COSINE, export_network, least_cosine, write_embedding_table
 from onemap_tools.train.data.frame_dataset import (

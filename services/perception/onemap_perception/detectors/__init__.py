@@ -1,1 +1,1 @@
-"""Detectors: where in an image is a thing of this name."""
+"""Detectors: objects of given names in an image."""

@@ -19,7 +19,7 @@ from onemap_shared.geometry import U8
 from onemap_shared.names import normalised
 
 SIDE_PX = 640  # RT-DETR's own square; it was trained on images squeezed into it
-# What people call objects of COCO, with COCO's name.
+# Usual names of objects, with COCO's name.
 SYNONYMS = {
     "sofa": "couch",
     "settee": "couch",

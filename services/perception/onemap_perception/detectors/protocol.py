@@ -1,4 +1,4 @@
-"""What a detector is to the rest of perception."""
+"""The interface of detectors, also of plugins."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class DetectorError(BackendError):
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """One image: rgb (H, W, 3) uint8 and, for a detector that reads them, the encoder's
-    features (h, w, D) float16."""
+    """rgb (H, W, 3) uint8 and, for a detector that reads them, the encoder's features (h, w, D)
+    float16 of the same image."""
 
     rgb: U8
     features: F16 | None = None
@@ -25,9 +25,9 @@ class Image:
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """One detection. box_px is x0, y0, x1, y1; mask (h, w) bool says which cells of a grid laid
-    over the whole image it covers: the encoder's patches, or single pixels. Scores are
-    comparable where ``scale`` is the same."""
+    """One detection. box_px: x0, y0, x1, y1; mask (h, w) bool: the cells it covers of a grid
+    laid over the whole image, patches of the encoder or single pixels. Scores are comparable
+    where ``scale`` is the same."""
 
     name: str
     score: float
@@ -37,7 +37,7 @@ class Detection:
 
 
 class Detector(Protocol):
-    """Finds things of the given names. Thresholds belong to the detector."""
+    """Finds objects of the given names. Thresholds belong to the detector."""
 
     @property
     def detector_id(self) -> str:
@@ -45,8 +45,8 @@ class Detector(Protocol):
 
     @property
     def reads_features(self) -> bool:
-        """Whether it needs the encoder's features. If not, it runs in a thread of its own while
-        the encoder works on the same image."""
+        """Whether it needs the encoder's features. If not, it runs in a thread of its own, at the
+        same time as the encoder."""
 
     def detect(self, image: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
         """Detections of ``names.texts``, best first."""

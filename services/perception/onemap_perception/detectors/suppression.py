@@ -1,4 +1,4 @@
-"""Names compete for what is seen: of two detections of one thing, the surer name stands."""
+"""Non-maximum suppression across names: one object keeps the name with the best score."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from onemap_perception.detectors.protocol import Detection
 from onemap_shared.geometry import Bool
 from onemap_shared.messages import TextEmbeddings
 
-# Two detections cover one thing from this intersection over union on. A pillow lies within the
-# bed's box and covers little of it: both stand.
+# From this intersection over union on, two detections are of one object. A pillow lies within the
+# bed's box and covers little of it: both are kept.
 SUPPRESSION_IOU = 0.5
 
 
 def distinct_queries(queries: TextEmbeddings) -> TextEmbeddings:
-    """The queries of the first text and of all that do not mean the same."""
+    """The query of the first text, and those of all texts that do not mean the same."""
     chosen = ~queries.same_meaning()[0]
     chosen[0] = True
     return queries.only(np.flatnonzero(chosen))
 
 
 def suppress_overlaps(found: Sequence[Detection]) -> tuple[Detection, ...]:
-    """The detections that no surer one of another name covers, in the order given.
+    """The detections without a better one of another name on the same object, order kept.
 
-    Non-maximum suppression across names, on masks. Detections of one name never compete.
+    Masks are compared; detections of one name do not suppress each other.
     """
     return tuple(
         detection

@@ -1,1 +1,1 @@
-"""Encoders: images and words to one feature space."""
+"""Encoders: images and texts to one feature space."""

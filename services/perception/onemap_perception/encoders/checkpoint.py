@@ -1,4 +1,4 @@
-"""Weights of other people's files into our models, or a sentence that says why not.
+"""Loads weights from checkpoints into models, or raises an error that says why not.
 
 Only tensors are read: safetensors, or torch files with ``weights_only``, which refuses
 anything that would run code while loading.
@@ -16,8 +16,8 @@ import torch
 from onemap_perception.encoders.protocol import EncoderError
 
 SED_PREFIX = "sem_seg_head.predictor.clip_model."
-UNUSED = "logit_scale"  # of the training loss; some files leave it out
-NAMED = 3  # missing keys that a sentence lists before it counts the rest
+UNUSED = "logit_scale"  # of the training loss; some files do not have it
+MAX_NAMED = 3  # missing tensors that an error lists before it counts the rest
 
 
 def read_weights(path: Path) -> dict[str, torch.Tensor]:
@@ -33,36 +33,36 @@ def read_weights(path: Path) -> dict[str, torch.Tensor]:
 
 
 def unwrap(document: Any, path: Path) -> dict[str, torch.Tensor]:
-    """The model's tensors without the layers that training scripts put around them."""
+    """The model's tensors, out of the dictionaries that training scripts put around them."""
     for wrapper in ("model", "state_dict"):
         if isinstance(document, Mapping) and isinstance(document.get(wrapper), Mapping):
             document = document[wrapper]
     tensors = {
         name: value for name, value in _items(document, path) if isinstance(value, torch.Tensor)
     }
-    of_sed = {
+    sed_tensors = {
         name[len(SED_PREFIX) :]: value
         for name, value in tensors.items()
         if name.startswith(SED_PREFIX)
     }
-    return of_sed or tensors
+    return sed_tensors or tensors
 
 
 def load_weights(model: torch.nn.Module, weights: Mapping[str, torch.Tensor], path: Path) -> None:
     """Copy ``weights`` into ``model``; raises EncoderError unless every tensor is there and fits.
 
-    Tensors that the model has no place for (SED's decoder) are left out.
+    Tensors that the model does not have (SED's decoder) are ignored.
     """
-    places = model.state_dict()
-    missing = [name for name in places if name not in weights and name != UNUSED]
+    parameters = model.state_dict()
+    missing = [name for name in parameters if name not in weights and name != UNUSED]
     if missing:
         raise EncoderError(f"{path} is of another architecture: it lacks {_listed(missing)}")
-    used = {name: weights[name] for name in places if name in weights}
+    used = {name: weights[name] for name in parameters if name in weights}
     for name, value in used.items():
-        if value.shape != places[name].shape:
+        if value.shape != parameters[name].shape:
             raise EncoderError(
                 f"{path} is of another architecture: {name} has shape "
-                f"{tuple(value.shape)}; expected {tuple(places[name].shape)}"
+                f"{tuple(value.shape)}; expected {tuple(parameters[name].shape)}"
             )
     model.load_state_dict(used, strict=False)
 
@@ -91,6 +91,6 @@ def _items(document: Any, path: Path) -> Iterable[tuple[str, Any]]:
 
 
 def _listed(names: list[str]) -> str:
-    shown = ", ".join(names[:NAMED])
-    more = len(names) - NAMED
+    shown = ", ".join(names[:MAX_NAMED])
+    more = len(names) - MAX_NAMED
     return f"{shown} and {more} more" if more > 0 else shown

@@ -1,4 +1,4 @@
-"""A vision tower that was exported to ONNX, on whatever onnxruntime has here."""
+"""A vision tower that was exported to ONNX, run by onnxruntime."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.onnx import open_session
 from onemap_shared.geometry import F16, F32
 
-ENCODER_KEY = "onemap_encoder_id"  # in the file's metadata: whose tower it is
-INPUT, OUTPUT = "picture", "features"
+ENCODER_KEY = "onemap_encoder_id"  # in the file's metadata: the encoder of the tower
+INPUT, OUTPUT = "picture", "features"  # names in files that users have exported
 
 
 class ExportedTower:
@@ -25,11 +25,11 @@ class ExportedTower:
             self._session = open_session(path, threads=1, provider=provider)
         except ValueError as problem:
             raise EncoderError(f"the exported tower {path} cannot be run: {problem}") from problem
-        made_of = self._session.get_modelmeta().custom_metadata_map.get(ENCODER_KEY)
-        if made_of != encoder_id:
+        source_id = self._session.get_modelmeta().custom_metadata_map.get(ENCODER_KEY)
+        if source_id != encoder_id:
             raise EncoderError(
-                f"{path} was exported from {made_of or 'something else'}, not from {encoder_id}: "
-                "export it again"
+                f"{path} was exported from {source_id or 'another program'}, "
+                f"not from {encoder_id}: export it again"
             )
         self._shape = tuple(self._session.get_inputs()[0].shape)
 

@@ -1,4 +1,4 @@
-"""Images as vision towers take them."""
+"""Prepares images for vision towers: size, scale, normalisation."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def fitted_size(width: int, height: int, *, long_side_px: int, stride: int) -> t
 
 
 def resized(rgb: U8, size: tuple[int, int]) -> U8:
-    """The image (H, W, 3) at (width, height) ``size``; reducing averages, so nothing flickers."""
+    """The image (H, W, 3) at (width, height) ``size``; reducing averages pixels."""
     expect(rgb, "rgb", np.uint8, (None, None, 3))
     if size == (rgb.shape[1], rgb.shape[0]):
         return rgb

@@ -94,7 +94,7 @@ def read_model(path: Path, architecture: str) -> tuple[Any, Any]:
             f"openclip_convnext cannot run the architecture {vision.get('timm_model_name')}: "
             "it takes ConvNeXt towers with CLIP's own text tower"
         )
-    # The checkpoint brings every weight: nothing is to be fetched for a start.
+    # The checkpoint holds every weight: nothing must be downloaded to start from.
     vision = {**vision, "timm_model_pretrained": False}
     model = CLIP(embed_dim=config["embed_dim"], vision_cfg=vision, text_cfg=text)
     load_weights(model, read_weights(file), file)

@@ -1,4 +1,4 @@
-"""What an encoder is to the rest of perception."""
+"""The interface of encoders."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class EncoderError(BackendError):
 
 
 class Encoder(Protocol):
-    """Images and texts into one space. Dimension and patch size are the encoder's own."""
+    """Embeds images and texts in one space; dimension and patch size are the encoder's own."""
 
     @property
     def encoder_id(self) -> str:

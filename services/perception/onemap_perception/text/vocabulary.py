@@ -1,4 +1,4 @@
-"""The words that ``mini`` was trained on, and the words it is measured against."""
+"""The classes that ``mini`` was trained on, and the words it is evaluated with."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-FILE = "vocabulary.json"
+VOCABULARY_FILE = "vocabulary.json"
 
 
 @dataclass(frozen=True, slots=True)
 class ObjectClass:
-    """One trained class. ``aliases`` (the name among them) were training targets;
-    ``held_out`` are synonyms that never were, for evaluation only; ``query_aliases`` are names
-    whose embedding is known to fail: a query with one is answered as the class."""
+    """One trained class. ``aliases`` (the name among them): training targets; ``held_out``:
+    synonyms for evaluation only; ``query_aliases``: names whose embedding is known to fail, a
+    query with one is answered as the class."""
 
     name: str
     aliases: tuple[str, ...]
@@ -61,7 +61,7 @@ class Vocabulary:
 
 def load_vocabulary(folder: Path) -> Vocabulary:
     """Read ``vocabulary.json``; raises ValueError naming what is wrong."""
-    path = folder / FILE
+    path = folder / VOCABULARY_FILE
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         classes = tuple(
