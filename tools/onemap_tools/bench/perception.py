@@ -96,7 +96,7 @@ def configured_encoder(config: EncoderParams) -> MeasuredEncoder:
 
 
 def random_encoder(backend: str, device: str, params: PerceptionBenchParams) -> MeasuredEncoder:
-    """A backend with random weights; raises Fault."""
+    """A backend with random weights; raises BackendError."""
     tower_params = TowerParams(device=device, compiled=params.compiled, warm_up_px=params.size_px)
     match backend:
         case "mini":

@@ -247,7 +247,7 @@ def _share(flags: Sequence[bool]) -> float | None:
 
 
 def encoder_pair(config: EncoderParams) -> EncoderPair:
-    """The configured encoder; raises Fault."""
+    """The configured encoder; raises BackendError."""
     shipped = make_encoder(config)
     if isinstance(config, MiniParams):
         return EncoderPair(shipped, MiniEncoder(config, aliases=False))
