@@ -1,4 +1,4 @@
-"""onnxruntime keeps quiet, and says what is wrong with a file."""
+"""Sessions of onnxruntime: no telemetry, and an error for a damaged file."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ MiniEncoder(MiniParams()).encode(np.zeros((48, 64, 3), np.uint8))
 """
 
 
+@pytest.mark.slow
 def test_nothing_is_kept_for_sending(tmp_path: Path) -> None:
     """With its telemetry on, onnxruntime queues events in a database below the home folder."""
     listed = {name: value for name, value in os.environ.items() if not name.startswith("ORT_")}

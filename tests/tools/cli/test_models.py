@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from pathlib import Path
 
@@ -11,44 +10,15 @@ from typer.testing import CliRunner
 
 from onemap_perception import model_store
 from onemap_tools.cli.app import app
+from tests.perception.hub_cache import REPO, put_in_cache, use_cache
 
 pytest.importorskip("huggingface_hub", reason="needs huggingface_hub (extra openclip)")
-REPO = "PekingU/rtdetr_v2_r18vd"
-COMMIT = "0" * 39 + "1"
-
-
-def put_in_cache(cache: Path, repo: str = REPO) -> Path:
-    """A snapshot of two files as the hub's client leaves it; returns the folder."""
-    root = cache / f"models--{repo.replace('/', '--')}"
-    folder, blobs = root / "snapshots" / COMMIT, root / "blobs"
-    for place in (folder, blobs, root / "refs"):
-        place.mkdir(parents=True)
-    (root / "refs" / "main").write_text(COMMIT)
-    small, large = b"{}", b"weights" * 100
-    sha1 = hashlib.sha1(b"blob 2\0" + small).hexdigest()
-    sha256 = hashlib.sha256(large).hexdigest()
-    for name, digest, content in (
-        ("config.json", sha1, small),
-        ("model.safetensors", sha256, large),
-    ):
-        (blobs / digest).write_bytes(content)
-        (folder / name).symlink_to(blobs / digest)
-    return folder
 
 
 @pytest.fixture
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty cache of the hub's client, and no way to the network."""
-    import huggingface_hub.constants
-
-    monkeypatch.setattr(huggingface_hub.constants, "HF_HUB_CACHE", str(tmp_path))
-    monkeypatch.setattr(huggingface_hub.constants, "HF_HUB_OFFLINE", True)
-    real = huggingface_hub.snapshot_download
-
-    def local(repo: str, **options: object) -> str:
-        return str(real(repo, cache_dir=tmp_path, **options))
-
-    monkeypatch.setattr(huggingface_hub, "snapshot_download", local)
+    use_cache(tmp_path, monkeypatch)
     return tmp_path
 
 
@@ -126,25 +96,3 @@ def test_a_failed_download_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> N
     code, text = run("fetch", REPO)
     assert code == 1
     assert f"{REPO} cannot be fetched: no route to host\n" in text
-
-
-def test_a_start_fetches_only_when_told_to(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    fetched: list[str] = []
-
-    def fetch(repo: str, files: tuple[str, ...]) -> Path:
-        fetched.append(repo)
-        return cache
-
-    monkeypatch.setattr(model_store, "fetch", fetch)
-    with pytest.raises(model_store.ModelError):
-        model_store.locate(REPO)
-    assert fetched == []
-    assert model_store.locate(REPO, allow_fetch=True) == cache
-    assert fetched == [REPO]
-
-
-def test_a_path_is_a_path(tmp_path: Path) -> None:
-    assert model_store.locate(str(tmp_path)) == tmp_path
-    for place in ("/nowhere/at/all", "./here", "weights.pth"):
-        with pytest.raises(model_store.ModelError, match="does not exist"):
-            model_store.locate(place)

@@ -48,7 +48,8 @@ class ExportedTower:
             reason = str(problem).splitlines()[0]
             raise EncoderError(f"onnxruntime failed on {self._path}: {reason}") from problem
         norms = np.linalg.norm(features, axis=-1, keepdims=True)
-        unit: F16 = (features / norms).astype(np.float16)
+        with np.errstate(invalid="ignore"):  # zero and infinite features are refused below
+            unit: F16 = (features / norms).astype(np.float16)
         if not np.isfinite(unit).all():
             raise EncoderError(f"the features of {self._path} are not finite")
         return unit
