@@ -1,4 +1,4 @@
-"""A library that is not there, or does not fit, is one sentence with what to do."""
+"""A library that is missing or does not fit is one sentence with what to do."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def without(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("backend", USERS)
-def test_a_missing_library_is_told_with_its_command(
+def test_a_missing_library_is_an_error_with_the_command_to_install_it(
     backend: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     library, make = USERS[backend]
@@ -62,13 +62,13 @@ def test_a_missing_library_is_told_with_its_command(
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(
         BackendError, match=f"{backend} needs {library}.*: pip install 'onemap"
-    ) as told:
+    ) as error:
         make(tmp_path)
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("backend", USERS)
-def test_a_torchvision_that_does_not_fit_is_told(
+def test_a_torchvision_for_another_torch_is_an_error(
     backend: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     library, make = USERS[backend]

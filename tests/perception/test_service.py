@@ -1,4 +1,4 @@
-"""Perception on the bus: frames in, fields and detections out, bad days included."""
+"""Perception on the bus: fields and detections of frames, and failures."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from onemap_perception.variance import VarianceParams
 from onemap_shared import keys
 from onemap_shared.geometry import F16, U8
 from onemap_shared.memory_bus import MemoryBus, MemoryRouter
-from onemap_shared.messages import SearchState, SearchStatus, TextRequest
+from onemap_shared.messages import Detections, SearchState, SearchStatus, TextRequest
 from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError
 from onemap_shared.wire import Packet
+from tests.perception.slow_detector import SlowDetector
 from tests.perception.toy import ColourEncoder, frame
 
 SEARCH = SearchStatus(
@@ -35,7 +36,7 @@ SEARCH = SearchStatus(
 
 
 class World:
-    """A perception service and everybody else on one bus."""
+    """A perception service and its neighbours on one bus."""
 
     def __init__(self) -> None:
         self.hub = MemoryRouter()
@@ -231,3 +232,92 @@ def test_a_full_device_is_counted_and_the_service_lives(
     world.service.step(0.0)
     assert world.fields.take(0.0) is not None
     assert world.service.health().problem == ""
+
+
+class SlowWorld:
+    """Perception with a detector in a thread of its own, and a search."""
+
+    def __init__(self) -> None:
+        hub = MemoryRouter()
+        outside = hub.bus()
+        self.detector = SlowDetector()
+        components = PerceptionComponents(
+            ColourEncoder(), self.detector, VarianceParams(), frame_timeout_s=5.0
+        )
+        self.service = Perception(hub.bus("perception"), components)
+        self.camera = outside.publish(keys.ROBOT_RGBD)
+        self.planner = outside.publish(keys.SEARCH_STATE)
+        self.fields = outside.subscribe(keys.FIELD)
+        self.detections = outside.subscribe(keys.DETECTIONS)
+        self.planner.put(SEARCH)
+        self._ended = (0.0, 0.0)
+
+    def show(self, sequence: int) -> None:
+        self.camera.put(frame(sequence))
+        self.service.step(0.0)
+
+    def metric(self, name: str) -> float:
+        return (self.service.health().metrics or {}).get(name, 0.0)
+
+    def release(self) -> Detections | None:
+        """The detections once the detector may finish; None if it ends without any."""
+        self.detector.finish.set()
+        for _ in range(1000):
+            self.service.step(0.01)
+            ended = self.metric("detect_ms"), self.metric("detections_failed")
+            if ended != self._ended:
+                self._ended = ended
+                return self.detections.take(0.0)
+        raise AssertionError("the detector did not end")
+
+
+def test_the_map_does_not_wait_for_a_slow_detector() -> None:
+    world = SlowWorld()
+    for sequence in (1, 2, 3):
+        world.show(sequence)
+        field = world.fields.take(0.0)
+        assert field is not None
+        assert field.sequence == sequence
+    assert world.metric("detections_skipped") == 2
+    assert world.detections.take(0.0) is None
+    seen = world.release()
+    assert seen is not None
+    assert (seen.sequence, seen.names) == (1, ("red",))
+    world.show(4)
+    again = world.release()
+    assert again is not None
+    assert again.sequence == 4
+    world.service.close()
+
+
+def test_detections_of_an_earlier_target_are_not_published() -> None:
+    world = SlowWorld()
+    world.show(1)
+    world.planner.put(replace(SEARCH, state=SearchState.CANCELLED))
+    assert world.release() is None
+    assert world.metric("detect_ms") > 0
+    world.service.close()
+
+
+def test_a_failing_detector_does_not_stop_the_fields() -> None:
+    world = SlowWorld()
+    world.detector.broken = True
+    world.show(1)
+    assert world.release() is None
+    assert world.fields.take(0.0) is not None
+    assert world.metric("detections_failed") == 1
+    assert world.metric("frames_failed") == 0
+    problem = world.service.health().problem
+    assert problem == "nothing can be detected: the weights are damaged"
+    world.detector.broken = False
+    world.show(2)
+    seen = world.release()
+    assert seen is not None
+    assert world.service.health().problem == ""
+    world.detector.broken = True
+    world.show(3)
+    assert world.release() is None
+    world.planner.put(replace(SEARCH, state=SearchState.CANCELLED))
+    world.service.step(0.0)
+    assert world.service.health().problem == ""  # nothing is to be detected any more
+    world.service.close()

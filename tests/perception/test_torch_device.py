@@ -11,7 +11,7 @@ from onemap_perception.torch_device import inference, open_device
 CPU = torch.device("cpu")
 
 
-def test_errors_of_torch_become_faults() -> None:
+def test_errors_of_torch_become_backend_errors() -> None:
     failed = "the network failed on cpu: size mismatch"
     with pytest.raises(BackendError, match=failed), inference(CPU, (4, 3)):
         raise RuntimeError("size mismatch\nand a long story")
@@ -31,6 +31,6 @@ def test_nothing_inside_is_differentiated() -> None:
 
 
 @pytest.mark.parametrize("name", ["toaster", "cuda:99"])
-def test_a_device_that_is_not_there_is_told(name: str) -> None:
+def test_a_device_that_does_not_exist_is_an_error(name: str) -> None:
     with pytest.raises(BackendError, match=f"device '{name}' cannot be used"):
         open_device(name)

@@ -98,7 +98,7 @@ def tipsv2_folder(folder: Path) -> Path:
 
 
 def rtdetr_folder(folder: Path, names: tuple[str, ...] = ("chair", "couch", "tv")) -> Path:
-    """An RT-DETRv2 of a few thousand weights that knows three names."""
+    """An RT-DETRv2 of a few thousand weights of three names."""
     transformers = pytest.importorskip("transformers", reason="needs transformers")
     torch.manual_seed(0)
     backbone = transformers.RTDetrResNetConfig(

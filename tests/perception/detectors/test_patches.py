@@ -24,7 +24,7 @@ def detector(**params: float) -> PatchDetector:
     return PatchDetector(PatchesParams(**params), "toy")  # type: ignore[arg-type]
 
 
-def test_a_red_square_is_the_one_red_thing() -> None:
+def test_a_red_square_is_the_one_detection() -> None:
     (found,) = detector().detect(sample_image(), ENCODER.embed_text(["red"]))
     assert found.name == "red"
     assert found.score > 0.99
@@ -33,7 +33,7 @@ def test_a_red_square_is_the_one_red_thing() -> None:
     assert detector().detector_id == "patches/toy"
 
 
-def test_what_is_not_there_is_not_found() -> None:
+def test_an_absent_name_has_no_detection() -> None:
     assert detector().detect(sample_image(), ENCODER.embed_text(["blue"])) == ()
 
 
@@ -45,7 +45,7 @@ def test_several_names_come_best_first() -> None:
     )
 
 
-def test_things_smaller_or_less_sure_than_the_limits_are_left_out() -> None:
+def test_groups_below_the_thresholds_are_left_out() -> None:
     red = ENCODER.embed_text(["red"])
     assert detector(min_patches=5).detect(sample_image(), red) == ()
     assert detector(peak_threshold=0.99999).detect(sample_image(), red) == ()

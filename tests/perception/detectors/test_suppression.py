@@ -1,4 +1,4 @@
-"""Two names for one thing: the surer one stands, whatever else is in the image."""
+"""Of two names for one object the one with the better score is kept."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ def detection(name: str, score: float, x: int, y: int, side: int = 4) -> Detecti
     return Detection(name, score, (x, y, x + side, y + side), mask)
 
 
-def test_of_two_names_for_one_thing_the_surer_one_stands() -> None:
+def test_of_two_names_for_one_object_the_better_one_is_kept() -> None:
     bed, sofa = detection("bed", 0.9, 2, 2), detection("sofa", 0.6, 2, 3)
     assert suppress_overlaps((bed, sofa)) == (bed,)
     assert suppress_overlaps((sofa, bed)) == (bed,)
 
 
-def test_what_lies_on_a_thing_is_not_the_thing() -> None:
+def test_an_object_on_another_is_kept() -> None:
     bed, pillow = detection("bed", 0.9, 0, 0, side=10), detection("pillow", 0.5, 1, 1, side=3)
     assert suppress_overlaps((bed, pillow)) == (bed, pillow)
 

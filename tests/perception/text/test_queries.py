@@ -96,10 +96,10 @@ def test_unknown_words_are_all_named_with_what_is_spelt_alike() -> None:
     assert caught.value.words == {"glowwurm": ("glowworm",), "kitte": ()}
 
 
-def test_a_thing_scores_as_itself_and_not_as_others() -> None:
+def test_an_object_scores_as_itself_and_not_as_others() -> None:
     sofa = ask("sofa").embeddings
     for word, low, high in (("sofa", 0.99, 1), ("settee", 0.9, 1), ("lamp", 0, 0.01)):
         assert low <= scores(sofa, ask(word))[0, 0] <= high
-    # No such thing here: an unrelated word stays low on everything that is known.
+    # An unrelated word has a low score on every class.
     everything = np.concatenate([sofa, ask("lamp").embeddings])
     assert scores(everything, ask("piano")).max() < 0.1
