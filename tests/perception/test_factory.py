@@ -59,6 +59,15 @@ def test_tipsv2_is_made(tmp_path: Path) -> None:
     assert encoder.encoder_id.startswith("tipsv2-")
 
 
+@pytest.mark.parametrize("backend", ["coco", "open_vocabulary"])
+def test_a_box_detector_is_made(backend: str, tmp_path: Path) -> None:
+    make = {"coco": rtdetr_folder, "open_vocabulary": owl_folder}[backend]
+    document = {"backend": backend, "model": str(make(tmp_path))}
+    detector = make_detector(configured({"detector": document}).detector, OnlyCosines())
+    assert detector.detector_id.startswith(f"{backend}-")
+    assert not detector.reads_features
+
+
 def test_a_model_that_is_not_here_names_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("onemap_perception.model_store.cached", lambda repo, files: None)
     document = {"backend": "openclip_convnext", "model": "laion/CLIP-x"}

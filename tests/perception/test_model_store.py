@@ -78,3 +78,30 @@ def test_without_the_hubs_client_the_error_says_what_to_install(
     monkeypatch.setitem(sys.modules, "huggingface_hub", None)
     with pytest.raises(model_store.ModelError, match=r"pip install 'onemap\[openclip\]'"):
         model_store.locate(REPO)
+
+
+def test_fetch_downloads_the_files_that_are_needed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import huggingface_hub
+
+    asked: list[tuple[str, list[str]]] = []
+
+    def download(repo: str, allow_patterns: list[str]) -> str:
+        asked.append((repo, allow_patterns))
+        return str(tmp_path)
+
+    monkeypatch.setattr(huggingface_hub, "snapshot_download", download)
+    assert model_store.fetch(REPO, ("*.json",)) == tmp_path
+    assert asked == [(REPO, ["*.json"])]
+
+
+def test_a_failed_download_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    import huggingface_hub
+
+    def offline(repo: str, **_: object) -> str:
+        raise OSError("no route to host\nand more")
+
+    monkeypatch.setattr(huggingface_hub, "snapshot_download", offline)
+    with pytest.raises(model_store.ModelError, match=r"cannot be fetched: no route to host$"):
+        model_store.fetch(REPO, ("*",))

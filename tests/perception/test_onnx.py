@@ -33,3 +33,13 @@ def test_a_file_that_is_no_network_is_refused(tmp_path: Path) -> None:
     path.write_bytes(b"not a network")
     with pytest.raises(ValueError, match="onnx"):
         open_session(path, threads=1)
+
+
+def test_a_provider_that_this_build_lacks_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import onnxruntime
+
+    monkeypatch.setattr(onnxruntime, "get_available_providers", lambda: ["CPUExecutionProvider"])
+    with pytest.raises(ValueError, match="built without tensorrt"):
+        open_session(tmp_path / "none.onnx", threads=1, provider="tensorrt")
