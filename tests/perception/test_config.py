@@ -44,6 +44,7 @@ def test_the_default_is_what_ships() -> None:
             {"detector": {"backend": "routed", "coco": {"score": 0.5}}},
             "perception.detector.coco.score is now called 'score_threshold'",
         ),
+        ({"silent_after_s": 3}, "perception.silent_after_s is now called 'frame_timeout_s'"),
         ({"patches": {"core": 0.8}}, "perception.detector.core is now called 'peak_threshold'"),
         (
             {"encoder": {"backend": "tipsv2", "model": "x", "kept_texts": 9}},
