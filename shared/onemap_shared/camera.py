@@ -60,6 +60,11 @@ class Intrinsics:
         """y at depth 1 of pixel rows ``v`` (0-based indices); the dtype follows ``v``."""
         return (v + (0.5 - self.cy)) / self.fy  # type: ignore[operator, return-value]
 
+    @property
+    def focal_px(self) -> float:
+        """Horizontal focal length: pixels per unit of x at depth 1."""
+        return self.fx
+
     def size_over_focal(self, width: int, height: int) -> tuple[float, float]:
         """Image width over fx and height over fy: the extent of the view at depth 1."""
         return width / self.fx, height / self.fy

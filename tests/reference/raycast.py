@@ -27,9 +27,8 @@ def first_hits(
     origin = T_map_camera[:3, 3]
     for row in range(height):
         for column in range(width):
-            x = (column + 0.5 - intrinsics.cx) / intrinsics.fx
-            y = (row + 0.5 - intrinsics.cy) / intrinsics.fy
-            direction = T_map_camera[:3, :3] @ np.array([x, y, 1.0])
+            ray = np.array([intrinsics.x_at(column), intrinsics.y_at(row), 1.0])
+            direction = T_map_camera[:3, :3] @ ray
             p = np.cross(direction, edge2)
             determinant = (edge1 * p).sum(axis=1)
             with np.errstate(divide="ignore", invalid="ignore"):

@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from onemap_shared.camera import Intrinsics
+from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.geometry import F32, F64, I32, U8, check_rigid
 from onemap_simulator.rendering.lighting import LightMap
 from onemap_simulator.rendering.ray_tracer import RayHits, RayTracer
@@ -91,11 +91,11 @@ class Renderer:
         """The scene as the camera sees it, pixel centres at half-integer coordinates."""
         T = check_rigid(T_map_camera, "T_map_camera").astype(np.float32)
         # With directions of camera z = 1, the distance along the ray is the depth.
-        directions = _rays(intrinsics, width, height) @ T[:3, :3].T
+        directions = _flat_rays(intrinsics, width, height) @ T[:3, :3].T
         origins = np.broadcast_to(T[:3, 3], directions.shape)
         hits = self._tracer.first_hits(origins, directions)
         face, depth = hits.face, hits.distance
-        albedo = self._albedo(hits, intrinsics.fx).reshape(height, width, 3)
+        albedo = self._albedo(hits, intrinsics.focal_px).reshape(height, width, 3)
         normals = np.take(self._faces.normals, face, axis=0)
         # Both sides of a triangle are visible: turn its normal towards the camera.
         away = np.einsum("ij,ij->i", normals, directions) > 0
@@ -134,13 +134,8 @@ def _planes(rows: F32, height: int, width: int) -> F32:
 
 
 @lru_cache(maxsize=8)
-def _rays(intrinsics: Intrinsics, width: int, height: int) -> F32:
-    """Camera-frame directions (H * W, 3) float32 with z = 1, row by row; read-only."""
-    u = (np.arange(width) + 0.5 - intrinsics.cx) / intrinsics.fx
-    v = (np.arange(height) + 0.5 - intrinsics.cy) / intrinsics.fy
-    rays = np.ones((height, width, 3), np.float32)
-    rays[..., 0] = u
-    rays[..., 1] = v[:, None]
-    flat = rays.reshape(-1, 3)
-    flat.flags.writeable = False
-    return flat
+def _flat_rays(intrinsics: Intrinsics, width: int, height: int) -> F32:
+    """``ray_directions`` of all pixels as (H * W, 3), row by row; cached, therefore read-only."""
+    rays = ray_directions(intrinsics, width, height).reshape(-1, 3)
+    rays.flags.writeable = False
+    return rays
