@@ -18,7 +18,7 @@ from functools import partial
 
 import numpy as np
 
-from onemap_shared.geometry import F64
+from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
 from onemap_shared.messages import Odometry, RgbdFrame
 from onemap_shared.runner import StartError
@@ -26,7 +26,7 @@ from onemap_shared.transport import Bus, Health
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.physics.robot import RobotState, Velocity2d
+from onemap_simulator.physics.robot import RobotState
 from onemap_simulator.physics.simulation import Simulation
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import RgbdCamera, noisy_pose

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from onemap_shared.geometry import Velocity2d
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import (
     STOP,
     Deadman,
     RobotParams,
     RobotState,
-    Velocity2d,
     step,
 )
 from tests.simulator.scenes import box_room

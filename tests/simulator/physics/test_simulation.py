@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from onemap_shared.geometry import Velocity2d
 from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.physics.robot import RobotParams, RobotState, Velocity2d
+from onemap_simulator.physics.robot import RobotParams, RobotState
 from onemap_simulator.physics.simulation import Simulation, SimulationCounts
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import (

@@ -36,12 +36,11 @@ from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import Observation, step
 from onemap_planner.search.phases import EventStamp, Search, Starting
 from onemap_planner.search.state_machine import new_search
-from onemap_shared.geometry import yaw_of
+from onemap_shared.geometry import Velocity2d, yaw_of
 from onemap_shared.messages import Detections, FeatureField, RgbdFrame, SearchView
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import RobotState
-from onemap_simulator.physics.robot import Velocity2d as Twist
 from onemap_simulator.physics.simulation import Simulation
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import RgbdCamera, noisy_pose
@@ -100,7 +99,7 @@ class SimulatedRobot:
 
     def advance(self, command: Velocity, before_s: float, now_s: float) -> None:
         """Obey a command given at ``before_s`` until ``now_s``."""
-        twist = Twist(command.linear_mps, command.angular_radps)
+        twist = Velocity2d(command.linear_mps, command.angular_radps)
         self._simulation.receive_command(twist, before_s, COMMAND_VALID_S)
         self.collided = self._simulation.advance(now_s)
 

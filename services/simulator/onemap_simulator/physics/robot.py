@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from onemap_shared.geometry import F64, pose_2d, wrap_angle
+from onemap_shared.geometry import F64, Velocity2d, pose_2d, wrap_angle
 
 Collides = Callable[
     [float, float], bool
@@ -26,14 +26,6 @@ class RobotParams:
     max_angular_radps: float = 1.6
     linear_acceleration_mps2: float = 1.0
     angular_acceleration_radps2: float = 3.0
-
-
-@dataclass(frozen=True, slots=True)
-class Velocity2d:
-    """Of the body: forward in m/s, and turning left in rad/s."""
-
-    linear_mps: float = 0.0
-    angular_radps: float = 0.0
 
 
 STOP = Velocity2d()

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from onemap_shared.geometry import Velocity2d
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import (
     Deadman,
     RobotParams,
     RobotState,
-    Velocity2d,
     step,
 )
 
