@@ -13,15 +13,13 @@ from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import TruthRequest, VelocityCommand
 from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError
-from onemap_simulator.config import (
-    CameraConfig,
-    PoseNoiseConfig,
-    SimulatorConfig,
-)
+from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.physics.pose_noise import PoseNoiseParams
+from onemap_simulator.rendering.rgbd_camera import CameraParams
 from onemap_simulator.service import SimulatorWorker, build
 from tests.simulator.scenes import box_room
 
-CONFIG = SimulatorConfig(rgbd_hz=60, odometry_hz=200, camera=CameraConfig(width=32, height=24))
+CONFIG = SimulatorConfig(rgbd_hz=60, odometry_hz=200, camera=CameraParams(width=32, height=24))
 
 
 class Robot:
@@ -108,7 +106,7 @@ def test_answers_the_truth_to_those_who_sum_up(robot: Robot) -> None:
 
 def test_pose_noise_moves_the_report_and_not_the_robot() -> None:
     robot = Robot(
-        CONFIG.model_copy(update={"pose_noise": PoseNoiseConfig(position_m=0.05, yaw_deg=3.0)})
+        CONFIG.model_copy(update={"pose_noise": PoseNoiseParams(position_m=0.05, yaw_deg=3.0)})
     )
     yaws = []
 
@@ -144,9 +142,3 @@ def test_the_generated_apartment_starts() -> None:
     worker = build(MemoryRouter().bus("simulator"), CONFIG)
     worker.step(0.0)
     worker.close()
-
-
-def test_configuration_reaches_the_camera_and_the_robot() -> None:
-    config = SimulatorConfig(camera=CameraConfig(horizontal_fov_deg=90, pitch_down_deg=0))
-    assert config.camera.parameters().horizontal_fov_rad == pytest.approx(np.pi / 2)
-    assert config.robot.parameters().radius_m == 0.2

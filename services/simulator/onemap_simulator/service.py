@@ -26,10 +26,11 @@ from onemap_shared.transport import Bus, Health
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.pose_noise import noisy_pose
 from onemap_simulator.physics.robot import RobotState
 from onemap_simulator.physics.simulation import Simulation
 from onemap_simulator.rendering.renderer import Renderer
-from onemap_simulator.rendering.rgbd_camera import RgbdCamera, noisy_pose
+from onemap_simulator.rendering.rgbd_camera import RgbdCamera
 from onemap_simulator.scene.scene import Scene
 from onemap_simulator.worlds import check_scene, open_scene
 
@@ -112,14 +113,13 @@ class SimulatorWorker:
     """Steps the physics, publishes odometry, hands moments to the camera."""
 
     def __init__(self, bus: Bus, scene: Scene, config: SimulatorConfig) -> None:
-        robot = config.robot.parameters()
+        robot = config.robot
         camera_rng, self._pose_rng = np.random.default_rng(config.seed).spawn(2)
         self._config = config
         self._simulation = Simulation(
             CollisionMap.of(scene, robot.height_m),
             robot,
             RobotState(*scene.start),
-            deadman_s=config.robot.deadman_s,
             now_s=time.monotonic(),
         )
         truth = SceneTruth(
@@ -130,7 +130,7 @@ class SimulatorWorker:
         )
         self._commands = bus.subscribe(ROBOT_CMD_VEL)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
-        camera = RgbdCamera(Renderer(scene), config.camera.parameters(), camera_rng)
+        camera = RgbdCamera(Renderer(scene), config.camera, camera_rng)
         self._camera = CameraThread(bus, camera)
         bus.serve(ROBOT_TRUTH, partial(truth_reply, truth))
         self._sequence = 0
@@ -175,11 +175,8 @@ class SimulatorWorker:
         self._camera.close()
 
     def _stamped_pose(self) -> StampedPose:
-        pose, noise = self._simulation.state.pose, self._config.pose_noise
-        reported = pose
-        if noise.position_m or noise.yaw_deg:
-            yaw_rad = float(np.radians(noise.yaw_deg))
-            reported = noisy_pose(pose, noise.position_m, yaw_rad, self._pose_rng)
+        pose = self._simulation.state.pose
+        reported = noisy_pose(pose, self._config.pose_noise, self._pose_rng)
         return StampedPose(time.time_ns(), pose, reported)
 
     def _publish_odometry(self, pose: StampedPose) -> None:

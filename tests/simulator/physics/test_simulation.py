@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -9,19 +7,10 @@ from onemap_shared.geometry import Velocity2d
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import RobotParams, RobotState
 from onemap_simulator.physics.simulation import Simulation, SimulationCounts
-from onemap_simulator.rendering.renderer import Renderer
-from onemap_simulator.rendering.rgbd_camera import (
-    CameraParams,
-    RgbdCamera,
-    measured_mm,
-    noisy_depth,
-    noisy_pose,
-)
 from tests.simulator.scenes import box_room
 
 SCENE = box_room()
 COLLISION = CollisionMap.of(SCENE, 1.1)
-RENDERER = Renderer(SCENE)
 
 
 def simulation(start: RobotState | None = None) -> Simulation:
@@ -29,7 +18,6 @@ def simulation(start: RobotState | None = None) -> Simulation:
         COLLISION,
         RobotParams(),
         start or RobotState(1.0, 1.5, 0.0),
-        deadman_s=0.3,
         now_s=100.0,
     )
 
@@ -76,40 +64,3 @@ def test_after_a_long_pause_it_has_not_driven_on() -> None:
 def test_a_start_too_close_to_an_obstacle_is_refused() -> None:
     with pytest.raises(ValueError, match=r"0\.0\d m from an obstacle; its radius is 0\.2 m"):
         simulation(RobotState(0.1, 1.0, 0.0))
-
-
-def camera(**changes: float) -> RgbdCamera:
-    params = replace(CameraParams(width=32, height=24), **changes)  # type: ignore[arg-type]
-    return RgbdCamera(RENDERER, params, np.random.default_rng(0))
-
-
-def test_the_camera_measures_within_its_range_only() -> None:
-    pose = RobotState(1.0, 1.5, 0.0).pose
-    everything = camera().capture(pose).depth_mm
-    limited = camera(max_depth_m=2.0).capture(pose).depth_mm
-    assert everything.dtype == np.uint16
-    assert everything.min() > 0
-    np.testing.assert_array_equal(limited, np.where(everything <= 2000, everything, 0))
-    np.testing.assert_array_equal(
-        measured_mm(np.array([[0.0, 0.05, 1.2345, 9.0]], np.float32), 0.1, 8.0),
-        np.array([[0, 0, 1234, 0]], np.uint16),
-    )
-
-
-def test_depth_noise_grows_with_the_square_of_distance() -> None:
-    rng = np.random.default_rng(0)
-    near, far = np.full((200, 200), 1.0, np.float32), np.full((200, 200), 3.0, np.float32)
-    assert np.std(noisy_depth(near, 0.002, rng) - near) == pytest.approx(0.002, rel=0.05)
-    assert np.std(noisy_depth(far, 0.002, rng) - far) == pytest.approx(0.018, rel=0.05)
-    assert (noisy_depth(np.zeros((4, 4), np.float32), 0.1, rng) == 0).all()
-    pose = RobotState(1.0, 1.5, 0.0).pose
-    clean, noisy = camera().capture(pose), camera(depth_noise_m=0.01).capture(pose)
-    np.testing.assert_array_equal(clean.rgb, noisy.rgb)
-    assert (clean.depth_mm != noisy.depth_mm).mean() > 0.5
-
-
-def test_pose_noise_has_the_deviation_asked_for() -> None:
-    rng = np.random.default_rng(1)
-    poses = np.array([noisy_pose(np.eye(4), 0.05, 0.02, rng) for _ in range(2000)])
-    assert poses[:, 0, 3].std() == pytest.approx(0.05, rel=0.1)
-    assert np.arctan2(poses[:, 1, 0], poses[:, 0, 0]).std() == pytest.approx(0.02, rel=0.1)

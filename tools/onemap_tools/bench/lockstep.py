@@ -40,10 +40,11 @@ from onemap_shared.geometry import Velocity2d, yaw_of
 from onemap_shared.messages import Detections, FeatureField, RgbdFrame, SearchView
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.pose_noise import noisy_pose
 from onemap_simulator.physics.robot import RobotState
 from onemap_simulator.physics.simulation import Simulation
 from onemap_simulator.rendering.renderer import Renderer
-from onemap_simulator.rendering.rgbd_camera import RgbdCamera, noisy_pose
+from onemap_simulator.rendering.rgbd_camera import RgbdCamera
 from onemap_simulator.scene.scene import Scene
 
 COMMAND_VALID_S = 0.3  # as ``VelocityCommand`` has it by default
@@ -77,17 +78,16 @@ class SimulatedRobot:
     """The simulator's body and camera in simulated time."""
 
     def __init__(self, scene: Scene, config: SimulatorConfig) -> None:
-        robot = config.robot.parameters()
+        robot = config.robot
         camera_rng, self._pose_rng = np.random.default_rng(config.seed).spawn(2)
         self._noise = config.pose_noise
         self._simulation = Simulation(
             CollisionMap.of(scene, robot.height_m),
             robot,
             RobotState(*scene.start),
-            deadman_s=config.robot.deadman_s,
             now_s=0.0,
         )
-        self._camera = RgbdCamera(Renderer(scene), config.camera.parameters(), camera_rng)
+        self._camera = RgbdCamera(Renderer(scene), config.camera, camera_rng)
         self._frames = 0
         self.collided = False
 
@@ -106,10 +106,7 @@ class SimulatedRobot:
     def reported(self) -> np.ndarray:
         """T_map_body (4, 4) as the robot believes it to be."""
         pose = self._simulation.state.pose
-        if not (self._noise.position_m or self._noise.yaw_deg):
-            return pose
-        yaw_rad = float(np.radians(self._noise.yaw_deg))
-        return noisy_pose(pose, self._noise.position_m, yaw_rad, self._pose_rng)
+        return noisy_pose(pose, self._noise, self._pose_rng)
 
     def frame(self, now_s: float) -> RgbdFrame:
         """What the camera sees now."""

@@ -15,7 +15,6 @@ from onemap_mapper.frame_update import compute_update
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.feature_field import feature_field
 from onemap_perception.variance import VarianceParams
-from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64
 from onemap_shared.messages import FeatureField, RgbdFrame
 from onemap_simulator.rendering.camera_poses import sample_camera_poses
@@ -24,7 +23,7 @@ from onemap_simulator.rendering.rgbd_camera import CameraParams, measured_mm
 from onemap_simulator.scene.scene import Scene
 
 CAMERA = CameraParams()
-INTRINSICS = Intrinsics.from_fov(CAMERA.width, CAMERA.height, CAMERA.horizontal_fov_rad)
+INTRINSICS = CAMERA.intrinsics
 FRAME_NS = 100_000_000
 MIN_OBSERVED_PIXELS = 192  # of 320 x 240, in one picture: three patches of 8 x 8
 MAX_OBSERVED_RANGE_M = 4.0  # farther away the released variance trusts a pixel less than a quarter

@@ -13,8 +13,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from onemap_simulator.config import RobotConfig
 from onemap_simulator.inspection import SceneInspection, SceneNode, inspect_scene
+from onemap_simulator.physics.robot import RobotParams
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 LISTED = 3  # nodes of a category that are named in the table
@@ -22,7 +22,7 @@ LISTED = 3  # nodes of a category that are named in the table
 
 def examine(file: Path) -> SceneInspection:
     """What the simulator understands of a file; CliError if it is no scene."""
-    robot = RobotConfig()
+    robot = RobotParams()
     try:
         return inspect_scene(file, radius_m=robot.radius_m, height_m=robot.height_m)
     except ValueError as problem:

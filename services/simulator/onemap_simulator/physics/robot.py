@@ -6,8 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from pydantic import Field
 
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, wrap_angle
+from onemap_shared.params import Params
 
 Collides = Callable[
     [float, float], bool
@@ -16,16 +18,30 @@ Collides = Callable[
 STRAIGHT_RAD = 1e-9  # turning less than this, an arc is a line
 
 
-@dataclass(frozen=True, slots=True)
-class RobotParams:
-    """The robot's size and limits."""
+class RobotParams(Params):
+    """The robot's body and drive; the defaults are those of a small indoor base."""
 
-    radius_m: float = 0.2
-    height_m: float = 1.1  # it passes below what is higher
-    max_linear_mps: float = 0.7
-    max_angular_radps: float = 1.6
-    linear_acceleration_mps2: float = 1.0
-    angular_acceleration_radps2: float = 3.0
+    radius_m: float = Field(
+        default=0.2, gt=0, le=10, description="Radius of the round footprint: passes any door."
+    )
+    height_m: float = Field(
+        default=1.1, gt=0, le=10, description="Passes below what is higher; just above the camera."
+    )
+    max_linear_mps: float = Field(
+        default=0.7, gt=0, le=5, description="Limit of the forward speed: a slow walk."
+    )
+    max_angular_radps: float = Field(
+        default=1.6, gt=0, le=10, description="Limit of the turning speed: one turn in 4 s."
+    )
+    linear_acceleration_mps2: float = Field(
+        default=1.0, gt=0, le=20, description="Limit; stops from full speed within 0.25 m."
+    )
+    angular_acceleration_radps2: float = Field(
+        default=3.0, gt=0, le=60, description="Limit; full turning speed after half a second."
+    )
+    deadman_s: float = Field(
+        default=0.3, gt=0, le=5, description="Without a command for so long, it brakes."
+    )
 
 
 STOP = Velocity2d()

@@ -36,12 +36,11 @@ class Simulation:
         params: RobotParams,
         start: RobotState,
         *,
-        deadman_s: float,
         now_s: float,
     ) -> None:
         self._collision = collision
         self._parameters = params
-        self._deadman = Deadman(deadman_s)
+        self._deadman = Deadman(params.deadman_s)
         self._now_s = now_s
         self.state = start
         self.counts = SimulationCounts()

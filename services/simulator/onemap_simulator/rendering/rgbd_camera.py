@@ -1,33 +1,64 @@
-"""The robot's RGB-D camera, and the errors of real sensors where they are asked for."""
+"""The robot's RGB-D camera, with the depth errors of a stereo camera on request."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from pydantic import Field
 
 from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F32, F64, U8, U16, camera_mount, pose_2d
+from onemap_shared.geometry import F32, F64, U8, U16, camera_mount
+from onemap_shared.params import Params
 from onemap_simulator.rendering.renderer import Renderer
 
 
-@dataclass(frozen=True, slots=True)
-class CameraParams:
-    """Image size, field of view, place on the body, and what depth it measures.
+class CameraParams(Params):
+    """The RGB-D camera; the defaults resemble common robot cameras at a person's waist."""
 
-    depth_noise_m: standard deviation of depth at 1 m; it grows with the square of the
-    distance, as a stereo camera's does. 0 is an ideal camera.
-    """
+    width: int = Field(
+        default=320, ge=16, le=1920, description="Image width in pixels: rendered in real time."
+    )
+    height: int = Field(
+        default=240, ge=16, le=1080, description="Image height in pixels: 4 to 3, as most cameras."
+    )
+    horizontal_fov_deg: float = Field(
+        default=79.0, ge=20, le=150, description="Field of view in degrees, as in Habitat."
+    )
+    height_m: float = Field(
+        default=1.0, gt=0, le=10, description="Height above the floor: sees onto tables."
+    )
+    forward_m: float = Field(
+        default=0.1, ge=-1, le=1, description="Ahead of the turning axis, inside the radius."
+    )
+    pitch_down_deg: float = Field(
+        default=12.0, ge=-60, le=80, description="Tilt in degrees; shows the floor from 1.1 m on."
+    )
+    min_depth_m: float = Field(
+        default=0.1, ge=0, le=5, description="Smallest depth measured; nearer reads as no return."
+    )
+    max_depth_m: float = Field(
+        default=8.0, gt=0, le=10, description="Largest depth measured; farther reads as no return."
+    )
+    depth_noise_m: float = Field(
+        default=0.0,
+        ge=0,
+        le=0.1,
+        description="Standard deviation at 1 m, growing with the square of distance, as a stereo "
+        "camera's does; 0 is ideal.",
+    )
 
-    width: int = 320
-    height: int = 240
-    horizontal_fov_rad: float = float(np.radians(79.0))
-    height_m: float = 1.0
-    forward_m: float = 0.1
-    pitch_down_rad: float = float(np.radians(12.0))
-    min_depth_m: float = 0.1
-    max_depth_m: float = 8.0
-    depth_noise_m: float = 0.0
+    @property
+    def intrinsics(self) -> Intrinsics:
+        """Square pixels, the principal point in the middle of the image."""
+        return Intrinsics.from_fov(
+            self.width, self.height, float(np.radians(self.horizontal_fov_deg))
+        )
+
+    @property
+    def mount(self) -> F64:
+        """T_body_camera (4, 4)."""
+        return camera_mount(self.forward_m, self.height_m, float(np.radians(self.pitch_down_deg)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,22 +72,16 @@ class RgbdImage:
 class RgbdCamera:
     """Takes pictures of one scene; repeatable for the same generator and order of poses."""
 
-    def __init__(
-        self, renderer: Renderer, parameters: CameraParams, rng: np.random.Generator
-    ) -> None:
+    def __init__(self, renderer: Renderer, params: CameraParams, rng: np.random.Generator) -> None:
         self._renderer = renderer
-        self._parameters = parameters
+        self._params = params
         self._rng = rng
-        self.intrinsics = Intrinsics.from_fov(
-            parameters.width, parameters.height, parameters.horizontal_fov_rad
-        )
-        self.T_body_camera: F64 = camera_mount(
-            parameters.forward_m, parameters.height_m, parameters.pitch_down_rad
-        )
+        self.intrinsics = params.intrinsics
+        self.T_body_camera = params.mount
 
     def capture(self, T_map_body: F64) -> RgbdImage:
         """What the camera sees while the body is at this pose (4, 4)."""
-        p = self._parameters
+        p = self._params
         view = self._renderer.render(
             T_map_body @ self.T_body_camera, self.intrinsics, width=p.width, height=p.height
         )
@@ -78,9 +103,3 @@ def measured_mm(depth_m: F32, min_depth_m: float, max_depth_m: float) -> U16:
     in_range = (depth_m >= min_depth_m) & (depth_m <= max_depth_m)
     millimetres: U16 = np.where(in_range, np.rint(depth_m * 1000), 0).astype(np.uint16)
     return millimetres
-
-
-def noisy_pose(T_map_body: F64, position_m: float, yaw_rad: float, rng: np.random.Generator) -> F64:
-    """The pose (4, 4) with independent Gaussian errors of these standard deviations."""
-    dx, dy, turn = rng.normal(0.0, (position_m, position_m, yaw_rad))
-    return T_map_body @ pose_2d(float(dx), float(dy), float(turn))
