@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import camera_mount, pose_2d, transform
-from onemap_simulator.bench import frame_seconds
 from onemap_simulator.rendering.renderer import RenderedImage, Renderer
 from onemap_simulator.scene.scene import PointLight
 from tests.reference.raycast import first_hits
@@ -143,12 +142,3 @@ def test_things_cast_a_shadow_below_them() -> None:
         return float(view.rgb[below].mean())
 
     assert floor_brightness(table=True) < 0.8 * floor_brightness(table=False)
-
-
-def test_times_each_picture_by_the_clock_it_is_given() -> None:
-    ticks = iter(range(100))
-    poses = [pose_2d(1.0, 1.5, yaw) @ camera_mount(0.0, 1.0, 0.2) for yaw in (0.0, 1.0, 2.0)]
-    seconds = frame_seconds(
-        RENDERER, poses, INTRINSICS, size=(80, 60), clock=lambda: float(next(ticks))
-    )
-    np.testing.assert_array_equal(seconds, [1.0, 1.0, 1.0])
