@@ -11,7 +11,6 @@ import logging
 import queue
 import threading
 import time
-from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -21,6 +20,7 @@ import numpy as np
 from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
 from onemap_shared.messages import Odometry, RgbdFrame
+from onemap_shared.rates import RateMeter
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
 from onemap_simulator.config import SimulatorConfig
@@ -37,7 +37,6 @@ from onemap_simulator.worlds import check_scene, open_scene
 LOG = logging.getLogger("onemap.simulator")
 
 PHYSICS_S = 0.02  # a command waits no longer than this
-RATE_WINDOW_S = 5.0  # frames per second are counted over so long
 WAIT_S = 0.2  # how often the camera's thread looks whether it should end
 
 
@@ -59,7 +58,7 @@ class CameraThread:
         self._moments: queue.Queue[StampedPose] = queue.Queue(maxsize=1)
         self._skipped = 0
         self._stop = threading.Event()
-        self._published_s: deque[float] = deque(maxlen=1000)
+        self._rate = RateMeter()
         self._render_ms = 0.0
         self.sequence = 0
         self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
@@ -74,9 +73,8 @@ class CameraThread:
 
     def metrics(self, now_s: float) -> dict[str, float]:
         """frames_per_s over the last seconds, render_ms of the newest, frames_skipped."""
-        recent = sum(now_s - published < RATE_WINDOW_S for published in list(self._published_s))
         return {
-            "frames_per_s": recent / RATE_WINDOW_S,
+            "frames_per_s": self._rate.rate_hz(now_s),
             "render_ms": self._render_ms,
             "frames_skipped": self._skipped,
         }
@@ -106,7 +104,7 @@ class CameraThread:
             )
         )
         self.sequence += 1
-        self._published_s.append(time.monotonic())
+        self._rate = self._rate.with_event(time.monotonic())
 
 
 class SimulatorWorker:
