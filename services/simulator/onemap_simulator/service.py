@@ -14,6 +14,7 @@ import time
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -24,6 +25,8 @@ from onemap_shared.rates import RateMeter
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
 from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.generation.style import STYLES
 from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.pose_noise import noisy_pose
@@ -31,10 +34,12 @@ from onemap_simulator.physics.robot import RobotState
 from onemap_simulator.physics.simulation import Simulation
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import RgbdCamera
+from onemap_simulator.scene.loading import SUFFIXES, check_file, load_scene
 from onemap_simulator.scene.scene import Scene
-from onemap_simulator.worlds import check_scene, open_scene
 
 LOG = logging.getLogger("onemap.simulator")
+
+APARTMENT = "apartment"  # the name of the generated scene, beside paths of files
 
 PHYSICS_S = 0.02  # a command waits no longer than this
 WAIT_S = 0.2  # how often the camera's thread looks whether it should end
@@ -199,8 +204,28 @@ def _next(due_s: float, rate_hz: float, now_s: float) -> float:
     return following if following > now_s else now_s + 1.0 / rate_hz
 
 
+def open_scene(config: SimulatorConfig) -> Scene:
+    """Generate the apartment of the seed and style, or read the scene's file; else ValueError."""
+    check_scene(config.scene)
+    if config.scene == APARTMENT:
+        return generate_apartment(config.seed, STYLES[config.style])
+    return load_scene(Path(config.scene))
+
+
+def check_scene(name: str) -> None:
+    """Raise ValueError with one sentence if there is no such scene, without opening it."""
+    if name == APARTMENT:
+        return
+    if not Path(name).suffix:
+        raise ValueError(
+            f"scene {name!r} is unknown: write {APARTMENT!r} or the path of a file "
+            f"({', '.join(SUFFIXES)})"
+        )
+    check_file(Path(name))
+
+
 def check(config: SimulatorConfig) -> None:
-    """Raise StartError if there is no scene to open; takes a moment, and no bus."""
+    """Raise StartError if there is no scene to open; fast, and without the bus."""
     try:
         check_scene(config.scene)
     except ValueError as problem:
@@ -210,7 +235,7 @@ def check(config: SimulatorConfig) -> None:
 def build(bus: Bus, config: SimulatorConfig) -> SimulatorWorker:
     """Open the scene and make the worker, or raise StartError."""
     try:
-        scene = open_scene(config.scene, seed=config.seed, style=config.style)
+        scene = open_scene(config)
         LOG.info("%s: %d triangles, %d things", scene.name, len(scene.faces), len(scene.objects))
         return SimulatorWorker(bus, scene, config)
     except ValueError as problem:

@@ -28,8 +28,9 @@ from onemap_planner.config import PlannerConfig
 from onemap_shared.config import read, section
 from onemap_shared.messages import ObjectResult, SearchState, TruthRequest
 from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.generation.style import STYLES
 from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
-from onemap_simulator.worlds import APARTMENT, open_scene
 from onemap_tools.bench.lockstep import LockstepSimulation, PerceptionPipeline, SystemConfig
 from onemap_tools.bench.parser import Parser
 from onemap_tools.demo.summary import ObjectSummary
@@ -71,7 +72,7 @@ def run(task: EpisodeParams) -> EpisodeResult:
     torch.set_num_threads(1)
     began_s = time.perf_counter()
     simulator = task.settings.simulator
-    scene = open_scene(APARTMENT, seed=simulator.seed, style=simulator.style)
+    scene = generate_apartment(simulator.seed, STYLES[simulator.style])
     lockstep = LockstepSimulation(
         scene, task.settings, PerceptionPipeline(task.settings.perception)
     )

@@ -54,3 +54,5 @@ HELD_OUT = Style(
     light=(0.35, 1.3),
     ambient=(0.2, 0.7),
 )
+
+STYLES = {style.name: style for style in (TRAINING, HELD_OUT)}
