@@ -11,7 +11,8 @@ from onemap_shared.geometry import F64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import HELD_OUT, TRAINING, Style
-from onemap_simulator.scene.occupancy_raster import clearance_m, occupied_cells, reachable_from
+from onemap_simulator.scene.cell_masks import clearance_m, connected_part
+from onemap_simulator.scene.occupancy_raster import occupied_cells
 from onemap_simulator.scene.scene import Scene
 
 CASES = [
@@ -40,7 +41,7 @@ def reachable(seed: int, style: Style) -> tuple[GridSpec, Bool]:
     scene = apartment(seed, style)
     grid, blocked = occupied_cells(scene, 0.05, 0.05, 1.4)
     start = grid.cells(np.array(scene.start[:2]))
-    return grid, reachable_from(clearance_m(blocked, 0.05) >= ROBOT_CLEARANCE_M, start)
+    return grid, connected_part(clearance_m(blocked, 0.05) >= ROBOT_CLEARANCE_M, start)
 
 
 def standing_points(seed: int, style: Style) -> F64:

@@ -1,21 +1,15 @@
-"""Occupied cells against dense sampling; clearance and reachability on small maps."""
+"""Occupied cells against dense sampling of the triangles."""
 
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_shared.geometry import F64
 from onemap_shared.grid import GridSpec
 from onemap_simulator.generation.mesh import box
-from onemap_simulator.scene.occupancy_raster import (
-    clearance_m,
-    occupied_cells,
-    rasterise,
-    reachable_from,
-)
+from onemap_simulator.scene.occupancy_raster import occupied_cells, rasterise
 from onemap_simulator.scene.scene import Scene, SceneObject
 from tests.reference.occupancy_raster import touched_cells
 
@@ -76,21 +70,3 @@ def test_negative_coordinates_round_down() -> None:
     spec, occupied = occupied_cells(scene_of(block.vertices, block.faces), CELL_SIZE_M, 0.1, 0.9)
     assert spec.origin_cell == (-1, -1)
     assert np.argwhere(occupied).tolist() == [[0, 0]]
-
-
-def test_clearance_counts_the_border_as_occupied() -> None:
-    occupied = np.zeros((9, 9), dtype=bool)
-    occupied[4, 4] = True
-    clearance = clearance_m(occupied, 0.5)
-    assert clearance[4, 4] == 0.0
-    assert clearance[4, 6] == pytest.approx(1.0)
-    assert clearance[0, 0] == pytest.approx(0.5)
-
-
-def test_reachable_stays_on_its_side_of_a_wall() -> None:
-    reachable = np.ones((5, 5), dtype=bool)
-    reachable[2] = False
-    part = reachable_from(reachable, np.array([0, 0]))
-    assert part[:2].all()
-    assert not part[2:].any()
-    assert not reachable_from(reachable, np.array([2, 2])).any()

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from onemap_shared.geometry import F32, F64, Bool
@@ -18,7 +17,7 @@ from onemap_shared.grid import GridSpec
 from onemap_simulator.generation.floor_plan import HALF_WALL_M, FloorPlan, Opening, Rect
 from onemap_simulator.generation.mesh import rotation
 from onemap_simulator.generation.model import Model
-from onemap_simulator.scene.occupancy_raster import clearance_m, reachable_from
+from onemap_simulator.scene.cell_masks import clearance_m, connected_part, distance_m
 
 CELL_SIZE_M = 0.05
 ROBOT_CLEARANCE_M = 0.32  # radius 0.25 m and a margin of more than one cell
@@ -123,7 +122,7 @@ class RoomLayout:
 
     def reachable_cells(self) -> Bool:
         """Cells (nx, ny) where the robot's centre may be, reachable from the hub."""
-        return reachable_from(self.clearance() >= ROBOT_CLEARANCE_M, self._goals[0])
+        return connected_part(self.clearance() >= ROBOT_CLEARANCE_M, self._goals[0])
 
     def clearance(self) -> F32:
         """Distance (nx, ny) in metres to the nearest blocked cell."""
@@ -132,12 +131,12 @@ class RoomLayout:
     def _all_near(self, blocked: Bool, items: Sequence[PlacedModel]) -> bool:
         """Whether hardly any floor is cut off and the robot gets near all things."""
         roomy = clearance_m(blocked, CELL_SIZE_M) >= ROBOT_CLEARANCE_M
-        reachable = reachable_from(roomy, self._goals[0])
+        reachable = connected_part(roomy, self._goals[0])
         if not reachable[self._goals[:, 0], self._goals[:, 1]].all():
             return False
         if (roomy & ~reachable).sum() * CELL_SIZE_M**2 > MAX_CUT_OFF_M2:
             return False
-        away = cv2.distanceTransform((~reachable).astype(np.uint8), cv2.DIST_L2, 5) * CELL_SIZE_M
+        away = distance_m(reachable, CELL_SIZE_M, exact=False)
         return all(away[self._cells_of(item.box)].min() <= MAX_APPROACH_M for item in items)
 
     def _cells_of(self, box: F64) -> tuple[slice, slice]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from onemap_shared.geometry import F32, F64, I64, Bool
@@ -18,6 +17,7 @@ from onemap_simulator.ground_truth.shortest_paths import ShortestPaths
 from onemap_simulator.ground_truth.visibility import visible_from
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.rendering.ray_tracer import RayTracer
+from onemap_simulator.scene.cell_masks import distance_m
 from onemap_simulator.scene.naming import UNNAMED
 from onemap_simulator.scene.occupancy_raster import rasterise
 from onemap_simulator.scene.scene import STRUCTURE, Scene
@@ -71,7 +71,8 @@ class SceneTruth:
             outline = rasterise(
                 self._triangles(self.scene.face_object == index), self._grid, ALL_HEIGHTS_M
             )
-            cells = np.argwhere(self._free & ~places & within_distance(outline, SUCCESS_RADIUS_M))
+            near = distance_m(outline, CELL_SIZE_M) <= SUCCESS_RADIUS_M
+            cells = np.argwhere(self._free & ~places & near)
             seen = cells[visible_from(self._tracer, self.scene, index, self._eyes(cells))]
             places[seen[:, 0], seen[:, 1]] = True
         return self._grid, places
@@ -93,8 +94,8 @@ class SceneTruth:
                 best, nearest = rank, obj.category
         return "" if nearest == UNNAMED else nearest
 
-    def _instances(self, category: str) -> list[int]:
-        return [i for i, obj in enumerate(self.scene.objects) if obj.category == category]
+    def _instances(self, name: str) -> list[int]:
+        return [i for i, obj in enumerate(self.scene.objects) if obj.category == name]
 
     def _triangles(self, faces: Bool) -> F64:
         """Corners (N, 3, 3) in metres of the chosen faces (F,)."""
@@ -129,13 +130,6 @@ def truth_reply(truth: SceneTruth, request: TruthRequest) -> Truth:
         nearest=truth.nearest(request.x_m, request.y_m),
         names_complete=truth.scene.names_complete,
     )
-
-
-def within_distance(outline: Bool, distance_m: float) -> Bool:
-    """Cells (nx, ny) at most so far from an outline's cells (nx, ny), measured between centres."""
-    apart = cv2.distanceTransform((~outline).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    close: Bool = np.asarray(apart) * CELL_SIZE_M <= distance_m
-    return close
 
 
 def horizontal_distances(triangles: F64, place: F64) -> F64:

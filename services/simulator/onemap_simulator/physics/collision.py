@@ -8,7 +8,8 @@ import numpy as np
 
 from onemap_shared.geometry import F32, F64, Bool
 from onemap_shared.grid import GridSpec
-from onemap_simulator.scene.occupancy_raster import clearance_m, occupied_cells, reachable_from
+from onemap_simulator.scene.cell_masks import clearance_m, connected_part
+from onemap_simulator.scene.occupancy_raster import occupied_cells
 from onemap_simulator.scene.scene import Scene
 
 CELL_SIZE_M = 0.025  # an eighth of the robot's radius
@@ -60,4 +61,4 @@ class CollisionMap:
         nearest = int(apart.argmin())
         if apart[nearest] > radius_m:
             return np.zeros_like(free)
-        return reachable_from(free, cells[nearest])
+        return connected_part(free, cells[nearest])

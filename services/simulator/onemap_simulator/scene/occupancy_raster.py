@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from onemap_shared.geometry import F32, F64, I64, Bool
+from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_simulator.scene.scene import Scene
 
@@ -50,27 +50,6 @@ def rasterise(triangles: F64, spec: GridSpec, z_range_m: tuple[float, float]) ->
             points = np.round((polygon[:, ::-1] - 0.5) * (1 << SHIFT)).astype(np.int32)
             cv2.fillPoly(image, [points], 1, lineType=cv2.LINE_8, shift=SHIFT)
     return image.astype(bool)
-
-
-def clearance_m(occupied: Bool, cell_size_m: float) -> F32:
-    """Distance (nx, ny) float32 in metres from each cell's centre to the nearest occupied one's.
-
-    Beyond the grid counts as occupied.
-    """
-    free = np.pad(~occupied, 1).astype(np.uint8)
-    distance = np.asarray(
-        cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32
-    )
-    inner: F32 = distance[1:-1, 1:-1] * np.float32(cell_size_m)
-    return inner
-
-
-def reachable_from(reachable: Bool, cell: I64) -> Bool:
-    """The part (nx, ny) of the standable cells that is connected to the given cell, by edges."""
-    _, labels = cv2.connectedComponents(reachable.astype(np.uint8), connectivity=4)
-    label = labels[cell[0], cell[1]]
-    part: Bool = (labels == label) & reachable & bool(reachable[cell[0], cell[1]])
-    return part
 
 
 def _clipped_edges(corners: F64, z_range_m: tuple[float, float]) -> F64:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 
 from onemap_shared.geometry import F32, F64, Bool
 from onemap_shared.grid import GridSpec
-from onemap_simulator.scene.occupancy_raster import clearance_m, occupied_cells
+from onemap_simulator.scene.cell_masks import clearance_m, dilated, largest_part
+from onemap_simulator.scene.occupancy_raster import occupied_cells
 from onemap_simulator.scene.scene import PointLight, Scene
 
 CELL_SIZE_M = 0.05
@@ -30,13 +30,13 @@ def free_space(scene: Scene) -> tuple[GridSpec, F32]:
     if not floor.any():
         floor = np.ones_like(blocked)
     clearance = clearance_m(blocked | ~floor, CELL_SIZE_M)
-    return grid, np.where(_largest(clearance >= ROBOT_CLEARANCE_M), clearance, np.float32(0.0))
+    return grid, np.where(largest_part(clearance >= ROBOT_CLEARANCE_M), clearance, np.float32(0.0))
 
 
 def floor_cells(scene: Scene, blocked: Bool) -> Bool:
     """Cells (nx, ny) with geometry at height 0; none if that is just the foot of what blocks."""
     _, floor = occupied_cells(scene, CELL_SIZE_M, *FLOOR_HEIGHTS_M)
-    foot = cv2.dilate(blocked.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
+    foot = dilated(blocked)
     return floor if (floor & ~foot).any() else np.zeros_like(floor)
 
 
@@ -61,13 +61,3 @@ def ceiling_lamps(grid: GridSpec, clearance: F32) -> tuple[PointLight, ...]:
         chosen.append(places[away.argmax()])
         away = np.minimum(away, np.linalg.norm(places - chosen[-1], axis=1))
     return tuple(PointLight((float(x), float(y), LAMP_HEIGHT_M), LAMP) for x, y in chosen)
-
-
-def _largest(mask: Bool) -> Bool:
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(
-        mask.astype(np.uint8), connectivity=4
-    )
-    if count < 2:
-        return np.zeros_like(mask)
-    biggest: Bool = labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
-    return biggest
