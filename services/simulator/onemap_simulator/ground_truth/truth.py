@@ -12,6 +12,7 @@ import numpy as np
 from onemap_shared.geometry import F32, F64, I64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Truth, TruthRequest
+from onemap_shared.names import normalised, same_name
 from onemap_simulator.ground_truth import SUCCESS_RADIUS_M
 from onemap_simulator.ground_truth.shortest_paths import ShortestPaths
 from onemap_simulator.ground_truth.visibility import visible_from
@@ -56,7 +57,7 @@ class SceneTruth:
 
     def distances(self, name: str, x_m: float, y_m: float) -> CategoryDistances:
         """The truth about a category name, in any case, from a place in metres."""
-        wanted, place = _category(name), np.array([x_m, y_m])
+        wanted, place = normalised(name), np.array([x_m, y_m])
         objects = self._instances(wanted)
         if not objects:
             return CategoryDistances(0, np.inf, np.inf)
@@ -67,7 +68,7 @@ class SceneTruth:
     def success_cells(self, name: str) -> tuple[GridSpec, Bool]:
         """Cells (nx, ny) whose centres are success places of a category, and their grid."""
         places = np.zeros(self._free.shape, bool)
-        for index in self._instances(_category(name)):
+        for index in self._instances(normalised(name)):
             outline = rasterise(
                 self._triangles(self.scene.face_object == index), self._grid, ALL_HEIGHTS_M
             )
@@ -95,7 +96,7 @@ class SceneTruth:
         return "" if nearest == UNNAMED else nearest
 
     def _instances(self, name: str) -> list[int]:
-        return [i for i, obj in enumerate(self.scene.objects) if obj.category == name]
+        return [i for i, obj in enumerate(self.scene.objects) if same_name(obj.category, name)]
 
     def _triangles(self, faces: Bool) -> F64:
         """Corners (N, 3, 3) in metres of the chosen faces (F,)."""
@@ -144,10 +145,6 @@ def horizontal_distances(triangles: F64, place: F64) -> F64:
     area = edge[:, 0, 0] * edge[:, 1, 1] - edge[:, 0, 1] * edge[:, 1, 0]
     inside = ((side >= 0).all(axis=1) | (side <= 0).all(axis=1)) & (np.abs(area) > 1e-12)
     return np.where(inside, 0.0, nearest)
-
-
-def _category(name: str) -> str:
-    return " ".join(name.split()).casefold()
 
 
 def _nearest(free: Bool, grid: GridSpec, place: F64) -> I64 | None:
