@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from onemap_shared.geometry import F32
 from onemap_simulator.scene.scene import PointLight, Room, Scene, SceneObject
 
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
@@ -73,6 +74,12 @@ class SceneBuilder:
             rooms=rooms,
             start=start,
         )
+
+
+def object_vertices(scene: Scene, index: int) -> F32:
+    """Vertices (N, 3) of an object's triangles, with repeats."""
+    corners: F32 = scene.vertices[scene.faces[scene.face_object == index]].reshape(-1, 3)
+    return corners
 
 
 WALL_SIDES = ("x-", "x+", "y-", "y+")

@@ -10,17 +10,15 @@ import numpy as np
 from onemap_shared.geometry import Bool
 from onemap_shared.grid import GridSpec
 from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.scene.loading import (
+from onemap_simulator.scene.loading import assemble, size_problem
+from onemap_simulator.scene.occupancy_raster import occupied_cells
+from onemap_simulator.scene.scene import UNNAMED, Scene
+from onemap_simulator.scene.scene_file import (
     Y_UP_SUFFIXES,
     SceneFile,
-    assemble,
     missing_node,
     read_scene_file,
-    size_problem,
 )
-from onemap_simulator.scene.naming import UNNAMED
-from onemap_simulator.scene.occupancy_raster import occupied_cells
-from onemap_simulator.scene.scene import Scene
 from onemap_simulator.scene.spawn import (
     BODY_HEIGHTS_M,
     CELL_SIZE_M,

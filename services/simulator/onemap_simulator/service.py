@@ -34,8 +34,9 @@ from onemap_simulator.physics.robot import RobotState
 from onemap_simulator.physics.simulation import Simulation
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import RgbdCamera
-from onemap_simulator.scene.loading import SUFFIXES, check_file, load_scene
+from onemap_simulator.scene.loading import load_scene
 from onemap_simulator.scene.scene import Scene
+from onemap_simulator.scene.scene_file import SUFFIXES, check_file
 
 LOG = logging.getLogger("onemap.simulator")
 

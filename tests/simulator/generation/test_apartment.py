@@ -14,6 +14,7 @@ from onemap_simulator.generation.style import HELD_OUT, TRAINING, Style
 from onemap_simulator.scene.cell_masks import clearance_m, connected_part
 from onemap_simulator.scene.occupancy_raster import occupied_cells
 from onemap_simulator.scene.scene import Scene
+from tests.simulator.scenes import object_vertices
 
 CASES = [
     (1, TRAINING),
@@ -81,7 +82,7 @@ def test_everything_can_be_approached(seed: int, style: Style) -> None:
     for index, item in enumerate(scene.objects):
         if item.category in FIXED:
             continue
-        surface = scene.object_vertices(index)[:, :2]
+        surface = object_vertices(scene, index)[:, :2]
         lower, upper = surface.min(axis=0), surface.max(axis=0)
         beyond = np.maximum(np.maximum(lower - points, points - upper), 0)
         assert np.linalg.norm(beyond, axis=1).min() <= 1.0, item

@@ -7,14 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given
-from hypothesis import strategies as st
-from PIL import Image
 
 from onemap_simulator.generation.apartment import generate_apartment
-from onemap_simulator.scene.loading import floor_height, load_scene, read_corrections
-from onemap_simulator.scene.naming import category_of
+from onemap_simulator.scene.loading import floor_height, load_scene
 from onemap_simulator.scene.scene import Scene
+from tests.simulator.scenes import object_vertices
 
 RED = [200, 40, 40, 255]
 
@@ -39,7 +36,7 @@ def room_of(up: str) -> trimesh.Scene:
 
 def extent(scene: Scene, category: str) -> np.ndarray:
     index = next(i for i, obj in enumerate(scene.objects) if obj.category == category)
-    points = scene.object_vertices(index)
+    points = object_vertices(scene, index)
     return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
@@ -88,13 +85,6 @@ def test_obj_turned_by_the_yaml(tmp_path: Path) -> None:
     check_room(load_scene(tmp_path / "room.obj"))
 
 
-def test_obj_groups_stand_for_objects(tmp_path: Path) -> None:
-    corners = "".join(f"v {x} {y} 0\n" for x in (0, 4) for y in (0, 4))
-    lamp = "v 1 1 .5\nv 2 1 .5\nv 1 2 1\ng lamp.001\nf 5 6 7\n"
-    (tmp_path / "a.obj").write_text(corners + "g floor\nf 1 3 4\nf 1 4 2\n" + lamp)
-    assert load_scene(tmp_path / "a.obj").categories == ("floor", "lamp")
-
-
 def test_ply_is_one_object_unless_renamed(tmp_path: Path) -> None:
     mesh = room_of("z").to_geometry()
     mesh.export(tmp_path / "room.ply")
@@ -106,30 +96,6 @@ def test_ply_is_one_object_unless_renamed(tmp_path: Path) -> None:
     assert load_scene(tmp_path / "room.ply").categories == ("living room",)
 
 
-def test_textures_and_plain_materials(tmp_path: Path) -> None:
-    pixels = np.array([[[255, 0, 0], [0, 255, 0]], [[0, 0, 255], [9, 9, 9]]], np.uint8)
-    Image.fromarray(pixels).save(tmp_path / "t.png")
-    (tmp_path / "a.mtl").write_text(
-        "newmtl wood\nKd 1 1 1\nmap_Kd t.png\nnewmtl red\nKd 0.8 0.1 0.1\n"
-    )
-    corners = "".join(f"v {x} {y} 0\n" for x in (0, 4) for y in (0, 4))
-    floor = "vt 0 0\nvt 0 1\nvt 1 0\nvt 1 1\no floor\nusemtl wood\nf 1/1 3/3 4/4\nf 1/1 4/4 2/2\n"
-    chair = "v 1 1 .5\nv 2 1 .5\nv 1 2 1\no chair\nusemtl red\nf 5 6 7\n"
-    (tmp_path / "a.obj").write_text("mtllib a.mtl\n" + corners + floor + chair)
-    scene = load_scene(tmp_path / "a.obj")
-    by_name = {
-        obj.category: scene.textures[scene.face_texture[scene.face_object == i][0]]
-        for i, obj in enumerate(scene.objects)
-    }
-    np.testing.assert_array_equal(by_name["floor"], pixels)
-    assert by_name["chair"][0, 0].tolist() == [204, 26, 26]
-    owner = [obj.category for obj in scene.objects].index("floor")
-    rows = scene.face_object == owner
-    corner = scene.vertices[scene.faces[rows]]
-    # The image's last row lies at the texture's v = 0 of the file, where y is 0.
-    np.testing.assert_allclose(scene.face_uv[rows][..., 1], 1 - corner[..., 1] / 4, atol=1e-6)
-
-
 def test_corrections_rename_and_place(tmp_path: Path) -> None:
     (tmp_path / "room.glb").write_bytes(room_of("y").export(file_type="glb"))
     (tmp_path / "room.yaml").write_text("categories: {Sofa-01: bench}\nstart: [-1, 0.5, 1.57]\n")
@@ -138,49 +104,11 @@ def test_corrections_rename_and_place(tmp_path: Path) -> None:
     assert scene.start == (-1.0, 0.5, 1.57)
 
 
-def test_the_example_in_the_documentation_is_read(tmp_path: Path) -> None:
-    page = (Path(__file__).parents[3] / "docs" / "scenes.md").read_text(encoding="utf-8")
-    (tmp_path / "flat.yaml").write_text(page.partition("```yaml\n")[2].partition("```")[0])
-    corrections = read_corrections(tmp_path / "flat.yaml")
-    assert corrections.categories == {"geometry_12": "sofa", "Cube.004": "coffee table"}
-    assert corrections.start == (1.5, 2.0, 0.0)
-    assert corrections.up == "z"
-
-
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("start: [1, 2", "not valid YAML"),
-        ("- 1", "keys and values"),
-        ("starts: [1, 2, 3]", "unknown key 'starts'"),
-        ("start: [1, 2]", "three numbers"),
-        ("start: [1, 2, .nan]", "three numbers"),
-        ("start: here", "three numbers"),
-        ("up: x", "must be y or z"),
-        ("categories: [sofa]", "must map"),
-        ("categories: {Sofa-01: 3}", "must map"),
-        ("categories: {divan: sofa}", "no node is called 'divan'"),
-    ],
-)
-def test_a_wrong_yaml_is_refused_with_the_reason(tmp_path: Path, text: str, reason: str) -> None:
+def test_a_correction_of_a_node_that_does_not_exist_is_refused(tmp_path: Path) -> None:
     (tmp_path / "room.glb").write_bytes(room_of("y").export(file_type="glb"))
-    (tmp_path / "room.yaml").write_text(text)
-    with pytest.raises(ValueError, match=reason) as caught:
+    (tmp_path / "room.yaml").write_text("categories: {divan: sofa}\n")
+    with pytest.raises(ValueError, match="no node is called 'divan'"):
         load_scene(tmp_path / "room.glb")
-    assert "\n" not in str(caught.value)
-
-
-def test_bad_files_are_refused_with_the_reason(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="does not exist"):
-        load_scene(tmp_path / "nowhere.glb")
-    with pytest.raises(ValueError, match=r"suffix '\.stl'"):
-        load_scene(tmp_path / "room.stl")
-    (tmp_path / "broken.glb").write_bytes(b"not a scene at all")
-    with pytest.raises(ValueError, match="cannot be read"):
-        load_scene(tmp_path / "broken.glb")
-    (tmp_path / "empty.obj").write_text("# nothing\n")
-    with pytest.raises(ValueError, match=r"empty\.obj"):
-        load_scene(tmp_path / "empty.obj")
 
 
 def test_a_scene_without_free_floor_asks_for_a_start(tmp_path: Path) -> None:
@@ -191,32 +119,6 @@ def test_a_scene_without_free_floor_asks_for_a_start(tmp_path: Path) -> None:
     scene = load_scene(tmp_path / "post.ply")
     assert scene.lights == ()
     assert scene.ambient[0] > 0
-
-
-@pytest.mark.parametrize(
-    ("name", "category"),
-    [
-        ("sofa_2", "sofa"),
-        ("sofa.003", "sofa"),
-        ("Sofa-01", "sofa"),
-        ("coffee_table_1", "coffee table"),
-        ("CoffeeTable.001", "coffee table"),
-        ("chair_1_2", "chair"),
-        ("  potted  plant ", "potted plant"),
-        ("geometry_0", "object"),
-        ("42", "object"),
-        ("", "object"),
-    ],
-)
-def test_names_become_categories(name: str, category: str) -> None:
-    assert category_of(name) == category
-
-
-@given(st.text(max_size=40))
-def test_any_name_gives_a_settled_category(name: str) -> None:
-    category = category_of(name)
-    assert category
-    assert category_of(category) == category
 
 
 def test_the_floor_is_the_largest_low_level() -> None:

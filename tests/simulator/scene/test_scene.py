@@ -35,10 +35,3 @@ def test_vertices_must_be_finite(scene: Scene) -> None:
     broken[3] = np.nan
     with pytest.raises(ValueError, match="NaN or infinite"):
         replace(scene, vertices=broken)
-
-
-def test_an_object_knows_its_corners(scene: Scene) -> None:
-    index = next(i for i, obj in enumerate(scene.objects) if obj.category == "bed")
-    corners = scene.object_vertices(index)
-    assert corners.shape[1] == 3
-    assert 0.0 <= corners[:, 2].min() < corners[:, 2].max() < 2.0

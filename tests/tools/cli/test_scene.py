@@ -100,7 +100,7 @@ def test_a_picture_that_cannot_be_written_is_told(tmp_path: Path) -> None:
 def test_without_the_simulators_packages_it_says_what_to_install(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.delitem(sys.modules, "onemap_simulator.scene.loading", raising=False)
+    monkeypatch.delitem(sys.modules, "onemap_simulator.scene.scene_file", raising=False)
     monkeypatch.delitem(sys.modules, "onemap_simulator.inspection", raising=False)
     monkeypatch.delitem(sys.modules, "onemap_tools.cli.scene_report", raising=False)
     monkeypatch.delattr("onemap_tools.cli.scene_report", raising=False)

@@ -10,9 +10,8 @@ import numpy as np
 from onemap_shared.geometry import F64, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_simulator.inspection import FloorMap, StartPose
-from onemap_simulator.scene.naming import UNNAMED
 from onemap_simulator.scene.occupancy_raster import rasterise
-from onemap_simulator.scene.scene import STRUCTURE, Scene
+from onemap_simulator.scene.scene import STRUCTURE, UNNAMED, Scene
 
 # BGR, as OpenCV writes them.
 UNREACHABLE, REACHABLE, OBSTACLE = (225, 225, 225), (255, 255, 255), (130, 130, 130)

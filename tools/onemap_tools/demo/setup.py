@@ -13,8 +13,7 @@ import yaml
 from rich.console import Console
 
 from onemap_shared.config import PREFIX, read
-from onemap_simulator.scene.naming import UNNAMED
-from onemap_simulator.scene.scene import STRUCTURE
+from onemap_simulator.scene.scene import STRUCTURE, UNNAMED
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.launch import ProcessSpec, make_folder, onemap_command
 from onemap_tools.processes.network import LOOPBACK, any_free_port, next_free_port

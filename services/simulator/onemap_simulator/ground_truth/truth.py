@@ -19,9 +19,8 @@ from onemap_simulator.ground_truth.visibility import visible_from
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.rendering.ray_tracer import RayTracer
 from onemap_simulator.scene.cell_masks import distance_m
-from onemap_simulator.scene.naming import UNNAMED
 from onemap_simulator.scene.occupancy_raster import rasterise
-from onemap_simulator.scene.scene import STRUCTURE, Scene
+from onemap_simulator.scene.scene import STRUCTURE, UNNAMED, Scene
 
 CELL_SIZE_M = 0.05
 ALL_HEIGHTS_M = (-np.inf, np.inf)

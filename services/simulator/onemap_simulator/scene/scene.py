@@ -13,6 +13,7 @@ import numpy as np
 from onemap_shared.geometry import F32, I32, U8
 
 STRUCTURE = frozenset({"floor", "wall", "ceiling", "door", "window"})
+UNNAMED = "object"  # the category of what no name describes
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,8 +85,3 @@ class Scene:
     def categories(self) -> tuple[str, ...]:
         """All category names in the scene, sorted."""
         return tuple(sorted({obj.category for obj in self.objects}))
-
-    def object_vertices(self, index: int) -> F32:
-        """Vertices (N, 3) of the object's triangles, with repeats."""
-        corners: F32 = self.vertices[self.faces[self.face_object == index]].reshape(-1, 3)
-        return corners
