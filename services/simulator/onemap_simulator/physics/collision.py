@@ -1,4 +1,4 @@
-"""Where the robot can be: distances to the nearest obstacle, from the scene's geometry."""
+"""Collision map: distances to the nearest obstacle, from the scene's geometry."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from onemap_simulator.scene.occupancy_raster import occupied_cells
 from onemap_simulator.scene.scene import Scene
 
 CELL_SIZE_M = 0.025  # an eighth of the robot's radius
-FLOOR_MARGIN_M = 0.05  # rugs and thresholds lower than this are driven over
+FLOOR_MARGIN_M = 0.05  # rugs and thresholds below this height are not obstacles
 
 
 @dataclass(frozen=True, slots=True)
 class CollisionMap:
     """Clearance (nx, ny) float32 in metres over ``grid``: from a cell's centre to an obstacle.
 
-    Never more than the true distance: an obstacle may begin anywhere in the cells it
-    touches, so half a cell's diagonal is taken off, and those cells are below zero.
-    Beyond the grid all is obstacle.
+    A lower bound of the true distance: an obstacle may begin anywhere in the cells it
+    touches, so half a cell's diagonal is subtracted, and those cells are negative.
+    Beyond the grid counts as obstacle.
     """
 
     grid: GridSpec
@@ -30,7 +30,7 @@ class CollisionMap:
 
     @classmethod
     def of(cls, scene: Scene, height_m: float, cell_size_m: float = CELL_SIZE_M) -> CollisionMap:
-        """Obstacles are all that lies between the floor's margin and ``height_m``."""
+        """From a scene; obstacles are all triangles between FLOOR_MARGIN_M and ``height_m``."""
         grid, occupied = occupied_cells(scene, cell_size_m, FLOOR_MARGIN_M, height_m)
         distance = clearance_m(occupied, cell_size_m) - np.float32(cell_size_m / np.sqrt(2))
         return cls(grid, distance)
@@ -49,9 +49,9 @@ class CollisionMap:
         return max(float(np.array([1 - tx, tx]) @ block @ np.array([1 - ty, ty])), 0.0)
 
     def reachable_cells(self, x_m: float, y_m: float, radius_m: float) -> Bool:
-        """Cells (nx, ny) a robot of this radius at a place can drive to, all False if it is stuck.
+        """Cells (nx, ny) that a robot of this radius can reach from a place, maybe none.
 
-        Starts at the standable cell nearest to the place, within one radius of it.
+        Starts at the free cell nearest to the place, within one radius of it.
         """
         free: Bool = self.clearance >= radius_m
         cells = np.argwhere(free)

@@ -1,4 +1,4 @@
-"""A robot with two wheels: velocities follow commands as fast as its motors can, walls stop it."""
+"""Differential drive kinematics with limits of speed and acceleration, stopped by obstacles."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ from pydantic import Field
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, wrap_angle
 from onemap_shared.params import Params
 
-Collides = Callable[
-    [float, float], bool
-]  # x, y metres -> whether the robot's disc touches anything
+# x, y in metres -> whether the robot's disc touches an obstacle
+Collides = Callable[[float, float], bool]
 
 STRAIGHT_RAD = 1e-9  # turning less than this, an arc is a line
 
@@ -49,7 +48,7 @@ STOP = Velocity2d()
 
 @dataclass(frozen=True, slots=True)
 class RobotState:
-    """Where the robot is and how fast it moves. ``collided``: the last step ran into something."""
+    """Pose and velocity of the robot. ``collided``: an obstacle stopped the last step."""
 
     x_m: float
     y_m: float
@@ -73,8 +72,8 @@ def step(
 ) -> RobotState:
     """The state ``dt_s`` seconds later, while the command stays as it is.
 
-    Where the path would enter an obstacle, the robot stands still before it (it may turn on
-    the spot: it is round). ``dt_s`` times the speed must be small against any obstacle.
+    Where the path would enter an obstacle, the robot stops before it; it may still turn on
+    the spot, because it is round. ``dt_s`` times the speed must be small against any obstacle.
     """
     velocity = _accelerated(state.velocity, command, dt_s, params)
     # With constant acceleration the mean of both velocities is exact in length and angle.
@@ -91,7 +90,7 @@ def step(
 def _accelerated(
     now: Velocity2d, command: Velocity2d, dt_s: float, params: RobotParams
 ) -> Velocity2d:
-    """The velocity after ``dt_s`` seconds on the way to the command."""
+    """The velocity after ``dt_s`` seconds of limited acceleration towards the command."""
     return Velocity2d(
         _towards(
             now.linear_mps,
@@ -115,7 +114,7 @@ def _towards(now: float, wanted: float, limit: float, change: float) -> float:
 
 
 def _along_arc(state: RobotState, length_m: float, turn_rad: float) -> tuple[float, float]:
-    """Where an arc of this length ends that turns by this angle."""
+    """End (x, y) in metres of an arc of this length that turns by this angle."""
     if abs(turn_rad) < STRAIGHT_RAD:
         heading = state.yaw_rad
         return (
@@ -132,7 +131,7 @@ def _along_arc(state: RobotState, length_m: float, turn_rad: float) -> tuple[flo
 
 @dataclass(frozen=True, slots=True)
 class Deadman:
-    """Holds the last command until it is too old; then the robot is to stand still.
+    """Deadman timer: the last command until it expires, afterwards a stop.
 
     Times are seconds of any monotonic clock.
     """
@@ -142,13 +141,13 @@ class Deadman:
     expires_s: float = -np.inf
 
     def with_command(self, command: Velocity2d, now_s: float, validity_s: float) -> Deadman:
-        """After a command arrived that asks to be followed for ``validity_s``."""
+        """The timer after a command that is valid for ``validity_s``, but at most ``timeout_s``."""
         return replace(self, command=command, expires_s=now_s + min(self.timeout_s, validity_s))
 
     def command_at(self, now_s: float) -> Velocity2d:
-        """What the motors are to do now."""
+        """The command in force."""
         return self.command if now_s < self.expires_s else STOP
 
     def expired_between(self, before_s: float, now_s: float) -> bool:
-        """Whether a command that moves the robot expired between two moments."""
+        """Whether a command other than a stop expired between two instants."""
         return self.command != STOP and before_s < self.expires_s <= now_s

@@ -1,4 +1,4 @@
-"""The robot in its world as time passes. Time is an argument: seconds of any monotonic clock."""
+"""Simulation of one robot over time. Time is an argument: seconds of any monotonic clock."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from onemap_simulator.physics.robot import (
 )
 
 MAX_STEP_S = 0.02  # at 0.7 m/s 14 mm, small against furniture
-IMPACT_MPS = 0.05  # slower is not a new collision: the robot leans on what it ran into
-MAX_PAUSE_S = 1.0  # a machine that slept must not drive on for as long as it slept
+IMPACT_MPS = 0.05  # below this speed, contact is not counted as a new collision
+MAX_PAUSE_S = 1.0  # simulated at most after a pause, such as a suspended computer
 
 
 @dataclass(frozen=True, slots=True)
 class SimulationCounts:
-    """Since the start: contacts with obstacles, commands heard, stops by the deadman timer."""
+    """Since the start: collisions, commands received, stops by the deadman timer."""
 
     collisions: int = 0
     commands_received: int = 0
@@ -28,7 +28,7 @@ class SimulationCounts:
 
 
 class Simulation:
-    """One robot and what it may bump into."""
+    """One robot in a collision map."""
 
     def __init__(
         self,
@@ -52,16 +52,16 @@ class Simulation:
             )
 
     def receive_command(self, command: Velocity2d, now_s: float, validity_s: float) -> None:
-        """A command arrived."""
+        """Follow a command from ``now_s`` on, for at most ``validity_s``."""
         self._deadman = self._deadman.with_command(command, now_s, validity_s)
         self._count(commands_received=1)
 
     def advance(self, now_s: float) -> bool:
-        """Move on to a moment; returns whether the robot ran into something on the way."""
+        """Simulate up to ``now_s``; returns whether an obstacle stopped the robot on the way."""
         collided = False
         self._now_s = max(self._now_s, now_s - MAX_PAUSE_S)
         while self._now_s < now_s:
-            # The epsilon keeps rounding from making a step of no length at the end.
+            # The epsilon avoids a last step of zero length by rounding.
             dt_s = MAX_STEP_S if now_s - self._now_s > MAX_STEP_S + 1e-6 else now_s - self._now_s
             before = self.state
             self.state = step(

@@ -1,9 +1,9 @@
-"""Light that reaches a surface: ambient from above and below, and point lights.
+"""Irradiance of surfaces: hemispheric ambient light and point lights.
 
-Which lights reach a place is traced once when the scene is loaded, on a grid
-seen from above, and blurred: lamps do not shine through walls, and doorways
-get a soft edge. Only the two strongest lights of a picture cast shadows of
-things, traced for a quarter of its pixels; more would cost the frame rate.
+The visibility of every light is ray-traced once when the scene is loaded, on a 2-D
+grid, and blurred: lamps do not shine through walls, and doorways get a soft edge.
+Only the two strongest lights of an image cast shadows of objects, traced for a
+quarter of its pixels; more would cost the frame rate.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Occluded = Callable[[F32, F32], Bool]  # from (N, 3), to (N, 3) -> (N,) whether 
 CELL_SIZE_M = 0.1  # finer than a wall is thick
 PROBE_HEIGHTS_M = (0.4, 1.0, 1.6, 2.1)  # the share of these that see a light is its visibility
 BLUR_CELLS = 3  # soft edges of 0.3 m, as from a lamp with a shade
-SURFACE_OFFSET_M = 0.15  # look light up in front of a surface, not inside the wall behind it
+SURFACE_OFFSET_M = 0.15  # visibility is read so far in front of a surface, not inside its wall
 HALF_DISTANCE_M = 2.0  # a light has half its strength here: between a bulb and a bright ceiling
 HEMISPHERE = 0.25  # surfaces that face up get this much more ambient light, down this much less
 NEGLIGIBLE = 0.01  # of full visibility
@@ -34,10 +34,10 @@ LIFT_M = 0.01  # shadow rays start this far above their surface, so it does not 
 
 @dataclass(frozen=True, slots=True)
 class LightMap:
-    """The lights of a scene and where each is seen.
+    """The lights of a scene and the visibility of each.
 
     positions, colours (L, 3) float32; visibility (L, nx, ny) float32 in [0, 1] over ``grid``;
-    ambient (3,) float32; occluded tells what stands between points.
+    ambient (3,) float32; occluded: ray test between points.
     """
 
     positions: F32
@@ -49,7 +49,7 @@ class LightMap:
 
     @classmethod
     def of(cls, scene: Scene, occluded: Occluded) -> LightMap:
-        """Trace which places see which light."""
+        """Trace the visibility of each light from every cell."""
         lower, upper = scene.vertices.min(axis=0), scene.vertices.max(axis=0)
         grid = GridSpec.covering(CELL_SIZE_M, (lower[0], lower[1]), (upper[0], upper[1]))
         positions = np.array([light.position_m for light in scene.lights], np.float32)
@@ -61,12 +61,12 @@ class LightMap:
         return cls(positions, colours, ambient, grid, visibility, occluded)
 
     def irradiance(self, points: F32, normals: F32) -> F32:
-        """Light (3, H, W) float32 on surfaces at points (3, H, W) metres, unit normals (3, H, W).
+        """Irradiance (3, H, W) float32 at points (3, H, W) metres with unit normals (3, H, W).
 
         1 shows an albedo unchanged.
         """
-        from_nowhere = 1.0 + HEMISPHERE * normals[2]
-        total: F32 = self.ambient[:, None, None] * from_nowhere
+        hemisphere = 1.0 + HEMISPHERE * normals[2]
+        total: F32 = self.ambient[:, None, None] * hemisphere
         weights = self._weights(points, normals)
         strongest = sorted(weights, key=lambda light: -float(weights[light].sum()))
         for rank, light in enumerate(strongest):
@@ -78,7 +78,7 @@ class LightMap:
         return total
 
     def _weights(self, points: F32, normals: F32) -> dict[int, F32]:
-        """For each light that matters here, how much of it (H, W) arrives if nothing is between."""
+        """Unshadowed weight (H, W) of each light that is not negligible in this image."""
         size = np.float32(self.grid.cell_size_m)
         # cv2.remap reads (column, row) = (iy, ix), with integers at cell centres.
         rows, columns = (
@@ -104,7 +104,7 @@ class LightMap:
         return weights
 
     def _unshadowed(self, position: F32, points: F32, normals: F32, weight: F32) -> F32:
-        """Share (H, W) of a light left by what stands between; traced for every other pixel."""
+        """Share (H, W) of a light after shadows; traced for every other row and column."""
         coarse = np.s_[..., ::2, ::2]
         matters = weight[coarse] > NEGLIGIBLE
         starts = (points[coarse] + LIFT_M * normals[coarse])[:, matters].T

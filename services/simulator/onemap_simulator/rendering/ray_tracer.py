@@ -1,6 +1,6 @@
-"""Rays against a scene's triangles, by Embree on the calling thread.
+"""Ray casting against a scene's triangles, by Embree on the calling thread.
 
-Embree releases the interpreter lock while it traces, so other threads go on.
+Embree releases the interpreter lock while it traces, so other threads run meanwhile.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from embreex.rtcore_scene import EmbreeScene
 from onemap_shared.geometry import F32, I32, Bool
 from onemap_simulator.scene.scene import Scene
 
-SHADOW_MARGIN = 0.01  # share of a segment left free at both ends, so no surface hides itself
+SHADOW_MARGIN = 0.01  # share of a segment ignored at both ends, so that no surface occludes itself
 
 
 @dataclass(frozen=True, slots=True)
 class RayHits:
-    """What N rays hit first.
+    """The first intersections of N rays.
 
     face (N,) int32, -1 = nothing; distance (N,) float32 in lengths of the ray's direction,
     0 where nothing was hit; u, v (N,) float32 barycentric weights of the face's second and
@@ -44,7 +44,7 @@ class RayTracer:
         )
 
     def first_hits(self, origins: F32, directions: F32) -> RayHits:
-        """What rays from origins (N, 3) metres along directions (N, 3) hit first."""
+        """First intersections of rays from origins (N, 3) metres along directions (N, 3)."""
         origins, directions = _rows(origins), _rows(directions)
         hit = self._scene.run(origins, directions, output=True)
         face = hit["primID"]
@@ -52,7 +52,7 @@ class RayTracer:
         return RayHits(face, distance, hit["u"], hit["v"])
 
     def occluded(self, starts: F32, ends: F32) -> Bool:
-        """Whether (N,) anything lies between points (N, 3) and points (N, 3) metres."""
+        """Whether (N,) the segments from points (N, 3) to points (N, 3) metres are blocked."""
         along = ends - starts
         hit = self._scene.run(
             _rows(starts + SHADOW_MARGIN * along),

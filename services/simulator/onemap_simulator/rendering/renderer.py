@@ -51,7 +51,7 @@ class _FaceTable:
 
     @classmethod
     def of(cls, scene: Scene, atlas: TextureAtlas) -> _FaceTable:
-        """Tabulate the scene's faces; the atlas' last texture is what a miss shows."""
+        """Tabulate the scene's faces; a miss shows the last texture of the atlas."""
         corners = scene.vertices[scene.faces].astype(np.float64)
         cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         doubled_area = np.linalg.norm(cross, axis=1)
@@ -88,7 +88,7 @@ class Renderer:
     def render(
         self, T_map_camera: F64, intrinsics: Intrinsics, *, width: int, height: int
     ) -> RenderedImage:
-        """The scene as the camera sees it, pixel centres at half-integer coordinates."""
+        """Render at T_map_camera (4, 4); pixel centres at half-integer coordinates."""
         T = check_rigid(T_map_camera, "T_map_camera").astype(np.float32)
         # With directions of camera z = 1, the distance along the ray is the depth.
         directions = _flat_rays(intrinsics, width, height) @ T[:3, :3].T
@@ -97,7 +97,7 @@ class Renderer:
         face, depth = hits.face, hits.distance
         albedo = self._albedo(hits, intrinsics.focal_px).reshape(height, width, 3)
         normals = np.take(self._faces.normals, face, axis=0)
-        # Both sides of a triangle are visible: turn its normal towards the camera.
+        # Triangles are two-sided: flip normals that face away from the camera.
         away = np.einsum("ij,ij->i", normals, directions) > 0
         normals *= np.where(away, np.float32(-1), np.float32(1))[:, None]
         points = origins + directions * depth[:, None]
@@ -119,7 +119,7 @@ class Renderer:
         face = hits.face
         uv = np.take(self._faces.corner_uv, face, axis=0)
         at = uv[:, 0] + uv[:, 1] * hits.u[:, None] + uv[:, 2] * hits.v[:, None]
-        # The copy whose texel is about as large as the pixel is there.
+        # The mipmap level whose texel is about as large as the pixel's footprint.
         texels_per_pixel_log2 = self._faces.texels_per_m_log2[face] + np.log2(
             np.maximum(hits.distance, 1e-3) / focal_px
         )

@@ -63,14 +63,14 @@ class CameraParams(Params):
 
 @dataclass(frozen=True, slots=True)
 class RgbdImage:
-    """rgb (H, W, 3) uint8 and depth_mm (H, W) uint16, 0 = no return."""
+    """One measurement: rgb (H, W, 3) uint8 and depth_mm (H, W) uint16, 0 = no return."""
 
     rgb: U8
     depth_mm: U16
 
 
 class RgbdCamera:
-    """Takes pictures of one scene; repeatable for the same generator and order of poses."""
+    """Captures RGB-D images of one scene; deterministic for a generator and order of poses."""
 
     def __init__(self, renderer: Renderer, params: CameraParams, rng: np.random.Generator) -> None:
         self._renderer = renderer
@@ -80,7 +80,7 @@ class RgbdCamera:
         self.T_body_camera = params.mount
 
     def capture(self, T_map_body: F64) -> RgbdImage:
-        """What the camera sees while the body is at this pose (4, 4)."""
+        """The image from the body's pose (4, 4)."""
         p = self._params
         view = self._renderer.render(
             T_map_body @ self.T_body_camera, self.intrinsics, width=p.width, height=p.height

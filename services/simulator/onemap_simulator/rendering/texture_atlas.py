@@ -1,8 +1,8 @@
-"""All textures of a scene and their smaller copies in one flat array of texels.
+"""All textures of a scene with their mipmaps in one flat array of texels.
 
-One gather then fetches the texel of every pixel at once, whatever texture its
-face wears. Far surfaces read a smaller copy, which keeps fine patterns from
-flickering; small textures are enlarged smoothly, so that near ones show no blocks.
+One gather fetches the texels of all pixels, whatever their textures. Far surfaces
+read a coarser level, which avoids aliasing of fine patterns; small textures are
+enlarged by interpolation, so that near surfaces show no blocks.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ PALETTE_PX = 32  # below this a texture is a palette, whose colours must not ble
 
 @dataclass(frozen=True, slots=True)
 class TextureAtlas:
-    """Texels (T, 3) uint8 RGB; where each texture's copies begin and how large they are.
+    """Texels (T, 3) uint8 RGB, with the first texel and the size of each mipmap level.
 
     offsets, widths, heights (textures, MAX_LEVELS) int32; level k is halved k times and
-    the smallest copy fills the remaining levels.
+    the smallest one fills the remaining levels.
     """
 
     texels: U8
@@ -35,7 +35,7 @@ class TextureAtlas:
 
     @classmethod
     def of(cls, textures: Sequence[U8]) -> TextureAtlas:
-        """Pack textures (h, w, 3) uint8 with all their smaller copies."""
+        """Pack textures (h, w, 3) uint8 with all their mipmap levels."""
         texels: list[U8] = []
         tables = np.zeros((3, len(textures), MAX_LEVELS), np.int32)
         used = 0
@@ -67,9 +67,9 @@ class TextureAtlas:
 
 
 def _enlarged(texture: U8) -> U8:
-    """A texture (h, w, 3) so large that its smaller side is nearly ENLARGED_PX, by whole factors.
+    """The texture (h, w, 3) enlarged by a whole factor to nearly ENLARGED_PX on its smaller side.
 
-    Interpolates around the edges, because textures repeat.
+    Interpolates across the edges, because textures repeat.
     """
     height, width = texture.shape[:2]
     factor = ENLARGED_PX // min(height, width)

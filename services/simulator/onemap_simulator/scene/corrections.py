@@ -12,7 +12,7 @@ import yaml
 
 @dataclass(frozen=True, slots=True)
 class Corrections:
-    """What ``<stem>.yaml`` says: node to category, start (x, y, yaw in the map), the up axis."""
+    """Contents of ``<stem>.yaml``: node to category, start (x, y, yaw in the map), up axis."""
 
     categories: dict[str, str] = field(default_factory=dict)
     start: tuple[float, float, float] | None = None
@@ -20,7 +20,7 @@ class Corrections:
 
 
 def read_corrections(path: Path) -> Corrections:
-    """The YAML beside a scene; none is no correction. ValueError says which key is wrong."""
+    """Read the YAML beside a scene; a missing file is empty. ValueError names the wrong key."""
     if not path.is_file():
         return Corrections()
     try:

@@ -1,4 +1,4 @@
-"""A scene from a user's file: glTF, GLB, OBJ or PLY, with a YAML beside it to correct it."""
+"""Make a scene from a user's file: axes, floor, categories, textures, start and lamps."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from onemap_simulator.scene.spawn import ceiling_lamps, free_space, start_pose
 AMBIENT = (0.6, 0.6, 0.6)  # bright: unknown rooms may have no place for a lamp
 FLOOR_SEARCH_M = 1.0  # the floor lies within this height of the lowest point
 FLOOR_BIN_M = 0.02
-MAX_WIDTH_M = 200.0  # wider is no building in metres, and its floor plan would not fit in memory
+MAX_WIDTH_M = 200.0  # wider is not in metres, and its floor grid would not fit in memory
 
-# Z_FROM_Y_UP takes glTF's axes (y up) to the map's (z up).
+# Rotation from glTF's axes (y up) to the map's (z up).
 Z_FROM_Y_UP: F64 = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
@@ -28,10 +28,10 @@ def load_scene(path: Path | str) -> Scene:
     glTF is turned from y-up; OBJ and PLY are taken as z-up unless the YAML says ``up: y``.
     Everything is shifted vertically so that the floor lies at z = 0: the level within the
     lowest metre with the largest horizontal area, else the lowest point. Node names become
-    categories (see ``naming``), PLY is one "object"; the YAML's ``categories`` rename nodes.
-    Without a ``start`` the robot stands at the roomiest place of the largest free floor.
+    categories (see ``scene_file``), PLY is one "object"; the YAML's ``categories`` rename nodes.
+    Without a ``start`` the robot starts where the largest free floor has most clearance.
     ValueError: a missing, unreadable, empty or unsupported file, one that is wider than 200 m,
-    or a YAML that is wrong.
+    or a wrong YAML.
     """
     file = read_scene_file(Path(path))
     if file.unknown_nodes:
@@ -50,7 +50,7 @@ def load_scene(path: Path | str) -> Scene:
 
 
 def size_problem(scene: Scene) -> str:
-    """Why a scene is too wide to be one in metres, empty if it is not."""
+    """Why a scene cannot be in metres, by its width; empty if it can."""
     width_m = float(np.ptp(scene.vertices[:, :2], axis=0).max())
     if width_m <= MAX_WIDTH_M:
         return ""
@@ -62,7 +62,7 @@ def size_problem(scene: Scene) -> str:
 
 
 def assemble(file: SceneFile) -> tuple[Scene, float]:
-    """The scene without light and start, floor at z = 0, and how high the floor was, in metres."""
+    """The scene without lights and start, floor at z = 0; and the floor's height in the file."""
     name = file.path.stem
     R = Z_FROM_Y_UP if file.up == "y" else np.eye(3)
     vertices = [np.asarray(mesh.vertices, dtype=np.float64) @ R.T for _, mesh in file.named]
@@ -95,7 +95,11 @@ def assemble(file: SceneFile) -> tuple[Scene, float]:
 
 
 def floor_height(vertices: F64, faces: np.ndarray) -> float:
-    """Height in metres of the floor among triangles: vertices (V, 3), faces (F, 3)."""
+    """Height in metres of the floor of a mesh: vertices (V, 3), faces (F, 3).
+
+    The level with the largest horizontal area within FLOOR_SEARCH_M of the lowest point, else
+    the lowest point.
+    """
     corners = vertices[faces]
     doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(doubled, axis=1) / 2
@@ -107,7 +111,7 @@ def floor_height(vertices: F64, faces: np.ndarray) -> float:
         return lowest
     bins = np.floor((height[low] - lowest) / FLOOR_BIN_M).astype(int)
     areas = np.bincount(bins, weights=area[low])
-    # A slab has the same area above and below: of nearly equal levels, the robot is on the upper.
+    # The top and bottom of a slab have equal areas: of nearly equal levels take the highest.
     best = int(np.flatnonzero(areas >= 0.9 * areas.max()).max())
     members = bins == best
     return float(np.average(height[low][members], weights=area[low][members]))

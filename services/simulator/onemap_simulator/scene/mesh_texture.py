@@ -1,4 +1,4 @@
-"""The looks of a loaded mesh: its texture, its colours per vertex, or one plain colour."""
+"""Texture and uv of a loaded mesh: its own, from its vertex or face colours, or one colour."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _image_of(material: Any) -> U8 | None:
 
 
 def _tint_of(material: Any) -> tuple[int, int, int]:
-    """The material's own colour, 0 to 255; a textured material without one is white."""
+    """The material's base colour, 0 to 255; white for a textured material without one."""
     for name in ("baseColorFactor", "diffuse"):
         colour = getattr(material, name, None)
         if colour is not None and not (name == "diffuse" and _image_of(material) is not None):

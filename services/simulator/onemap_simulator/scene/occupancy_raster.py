@@ -1,4 +1,4 @@
-"""Which floor cells does the geometry between two heights touch, and where is room to stand?"""
+"""Conservative rasterisation: the floor cells that geometry between two heights touches."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ def rasterise(triangles: F64, spec: GridSpec, z_range_m: tuple[float, float]) ->
         cells = _cells_along(segments)
         cells = cells[spec.contains(cells)]
         image[cells[:, 0], cells[:, 1]] = 1
-    # Only what is wider than a cell both ways can hold a cell that no edge passes through.
+    # Only a triangle wider than a cell in x and y can cover a cell that no edge crosses.
     extent = np.ptp(corners[..., :2], axis=1)
     for triangle in corners[extent.min(axis=1) > 1.0]:
         polygon = _clip(triangle, z_range_m)
         if len(polygon):
-            # cv2 counts from pixel centres, columns first; our columns are y.
+            # cv2 counts from pixel centres, columns first; the grid's columns are y.
             points = np.round((polygon[:, ::-1] - 0.5) * (1 << SHIFT)).astype(np.int32)
             cv2.fillPoly(image, [points], 1, lineType=cv2.LINE_8, shift=SHIFT)
     return image.astype(bool)

@@ -1,7 +1,7 @@
-"""A scene: triangles with textures that belong to named objects, and light.
+"""A scene: textured triangles that belong to named objects, and lights.
 
-Generators and file loaders make one, the renderer and the collision map read
-it. Frame: map, z up, metres, the floor at z = 0.
+Made by the generator or a file loader, read by the renderer and the collision
+map. Frame: map, z up, metres, the floor at z = 0.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ import numpy as np
 from onemap_shared.geometry import F32, I32, U8
 
 STRUCTURE = frozenset({"floor", "wall", "ceiling", "door", "window"})
-UNNAMED = "object"  # the category of what no name describes
+UNNAMED = "object"  # category of nodes whose name describes nothing
 
 
 @dataclass(frozen=True, slots=True)
 class SceneObject:
-    """One thing with a name. ``room`` is empty where the scene knows no rooms."""
+    """A named object. ``room`` is the kind of its room, empty in a scene without rooms."""
 
     category: str
     room: str = ""
@@ -34,7 +34,7 @@ class Room:
 
 @dataclass(frozen=True, slots=True)
 class PointLight:
-    """A point light (3,) metres with colour (3,) intensity; ``ambient`` lives in the scene."""
+    """A point light: position (3,) in metres, RGB intensity (3,)."""
 
     position_m: tuple[float, float, float]
     colour: tuple[float, float, float]
@@ -42,13 +42,13 @@ class PointLight:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """All triangles of a world.
+    """All triangles of a scene, checked when it is made.
 
     vertices (V, 3) float32 metres; faces (F, 3) int32; face_object (F,) int32 index into
     ``objects``; face_texture (F,) int32 index into ``textures``; face_uv (F, 3, 2) float32
     texture coordinates of the corners, repeating outside [0, 1), v = 0 at the image's first
     row. textures: (h, w, 3) uint8 RGB each, albedo. ``start`` is x, y, yaw of the robot.
-    ``names_complete``: whether no thing lacks its name, so that what no name says is not there.
+    ``names_complete``: whether every object is named, so that an absent name is an absent object.
     """
 
     name: str

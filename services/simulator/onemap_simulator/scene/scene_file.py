@@ -15,7 +15,7 @@ from onemap_simulator.scene.scene import UNNAMED
 SUFFIXES = (".glb", ".gltf", ".obj", ".ply")
 Y_UP_SUFFIXES = (".glb", ".gltf")  # by their standard; the other formats do not say
 
-# What exporters call things that nobody named.
+# Names that exporters give to nodes without one.
 _ANONYMOUS = frozenset({"", "geometry", "mesh", "node", "object", "scene", "world", "default"})
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _COUNTER = re.compile(r"[\s_.\-]*\d+$")
@@ -24,7 +24,7 @@ _SEPARATORS = re.compile(r"[\s_.\-]+")
 
 @dataclass(frozen=True, slots=True)
 class SceneFile:
-    """A file as it was read: (node name, trimesh in the file's axes) and the corrections."""
+    """A file as read: (node name, trimesh in the file's axes) pairs and the corrections."""
 
     path: Path
     named: list[tuple[str, Any]]
@@ -32,7 +32,7 @@ class SceneFile:
 
     @property
     def yaml(self) -> Path:
-        """Where the corrections are, or would be."""
+        """Path of the corrections, whether or not the file exists."""
         return self.path.with_suffix(".yaml")
 
     @property
@@ -43,11 +43,11 @@ class SceneFile:
 
     @property
     def unknown_nodes(self) -> tuple[str, ...]:
-        """Nodes that the YAML renames and the file does not have."""
+        """Nodes that the YAML renames but the file does not contain."""
         return tuple(sorted(set(self.corrections.categories) - {name for name, _ in self.named}))
 
     def category(self, node: str) -> str:
-        """What a node is taken for."""
+        """Category of a node: the YAML's, else from its name."""
         return self.corrections.categories.get(node, category_of(node))
 
 
@@ -55,7 +55,7 @@ def category_of(name: str) -> str:
     """The category in a node's name: counters dropped, separators to spaces, lower case.
 
     ``sofa_2``, ``sofa.003`` and ``Sofa-01`` are "sofa", ``coffee_table_1`` and ``CoffeeTable``
-    are "coffee table"; a name that says nothing, as ``geometry_0``, is "object".
+    are "coffee table"; an exporter's default name such as ``geometry_0`` is "object".
     """
     text = _CAMEL.sub(" ", name.strip())
     while _COUNTER.search(text):
@@ -65,15 +65,15 @@ def category_of(name: str) -> str:
 
 
 def read_scene_file(path: Path) -> SceneFile:
-    """What a scene file and the YAML beside it hold; ValueError as ``load_scene``."""
+    """Read a scene file and the YAML beside it; ValueError as ``load_scene``."""
     corrections = check_file(path)
     return SceneFile(path, _named_meshes(path), corrections)
 
 
 def check_file(path: Path) -> Corrections:
-    """What lies beside a scene, without opening it: a moment, where ``load_scene`` takes seconds.
+    """Check suffix, existence and YAML of a scene without reading it; returns the corrections.
 
-    ValueError: a missing or unsupported file, or a YAML that is wrong.
+    ValueError: a missing or unsupported file, or a wrong YAML.
     """
     if path.suffix.lower() not in SUFFIXES:
         raise ValueError(
@@ -85,7 +85,7 @@ def check_file(path: Path) -> Corrections:
 
 
 def missing_node(file: SceneFile) -> str:
-    """One sentence about the first node that the YAML renames and the file does not have."""
+    """The error for the first node that the YAML renames but the file does not contain."""
     names = sorted({name for name, _ in file.named})
     return (
         f"{file.yaml}: no node is called {file.unknown_nodes[0]!r}; "
@@ -94,11 +94,11 @@ def missing_node(file: SceneFile) -> str:
 
 
 def _named_meshes(path: Path) -> list[tuple[str, Any]]:
-    """(node name, trimesh in scene coordinates) of everything with triangles in the file."""
+    """(node name, trimesh in scene coordinates) of every node with triangles."""
     try:
         options = _obj_options(path) if path.suffix.lower() == ".obj" else {}
         loaded = trimesh.load(path, force="scene", process=False, **options)
-    except Exception as error:  # trimesh passes on whatever its parsers and PIL raise
+    except Exception as error:  # trimesh lets any exception of its parsers and PIL through
         raise ValueError(f"scene {path} cannot be read: {' '.join(str(error).split())}") from error
     named = []
     for node in loaded.graph.nodes_geometry:
@@ -113,7 +113,7 @@ def _named_meshes(path: Path) -> list[tuple[str, Any]]:
 
 
 def _obj_options(path: Path) -> dict[str, bool]:
-    """Keep what the file names apart: its objects, or its groups if it has no objects."""
+    """Options of trimesh that split an OBJ by its objects, or by its groups if it has none."""
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     objects = any(line.startswith("o ") for line in lines)
     return {"split_objects": objects, "split_groups": not objects, "group_material": False}

@@ -1,4 +1,4 @@
-"""Where a robot may start in a scene that nobody planned, and where lamps may hang."""
+"""Start pose and lamps for scenes from files, chosen from their free floor."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from onemap_simulator.scene.occupancy_raster import occupied_cells
 from onemap_simulator.scene.scene import PointLight, Scene
 
 CELL_SIZE_M = 0.05
-ROBOT_CLEARANCE_M = 0.3  # what keeps this distance from everything can be driven over
-BODY_HEIGHTS_M = (0.05, 1.4)  # heights in which geometry is in the way
-FLOOR_HEIGHTS_M = (-0.05, 0.05)  # heights in which geometry carries the robot
+ROBOT_CLEARANCE_M = 0.3  # from any obstacle: a robot of 0.25 m radius and a cell
+BODY_HEIGHTS_M = (0.05, 1.4)  # geometry between these heights is an obstacle
+FLOOR_HEIGHTS_M = (-0.05, 0.05)  # geometry between these heights is floor
 LAMP_HEIGHT_M = 2.1
 LAMP_SPACING_M = 3.5
 MAX_LAMPS = 8
@@ -23,7 +23,7 @@ LAMP = (0.8, 0.8, 0.78)
 def free_space(scene: Scene) -> tuple[GridSpec, F32]:
     """The largest connected floor area: clearance (nx, ny) float32 in metres, 0 outside of it.
 
-    Floor is where geometry lies at height 0; a scene without any is taken to stand on a plane.
+    Floor is where geometry lies at height 0; a scene without any is taken to have a plane.
     """
     grid, blocked = occupied_cells(scene, CELL_SIZE_M, *BODY_HEIGHTS_M)
     floor = floor_cells(scene, blocked)
@@ -34,14 +34,14 @@ def free_space(scene: Scene) -> tuple[GridSpec, F32]:
 
 
 def floor_cells(scene: Scene, blocked: Bool) -> Bool:
-    """Cells (nx, ny) with geometry at height 0; none if that is just the foot of what blocks."""
+    """Cells (nx, ny) with geometry at height 0; none if all of it lies below obstacles."""
     _, floor = occupied_cells(scene, CELL_SIZE_M, *FLOOR_HEIGHTS_M)
     foot = dilated(blocked)
     return floor if (floor & ~foot).any() else np.zeros_like(floor)
 
 
 def start_pose(grid: GridSpec, clearance: F32) -> tuple[float, float, float] | None:
-    """x, y, yaw at the roomiest place, looking towards the middle of the free space, or None."""
+    """x, y, yaw where the clearance is largest, facing the centre of the free space, or None."""
     if not clearance.any():
         return None
     best = np.array(np.unravel_index(int(clearance.argmax()), clearance.shape))
@@ -51,7 +51,7 @@ def start_pose(grid: GridSpec, clearance: F32) -> tuple[float, float, float] | N
 
 
 def ceiling_lamps(grid: GridSpec, clearance: F32) -> tuple[PointLight, ...]:
-    """Up to eight lamps over the free space, each as far from the others as can be."""
+    """Up to MAX_LAMPS lamps over the free space, by farthest point sampling."""
     places: F64 = grid.centres(np.argwhere(clearance > 0))
     if not len(places):
         return ()
