@@ -1,4 +1,4 @@
-"""Procedural apartments: the same seed and style give the same scene."""
+"""Procedural apartments, deterministic in seed and style."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def generate_apartment(seed: int, style: Style = TRAINING) -> Scene:
 def _light(
     sampler: Sampler, plan: FloorPlan
 ) -> tuple[tuple[PointLight, ...], tuple[float, float, float]]:
-    """One or two lamps under each ceiling, warm or cold, and light from nowhere."""
+    """One or two lamps under each ceiling, warm or cold, and the ambient light."""
     lights = []
     for space in plan.spaces:
         x0, y0, x1, y1 = space.inner
@@ -62,7 +62,7 @@ def _light(
 
 
 def _start(layout: RoomLayout) -> tuple[float, float, float]:
-    """The roomiest reachable place in the hub, looking along its longer side."""
+    """x, y, yaw: the place of largest clearance in the hub, facing along its longer side."""
     x0, y0, x1, y1 = layout.plan.spaces[0].inner
     clearance = np.where(layout.reachable_cells(), layout.clearance(), 0.0)
     cells = np.stack(np.meshgrid(*map(np.arange, layout.grid.shape), indexing="ij"), axis=-1)
@@ -84,7 +84,7 @@ def _compile(
     light: tuple[tuple[PointLight, ...], tuple[float, float, float]],
     start: tuple[float, float, float],
 ) -> Scene:
-    """One scene out of placed models: transformed, concatenated, textures shared."""
+    """Merge placed models into one scene: transformed, concatenated, textures shared."""
     textures: dict[Material, int] = {}
     vertices: list[F64] = []
     faces, owners, materials, uv = [], [], [], []

@@ -1,8 +1,8 @@
-"""Small things on furniture, things on walls, curtains, and whatever is still missing."""
+"""Small objects on furniture, objects on walls, curtains, and categories still missing."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from onemap_simulator.generation.floor_plan import HALF_WALL_M, FloorPlan, Opening
 from onemap_simulator.generation.furniture import (
@@ -29,17 +29,16 @@ from onemap_simulator.generation.mesh import rotation
 from onemap_simulator.generation.model import Model
 from onemap_simulator.generation.placement import Placer
 from onemap_simulator.generation.room_layout import PlacedModel, RoomLayout, place
-from onemap_simulator.generation.sampler import Sampler
+from onemap_simulator.generation.sampler import ModelFactory, Sampler
 from onemap_simulator.generation.structure import facing_yaw_deg
 
-ModelFactory = Callable[[Sampler], Model]
-Candidate = tuple[float, ModelFactory]
+Candidate = tuple[float, ModelFactory]  # probability, factory
 
 
 def place_on(
     placer: Placer, supports: Sequence[PlacedModel], candidates: Sequence[Candidate]
 ) -> None:
-    """Each wish, with its probability, on one of the supports that has room."""
+    """Place each candidate, with its probability, on a random support with free space."""
     for probability, make in candidates:
         if supports and placer.sampler.chance(probability):
             _place_on_any(placer, supports, make(placer.sampler))
@@ -51,7 +50,7 @@ def _place_on_any(placer: Placer, supports: Sequence[PlacedModel], model: Model)
 
 
 def hang_on_walls(placer: Placer, candidates: Sequence[Candidate]) -> None:
-    """Each wish, with its probability, on a wall at about eye height."""
+    """Hang each candidate, with its probability, on a wall at about eye height."""
     for probability, make in candidates:
         if placer.sampler.chance(probability):
             _hang_on_wall(placer, make(placer.sampler))
@@ -64,7 +63,7 @@ def _hang_on_wall(placer: Placer, model: Model) -> bool:
 
 
 def add_missing(layout: RoomLayout, sampler: Sampler) -> None:
-    """Add most of the categories that no room got, where they may be expected."""
+    """Add most of the categories that are missing, in rooms where they are usual."""
     everywhere = tuple({space.kind for space in layout.plan.spaces})
     for category, make, kinds, how in _EXTRAS:
         have = {item.model.category for item in layout.placed}
@@ -88,7 +87,7 @@ def add_missing(layout: RoomLayout, sampler: Sampler) -> None:
 
 
 def _suits(category: str, support: PlacedModel) -> bool:
-    """Cups and kettles do not stand on sofas, pillows do not lie on tables."""
+    """Whether the category is usual on the support: pillows on soft furniture only, cups not."""
     soft = support.model.category in ("sofa", "armchair", "bed")
     return category == "teddy bear" or soft == (category == "pillow")
 
@@ -96,7 +95,7 @@ def _suits(category: str, support: PlacedModel) -> bool:
 _DAY = ("living room", "study", "dining room")
 _LIVED_IN = (*_DAY, "bedroom")
 
-# category, maker, kinds of room (empty: any), and where: floor (at a wall), top or wall.
+# Category, factory, kinds of room (empty: any), and where: floor (at a wall), top or wall.
 _EXTRAS: tuple[tuple[str, ModelFactory, tuple[str, ...], str], ...] = (
     ("refrigerator", refrigerator, ("kitchen", "dining room", "hallway"), "floor"),
     ("wardrobe", storage.wardrobe, ("bedroom", "hallway", "study"), "floor"),
@@ -145,7 +144,7 @@ _EXTRAS: tuple[tuple[str, ModelFactory, tuple[str, ...], str], ...] = (
 
 
 def hang_curtains(layout: RoomLayout, sampler: Sampler) -> None:
-    """A pair of curtains at most windows, to the floor or to just below the sill."""
+    """Hang a pair of curtains at most windows, to the floor or to just below the sill."""
     plan = layout.plan
     for hole in plan.windows:
         kind = plan.spaces[hole.spaces[0]].kind

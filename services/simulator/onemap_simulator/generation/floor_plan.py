@@ -13,7 +13,7 @@ Rect = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max in metres
 
 HALF_WALL_M = 0.06
 DOOR_HEIGHT_M = 2.05
-CORNER_GAP_M = 0.08  # from a room's corner to a door's opening: the leaf folds into it
+CORNER_GAP_M = 0.08  # from a room's corner to a door's opening, for the open leaf
 SIDES = ("west", "south", "east", "north")
 
 
@@ -31,7 +31,7 @@ class Space:
         return (x0 + HALF_WALL_M, y0 + HALF_WALL_M, x1 - HALF_WALL_M, y1 - HALF_WALL_M)
 
     def side(self, name: str) -> tuple[int, float, float, float]:
-        """(axis the wall runs along, its other coordinate, start, end), centre lines."""
+        """(axis along the wall, coordinate across it, start, end) of its centre line."""
         x0, y0, x1, y1 = self.rect
         return {
             "west": (1, x0, y0, y1),
@@ -205,7 +205,7 @@ def _door(sampler: Sampler, spaces: tuple[Space, ...], first: int, second: int) 
 
 
 def _passages(sampler: Sampler, spaces: tuple[Space, ...]) -> list[Opening]:
-    """A wide way between the kitchen and a neighbour where people eat or sit, in most cases."""
+    """In most cases a wide passage between the kitchen and a neighbouring living or dining room."""
     kitchen = next(i for i, space in enumerate(spaces) if space.kind == "kitchen")
     for other in range(1, len(spaces)):
         if spaces[other].kind not in ("living room", "dining room") or sampler.chance(0.3):

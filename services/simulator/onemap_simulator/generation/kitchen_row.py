@@ -1,4 +1,4 @@
-"""The row of a kitchen: appliances and cabinets side by side, cabinets above, things on top."""
+"""A kitchen's row of appliances and cabinets, cabinets above, small objects on top."""
 
 from __future__ import annotations
 

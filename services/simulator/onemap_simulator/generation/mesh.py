@@ -104,9 +104,9 @@ def lathe(
     *,
     capped: bool = True,
 ) -> Mesh:
-    """The surface of revolution about z of (radius, height) pairs, from the outside's bottom on.
+    """The surface of revolution about z of (radius, height) pairs, from the bottom of the outside.
 
-    ``capped`` closes the first and last ring with discs; a shell returns to its start instead.
+    ``capped`` closes the first and last ring with discs; a closed profile needs no caps.
     """
     radius, height = np.asarray(profile, dtype=np.float64).T
     angle = np.linspace(0, 2 * np.pi, segments, endpoint=False)

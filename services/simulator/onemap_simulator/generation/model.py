@@ -1,7 +1,7 @@
-"""A model: the meshes of one nameable thing, each with its material.
+"""A model: the meshes of one object of a category, each with its material.
 
-Local frame: metres, z up, the thing stands on z = 0, its width runs along x, it faces
--y and its back is towards +y, where a wall would be.
+Local frame: metres, z up, the base at z = 0, width along x, the front towards -y and the
+back towards +y, where a wall would be.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ class Material:
 
 
 class Part(NamedTuple):
-    """A mesh and what it is made of."""
+    """A mesh and its material."""
 
     mesh: Mesh
     material: Material
 
 
 class SupportSurface(NamedTuple):
-    """A level rectangle, local metres, on which small things may stand."""
+    """A horizontal rectangle in the local frame, metres, on which small objects may stand."""
 
     x_min: float
     y_min: float
@@ -45,7 +45,7 @@ class SupportSurface(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """One thing in its local frame."""
+    """One object in its local frame."""
 
     category: str
     parts: tuple[Part, ...]
@@ -75,6 +75,6 @@ def assemble(
 
 
 def support_surface(width: float, depth: float, z: float, margin: float = 0.04) -> SupportSurface:
-    """A top centred on the local origin, with a margin to its edges."""
+    """A support surface centred on the local origin, with a margin to its edges."""
     x, y = max(width / 2 - margin, 0.01), max(depth / 2 - margin, 0.01)
     return SupportSurface(-x, -y, x, y, z)

@@ -1,4 +1,4 @@
-"""Where a thing goes: against a wall, in a corner, on something, around something."""
+"""Random placement of models: against a wall, in a corner, on furniture, around a centre."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from onemap_simulator.generation.model import Model
 from onemap_simulator.generation.room_layout import PlacedModel, RoomLayout, place
 from onemap_simulator.generation.sampler import Sampler
 
-# Degrees that turn a model's back (+y) to each side of a room.
+# Rotation in degrees that puts a model's back (+y) to each side of a room.
 YAW_DEG = {"north": 0.0, "west": 90.0, "south": 180.0, "east": 270.0}
 WALL_GAP_M = 0.02
 TRIES = 14
@@ -23,7 +23,7 @@ SHARES = 9  # places tried along one wall
 
 @dataclass(frozen=True, slots=True)
 class Placer:
-    """Tries places in one room of a site until one is free."""
+    """Places models in one room of a layout; each method tries until a place is free, else None."""
 
     layout: RoomLayout
     sampler: Sampler
@@ -37,7 +37,7 @@ class Placer:
     def against_wall(
         self, model: Model, *, z: float = 0.0, sides: tuple[str, ...] = SIDES
     ) -> PlacedModel | None:
-        """Its back to a wall, at a random position; at height ``z`` if it hangs."""
+        """With its back to a wall, at a random position; at height ``z`` if it hangs."""
         places = [(side, share) for side in sides for share in np.linspace(0.0, 1.0, SHARES)]
         for index in self.sampler.rng.permutation(len(places)):
             side, share = places[index]
@@ -47,7 +47,7 @@ class Placer:
         return None
 
     def in_corner(self, model: Model) -> PlacedModel | None:
-        """Its back to a wall and one side to the next."""
+        """With its back to one wall and a side to the next."""
         corners = [(side, share) for side in SIDES for share in (0.0, 1.0)]
         for index in self.sampler.rng.permutation(len(corners)):
             side, share = corners[index]
@@ -108,7 +108,7 @@ class Placer:
     def in_middle(
         self, model: Model, around: list[tuple[Model, F64, float]]
     ) -> list[PlacedModel] | None:
-        """Near the room's centre, with companions at local offsets (3,) and turns."""
+        """Near the room's centre, with companions (model, local offset (3,), degrees)."""
         x0, y0, x1, y1 = self.inner
         for _ in range(TRIES):
             yaw_deg = self.sampler.choice([0.0, 90.0])
@@ -121,7 +121,7 @@ class Placer:
         return None
 
     def on_floor(self, model: Model) -> PlacedModel | None:
-        """Anywhere on the floor, turned freely."""
+        """Anywhere on the floor, at any rotation."""
         x0, y0, x1, y1 = self.inner
         for _ in range(TRIES):
             at = (self.sampler.uniform(x0, x1), self.sampler.uniform(y0, y1), 0.0)
@@ -133,21 +133,21 @@ class Placer:
     def on_top(
         self, model: Model, support: PlacedModel, *, yaw_deg: float | None = None
     ) -> PlacedModel | None:
-        """On one of the support's tops, facing as the support does, give or take some degrees."""
+        """On a support surface, facing as the support does, with some jitter of the rotation."""
         if not support.model.support_surfaces:
             return None
         wide = float(np.ptp(rotated_box(model, 0.0)[:, 0]))
-        sway = 25.0 if wide < WIDE_M else 4.0  # a microwave stands straight, a cup does not
+        jitter_deg = 25.0 if wide < WIDE_M else 4.0  # microwaves stand straight, cups do not
         for _ in range(TRIES):
             top = self.sampler.choice(support.model.support_surfaces)
-            swing = self.sampler.uniform(-sway, sway) if yaw_deg is None else yaw_deg
-            box = rotated_box(model, swing)
+            turn_deg = self.sampler.uniform(-jitter_deg, jitter_deg) if yaw_deg is None else yaw_deg
+            box = rotated_box(model, turn_deg)
             low = np.array([top.x_min, top.y_min]) - box[0, :2]
             high = np.array([top.x_max, top.y_max]) - box[1, :2]
             if (high < low).any():
                 continue
             x, y = low + self.sampler.rng.random(2) * (high - low)
-            item = place_relative(support, model, np.array([x, y, top.z]), swing)
+            item = place_relative(support, model, np.array([x, y, top.z]), turn_deg)
             if self.layout.add([item], ignoring=[support.box]):
                 return item
         return None
@@ -161,11 +161,11 @@ class Placer:
 
 
 def place_relative(support: PlacedModel, model: Model, offset: F64, yaw_deg: float) -> PlacedModel:
-    """The model at an offset (3,) and turn in the local frame of what is already placed."""
+    """The model at an offset (3,) and rotation in the local frame of a placed one."""
     x, y, z = rotation("z", support.yaw_deg) @ offset + support.position_m
     return place(model, (float(x), float(y), float(z)), support.yaw_deg + yaw_deg, support.space)
 
 
 def rotated_box(model: Model, yaw_deg: float) -> F64:
-    """The model's box (2, 3) after turning by degrees about its origin."""
+    """The model's box (2, 3) after rotation about its origin."""
     return place(model, (0.0, 0.0, 0.0), yaw_deg, 0).box

@@ -1,8 +1,8 @@
-"""The site: what already stands in an apartment, and whether one more thing may.
+"""The layout of an apartment's rooms: the models placed, and whether one more fits.
 
-Things are boxes here, axis-aligned in the map frame. A thing may be placed when its box
-meets no other, when a robot can still walk from the hub into every room, and when it can
-still come near everything.
+Models are treated as axis-aligned boxes in the map frame. A model fits if its box
+overlaps no other, if a robot can still drive from the hub into every room, and if it
+can still approach every model.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from onemap_simulator.scene.cell_masks import clearance_m, connected_part, dista
 
 CELL_SIZE_M = 0.05
 ROBOT_CLEARANCE_M = 0.32  # radius 0.25 m and a margin of more than one cell
-MAX_APPROACH_M = 0.85  # how near everything must be approachable, below the promised 1 m
+MAX_APPROACH_M = 0.85  # distance at which every model must be approachable; the scenes promise 1 m
 DOOR_CLEAR_M = 0.75  # floor that stays free on both sides of a door
-MAX_CUT_OFF_M2 = 0.3  # floor that may be cut off, in sum: less than anyone would miss
+MAX_CUT_OFF_M2 = 0.3  # total floor area that may become unreachable: negligible
 TOUCH_M = 0.01  # overlap that counts as touching
-STEP_OVER_M = 0.05  # lower things, as rugs, do not block
-ROBOT_HEIGHT_M = 1.4  # what hangs higher does not block
+STEP_OVER_M = 0.05  # lower models, such as rugs, do not block
+ROBOT_HEIGHT_M = 1.4  # models that hang higher do not block
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedModel:
-    """A model at x, y, z (metres), turned counter-clockwise by degrees, in room ``space``."""
+    """A model at x, y, z (metres), rotated counter-clockwise by degrees, in room ``space``."""
 
     model: Model
     position_m: tuple[float, float, float]
@@ -41,14 +41,14 @@ class PlacedModel:
 
     @property
     def blocks(self) -> bool:
-        """Whether a robot cannot roll over or under it."""
+        """Whether a robot cannot drive over or under it."""
         return bool(self.box[1, 2] > STEP_OVER_M and self.box[0, 2] < ROBOT_HEIGHT_M)
 
 
 def place(
     model: Model, position_m: tuple[float, float, float], yaw_deg: float, space: int
 ) -> PlacedModel:
-    """The model there, with its box."""
+    """The placed model, with its box."""
     R = rotation("z", yaw_deg)
     points = [part.mesh.vertices @ R.T for part in model.parts]
     lower = np.min([p.min(axis=0) for p in points], axis=0)
@@ -57,7 +57,7 @@ def place(
 
 
 class RoomLayout:
-    """Grows by ``add``; keeps the promise that everything can be reached."""
+    """The models of an apartment, grown by ``add``; every model stays approachable."""
 
     def __init__(self, plan: FloorPlan) -> None:
         self.plan = plan
@@ -71,7 +71,7 @@ class RoomLayout:
         self._goals = self.grid.cells(np.array(_gate_points(plan)))
 
     def add_fixed(self, fittings: Sequence[PlacedModel]) -> None:
-        """Doors and windows: they lie in walls, and open leaves stand in the way."""
+        """Add doors, whose open leaves block, and windows; both may lie in walls."""
         parts = [
             place(Model("door", (part,)), item.position_m, item.yaw_deg, item.space)
             for item in fittings
@@ -84,7 +84,7 @@ class RoomLayout:
         self._boxes = np.concatenate([self._boxes, [part.box for part in parts]])
 
     def add(self, group: Sequence[PlacedModel], ignoring: Sequence[F64] = ()) -> bool:
-        """Place the group, whose members may overlap each other, if it fits; say whether.
+        """Place the group, whose members may overlap each other; returns whether it fits.
 
         ``ignoring`` holds boxes that the group may overlap: those of what it stands on.
         """
@@ -105,7 +105,7 @@ class RoomLayout:
         return True
 
     def fits(self, item: PlacedModel, ignoring: Sequence[F64] = ()) -> bool:
-        """Whether the thing lies within its room and meets nothing else."""
+        """Whether the model lies within its room and overlaps no other box."""
         x0, y0, x1, y1 = self.plan.spaces[item.space].inner
         (left, low, bottom), (right, high, top) = item.box
         if left < x0 - TOUCH_M or right > x1 + TOUCH_M or low < y0 - TOUCH_M:
@@ -129,7 +129,7 @@ class RoomLayout:
         return clearance_m(self._blocked, CELL_SIZE_M)
 
     def _all_near(self, blocked: Bool, items: Sequence[PlacedModel]) -> bool:
-        """Whether hardly any floor is cut off and the robot gets near all things."""
+        """Whether almost all floor stays reachable and every model approachable."""
         roomy = clearance_m(blocked, CELL_SIZE_M) >= ROBOT_CLEARANCE_M
         reachable = connected_part(roomy, self._goals[0])
         if not reachable[self._goals[:, 0], self._goals[:, 1]].all():

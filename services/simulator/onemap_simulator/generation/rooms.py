@@ -1,8 +1,6 @@
-"""What stands in which room, and how."""
+"""The furniture of each kind of room, and how it is arranged."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import numpy as np
 
@@ -45,16 +43,13 @@ from onemap_simulator.generation.furniture.tables import coffee_table, desk, tab
 from onemap_simulator.generation.furniture.tableware import book, bottle, bowl, cup
 from onemap_simulator.generation.furniture.wall_decor import clock, mirror, picture
 from onemap_simulator.generation.kitchen_row import kitchen_row
-from onemap_simulator.generation.model import Model
 from onemap_simulator.generation.placement import Placer
 from onemap_simulator.generation.room_layout import PlacedModel
-from onemap_simulator.generation.sampler import Sampler
-
-ModelFactory = Callable[[Sampler], Model]
+from onemap_simulator.generation.sampler import ModelFactory
 
 
 def furnish(placer: Placer) -> None:
-    """Fill the room after its kind."""
+    """Furnish the room according to its kind."""
     recipes = {
         "living room": _living_room,
         "kitchen": _kitchen,
@@ -68,7 +63,7 @@ def furnish(placer: Placer) -> None:
 
 
 def _along_walls(placer: Placer, *candidates: tuple[float, ModelFactory]) -> list[PlacedModel]:
-    """Each wish, with its probability, somewhere against a wall if there is room."""
+    """Place each candidate, with its probability, against a wall where it fits."""
     placed = []
     for probability, make in candidates:
         if placer.sampler.chance(probability):

@@ -1,15 +1,15 @@
-"""Pick: random sizes, counts and materials, drawn within a style."""
+"""Sampler of random sizes, counts and materials within a style."""
 
 from __future__ import annotations
 
 import colorsys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
 
-from onemap_simulator.generation.model import Material
+from onemap_simulator.generation.model import Material, Model
 from onemap_simulator.generation.style import Style
 from onemap_simulator.generation.textures import texture
 
@@ -30,7 +30,7 @@ class Sampler:
         return float(low + (high - low) * self.rng.uniform(*band))
 
     def uniform(self, low: float, high: float) -> float:
-        """A number between the limits, whatever the style."""
+        """A uniform number between the limits, independent of the style."""
         return float(self.rng.uniform(low, high))
 
     def integer(self, low: int, high: int) -> int:
@@ -38,11 +38,11 @@ class Sampler:
         return int(self.rng.integers(low, high + 1))
 
     def chance(self, probability: float) -> bool:
-        """True with the probability."""
+        """True with this probability."""
         return bool(self.rng.random() < probability)
 
     def choice(self, choices: Sequence[T]) -> T:
-        """One of the choices, each as likely."""
+        """One of the choices, with equal probability."""
         return choices[int(self.rng.integers(len(choices)))]
 
     def colour(self) -> Rgb:
@@ -128,3 +128,6 @@ class Sampler:
         return self.material(
             "noise", 0.15, colorsys.hsv_to_rgb(hue, self.uniform(0.35, 0.85), value)
         )
+
+
+ModelFactory = Callable[[Sampler], Model]

@@ -1,4 +1,4 @@
-"""The shell of an apartment: floors, ceilings, walls with openings, doors and windows."""
+"""Structure of an apartment: floors, ceilings, walls with openings, doors and windows."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def doors_and_windows(plan: FloorPlan, sampler: Sampler) -> list[PlacedModel]:
 
 
 def facing_yaw_deg(opening: Opening, plan: FloorPlan, space: int) -> float:
-    """Degrees that turn a model's front (-y) in the opening towards the room."""
+    """Rotation in degrees that points the front (-y) of a model in the opening into the room."""
     x0, y0, x1, y1 = plan.spaces[space].rect
     if opening.axis == 0:
         return 0.0 if (y0 + y1) / 2 < opening.line else 180.0
@@ -64,13 +64,13 @@ def _fit(model: Model, opening: Opening, plan: FloorPlan, space: int) -> PlacedM
 
 
 def _leaf(plan: FloorPlan, opening: Opening) -> tuple[str, float] | None:
-    """Where the open leaf goes: folded into the corner, else flat on the wall, else nowhere."""
+    """Hinge side and angle of the open leaf: into the corner, else flat on the wall, else none."""
     space = opening.spaces[1]
     x0, y0, x1, y1 = plan.spaces[space].inner
     room = (x0, x1) if opening.axis == 0 else (y0, y1)
     low, high = opening.start - room[0], room[1] - opening.end
     # Seen from the room, with the opening ahead, local -x lies at the lower coordinate
-    # unless the model is turned by 180 or by 90 degrees the other way.
+    # unless the model is rotated by 180 or by -90 degrees.
     flipped = facing_yaw_deg(opening, plan, space) in (180.0, -90.0)
     left, right = (high, low) if flipped else (low, high)
     for name, gap in (("left", left), ("right", right)):

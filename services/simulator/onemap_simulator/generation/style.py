@@ -9,12 +9,12 @@ Range = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """What an apartment is drawn from.
+    """The distributions that an apartment is drawn from.
 
     The first four fields name texture families (see ``textures``). ``size_bands`` say where in
     its nominal interval a dimension may fall: 0 is the lower end, 1 the upper, beyond is allowed.
     ``saturation`` and ``value`` bound the colours (HSV, 0 to 1), ``light`` the intensity of a
-    lamp and ``ambient`` that of the sourceless light, both relative to a white wall at 1.
+    lamp and ``ambient`` that of the ambient light, both relative to a white wall at 1.
     """
 
     name: str

@@ -16,8 +16,8 @@ SIZE = 64  # pixels: finer detail vanishes in a 320 x 240 image anyway
 def texture(family: str, rng: np.random.Generator, colours: ArrayLike) -> U8:
     """One image (64, 64, 3) of the family between two colours (2, 3), RGB 0 to 1.
 
-    Each family gives a weight (64, 64) in 0 to 1 that mixes the colours; a little fine
-    grain is added, because nothing real is perfectly even.
+    Each family gives a weight (64, 64) in 0 to 1 that mixes the colours; fine noise is
+    added, because no real surface is uniform.
     """
     first, second = np.asarray(colours, dtype=np.float32)
     weight = np.clip(FAMILIES[family](rng), 0.0, 1.0)[..., None]

@@ -1,1 +1,1 @@
-"""Furniture and small things: each function draws one model of its category."""
+"""Furniture and small objects: each function generates one random model of its category."""

@@ -1,4 +1,4 @@
-"""Kitchen appliances; what stands in the row is as deep and high as the cabinets."""
+"""Kitchen appliances; those of the kitchen row are as deep and high as the cabinets."""
 
 from __future__ import annotations
 

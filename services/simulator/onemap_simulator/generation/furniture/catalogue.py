@@ -1,8 +1,8 @@
-"""Every category that stands, hangs or lies in an apartment, as functions that draw one."""
+"""The factories of every category of movable objects, doors and windows."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 
 from onemap_simulator.generation.furniture import (
@@ -22,9 +22,7 @@ from onemap_simulator.generation.furniture import (
     wall_decor,
 )
 from onemap_simulator.generation.model import Material, Model
-from onemap_simulator.generation.sampler import Sampler
-
-ModelFactory = Callable[[Sampler], Model]
+from onemap_simulator.generation.sampler import ModelFactory, Sampler
 
 
 def kitchen_look(sampler: Sampler) -> tuple[Material, Material, Material]:
@@ -50,7 +48,7 @@ def _door(sampler: Sampler) -> Model:
     return fittings.door(sampler, sampler.size(0.95, 1.1), ("left", 0.0))
 
 
-# By category; a category with several makers is made by any of them.
+# By category; of several factories any is chosen.
 FACTORIES: Mapping[str, tuple[ModelFactory, ...]] = {
     "door": (_door,),
     "window": (

@@ -25,7 +25,7 @@ FRONT_Y = -DEPTH_M / 2
 def kitchen_cabinet(
     sampler: Sampler, width: float, look: tuple[Material, Material, Material]
 ) -> Model:
-    """A base cabinet with doors or drawers under a worktop; look: body, worktop, handles."""
+    """A base cabinet with doors or drawers under a worktop; ``look``: body, worktop, handles."""
     body, worktop, metal = look
     meshes = [box((width, DEPTH_M - 0.03, COUNTER_M - 0.14), (0, 0.015, 0.1))]
     meshes.append(box((width, DEPTH_M - 0.1, 0.1), (0, 0.03, 0)))

@@ -59,7 +59,7 @@ def bookcase(sampler: Sampler) -> Model:
 
 
 def shelf(sampler: Sampler) -> Model:
-    """Boards on the wall on brackets, or a low open rack: a place for small things."""
+    """Boards on the wall on brackets, or a low open rack, for small objects."""
     width, depth, wood = sampler.size(0.7, 1.1), sampler.size(0.24, 0.3), sampler.wood()
     metal = sampler.metal()
     if sampler.chance(0.5):
@@ -88,7 +88,7 @@ def shelf(sampler: Sampler) -> Model:
 
 
 def raised(model: Model, z: float) -> Model:
-    """The model lifted by z metres, its tops as well."""
+    """The model lifted by z metres, with its support surfaces."""
     parts = tuple(part._replace(mesh=part.mesh.translated(0, 0, z)) for part in model.parts)
     return Model(
         model.category, parts, tuple(top._replace(z=top.z + z) for top in model.support_surfaces)

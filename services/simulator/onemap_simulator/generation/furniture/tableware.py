@@ -1,4 +1,4 @@
-"""Bottles, cups, bowls and books: larger than life, so that a small image shows them."""
+"""Bottles, cups, bowls and books, oversized so that they are visible in a small image."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What hangs on a wall: pictures, clocks and mirrors. z = 0 is the lower edge."""
+"""Pictures, clocks and mirrors, which hang on walls. z = 0 is the lower edge."""
 
 from __future__ import annotations
 
