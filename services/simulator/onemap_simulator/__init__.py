@@ -1,1 +1,1 @@
-"""OneMap simulator service."""
+"""Simulator service: a robot with an RGB-D camera in an apartment, or a recording."""

@@ -13,7 +13,7 @@ from onemap_simulator.rendering.rgbd_camera import CameraParams
 
 
 class SimulatorConfig(Params):
-    """A simulated robot in a simulated world."""
+    """A simulated robot in a simulated scene."""
 
     scene: str = Field(
         default="apartment",

@@ -1,4 +1,4 @@
-"""What the simulator understands of a user's scene file, and whether a robot can search there."""
+"""Inspection of a user's scene file: its interpretation, and whether a robot can search in it."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ from onemap_simulator.scene.spawn import (
     start_pose,
 )
 
-MIN_WIDTH_M = 1.0  # narrower is no room in metres
-MAX_LISTED = 5  # names in a warning
+MIN_WIDTH_M = 1.0  # narrower is probably not in metres
+MAX_LISTED = 5  # names listed in a warning
 
 StartPose = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class SceneNode:
-    """One node of the file: what it is taken for, whether the YAML said so, its triangles."""
+    """One node: its category, whether the YAML gives it, and its number of triangles."""
 
     name: str
     category: str
@@ -45,7 +45,7 @@ class SceneNode:
 
 @dataclass(frozen=True, slots=True)
 class FloorMap:
-    """The floor plan (nx, ny) over ``grid``: obstacles, and where the robot's centre can get."""
+    """Obstacles and the cells that the robot's centre can reach, (nx, ny) over ``grid``."""
 
     grid: GridSpec
     obstacles: Bool
@@ -53,17 +53,17 @@ class FloorMap:
 
     @property
     def reachable_m2(self) -> float:
-        """Area that the robot's centre can get to."""
+        """Area in square metres that the robot's centre can reach."""
         return float(self.reachable.sum()) * self.grid.cell_size_m**2
 
 
 @dataclass(frozen=True, slots=True)
 class SceneInspection:
-    """A scene file as understood, in the map's axes (z up, floor at 0), lengths in metres.
+    """The interpretation of a scene file in the map's axes (z up, floor at 0), in metres.
 
-    floor_m: the floor's height along the file's up axis; start: x, y, yaw, None if there is no
-    place; floor: None if the scene is too wide to be examined. ``problems`` keep a robot from
-    searching there, ``warnings`` do not.
+    floor_m: the floor's height along the file's up axis; start: x, y, yaw, None without free
+    floor; floor: None if the scene is too wide to be examined. ``problems`` prevent a search,
+    ``warnings`` do not.
     """
 
     scene: Scene
@@ -79,12 +79,12 @@ class SceneInspection:
 
     @property
     def searchable(self) -> bool:
-        """Whether a robot can search there."""
+        """Whether a robot can search in the scene."""
         return not self.problems
 
     @property
     def extent_m(self) -> tuple[StartPose, StartPose]:
-        """The lowest and the highest x, y, z."""
+        """The smallest and the largest x, y, z."""
         low, high = self.scene.vertices.min(axis=0), self.scene.vertices.max(axis=0)
         return (
             (float(low[0]), float(low[1]), float(low[2])),
@@ -93,10 +93,10 @@ class SceneInspection:
 
 
 def inspect_scene(path: Path, *, radius_m: float, height_m: float) -> SceneInspection:
-    """Examine a scene file for a robot of this size; ValueError if the file is no scene.
+    """Examine a scene file for a robot of this size; ValueError if the file cannot be read.
 
-    What is only wrong for a robot, or is corrected in the YAML beside it, becomes a problem
-    or a warning in the result.
+    What only prevents a search, or can be corrected in the YAML, becomes a problem or a warning
+    of the result.
     """
     file = read_scene_file(path)
     scene, floor_m = assemble(file)

@@ -1,8 +1,8 @@
 """The simulator service: a robot in real time.
 
-Physics, commands and odometry run in the service's loop, rendering in a thread
-of its own that always takes the newest moment: a slow picture is followed by a
-pause in the pictures, never by a late reaction to a command.
+Physics, commands and odometry run in the service's loop. Rendering runs in a
+thread that always takes the newest pose: slow rendering lowers the frame rate
+and never delays the reaction to a command.
 """
 
 from __future__ import annotations
@@ -40,15 +40,15 @@ from onemap_simulator.scene.scene_file import SUFFIXES, check_file
 
 LOG = logging.getLogger("onemap.simulator")
 
-APARTMENT = "apartment"  # the name of the generated scene, beside paths of files
+APARTMENT = "apartment"  # the scene that is generated; any other is a path
 
-PHYSICS_S = 0.02  # a command waits no longer than this
-WAIT_S = 0.2  # how often the camera's thread looks whether it should end
+PHYSICS_S = 0.02  # longest time between two steps of the physics
+WAIT_S = 0.2  # period at which the camera's thread checks whether to stop
 
 
 @dataclass(frozen=True, slots=True)
 class StampedPose:
-    """Where the body is at an instant, and where the robot believes it is; both T_map_body."""
+    """True and reported T_map_body (4, 4) at an instant."""
 
     stamp_ns: int
     T_true: F64
@@ -56,12 +56,12 @@ class StampedPose:
 
 
 class CameraThread:
-    """Renders and publishes the newest moment it was given."""
+    """Renders and publishes an image from the newest pose offered."""
 
     def __init__(self, bus: Bus, camera: RgbdCamera) -> None:
         self._camera = camera
         self._publisher = bus.publish(ROBOT_RGBD)
-        self._moments: queue.Queue[StampedPose] = queue.Queue(maxsize=1)
+        self._poses: queue.Queue[StampedPose] = queue.Queue(maxsize=1)
         self._skipped = 0
         self._stop = threading.Event()
         self._rate = RateMeter()
@@ -71,14 +71,14 @@ class CameraThread:
         self._thread.start()
 
     def offer(self, pose: StampedPose) -> None:
-        """Take a picture of this moment, unless a newer one comes before the camera is free."""
+        """Capture from this pose, unless a newer one is offered before the camera is free."""
         with suppress(queue.Empty):
-            self._moments.get_nowait()
+            self._poses.get_nowait()
             self._skipped += 1
-        self._moments.put_nowait(pose)
+        self._poses.put_nowait(pose)
 
     def metrics(self, now_s: float) -> dict[str, float]:
-        """frames_per_s over the last seconds, render_ms of the newest, frames_skipped."""
+        """Mean frames_per_s of the last seconds, render_ms of the newest frame, frames_skipped."""
         return {
             "frames_per_s": self._rate.rate_hz(now_s),
             "render_ms": self._render_ms,
@@ -86,14 +86,14 @@ class CameraThread:
         }
 
     def close(self) -> None:
-        """Finish the picture at hand and end."""
+        """Finish the current image and stop the thread."""
         self._stop.set()
         self._thread.join(timeout=5.0)
 
     def _run(self) -> None:
         while not self._stop.is_set():
             with suppress(queue.Empty):
-                self._publish(self._moments.get(timeout=WAIT_S))
+                self._publish(self._poses.get(timeout=WAIT_S))
 
     def _publish(self, pose: StampedPose) -> None:
         began_s = time.monotonic()
@@ -114,7 +114,7 @@ class CameraThread:
 
 
 class SimulatorWorker:
-    """Steps the physics, publishes odometry, hands moments to the camera."""
+    """Steps the physics, publishes odometry, offers poses to the camera."""
 
     def __init__(self, bus: Bus, scene: Scene, config: SimulatorConfig) -> None:
         robot = config.robot
@@ -142,7 +142,7 @@ class SimulatorWorker:
         self._odometry_due_s = self._rgbd_due_s = time.monotonic()
 
     def step(self, timeout_s: float) -> None:
-        """Wait for a command for at most one tick of the physics, then move on to now."""
+        """Wait for a command for at most one step of the physics, then simulate up to now."""
         command = self._commands.take(min(timeout_s, PHYSICS_S))
         now_s = time.monotonic()
         self._collided = self._simulation.advance(now_s) or self._collided
@@ -161,7 +161,7 @@ class SimulatorWorker:
             self._camera.offer(pose)
 
     def health(self) -> Health:
-        """Ready once the first picture was sent."""
+        """Ready once the first image was published."""
         counts = self._simulation.counts
         return Health(
             ready=self._camera.sequence > 0,
@@ -175,7 +175,7 @@ class SimulatorWorker:
         )
 
     def close(self) -> None:
-        """End the camera's thread."""
+        """Stop the camera's thread."""
         self._camera.close()
 
     def _stamped_pose(self) -> StampedPose:
@@ -200,7 +200,7 @@ class SimulatorWorker:
 
 
 def _next(due_s: float, rate_hz: float, now_s: float) -> float:
-    """When something periodic is due again; what a stall delayed is not caught up."""
+    """The next time of a periodic task; periods missed in a stall are skipped."""
     following = due_s + 1.0 / rate_hz
     return following if following > now_s else now_s + 1.0 / rate_hz
 
@@ -237,7 +237,7 @@ def build(bus: Bus, config: SimulatorConfig) -> SimulatorWorker:
     """Open the scene and make the worker, or raise StartError."""
     try:
         scene = open_scene(config)
-        LOG.info("%s: %d triangles, %d things", scene.name, len(scene.faces), len(scene.objects))
+        LOG.info("%s: %d triangles, %d objects", scene.name, len(scene.faces), len(scene.objects))
         return SimulatorWorker(bus, scene, config)
     except ValueError as problem:
         raise StartError(str(problem)) from problem

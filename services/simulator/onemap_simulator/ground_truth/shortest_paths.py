@@ -1,4 +1,7 @@
-"""Shortest ways through the free cells of a grid, to the nearest of many ends."""
+"""Any-angle shortest paths through the free cells of a grid, to the nearest of many goals.
+
+Dijkstra over moves of up to three cells, then string pulling.
+"""
 
 from __future__ import annotations
 
@@ -10,18 +13,18 @@ from scipy.sparse.csgraph import dijkstra
 
 from onemap_shared.geometry import F64, I64, Bool
 
-# Half of the moves of up to three cells in 32 directions, the others are their reverse. Ways
-# along them are within 1.4 % of the shortest; along eight directions they are 8 % longer.
+# Half of the moves of up to three cells in 32 directions; the others are their reverse. Paths
+# along them are within 1.4 % of the shortest, along eight directions within 8 %.
 MOVES = [(x, y) for x in range(4) for y in range(-3, 4) if np.gcd(x, y) == 1 and (x, y) > (0, 0)]
 
 
 @dataclass(frozen=True, slots=True)
 class ShortestPaths:
-    """Shortest ways from every free cell to the nearest end.
+    """Shortest paths from every free cell to the nearest goal.
 
     free (nx, ny): cells that may be entered; number (nx, ny) int64: row of a free cell in what
-    follows, -1 elsewhere; cells (K, 2); lengths (K,) in cells, infinity without a way;
-    next_row (K,): the following cell on the way, negative at an end.
+    follows, -1 elsewhere; cells (K, 2); lengths (K,) in cells, infinity without a path;
+    next_row (K,): the following cell on the path, negative at a goal.
     """
 
     free: Bool
@@ -31,37 +34,37 @@ class ShortestPaths:
     next_row: I64
 
     @classmethod
-    def to(cls, ends: Bool, free: Bool) -> ShortestPaths:
-        """Ways within the free cells (nx, ny) to any of the ends (nx, ny), themselves free."""
+    def to(cls, goals: Bool, free: Bool) -> ShortestPaths:
+        """Paths within the free cells (nx, ny) to any of the goals (nx, ny), themselves free."""
         cells = np.argwhere(free)
         number = np.full(free.shape, -1, np.int64)
         number[free] = np.arange(len(cells))
-        if not ends.any():
+        if not goals.any():
             none = np.full(len(cells), -1, np.int64)
             return cls(free, number, cells, np.full(len(cells), np.inf), none)
         lengths, following, _ = dijkstra(
             _move_graph(free, number),
             directed=False,
-            indices=number[ends],
+            indices=number[goals],
             min_only=True,
             return_predecessors=True,
         )
         return cls(free, number, cells, lengths, following)
 
     def length(self, cell: I64) -> float:
-        """Length in cells of the way from a free cell (2,), infinity if there is none."""
+        """Length in cells of the path from a free cell (2,), infinity if there is none."""
         row = int(self.number[tuple(cell)])
         if not np.isfinite(self.lengths[row]):
             return np.inf
-        way = []
+        path = []
         while row >= 0:
-            way.append(self.cells[row])
+            path.append(self.cells[row])
             row = int(self.next_row[row])
-        return string_pulled_length(np.array(way), self.free)
+        return string_pulled_length(np.array(path), self.free)
 
 
 def string_pulled_length(cells: I64, free: Bool) -> float:
-    """Length, in cells, of a path of cells (N, 2) pulled tight within the free cells (nx, ny)."""
+    """Length in cells of a path (N, 2) after string pulling within the free cells (nx, ny)."""
     length, here = 0.0, 0
     while here < len(cells) - 1:
         ahead = len(cells) - 1
@@ -73,7 +76,7 @@ def string_pulled_length(cells: I64, free: Bool) -> float:
 
 
 def _move_graph(free: Bool, number: I64) -> coo_array:
-    """The moves between free cells that pass through free cells only, as a graph (K, K)."""
+    """The moves between free cells that cross free cells only, as a weighted graph (K, K)."""
     first, second, lengths = [], [], []
     cells = np.argwhere(free)
     around = np.pad(free, 3)
@@ -89,7 +92,7 @@ def _move_graph(free: Bool, number: I64) -> coo_array:
 
 
 def _line_is_free(start: I64, end: I64, free: Bool) -> bool:
-    """Whether the straight line between two cells' centres runs through free cells only."""
+    """Whether the straight line between the centres of two cells crosses free cells only."""
     cells = _line(start, end)
     return bool(free[cells[:, 0], cells[:, 1]].all())
 

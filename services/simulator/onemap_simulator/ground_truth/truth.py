@@ -1,6 +1,6 @@
-"""Simulated truth: how far things really are, for the summaries of demos and benchmarks.
+"""Ground truth of a scene: true distances to objects, for summaries of demos and benchmarks.
 
-Nothing that searches may read it.
+The planner and the mapper never read it.
 """
 
 from __future__ import annotations
@@ -28,11 +28,10 @@ ALL_HEIGHTS_M = (-np.inf, np.inf)
 
 @dataclass(frozen=True, slots=True)
 class CategoryDistances:
-    """What is true of one category seen from one place; infinity where there is no way.
+    """Distances from one place to one category; infinity without an instance or a path.
 
-    instances: how many there are; straight_line_m: to the outline of the nearest, seen from above;
-    path_m: the shortest way for the robot's disc to a success place (see ``success``), 0 if
-    the place is one.
+    instances: their number; straight_line_m: to the outline of the nearest, seen from above;
+    path_m: shortest path of the robot's disc to a success place (see the package), 0 at one.
     """
 
     instances: int
@@ -41,7 +40,7 @@ class CategoryDistances:
 
 
 class SceneTruth:
-    """Answers for one scene and a robot of one size; one thread at a time may ask."""
+    """Ground truth of one scene for a robot of one size; not thread-safe."""
 
     def __init__(
         self, scene: Scene, *, radius_m: float, height_m: float, eye_height_m: float
@@ -55,7 +54,7 @@ class SceneTruth:
         self._paths: dict[str, ShortestPaths] = {}
 
     def distances(self, name: str, x_m: float, y_m: float) -> CategoryDistances:
-        """The truth about a category name, in any case, from a place in metres."""
+        """Distances to a category, compared by normalised names, from a place in metres."""
         wanted, place = normalised(name), np.array([x_m, y_m])
         objects = self._instances(wanted)
         if not objects:
@@ -78,9 +77,9 @@ class SceneTruth:
         return self._grid, places
 
     def nearest(self, x_m: float, y_m: float) -> str:
-        """Category of the thing nearest to a place, seen from above; empty if it has no name.
+        """Category of the object nearest to a place, seen from above; empty if it is unnamed.
 
-        Of things above one another it is the highest. Walls and the like are left out.
+        Of objects above one another it is the highest. Structure, such as walls, is left out.
         """
         best, nearest = (np.inf, 0.0), ""
         triangles = self._triangles(np.ones(len(self.scene.faces), bool))
@@ -102,12 +101,12 @@ class SceneTruth:
         return self.scene.vertices[self.scene.faces[faces]].astype(np.float64)
 
     def _eyes(self, cells: I64) -> F32:
-        """Where (N, 3) the camera is above cells (N, 2), in metres."""
+        """Camera positions (N, 3) in metres above cells (N, 2)."""
         heights = np.full(len(cells), self._eye_height_m)
         return np.column_stack([self._grid.centres(cells), heights]).astype(np.float32)
 
     def _path_m(self, category: str, place: F64) -> float:
-        """Length of the way from a place (2,) to the nearest success place of a category."""
+        """Length in metres of the path from a place (2,) to a category's nearest success place."""
         start = _nearest(self._free, self._grid, place)
         if start is None:
             return np.inf
@@ -117,7 +116,7 @@ class SceneTruth:
 
 
 def truth_reply(truth: SceneTruth, request: TruthRequest) -> Truth:
-    """All that is true of the request's category and place; raises ValueError."""
+    """The reply to a request; ValueError if its place is not finite."""
     if not np.isfinite((request.x_m, request.y_m)).all():
         raise ValueError(f"the place ({request.x_m}, {request.y_m}) is not finite")
     found = truth.distances(request.name, request.x_m, request.y_m)

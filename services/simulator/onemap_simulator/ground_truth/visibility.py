@@ -1,4 +1,4 @@
-"""From which places is a thing in sight?"""
+"""Visibility of objects from camera positions, by rays to sampled surface points."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from onemap_shared.geometry import F32, F64, Bool
 from onemap_simulator.rendering.ray_tracer import SHADOW_MARGIN, RayTracer
 from onemap_simulator.scene.scene import Scene
 
-SAMPLES = 48  # surface points per thing: 0.1 m apart on a chair
+SAMPLES = 48  # surface points per object: 0.1 m apart on a chair
 # Fractional parts of the multiples of these fill the unit cube evenly (Roberts, R3 sequence).
 _EVEN: F64 = 1.2207440846057596 ** -np.arange(1.0, 4.0)
 
 
 def visible_from(tracer: RayTracer, scene: Scene, index: int, eyes: F32) -> Bool:
-    """Whether (N,) object ``index`` is in sight from eyes (N, 3) float32 in metres.
+    """Whether (N,) object ``index`` is visible from eyes (N, 3) float32 in metres.
 
-    It is if the ray to any of its sampled surface points reaches the object before anything
-    else. A part of the object that hides the point counts as the object.
+    It is if the ray to any of its sampled surface points hits no other object first. A part of
+    the object that occludes the point counts as the object.
     """
     seen = np.zeros(len(eyes), bool)
     triangles = scene.vertices[scene.faces[scene.face_object == index]].astype(np.float64)
@@ -32,10 +32,10 @@ def visible_from(tracer: RayTracer, scene: Scene, index: int, eyes: F32) -> Bool
 
 
 def surface_points(triangles: F64, count: int) -> F64:
-    """Points (count, 3) spread over triangles (N, 3, 3) by area, the same in every call.
+    """Points (count, 3) spread evenly by area over triangles (N, 3, 3), deterministic.
 
-    The first few already cover the whole surface coarsely. Triangles without any area give
-    their corners.
+    Any first few of them cover the surface coarsely. Triangles without any area give their
+    corners.
     """
     edges = triangles[:, 1:] - triangles[:, :1]
     area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).cumsum()

@@ -1,1 +1,1 @@
-"""Plays a recording in place of a robot."""
+"""Replay service: publishes a recording in place of a robot."""

@@ -10,7 +10,7 @@ from onemap_shared.params import Params
 
 
 class ReplayConfig(Params):
-    """Which recording is played and how."""
+    """The recording to play, and its rate."""
 
     directory: Path = Field(
         default=Path("recording"), description="Folder that holds frames.json and its PNG files."

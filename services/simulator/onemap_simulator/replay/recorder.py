@@ -1,4 +1,4 @@
-"""Writes a recording that ``Recording`` reads."""
+"""Write recordings in the format that ``Recording`` reads."""
 
 from __future__ import annotations
 

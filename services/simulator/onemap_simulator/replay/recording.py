@@ -27,7 +27,7 @@ MILLIMETRE = 0.001
 
 
 class RecordingError(Exception):
-    """A recording that cannot be played; the text is one sentence that says why."""
+    """A recording cannot be played; the text is one sentence with the reason."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class RecordedFrame:
 
 @dataclass(frozen=True, slots=True)
 class _Entry:
-    """Where one frame's images lie and where it was taken from."""
+    """One frame of the index: paths of its images and its pose."""
 
     colour: Path
     depth: Path
@@ -50,7 +50,7 @@ class _Entry:
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """A checked index; images are read and checked one by one.
+    """A recording whose index is checked; images are read and checked one by one.
 
     ``size`` is (width, height); ``scale_mm`` turns stored depth into millimetres.
     """

@@ -1,8 +1,7 @@
-"""The replay service: a recording's frames on the bus, as if a robot drove by.
+"""The replay service: publishes the frames of a recording like a robot.
 
-Stamps and sequence numbers are those of the replay, not of the recording: a frame is
-stamped with the moment it is published, so that all that watches ages works as with a
-robot. Velocity commands are ignored.
+Frames are stamped and numbered when they are published, so that checks of staleness
+work as with a robot. Velocity commands are ignored.
 """
 
 from __future__ import annotations
@@ -37,18 +36,18 @@ class ReplayWorker:
         self._due_s = time.monotonic()
 
     def step(self, timeout_s: float) -> None:
-        """Publish the next frame if it is due, else wait for it; afterwards idle."""
+        """Publish the next frame if it is due, else wait for it; idle after the last one."""
         wait_s = self._due_s - time.monotonic()
         if self._ended() or wait_s > timeout_s:
             time.sleep(timeout_s)
             return
         time.sleep(max(wait_s, 0.0))
-        # What a stall delayed is not caught up in a burst.
+        # Frames missed in a stall are not published in a burst.
         self._due_s = max(self._due_s + 1.0 / self._config.rate_hz, time.monotonic())
         self._publish(self._sequence % len(self._recording))
         self._sequence += 1
         if self._ended():
-            LOG.info("the last frame was played; idle from here on")
+            LOG.info("the last frame was played; idle from now on")
 
     def _ended(self) -> bool:
         return not self._config.loop and self._sequence >= len(self._recording)
@@ -85,7 +84,7 @@ class ReplayWorker:
         )
 
     def close(self) -> None:
-        """Nothing is held open."""
+        """Nothing to close: every image is closed once read."""
 
 
 def body_below(T_map_camera: F64) -> F64:
@@ -101,7 +100,7 @@ def build(bus: Bus, config: ReplayConfig) -> ReplayWorker:
 
 
 def check(config: ReplayConfig) -> None:
-    """Raise StartError if there is no recording to play; takes a moment, and no bus."""
+    """Raise StartError if the recording cannot be played; fast, and without the bus."""
     open_recording(config)
 
 
@@ -109,7 +108,7 @@ def open_recording(config: ReplayConfig) -> Recording:
     """The recording; StartError if its index or its first frame cannot be read."""
     try:
         recording = Recording.open(config.directory)
-        recording.frame(0)  # a recording that cannot be read at all should not start
+        recording.frame(0)  # fail at the start if no image can be read
     except RecordingError as problem:
         raise StartError(str(problem)) from problem
     return recording
