@@ -1,4 +1,4 @@
-"""What is understood of a user's scene, and what is said about one that is wrong."""
+"""The interpretation of scene files, and the problems and warnings of wrong ones."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import trimesh
 
 from onemap_simulator.inspection import SceneInspection, inspect_scene
 from onemap_simulator.scene.loading import load_scene
-from tests.simulator.scene.test_loading import room_of
+from tests.simulator.scene.files import room_of
 
 
 def inspected(path: Path) -> SceneInspection:
@@ -25,7 +25,7 @@ def room(folder: Path, *, yaml: str = "", scale: float = 1.0) -> Path:
     return path
 
 
-def test_a_good_room_is_understood_as_the_simulator_loads_it(tmp_path: Path) -> None:
+def test_a_good_room_is_interpreted_as_the_simulator_loads_it(tmp_path: Path) -> None:
     found = inspected(room(tmp_path, yaml="categories: {coffee_table_1: stool}"))
     loaded = load_scene(tmp_path / "room.glb")
     assert found.searchable
@@ -43,7 +43,7 @@ def test_a_good_room_is_understood_as_the_simulator_loads_it(tmp_path: Path) -> 
     assert by_name["floor"].triangles == 12
 
 
-def test_the_reachable_floor_is_the_room_less_the_robots_distance_to_things(
+def test_the_reachable_floor_is_the_room_less_the_robots_distance_to_objects(
     tmp_path: Path,
 ) -> None:
     floor = inspected(room(tmp_path)).floor
@@ -54,12 +54,12 @@ def test_the_reachable_floor_is_the_room_less_the_robots_distance_to_things(
     assert floor.reachable_m2 == pytest.approx(expected, rel=0.06)
 
 
-def test_the_reason_for_the_up_axis_is_told(tmp_path: Path) -> None:
+def test_the_reason_for_the_up_axis_is_given(tmp_path: Path) -> None:
     room_of("z").export(tmp_path / "flat.obj")
     assert inspected(tmp_path / "flat.obj").up == "z"
     assert "assumed" in inspected(tmp_path / "flat.obj").up_reason
     (tmp_path / "flat.yaml").write_text("up: z")
-    assert inspected(tmp_path / "flat.obj").up_reason == "said by flat.yaml"
+    assert inspected(tmp_path / "flat.obj").up_reason == "given by flat.yaml"
 
 
 @pytest.mark.parametrize(("scale", "unit"), [(100.0, "centimetres"), (1000.0, "millimetres")])
@@ -74,13 +74,13 @@ def test_a_scene_in_another_unit_is_no_room_for_a_robot(
         load_scene(tmp_path / "room.glb")
 
 
-def test_a_tiny_scene_is_doubted(tmp_path: Path) -> None:
+def test_a_tiny_scene_gets_a_warning(tmp_path: Path) -> None:
     found = inspected(room(tmp_path, scale=0.01))
     assert "is its unit the metre?" in found.warnings[0]
     assert not found.searchable
 
 
-def test_a_node_that_does_not_exist_keeps_a_robot_out(tmp_path: Path) -> None:
+def test_a_node_that_does_not_exist_is_a_problem(tmp_path: Path) -> None:
     found = inspected(room(tmp_path, yaml="categories: {divan: sofa}"))
     assert not found.searchable
     assert "no node is called 'divan'" in found.problems[0]
@@ -88,14 +88,14 @@ def test_a_node_that_does_not_exist_keeps_a_robot_out(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("start", ["[1.0, 1.0, 0]", "[9, 9, 0]"])
-def test_a_start_where_nobody_can_stand_is_told(tmp_path: Path, start: str) -> None:
+def test_a_start_where_the_robot_does_not_fit_is_a_problem(tmp_path: Path, start: str) -> None:
     found = inspected(room(tmp_path, yaml=f"start: {start}"))
     assert not found.searchable
     assert "cannot stand at the start" in found.problems[0]
     assert found.start_from_yaml
 
 
-def test_no_free_floor_is_told(tmp_path: Path) -> None:
+def test_no_free_floor_is_a_problem(tmp_path: Path) -> None:
     trimesh.creation.box((0.4, 0.4, 1.0)).export(tmp_path / "post.ply")
     found = inspected(tmp_path / "post.ply")
     assert not found.searchable
@@ -103,7 +103,7 @@ def test_no_free_floor_is_told(tmp_path: Path) -> None:
     assert "no free floor" in found.problems[0]
 
 
-def test_a_scene_without_floor_is_driven_on_a_plane_and_told_so(tmp_path: Path) -> None:
+def test_a_scene_without_floor_gets_a_plane_and_a_warning(tmp_path: Path) -> None:
     scene = trimesh.Scene()
     for name, x in (("wall_1", 0.0), ("wall_2", 4.0)):
         wall = trimesh.creation.box((0.1, 4.0, 2.0))
@@ -115,7 +115,7 @@ def test_a_scene_without_floor_is_driven_on_a_plane_and_told_so(tmp_path: Path) 
     assert "No floor was found" in found.warnings[0]
 
 
-def test_nodes_that_nobody_named_are_counted(tmp_path: Path) -> None:
+def test_nodes_without_a_name_are_counted(tmp_path: Path) -> None:
     scene = room_of("y")
     box = trimesh.creation.box((0.2, 0.2, 0.2))
     scene.add_geometry(box, node_name="geometry_7", geom_name="geometry_7")

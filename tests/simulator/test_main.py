@@ -1,4 +1,4 @@
-"""What a robot of files refuses before it waits for a router, as real processes."""
+"""Errors that simulator and replay report before they wait for a router, as real processes."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ def robot() -> Iterator[Robot]:
     robot.worker.close()
 
 
-def test_publishes_pictures_with_the_pose_of_the_same_instant(robot: Robot) -> None:
+def test_publishes_images_with_the_pose_of_the_same_instant(robot: Robot) -> None:
     assert not robot.worker.health().ready
     frames = []
 
@@ -92,7 +92,7 @@ def test_obeys_commands_and_stops_when_they_cease(robot: Robot) -> None:
     assert metrics["deadman_stops"] == 1
 
 
-def test_answers_the_truth_to_those_who_sum_up(robot: Robot) -> None:
+def test_replies_with_the_ground_truth(robot: Robot) -> None:
     truth = robot.bus.call(ROBOT_TRUTH, TruthRequest("sofa", 1.5, 2.4))
     assert truth.instances == 1
     assert truth.distance_m == pytest.approx(1.0)

@@ -134,7 +134,7 @@ def _nodes(file: SceneFile) -> tuple[SceneNode, ...]:
 
 def _up_reason(file: SceneFile) -> str:
     if file.corrections.up:
-        return f"said by {file.yaml.name}"
+        return f"given by {file.yaml.name}"
     if file.path.suffix.lower() in Y_UP_SUFFIXES:
         return "the glTF standard"
     return f"assumed, the format does not say; 'up: y' in {file.yaml.name} changes it"

@@ -32,3 +32,14 @@ def block(width: float, depth: float, height: float) -> Model:
 
 def make_placer(layout: RoomLayout, space: int = 1) -> Placer:
     return Placer(layout, Sampler(np.random.default_rng(0), TRAINING), space)
+
+
+def room_of(kind: str) -> FloorPlan:
+    """A hub and one large room of the kind."""
+    return FloorPlan(
+        spaces=(Space("hallway", (0, 0, 6, 2)), Space(kind, (0, 2, 6, 8))),
+        doors=(Opening(0, 2.0, 2.5, 3.5, 0.0, 2.05, (0, 1)),),
+        entrance=Opening(1, 0.0, 0.5, 1.5, 0.0, 2.05, (0,)),
+        windows=(),
+        height_m=2.6,
+    )

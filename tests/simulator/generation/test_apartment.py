@@ -102,7 +102,7 @@ def test_the_start_is_free_and_in_a_room(seed: int, style: Style) -> None:
 
 
 @every_case
-def test_many_kinds_of_things_in_few_triangles(seed: int, style: Style) -> None:
+def test_many_categories_in_few_triangles(seed: int, style: Style) -> None:
     scene = apartment(seed, style)
     assert len(scene.categories) >= 45
     assert len(scene.faces) < 60_000
@@ -113,7 +113,7 @@ def test_many_kinds_of_things_in_few_triangles(seed: int, style: Style) -> None:
 
 
 @every_case
-def test_things_stay_inside_the_apartment(seed: int, style: Style) -> None:
+def test_objects_stay_inside_the_apartment(seed: int, style: Style) -> None:
     scene = apartment(seed, style)
     bounds = np.array([room.bounds_m for room in scene.rooms])
     lower, upper = bounds[:, :2].min(axis=0) - 0.2, bounds[:, 2:].max(axis=0) + 0.2

@@ -7,7 +7,7 @@ from onemap_simulator.generation.placement import Placer
 from onemap_simulator.generation.room_layout import RoomLayout
 from onemap_simulator.generation.sampler import Sampler
 from onemap_simulator.generation.style import TRAINING
-from tests.simulator.generation.test_rooms import room_of
+from tests.simulator.generation.layouts import room_of
 
 
 def test_units_stand_side_by_side_against_one_wall_with_cabinets_above() -> None:

@@ -3,12 +3,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_simulator.generation.floor_plan import FloorPlan, Opening, Space
 from onemap_simulator.generation.placement import Placer
 from onemap_simulator.generation.room_layout import RoomLayout
 from onemap_simulator.generation.rooms import furnish
 from onemap_simulator.generation.sampler import Sampler
 from onemap_simulator.generation.style import TRAINING
+from tests.simulator.generation.layouts import room_of
 
 # Categories that a large room of each kind has in almost every draw.
 EXPECTED = {
@@ -20,17 +20,6 @@ EXPECTED = {
     "dining room": {"table", "chair"},
     "hallway": set(),
 }
-
-
-def room_of(kind: str) -> FloorPlan:
-    """A hub and one large room of the kind."""
-    return FloorPlan(
-        spaces=(Space("hallway", (0, 0, 6, 2)), Space(kind, (0, 2, 6, 8))),
-        doors=(Opening(0, 2.0, 2.5, 3.5, 0.0, 2.05, (0, 1)),),
-        entrance=Opening(1, 0.0, 0.5, 1.5, 0.0, 2.05, (0,)),
-        windows=(),
-        height_m=2.6,
-    )
 
 
 @pytest.mark.parametrize("kind", EXPECTED)

@@ -50,7 +50,7 @@ def test_inside_the_outline_the_distance_is_zero() -> None:
     assert truth_of(box_room()).distances("sofa", 2.8, 2.4).straight_line_m == 0.0
 
 
-def test_in_the_open_the_path_is_the_straight_way_less_the_success_radius() -> None:
+def test_in_the_open_the_path_is_the_straight_line_less_the_success_radius() -> None:
     builder = SceneBuilder().add("floor", (0, 0, 0), (9, 6, 2.5), sides=("z-", *WALL_SIDES))
     truth = truth_of(builder.add("ball", (7, 4, 0), (7.2, 4.2, 0.2)).build())
     for x, y in ((1.0, 1.0), (1.0, 4.1), (2.0, 5.0), (7.1, 0.6)):
@@ -121,18 +121,18 @@ def test_the_path_never_grows_by_more_than_the_step(
     assume(all(clearance_in_divided_room(p) > 0.3 for p in between))
     before = TRUTH.distances("bed", *place).path_m
     after = TRUTH.distances("bed", x, y).path_m
-    # Either place stands for its cell's centre, and ways are within 1.4 % of the shortest.
+    # Either place stands for its cell's centre, and paths are within 1.4 % of the shortest.
     assert after <= before + np.hypot(*step) + 2 * 0.05 / np.sqrt(2) + 0.014 * before
 
 
-def test_the_nearest_thing_is_named_and_walls_are_not() -> None:
+def test_the_nearest_object_is_named_and_walls_are_not() -> None:
     truth = truth_of(box_room())
     assert truth.nearest(1.0, 1.0) == "ball"
     assert truth.nearest(2.0, 2.5) == "sofa"
     assert truth.nearest(0.0, 3.0) == "sofa"
 
 
-def test_of_things_above_one_another_the_highest_is_nearest() -> None:
+def test_of_objects_above_one_another_the_highest_is_nearest() -> None:
     builder = SceneBuilder().add("floor", (0, 0, 0), (4, 3, 2.5), sides=("z-", *WALL_SIDES))
     builder.add("rug", (1, 1, 0), (3, 2, 0.01)).add("table", (1.5, 1, 0), (2.5, 2, 0.7))
     truth = truth_of(builder.add("wall", (1, 1, 2), (3, 2, 2.5)).build())
@@ -140,12 +140,12 @@ def test_of_things_above_one_another_the_highest_is_nearest() -> None:
     assert truth.nearest(1.1, 1.5) == "rug"
 
 
-def test_an_empty_room_has_no_nearest_thing() -> None:
+def test_an_empty_room_has_no_nearest_object() -> None:
     bare = SceneBuilder().add("floor", (0, 0, 0), (4, 3, 2.5), sides=("z-", *WALL_SIDES)).build()
     assert truth_of(bare).nearest(1.0, 1.0) == ""
 
 
-def test_a_nearest_thing_that_nobody_named_is_not_named() -> None:
+def test_an_unnamed_nearest_object_gives_no_name() -> None:
     scene = divided_room(("object", (1, 1, 0), (1.5, 1.5, 0.5)), BED)
     assert truth_of(scene).nearest(1.2, 1.2) == ""
     assert truth_of(scene).nearest(5.0, 1.2) == "bed"
@@ -165,7 +165,7 @@ def test_what_is_already_near_needs_no_path() -> None:
     assert truth_of(box_room()).distances("ball", 2.0, 0.5).path_m == 0.0
 
 
-def test_unknown_names_and_unreachable_things_are_infinitely_far() -> None:
+def test_unknown_names_and_unreachable_objects_are_infinitely_far() -> None:
     found = truth_of(box_room()).distances("elephant", 1.0, 1.0)
     assert (found.instances, found.straight_line_m, found.path_m) == (0, np.inf, np.inf)
     builder = SceneBuilder().add("floor", (0, 0, 0), (8, 3, 2.5), sides=("z-", *WALL_SIDES))
@@ -175,13 +175,13 @@ def test_unknown_names_and_unreachable_things_are_infinitely_far() -> None:
     assert found.path_m == np.inf
 
 
-def test_from_within_a_wall_there_is_no_way() -> None:
+def test_from_within_a_wall_there_is_no_path() -> None:
     assert truth_of(divided_room()).distances("bed", 3.0, 1.0).path_m == np.inf
 
 
 @settings(max_examples=50, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 2**16))
-def test_distance_from_above_agrees_with_many_points_on_the_triangles(seed: int) -> None:
+def test_horizontal_distance_agrees_with_many_points_on_the_triangles(seed: int) -> None:
     rng = np.random.default_rng(seed)
     triangles = rng.uniform(-1, 1, (3, 3, 3))
     place = rng.uniform(-2, 2, 2)

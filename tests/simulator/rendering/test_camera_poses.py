@@ -27,7 +27,7 @@ def test_poses_are_free_rigid_and_repeatable() -> None:
         assert 0.8 <= T[2, 3] <= 1.3
 
 
-def test_half_of_the_poses_show_a_thing_and_none_stares_at_a_wall() -> None:
+def test_half_of_the_poses_show_an_object_and_none_stares_at_a_wall() -> None:
     renderer = Renderer(SCENE)
     poses = sample_camera_poses(
         SCENE, np.random.default_rng(0), 40, CameraPoseRange((0.9, 1.0), (0.0, 0.3))
@@ -45,6 +45,6 @@ def test_a_scene_without_free_space_is_refused() -> None:
         sample_camera_poses(scene, np.random.default_rng(0), 1)
 
 
-def test_a_scene_without_things_still_gives_poses() -> None:
+def test_a_scene_without_objects_still_gives_poses() -> None:
     scene = SceneBuilder().add("wall", (0, 0, 0), (4, 3, 2.5)).build()
     assert len(sample_camera_poses(scene, np.random.default_rng(0), 4)) == 4

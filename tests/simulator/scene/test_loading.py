@@ -1,4 +1,4 @@
-"""Scenes of the user's: round trips through files, names, corrections, and bad input."""
+"""Scenes from files: round trips through every format, corrections, and scenes without floor."""
 
 from __future__ import annotations
 
@@ -11,27 +11,8 @@ import trimesh
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.scene.loading import floor_height, load_scene
 from onemap_simulator.scene.scene import Scene
+from tests.simulator.scene.files import RED, room_of
 from tests.simulator.scenes import object_vertices
-
-RED = [200, 40, 40, 255]
-
-
-def room_of(up: str) -> trimesh.Scene:
-    """A 4 m floor half a metre above the origin, a sofa and a coffee table on it."""
-    scene = trimesh.Scene()
-    parts = {
-        "floor": ((4.0, 4.0, 0.1), (0.0, 0.0, 0.45)),
-        "Sofa-01": ((1.0, 0.5, 0.6), (1.0, 1.0, 0.8)),
-        "coffee_table_1": ((0.4, 0.4, 0.4), (-1.4, -1.4, 0.7)),
-    }
-    for name, (size, at) in parts.items():
-        mesh = trimesh.creation.box(size)
-        mesh.apply_translation(at)
-        mesh.visual.vertex_colors = RED
-        if up == "y":
-            mesh.apply_transform(trimesh.transformations.rotation_matrix(-np.pi / 2, (1, 0, 0)))
-        scene.add_geometry(mesh, node_name=name, geom_name=name)
-    return scene
 
 
 def extent(scene: Scene, category: str) -> np.ndarray:

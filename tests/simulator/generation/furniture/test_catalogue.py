@@ -1,4 +1,4 @@
-"""Every maker gives sound, varied models of its category."""
+"""Every factory gives sound, varied models of its category."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_models_vary_with_the_seed_and_only_with_it(category: str) -> None:
 
 
 @pytest.mark.parametrize("category", EVERY)
-def test_small_things_fit_on_the_tops(category: str) -> None:
+def test_support_surfaces_lie_within_the_model(category: str) -> None:
     for seed in range(4):
         model = draw(category, seed)
         for top in model.support_surfaces:
