@@ -14,19 +14,17 @@ from onemap_simulator.generation.furniture.appliances import (
     toaster,
 )
 from onemap_simulator.generation.furniture.bathroom import washing_machine
-from onemap_simulator.generation.furniture.catalogue import kitchen_look
 from onemap_simulator.generation.furniture.kitchen import (
     DEPTH_M,
+    KitchenLook,
     kitchen_cabinet,
+    kitchen_look,
     kitchen_sink,
     wall_cabinet,
 )
 from onemap_simulator.generation.furniture.tableware import bottle, bowl, cup
-from onemap_simulator.generation.model import Material
 from onemap_simulator.generation.placement import Placer
 from onemap_simulator.generation.room_layout import PlacedModel
-
-Look = tuple[Material, Material, Material]
 
 
 def kitchen_row(placer: Placer) -> None:
@@ -60,7 +58,7 @@ def kitchen_row(placer: Placer) -> None:
     place_on(placer, supports, [(0.6, bottle), (0.5, bowl), (0.5, cup)])
 
 
-def _above(placer: Placer, row: list[PlacedModel], look: Look) -> None:
+def _above(placer: Placer, row: list[PlacedModel], look: KitchenLook) -> None:
     """Cabinets on the wall above base units."""
     for item in row:
         width = float(np.ptp([item.model.lower[0], item.model.upper[0]]))

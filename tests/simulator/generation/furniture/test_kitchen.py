@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_simulator.generation.furniture.catalogue import kitchen_look
 from onemap_simulator.generation.furniture.kitchen import (
     COUNTER_M,
     DEPTH_M,
     kitchen_cabinet,
+    kitchen_look,
     kitchen_sink,
     wall_cabinet,
 )

@@ -20,11 +20,18 @@ from onemap_simulator.generation.sampler import Sampler
 DEPTH_M = 0.6
 COUNTER_M = 0.9
 FRONT_Y = -DEPTH_M / 2
+KitchenLook = tuple[Material, Material, Material]  # body, worktop, handles
 
 
-def kitchen_cabinet(
-    sampler: Sampler, width: float, look: tuple[Material, Material, Material]
-) -> Model:
+def kitchen_look(sampler: Sampler) -> KitchenLook:
+    """Body, worktop and handles that all cabinets of one kitchen share."""
+    worktop = (
+        sampler.wood() if sampler.chance(0.5) else sampler.material("marble", 0.8, sampler.colour())
+    )
+    return (sampler.wood(), worktop, sampler.metal())
+
+
+def kitchen_cabinet(sampler: Sampler, width: float, look: KitchenLook) -> Model:
     """A base cabinet with doors or drawers under a worktop; ``look``: body, worktop, handles."""
     body, worktop, metal = look
     meshes = [box((width, DEPTH_M - 0.03, COUNTER_M - 0.14), (0, 0.015, 0.1))]
@@ -40,9 +47,7 @@ def kitchen_cabinet(
     )
 
 
-def wall_cabinet(
-    sampler: Sampler, width: float, look: tuple[Material, Material, Material]
-) -> Model:
+def wall_cabinet(sampler: Sampler, width: float, look: KitchenLook) -> Model:
     """A shallow cabinet to hang above a worktop; z = 0 is its underside."""
     height, depth = 0.62, 0.34
     leaves, handles = _fronts(sampler, width, (0.01, height - 0.01), -depth / 2, doors_only=True)
@@ -76,9 +81,7 @@ def _fronts(
     return leaves, handles
 
 
-def kitchen_sink(
-    sampler: Sampler, width: float, look: tuple[Material, Material, Material]
-) -> Model:
+def kitchen_sink(sampler: Sampler, width: float, look: KitchenLook) -> Model:
     """A basin with an apron front, set in the worktop's row, with an arched tap."""
     basin = (
         sampler.ceramic()

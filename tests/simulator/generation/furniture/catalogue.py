@@ -1,4 +1,4 @@
-"""The factories of every category of movable objects, doors and windows."""
+"""The factories of every category but walls, floors and ceilings, for tests of all models."""
 
 from __future__ import annotations
 
@@ -21,27 +21,19 @@ from onemap_simulator.generation.furniture import (
     tableware,
     wall_decor,
 )
-from onemap_simulator.generation.model import Material, Model
+from onemap_simulator.generation.model import Model
 from onemap_simulator.generation.sampler import ModelFactory, Sampler
-
-
-def kitchen_look(sampler: Sampler) -> tuple[Material, Material, Material]:
-    """Body, worktop and handles that all cabinets of one kitchen share."""
-    worktop = (
-        sampler.wood() if sampler.chance(0.5) else sampler.material("marble", 0.8, sampler.colour())
-    )
-    return (sampler.wood(), worktop, sampler.metal())
 
 
 def _kitchen_cabinet(sampler: Sampler) -> Model:
     make = sampler.choice([kitchen.kitchen_cabinet, kitchen.wall_cabinet])
-    return make(sampler, sampler.size(0.5, 0.9), kitchen_look(sampler))
+    return make(sampler, sampler.size(0.5, 0.9), kitchen.kitchen_look(sampler))
 
 
 def _sink(sampler: Sampler) -> Model:
     if sampler.chance(0.5):
         return bathroom.bathroom_sink(sampler)
-    return kitchen.kitchen_sink(sampler, sampler.size(0.6, 0.8), kitchen_look(sampler))
+    return kitchen.kitchen_sink(sampler, sampler.size(0.6, 0.8), kitchen.kitchen_look(sampler))
 
 
 def _door(sampler: Sampler) -> Model:
@@ -78,7 +70,9 @@ FACTORIES: Mapping[str, tuple[ModelFactory, ...]] = {
     "microwave": (appliances.microwave,),
     "kettle": (appliances.kettle,),
     "toaster": (appliances.toaster,),
-    "dishwasher": (lambda sampler: appliances.dishwasher(sampler, kitchen_look(sampler)[1]),),
+    "dishwasher": (
+        lambda sampler: appliances.dishwasher(sampler, kitchen.kitchen_look(sampler)[1]),
+    ),
     "toilet": (bathroom.toilet,),
     "bathtub": (bathroom.bathtub,),
     "shower": (bathroom.shower,),
