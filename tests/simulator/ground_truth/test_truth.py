@@ -102,7 +102,7 @@ def test_a_success_place_is_at_distance_zero_and_no_other_free_place_is() -> Non
     truth = truth_of(scene)
     grid, places = truth.success_cells("bed")
     free = CollisionMap.of(scene, 1.1, grid.cell_size_m).clearance >= 0.2
-    for cell in np.argwhere(free)[::5]:
+    for cell in np.argwhere(free)[::9]:
         distance = truth.distances("bed", *grid.centres(cell)).path_m
         assert (distance == 0.0) == places[tuple(cell)]
 
@@ -111,7 +111,7 @@ TRUTH = truth_of(divided_room())
 inside = st.tuples(st.floats(0.25, 5.75), st.floats(0.25, 3.75))
 
 
-@settings(max_examples=300, deadline=None, derandomize=True)
+@settings(max_examples=150, deadline=None, derandomize=True)
 @given(place=inside, step=st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5)))
 def test_the_path_never_grows_by_more_than_the_step(
     place: tuple[float, float], step: tuple[float, float]
