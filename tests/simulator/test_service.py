@@ -16,7 +16,7 @@ from onemap_shared.transport import RemoteError
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.pose_noise import PoseNoiseParams
 from onemap_simulator.rendering.rgbd_camera import CameraParams
-from onemap_simulator.service import SimulatorWorker, build
+from onemap_simulator.service import SimulatorWorker, build, check
 from tests.simulator.scenes import box_room
 
 CONFIG = SimulatorConfig(rgbd_hz=60, odometry_hz=200, camera=CameraParams(width=32, height=24))
@@ -125,8 +125,11 @@ def test_pose_noise_moves_the_report_and_not_the_robot() -> None:
     [("castle", "'castle' is unknown"), ("nowhere.glb", "does not exist"), ("a.stl", "suffix")],
 )
 def test_a_scene_that_cannot_be_opened_does_not_start(scene: str, reason: str) -> None:
+    config = SimulatorConfig(scene=scene)
     with pytest.raises(StartError, match=reason):
-        build(MemoryRouter().bus("simulator"), SimulatorConfig(scene=scene))
+        check(config)
+    with pytest.raises(StartError, match=reason):
+        build(MemoryRouter().bus("simulator"), config)
 
 
 def test_a_scene_of_the_users_starts(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Odometry, RgbdFrame
 from onemap_shared.runner import StartError
 from onemap_simulator.replay.config import ReplayConfig
-from onemap_simulator.replay.service import body_below, build
+from onemap_simulator.replay.service import body_below, build, check
 
 FAST = 60.0  # Hz
 
@@ -57,6 +57,8 @@ def test_an_unreadable_frame_is_left_out_and_counted(directory: Path) -> None:
 
 
 def test_a_recording_that_cannot_be_read_does_not_start(tmp_path: Path) -> None:
+    with pytest.raises(StartError, match="cannot read"):
+        check(ReplayConfig(directory=tmp_path))
     with pytest.raises(StartError, match="cannot read"):
         build(MemoryRouter().bus("replay"), ReplayConfig(directory=tmp_path))
 
