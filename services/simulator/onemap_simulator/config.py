@@ -20,16 +20,24 @@ class SimulatorConfig(Params):
         min_length=1,
         description="'apartment' for a generated one, or the path of a GLB, glTF, OBJ or PLY file.",
     )
-    seed: int = Field(default=1, ge=0, description="Of the generated apartment and of all noise.")
+    seed: int = Field(
+        default=1, ge=0, description="Seed of the generated apartment and of all noise."
+    )
     style: Literal["training", "held out"] = Field(
         default="training",
-        description="What a generated apartment is drawn from; 'held out' was never trained on.",
+        description="Distributions of a generated apartment; 'held out' was never trained on.",
     )
     rgbd_hz: float = Field(
-        default=8.0, gt=0, le=60, description="Twice the map updates a search needs."
+        default=8.0,
+        gt=0,
+        le=60,
+        description="Images per second: twice the map updates a search needs.",
     )
     odometry_hz: float = Field(
-        default=20.0, gt=0, le=200, description="Fresh enough for the path tracker."
+        default=20.0,
+        gt=0,
+        le=200,
+        description="Poses per second: fresh enough for the path tracker.",
     )
     robot: RobotParams = Field(default=RobotParams(), description="Body and drive.")
     camera: CameraParams = Field(default=CameraParams(), description="RGB-D camera.")

@@ -91,13 +91,13 @@ class _PoseSampler:
 
     def _random_object(self) -> int | None:
         """An object that is not structure: first a category, then one of its objects."""
-        things: dict[str, list[int]] = {}
+        by_category: dict[str, list[int]] = {}
         for index, obj in enumerate(self.scene.objects):
             if obj.category not in STRUCTURE:
-                things.setdefault(obj.category, []).append(index)
-        if not things:
+                by_category.setdefault(obj.category, []).append(index)
+        if not by_category:
             return None
-        return int(self.rng.choice(things[str(self.rng.choice(sorted(things)))]))
+        return int(self.rng.choice(by_category[str(self.rng.choice(sorted(by_category)))]))
 
     def _look(self, eye: F32, target: F32) -> F64:
         """T_map_camera of an eye (3,) that looks at a target (3,), with jitter (3,)."""
