@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_simulator.generation.style import HELD_OUT, TRAINING
 from onemap_simulator.generation.textures import FAMILIES, SIZE, smooth_noise, texture
 
 
@@ -36,12 +35,3 @@ def test_noise_spans_zero_to_one_at_the_size_asked() -> None:
     assert noise.min() >= 0
     assert noise.max() <= 1
     assert smooth_noise(np.random.default_rng(0), (32, 32), 96).shape == (96, 96)
-
-
-def test_styles_name_known_families_and_held_out_shares_no_cloth_or_floor() -> None:
-    for style in (TRAINING, HELD_OUT):
-        names = {*style.woods, *style.fabrics, *style.walls, *style.floors}
-        assert names <= set(FAMILIES)
-    assert not set(TRAINING.fabrics) & set(HELD_OUT.fabrics)
-    assert not set(TRAINING.floors) & set(HELD_OUT.floors)
-    assert not set(TRAINING.woods) & set(HELD_OUT.woods)
