@@ -15,13 +15,16 @@ from onemap_shared.messages import Layer, Occupancy, SearchView
 CELL_M = 0.1
 NO_POINTS = np.zeros((0, 2))
 PARAMS = PlannerConfig().params()
-POINT_ROBOT = CostmapParams(
-    radius_m=0.0,
-    margin_m=0.05,
-    inflation_radius_m=0.06,
-    inflation_weight=0.0,
-    escape_radius_m=0.3,
-    escape_below_m2=0.02,
+# Not validated: no robot is a point, but tests of one step need no room around theirs.
+POINT_ROBOT = CostmapParams().model_copy(
+    update={
+        "radius_m": 0.0,
+        "margin_m": 0.05,
+        "inflation_radius_m": 0.06,
+        "inflation_weight": 0.0,
+        "escape_radius_m": 0.3,
+        "escape_below_m2": 0.02,
+    }
 )
 
 

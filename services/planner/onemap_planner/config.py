@@ -25,38 +25,6 @@ from onemap_planner.world.regions import SimilarRegionParams
 from onemap_shared.params import Params
 
 
-class CostmapConfig(Params):
-    """How the robot's size turns the map into where it may drive."""
-
-    radius_m: PositiveFloat = Field(
-        default=0.2, description="Robot's radius seen from above, metres."
-    )
-    margin_m: float = Field(
-        default=0.05,
-        ge=0,
-        description="Metres kept from obstacles besides the radius: half a map cell.",
-    )
-    inflation_radius_m: PositiveFloat = Field(
-        default=0.55,
-        description="Clearance in metres from which on more is no better: half a wide door.",
-    )
-    inflation_weight: float = Field(
-        default=3.0,
-        ge=0,
-        description="Extra cost per metre at the least clearance; 3 keeps to the middle of doors.",
-    )
-    escape_radius_m: PositiveFloat = Field(
-        default=1.2,
-        description="Metres around a robot outside the navigable map through which it may leave: "
-        "a level camera at 1 m sees the floor only from about that far.",
-    )
-    escape_below_m2: PositiveFloat = Field(
-        default=1.0,
-        description="Square metres: a navigable pocket smaller than this is left by escaping; "
-        "nothing worth finding fits in it.",
-    )
-
-
 class DriveConfig(Params):
     """What the robot's drive may do."""
 
@@ -161,8 +129,8 @@ class PlannerConfig(Params):
     control_hz: PositiveFloat = Field(
         default=20.0, description="Commands per second: well within their validity of 300 ms."
     )
-    costmap: CostmapConfig = Field(
-        default=CostmapConfig(),
+    costmap: CostmapParams = Field(
+        default=CostmapParams(),
         description="Where the robot may drive: its size, in metres, against the map.",
     )
     frontier: FrontierConfig = Field(
@@ -201,7 +169,7 @@ class PlannerConfig(Params):
     def params(self) -> PlannerParams:
         """The same as the plain values that the pure modules take."""
         return PlannerParams(
-            costmap=CostmapParams(**self.costmap.model_dump()),
+            costmap=self.costmap,
             frontier=FrontierParams(**self.frontier.model_dump()),
             region=SimilarRegionParams(**self.region.model_dump()),
             goal=GoalParams(**self.goal.model_dump()),

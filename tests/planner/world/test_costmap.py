@@ -28,7 +28,9 @@ OPEN = drawn_map(*["." * 5] * 5, scale=5)
 @given(arrays(np.uint8, (9, 8), elements=st.sampled_from([0, 1, 2])))
 def test_navigable_is_free_with_room_for_the_robot(occupancy: np.ndarray) -> None:
     map_view = replace(drawn_map(*["." * 8] * 9), occupancy=occupancy)
-    params = replace(POINT_ROBOT, radius_m=0.1, margin_m=0.0, escape_below_m2=0.0)
+    params = POINT_ROBOT.model_copy(
+        update={"radius_m": 0.1, "margin_m": 0.0, "escape_below_m2": 0.0}
+    )
     costmap = costmap_of(map_view, (0.05, 0.05), params)
     away = clearances(occupancy == Occupancy.OCCUPIED, 0.1)
     free = occupancy == Occupancy.FREE

@@ -2,31 +2,60 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
+from pydantic import Field, PositiveFloat
 from scipy import ndimage
 
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F32, F64, I64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
+from onemap_shared.params import Params
 
 CONNECTIVITY_8 = np.ones((3, 3), bool)  # diagonal neighbours are neighbours
 IMPASSABLE = -1.0  # MCP_Geometric's mark for cells that no path enters
 ESCAPE_COST = 5.0  # a metre outside N costs at least five inside: leave by the short way
 
 
-@dataclass(frozen=True, slots=True)
-class CostmapParams:
-    """How the robot's size turns occupancy into N; see ``PlannerConfig`` for the values."""
+class CostmapParams(Params):
+    """How the robot's size turns occupancy into the navigable map and its costs."""
 
-    radius_m: float
-    margin_m: float
-    inflation_radius_m: float
-    inflation_weight: float
-    escape_radius_m: float
-    escape_below_m2: float
+    former_keys: ClassVar[Mapping[str, str]] = {
+        "comfort_m": "inflation_radius_m",
+        "comfort_weight": "inflation_weight",
+    }
+
+    radius_m: PositiveFloat = Field(
+        default=0.2, description="Robot's radius seen from above, metres."
+    )
+    margin_m: float = Field(
+        default=0.05,
+        ge=0,
+        description="Metres kept from obstacles besides the radius: half a map cell.",
+    )
+    inflation_radius_m: PositiveFloat = Field(
+        default=0.55,
+        description="Clearance in metres from which on more is no better: half a wide door.",
+    )
+    inflation_weight: float = Field(
+        default=3.0,
+        ge=0,
+        description="Extra cost per metre at the least clearance; 3 keeps to the middle of doors.",
+    )
+    escape_radius_m: PositiveFloat = Field(
+        default=1.2,
+        description="Metres around a robot outside the navigable map through which it may leave: "
+        "a level camera at 1 m sees the floor only from about that far.",
+    )
+    escape_below_m2: PositiveFloat = Field(
+        default=1.0,
+        description="Square metres: a navigable pocket smaller than this is left by escaping; "
+        "nothing worth finding fits in it.",
+    )
 
 
 @dataclass(frozen=True, slots=True)
