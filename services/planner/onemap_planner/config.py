@@ -9,7 +9,6 @@ from pydantic import Field, PositiveFloat, PositiveInt
 from onemap_planner.config_search import (
     ConsensusConfig,
     ExploreConfig,
-    FrontierConfig,
     GoalConfig,
     SimilarRegionConfig,
 )
@@ -133,8 +132,8 @@ class PlannerConfig(Params):
         default=CostmapParams(),
         description="Where the robot may drive: its size, in metres, against the map.",
     )
-    frontier: FrontierConfig = Field(
-        default=FrontierConfig(),
+    frontier: FrontierParams = Field(
+        default=FrontierParams(),
         description="What counts as a border of the explored that is worth a visit.",
     )
     region: SimilarRegionConfig = Field(
@@ -170,7 +169,7 @@ class PlannerConfig(Params):
         """The same as the plain values that the pure modules take."""
         return PlannerParams(
             costmap=self.costmap,
-            frontier=FrontierParams(**self.frontier.model_dump()),
+            frontier=self.frontier,
             region=SimilarRegionParams(**self.region.model_dump()),
             goal=GoalParams(**self.goal.model_dump()),
             consensus=ConsensusParams(**self.consensus.model_dump()),

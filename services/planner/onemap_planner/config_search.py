@@ -7,33 +7,6 @@ from pydantic import Field, PositiveFloat, PositiveInt
 from onemap_shared.params import Params
 
 
-class FrontierConfig(Params):
-    """What counts as a frontier."""
-
-    min_length_m: PositiveFloat = Field(
-        default=0.4, description="Metres; shorter borders are gaps that the robot cannot pass."
-    )
-    max_length_m: PositiveFloat = Field(
-        default=2.5,
-        description="Metres; longer borders are cut, so that their middle is worth a visit.",
-    )
-    min_beyond_m2: PositiveFloat = Field(
-        default=0.15, description="Square metres; smaller unknown or unexplored spots are noise."
-    )
-    blind_spot_m2: PositiveFloat = Field(
-        default=3.0,
-        description="Square metres of unknown floor amid known floor that are no frontier: a "
-        "camera at 1 m does not see a circle of 0.9 m around its own feet.",
-    )
-    unknown_prior: float = Field(
-        default=0.2,
-        ge=0,
-        le=1,
-        description="Similarity expected in space nobody has seen: above the usual 0.1 of wrong "
-        "things, so that the unknown is preferred to a second look at them.",
-    )
-
-
 class SimilarRegionConfig(Params):
     """What counts as a region worth looking at again."""
 

@@ -11,25 +11,43 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from pydantic import Field, PositiveFloat
 from scipy import ndimage
 
 from onemap_planner.world.costmap import CONNECTIVITY_8, Costmap
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F64, I32, I64, Bool
 from onemap_shared.messages import Occupancy
+from onemap_shared.params import Params
 
 CONNECTIVITY_4 = ndimage.generate_binary_structure(2, 1)
 
 
-@dataclass(frozen=True, slots=True)
-class FrontierParams:
-    """What counts as a frontier; see ``PlannerConfig`` for the values."""
+class FrontierParams(Params):
+    """What counts as a frontier."""
 
-    min_length_m: float
-    max_length_m: float
-    min_beyond_m2: float
-    blind_spot_m2: float
-    unknown_prior: float
+    min_length_m: PositiveFloat = Field(
+        default=0.4, description="Metres; shorter borders are gaps that the robot cannot pass."
+    )
+    max_length_m: PositiveFloat = Field(
+        default=2.5,
+        description="Metres; longer borders are cut, so that their middle is worth a visit.",
+    )
+    min_beyond_m2: PositiveFloat = Field(
+        default=0.15, description="Square metres; smaller unknown or unexplored spots are noise."
+    )
+    blind_spot_m2: PositiveFloat = Field(
+        default=3.0,
+        description="Square metres of unknown floor amid known floor that are no frontier: a "
+        "camera at 1 m does not see a circle of 0.9 m around its own feet.",
+    )
+    unknown_prior: float = Field(
+        default=0.2,
+        ge=0,
+        le=1,
+        description="Similarity expected in space nobody has seen: above the usual 0.1 of wrong "
+        "things, so that the unknown is preferred to a second look at them.",
+    )
 
 
 @dataclass(frozen=True, slots=True)
