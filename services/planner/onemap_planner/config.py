@@ -10,7 +10,6 @@ from onemap_planner.config_search import (
     ConsensusConfig,
     ExploreConfig,
     GoalConfig,
-    SimilarRegionConfig,
 )
 from onemap_planner.motion.progress import RecoveryParams
 from onemap_planner.motion.pure_pursuit import DriveParams
@@ -136,8 +135,8 @@ class PlannerConfig(Params):
         default=FrontierParams(),
         description="What counts as a border of the explored that is worth a visit.",
     )
-    region: SimilarRegionConfig = Field(
-        default=SimilarRegionConfig(),
+    region: SimilarRegionParams = Field(
+        default=SimilarRegionParams(),
         description="What counts as a place on the map that is worth a second look.",
     )
     goal: GoalConfig = Field(
@@ -170,7 +169,7 @@ class PlannerConfig(Params):
         return PlannerParams(
             costmap=self.costmap,
             frontier=self.frontier,
-            region=SimilarRegionParams(**self.region.model_dump()),
+            region=self.region,
             goal=GoalParams(**self.goal.model_dump()),
             consensus=ConsensusParams(**self.consensus.model_dump()),
             explore=ExploreParams(**self.explore.model_dump()),

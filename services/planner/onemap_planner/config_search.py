@@ -7,30 +7,6 @@ from pydantic import Field, PositiveFloat, PositiveInt
 from onemap_shared.params import Params
 
 
-class SimilarRegionConfig(Params):
-    """What counts as a region worth looking at again."""
-
-    threshold: float = Field(
-        default=0.3,
-        ge=0,
-        le=1,
-        description="Similarity from which the map is believed to show the object.",
-    )
-    last_threshold: float = Field(
-        default=0.1,
-        ge=0,
-        le=1,
-        description="The same when everything has been searched: the best match of an object that "
-        "was there, but badly seen, was 0.2 to 0.5 on the map of a weak encoder.",
-    )
-    last_looks: PositiveInt = Field(
-        default=5, description="Places to look at again then, the best ones: a minute of driving."
-    )
-    min_area_m2: PositiveFloat = Field(
-        default=0.01, description="Square metres: one map cell of 10 cm; a cup is not larger."
-    )
-
-
 class GoalConfig(Params):
     """How goals are weighed against each other."""
 

@@ -1,6 +1,5 @@
 """Both borders are frontiers; noise and blind spots are not."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -100,7 +99,7 @@ def test_before_giving_up_every_similar_place_counts_but_no_single_noisy_one() -
     map_view = drawn_map(".,", scale=5, similarity=similarity)
     assert find_regions(map_view, PARAMS.region) == ()
     assert len(remaining_regions(map_view, PARAMS.region)) == 2
-    best = remaining_regions(map_view, replace(PARAMS.region, last_looks=1))
+    best = remaining_regions(map_view, PARAMS.region.model_copy(update={"last_looks": 1}))
     assert [region.score for region in best] == pytest.approx([0.6])
-    pickier = replace(PARAMS.region, min_area_m2=0.02)
+    pickier = PARAMS.region.model_copy(update={"min_area_m2": 0.02})
     assert remaining_regions(map_view, pickier) == ()

@@ -5,21 +5,37 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from pydantic import Field, PositiveFloat, PositiveInt
 from scipy import ndimage
 
 from onemap_planner.world.costmap import CONNECTIVITY_8
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F64, I64, Bool
+from onemap_shared.params import Params
 
 
-@dataclass(frozen=True, slots=True)
-class SimilarRegionParams:
-    """What counts as a region; see ``PlannerConfig`` for the values."""
+class SimilarRegionParams(Params):
+    """What counts as a region worth a second look."""
 
-    threshold: float
-    last_threshold: float
-    last_looks: int
-    min_area_m2: float
+    threshold: float = Field(
+        default=0.3,
+        ge=0,
+        le=1,
+        description="Similarity from which the map is believed to show the object.",
+    )
+    last_threshold: float = Field(
+        default=0.1,
+        ge=0,
+        le=1,
+        description="The same when everything has been searched: the best match of an object that "
+        "was there, but badly seen, was 0.2 to 0.5 on the map of a weak encoder.",
+    )
+    last_looks: PositiveInt = Field(
+        default=5, description="Places to look at again then, the best ones: a minute of driving."
+    )
+    min_area_m2: PositiveFloat = Field(
+        default=0.01, description="Square metres: one map cell of 10 cm; a cup is not larger."
+    )
 
 
 @dataclass(frozen=True, slots=True)
