@@ -9,7 +9,6 @@ from pydantic import Field, PositiveFloat, PositiveInt
 from onemap_planner.config_search import (
     ConsensusConfig,
     ExploreConfig,
-    GoalConfig,
 )
 from onemap_planner.motion.progress import RecoveryParams
 from onemap_planner.motion.pure_pursuit import DriveParams
@@ -139,8 +138,8 @@ class PlannerConfig(Params):
         default=SimilarRegionParams(),
         description="What counts as a place on the map that is worth a second look.",
     )
-    goal: GoalConfig = Field(
-        default=GoalConfig(),
+    goal: GoalParams = Field(
+        default=GoalParams(),
         description="How places to go to are weighed against each other and the way there.",
     )
     consensus: ConsensusConfig = Field(
@@ -170,7 +169,7 @@ class PlannerConfig(Params):
             costmap=self.costmap,
             frontier=self.frontier,
             region=self.region,
-            goal=GoalParams(**self.goal.model_dump()),
+            goal=self.goal,
             consensus=ConsensusParams(**self.consensus.model_dump()),
             explore=ExploreParams(**self.explore.model_dump()),
             drive=DriveParams(**self.drive.model_dump()),

@@ -7,37 +7,6 @@ from pydantic import Field, PositiveFloat, PositiveInt
 from onemap_shared.params import Params
 
 
-class GoalConfig(Params):
-    """How goals are weighed against each other."""
-
-    travel_weight_per_m: float = Field(
-        default=0.04,
-        ge=0,
-        description="Similarity that a metre of way must be worth: 10 m for 0.4, the difference "
-        "between a hint and none.",
-    )
-    size_weight_per_m: float = Field(
-        default=0.04, ge=0, description="Bonus per metre of frontier: wide openings show more."
-    )
-    hysteresis: float = Field(
-        default=0.1,
-        ge=0,
-        description="Utility by which another goal must be better to change one's mind.",
-    )
-    same_goal_m: PositiveFloat = Field(
-        default=0.8, description="Metres a goal may shift between two maps and still be the same."
-    )
-    viewpoint_within_m: PositiveFloat = Field(
-        default=0.8, description="Metres from which a frontier counts as reached."
-    )
-    view_nearest_m: PositiveFloat = Field(
-        default=0.8, description="Metres; nearer, the camera looks over low things."
-    )
-    view_farthest_m: PositiveFloat = Field(
-        default=1.5, description="Metres; farther, small things are too few pixels."
-    )
-
-
 class ConsensusConfig(Params):
     """When detector and map agree."""
 

@@ -1,6 +1,5 @@
 """Both borders are frontiers; noise and blind spots are not."""
 
-
 import numpy as np
 import pytest
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import ClassVar
 
 import numpy as np
+from pydantic import Field, PositiveFloat
 from scipy import ndimage
 
 from onemap_planner.motion.path import CostToGo, line_is_clear
@@ -20,6 +22,7 @@ from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.frontiers import Frontier
 from onemap_planner.world.regions import SimilarRegion
 from onemap_shared.geometry import F64, I64
+from onemap_shared.params import Params
 
 
 class GoalKind(str, Enum):
@@ -33,17 +36,40 @@ class GoalKind(str, Enum):
         return self.value
 
 
-@dataclass(frozen=True, slots=True)
-class GoalParams:
-    """How goals are weighed; see ``PlannerConfig`` for the values."""
+class GoalParams(Params):
+    """How goals are weighed against each other."""
 
-    travel_weight_per_m: float
-    size_weight_per_m: float
-    hysteresis: float
-    same_goal_m: float
-    viewpoint_within_m: float
-    view_nearest_m: float
-    view_farthest_m: float
+    former_keys: ClassVar[Mapping[str, str]] = {
+        "keep_margin": "hysteresis",
+        "stand_within_m": "viewpoint_within_m",
+    }
+
+    travel_weight_per_m: float = Field(
+        default=0.04,
+        ge=0,
+        description="Similarity that a metre of way must be worth: 10 m for 0.4, the difference "
+        "between a hint and none.",
+    )
+    size_weight_per_m: float = Field(
+        default=0.04, ge=0, description="Bonus per metre of frontier: wide openings show more."
+    )
+    hysteresis: float = Field(
+        default=0.1,
+        ge=0,
+        description="Utility by which another goal must exceed the current one to replace it.",
+    )
+    same_goal_m: PositiveFloat = Field(
+        default=0.8, description="Metres a goal may shift between two maps and still be the same."
+    )
+    viewpoint_within_m: PositiveFloat = Field(
+        default=0.8, description="Metres from which a frontier counts as reached."
+    )
+    view_nearest_m: PositiveFloat = Field(
+        default=0.8, description="Metres; nearer, the camera looks over low things."
+    )
+    view_farthest_m: PositiveFloat = Field(
+        default=1.5, description="Metres; farther, small things are too few pixels."
+    )
 
 
 @dataclass(frozen=True, slots=True)
