@@ -7,7 +7,6 @@ from pathlib import Path
 from pydantic import Field, PositiveFloat, PositiveInt
 
 from onemap_planner.config_search import (
-    ConsensusConfig,
     ExploreConfig,
 )
 from onemap_planner.motion.progress import RecoveryParams
@@ -142,8 +141,8 @@ class PlannerConfig(Params):
         default=GoalParams(),
         description="How places to go to are weighed against each other and the way there.",
     )
-    consensus: ConsensusConfig = Field(
-        default=ConsensusConfig(),
+    consensus: ConsensusParams = Field(
+        default=ConsensusParams(),
         description="When a detection and the map agree, so that it is believed.",
     )
     explore: ExploreConfig = Field(
@@ -170,7 +169,7 @@ class PlannerConfig(Params):
             frontier=self.frontier,
             region=self.region,
             goal=self.goal,
-            consensus=ConsensusParams(**self.consensus.model_dump()),
+            consensus=self.consensus,
             explore=ExploreParams(**self.explore.model_dump()),
             drive=DriveParams(**self.drive.model_dump()),
             recovery=RecoveryParams(

@@ -7,32 +7,6 @@ from pydantic import Field, PositiveFloat, PositiveInt
 from onemap_shared.params import Params
 
 
-class ConsensusConfig(Params):
-    """When detector and map agree."""
-
-    percentile: float = Field(
-        default=95.0, ge=0, le=100, description="Cells must be in the top 5 percent (paper)."
-    )
-    floor: float = Field(
-        default=0.3,
-        ge=0,
-        le=1,
-        description="And have this similarity: some 5 percent are on top in every map.",
-    )
-    support_fraction: float = Field(
-        default=0.25,
-        ge=0,
-        le=1,
-        description="Part of a detection's cells that must agree; boxes hold background too.",
-    )
-    merge_m: PositiveFloat = Field(
-        default=0.5, description="Metres between two detections of one thing (or they share cells)."
-    )
-    min_sightings: PositiveInt = Field(
-        default=3, description="Agreeing detections before the robot walks up: one frame may err."
-    )
-
-
 class ExploreConfig(Params):
     """Times and distances of the search itself. Seconds run only while the senses are fresh."""
 

@@ -56,7 +56,7 @@ def sighting(x: float, cells: frozenset[tuple[int, int]] = frozenset()) -> Sight
     st.sampled_from([0.0, 50.0, 90.0, 95.0, 100.0]),
 )
 def test_the_threshold_marks_the_top_cells(similarity: F32, percentile: float) -> None:
-    params = replace(PARAMS.consensus, percentile=percentile, floor=0.0)
+    params = PARAMS.consensus.model_copy(update={"percentile": percentile, "floor": 0.0})
     threshold = similarity_threshold(similarity, params)
     top = np.nan_to_num(similarity, nan=-1.0) >= threshold - 1e-6
     assert (top >= top_cells(similarity, percentile)).all()

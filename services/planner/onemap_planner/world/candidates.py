@@ -11,10 +11,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from pydantic import Field, PositiveFloat, PositiveInt
 
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F32
 from onemap_shared.messages import Detections
+from onemap_shared.params import Params
 
 MAX_CELLS = 2000  # of one candidate: a bed covers about 400 cells of 10 cm
 MAX_CANDIDATES = 64  # bounded memory: the weakest candidates are forgotten beyond this
@@ -24,15 +26,30 @@ RECENT_SIGHTINGS = (
 SURFACE_SHARE = 0.25  # of the votes of the most seen cell; a stray point of one frame has less
 
 
-@dataclass(frozen=True, slots=True)
-class ConsensusParams:
-    """When detector and map agree; see ``PlannerConfig`` for the values."""
+class ConsensusParams(Params):
+    """When a detection and the map agree."""
 
-    percentile: float
-    floor: float
-    support_fraction: float
-    merge_m: float
-    min_sightings: int
+    percentile: float = Field(
+        default=95.0, ge=0, le=100, description="Cells must be in the top 5 percent (paper)."
+    )
+    floor: float = Field(
+        default=0.3,
+        ge=0,
+        le=1,
+        description="And have this similarity: some 5 percent are on top in every map.",
+    )
+    support_fraction: float = Field(
+        default=0.25,
+        ge=0,
+        le=1,
+        description="Part of a detection's cells that must agree; boxes hold background too.",
+    )
+    merge_m: PositiveFloat = Field(
+        default=0.5, description="Metres between two detections of one thing (or they share cells)."
+    )
+    min_sightings: PositiveInt = Field(
+        default=3, description="Agreeing detections before the robot walks up: one frame may err."
+    )
 
 
 @dataclass(frozen=True, slots=True)
