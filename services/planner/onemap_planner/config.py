@@ -6,9 +6,6 @@ from pathlib import Path
 
 from pydantic import Field, PositiveFloat, PositiveInt
 
-from onemap_planner.config_search import (
-    ExploreConfig,
-)
 from onemap_planner.motion.progress import RecoveryParams
 from onemap_planner.motion.pure_pursuit import DriveParams
 from onemap_planner.motion.staleness import StalenessParams
@@ -145,8 +142,8 @@ class PlannerConfig(Params):
         default=ConsensusParams(),
         description="When a detection and the map agree, so that it is believed.",
     )
-    explore: ExploreConfig = Field(
-        default=ExploreConfig(),
+    explore: ExploreParams = Field(
+        default=ExploreParams(),
         description="Times in seconds and distances in metres of the search itself.",
     )
     drive: DriveConfig = Field(
@@ -170,7 +167,7 @@ class PlannerConfig(Params):
             region=self.region,
             goal=self.goal,
             consensus=self.consensus,
-            explore=ExploreParams(**self.explore.model_dump()),
+            explore=self.explore,
             drive=DriveParams(**self.drive.model_dump()),
             recovery=RecoveryParams(
                 **self.recovery.model_dump(),

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
+
+from pydantic import Field, PositiveFloat, PositiveInt
 
 from onemap_planner.motion.progress import RecoveryParams
 from onemap_planner.motion.pure_pursuit import DriveParams
@@ -12,25 +16,64 @@ from onemap_planner.world.candidates import ConsensusParams
 from onemap_planner.world.costmap import CostmapParams
 from onemap_planner.world.frontiers import FrontierParams
 from onemap_planner.world.regions import SimilarRegionParams
+from onemap_shared.params import Params
 
 
-@dataclass(frozen=True, slots=True)
-class ExploreParams:
-    """Times and distances of the search itself; see ``PlannerConfig`` for the values."""
+class ExploreParams(Params):
+    """Times and distances of the search itself. Seconds run only while inputs are fresh."""
 
-    approach_nearest_m: float
-    approach_farthest_m: float
-    approach_last_resort_m: float
-    confirm_sightings: int
-    confirm_s: float
-    linger_s: float
-    settle_s: float
-    goal_base_s: float
-    goal_s_per_m: float
-    blacklist_radius_m: float
-    known_around: float
-    object_limit_s: float
-    patience_s: float
+    former_keys: ClassVar[Mapping[str, str]] = {"shun_m": "blacklist_radius_m"}
+
+    approach_nearest_m: PositiveFloat = Field(
+        default=0.7, description="Metres from the object's surface; nearer, it fills the image."
+    )
+    approach_farthest_m: PositiveFloat = Field(
+        default=1.1, description="Metres from the object's surface at which it counts as reached."
+    )
+    approach_last_resort_m: PositiveFloat = Field(
+        default=1.25,
+        description="Metres tried when nothing nearer can be reached; success is 1.5 m (paper), "
+        "and what the map takes for the surface may lie two cells before it.",
+    )
+    confirm_sightings: PositiveInt = Field(
+        default=6,
+        description="Agreeing detections while standing before it: a third of the frames. What "
+        "the detector takes for the object from afar flickers when seen from near.",
+    )
+    confirm_s: PositiveFloat = Field(
+        default=5.0,
+        description="Seconds to wait for them: 20 frames at the slowest useful rate of 4 Hz.",
+    )
+    linger_s: PositiveFloat = Field(
+        default=1.0,
+        description="Seconds at a goal for the map to take it in; it is left alone afterwards.",
+    )
+    settle_s: PositiveFloat = Field(
+        default=2.0, description="Seconds without any goal before the object counts as not found."
+    )
+    goal_base_s: PositiveFloat = Field(
+        default=15.0, description="Seconds allowed for any goal, turning included."
+    )
+    goal_s_per_m: PositiveFloat = Field(
+        default=5.0, description="Seconds allowed per metre of way: three times a slow drive."
+    )
+    blacklist_radius_m: PositiveFloat = Field(
+        default=0.5,
+        description="Metres around a goal that came to nothing in which no other is taken.",
+    )
+    known_around: float = Field(
+        default=0.4,
+        ge=0,
+        le=1,
+        description="Known part of the 1 m circle below which the robot first looks around: one "
+        "view shows 22 percent, in a corner 45 percent can be known.",
+    )
+    object_limit_s: PositiveFloat = Field(
+        default=600.0, description="Seconds per object; a flat of 100 m2 takes about 200."
+    )
+    patience_s: PositiveFloat = Field(
+        default=30.0, description="Seconds with stale or missing senses before the search fails."
+    )
 
 
 @dataclass(frozen=True, slots=True)
