@@ -18,52 +18,6 @@ from onemap_planner.world.regions import SimilarRegionParams
 from onemap_shared.params import Params
 
 
-class DriveConfig(Params):
-    """What the robot's drive may do."""
-
-    max_linear_mps: PositiveFloat = Field(
-        default=0.7, description="Top speed in m/s: slow walking."
-    )
-    max_angular_radps: PositiveFloat = Field(
-        default=1.5, description="Top turning rate in rad/s: a blur of 4 degrees at 20 frames/s."
-    )
-    max_linear_mps2: PositiveFloat = Field(
-        default=1.0, description="Acceleration in m/s^2: stops from top speed within 0.25 m."
-    )
-    max_angular_radps2: PositiveFloat = Field(
-        default=3.0, description="Turning acceleration in rad/s^2."
-    )
-    look_around_radps: PositiveFloat = Field(
-        default=1.0, description="rad/s of a look around: every direction is seen for 1.4 s."
-    )
-    reverse_mps: PositiveFloat = Field(
-        default=0.15, description="m/s backwards: no camera looks there."
-    )
-    lookahead_m: PositiveFloat = Field(
-        default=0.4,
-        description="Metres; the smallest pursuit distance that does not weave at 0.7 m/s.",
-    )
-    turn_in_place_rad: PositiveFloat = Field(
-        default=0.7,
-        description="Heading error in radians above which the robot turns before it drives.",
-    )
-    slow_clearance_m: PositiveFloat = Field(
-        default=0.5, description="Clearance in metres below which it slows down."
-    )
-    slow_fraction: PositiveFloat = Field(
-        default=0.4,
-        le=1,
-        description="Part of the top speed at which it passes the narrowest places.",
-    )
-    arrive_m: PositiveFloat = Field(
-        default=0.12,
-        description="Metres from the path's end that count as there: about one map cell.",
-    )
-    arrive_rad: PositiveFloat = Field(
-        default=0.15, description="Radians from the wanted heading: a tenth of the camera's view."
-    )
-
-
 class StalenessConfig(Params):
     """How old the senses may be while the robot moves."""
 
@@ -146,8 +100,8 @@ class PlannerConfig(Params):
         default=ExploreParams(),
         description="Times in seconds and distances in metres of the search itself.",
     )
-    drive: DriveConfig = Field(
-        default=DriveConfig(),
+    drive: DriveParams = Field(
+        default=DriveParams(),
         description="Speeds, accelerations and tolerances of driving along a path.",
     )
     staleness: StalenessConfig = Field(
@@ -168,7 +122,7 @@ class PlannerConfig(Params):
             goal=self.goal,
             consensus=self.consensus,
             explore=self.explore,
-            drive=DriveParams(**self.drive.model_dump()),
+            drive=self.drive,
             recovery=RecoveryParams(
                 **self.recovery.model_dump(),
                 bumper_m=self.costmap.radius_m + self.costmap.margin_m,

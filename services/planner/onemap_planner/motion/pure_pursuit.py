@@ -5,27 +5,57 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from pydantic import Field, PositiveFloat
 
 from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, wrap_angle
+from onemap_shared.params import Params
 
 
-@dataclass(frozen=True, slots=True)
-class DriveParams:
-    """What the robot may do; see ``PlannerConfig`` for the values."""
+class DriveParams(Params):
+    """Speeds, accelerations and tolerances of the drive."""
 
-    max_linear_mps: float
-    max_angular_radps: float
-    max_linear_mps2: float
-    max_angular_radps2: float
-    look_around_radps: float
-    reverse_mps: float
-    lookahead_m: float
-    turn_in_place_rad: float
-    slow_clearance_m: float
-    slow_fraction: float
-    arrive_m: float
-    arrive_rad: float
+    max_linear_mps: PositiveFloat = Field(
+        default=0.7, description="Top speed in m/s: slow walking."
+    )
+    max_angular_radps: PositiveFloat = Field(
+        default=1.5, description="Top turning rate in rad/s: a blur of 4 degrees at 20 frames/s."
+    )
+    max_linear_mps2: PositiveFloat = Field(
+        default=1.0, description="Acceleration in m/s^2: stops from top speed within 0.25 m."
+    )
+    max_angular_radps2: PositiveFloat = Field(
+        default=3.0, description="Turning acceleration in rad/s^2."
+    )
+    look_around_radps: PositiveFloat = Field(
+        default=1.0, description="rad/s of a look around: every direction is seen for 1.4 s."
+    )
+    reverse_mps: PositiveFloat = Field(
+        default=0.15, description="m/s backwards: no camera looks there."
+    )
+    lookahead_m: PositiveFloat = Field(
+        default=0.4,
+        description="Metres; the smallest pursuit distance that does not weave at 0.7 m/s.",
+    )
+    turn_in_place_rad: PositiveFloat = Field(
+        default=0.7,
+        description="Heading error in radians above which the robot turns before it drives.",
+    )
+    slow_clearance_m: PositiveFloat = Field(
+        default=0.5, description="Clearance in metres below which it slows down."
+    )
+    slow_fraction: PositiveFloat = Field(
+        default=0.4,
+        le=1,
+        description="Part of the top speed at which it passes the narrowest places.",
+    )
+    arrive_m: PositiveFloat = Field(
+        default=0.12,
+        description="Metres from the path's end that count as there: about one map cell.",
+    )
+    arrive_rad: PositiveFloat = Field(
+        default=0.15, description="Radians from the wanted heading: a tenth of the camera's view."
+    )
 
 
 @dataclass(frozen=True, slots=True)
