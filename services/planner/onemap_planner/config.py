@@ -18,27 +18,6 @@ from onemap_planner.world.regions import SimilarRegionParams
 from onemap_shared.params import Params
 
 
-class StalenessConfig(Params):
-    """How old the senses may be while the robot moves."""
-
-    max_odometry_age_s: PositiveFloat = Field(
-        default=0.5, description="Seconds since new odometry came: 0.35 m at top speed."
-    )
-    max_map_age_s: PositiveFloat = Field(
-        default=0.5,
-        description="Seconds since a new revision of the map came: two updates at 4 Hz.",
-    )
-    max_map_lag_s: PositiveFloat = Field(
-        default=1.0,
-        description="Seconds from the capture of the frame the map last took in to the robot's "
-        "clock now: an update period and what rendering, encoding and fusing take on two cores.",
-    )
-    max_plan_age_s: PositiveFloat = Field(
-        default=1.5,
-        description="Seconds a plan is followed without a newer one: four planning periods.",
-    )
-
-
 class RecoveryConfig(Params):
     """What to do when the robot does not get on."""
 
@@ -104,8 +83,8 @@ class PlannerConfig(Params):
         default=DriveParams(),
         description="Speeds, accelerations and tolerances of driving along a path.",
     )
-    staleness: StalenessConfig = Field(
-        default=StalenessConfig(),
+    staleness: StalenessParams = Field(
+        default=StalenessParams(),
         description="How old, in seconds, what the robot drives by may be: older stops it.",
     )
     recovery: RecoveryConfig = Field(
@@ -127,5 +106,5 @@ class PlannerConfig(Params):
                 **self.recovery.model_dump(),
                 bumper_m=self.costmap.radius_m + self.costmap.margin_m,
             ),
-            staleness=StalenessParams(**self.staleness.model_dump()),
+            staleness=self.staleness,
         )

@@ -12,6 +12,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from pydantic import Field, PositiveFloat
+
+from onemap_shared.params import Params
+
 MAX_COMPARABLE_LAG_S = 5.0  # a lag beyond this with fresh arrivals is a wrong stamp, not a slow map
 
 
@@ -24,14 +28,25 @@ class Arrival:
     at_s: float
 
 
-@dataclass(frozen=True, slots=True)
-class StalenessParams:
-    """Limits in seconds; see ``PlannerConfig`` for the values."""
+class StalenessParams(Params):
+    """How old, in seconds, the inputs may be while the robot moves."""
 
-    max_odometry_age_s: float
-    max_map_age_s: float
-    max_map_lag_s: float
-    max_plan_age_s: float
+    max_odometry_age_s: PositiveFloat = Field(
+        default=0.5, description="Seconds since new odometry came: 0.35 m at top speed."
+    )
+    max_map_age_s: PositiveFloat = Field(
+        default=0.5,
+        description="Seconds since a new revision of the map came: two updates at 4 Hz.",
+    )
+    max_map_lag_s: PositiveFloat = Field(
+        default=1.0,
+        description="Seconds from the capture of the frame the map last took in to the robot's "
+        "clock now: an update period and what rendering, encoding and fusing take on two cores.",
+    )
+    max_plan_age_s: PositiveFloat = Field(
+        default=1.5,
+        description="Seconds a plan is followed without a newer one: four planning periods.",
+    )
 
 
 @dataclass(frozen=True, slots=True)
