@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.path import CostToGo, cost_to_go_from
+from onemap_planner.policy.params import PlannerParams
 from onemap_planner.world.costmap import Costmap, CostmapParams, build_costmap
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F32
@@ -14,7 +14,7 @@ from onemap_shared.messages import Layer, Occupancy, SearchView
 
 CELL_M = 0.1
 NO_POINTS = np.zeros((0, 2))
-PARAMS = PlannerConfig().params()
+PARAMS = PlannerParams()
 # Not validated: no robot is a point, but tests of one step need no room around theirs.
 POINT_ROBOT = CostmapParams().model_copy(
     update={

@@ -237,7 +237,7 @@ class SimulatedSearch:
             self.targets_reset.append(self.state.search.index)
             self.world.since_reset = np.zeros_like(self.world.since_reset)
         seen = self.world.look()
-        params = self.config.params()
+        params = self.config
         observation = Observation(
             now_s=self.now_s,
             pose=self.world.pose,
@@ -258,7 +258,7 @@ class SimulatedSearch:
             self._control()
 
     def _control(self) -> None:
-        params = self.config.params().drive
+        params = self.config.drive
         command = STOP
         if self.decision is not None and not self.stale_reason and self.state.search.active:
             wanted = target_velocity(

@@ -1,36 +1,31 @@
-"""The configuration and the plain rules name the same things."""
-
-from dataclasses import fields
+"""The section ``planner``: former keys are named, nonsense is refused."""
 
 import pytest
 from pydantic import ValidationError
 
 from onemap_planner.config import PlannerConfig
-
-
-def test_every_rule_comes_from_the_configuration() -> None:
-    config = PlannerConfig()
-    params = config.params()
-    for group in fields(params):
-        given = getattr(config, group.name).model_dump()
-        taken = {field.name for field in fields(getattr(params, group.name))}
-        assert set(given) <= taken
-        assert taken - set(given) <= {"bumper_m"}  # follows from the robot's size
-
-
-def test_every_default_is_explained() -> None:
-    config = PlannerConfig()
-    for name, field in PlannerConfig.model_fields.items():
-        section = getattr(config, name)
-        nested = getattr(type(section), "model_fields", None)
-        assert field.description or nested
-        for key, inner in (nested or {}).items():
-            assert inner.description, f"{name}.{key}"
+from onemap_shared.config import ConfigError, section
 
 
 @pytest.mark.parametrize(
-    "section", [{"drive": {"max_linear_mps": -1.0}}, {"plan_hz": 0}, {"colour": "red"}]
+    "planner", [{"drive": {"max_linear_mps": -1.0}}, {"plan_hz": 0}, {"colour": "red"}]
 )
-def test_nonsense_is_refused(section: dict[str, object]) -> None:
+def test_nonsense_is_refused(planner: dict[str, object]) -> None:
     with pytest.raises(ValidationError):
-        PlannerConfig.model_validate(section)
+        PlannerConfig.model_validate(planner)
+
+
+@pytest.mark.parametrize(
+    ("planner", "new"),
+    [
+        ({"terrain": {"radius_m": 0.3}}, "costmap"),
+        ({"freshness": {}}, "staleness"),
+        ({"costmap": {"comfort_m": 0.5}}, "inflation_radius_m"),
+        ({"goal": {"keep_margin": 0.2}}, "hysteresis"),
+        ({"explore": {"shun_m": 0.5}}, "blacklist_radius_m"),
+        ({"recovery": {"max_bumps": 3}}, "max_stuck_count"),
+    ],
+)
+def test_a_former_key_is_refused_with_its_new_name(planner: dict[str, object], new: str) -> None:
+    with pytest.raises(ConfigError, match=f"is now called '{new}'"):
+        section({"planner": planner}, "planner", PlannerConfig)

@@ -51,7 +51,7 @@ class Planner:
 
     def __init__(self, bus: Bus, config: PlannerConfig) -> None:
         now_s = time.monotonic()
-        self._bus, self._config, self._params = bus, config, config.params()
+        self._bus, self._config = bus, config
         self._odometry = bus.subscribe(keys.ROBOT_ODOMETRY)
         self._revisions = bus.subscribe(keys.MAP_REVISION)
         self._commands = bus.publish(keys.ROBOT_CMD_VEL)
@@ -66,7 +66,7 @@ class Planner:
         self._planning_thread = PlanningThread(
             bus,
             self._registry,
-            self._params,
+            self._config,
             period_s=1.0 / config.plan_hz,
             now=lambda: ThreadInputs(self._inputs, self._controller.command),
         )
@@ -105,7 +105,7 @@ class Planner:
         if state is not None and state.search.active:
             problem = self._waiting(now_s)
         elif max(age.odometry_s, age.map_s) > IDLE_AGE_S:
-            problem = self._inputs.stale_reason(now_s, self._params.staleness)
+            problem = self._inputs.stale_reason(now_s, self._config.staleness)
         result = self._planning_thread.result
         view_age_s = math.inf if result.view_at_s is None else now_s - result.view_at_s
         metrics = {
@@ -137,10 +137,10 @@ class Planner:
             now_s=now_s,
             search_id=state.search.search_id if state is not None and state.search.active else "",
             pose=self._inputs.pose,
-            stale_reason=self._inputs.stale_reason(now_s, self._params.staleness),
+            stale_reason=self._inputs.stale_reason(now_s, self._config.staleness),
         )
         self._controller, send = update_command(
-            self._controller, self._planning_thread.result.plan, observation, self._params
+            self._controller, self._planning_thread.result.plan, observation, self._config
         )
         if send:
             self._send(self._controller.command.linear_mps, self._controller.command.angular_radps)
@@ -173,7 +173,7 @@ class Planner:
         )
 
     def _waiting(self, now_s: float) -> str:
-        fresh = self._inputs.stale_reason(now_s, self._params.staleness)
+        fresh = self._inputs.stale_reason(now_s, self._config.staleness)
         return fresh or self._planning_thread.result.stale_reason
 
     def _counters(self) -> dict[str, Counters]:

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from onemap_planner.motion.progress import ProgressMonitor, update_progress, virtual_obstacles_xy
+from onemap_planner.motion.progress import MotionSample, ProgressMonitor
 from onemap_planner.motion.pure_pursuit import STOP, Pose2d, Velocity
 from tests.planner.drawn_maps import PARAMS
 
@@ -20,9 +20,8 @@ def updated(
     command: Velocity = AHEAD,
     collided: bool = False,
 ) -> ProgressMonitor:
-    return update_progress(
-        progress, pose, command=command, collided=collided, now_s=now_s, params=PARAMS.recovery
-    )
+    sample = MotionSample(pose, command, collided, now_s)
+    return progress.update(sample, PARAMS.recovery, front_m=0.25)
 
 
 def test_standing_still_on_purpose_is_no_trouble() -> None:
@@ -39,7 +38,7 @@ def test_commanded_without_moving_it_backs_up_and_marks_the_place_ahead() -> Non
     assert updated(START, 2.9).backing_from is None
     stuck = updated(START, 3.1)
     assert stuck.backing_from == HERE
-    assert virtual_obstacles_xy(stuck).tolist() == [[pytest.approx(1.0), pytest.approx(2.25)]]
+    assert stuck.obstacles_xy.tolist() == [[pytest.approx(1.0), pytest.approx(2.25)]]
 
 
 def test_a_collision_counts_at_once_but_only_when_driving_at_it() -> None:

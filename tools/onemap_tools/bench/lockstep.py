@@ -31,7 +31,6 @@ from onemap_planner.motion.velocity_controller import (
     update_command,
 )
 from onemap_planner.policy.competition import rival_names, synonyms_of
-from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import Observation, step
 from onemap_planner.search.phases import EventStamp, Search, Starting
@@ -148,7 +147,7 @@ class LockstepSimulation:
         self.belief = BeliefMap(settings.mapper)
         self.state: PlannerState | None = None
         self._settings, self._perception = settings, perception
-        self._params: PlannerParams = settings.planner.params()
+        self._params = settings.planner
         self._scores = ScoreCache()
         self._queries: dict[str, TextQuery] = {}
         self._clock = SimulatedClock()

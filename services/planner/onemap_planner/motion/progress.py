@@ -1,36 +1,69 @@
-"""Noticing that the robot does not get on, and getting it free."""
+"""Progress checker: detects a robot that does not move as commanded, and backs it up."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
+from pydantic import Field, PositiveFloat, PositiveInt
 
 from onemap_planner.motion.pure_pursuit import Pose2d, Velocity
 from onemap_shared.geometry import F64, wrap_angle
+from onemap_shared.params import Params
 
 MOVED_M = 0.05  # less than this is noise of the odometry
 MOVED_RAD = 0.1
-COMMANDED_MPS = 0.04  # commands below these are the last touches at a goal
+COMMANDED_MPS = 0.04  # smaller commands are the last corrections at a goal
 COMMANDED_RADPS = 0.15
 
 
-@dataclass(frozen=True, slots=True)
-class RecoveryParams:
-    """When the robot counts as stuck; see ``PlannerConfig`` for the values."""
+class RecoveryParams(Params):
+    """When the robot counts as stuck, and how it backs up."""
 
-    stuck_s: float
-    back_up_m: float
-    back_up_s: float
-    virtual_obstacle_s: float
-    max_stuck_count: int
-    stuck_radius_m: float
-    bumper_m: float
+    former_keys: ClassVar[Mapping[str, str]] = {
+        "block_s": "virtual_obstacle_s",
+        "max_bumps": "max_stuck_count",
+        "bump_area_m": "stuck_radius_m",
+    }
+
+    stuck_s: PositiveFloat = Field(
+        default=3.0,
+        description="Seconds without moving although commanded: well above any start-up.",
+    )
+    back_up_m: PositiveFloat = Field(default=0.2, description="Metres to back up: one radius.")
+    back_up_s: PositiveFloat = Field(
+        default=2.5, description="Seconds after which backing up ends anyway."
+    )
+    virtual_obstacle_s: PositiveFloat = Field(
+        default=60.0,
+        description="Seconds that an obstacle which the robot ran into, but no map shows, stays "
+        "on the costmap: long enough to take another way, short enough for a door that opens.",
+    )
+    max_stuck_count: PositiveInt = Field(
+        default=3,
+        description="Times stuck in one place after which the goal is given up; after twice as "
+        "many the search fails.",
+    )
+    stuck_radius_m: PositiveFloat = Field(
+        default=1.0, description="Metres within which two places where it got stuck are one."
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class MotionSample:
+    """Pose, last velocity command and collision flag at ``now_s`` (seconds of active time)."""
+
+    pose: Pose2d
+    command: Velocity
+    collided: bool
+    now_s: float
 
 
 @dataclass(frozen=True, slots=True)
 class VirtualObstacle:
-    """A place the robot ran into that no map shows, believed until ``until_s``."""
+    """A point (metres) that the robot ran into, on the costmap until ``until_s``."""
 
     xy: tuple[float, float]
     until_s: float
@@ -38,10 +71,10 @@ class VirtualObstacle:
 
 @dataclass(frozen=True, slots=True)
 class ProgressMonitor:
-    """How the robot gets on. Seconds are attentive seconds.
+    """State of the progress checker. Seconds are active time.
 
     moved_at and moved_s: the last pose that differed clearly, and when; backing_from: where
-    backing up began, None when not; bumps: how often it got stuck near ``stuck_at``.
+    backing up began, None when not; stuck_count: how often it got stuck near ``stuck_at``.
     """
 
     moved_at: Pose2d
@@ -52,40 +85,36 @@ class ProgressMonitor:
     stuck_at: Pose2d | None = None
     virtual_obstacles: tuple[VirtualObstacle, ...] = ()
 
+    @property
+    def obstacles_xy(self) -> F64:
+        """Points (B, 2), metres, of the virtual obstacles."""
+        points = [obstacle.xy for obstacle in self.virtual_obstacles]
+        return np.array(points, dtype=np.float64).reshape(-1, 2)
 
-def update_progress(
-    progress: ProgressMonitor,
-    pose: Pose2d,
-    *,
-    command: Velocity,
-    collided: bool,
-    now_s: float,
-    params: RecoveryParams,
-) -> ProgressMonitor:
-    """The footing after a look at the pose: a new bump begins backing up, enough way ends it."""
-    progress = replace(
-        progress,
-        virtual_obstacles=tuple(b for b in progress.virtual_obstacles if b.until_s > now_s),
-    )
-    if progress.backing_from is not None:
-        done = pose.distance_to(progress.backing_from.xy) >= params.back_up_m
-        if done or now_s - progress.backing_since_s >= params.back_up_s:
-            return replace(progress, backing_from=None, moved_at=pose, moved_s=now_s)
-        return progress
-    driving = abs(command.linear_mps) > COMMANDED_MPS
-    commanded = driving or abs(command.angular_radps) > COMMANDED_RADPS
-    if not commanded or _moved(progress.moved_at, pose):
-        progress = replace(progress, moved_at=pose, moved_s=now_s)
-    if (collided and driving) or now_s - progress.moved_s > params.stuck_s:
-        return _mark_stuck(progress, pose, driving=driving, now_s=now_s, params=params)
-    return progress
+    def update(
+        self, sample: MotionSample, params: RecoveryParams, *, front_m: float
+    ) -> ProgressMonitor:
+        """The monitor after one sample: getting stuck starts backing up, distance or time ends it.
 
-
-def virtual_obstacles_xy(progress: ProgressMonitor) -> F64:
-    """Places (B, 2) metres of all blocks."""
-    return np.array([block.xy for block in progress.virtual_obstacles], dtype=np.float64).reshape(
-        -1, 2
-    )
+        front_m: from the robot's centre to where its front hits an obstacle.
+        """
+        pose, now_s = sample.pose, sample.now_s
+        valid = tuple(o for o in self.virtual_obstacles if o.until_s > now_s)
+        monitor = replace(self, virtual_obstacles=valid)
+        if monitor.backing_from is not None:
+            done = pose.distance_to(monitor.backing_from.xy) >= params.back_up_m
+            if done or now_s - monitor.backing_since_s >= params.back_up_s:
+                return replace(monitor, backing_from=None, moved_at=pose, moved_s=now_s)
+            return monitor
+        driving = abs(sample.command.linear_mps) > COMMANDED_MPS
+        commanded = driving or abs(sample.command.angular_radps) > COMMANDED_RADPS
+        if not commanded or _moved(monitor.moved_at, pose):
+            monitor = replace(monitor, moved_at=pose, moved_s=now_s)
+        if (sample.collided and driving) or now_s - monitor.moved_s > params.stuck_s:
+            if driving:
+                monitor = _with_obstacle(monitor, sample, params, front_m)
+            return _backing_up(monitor, sample, params)
+        return monitor
 
 
 def _moved(before: Pose2d, pose: Pose2d) -> bool:
@@ -93,26 +122,28 @@ def _moved(before: Pose2d, pose: Pose2d) -> bool:
     return pose.distance_to(before.xy) > MOVED_M or turned > MOVED_RAD
 
 
-def _mark_stuck(
-    progress: ProgressMonitor, pose: Pose2d, *, driving: bool, now_s: float, params: RecoveryParams
+def _with_obstacle(
+    monitor: ProgressMonitor, sample: MotionSample, params: RecoveryParams, front_m: float
 ) -> ProgressMonitor:
+    """The monitor with a virtual obstacle ``front_m`` ahead of the robot."""
+    x = sample.pose.x_m + front_m * float(np.cos(sample.pose.yaw_rad))
+    y = sample.pose.y_m + front_m * float(np.sin(sample.pose.yaw_rad))
+    obstacle = VirtualObstacle((x, y), sample.now_s + params.virtual_obstacle_s)
+    return replace(monitor, virtual_obstacles=(*monitor.virtual_obstacles, obstacle))
+
+
+def _backing_up(
+    monitor: ProgressMonitor, sample: MotionSample, params: RecoveryParams
+) -> ProgressMonitor:
+    """The monitor that starts backing up here, and counts how often it got stuck here."""
     again = (
-        progress.stuck_at is not None
-        and pose.distance_to(progress.stuck_at.xy) < params.stuck_radius_m
+        monitor.stuck_at is not None
+        and sample.pose.distance_to(monitor.stuck_at.xy) < params.stuck_radius_m
     )
-    virtual_obstacles = progress.virtual_obstacles
-    if driving:
-        x = pose.x_m + params.bumper_m * float(np.cos(pose.yaw_rad))
-        y = pose.y_m + params.bumper_m * float(np.sin(pose.yaw_rad))
-        virtual_obstacles = (
-            *virtual_obstacles,
-            VirtualObstacle((x, y), now_s + params.virtual_obstacle_s),
-        )
     return replace(
-        progress,
-        backing_from=pose,
-        backing_since_s=now_s,
-        stuck_count=progress.stuck_count + 1 if again else 1,
-        stuck_at=pose,
-        virtual_obstacles=virtual_obstacles,
+        monitor,
+        backing_from=sample.pose,
+        backing_since_s=sample.now_s,
+        stuck_count=monitor.stuck_count + 1 if again else 1,
+        stuck_at=sample.pose,
     )

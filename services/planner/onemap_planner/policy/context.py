@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, smooth_path
-from onemap_planner.motion.progress import virtual_obstacles_xy
 from onemap_planner.motion.pure_pursuit import Drive, Pose2d
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState
@@ -66,12 +65,11 @@ def build_context(
 ) -> PlanningContext:
     """The situation at this pose, with what the mind knows of the floor."""
     map_view = map_view_around(view, np.asarray(pose.xy))
-    virtual_obstacles = virtual_obstacles_xy(state.progress) if state.progress else np.zeros((0, 2))
     costmap = build_costmap(
         map_view,
         robot_xy=np.asarray(pose.xy),
         trail_xy=np.array(state.trail, dtype=np.float64).reshape(-1, 2),
-        obstacles_xy=virtual_obstacles,
+        obstacles_xy=state.progress.obstacles_xy if state.progress else np.zeros((0, 2)),
         params=params.costmap,
     )
     here = map_view.grid.cells(np.asarray(pose.xy))

@@ -1,9 +1,8 @@
-"""All the numbers the planner goes by, as plain values; ``config.py`` gives them."""
+"""Parameters of the search policy, and the parameters of all parts that it uses."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 from pydantic import Field, PositiveFloat, PositiveInt
@@ -76,16 +75,44 @@ class ExploreParams(Params):
     )
 
 
-@dataclass(frozen=True, slots=True)
-class PlannerParams:
-    """One group for each subject."""
+class PlannerParams(Params):
+    """All parameters of a planning step, one group for each subject."""
 
-    costmap: CostmapParams
-    frontier: FrontierParams
-    region: SimilarRegionParams
-    goal: GoalParams
-    consensus: ConsensusParams
-    explore: ExploreParams
-    drive: DriveParams
-    recovery: RecoveryParams
-    staleness: StalenessParams
+    former_keys: ClassVar[Mapping[str, str]] = {"terrain": "costmap", "freshness": "staleness"}
+
+    costmap: CostmapParams = Field(
+        default=CostmapParams(),
+        description="Where the robot may drive: its size, in metres, against the map.",
+    )
+    frontier: FrontierParams = Field(
+        default=FrontierParams(),
+        description="What counts as a border of the explored that is worth a visit.",
+    )
+    region: SimilarRegionParams = Field(
+        default=SimilarRegionParams(),
+        description="What counts as a place on the map that is worth a second look.",
+    )
+    goal: GoalParams = Field(
+        default=GoalParams(),
+        description="How places to go to are weighed against each other and the way there.",
+    )
+    consensus: ConsensusParams = Field(
+        default=ConsensusParams(),
+        description="When a detection and the map agree, so that it is believed.",
+    )
+    explore: ExploreParams = Field(
+        default=ExploreParams(),
+        description="Times in seconds and distances in metres of the search itself.",
+    )
+    drive: DriveParams = Field(
+        default=DriveParams(),
+        description="Speeds, accelerations and tolerances of driving along a path.",
+    )
+    staleness: StalenessParams = Field(
+        default=StalenessParams(),
+        description="How old, in seconds, what the robot drives by may be: older stops it.",
+    )
+    recovery: RecoveryParams = Field(
+        default=RecoveryParams(),
+        description="What to do when the robot does not move as it should.",
+    )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from onemap_planner.motion.progress import ProgressMonitor, update_progress
+from onemap_planner.motion.progress import MotionSample, ProgressMonitor
 from onemap_planner.motion.pure_pursuit import Motion, Pose2d, Rest, Reverse, Rotate, Velocity
 from onemap_planner.policy.competition import (
     conflicting_object,
@@ -147,16 +147,13 @@ def _check_progress(
     """The mind with its footing, and whether the robot got stuck just now."""
     assert observation.pose is not None
     if state.progress is None:
-        return replace(
-            state, progress=ProgressMonitor(observation.pose, state.active_time_s)
-        ), False
-    progress = update_progress(
-        state.progress,
-        observation.pose,
-        command=observation.command,
-        collided=observation.collided,
-        now_s=state.active_time_s,
-        params=params.recovery,
+        progress = ProgressMonitor(observation.pose, state.active_time_s)
+        return replace(state, progress=progress), False
+    sample = MotionSample(
+        observation.pose, observation.command, observation.collided, state.active_time_s
+    )
+    progress = state.progress.update(
+        sample, params.recovery, front_m=params.costmap.min_clearance_m
     )
     stuck = progress.backing_from is not None and state.progress.backing_from is None
     return replace(state, progress=progress), stuck

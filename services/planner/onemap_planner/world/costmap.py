@@ -57,6 +57,11 @@ class CostmapParams(Params):
         "nothing worth finding fits in it.",
     )
 
+    @property
+    def min_clearance_m(self) -> float:
+        """Least distance from the robot's centre to an obstacle, metres."""
+        return self.radius_m + self.margin_m
+
 
 @dataclass(frozen=True, slots=True)
 class Costmap:
@@ -96,7 +101,7 @@ def build_costmap(
     driven = _near(_mark(grid, np.vstack([trail_xy, robot_xy])), params.radius_m / size)
     free = ((map_view.occupancy == Occupancy.FREE) | driven) & ~occupied
     clearance = _distance(occupied) * size - size / 2
-    needed = params.radius_m + params.margin_m
+    needed = params.min_clearance_m
     navigable = free & (clearance >= needed)
     proximity = np.clip(
         (params.inflation_radius_m - clearance) / (params.inflation_radius_m - needed), 0.0, 1.0
