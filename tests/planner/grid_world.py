@@ -11,19 +11,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from onemap_planner.config import PlannerConfig
-from onemap_planner.motion.pure_pursuit import (
-    STOP,
-    Pose2d,
-    Velocity,
-    limit_acceleration,
-    target_velocity,
-)
+from onemap_planner.motion.motions import STOP, Pose2d
+from onemap_planner.motion.pure_pursuit import limit_acceleration, target_velocity
 from onemap_planner.policy.competition import rival_names
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.policy.step import Decision, Observation, step
 from onemap_planner.search.phases import EventStamp, Search
 from onemap_planner.search.state_machine import new_search
-from onemap_shared.geometry import F32, F64, U8, Bool
+from onemap_shared.geometry import F32, F64, U8, Bool, Velocity2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Detections, Layer, Occupancy, SearchView
 
@@ -91,7 +86,7 @@ class GridWorld:
     confidence: F64 = field(init=False)
     since_reset: F64 = field(init=False)
     occupancy: U8 = field(init=False)
-    velocity: Velocity = STOP
+    velocity: Velocity2d = STOP
     collided: bool = False
     sequence: int = 0
     odometer_m: float = 0.0
@@ -108,7 +103,7 @@ class GridWorld:
         self.since_reset = np.zeros(self.floor_plan.solid.shape)
         self.occupancy = np.zeros(self.floor_plan.solid.shape, np.uint8)
 
-    def drive(self, command: Velocity, dt_s: float) -> None:
+    def drive(self, command: Velocity2d, dt_s: float) -> None:
         """Move by the command; solid cells stop the robot and set ``collided``."""
         yaw = self.pose.yaw_rad + command.angular_radps * dt_s
         x = self.pose.x_m + command.linear_mps * dt_s * np.cos(yaw)

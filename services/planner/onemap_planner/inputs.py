@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from onemap_planner.motion.pure_pursuit import Pose2d
+from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.staleness import (
     Arrival,
     InputAges,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from onemap_planner.motion.pure_pursuit import Drive
+from onemap_planner.motion.motions import Drive
 from onemap_planner.policy.goals import GoalKind
 from onemap_planner.policy.step import Decision
 from onemap_planner.search.phases import Approaching, Confirming, Exploring, Search

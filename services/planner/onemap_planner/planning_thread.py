@@ -12,7 +12,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from onemap_planner.inputs import LatestInputs
-from onemap_planner.motion.pure_pursuit import Velocity
 from onemap_planner.motion.velocity_controller import Plan
 from onemap_planner.path_message import planned_path
 from onemap_planner.policy.competition import rival_names
@@ -23,6 +22,7 @@ from onemap_planner.registry import SearchRegistry
 from onemap_planner.search.phases import EventStamp, Search, Starting, TargetFailed
 from onemap_planner.search.state_machine import transition
 from onemap_shared import keys
+from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import Detections, SearchReset, SearchView, SearchViewRequest
 from onemap_shared.transport import Bus, CallError, Counters, QueryTimeout, RemoteError
 
@@ -49,7 +49,7 @@ class ThreadInputs:
     """What the steering loop knows: last heard, and the last command sent."""
 
     inputs: LatestInputs
-    command: Velocity
+    command: Velocity2d
 
 
 class PlanningThread:

@@ -4,11 +4,12 @@ import math
 
 import pytest
 
+from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.motion.progress import MotionSample, ProgressMonitor
-from onemap_planner.motion.pure_pursuit import STOP, Pose2d, Velocity
+from onemap_shared.geometry import Velocity2d
 from tests.planner.drawn_maps import PARAMS
 
-AHEAD = Velocity(0.5, 0.0)
+AHEAD = Velocity2d(0.5, 0.0)
 HERE = Pose2d(1.0, 2.0, math.pi / 2)
 START = ProgressMonitor(HERE, 0.0)
 
@@ -17,7 +18,7 @@ def updated(
     progress: ProgressMonitor,
     now_s: float,
     pose: Pose2d = HERE,
-    command: Velocity = AHEAD,
+    command: Velocity2d = AHEAD,
     collided: bool = False,
 ) -> ProgressMonitor:
     sample = MotionSample(pose, command, collided, now_s)
@@ -30,7 +31,7 @@ def test_standing_still_on_purpose_is_no_trouble() -> None:
 
 def test_moving_or_turning_is_no_trouble() -> None:
     assert updated(START, 60.0, Pose2d(1.5, 2.0, 0.0)).backing_from is None
-    turning = updated(START, 60.0, Pose2d(1.0, 2.0, 0.5), Velocity(0.0, 1.0))
+    turning = updated(START, 60.0, Pose2d(1.0, 2.0, 0.5), Velocity2d(0.0, 1.0))
     assert turning.backing_from is None
 
 
@@ -47,7 +48,7 @@ def test_a_collision_counts_at_once_but_only_when_driving_at_it() -> None:
 
 
 def test_stuck_while_turning_marks_nothing() -> None:
-    stuck = updated(START, 3.1, command=Velocity(0.0, 1.0))
+    stuck = updated(START, 3.1, command=Velocity2d(0.0, 1.0))
     assert stuck.backing_from == HERE
     assert stuck.virtual_obstacles == ()
 

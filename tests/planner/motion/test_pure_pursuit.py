@@ -7,20 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_planner.motion.pure_pursuit import (
-    STOP,
-    Drive,
-    Motion,
-    Pose2d,
-    Rest,
-    Reverse,
-    Rotate,
-    Velocity,
-    arrived,
-    limit_acceleration,
-    target_velocity,
-)
+from onemap_planner.motion.motions import STOP, Drive, Motion, Pose2d, Rest, Reverse, Rotate
+from onemap_planner.motion.pure_pursuit import arrived, limit_acceleration, target_velocity
 from onemap_planner.motion.velocity_controller import BRAKE_S
+from onemap_shared.geometry import Velocity2d
 from tests.planner.drawn_maps import PARAMS, costmap_of, drawn_map
 
 DRIVE = PARAMS.drive
@@ -28,7 +18,7 @@ OPEN = costmap_of(drawn_map(*["." * 10] * 10, scale=5), (1.0, 1.0), PARAMS.costm
 
 places = st.tuples(st.floats(0.0, 5.0), st.floats(0.0, 5.0))
 poses = st.builds(Pose2d, st.floats(0, 5), st.floats(0, 5), st.floats(-math.pi, math.pi))
-speeds = st.builds(Velocity, st.floats(-0.7, 0.7), st.floats(-1.5, 1.5))
+speeds = st.builds(Velocity2d, st.floats(-0.7, 0.7), st.floats(-1.5, 1.5))
 motions: st.SearchStrategy[Motion] = st.one_of(
     st.just(Rest()),
     st.just(Rotate()),
@@ -47,7 +37,7 @@ def test_the_wanted_velocity_keeps_the_speed_limits(motion: Motion, pose: Pose2d
 
 @given(speeds, speeds, st.floats(0.0, 0.2))
 def test_the_command_keeps_the_acceleration_limits(
-    wanted: Velocity, previous: Velocity, dt_s: float
+    wanted: Velocity2d, previous: Velocity2d, dt_s: float
 ) -> None:
     command = limit_acceleration(wanted, previous, dt_s, DRIVE)
     change = command.linear_mps - previous.linear_mps

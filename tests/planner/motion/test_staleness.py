@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from onemap_planner.inputs import LatestInputs, with_odometry, with_revision
-from onemap_planner.motion.pure_pursuit import STOP, Drive, Pose2d, Rest, Velocity
+from onemap_planner.motion.motions import STOP, Drive, Pose2d, Rest
 from onemap_planner.motion.staleness import Arrival, ages, newest, stale_reason
 from onemap_planner.motion.velocity_controller import (
     BRAKE_S,
@@ -18,7 +18,7 @@ from onemap_planner.motion.velocity_controller import (
 )
 from onemap_planner.policy.explore import GoalCandidates
 from onemap_planner.policy.step import Decision
-from onemap_shared.geometry import pose_2d
+from onemap_shared.geometry import Velocity2d, pose_2d
 from onemap_shared.messages import MapRevision, Odometry
 from tests.planner.drawn_maps import PARAMS, costmap_of, drawn_map
 
@@ -109,7 +109,7 @@ def test_the_helm_drives_on_fresh_senses_only() -> None:
 
 
 def test_an_old_order_and_one_for_another_search_are_not_followed() -> None:
-    controller = VelocityController(command=Velocity(0.5, 0.0), at_s=2.0)
+    controller = VelocityController(command=Velocity2d(0.5, 0.0), at_s=2.0)
     assert controlled(controller, now_s=1.0 + FRESH.max_plan_age_s + 0.1).command == STOP
     assert controlled(controller, search="other").command == STOP
     observation = ControllerInputs(1.0, "s", POSE, "")

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.motion.pure_pursuit import STOP, Drive, Pose2d, Reverse
+from onemap_planner.motion.motions import STOP, Drive, Pose2d, Reverse
 from onemap_planner.path_message import planned_path
 from onemap_planner.search.phases import Approaching, Exploring, Finished, LookingAround
 from onemap_shared.messages import Occupancy, SearchState

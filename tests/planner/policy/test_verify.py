@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.motion.pure_pursuit import Pose2d, Rest, Velocity
+from onemap_planner.motion.motions import Pose2d, Rest
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.state import (
@@ -36,6 +36,7 @@ from onemap_planner.search.phases import (
 )
 from onemap_planner.search.state_machine import new_search
 from onemap_planner.world.candidates import ObjectCandidate
+from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import SearchState
 from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
 
@@ -126,7 +127,7 @@ def stuck_state(phase: Approaching | Exploring, stuck_count: int) -> PlannerStat
             now_s=0.7 * number,
             pose=POSE,
             odometer_m=0.0,
-            command=Velocity(0.3, 0.0),
+            command=Velocity2d(0.3, 0.0),
             collided=number % 8 == 7,
             view=ROOM,
             detections=(),

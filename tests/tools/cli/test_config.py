@@ -60,7 +60,7 @@ def test_every_section_is_known_here() -> None:
     models = installed_models()
     assert models.missing == {}
     assert tuple(models.known) == SECTIONS
-    assert {"CocoParams", "BoxDetectorParams", "RadioParams", "RecoveryConfig"} <= set(all_models())
+    assert {"CocoParams", "BoxDetectorParams", "RadioParams", "RecoveryParams"} <= set(all_models())
 
 
 @pytest.mark.parametrize("name", sorted(all_models()))

@@ -23,7 +23,7 @@ from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.feature_field import feature_field
 from onemap_perception.target_detection import detect_in_frame, make_target
 from onemap_planner.config import PlannerConfig
-from onemap_planner.motion.pure_pursuit import Pose2d, Velocity
+from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.velocity_controller import (
     ControllerInputs,
     Plan,
@@ -96,7 +96,7 @@ class SimulatedRobot:
         T_map_body = self._simulation.state.pose
         return float(T_map_body[0, 3]), float(T_map_body[1, 3])
 
-    def advance(self, command: Velocity, before_s: float, now_s: float) -> None:
+    def advance(self, command: Velocity2d, before_s: float, now_s: float) -> None:
         """Obey a command given at ``before_s`` until ``now_s``."""
         twist = Velocity2d(command.linear_mps, command.angular_radps)
         self._simulation.receive_command(twist, before_s, COMMAND_VALID_S)

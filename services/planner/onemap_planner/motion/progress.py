@@ -9,8 +9,8 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field, PositiveFloat, PositiveInt
 
-from onemap_planner.motion.pure_pursuit import Pose2d, Velocity
-from onemap_shared.geometry import F64, wrap_angle
+from onemap_planner.motion.motions import Pose2d
+from onemap_shared.geometry import F64, Velocity2d, wrap_angle
 from onemap_shared.params import Params
 
 MOVED_M = 0.05  # less than this is noise of the odometry
@@ -56,7 +56,7 @@ class MotionSample:
     """Pose, last velocity command and collision flag at ``now_s`` (seconds of active time)."""
 
     pose: Pose2d
-    command: Velocity
+    command: Velocity2d
     collided: bool
     now_s: float
 

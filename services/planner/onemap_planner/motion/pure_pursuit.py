@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from pydantic import Field, PositiveFloat
 
+from onemap_planner.motion.motions import STOP, Drive, Motion, Pose2d, Rest, Reverse, Rotate
 from onemap_planner.world.costmap import Costmap
-from onemap_shared.geometry import F64, wrap_angle
+from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.params import Params
 
 
@@ -58,78 +57,17 @@ class DriveParams(Params):
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Pose2d:
-    """Place and heading in the map."""
-
-    x_m: float
-    y_m: float
-    yaw_rad: float
-
-    @property
-    def xy(self) -> tuple[float, float]:
-        """The place."""
-        return (self.x_m, self.y_m)
-
-    def bearing_to(self, xy: tuple[float, float]) -> float:
-        """Angle in [-pi, pi) from the heading to a place; left is positive."""
-        return wrap_angle(float(np.arctan2(xy[1] - self.y_m, xy[0] - self.x_m)) - self.yaw_rad)
-
-    def distance_to(self, xy: tuple[float, float]) -> float:
-        """Metres to a place."""
-        return float(np.hypot(xy[0] - self.x_m, xy[1] - self.y_m))
-
-
-@dataclass(frozen=True, slots=True)
-class Velocity:
-    """Forward metres per second and radians per second to the left."""
-
-    linear_mps: float = 0.0
-    angular_radps: float = 0.0
-
-
-STOP = Velocity()
-
-# ---- motions: what the plan asks for
-
-
-@dataclass(frozen=True, slots=True)
-class Rest:
-    """Stand still."""
-
-
-@dataclass(frozen=True, slots=True)
-class Rotate:
-    """Turn left in place."""
-
-
-@dataclass(frozen=True, slots=True)
-class Drive:
-    """Follow points_xy (N, 2) metres, N >= 1, slow down at its end and face look_xy there."""
-
-    points_xy: F64
-    look_xy: tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Reverse:
-    """Back up slowly."""
-
-
-Motion = Rest | Rotate | Drive | Reverse
-
-
 def target_velocity(
     motion: Motion, pose: Pose2d, costmap: Costmap | None, params: DriveParams
-) -> Velocity:
+) -> Velocity2d:
     """The velocity wanted now, within the speed limits but not yet the acceleration limits."""
     match motion:
         case Rest():
             return STOP
         case Rotate():
-            return Velocity(0.0, params.look_around_radps)
+            return Velocity2d(0.0, params.look_around_radps)
         case Reverse():
-            return Velocity(-params.reverse_mps, 0.0)
+            return Velocity2d(-params.reverse_mps, 0.0)
         case Drive(points_xy, look_xy):
             to_end_m = pose.distance_to((float(points_xy[-1, 0]), float(points_xy[-1, 1])))
             if to_end_m <= params.arrive_m:
@@ -147,12 +85,12 @@ def arrived(motion: Motion, pose: Pose2d, params: DriveParams) -> bool:
 
 
 def limit_acceleration(
-    wanted: Velocity, previous: Velocity, dt_s: float, params: DriveParams
-) -> Velocity:
+    wanted: Velocity2d, previous: Velocity2d, dt_s: float, params: DriveParams
+) -> Velocity2d:
     """The velocity nearest to the wanted one that the limits allow ``dt_s`` after the previous."""
     linear = _ramp(previous.linear_mps, wanted.linear_mps, params.max_linear_mps2 * dt_s)
     angular = _ramp(previous.angular_radps, wanted.angular_radps, params.max_angular_radps2 * dt_s)
-    return Velocity(
+    return Velocity2d(
         float(np.clip(linear, -params.max_linear_mps, params.max_linear_mps)),
         float(np.clip(angular, -params.max_angular_radps, params.max_angular_radps)),
     )
@@ -165,7 +103,7 @@ def _heading_error(pose: Pose2d, look_xy: tuple[float, float]) -> float:
 
 def _pure_pursuit(
     points_xy: F64, pose: Pose2d, costmap: Costmap | None, params: DriveParams
-) -> Velocity:
+) -> Velocity2d:
     """Pure pursuit: aim at the point one lookahead further along the path."""
     aim, remaining_m = _lookahead_point(points_xy, pose, params.lookahead_m)
     error = pose.bearing_to(aim)
@@ -181,7 +119,7 @@ def _pure_pursuit(
     if abs(angular) > params.max_angular_radps:
         speed *= params.max_angular_radps / abs(angular)
         angular = float(np.copysign(params.max_angular_radps, angular))
-    return Velocity(speed, angular)
+    return Velocity2d(speed, angular)
 
 
 def _lookahead_point(
@@ -220,10 +158,10 @@ def _clearance_factor(
     return float(np.clip(clearance / params.slow_clearance_m, params.slow_fraction, 1.0))
 
 
-def _rotate_by(error_rad: float, params: DriveParams) -> Velocity:
+def _rotate_by(error_rad: float, params: DriveParams) -> Velocity2d:
     """Turn in place, braking in time to stop at the right heading."""
     rate = min(params.max_angular_radps, float(np.sqrt(params.max_angular_radps2 * abs(error_rad))))
-    return Velocity(0.0, float(np.copysign(rate, error_rad)) if abs(error_rad) > 1e-3 else 0.0)
+    return Velocity2d(0.0, float(np.copysign(rate, error_rad)) if abs(error_rad) > 1e-3 else 0.0)
 
 
 def _ramp(value: float, target: float, step: float) -> float:

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from onemap_planner.motion.pure_pursuit import (
-    STOP,
-    Pose2d,
-    Velocity,
-    limit_acceleration,
-    target_velocity,
-)
+from onemap_planner.motion.motions import STOP, Pose2d
+from onemap_planner.motion.pure_pursuit import limit_acceleration, target_velocity
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.step import Decision
+from onemap_shared.geometry import Velocity2d
 
 BRAKE_S = 0.5  # zeros sent after the end: longer than the robot's deadman timer
 MAX_CONTROL_PERIOD_S = 0.2  # after a pause the acceleration limit does not catch up
@@ -35,7 +31,7 @@ class VelocityController:
     moving had to be broken off because the senses were stale.
     """
 
-    command: Velocity = STOP
+    command: Velocity2d = STOP
     at_s: float = float("-inf")
     active_s: float = float("-inf")
     stops: int = 0

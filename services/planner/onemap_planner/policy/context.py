@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, smooth_path
-from onemap_planner.motion.pure_pursuit import Drive, Pose2d
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.world.costmap import Costmap, build_costmap

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from onemap_planner.motion.pure_pursuit import Motion, Rest, arrived
+from onemap_planner.motion.motions import Motion, Rest
+from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.competition import found_object_at, found_under_other_names
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.progress import ProgressMonitor
-from onemap_planner.motion.pure_pursuit import Pose2d
 from onemap_planner.policy.competition import NO_SYNONYMS, FoundObject, Synonyms
 from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.search.phases import Search

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from onemap_planner.motion.motions import Motion, Pose2d, Rest, Reverse, Rotate
 from onemap_planner.motion.progress import MotionSample, ProgressMonitor
-from onemap_planner.motion.pure_pursuit import Motion, Pose2d, Rest, Reverse, Rotate, Velocity
 from onemap_planner.policy.competition import (
     conflicting_object,
     count_contradictions,
@@ -47,7 +47,7 @@ from onemap_planner.world.candidates import (
     sightings_of,
 )
 from onemap_planner.world.costmap import Costmap
-from onemap_shared.geometry import wrap_angle
+from onemap_shared.geometry import Velocity2d, wrap_angle
 from onemap_shared.messages import Detections, SearchView
 
 MAX_STEP_PERIOD_S = 1.0  # more than this between two thoughts is no attention
@@ -66,7 +66,7 @@ class Observation:
     now_s: float
     pose: Pose2d | None
     odometer_m: float
-    command: Velocity
+    command: Velocity2d
     collided: bool
     view: SearchView | None
     detections: tuple[Detections, ...]

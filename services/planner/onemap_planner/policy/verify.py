@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from onemap_planner.motion.pure_pursuit import Drive, Motion, Rest, arrived
+from onemap_planner.motion.motions import Drive, Motion, Rest
+from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.params import ExploreParams, PlannerParams
 from onemap_planner.policy.state import PlannerState

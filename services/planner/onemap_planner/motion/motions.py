@@ -1,0 +1,59 @@
+"""Poses on the floor, and the motions that a plan asks the velocity controller for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from onemap_shared.geometry import F64, Velocity2d, wrap_angle
+
+STOP = Velocity2d()
+
+
+@dataclass(frozen=True, slots=True)
+class Pose2d:
+    """Place and heading in the map."""
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+
+    @property
+    def xy(self) -> tuple[float, float]:
+        """The place."""
+        return (self.x_m, self.y_m)
+
+    def bearing_to(self, xy: tuple[float, float]) -> float:
+        """Angle in [-pi, pi) from the heading to a place; left is positive."""
+        return wrap_angle(float(np.arctan2(xy[1] - self.y_m, xy[0] - self.x_m)) - self.yaw_rad)
+
+    def distance_to(self, xy: tuple[float, float]) -> float:
+        """Metres to a place."""
+        return float(np.hypot(xy[0] - self.x_m, xy[1] - self.y_m))
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """Stand still."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rotate:
+    """Turn left in place."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """Follow points_xy (N, 2) metres, N >= 1, slow down at its end and face look_xy there."""
+
+    points_xy: F64
+    look_xy: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Reverse:
+    """Back up slowly."""
+
+
+Motion = Rest | Rotate | Drive | Reverse
