@@ -145,7 +145,7 @@ class PlanningThread:
             offered = decision.goal_candidates
             result = replace(
                 result,
-                plan=Plan(state.search.search_id, decision, now_s),
+                plan=Plan(state.search.search_id, decision.motion, decision.costmap, now_s),
                 view_at_s=now_s,
                 goals=len(offered.frontiers) + len(offered.regions),
             )

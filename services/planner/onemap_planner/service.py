@@ -14,7 +14,6 @@ from onemap_planner.inputs import LatestInputs, with_odometry, with_revision
 from onemap_planner.motion.velocity_controller import (
     ControllerInputs,
     VelocityController,
-    update_command,
 )
 from onemap_planner.planning_thread import PlanningThread, ThreadInputs
 from onemap_planner.policy.competition import Synonyms, synonyms_of
@@ -139,8 +138,11 @@ class Planner:
             pose=self._inputs.pose,
             stale_reason=self._inputs.stale_reason(now_s, self._config.staleness),
         )
-        self._controller, send = update_command(
-            self._controller, self._planning_thread.result.plan, observation, self._config
+        self._controller, send = self._controller.update(
+            self._planning_thread.result.plan,
+            observation,
+            self._config.drive,
+            max_plan_age_s=self._config.staleness.max_plan_age_s,
         )
         if send:
             self._send(self._controller.command.linear_mps, self._controller.command.angular_radps)

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from onemap_planner.motion.motions import STOP, Drive, Motion, Pose2d, Rest, Reverse, Rotate
 from onemap_planner.motion.pure_pursuit import arrived, limit_acceleration, target_velocity
-from onemap_planner.motion.velocity_controller import BRAKE_S
 from onemap_shared.geometry import Velocity2d
 from tests.planner.drawn_maps import PARAMS, costmap_of, drawn_map
 
@@ -103,7 +102,3 @@ def test_it_slows_down_near_walls_and_before_the_end() -> None:
     assert target_velocity(motion, pose, None, DRIVE).linear_mps < 0.7 * free
     close = Pose2d(0.75, 3.8, math.pi / 2)
     assert target_velocity(motion, close, OPEN, DRIVE).linear_mps < free
-
-
-def test_braking_outlasts_the_robot_s_deadman_timer() -> None:
-    assert BRAKE_S > 0.3

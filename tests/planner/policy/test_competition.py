@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.inputs import LatestInputs, with_revision
 from onemap_planner.policy.competition import (
     MAX_FOUND_OBJECTS,
     FoundObject,
@@ -28,7 +27,6 @@ from onemap_planner.world.map_view import MapView, map_view_around
 from onemap_shared.messages import (
     MAX_RIVALS,
     Detections,
-    MapRevision,
     SearchState,
     TextEmbeddings,
 )
@@ -153,27 +151,6 @@ def test_finds_are_remembered_up_to_a_limit_from_one_search_to_the_next() -> Non
     )
     registry.clear_found_objects()
     assert registry.state.found_objects == ()
-
-
-@pytest.mark.parametrize(
-    ("revision", "frames", "another"),
-    [
-        pytest.param(11, 11, False, id="one frame more"),
-        pytest.param(14, 13, False, id="some missed, one reset among them"),
-        pytest.param(11, 0, True, id="cleared"),
-        pytest.param(11, 500, True, id="another one loaded"),
-        pytest.param(3, 3, True, id="the mapper began anew"),
-    ],
-)
-def test_another_map_is_noticed_whatever_its_size(
-    revision: int, frames: int, another: bool
-) -> None:
-    def told(revision: int, frames: int) -> MapRevision:
-        return MapRevision(revision, 1, 1, "e", "s", frames, 10, 10, 1.0, 8.0)
-
-    inputs = with_revision(LatestInputs(), told(10, 10), 0.0)
-    after = with_revision(inputs, told(revision, frames), 1.0)
-    assert (after.map_count > inputs.map_count) == another
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,6 @@ from onemap_planner.motion.velocity_controller import (
     ControllerInputs,
     Plan,
     VelocityController,
-    update_command,
 )
 from onemap_planner.policy.competition import rival_names, synonyms_of
 from onemap_planner.policy.state import PlannerState
@@ -185,8 +184,11 @@ class LockstepSimulation:
         observation = ControllerInputs(
             clock.now_s, state.search.search_id if active else "", pose, ""
         )
-        self._controller, _ = update_command(
-            self._controller, self._motion_plan, observation, self._params
+        self._controller, _ = self._controller.update(
+            self._motion_plan,
+            observation,
+            planner.drive,
+            max_plan_age_s=planner.staleness.max_plan_age_s,
         )
         before, before_s = robot.xy, clock.now_s
         clock.now_s += 1.0 / planner.control_hz
@@ -216,7 +218,9 @@ class LockstepSimulation:
         self._detections.clear()
         self.state, decision = step(state, observation, self._params)
         if decision is not None:
-            self._motion_plan = Plan(state.search.search_id, decision, self.now_s)
+            self._motion_plan = Plan(
+                state.search.search_id, decision.motion, decision.costmap, self.now_s
+            )
 
     def _view(self, state: PlannerState) -> SearchView:
         search = state.search

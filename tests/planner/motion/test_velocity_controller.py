@@ -1,0 +1,75 @@
+"""The velocity controller tracks fresh plans on fresh inputs, and stops otherwise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from onemap_planner.motion.motions import STOP, Drive, Pose2d, Rest
+from onemap_planner.motion.velocity_controller import (
+    BRAKE_S,
+    ControllerInputs,
+    Plan,
+    VelocityController,
+)
+from onemap_shared.geometry import Velocity2d
+from onemap_shared.messages import VelocityCommand
+from tests.planner.drawn_maps import PARAMS, costmap_of, drawn_map
+
+MAX_PLAN_AGE_S = PARAMS.staleness.max_plan_age_s
+OPEN = costmap_of(drawn_map(*["." * 10] * 10, scale=5), (1.0, 1.0), PARAMS.costmap)
+AHEAD = Plan("s", Drive(np.array([[1.0, 1.0], [4.0, 1.0]]), (5.0, 1.0)), OPEN, 1.0)
+POSE = Pose2d(1.0, 1.0, 0.0)
+
+
+def updated(
+    controller: VelocityController, plan: Plan | None, inputs: ControllerInputs
+) -> tuple[VelocityController, bool]:
+    return controller.update(plan, inputs, PARAMS.drive, max_plan_age_s=MAX_PLAN_AGE_S)
+
+
+def controlled(
+    controller: VelocityController, *, stale_reason: str = "", now_s: float = 1.0, search: str = "s"
+) -> VelocityController:
+    inputs = ControllerInputs(now_s, search, POSE, stale_reason)
+    return updated(controller, AHEAD, inputs)[0]
+
+
+def test_it_moves_on_fresh_inputs_only() -> None:
+    controller = VelocityController(at_s=0.95)
+    moving = controlled(controller)
+    assert moving.command.linear_mps == pytest.approx(0.05)  # 1 m/s^2 for 0.05 s
+    stopped = controlled(moving, stale_reason="the map is 1.2 s old", now_s=1.05)
+    assert stopped.command == STOP
+    assert stopped.stops == 1
+    assert controlled(stopped, stale_reason="the map is 1.3 s old", now_s=1.1).stops == 1
+    assert controlled(stopped, now_s=1.1).command.linear_mps > 0  # it goes on
+
+
+def test_an_old_plan_and_one_for_another_search_are_not_followed() -> None:
+    controller = VelocityController(command=Velocity2d(0.5, 0.0), at_s=2.0)
+    assert controlled(controller, now_s=1.0 + MAX_PLAN_AGE_S + 0.1).command == STOP
+    assert controlled(controller, search="other").command == STOP
+    inputs = ControllerInputs(1.0, "s", POSE, "")
+    assert updated(controller, None, inputs)[0].command == STOP
+    assert updated(controller, AHEAD, replace(inputs, pose=None))[0].command == STOP
+
+
+def test_after_the_end_it_brakes_and_then_sends_nothing() -> None:
+    controller = controlled(VelocityController(at_s=0.95))
+    for now_s, sends in ((1.1, True), (1.0 + BRAKE_S, True), (1.2 + BRAKE_S, False)):
+        after, sent = updated(controller, None, ControllerInputs(now_s, "", POSE, ""))
+        assert after.command == STOP
+        assert sent is sends
+
+
+def test_resting_is_commanded_too() -> None:
+    plan = replace(AHEAD, motion=Rest())
+    inputs = ControllerInputs(1.0, "s", POSE, "")
+    controller, sent = updated(VelocityController(at_s=0.95), plan, inputs)
+    assert sent
+    assert controller.command == STOP
+
+
+def test_braking_outlasts_the_robot_s_deadman_timer() -> None:
+    assert VelocityCommand(0, 0, 0.0, 0.0).validity_ms / 1e3 < BRAKE_S

@@ -1,0 +1,87 @@
+"""The latest inputs: pose, odometer, collisions and ages, from the messages that arrive."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from onemap_planner.inputs import LatestInputs, with_odometry, with_revision
+from onemap_shared.geometry import pose_2d
+from onemap_shared.messages import MapRevision, Odometry
+from tests.planner.drawn_maps import PARAMS
+
+FRESH = PARAMS.staleness
+SECOND = 1_000_000_000
+
+
+def revision(number: int, stamp_ns: int) -> MapRevision:
+    return MapRevision(number, number, stamp_ns, "mini", "mini", number, 1, 1, 1.0, 4.0)
+
+
+def odometry(sequence: int, stamp_ns: int, x_m: float = 0.0, speed: float = 0.5) -> Odometry:
+    return Odometry(sequence, stamp_ns, pose_2d(x_m, 0.0, 0.3), speed, 0.0)
+
+
+def inputs(offset_s: float = 0.0, lag_s: float = 0.1, at_s: float = 10.0) -> LatestInputs:
+    """Both streams at ``at_s``; the robot's clock is off by ``offset_s``."""
+    now_ns = int((at_s + offset_s) * SECOND)
+    start = with_odometry(LatestInputs(), odometry(1, now_ns), at_s)
+    return with_revision(start, revision(1, now_ns - int(lag_s * SECOND)), at_s)
+
+
+def test_nothing_heard_is_infinitely_old() -> None:
+    assert math.isinf(LatestInputs().ages(5.0).odometry_s)
+    assert LatestInputs().stale_reason(5.0, FRESH) == "odometry has never arrived"
+
+
+@pytest.mark.parametrize("offset_s", [0.0, 3600.0, -9.0])
+def test_clocks_need_not_agree(offset_s: float) -> None:
+    assert inputs(offset_s).stale_reason(10.3, FRESH) == ""
+    assert inputs(offset_s, lag_s=1.4).stale_reason(10.0, FRESH) == (
+        "the map shows the world of 1.4 s ago"
+    )
+
+
+def test_silence_is_told_with_its_length() -> None:
+    late = with_odometry(inputs(), odometry(2, 0), 11.2)
+    assert late.stale_reason(11.2, FRESH) == "the map is 1.2 s old"
+    assert inputs().stale_reason(10.8, FRESH) == "odometry is 0.8 s old"
+
+
+def test_the_odometer_counts_driving_only() -> None:
+    state = with_odometry(LatestInputs(), odometry(1, 0, 0.0), 0.0)
+    state = with_odometry(state, odometry(2, 0, 0.3), 0.1)
+    assert state.odometer_m == pytest.approx(0.3)
+    carried = with_odometry(state, odometry(3, 0, 8.0), 0.2)
+    assert carried.odometer_m == pytest.approx(0.3)
+    trembling = with_odometry(state, odometry(3, 0, 0.31, speed=0.0), 0.2)
+    assert trembling.odometer_m == pytest.approx(0.3)
+    assert trembling.pose is not None
+    assert trembling.pose.yaw_rad == pytest.approx(0.3)
+
+
+def test_a_collision_is_remembered_until_the_next_plan() -> None:
+    hit = replace(odometry(1, 0), collided=True)
+    state = with_odometry(with_odometry(LatestInputs(), hit, 3.0), odometry(2, 0), 3.1)
+    assert state.collided_s == 3.0
+
+
+@pytest.mark.parametrize(
+    ("revision", "frames", "another"),
+    [
+        pytest.param(11, 11, False, id="one frame more"),
+        pytest.param(14, 13, False, id="some missed, one reset among them"),
+        pytest.param(11, 0, True, id="cleared"),
+        pytest.param(11, 500, True, id="another one loaded"),
+        pytest.param(3, 3, True, id="the mapper began anew"),
+    ],
+)
+def test_another_map_is_noticed_whatever_its_size(
+    revision: int, frames: int, another: bool
+) -> None:
+    def told(revision: int, frames: int) -> MapRevision:
+        return MapRevision(revision, 1, 1, "e", "s", frames, 10, 10, 1.0, 8.0)
+
+    inputs = with_revision(LatestInputs(), told(10, 10), 0.0)
+    after = with_revision(inputs, told(revision, frames), 1.0)
+    assert (after.map_count > inputs.map_count) == another
