@@ -73,7 +73,7 @@ def costmap_and_cost_to_go(
     """Terrain and ways for a robot at this place."""
     costmap = costmap_of(map_view, robot_xy, params)
     x, y = costmap.grid.cells(np.array(robot_xy))
-    return costmap, cost_to_go_from(costmap, (int(x), int(y)))
+    return costmap, cost_to_go_from(costmap.cost, (int(x), int(y)), cell_size_m=CELL_M)
 
 
 def search_view_of(map_view: MapView, text: str = "sofa") -> SearchView:

@@ -14,9 +14,7 @@ from onemap_planner.motion.path import (
     segment_cells,
     smooth_path,
 )
-from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64
-from onemap_shared.grid import GridSpec
 from tests.planner.drawn_maps import PARAMS, costmap_of, drawn_map
 from tests.reference.planning import dijkstra, sampled_line
 
@@ -24,17 +22,11 @@ cells = st.tuples(st.integers(0, 15), st.integers(0, 15))
 costs = arrays(np.float64, (12, 13), elements=st.sampled_from([-1.0, 1.0, 1.0, 1.0, 1.5, 2.0, 4.0]))
 
 
-def with_cost(cost: F64) -> Costmap:
-    mask = cost > 0
-    grid = GridSpec(0.5, (0, 0), (cost.shape[0], cost.shape[1]))
-    return Costmap(grid, ~mask, mask, mask, cost, np.zeros(cost.shape, np.float32))
-
-
 @settings(deadline=None, max_examples=60)
 @given(costs, st.tuples(st.integers(0, 11), st.integers(0, 12)))
 def test_costs_are_optimal(cost: F64, start: tuple[int, int]) -> None:
     cost[start] = 1.0
-    cost_to_go = cost_to_go_from(with_cost(cost), start)
+    cost_to_go = cost_to_go_from(cost, start, cell_size_m=0.5)
     np.testing.assert_allclose(cost_to_go.cost_m, 0.5 * dijkstra(cost, start), rtol=1e-9)
 
 
@@ -44,12 +36,11 @@ def test_smoothing_stays_in_the_terrain_and_costs_no_more(
     cost: F64, start: tuple[int, int], pick: int
 ) -> None:
     cost[start] = 1.0
-    costmap = with_cost(cost)
-    cost_to_go = cost_to_go_from(costmap, start)
+    cost_to_go = cost_to_go_from(cost, start, cell_size_m=0.5)
     ends = np.argwhere(np.isfinite(cost_to_go.cost_m))
     end = tuple(ends[pick % len(ends)])
     path = cost_to_go.path_to((int(end[0]), int(end[1])))
-    corners = smooth_path(costmap, path)
+    corners = smooth_path(cost, path)
     assert tuple(corners[0]) == start
     assert tuple(corners[-1]) == end
     # A step of the grid may pass between two impassable corners; lines may not.
@@ -81,14 +72,15 @@ def test_a_line_is_blocked_by_one_cell() -> None:
 
 def test_a_path_in_the_open_becomes_one_line() -> None:
     costmap = costmap_of(drawn_map(*["." * 6] * 6, scale=5), (1.0, 1.0), PARAMS.costmap)
-    path = cost_to_go_from(costmap, (5, 5)).path_to((25, 14))
-    assert smooth_path(costmap, path).tolist() == [[5, 5], [25, 14]]
+    path = cost_to_go_from(costmap.cost, (5, 5), cell_size_m=0.1).path_to((25, 14))
+    assert smooth_path(costmap.cost, path).tolist() == [[5, 5], [25, 14]]
 
 
 def test_paths_keep_to_the_middle_of_doors() -> None:
     map_view = drawn_map("........", "........", "##..####", "........", "........", scale=5)
     costmap = costmap_of(map_view, (0.5, 3.0), PARAMS.costmap)
-    path = smooth_path(costmap, cost_to_go_from(costmap, (5, 30)).path_to((20, 30)))
+    cost_to_go = cost_to_go_from(costmap.cost, (5, 30), cell_size_m=0.1)
+    path = smooth_path(costmap.cost, cost_to_go.path_to((20, 30)))
     crossing = []
     for a, b in pairwise(path):
         line, _ = segment_cells(a.astype(float), b.astype(float))

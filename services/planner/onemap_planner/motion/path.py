@@ -1,4 +1,7 @@
-"""Optimal paths on N from the robot to everywhere, and their shortening in straight lines."""
+"""Optimal paths over an array of costs, and their smoothing into straight lines.
+
+Costs (nx, ny) are per cell of path, >= 1; negative cells are impassable.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,6 @@ from typing import Any
 import numpy as np
 from skimage.graph import MCP_Geometric
 
-from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, I64, Bool
 
 SHORTCUT_SLACK = 1.01  # a straight line may cost one percent more than the cells it replaces
@@ -16,13 +18,12 @@ SHORTCUT_SLACK = 1.01  # a straight line may cost one percent more than the cell
 
 @dataclass(frozen=True, slots=True)
 class CostToGo:
-    """The cheapest ways from one cell: one run of Dijkstra serves all goals.
+    """Cheapest paths from one cell to all others: one run of Dijkstra serves all goals.
 
     cost_m (nx, ny) float64: effort in metres (a metre in the open costs one), infinity where
     no path leads.
     """
 
-    start: tuple[int, int]
     cost_m: F64
     _paths: Any  # the MCP_Geometric that holds the predecessors
 
@@ -31,14 +32,14 @@ class CostToGo:
         return np.asarray(self._paths.traceback(cell), dtype=np.int64)
 
 
-def cost_to_go_from(costmap: Costmap, cell: tuple[int, int]) -> CostToGo:
-    """Costs and paths from ``cell``, which must be passable.
+def cost_to_go_from(cost: F64, cell: tuple[int, int], *, cell_size_m: float) -> CostToGo:
+    """Costs and paths from ``cell`` over ``cost`` (nx, ny), which must be positive there.
 
     A step costs its length times the mean of both cells' cost.
     """
-    paths = MCP_Geometric(costmap.cost, fully_connected=True)
-    cost, _ = paths.find_costs([cell])
-    return CostToGo(cell, cost * costmap.grid.cell_size_m, paths)
+    paths = MCP_Geometric(cost, fully_connected=True)
+    cost_cells, _ = paths.find_costs([cell])
+    return CostToGo(cell_size_m * cost_cells, paths)
 
 
 def segment_cells(start: F64, end: F64) -> tuple[I64, F64]:
@@ -65,19 +66,19 @@ def line_is_clear(mask: Bool, start: I64, end: I64) -> bool:
     return bool(mask[cells[:, 0], cells[:, 1]].all())
 
 
-def smooth_path(costmap: Costmap, path: I64) -> I64:
-    """Fewer corners (M, 2) of the path (N, 2): straight lines that stay passable and cost no more.
+def smooth_path(cost: F64, path: I64) -> I64:
+    """Fewer corners (M, 2) of the path (N, 2): straight lines that are passable and cost no more.
 
     Comparing costs, not only collisions, keeps paths in the middle of doors.
     """
     if len(path) < 3:
         return path
-    spent = _cumulative_cost(costmap.cost, path)
+    spent = _cumulative_cost(cost, path)
     corners = [path[0]]
     anchor = 0
     for ahead in range(2, len(path)):
         allowed = (spent[ahead] - spent[anchor]) * SHORTCUT_SLACK
-        if not line_cost(costmap.cost, path[anchor], path[ahead]) <= allowed:
+        if not line_cost(cost, path[anchor], path[ahead]) <= allowed:
             anchor = ahead - 1
             corners.append(path[anchor])
     corners.append(path[-1])

@@ -31,7 +31,9 @@ class PlanningContext:
         """The smoothed optimal path to a reachable place."""
         grid = self.costmap.grid
         cell = grid.cells(np.asarray(viewpoint_xy))
-        cells = smooth_path(self.costmap, self.cost_to_go.path_to((int(cell[0]), int(cell[1]))))
+        cells = smooth_path(
+            self.costmap.cost, self.cost_to_go.path_to((int(cell[0]), int(cell[1])))
+        )
         points = grid.centres(cells)
         if len(points) > 1:
             points = np.vstack([[self.pose.xy], points[1:]])
@@ -73,6 +75,7 @@ def build_context(
         params=params.costmap,
     )
     here = map_view.grid.cells(np.asarray(pose.xy))
-    return PlanningContext(
-        pose, map_view, costmap, cost_to_go_from(costmap, (int(here[0]), int(here[1])))
+    cost_to_go = cost_to_go_from(
+        costmap.cost, (int(here[0]), int(here[1])), cell_size_m=map_view.grid.cell_size_m
     )
+    return PlanningContext(pose, map_view, costmap, cost_to_go)
