@@ -8,7 +8,8 @@ import numpy as np
 from scipy import ndimage
 
 from onemap_planner.motion.path import CostToGo, line_is_clear, segment_cells
-from onemap_planner.world.costmap import CONNECTIVITY_8, Costmap
+from onemap_planner.world.components import CONNECTIVITY_8
+from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, I64, Bool
 
 MAX_TRIES = 80  # lines of sight tried per target, cheapest stands first

@@ -10,13 +10,13 @@ import numpy as np
 from pydantic import Field, PositiveFloat
 from scipy import ndimage
 
+from onemap_planner.world.components import CONNECTIVITY_8
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F32, F64, I64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
 from onemap_shared.params import Params
 
-CONNECTIVITY_8 = np.ones((3, 3), bool)  # diagonal neighbours are neighbours
 IMPASSABLE = -1.0  # MCP_Geometric's mark for cells that no path enters
 ESCAPE_COST = 5.0  # a metre outside N costs at least five inside: leave by the short way
 

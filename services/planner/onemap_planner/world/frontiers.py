@@ -14,9 +14,10 @@ import numpy as np
 from pydantic import Field, PositiveFloat
 from scipy import ndimage
 
-from onemap_planner.world.costmap import CONNECTIVITY_8, Costmap
+from onemap_planner.world.components import CONNECTIVITY_8, components
+from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import MapView
-from onemap_shared.geometry import F64, I32, I64, Bool
+from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.messages import Occupancy
 from onemap_shared.params import Params
 
@@ -126,11 +127,8 @@ def _similarity_beyond(map_view: MapView, unexplored: Bool) -> F64:
 
 def _segments(border: Bool, cell_size_m: float, params: FrontierParams) -> list[I64]:
     """Cells (K, 2) of each connected stretch that is long enough, cut to the longest allowed."""
-    parts: I32
-    parts, count = ndimage.label(border, CONNECTIVITY_8)
     segments: list[I64] = []
-    for index, box in enumerate(ndimage.find_objects(parts, count), start=1):
-        cells = np.argwhere(parts[box] == index) + [side.start for side in box]
+    for cells in components(border):
         length_m = float(np.ptp(cells, axis=0).max() + 1) * cell_size_m
         if length_m < params.min_length_m:
             continue

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from pydantic import Field, PositiveFloat, PositiveInt
-from scipy import ndimage
 
-from onemap_planner.world.costmap import CONNECTIVITY_8
+from onemap_planner.world.components import components
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.params import Params
@@ -67,10 +66,8 @@ def _clusters(
     map_view: MapView, among: Bool, threshold: float, params: SimilarRegionParams
 ) -> tuple[SimilarRegion, ...]:
     similar = np.nan_to_num(map_view.similarity, nan=0.0) >= threshold
-    parts, count = ndimage.label(similar & among, CONNECTIVITY_8)
     regions = []
-    for index, box in enumerate(ndimage.find_objects(parts, count), start=1):
-        cells = np.argwhere(parts[box] == index) + [side.start for side in box]
+    for cells in components(similar & among):
         if len(cells) * map_view.cell_area_m2 < params.min_area_m2:
             continue
         scores = map_view.similarity[cells[:, 0], cells[:, 1]]
