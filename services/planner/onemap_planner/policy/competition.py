@@ -17,9 +17,10 @@ from onemap_planner.world.candidates import (
     Sighting,
     is_same_object,
 )
-from onemap_planner.world.map_view import MapView
-from onemap_shared.geometry import I64
+from onemap_planner.world.map_view import MapView, WorldCells
+from onemap_shared.geometry import F64
 from onemap_shared.messages import MAX_RIVALS, Detections, TextEmbeddings
+from onemap_shared.names import normalised, same_name
 
 # Two sets of cells are one place if they share this part of the smaller one. A pillow on a bed
 # is another place: its cells never looked like the bed.
@@ -32,10 +33,10 @@ class FoundObject:
     """A find: its name and the world cells that supported it."""
 
     name: str
-    cells: frozenset[tuple[int, int]]
+    cells: WorldCells
 
 
-# Pairs of names, in lower case, that mean the same and so do not compete.
+# Pairs of normalised names that mean the same and so do not compete.
 Synonyms = frozenset[frozenset[str]]
 NO_SYNONYMS: Synonyms = frozenset()
 
@@ -43,7 +44,7 @@ NO_SYNONYMS: Synonyms = frozenset()
 def synonyms_of(embeddings: TextEmbeddings) -> Synonyms:
     """The pairs among the texts that mean the same to the encoder."""
     pairs = np.argwhere(np.triu(embeddings.same_meaning(), 1))
-    texts = [text.casefold() for text in embeddings.texts]
+    texts = [normalised(text) for text in embeddings.texts]
     return frozenset(frozenset((texts[one], texts[other])) for one, other in pairs)
 
 
@@ -84,7 +85,7 @@ def conflicting_object(
     for found_object in found_objects:
         if not _overlap(found_object.cells, candidate.cells):
             continue
-        cells = _inside(candidate.cells | found_object.cells, map_view)
+        cells = map_view.indices_of(candidate.cells | found_object.cells)
         own = map_view.similarity[cells[:, 0], cells[:, 1]]
         other = map_view.rival[cells[:, 0], cells[:, 1]]
         seen = np.isfinite(own) & np.isfinite(other)
@@ -118,7 +119,7 @@ def count_contradictions(
     it does not speak against it.
     """
     others = [
-        _cells(detections, index, map_view)
+        map_view.world_cells(map_view.grid.cells(_points(detections, index)))
         for index, name in enumerate(detections.names)
         if not same_name(name, target)
     ]
@@ -131,31 +132,17 @@ def count_contradictions(
     )
 
 
-def same_name(one: str, other: str) -> bool:
-    """Whether two names are one, in whatever case."""
-    return one.casefold() == other.casefold()
-
-
 def means_same(one: str, other: str, synonyms: Synonyms) -> bool:
     """Whether two names are one, or mean the same."""
-    return same_name(one, other) or frozenset((one.casefold(), other.casefold())) in synonyms
+    return same_name(one, other) or frozenset((normalised(one), normalised(other))) in synonyms
 
 
-def _overlap(one: frozenset[tuple[int, int]], other: frozenset[tuple[int, int]]) -> bool:
+def _overlap(one: WorldCells, other: WorldCells) -> bool:
     smaller = min(len(one), len(other))
     return smaller > 0 and len(one & other) >= SAME_PLACE * smaller
 
 
-def _inside(world_cells: frozenset[tuple[int, int]], map_view: MapView) -> I64:
-    """Grid indices (K, 2) of world cells, those outside the belief's window left out."""
-    cells = np.array(sorted(world_cells), np.int64).reshape(-1, 2)
-    cells = cells - np.asarray(map_view.grid.origin_cell)
-    inside: I64 = cells[map_view.grid.contains(cells)]
-    return inside
-
-
-def _cells(detections: Detections, index: int, map_view: MapView) -> frozenset[tuple[int, int]]:
-    """World cells under the points of one detection."""
-    points = detections.points_map[detections.point_owner == index].astype(np.float64)
-    cells = map_view.grid.cells(points) + np.asarray(map_view.grid.origin_cell)
-    return frozenset((int(ix), int(iy)) for ix, iy in cells)
+def _points(detections: Detections, index: int) -> F64:
+    """Points (K, 3) float64 of one detection, metres in the map frame."""
+    points: F64 = detections.points_map[detections.point_owner == index].astype(np.float64)
+    return points

@@ -12,7 +12,6 @@ from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.world.costmap import Costmap, build_costmap
 from onemap_planner.world.map_view import MapView, map_view_around
-from onemap_shared.geometry import I64
 from onemap_shared.messages import Occupancy, SearchView
 
 AROUND_M = 1.0  # radius of what counts as the robot's surroundings
@@ -38,13 +37,6 @@ class PlanningContext:
         if len(points) > 1:
             points = np.vstack([[self.pose.xy], points[1:]])
         return Drive(points, look_xy)
-
-    def cells_of(self, world_cells: frozenset[tuple[int, int]]) -> I64:
-        """Grid indices (K, 2) of world cells, those outside the window left out."""
-        cells = np.array(sorted(world_cells), np.int64).reshape(-1, 2)
-        cells = cells - np.asarray(self.map_view.grid.origin_cell)
-        inside: I64 = cells[self.map_view.grid.contains(cells)]
-        return inside
 
     def known_around(self) -> float:
         """Part of the cells within ``AROUND_M`` of the robot that are known."""

@@ -201,8 +201,8 @@ def _covered(state: PlannerState, context: PlanningContext) -> str:
     if similarity[best] < 0:
         return f"{text}; the map has no features"
     x, y = map_view.grid.centres(np.array(best))
-    cell = np.array(best) + np.asarray(map_view.grid.origin_cell)
+    (cell,) = map_view.world_cells(np.array([best]))
     others = found_under_other_names(state.found_objects, state.search.target, state.synonyms)
-    found_object = found_object_at((int(cell[0]), int(cell[1])), others)
+    found_object = found_object_at(cell, others)
     there = f", which is the {found_object.name} found before" if found_object else ""
     return f"{text}; best match {similarity[best]:.2f} at ({x:.1f}, {y:.1f}){there}"

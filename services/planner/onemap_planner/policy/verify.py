@@ -29,7 +29,7 @@ def find_viewpoint(
     candidate: ObjectCandidate, context: PlanningContext, params: ExploreParams
 ) -> tuple[float, float] | None:
     """Where (metres) to stand before the candidate; None if nowhere can be reached."""
-    cells = context.cells_of(candidate.surface)
+    cells = context.map_view.indices_of(candidate.surface)
     if len(cells) == 0:
         return None
     costmap, cost_to_go = context.costmap, context.cost_to_go

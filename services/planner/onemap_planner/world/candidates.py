@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pydantic import Field, PositiveFloat, PositiveInt
 
-from onemap_planner.world.map_view import MapView
+from onemap_planner.world.map_view import MapView, WorldCells
 from onemap_shared.geometry import F32
 from onemap_shared.messages import Detections
+from onemap_shared.names import same_name
 from onemap_shared.params import Params
 
 MAX_CELLS = 2000  # of one candidate: a bed covers about 400 cells of 10 cm
@@ -61,7 +62,7 @@ class Sighting:
     """
 
     xyz: tuple[float, float, float]
-    cells: frozenset[tuple[int, int]]
+    cells: WorldCells
     score: float
     match: float
     seen_from: tuple[float, float]
@@ -76,16 +77,16 @@ class ObjectCandidate:
     """
 
     xyz: tuple[float, float, float]
-    cells: frozenset[tuple[int, int]]
+    cells: WorldCells
     sightings: int
     score: float
     match: float
     seen_from: tuple[tuple[float, float], ...]
     contradictions: int = 0
-    recent: tuple[frozenset[tuple[int, int]], ...] = ()
+    recent: tuple[WorldCells, ...] = ()
 
     @property
-    def surface(self) -> frozenset[tuple[int, int]]:
+    def surface(self) -> WorldCells:
         """World cells that the recent sightings agree on; all cells where there are too few.
 
         One stray point, on the floor or on a table before the thing, must not decide how near
@@ -124,7 +125,7 @@ def sightings_of(
     threshold = similarity_threshold(map_view.similarity, params)
     found = []
     for index, detected in enumerate(detections.names):
-        if detected.casefold() != name.casefold():
+        if not same_name(detected, name):
             continue
         points = detections.points_map[detections.point_owner == index]
         cells = map_view.grid.cells(points.astype(np.float64))
@@ -137,12 +138,11 @@ def sightings_of(
         backing = np.unique(cells[supported], axis=0)
         if covered == 0 or len(backing) < max(1.0, params.support_fraction * covered):
             continue
-        world = backing + np.asarray(map_view.grid.origin_cell)
         x, y, z = (float(value) for value in points[supported].mean(axis=0))
         found.append(
             Sighting(
                 xyz=(x, y, z),
-                cells=frozenset((int(ix), int(iy)) for ix, iy in world),
+                cells=map_view.world_cells(backing),
                 score=float(detections.scores[index]),
                 match=float(values[supported].max()),
                 seen_from=seen_from,

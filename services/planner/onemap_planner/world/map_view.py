@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy, SearchView
+
+# Cells counted from the origin of the map frame: they mean the same place in every window.
+WorldCells: TypeAlias = frozenset[tuple[int, int]]
 
 BORDER_CELLS = 2  # unknown cells kept around the window, so that every border of it is seen
 
@@ -34,6 +38,18 @@ class MapView:
     def cell_area_m2(self) -> float:
         """Area of one cell in square metres."""
         return self.grid.cell_size_m**2
+
+    def world_cells(self, cells: I64) -> WorldCells:
+        """World cells of grid indices (K, 2)."""
+        world = np.asarray(cells) + np.asarray(self.grid.origin_cell)
+        return frozenset((int(ix), int(iy)) for ix, iy in world)
+
+    def indices_of(self, world_cells: WorldCells) -> I64:
+        """Grid indices (K, 2) of world cells, without those outside the grid."""
+        cells = np.array(sorted(world_cells), np.int64).reshape(-1, 2)
+        cells = cells - np.asarray(self.grid.origin_cell)
+        inside: I64 = cells[self.grid.contains(cells)]
+        return inside
 
 
 def map_view_around(view: SearchView, robot_xy: F64) -> MapView:
