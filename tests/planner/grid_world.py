@@ -14,8 +14,8 @@ from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.motion.pure_pursuit import limit_acceleration, target_velocity
 from onemap_planner.policy.competition import rival_names
-from onemap_planner.policy.state import PlannerState
-from onemap_planner.policy.step import Decision, Observation, step
+from onemap_planner.policy.state import Decision, Observation, PlannerState
+from onemap_planner.policy.step import step
 from onemap_planner.search.phases import EventStamp, Search
 from onemap_planner.search.state_machine import new_search
 from onemap_shared.geometry import F32, F64, U8, Bool, Velocity2d

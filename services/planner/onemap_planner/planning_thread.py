@@ -16,8 +16,8 @@ from onemap_planner.motion.velocity_controller import Plan
 from onemap_planner.path_message import planned_path
 from onemap_planner.policy.competition import rival_names
 from onemap_planner.policy.params import PlannerParams
-from onemap_planner.policy.state import PlannerState, TargetState
-from onemap_planner.policy.step import Decision, Observation, step
+from onemap_planner.policy.state import Decision, Observation, PlannerState, TargetState
+from onemap_planner.policy.step import step
 from onemap_planner.registry import SearchRegistry
 from onemap_planner.search.phases import EventStamp, Search, Starting, TargetFailed
 from onemap_planner.search.state_machine import transition

@@ -5,14 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_planner.policy.goals import (
-    Goal,
-    GoalKind,
-    GoalUtility,
-    frontier_goals,
-    region_goals,
-    select_goal,
-)
+from onemap_planner.policy.goal_generation import frontier_goals, region_goals
+from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, select_goal
 from onemap_planner.policy.viewpoints import (
     TRIED_M,
     Viewpoints,

@@ -10,21 +10,18 @@ from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.state import (
     MAX_LOOKS,
+    Observation,
     PlannerState,
     TargetState,
     blacklist,
     is_blacklisted,
-    reconsider,
-)
-from onemap_planner.policy.step import Observation, step
-from onemap_planner.policy.verify import (
-    _occupied_only,
-    approach,
-    confirm,
-    find_viewpoint,
     latest_candidate,
+    reconsider,
     reject_candidate,
 )
+from onemap_planner.policy.step import step
+from onemap_planner.policy.verify import approach, confirm
+from onemap_planner.policy.viewpoints import _occupied_only, find_viewpoint
 from onemap_planner.search.phases import (
     Approaching,
     Confirmed,
@@ -38,7 +35,7 @@ from onemap_planner.search.state_machine import new_search
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import SearchState
-from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
+from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 
 ROOM = search_view_of(drawn_map(*["#" * 8, *["#......#"] * 6, "#" * 8], scale=5))
 POSE = Pose2d(1.0, 1.0, 0.0)
@@ -55,11 +52,11 @@ def planner_state(*candidates: ObjectCandidate, active_time_s: float = 0.0) -> P
 
 
 def context() -> PlanningContext:
-    return build_context(planner_state(), POSE, ROOM, PARAMS)
+    return build_context(POSE, ROOM, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
 
 
 def test_it_stands_within_reach_of_the_surface() -> None:
-    viewpoint = find_viewpoint(candidate(2.5, 2.5), context(), PARAMS.explore)
+    viewpoint = find_viewpoint(candidate(2.5, 2.5), context(), PARAMS.explore.bands_m)
     assert viewpoint is not None
     away = np.hypot(viewpoint[0] - 2.55, viewpoint[1] - 2.55)
     assert PARAMS.explore.approach_nearest_m <= away <= PARAMS.explore.approach_farthest_m
@@ -67,7 +64,7 @@ def test_it_stands_within_reach_of_the_surface() -> None:
 
 def test_what_stands_deep_on_furniture_is_approached_as_near_as_possible() -> None:
     viewpoint = find_viewpoint(
-        candidate(2.0, 3.9), context(), PARAMS.explore
+        candidate(2.0, 3.9), context(), PARAMS.explore.bands_m
     )  # beyond the wall's face
     assert viewpoint is not None
     assert np.hypot(viewpoint[0] - 2.0, viewpoint[1] - 3.9) < PARAMS.explore.approach_last_resort_m
@@ -77,14 +74,14 @@ def test_a_stray_cell_before_the_thing_does_not_keep_the_robot_away() -> None:
     thing = frozenset((x, y) for x in (24, 25) for y in (24, 25))
     stray = thing | {(17, 19)}  # towards the robot
     seen = replace(candidate(2.5, 2.5), cells=stray, recent=(stray, *[thing] * 8))
-    viewpoint = find_viewpoint(seen, context(), PARAMS.explore)
+    viewpoint = find_viewpoint(seen, context(), PARAMS.explore.bands_m)
     assert viewpoint is not None
     assert np.hypot(viewpoint[0] - 2.45, viewpoint[1] - 2.45) < 1.5
 
 
 def test_nowhere_to_stand_is_waited_for_and_then_rejected() -> None:
     far = candidate(9.0, 9.0)
-    assert find_viewpoint(far, context(), PARAMS.explore) is None
+    assert find_viewpoint(far, context(), PARAMS.explore.bands_m) is None
     after, motion, event = approach(planner_state(far), Approaching(far), context(), PARAMS)
     assert (motion, event) == (Rest(), None)
     later = replace(after, active_time_s=PARAMS.explore.settle_s + 0.1)

@@ -30,8 +30,8 @@ from onemap_planner.motion.velocity_controller import (
     VelocityController,
 )
 from onemap_planner.policy.competition import rival_names, synonyms_of
-from onemap_planner.policy.state import PlannerState
-from onemap_planner.policy.step import Observation, step
+from onemap_planner.policy.state import Observation, PlannerState
+from onemap_planner.policy.step import step
 from onemap_planner.search.phases import EventStamp, Search, Starting
 from onemap_planner.search.state_machine import new_search
 from onemap_shared.geometry import Velocity2d, yaw_of

@@ -1,4 +1,4 @@
-"""Everything one thought derives from map and pose before it decides."""
+"""Map window, costmap and cost-to-go of one planning step, computed once for all that follows."""
 
 from __future__ import annotations
 
@@ -8,18 +8,17 @@ import numpy as np
 
 from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, smooth_path
-from onemap_planner.policy.params import PlannerParams
-from onemap_planner.policy.state import PlannerState
-from onemap_planner.world.costmap import Costmap, build_costmap
+from onemap_planner.world.costmap import Costmap, CostmapParams, build_costmap, distance_cells
 from onemap_planner.world.map_view import MapView, map_view_around
+from onemap_shared.geometry import F64
 from onemap_shared.messages import Occupancy, SearchView
 
-AROUND_M = 1.0  # radius of what counts as the robot's surroundings
+SURROUNDINGS_M = 1.0  # radius of the circle of which `known_fraction_around` speaks
 
 
 @dataclass(frozen=True, slots=True)
 class PlanningContext:
-    """Map, navigable terrain and ways from where the robot stands."""
+    """What the map offers from the pose of the robot."""
 
     pose: Pose2d
     map_view: MapView
@@ -27,7 +26,7 @@ class PlanningContext:
     cost_to_go: CostToGo
 
     def drive_to(self, viewpoint_xy: tuple[float, float], look_xy: tuple[float, float]) -> Drive:
-        """The smoothed optimal path to a reachable place."""
+        """The smoothed optimal path to a reachable point (metres), facing ``look_xy`` there."""
         grid = self.costmap.grid
         cell = grid.cells(np.asarray(viewpoint_xy))
         cells = smooth_path(
@@ -38,14 +37,13 @@ class PlanningContext:
             points = np.vstack([[self.pose.xy], points[1:]])
         return Drive(points, look_xy)
 
-    def known_around(self) -> float:
-        """Part of the cells within ``AROUND_M`` of the robot that are known."""
+    def known_fraction_around(self) -> float:
+        """Fraction of the circle of ``SURROUNDINGS_M`` around the robot that is known."""
         grid = self.map_view.grid
-        x, y = np.ogrid[: grid.shape[0], : grid.shape[1]]
         here = grid.cells(np.asarray(self.pose.xy))
-        around = np.hypot(x - here[0], y - here[1]) * grid.cell_size_m <= AROUND_M
+        around = distance_cells(grid, here) * grid.cell_size_m <= SURROUNDINGS_M
         known = self.map_view.occupancy[around] != Occupancy.UNKNOWN
-        circle = np.pi * (AROUND_M / grid.cell_size_m) ** 2  # the window may cut the mask
+        circle = np.pi * (SURROUNDINGS_M / grid.cell_size_m) ** 2  # the window may cut the mask
         return float(known.sum() / circle)
 
     def known_m2(self) -> float:
@@ -55,16 +53,24 @@ class PlanningContext:
 
 
 def build_context(
-    state: PlannerState, pose: Pose2d, view: SearchView, params: PlannerParams
+    pose: Pose2d,
+    view: SearchView,
+    *,
+    trail: tuple[tuple[float, float], ...],
+    obstacles_xy: F64,
+    params: CostmapParams,
 ) -> PlanningContext:
-    """The situation at this pose, with what the mind knows of the floor."""
+    """The context at this pose.
+
+    trail: where the robot has been, metres; obstacles_xy (B, 2): virtual obstacles, metres.
+    """
     map_view = map_view_around(view, np.asarray(pose.xy))
     costmap = build_costmap(
         map_view,
         robot_xy=np.asarray(pose.xy),
-        trail_xy=np.array(state.trail, dtype=np.float64).reshape(-1, 2),
-        obstacles_xy=state.progress.obstacles_xy if state.progress else np.zeros((0, 2)),
-        params=params.costmap,
+        trail_xy=np.array(trail, dtype=np.float64).reshape(-1, 2),
+        obstacles_xy=obstacles_xy,
+        params=params,
     )
     here = map_view.grid.cells(np.asarray(pose.xy))
     cost_to_go = cost_to_go_from(

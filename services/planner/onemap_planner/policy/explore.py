@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,14 +10,8 @@ from onemap_planner.motion.motions import Motion, Rest
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.competition import found_object_at, found_under_other_names
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.goals import (
-    Goal,
-    GoalKind,
-    GoalUtility,
-    frontier_goals,
-    region_goals,
-    select_goal,
-)
+from onemap_planner.policy.goal_generation import detection_goals, frontier_goals, region_goals
+from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind, select_goal
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import (
     ActiveGoal,
@@ -26,20 +20,13 @@ from onemap_planner.policy.state import (
     is_blacklisted,
     reconsider,
 )
-from onemap_planner.policy.verify import find_viewpoint
+from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.phases import CandidateSelected, Event, Exhausted
-from onemap_planner.world.frontiers import Frontier, find_frontiers
+from onemap_planner.world.candidates import ObjectCandidate
+from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.regions import SimilarRegion, find_regions, remaining_regions
 
 MAX_CANDIDATES_TRIED = 5  # candidates that are given a thought at once
-
-
-@dataclass(frozen=True, slots=True)
-class GoalCandidates:
-    """What there is to go for."""
-
-    frontiers: tuple[Frontier, ...] = ()
-    regions: tuple[SimilarRegion, ...] = ()
 
 
 def reachable_candidate(
@@ -51,7 +38,7 @@ def reachable_candidate(
             continue
         if candidate.contradictions > candidate.sightings:
             continue  # more often seen as something else
-        if find_viewpoint(candidate, context, params.explore) is not None:
+        if find_viewpoint(candidate, context, params.explore.bands_m) is not None:
             return CandidateSelected(candidate)
     return None
 
@@ -89,7 +76,9 @@ def _options(
     costmap, cost_to_go = context.costmap, context.cost_to_go
     goals = frontier_goals(goal_candidates.frontiers, costmap, cost_to_go, params=params.goal)
     goals += _region_goals(state, context, goal_candidates.regions, params)
-    goals += _detection_goals(state, context, params)
+    goals += detection_goals(
+        _unconfirmed(state, params), context, bands_m=params.explore.bands_m, params=params.goal
+    )
     worthwhile = _without_blacklisted(state, goals, params)
     if worthwhile:
         return worthwhile
@@ -123,30 +112,12 @@ def _without_blacklisted(
     ]
 
 
-def _detection_goals(
-    state: PlannerState, context: PlanningContext, params: PlannerParams
-) -> list[Goal]:
-    """A closer look at what has been seen, but not often enough to be believed."""
-    goals = []
-    unconfirmed = [
-        c for c in state.target_state.candidates if c.sightings < params.consensus.min_sightings
+def _unconfirmed(state: PlannerState, params: PlannerParams) -> tuple[ObjectCandidate, ...]:
+    """Candidates seen, but not often enough to be approached."""
+    least = params.consensus.min_sightings
+    return tuple(c for c in state.target_state.candidates if c.sightings < least)[
+        :MAX_CANDIDATES_TRIED
     ]
-    for candidate in unconfirmed[:MAX_CANDIDATES_TRIED]:
-        viewpoint_xy = find_viewpoint(candidate, context, params.explore)
-        if viewpoint_xy is None:
-            continue
-        cell = context.costmap.grid.cells(np.asarray(viewpoint_xy))
-        travel_m = float(context.cost_to_go.cost_m[cell[0], cell[1]])
-        utility = GoalUtility(
-            candidate.match, 0.0, travel_m, params.goal.travel_weight_per_m * travel_m
-        )
-        reason = (
-            f"detection: seen {candidate.sightings} times, similarity {candidate.match:.2f}, "
-            f"a closer look {travel_m:.1f} m away"
-        )
-        look_xy = (candidate.xyz[0], candidate.xyz[1])
-        goals.append(Goal(GoalKind.DETECTION, viewpoint_xy, look_xy, utility, reason))
-    return goals
 
 
 def _abandon_finished(state: PlannerState, params: PlannerParams) -> PlannerState:

@@ -71,8 +71,14 @@ class ExploreParams(Params):
         default=600.0, description="Seconds per object; a flat of 100 m2 takes about 200."
     )
     patience_s: PositiveFloat = Field(
-        default=30.0, description="Seconds with stale or missing senses before the search fails."
+        default=30.0, description="Seconds with stale or missing inputs before the search fails."
     )
+
+    @property
+    def bands_m(self) -> tuple[tuple[float, float], ...]:
+        """Nearest and farthest distance from the object's surface, then those of last resort."""
+        nearest_m = self.approach_nearest_m
+        return (nearest_m, self.approach_farthest_m), (nearest_m, self.approach_last_resort_m)
 
 
 class PlannerParams(Params):

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from onemap_planner.motion.motions import Pose2d
+import numpy as np
+
+from onemap_planner.motion.motions import Motion, Pose2d
 from onemap_planner.motion.progress import ProgressMonitor
 from onemap_planner.policy.competition import NO_SYNONYMS, FoundObject, Synonyms
-from onemap_planner.policy.goals import Goal, GoalKind
+from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind
 from onemap_planner.search.phases import Search
-from onemap_planner.world.candidates import ObjectCandidate
+from onemap_planner.world.candidates import ConsensusParams, ObjectCandidate
+from onemap_planner.world.costmap import Costmap
+from onemap_shared.geometry import F64, Velocity2d
+from onemap_shared.messages import Detections, SearchView
+from onemap_shared.trail import extended
 
 TRAIL_STEP_M = 0.1  # places closer together than this cover the same floor
 MAX_LOOKS = 3  # at one region or doubtful sighting, from different stands
@@ -68,12 +74,45 @@ class PlannerState:
     last_step_s: float | None = None
     stale_since_s: float | None = None
 
+    @property
+    def obstacles_xy(self) -> F64:
+        """Virtual obstacles (B, 2), metres."""
+        return self.progress.obstacles_xy if self.progress else np.zeros((0, 2))
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """What is known at the time of a thought.
+
+    pose None: no odometry yet; view None: the map has not answered. detections: all that
+    came since the last thought, oldest first. command: the velocity last sent. complaint:
+    why the senses are not to be trusted now; empty if they are.
+    """
+
+    now_s: float
+    pose: Pose2d | None
+    odometer_m: float
+    command: Velocity2d
+    collided: bool
+    view: SearchView | None
+    detections: tuple[Detections, ...]
+    stale_reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """What to do until the next thought, and what led to it."""
+
+    motion: Motion
+    costmap: Costmap
+    goal: Goal | None
+    goal_candidates: GoalCandidates
+
 
 def with_pose(state: PlannerState, pose: Pose2d) -> PlannerState:
-    """The mind with the pose taken in."""
-    if state.trail and pose.distance_to(state.trail[-1]) < TRAIL_STEP_M:
-        return replace(state, pose=pose)
-    return replace(state, pose=pose, trail=(*state.trail[-TRAIL_LENGTH:], pose.xy))
+    """The state at this pose, its trail extended."""
+    trail = extended(state.trail, pose.xy, step_m=TRAIL_STEP_M, max_points=TRAIL_LENGTH)
+    return replace(state, pose=pose, trail=trail)
 
 
 def blacklist(state: PlannerState, goal: Goal) -> PlannerState:
@@ -108,3 +147,31 @@ def is_blacklisted(state: PlannerState, goal: Goal, within_m: float) -> bool:
         if gone.kind is goal.kind and goal.looks_at(gone.look_xy, within_m)
     ]
     return len(tries) >= MAX_LOOKS
+
+
+def latest_candidate(
+    state: PlannerState, candidate: ObjectCandidate, params: ConsensusParams
+) -> ObjectCandidate:
+    """What has become of the candidate: the remembered one at the same place."""
+    for known in state.target_state.candidates:
+        if not known.cells.isdisjoint(candidate.cells):
+            return known
+    near = [
+        c for c in state.target_state.candidates if c.distance_m(candidate.xyz) <= params.merge_m
+    ]
+    return near[0] if near else candidate
+
+
+def reject_candidate(state: PlannerState, candidate: ObjectCandidate) -> PlannerState:
+    """The mind that no longer believes in the candidate, nor in new sightings of it."""
+    target_state = state.target_state
+    left = tuple(c for c in target_state.candidates if c.cells.isdisjoint(candidate.cells))
+    return replace(
+        state,
+        target_state=replace(
+            target_state,
+            candidates=left,
+            rejected=(*target_state.rejected, candidate),
+            idle_since_s=None,
+        ),
+    )

@@ -6,9 +6,9 @@ from the bus; the tests feed it from a grid world.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from onemap_planner.motion.motions import Motion, Pose2d, Rest, Reverse, Rotate
+from onemap_planner.motion.motions import Motion, Rest, Reverse, Rotate
 from onemap_planner.motion.progress import MotionSample, ProgressMonitor
 from onemap_planner.policy.competition import (
     conflicting_object,
@@ -17,11 +17,20 @@ from onemap_planner.policy.competition import (
     with_found_object,
 )
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.explore import GoalCandidates, explore, reachable_candidate
-from onemap_planner.policy.goals import Goal
+from onemap_planner.policy.explore import explore, reachable_candidate
+from onemap_planner.policy.goals import GoalCandidates
 from onemap_planner.policy.params import PlannerParams
-from onemap_planner.policy.state import PlannerState, TargetState, blacklist, with_pose
-from onemap_planner.policy.verify import approach, confirm, latest_candidate, reject_candidate
+from onemap_planner.policy.state import (
+    Decision,
+    Observation,
+    PlannerState,
+    TargetState,
+    blacklist,
+    latest_candidate,
+    reject_candidate,
+    with_pose,
+)
+from onemap_planner.policy.verify import approach, confirm
 from onemap_planner.search.phases import (
     Approaching,
     Confirmed,
@@ -46,41 +55,11 @@ from onemap_planner.world.candidates import (
     merge_sightings,
     sightings_of,
 )
-from onemap_planner.world.costmap import Costmap
-from onemap_shared.geometry import Velocity2d, wrap_angle
-from onemap_shared.messages import Detections, SearchView
+from onemap_shared.geometry import wrap_angle
+from onemap_shared.messages import Detections
 
 MAX_STEP_PERIOD_S = 1.0  # more than this between two thoughts is no attention
 MAP_RESTART_FRACTION = 0.5  # a map that shrinks to less than this began anew
-
-
-@dataclass(frozen=True, slots=True)
-class Observation:
-    """What is known at the time of a thought.
-
-    pose None: no odometry yet; view None: the map has not answered. detections: all that
-    came since the last thought, oldest first. command: the velocity last sent. complaint:
-    why the senses are not to be trusted now; empty if they are.
-    """
-
-    now_s: float
-    pose: Pose2d | None
-    odometer_m: float
-    command: Velocity2d
-    collided: bool
-    view: SearchView | None
-    detections: tuple[Detections, ...]
-    stale_reason: str
-
-
-@dataclass(frozen=True, slots=True)
-class Decision:
-    """What to do until the next thought, and what led to it."""
-
-    motion: Motion
-    costmap: Costmap
-    goal: Goal | None
-    goal_candidates: GoalCandidates
 
 
 def step(
@@ -93,7 +72,13 @@ def step(
     before = state.pose or observation.pose
     state = with_pose(state, observation.pose)
     state, stuck = _check_progress(state, observation, params)
-    context = build_context(state, observation.pose, observation.view, params)
+    context = build_context(
+        observation.pose,
+        observation.view,
+        trail=state.trail,
+        obstacles_xy=state.obstacles_xy,
+        params=params.costmap,
+    )
     state = _update_candidates(state, observation, context, params)
     turned_rad = max(0.0, wrap_angle(observation.pose.yaw_rad - before.yaw_rad))
     state, decision, events = _run_phase(state, context, turned_rad, params)
@@ -214,7 +199,7 @@ def _run_phase(
     goal_candidates = GoalCandidates()
     match state.search.phase:
         case Starting():
-            event = MapReady(context.known_around() < params.explore.known_around)
+            event = MapReady(context.known_fraction_around() < params.explore.known_around)
         case LookingAround():
             motion, event = (
                 Rotate(),

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from scipy import ndimage
 
 from onemap_planner.motion.path import CostToGo, line_is_clear, segment_cells
+from onemap_planner.policy.context import PlanningContext
+from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.components import CONNECTIVITY_8
 from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, I64, Bool
+
+Bands: TypeAlias = tuple[tuple[float, float], ...]  # nearest and farthest distance, metres
 
 MAX_TRIES = 80  # lines of sight tried per target, cheapest stands first
 TRIED_M = 0.7  # a stand this near to one tried in vain shows nothing new
@@ -32,7 +37,7 @@ class Viewpoints:
     """
 
     corner: I64
-    viewpoints: I64
+    cells: I64
     look: I64
     obstructed: Bool
 
@@ -70,7 +75,7 @@ def first_visible(around: Viewpoints, seen_from: I64) -> I64 | None:
     """
     clear = ~around.obstructed
     seen_from = seen_from - around.corner
-    for viewpoint, look in zip(around.viewpoints, around.look, strict=True):
+    for viewpoint, look in zip(around.cells, around.look, strict=True):
         if line_is_clear(clear, viewpoint, look) or _same_side(viewpoint, look, seen_from):
             seen: I64 = viewpoint + around.corner
             return seen
@@ -82,14 +87,50 @@ def least_occluded(around: Viewpoints) -> I64 | None:
 
     What stands on a deep counter is never in plain view on a flat map.
     """
-    if len(around.viewpoints) == 0:
+    if len(around.cells) == 0:
         return None
     hidden = [
         _occluded_length(around.obstructed, viewpoint, look)
-        for viewpoint, look in zip(around.viewpoints, around.look, strict=True)
+        for viewpoint, look in zip(around.cells, around.look, strict=True)
     ]
-    best: I64 = around.viewpoints[int(np.argmin(hidden))] + around.corner
+    best: I64 = around.cells[int(np.argmin(hidden))] + around.corner
     return best
+
+
+def find_viewpoint(
+    candidate: ObjectCandidate, context: PlanningContext, bands_m: Bands
+) -> tuple[float, float] | None:
+    """Where (metres) to stand before the candidate; None if nowhere can be reached.
+
+    bands_m: distances from its surface, tried in this order.
+    """
+    cells = context.map_view.indices_of(candidate.surface)
+    if len(cells) == 0:
+        return None
+    costmap, cost_to_go = context.costmap, context.cost_to_go
+    cells = _occupied_only(cells, costmap)
+    seen_from = costmap.grid.cells(np.asarray(candidate.seen_from))
+    viewpoint = None
+    for band_m in bands_m:
+        around = viewpoints_around(cells, costmap, cost_to_go, band_m=band_m, tried=cells[:0])
+        viewpoint = first_visible(around, seen_from)
+        if viewpoint is not None:
+            break
+    else:
+        viewpoint = least_occluded(around)
+    if viewpoint is None:
+        return None
+    x, y = costmap.grid.centres(viewpoint)
+    return float(x), float(y)
+
+
+def _occupied_only(cells: I64, costmap: Costmap) -> I64:
+    """The cells (K, 2) in which something stands, all of them if none does.
+
+    A detection's rim covers floor before the thing; it must not be taken for its surface.
+    """
+    solid = cells[costmap.occupied[cells[:, 0], cells[:, 1]]]
+    return solid if len(solid) else cells
 
 
 def _spread(viewpoints: I64) -> I64:

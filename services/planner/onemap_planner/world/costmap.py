@@ -109,7 +109,7 @@ def build_costmap(
     cost = np.where(navigable, 1.0 + params.inflation_weight * proximity**2, IMPASSABLE)
     robot = grid.cells(robot_xy)
     if _component_m2(navigable, robot, map_view.cell_area_m2) < params.escape_below_m2:
-        distance = _distance_to(grid, robot) * size
+        distance = distance_cells(grid, robot) * size
         body = distance <= params.radius_m
         around = (distance <= params.escape_radius_m) & (~occupied | body) & ~navigable
         lack = np.clip((needed - clearance[around]) / needed, 0.0, 2.0)
@@ -139,7 +139,8 @@ def _near(mask: Bool, radius_cells: float) -> Bool:
     return near
 
 
-def _distance_to(grid: GridSpec, cell: I64) -> F64:
+def distance_cells(grid: GridSpec, cell: I64) -> F64:
+    """(nx, ny): distance in cells from the centre of ``cell`` (2,)."""
     x, y = np.ogrid[: grid.shape[0], : grid.shape[1]]
     distance: F64 = np.hypot(x - cell[0], y - cell[1])
     return distance

@@ -1,0 +1,135 @@
+"""Goals at frontiers, at regions of the map and at uncertain detections."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import ndimage
+
+from onemap_planner.motion.path import CostToGo, line_is_clear
+from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.goals import Goal, GoalKind, GoalParams, GoalUtility
+from onemap_planner.policy.viewpoints import (
+    Bands,
+    find_viewpoint,
+    first_visible,
+    least_occluded,
+    reachable,
+    viewpoints_around,
+)
+from onemap_planner.world.candidates import ObjectCandidate
+from onemap_planner.world.costmap import Costmap
+from onemap_planner.world.frontiers import Frontier
+from onemap_planner.world.regions import SimilarRegion
+from onemap_shared.geometry import F64, I64
+
+MAX_FRONTIER_CELLS = 5  # lines of sight tried per frontier, from its middle outwards
+
+
+def frontier_goals(
+    frontiers: tuple[Frontier, ...], costmap: Costmap, cost_to_go: CostToGo, *, params: GoalParams
+) -> list[Goal]:
+    """A goal for each frontier that can be walked up to."""
+    reachable_mask = reachable(costmap, cost_to_go)
+    if not reachable_mask.any():
+        return []
+    size = costmap.grid.cell_size_m
+    away, nearest = ndimage.distance_transform_edt(~reachable_mask, return_indices=True)
+    goals = []
+    for frontier in frontiers:
+        cells = frontier.cells
+        near = away[cells[:, 0], cells[:, 1]] * size <= params.viewpoint_within_m
+        viewpoint = _frontier_viewpoint(cells[near], nearest, costmap)
+        if viewpoint is None:
+            continue
+        utility = GoalUtility.of(
+            frontier.score, cost_to_go.cost_m[tuple(viewpoint)], params, length_m=len(cells) * size
+        )
+        what = "unknown space" if frontier.unknown else "a place seen only from afar"
+        reason = (
+            f"frontier: {what} {utility.travel_m:.1f} m away, "
+            f"similarity {frontier.score:.2f} expected beyond"
+        )
+        goals.append(
+            Goal(
+                GoalKind.FRONTIER,
+                _xy(costmap, viewpoint),
+                _pair(frontier.beyond_xy),
+                utility,
+                reason,
+            )
+        )
+    return goals
+
+
+def region_goals(
+    regions: tuple[SimilarRegion, ...],
+    costmap: Costmap,
+    cost_to_go: CostToGo,
+    *,
+    tried_xy: F64,
+    params: GoalParams,
+) -> list[Goal]:
+    """A goal for each region that can be seen from a viewpoint not tried before (T, 2), metres."""
+    goals = []
+    band_m = (params.view_nearest_m, params.view_farthest_m)
+    tried = costmap.grid.cells(tried_xy)
+    not_seen = tried[:0]
+    for region in regions:
+        around = viewpoints_around(region.cells, costmap, cost_to_go, band_m=band_m, tried=tried)
+        viewpoint = first_visible(around, not_seen)
+        if viewpoint is None:
+            viewpoint = least_occluded(around)
+        if viewpoint is None:
+            continue
+        utility = GoalUtility.of(region.score, cost_to_go.cost_m[tuple(viewpoint)], params)
+        reason = f"region: similarity {region.score:.2f} on the map, {utility.travel_m:.1f} m away"
+        goals.append(
+            Goal(GoalKind.REGION, _xy(costmap, viewpoint), _pair(region.peak_xy), utility, reason)
+        )
+    return goals
+
+
+def detection_goals(
+    candidates: tuple[ObjectCandidate, ...],
+    context: PlanningContext,
+    *,
+    bands_m: Bands,
+    params: GoalParams,
+) -> list[Goal]:
+    """A closer look at each candidate that has not been seen often enough to be approached."""
+    goals = []
+    for candidate in candidates:
+        viewpoint_xy = find_viewpoint(candidate, context, bands_m)
+        if viewpoint_xy is None:
+            continue
+        cell = context.costmap.grid.cells(np.asarray(viewpoint_xy))
+        utility = GoalUtility.of(
+            candidate.match, context.cost_to_go.cost_m[cell[0], cell[1]], params
+        )
+        reason = (
+            f"detection: seen {candidate.sightings} times, similarity {candidate.match:.2f}, "
+            f"a closer look {utility.travel_m:.1f} m away"
+        )
+        look_xy = (candidate.xyz[0], candidate.xyz[1])
+        goals.append(Goal(GoalKind.DETECTION, viewpoint_xy, look_xy, utility, reason))
+    return goals
+
+
+def _frontier_viewpoint(cells: I64, nearest: I64, costmap: Costmap) -> I64 | None:
+    """The reachable cell nearest to the middle of the frontier and in sight of it."""
+    if len(cells) == 0:
+        return None
+    away = np.hypot(*(cells - cells.mean(axis=0)).T)
+    for cell in cells[np.argsort(away, kind="stable")][:MAX_FRONTIER_CELLS]:
+        viewpoint: I64 = nearest[:, cell[0], cell[1]].astype(np.int64)
+        if line_is_clear(~costmap.occupied, viewpoint, cell):
+            return viewpoint
+    return None
+
+
+def _xy(costmap: Costmap, cell: I64) -> tuple[float, float]:
+    return _pair(costmap.grid.centres(cell))
+
+
+def _pair(xy: F64) -> tuple[float, float]:
+    return float(xy[0]), float(xy[1])
