@@ -16,7 +16,8 @@ from onemap_planner.motion.pure_pursuit import limit_acceleration, target_veloci
 from onemap_planner.policy.competition import rival_names
 from onemap_planner.policy.state import Decision, Observation, PlannerState
 from onemap_planner.policy.step import step
-from onemap_planner.search.phases import EventStamp, Search
+from onemap_planner.search.events import EventStamp
+from onemap_planner.search.phases import Search
 from onemap_planner.search.state_machine import new_search
 from onemap_shared.geometry import F32, F64, U8, Bool, Velocity2d
 from onemap_shared.grid import GridSpec

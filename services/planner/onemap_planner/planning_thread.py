@@ -19,7 +19,8 @@ from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import Decision, Observation, PlannerState, TargetState
 from onemap_planner.policy.step import step
 from onemap_planner.registry import SearchRegistry
-from onemap_planner.search.phases import EventStamp, Search, Starting, TargetFailed
+from onemap_planner.search.events import EventStamp, TargetFailed
+from onemap_planner.search.phases import Search, Starting
 from onemap_planner.search.state_machine import transition
 from onemap_shared import keys
 from onemap_shared.geometry import Velocity2d

@@ -9,7 +9,8 @@ from dataclasses import replace
 
 from onemap_planner.policy.competition import NO_SYNONYMS, Synonyms
 from onemap_planner.policy.state import PlannerState
-from onemap_planner.search.phases import Cancelled, EventStamp, Search
+from onemap_planner.search.events import Cancelled, EventStamp
+from onemap_planner.search.phases import Search
 from onemap_planner.search.state_machine import new_search, transition
 
 MAX_PAST_SEARCHES = 50  # searches that can still be asked about

@@ -19,7 +19,8 @@ from onemap_planner.planning_thread import PlanningThread, ThreadInputs
 from onemap_planner.policy.competition import Synonyms, synonyms_of
 from onemap_planner.registry import SearchRegistry, SearchRejected
 from onemap_planner.search import journal
-from onemap_planner.search.phases import EventStamp, Search
+from onemap_planner.search.events import EventStamp
+from onemap_planner.search.phases import Search
 from onemap_planner.search.state_machine import status
 from onemap_shared import keys
 from onemap_shared.messages import (

@@ -20,7 +20,8 @@ from onemap_planner.policy.competition import (
 from onemap_planner.policy.state import PlannerState, TargetState
 from onemap_planner.policy.verify import confirm
 from onemap_planner.registry import SearchRegistry
-from onemap_planner.search.phases import Confirmed, Confirming, EventStamp, Finished
+from onemap_planner.search.events import Confirmed, EventStamp
+from onemap_planner.search.phases import Confirming, Finished
 from onemap_planner.search.state_machine import new_search
 from onemap_planner.world.candidates import ObjectCandidate, Sighting, sightings_of
 from onemap_planner.world.map_view import MapView, map_view_around

@@ -22,15 +22,8 @@ from onemap_planner.policy.state import (
 from onemap_planner.policy.step import step
 from onemap_planner.policy.verify import approach, confirm
 from onemap_planner.policy.viewpoints import _occupied_only, find_viewpoint
-from onemap_planner.search.phases import (
-    Approaching,
-    Confirmed,
-    Confirming,
-    EventStamp,
-    Exploring,
-    Finished,
-    Rejected,
-)
+from onemap_planner.search.events import Confirmed, EventStamp, Rejected
+from onemap_planner.search.phases import Approaching, Confirming, Exploring, Finished
 from onemap_planner.search.state_machine import new_search
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared.geometry import Velocity2d

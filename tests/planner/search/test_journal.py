@@ -7,8 +7,9 @@ import pytest
 
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.registry import MAX_PAST_SEARCHES, SearchRegistry, SearchRejected
+from onemap_planner.search.events import Cancelled, EventStamp, Exhausted
 from onemap_planner.search.journal import FILE_NAME, JournalError, load, save
-from onemap_planner.search.phases import Cancelled, EventStamp, Exhausted, Exploring, Starting
+from onemap_planner.search.phases import Exploring, Starting
 from onemap_planner.search.state_machine import new_search, status, transition
 
 THEN = EventStamp(5.0, 4.0, (0.5, -1.0), 10.0)

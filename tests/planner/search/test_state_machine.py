@@ -5,28 +5,30 @@ from dataclasses import replace
 
 import pytest
 
-from onemap_planner.search.phases import (
-    Approaching,
+from onemap_planner.search.events import (
     Arrived,
     Cancelled,
     CandidateSelected,
     Confirmed,
-    Confirming,
     Event,
     EventStamp,
     Exhausted,
+    MapReady,
+    MapRestarted,
+    Rejected,
+    Rotated,
+    SearchFailed,
+    TargetFailed,
+)
+from onemap_planner.search.phases import (
+    Approaching,
+    Confirming,
     Exploring,
     Finished,
     LookingAround,
-    MapReady,
-    MapRestarted,
     Phase,
-    Rejected,
-    Rotated,
     Search,
-    SearchFailed,
     Starting,
-    TargetFailed,
 )
 from onemap_planner.search.state_machine import new_search, status, transition
 from onemap_planner.world.candidates import ObjectCandidate

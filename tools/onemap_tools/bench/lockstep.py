@@ -32,7 +32,8 @@ from onemap_planner.motion.velocity_controller import (
 from onemap_planner.policy.competition import rival_names, synonyms_of
 from onemap_planner.policy.state import Observation, PlannerState
 from onemap_planner.policy.step import step
-from onemap_planner.search.phases import EventStamp, Search, Starting
+from onemap_planner.search.events import EventStamp
+from onemap_planner.search.phases import Search, Starting
 from onemap_planner.search.state_machine import new_search
 from onemap_shared.geometry import Velocity2d, yaw_of
 from onemap_shared.messages import Detections, FeatureField, RgbdFrame, SearchView

@@ -21,7 +21,7 @@ from onemap_planner.policy.state import (
     reconsider,
 )
 from onemap_planner.policy.viewpoints import find_viewpoint
-from onemap_planner.search.phases import CandidateSelected, Event, Exhausted
+from onemap_planner.search.events import CandidateSelected, Event, Exhausted
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.regions import SimilarRegion, find_regions, remaining_regions
@@ -29,7 +29,7 @@ from onemap_planner.world.regions import SimilarRegion, find_regions, remaining_
 MAX_CANDIDATES_TRIED = 5  # candidates that are given a thought at once
 
 
-def reachable_candidate(
+def select_candidate(
     state: PlannerState, context: PlanningContext, params: PlannerParams
 ) -> Event | None:
     """The candidate to walk up to, if one has been seen often enough and can be reached."""

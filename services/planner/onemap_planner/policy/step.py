@@ -1,7 +1,7 @@
-"""One thought: from what is sensed now and remembered to what the robot does next.
+"""One planning step: update the planner state, choose a motion.
 
-Pure: time comes in, a decision goes out, and the mind is a value. The service feeds it
-from the bus; the tests feed it from a grid world.
+Pure: time comes in with the observation, and the state is a value. The planning thread feeds
+it from the bus, the tests from a grid world, the benchmark from a simulator in lockstep.
 """
 
 from __future__ import annotations
@@ -9,69 +9,56 @@ from __future__ import annotations
 from dataclasses import replace
 
 from onemap_planner.motion.motions import Motion, Rest, Reverse, Rotate
-from onemap_planner.motion.progress import MotionSample, ProgressMonitor
-from onemap_planner.policy.competition import (
-    conflicting_object,
-    count_contradictions,
-    found_under_other_names,
-    with_found_object,
-)
+from onemap_planner.policy.competition import with_found_object
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.explore import explore, reachable_candidate
+from onemap_planner.policy.evidence import update_candidates
+from onemap_planner.policy.explore import explore, select_candidate
 from onemap_planner.policy.goals import GoalCandidates
 from onemap_planner.policy.params import PlannerParams
+from onemap_planner.policy.recovery import check_progress, handle_stuck, is_trapped, stuck_failure
 from onemap_planner.policy.state import (
     Decision,
     Observation,
     PlannerState,
     TargetState,
-    blacklist,
-    latest_candidate,
-    reject_candidate,
     with_pose,
 )
 from onemap_planner.policy.verify import approach, confirm
-from onemap_planner.search.phases import (
-    Approaching,
+from onemap_planner.search.events import (
     Confirmed,
-    Confirming,
     Event,
     EventStamp,
     Exhausted,
-    Exploring,
-    LookingAround,
     MapReady,
     MapRestarted,
-    Rejected,
     Rotated,
     SearchFailed,
-    Starting,
     TargetFailed,
 )
-from onemap_planner.search.state_machine import transition
-from onemap_planner.world.candidates import (
-    ObjectCandidate,
-    is_same_object,
-    merge_sightings,
-    sightings_of,
+from onemap_planner.search.phases import (
+    Approaching,
+    Confirming,
+    Exploring,
+    LookingAround,
+    Starting,
 )
+from onemap_planner.search.state_machine import transition
 from onemap_shared.geometry import wrap_angle
-from onemap_shared.messages import Detections
 
-MAX_STEP_PERIOD_S = 1.0  # more than this between two thoughts is no attention
-MAP_RESTART_FRACTION = 0.5  # a map that shrinks to less than this began anew
+MAX_STEP_PERIOD_S = 1.0  # active time counted for one step: a longer pause was no searching
+MAP_RESTART_FRACTION = 0.5  # a map whose known area falls below this part was begun again
 
 
 def step(
     state: PlannerState, observation: Observation, params: PlannerParams
 ) -> tuple[PlannerState, Decision | None]:
-    """The next state of mind and what to do; no decision while the senses are not fresh."""
+    """The next state and what to do; no decision while the inputs are stale or missing."""
     state = _advance_clock(state, observation)
     if observation.stale_reason or observation.pose is None or observation.view is None:
         return _wait_for_inputs(state, observation, params), None
     before = state.pose or observation.pose
     state = with_pose(state, observation.pose)
-    state, stuck = _check_progress(state, observation, params)
+    state, stuck = check_progress(state, observation, params)
     context = build_context(
         observation.pose,
         observation.view,
@@ -79,17 +66,14 @@ def step(
         obstacles_xy=state.obstacles_xy,
         params=params.costmap,
     )
-    state = _update_candidates(state, observation, context, params)
+    state = _take_in_map(state, observation, context, params)
     turned_rad = max(0.0, wrap_angle(observation.pose.yaw_rad - before.yaw_rad))
     state, decision, events = _run_phase(state, context, turned_rad, params)
     if stuck:
-        state, more = _handle_stuck(state, params)
+        state, more = handle_stuck(state, params)
         events = (*more, *events)
-    if (
-        state.active_time_s - state.search.target_start.since_active_time_s
-        > params.explore.object_limit_s
-    ):
-        limit_s = params.explore.object_limit_s
+    limit_s = params.explore.object_limit_s
+    if state.active_time_s - state.search.target_start.since_active_time_s > limit_s:
         events = (TargetFailed(f"not found within {limit_s:.0f} s, the limit for one object"),)
     for event in events:
         state = _apply(state, event, observation)
@@ -99,11 +83,11 @@ def step(
 
 
 def _advance_clock(state: PlannerState, observation: Observation) -> PlannerState:
-    """Clocks: attentive seconds pass only while nothing is to complain about."""
-    passed_s = 0.0 if state.last_step_s is None else observation.now_s - state.last_step_s
+    """Active time passes only while the inputs are fresh."""
     if observation.stale_reason:
         since_s = observation.now_s if state.stale_since_s is None else state.stale_since_s
         return replace(state, last_step_s=observation.now_s, stale_since_s=since_s)
+    passed_s = 0.0 if state.last_step_s is None else observation.now_s - state.last_step_s
     return replace(
         state,
         last_step_s=observation.now_s,
@@ -115,39 +99,20 @@ def _advance_clock(state: PlannerState, observation: Observation) -> PlannerStat
 def _wait_for_inputs(
     state: PlannerState, observation: Observation, params: PlannerParams
 ) -> PlannerState:
-    """Wait for the senses, but not for ever."""
+    """Fail after ``patience_s`` without fresh inputs."""
     if state.stale_since_s is None:
         return state
     waited_s = observation.now_s - state.stale_since_s
     if waited_s <= params.explore.patience_s:
         return state
-    return _apply(
-        state, SearchFailed(f"waited {waited_s:.0f} s: {observation.stale_reason}"), observation
-    )
+    event = SearchFailed(f"waited {waited_s:.0f} s: {observation.stale_reason}")
+    return _apply(state, event, observation)
 
 
-def _check_progress(
-    state: PlannerState, observation: Observation, params: PlannerParams
-) -> tuple[PlannerState, bool]:
-    """The mind with its footing, and whether the robot got stuck just now."""
-    assert observation.pose is not None
-    if state.progress is None:
-        progress = ProgressMonitor(observation.pose, state.active_time_s)
-        return replace(state, progress=progress), False
-    sample = MotionSample(
-        observation.pose, observation.command, observation.collided, state.active_time_s
-    )
-    progress = state.progress.update(
-        sample, params.recovery, front_m=params.costmap.min_clearance_m
-    )
-    stuck = progress.backing_from is not None and state.progress.backing_from is None
-    return replace(state, progress=progress), stuck
-
-
-def _update_candidates(
+def _take_in_map(
     state: PlannerState, observation: Observation, context: PlanningContext, params: PlannerParams
 ) -> PlannerState:
-    """The mind with the new sightings, and aware of a map that began anew."""
+    """The state with the new detections; a map that was begun again resets what came from it."""
     known_m2 = context.known_m2()
     if known_m2 < MAP_RESTART_FRACTION * state.known_m2:
         state = replace(
@@ -158,42 +123,14 @@ def _update_candidates(
             found_objects=(),
         )
         return _apply(state, MapRestarted(), observation)
-    candidates = state.target_state.candidates
-    for detections in observation.detections:
-        candidates = _add_detections(candidates, detections, state, context, params)
-    others = found_under_other_names(state.found_objects, state.search.target, state.synonyms)
-    free = tuple(c for c in candidates if conflicting_object(c, others, context.map_view) is None)
-    return replace(
-        state, known_m2=known_m2, target_state=replace(state.target_state, candidates=free)
-    )
-
-
-def _add_detections(
-    candidates: tuple[ObjectCandidate, ...],
-    detections: Detections,
-    state: PlannerState,
-    context: PlanningContext,
-    params: PlannerParams,
-) -> tuple[ObjectCandidate, ...]:
-    """The candidates after the detections of one frame."""
-    target, map_view, limits = state.search.target, context.map_view, params.consensus
-    fresh = [
-        sighting
-        for sighting in sightings_of(
-            target, detections, map_view, seen_from=context.pose.xy, params=limits
-        )
-        if not any(is_same_object(gone, sighting, limits) for gone in state.target_state.rejected)
-    ]
-    candidates = merge_sightings(candidates, fresh, limits)
-    return count_contradictions(
-        candidates, detections, fresh, target=target, map_view=map_view, params=limits
-    )
+    state = replace(state, known_m2=known_m2)
+    return update_candidates(state, observation.detections, context, params.consensus)
 
 
 def _run_phase(
     state: PlannerState, context: PlanningContext, turned_rad: float, params: PlannerParams
 ) -> tuple[PlannerState, Decision, tuple[Event, ...]]:
-    """What the present phase does."""
+    """The state, the decision and the events of the present phase."""
     motion: Motion = Rest()
     event: Event | None = None
     goal_candidates = GoalCandidates()
@@ -201,16 +138,14 @@ def _run_phase(
         case Starting():
             event = MapReady(context.known_fraction_around() < params.explore.known_around)
         case LookingAround():
-            motion, event = (
-                Rotate(),
-                reachable_candidate(state, context, params) or Rotated(turned_rad),
-            )
+            motion = Rotate()
+            event = select_candidate(state, context, params) or Rotated(turned_rad)
         case Exploring():
-            event = reachable_candidate(state, context, params)
+            event = select_candidate(state, context, params)
             if event is None:
                 state, motion, event, goal_candidates = explore(state, context, params)
-            if isinstance(event, Exhausted) and _is_trapped(state, context, params):
-                event = _stuck_failure(state)  # nothing was searched: it could not get there
+            if isinstance(event, Exhausted) and is_trapped(state, context.pose, params):
+                event = stuck_failure(state)  # nothing was searched: no goal could be reached
         case Approaching() as phase:
             state, motion, event = approach(state, phase, context, params)
         case Confirming() as phase:
@@ -222,51 +157,13 @@ def _run_phase(
     return state, decision, () if event is None else (event,)
 
 
-def _handle_stuck(
-    state: PlannerState, params: PlannerParams
-) -> tuple[PlannerState, tuple[Event, ...]]:
-    """After too many bumps in one place give up the goal, after twice as many the search."""
-    assert state.progress is not None
-    stuck_count = state.progress.stuck_count
-    if stuck_count >= 2 * params.recovery.max_stuck_count:
-        return state, (_stuck_failure(state),)
-    if stuck_count % params.recovery.max_stuck_count:
-        return state, ()
-    match state.search.phase:
-        case Approaching(candidate) | Confirming(candidate, _):
-            return reject_candidate(state, latest_candidate(state, candidate, params.consensus)), (
-                Rejected(),
-            )
-        case _ if state.target_state.active_goal is not None:
-            return blacklist(state, state.target_state.active_goal.goal), ()
-        case _:
-            return state, ()
-
-
-def _is_trapped(state: PlannerState, context: PlanningContext, params: PlannerParams) -> bool:
-    """Whether the robot has not got away from where it bumped too often."""
-    progress = state.progress
-    return (
-        progress is not None
-        and progress.stuck_at is not None
-        and progress.stuck_count >= params.recovery.max_stuck_count
-        and context.pose.distance_to(progress.stuck_at.xy) < params.recovery.stuck_radius_m
-    )
-
-
-def _stuck_failure(state: PlannerState) -> SearchFailed:
-    assert state.progress is not None
-    x, y = state.progress.moved_at.xy
-    return SearchFailed(f"the robot is stuck at ({x:.1f}, {y:.1f})")
-
-
 def _apply(state: PlannerState, event: Event, observation: Observation) -> PlannerState:
-    """The mind after the event; a new object begins with an empty quest."""
+    """The state after the event; the next object begins with an empty target state."""
     xy = observation.pose.xy if observation.pose else None
     stamp = EventStamp(observation.now_s, state.active_time_s, xy, observation.odometer_m)
     if isinstance(event, Confirmed):
-        found_objects = with_found_object(state.found_objects, state.search.target, event.candidate)
-        state = replace(state, found_objects=found_objects)
+        found = with_found_object(state.found_objects, state.search.target, event.candidate)
+        state = replace(state, found_objects=found)
     search = transition(state.search, event, stamp)
     target_state = state.target_state if search.index == state.search.index else TargetState()
     return replace(state, search=search, target_state=target_state)

@@ -12,14 +12,8 @@ from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState, latest_candidate, reject_candidate
 from onemap_planner.policy.viewpoints import find_viewpoint
-from onemap_planner.search.phases import (
-    Approaching,
-    Arrived,
-    Confirmed,
-    Confirming,
-    Event,
-    Rejected,
-)
+from onemap_planner.search.events import Arrived, Confirmed, Event, Rejected
+from onemap_planner.search.phases import Approaching, Confirming
 from onemap_planner.world.candidates import ObjectCandidate
 
 

@@ -11,7 +11,8 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from onemap_planner.search.phases import EventStamp, Search, TargetStart
+from onemap_planner.search.events import EventStamp
+from onemap_planner.search.phases import Search, TargetStart
 from onemap_planner.search.state_machine import new_search
 from onemap_shared.messages import ObjectResult, SearchRequest, SearchState
 

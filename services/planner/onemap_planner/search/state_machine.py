@@ -1,6 +1,6 @@
-"""The search as a state machine: one transition function over named phases and events.
+"""State machine of a search: one transition function over named phases and events.
 
-Time, place and odometer come in with the ``EventStamp``; nothing here senses, plans or drives.
+Time, position and odometer come in with the ``EventStamp``.
 """
 
 from __future__ import annotations
@@ -8,28 +8,30 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from onemap_planner.search.phases import (
-    Approaching,
+from onemap_planner.search.events import (
     Arrived,
     Cancelled,
     CandidateSelected,
     Confirmed,
-    Confirming,
     Event,
     EventStamp,
     Exhausted,
+    MapReady,
+    MapRestarted,
+    Rejected,
+    Rotated,
+    SearchFailed,
+    TargetFailed,
+)
+from onemap_planner.search.phases import (
+    Approaching,
+    Confirming,
     Exploring,
     Finished,
     LookingAround,
-    MapReady,
-    MapRestarted,
     Phase,
-    Rejected,
-    Rotated,
     Search,
-    SearchFailed,
     Starting,
-    TargetFailed,
     TargetStart,
 )
 from onemap_planner.world.candidates import ObjectCandidate
@@ -49,7 +51,7 @@ def new_search(
 def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
     search: Search, event: Event, stamp: EventStamp
 ) -> Search:
-    """The search after the event; events that mean nothing in its phase change nothing."""
+    """The search after the event; an event without a row for its phase changes nothing."""
     match search.phase, event:
         case (Finished(), _):
             return search
@@ -89,9 +91,9 @@ def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
 
 
 def status(search: Search, *, odometer_m: float, now_ns: int, waiting: str = "") -> SearchStatus:
-    """What the world is told; ``waiting`` says what the robot stands still for.
+    """The message about the search; waiting: why the robot stands still, or empty.
 
-    A search that is over was updated last when it ended, however late it is asked about.
+    ``updated_ns`` of a search that is over is when it ended.
     """
     return SearchStatus(
         search_id=search.search_id,
