@@ -1,1 +1,1 @@
-"""motion."""
+"""How to get there: paths, tracking, velocity control, progress and staleness checks."""

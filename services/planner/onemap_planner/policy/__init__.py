@@ -1,1 +1,1 @@
-"""policy."""
+"""What to do next: goals, viewpoints, verification, and the planning step over them."""

@@ -1,1 +1,1 @@
-"""search."""
+"""What is searched for and how it stands: phases, events, transitions, journal."""

@@ -1,1 +1,1 @@
-"""world."""
+"""What the map offers: window, costmap, frontiers, regions, object candidates."""
