@@ -36,6 +36,7 @@ TALKS = {
     "onemap_perception.model_store": "asks the model hub and its cache",
     "onemap_perception.onnx": "tells onnxruntime through the environment to be quiet",
     "onemap_mapper.text_cache": "a cache that the bus's threads share",
+    "onemap_planner.search_commands": "answers the bus's threads",
     "onemap_planner.planning_thread": "the thread that plans while the loop steers",
     "onemap_planner.registry": "what that thread, the loop and the bus's threads share",
     "onemap_gateway.bus.rpc": "calls on the bus from asynchronous code",

@@ -185,7 +185,7 @@ def test_without_perception_no_search_starts(house: House) -> None:
 
 
 def test_a_perception_that_hangs_is_named(house: House, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("onemap_planner.service.EMBED_TIMEOUT_S", 0.01)
+    monkeypatch.setattr("onemap_planner.search_commands.EMBED_TIMEOUT_S", 0.01)
     released = threading.Event()
 
     def hang(request: TextRequest) -> TextEmbeddings:

@@ -1,4 +1,4 @@
-"""The desk where searches are ordered, called off and asked about; shared by all threads."""
+"""Registry of searches, shared by the control loop, the planning thread and the bus."""
 
 from __future__ import annotations
 
@@ -12,24 +12,18 @@ from onemap_planner.policy.state import PlannerState
 from onemap_planner.search.events import Cancelled, EventStamp
 from onemap_planner.search.phases import Search
 from onemap_planner.search.state_machine import new_search, transition
+from onemap_shared.transport import RequestRejected
 
 MAX_PAST_SEARCHES = 50  # searches that can still be asked about
 
 
-class SearchRejected(Exception):
-    """A wish that cannot be granted: ``code`` for programs, the text for people."""
-
-    def __init__(self, code: str, message: str) -> None:
-        super().__init__(message)
-        self.code = code
-
-
 class SearchRegistry:
-    """Holds the mind of the newest search and what became of older ones.
+    """Holds the planner state of the newest search and the older searches.
 
-    The planning thread takes a mind, thinks, and puts the next one back only if nobody
-    changed it meanwhile: a search that is cancelled during a thought stays cancelled. Whoever
-    ends a search, the desk notes when, on ``clock_ns`` (nanoseconds since 1970).
+    The planning thread replaces the state only if it is still the one that its step began
+    with: a search that is cancelled during a step stays cancelled. The time at which a search
+    ends is recorded here, on ``clock_ns`` (nanoseconds since 1970). A command that cannot be
+    carried out raises ``RequestRejected``.
     """
 
     def __init__(
@@ -42,7 +36,7 @@ class SearchRegistry:
 
     @property
     def state(self) -> PlannerState | None:
-        """The newest search's mind; None if there never was a search."""
+        """State of the newest search; None if there was none."""
         return self._state
 
     def start(
@@ -53,7 +47,7 @@ class SearchRegistry:
         started_ns: int,
         synonyms: Synonyms = NO_SYNONYMS,
     ) -> Search:
-        """Begin a search; refused while another is active. What was found before stays known."""
+        """Begin a search; rejected while another is active. Found objects are kept."""
         with self._lock:
             self._reject_if_active()
             before = self._state
@@ -69,12 +63,12 @@ class SearchRegistry:
             return search
 
     def reject_if_active(self) -> None:
-        """Raise SearchRejected if a search is active."""
+        """Raise ``RequestRejected`` if a search is active."""
         with self._lock:
             self._reject_if_active()
 
     def clear_found_objects(self) -> None:
-        """The map is another one: what was found on the old one claims no place on it."""
+        """Forget the found objects, because the map is another one."""
         with self._lock:
             if self._state is not None and self._state.found_objects:
                 self._state = replace(self._state, found_objects=())
@@ -83,14 +77,14 @@ class SearchRegistry:
         if self._state is None or not self._state.search.active:
             return
         other = self._state.search
-        raise SearchRejected(
+        raise RequestRejected(
             "conflict",
             f"search {other.search_id} is still looking for {other.target!r}: wait for it or "
             "cancel it",
         )
 
     def cancel(self, search_id: str, stamp: EventStamp) -> Search:
-        """Call a search off; one that is over stays as it ended."""
+        """Cancel a search; one that is over stays as it ended."""
         with self._lock:
             search = self._find(search_id)
             if self._state is not None and search is self._state.search:
@@ -104,7 +98,7 @@ class SearchRegistry:
             return self._find(search_id)
 
     def compare_and_swap(self, taken: PlannerState, next_state: PlannerState) -> bool:
-        """Replace the mind that was taken by the next one; False if it was changed meanwhile."""
+        """Replace the state ``taken`` by the next one; False if it was changed meanwhile."""
         with self._lock:
             if self._state is not taken:
                 return False
@@ -122,8 +116,8 @@ class SearchRegistry:
         if search_id in self._past:
             return self._past[search_id]
         if not search_id:
-            raise SearchRejected("unknown_search", "no search has been started yet")
-        raise SearchRejected(
+            raise RequestRejected("unknown_search", "no search has been started yet")
+        raise RequestRejected(
             "unknown_search",
             f"there is no search {search_id}; the last {MAX_PAST_SEARCHES} are remembered",
         )

@@ -1,14 +1,11 @@
-"""The planner on the bus: the runner's loop listens, steers and announces; a thread plans."""
+"""The planner on the bus: a loop takes inputs, controls and publishes; a thread plans."""
 
 from __future__ import annotations
 
 import logging
 import math
 import time
-import uuid
-from contextlib import suppress
 
-from onemap_planner import words
 from onemap_planner.config import PlannerConfig
 from onemap_planner.inputs import LatestInputs, with_odometry, with_revision
 from onemap_planner.motion.velocity_controller import (
@@ -16,38 +13,32 @@ from onemap_planner.motion.velocity_controller import (
     VelocityController,
 )
 from onemap_planner.planning_thread import PlanningThread, ThreadInputs
-from onemap_planner.policy.competition import Synonyms, synonyms_of
-from onemap_planner.registry import SearchRegistry, SearchRejected
+from onemap_planner.registry import SearchRegistry
 from onemap_planner.search import journal
-from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Search
 from onemap_planner.search.state_machine import status
+from onemap_planner.search_commands import SearchCommands
 from onemap_shared import keys
 from onemap_shared.messages import (
-    SearchId,
-    SearchRequest,
     SearchStatus,
     VelocityCommand,
 )
-from onemap_shared.text_embedding import embed_texts
+from onemap_shared.rates import RateMeter
 from onemap_shared.transport import (
     Bus,
     Counters,
     Health,
-    RequestRejected,
     Worker,
 )
 
 LOG = logging.getLogger("onemap.planner")
 
 STATUS_PERIOD_S = 1.0
-EMBED_TIMEOUT_S = 1.5  # for all words of a search; the gateway gives the whole call 3 s
-SYNONYMS_TIMEOUT_S = 0.5  # the same once more with the names found before
-IDLE_AGE_S = 5.0  # without a search, only a silence this long is worth a word
+IDLE_AGE_S = 5.0  # without a search, inputs older than this are reported as a problem
 
 
 class Planner:
-    """Implements ``transport.Worker``."""
+    """Implements ``transport.Worker``: takes odometry and map revisions, sends velocities."""
 
     def __init__(self, bus: Bus, config: PlannerConfig) -> None:
         now_s = time.monotonic()
@@ -60,7 +51,7 @@ class Planner:
         self._inputs = LatestInputs()
         self._controller = VelocityController()
         self._sent = self._refused = 0
-        self._control_times_s = [now_s]  # of the last second
+        self._control_rate = RateMeter()
         self._next_control_s = self._next_status_s = now_s
         self._published: tuple[object, ...] = ()
         self._planning_thread = PlanningThread(
@@ -70,12 +61,10 @@ class Planner:
             period_s=1.0 / config.plan_hz,
             now=lambda: ThreadInputs(self._inputs, self._controller.command),
         )
-        bus.serve(keys.SEARCH_START, self._start)
-        bus.serve(keys.SEARCH_CANCEL, self._cancel)
-        bus.serve(keys.SEARCH_GET, self._get)
+        SearchCommands(bus, self._registry, inputs=lambda: self._inputs, status_of=self._status)
 
     def step(self, timeout_s: float) -> None:
-        """Listen until the next command is due, then send it."""
+        """Take inputs until the next command is due, then send it."""
         if not self._planning_thread.alive:
             raise RuntimeError("the planning thread died")
         wait_s = min(timeout_s, max(self._next_control_s - time.monotonic(), 0.0))
@@ -91,13 +80,13 @@ class Planner:
                 self._registry.clear_found_objects()
         if now_s >= self._next_control_s:
             self._next_control_s = max(self._next_control_s + 1.0 / self._config.control_hz, now_s)
-            self._control_times_s = [t for t in self._control_times_s if now_s - t < 1.0] + [now_s]
+            self._control_rate = self._control_rate.with_event(now_s)
             self._control(now_s)
             self._publish_status(now_s)
             self._log_refused()
 
     def health(self) -> Health:
-        """Not ready while the robot or the map is silent; the metrics of planning and control."""
+        """Readiness and the metrics of planning and control; not ready while inputs are stale."""
         now_s = time.monotonic()
         age = self._inputs.ages(now_s)
         state = self._registry.state
@@ -116,7 +105,7 @@ class Planner:
             "map_lag_s": age.map_lag_s,
             "goals": float(result.goals),
             "stops_on_stale": float(self._controller.stops),
-            "control_hz": float(len(self._control_times_s)),
+            "control_hz": self._control_rate.rate_hz(now_s),
         }
         for stream, counters in self._counters().items():
             metrics[f"{stream}_refused"] = float(counters.refused)
@@ -124,7 +113,7 @@ class Planner:
         return Health(ready=not problem, problem=problem, metrics=known)
 
     def close(self) -> None:
-        """Stop planning and, if the robot may be moving, the robot."""
+        """Stop the planning thread and, if the robot may be moving, the robot."""
         self._planning_thread.close()
         state = self._registry.state
         if state is not None and state.search.active:
@@ -133,7 +122,7 @@ class Planner:
 
     def _control(self, now_s: float) -> None:
         state = self._registry.state
-        observation = ControllerInputs(
+        inputs = ControllerInputs(
             now_s=now_s,
             search_id=state.search.search_id if state is not None and state.search.active else "",
             pose=self._inputs.pose,
@@ -141,7 +130,7 @@ class Planner:
         )
         self._controller, send = self._controller.update(
             self._planning_thread.result.plan,
-            observation,
+            inputs,
             self._config.drive,
             max_plan_age_s=self._config.staleness.max_plan_age_s,
         )
@@ -153,7 +142,7 @@ class Planner:
         self._commands.put(VelocityCommand(self._sent, time.time_ns(), linear_mps, angular_radps))
 
     def _publish_status(self, now_s: float) -> None:
-        """The search's state on every change and once a second."""
+        """Publish the state of the search on every change and every ``STATUS_PERIOD_S``."""
         state = self._registry.state
         if state is None:
             return
@@ -164,23 +153,24 @@ class Planner:
         if shown[:3] != self._published[:3]:
             LOG.info("search %s: %s", search.search_id, search.reason)
         self._published, self._next_status_s = shown, now_s + STATUS_PERIOD_S
-        self._states.put(self._status(search, now_s))
+        self._states.put(self._status(search))
         self._write_journal(search, now_s)
 
-    def _status(self, search: Search, now_s: float) -> SearchStatus:
+    def _status(self, search: Search) -> SearchStatus:
         return status(
             search,
             odometer_m=self._inputs.odometer_m,
             now_ns=time.time_ns(),
-            waiting=self._waiting(now_s),
+            waiting=self._waiting(time.monotonic()),
         )
 
     def _waiting(self, now_s: float) -> str:
-        fresh = self._inputs.stale_reason(now_s, self._config.staleness)
-        return fresh or self._planning_thread.result.stale_reason
+        """Why the robot stands still, empty if it need not."""
+        stale_reason = self._inputs.stale_reason(now_s, self._config.staleness)
+        return stale_reason or self._planning_thread.result.stale_reason
 
     def _counters(self) -> dict[str, Counters]:
-        """What became of the messages of each stream."""
+        """Counters of the messages of each stream."""
         return {
             "odometry": self._odometry.counters,
             "revision": self._revisions.counters,
@@ -205,68 +195,6 @@ class Planner:
         except OSError as problem:
             LOG.error("cannot record the search in %s: %s", folder, problem)
 
-    # Handlers run in threads of the bus.
-
-    def _start(self, request: SearchRequest) -> SearchStatus:
-        began_s = time.monotonic()
-        try:
-            self._registry.reject_if_active()
-            synonyms = self._check_names(request.objects)
-            self._reject_if_late(request, time.monotonic() - began_s)
-            search = self._registry.start(
-                uuid.uuid4().hex[:12], request.objects, self._stamp(), time.time_ns(), synonyms
-            )
-        except SearchRejected as problem:
-            raise RequestRejected(problem.code, str(problem)) from problem
-        return self._status(search, time.monotonic())
-
-    def _reject_if_late(self, request: SearchRequest, took_s: float) -> None:
-        """No robot starts for a caller that has given up meanwhile."""
-        waited_s = took_s + (keys.SEARCH_START.stale_after_s or 0.0)
-        if waited_s > request.patience_s:
-            raise RequestRejected(
-                "busy",
-                f"checking the words took {took_s:.1f} s of the {request.patience_s:g} s that the "
-                "caller waits: nothing was started; try again",
-            )
-
-    def _check_names(self, objects: tuple[str, ...]) -> Synonyms:
-        """Refuse words that perception has no embedding or no place for.
-
-        Returns which of the objects and of the names found before mean the same.
-        """
-        embeddings = embed_texts(self._bus, objects, EMBED_TIMEOUT_S)
-        unplaced = words.unplaced(embeddings)
-        if unplaced:
-            raise RequestRejected("unknown_word", words.sentence(unplaced), words.details(unplaced))
-        state = self._registry.state
-        found = (
-            [found_object.name for found_object in state.found_objects] if state is not None else []
-        )
-        if found:
-            names = tuple(dict.fromkeys((*objects, *found)))
-            with suppress(RequestRejected):  # of another encoder, perhaps: then only spelling tells
-                embeddings = embed_texts(self._bus, names, SYNONYMS_TIMEOUT_S)
-        return synonyms_of(embeddings)
-
-    def _cancel(self, request: SearchId) -> SearchStatus:
-        try:
-            search = self._registry.cancel(request.search_id, self._stamp())
-        except SearchRejected as problem:
-            raise RequestRejected(problem.code, str(problem)) from problem
-        return self._status(search, time.monotonic())
-
-    def _get(self, request: SearchId) -> SearchStatus:
-        try:
-            found = self._registry.find(request.search_id)
-        except SearchRejected as problem:
-            raise RequestRejected(problem.code, str(problem)) from problem
-        return self._status(found, time.monotonic())
-
-    def _stamp(self) -> EventStamp:
-        xy = self._inputs.pose.xy if self._inputs.pose else None
-        return EventStamp(time.monotonic(), 0.0, xy, self._inputs.odometer_m)
-
 
 def _restored(config: PlannerConfig, now_s: float) -> Search | None:
     if config.state_dir is None:
@@ -277,10 +205,10 @@ def _restored(config: PlannerConfig, now_s: float) -> Search | None:
         LOG.error("the search that was active is lost: %s", problem)
         return None
     if search is not None:
-        LOG.info("going on with search %s for %r", search.search_id, search.target)
+        LOG.info("resuming search %s for %r", search.search_id, search.target)
     return search
 
 
 def build(bus: Bus, config: PlannerConfig) -> Worker:
-    """The planner on this bus."""
+    """The planner's worker on this bus."""
     return Planner(bus, config)

@@ -6,11 +6,12 @@ from pathlib import Path
 import pytest
 
 from onemap_planner.policy.state import PlannerState
-from onemap_planner.registry import MAX_PAST_SEARCHES, SearchRegistry, SearchRejected
+from onemap_planner.registry import MAX_PAST_SEARCHES, SearchRegistry
 from onemap_planner.search.events import Cancelled, EventStamp, Exhausted
 from onemap_planner.search.journal import FILE_NAME, JournalError, load, save
 from onemap_planner.search.phases import Exploring, Starting
 from onemap_planner.search.state_machine import new_search, status, transition
+from onemap_shared.transport import RequestRejected
 
 THEN = EventStamp(5.0, 4.0, (0.5, -1.0), 10.0)
 NOW = EventStamp(9.0, 8.0, (1.0, 1.0), 14.0)
@@ -60,7 +61,7 @@ def test_a_broken_record_is_refused(tmp_path: Path, text: str) -> None:
 def test_one_search_at_a_time() -> None:
     registry = SearchRegistry()
     first = registry.start("a", ("cup",), THEN, 1)
-    with pytest.raises(SearchRejected, match="search a is still looking for 'cup'") as refused:
+    with pytest.raises(RequestRejected, match="search a is still looking for 'cup'") as refused:
         registry.start("b", ("bed",), THEN, 2)
     assert refused.value.code == "conflict"
     registry.cancel("a", NOW)
@@ -73,10 +74,10 @@ def test_one_search_at_a_time() -> None:
 def test_unknown_searches_are_refused() -> None:
     registry = SearchRegistry()
     for search_id in ("", "nonsense"):
-        with pytest.raises(SearchRejected) as refused:
+        with pytest.raises(RequestRejected) as refused:
             registry.find(search_id)
         assert refused.value.code == "unknown_search"
-        with pytest.raises(SearchRejected):
+        with pytest.raises(RequestRejected):
             registry.cancel(search_id, NOW)
 
 
@@ -112,7 +113,7 @@ def test_old_searches_are_forgotten_one_day() -> None:
     for number in range(MAX_PAST_SEARCHES + 2):
         registry.start(str(number), ("cup",), THEN, number)
         registry.cancel("", NOW)
-    with pytest.raises(SearchRejected):
+    with pytest.raises(RequestRejected):
         registry.find("0")
     assert registry.find("5").search_id == "5"
 

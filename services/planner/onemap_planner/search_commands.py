@@ -1,0 +1,110 @@
+"""Handlers of the calls ``search/start``, ``search/cancel`` and ``search/get``.
+
+They run in threads of the bus.
+"""
+
+from __future__ import annotations
+
+import time
+import uuid
+from collections.abc import Callable
+from contextlib import suppress
+
+from onemap_planner.inputs import LatestInputs
+from onemap_planner.policy.competition import Synonyms, synonyms_of
+from onemap_planner.registry import SearchRegistry
+from onemap_planner.search.events import EventStamp
+from onemap_planner.search.phases import Search
+from onemap_shared import keys
+from onemap_shared.messages import SearchId, SearchRequest, SearchStatus, TextEmbeddings
+from onemap_shared.text_embedding import embed_texts
+from onemap_shared.transport import Bus, RequestRejected
+
+EMBED_TIMEOUT_S = 1.5  # for all names of a search; the gateway gives the whole call 3 s
+SYNONYMS_TIMEOUT_S = 0.5  # the same once more with the names found before
+
+
+class SearchCommands:
+    """Serves the three calls on the bus.
+
+    inputs: returns the latest inputs; status_of: the message about a search.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        registry: SearchRegistry,
+        *,
+        inputs: Callable[[], LatestInputs],
+        status_of: Callable[[Search], SearchStatus],
+    ) -> None:
+        self._bus, self._registry = bus, registry
+        self._inputs, self._status_of = inputs, status_of
+        bus.serve(keys.SEARCH_START, self._start)
+        bus.serve(keys.SEARCH_CANCEL, self._cancel)
+        bus.serve(keys.SEARCH_GET, self._get)
+
+    def _start(self, request: SearchRequest) -> SearchStatus:
+        began_s = time.monotonic()
+        self._registry.reject_if_active()
+        synonyms = self._check_names(request.objects)
+        _reject_if_late(request, time.monotonic() - began_s)
+        search = self._registry.start(
+            uuid.uuid4().hex[:12], request.objects, self._stamp(), time.time_ns(), synonyms
+        )
+        return self._status_of(search)
+
+    def _cancel(self, request: SearchId) -> SearchStatus:
+        return self._status_of(self._registry.cancel(request.search_id, self._stamp()))
+
+    def _get(self, request: SearchId) -> SearchStatus:
+        return self._status_of(self._registry.find(request.search_id))
+
+    def _check_names(self, objects: tuple[str, ...]) -> Synonyms:
+        """Reject names that perception cannot embed or that resemble nothing it was trained on.
+
+        Returns which of the objects and of the objects found before mean the same.
+        """
+        embeddings = embed_texts(self._bus, objects, EMBED_TIMEOUT_S)
+        _reject_unplaced(embeddings)
+        state = self._registry.state
+        found = [found_object.name for found_object in state.found_objects] if state else []
+        if found:
+            names = tuple(dict.fromkeys((*objects, *found)))
+            with suppress(RequestRejected):  # another encoder, perhaps: then names must be equal
+                embeddings = embed_texts(self._bus, names, SYNONYMS_TIMEOUT_S)
+        return synonyms_of(embeddings)
+
+    def _stamp(self) -> EventStamp:
+        inputs = self._inputs()
+        xy = inputs.pose.xy if inputs.pose else None
+        return EventStamp(time.monotonic(), 0.0, xy, inputs.odometer_m)
+
+
+def _reject_if_late(request: SearchRequest, took_s: float) -> None:
+    """Reject a request whose caller has stopped waiting meanwhile: no robot may start for it."""
+    waited_s = took_s + (keys.SEARCH_START.stale_after_s or 0.0)
+    if waited_s > request.patience_s:
+        raise RequestRejected(
+            "busy",
+            f"checking the words took {took_s:.1f} s of the {request.patience_s:g} s that the "
+            "caller waits: nothing was started; try again",
+        )
+
+
+def _reject_unplaced(embeddings: TextEmbeddings) -> None:
+    """Reject names without a place in the encoder's vocabulary, naming the nearest known ones."""
+    pairs = zip(embeddings.texts, embeddings.nearest, strict=False)  # no pairs: it places all
+    unplaced = {text: near for text, near in pairs if near}
+    if not unplaced:
+        return
+    named = ", ".join(
+        f"{word!r} (did you mean {' or '.join(map(repr, near))}?)"
+        for word, near in unplaced.items()
+    )
+    are = "is" if len(unplaced) == 1 else "are"
+    raise RequestRejected(
+        "unknown_word",
+        f"{named} {are} like nothing that the encoder was trained to see",
+        {"words": [{"word": word, "did_you_mean": list(near)} for word, near in unplaced.items()]},
+    )
