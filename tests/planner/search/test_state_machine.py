@@ -133,7 +133,7 @@ def test_a_result_tells_where_how_long_and_how_far() -> None:
     assert result.duration_s == pytest.approx(4.0)
     assert result.path_length_m == pytest.approx(4.0)
     assert (result.start_xy_m, result.end_xy_m) == ((0.0, 0.0), (1.0, 1.0))
-    assert result.score == CUP.match
+    assert result.score == CUP.similarity
 
 
 def test_a_search_that_began_without_odometry_starts_where_the_map_answers() -> None:

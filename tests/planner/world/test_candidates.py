@@ -77,7 +77,7 @@ def test_a_detection_on_similar_cells_counts() -> None:
     (found,) = sighted(similarity, detections([(0.55, 0.55, 0.4), (0.65, 0.65, 0.6)]))
     assert found.xyz == pytest.approx((0.6, 0.6, 0.5))
     assert found.cells == {(5, 5), (6, 6)}
-    assert found.match == pytest.approx(0.8)
+    assert found.similarity == pytest.approx(0.8)
     assert found.score == pytest.approx(0.8)
 
 

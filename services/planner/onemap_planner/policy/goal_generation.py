@@ -104,10 +104,10 @@ def detection_goals(
             continue
         cell = context.costmap.grid.cells(np.asarray(viewpoint_xy))
         utility = GoalUtility.of(
-            candidate.match, context.cost_to_go.cost_m[cell[0], cell[1]], params
+            candidate.similarity, context.cost_to_go.cost_m[cell[0], cell[1]], params
         )
         reason = (
-            f"detection: seen {candidate.sightings} times, similarity {candidate.match:.2f}, "
+            f"detection: seen {candidate.sightings} times, similarity {candidate.similarity:.2f}, "
             f"a closer look {utility.travel_m:.1f} m away"
         )
         look_xy = (candidate.xyz[0], candidate.xyz[1])

@@ -141,7 +141,7 @@ def _result(
         outcome=outcome,
         reason=reason,
         position_m=candidate.xyz if candidate else (),
-        score=candidate.match if candidate else 0.0,
+        score=candidate.similarity if candidate else 0.0,
         duration_s=stamp.now_s - search.target_start.since_s,
         path_length_m=stamp.odometer_m - search.target_start.odometer_m,
         start_xy_m=search.target_start.xy or (),
@@ -209,12 +209,12 @@ def _look_around(search: Search, what: str) -> Search:
 def _approaching(candidate: ObjectCandidate) -> str:
     return (
         f"seen {candidate.sightings} times at ({candidate.xyz[0]:.1f}, {candidate.xyz[1]:.1f}), "
-        f"similarity {candidate.match:.2f}: walking up to it"
+        f"similarity {candidate.similarity:.2f}: walking up to it"
     )
 
 
 def _found(candidate: ObjectCandidate) -> str:
     return (
         f"found at ({candidate.xyz[0]:.2f}, {candidate.xyz[1]:.2f}), "
-        f"similarity {candidate.match:.2f}, in {candidate.sightings} detections"
+        f"similarity {candidate.similarity:.2f}, in {candidate.sightings} detections"
     )

@@ -1,7 +1,7 @@
-"""Consensus of detector and map: a detection counts only where the map agrees.
+"""Object candidates: detections with which the map agrees, merged by position.
 
-The detector alone takes many things for the object, and so does the map; what
-both point at is worth the walk (paper, Object Search).
+Detector and map each confuse many things with the object; the consensus test accepts only
+detections whose cells are among the most similar of the map (paper, Object Search).
 """
 
 from __future__ import annotations
@@ -20,10 +20,8 @@ from onemap_shared.names import same_name
 from onemap_shared.params import Params
 
 MAX_CELLS = 2000  # of one candidate: a bed covers about 400 cells of 10 cm
-MAX_CANDIDATES = 64  # bounded memory: the weakest candidates are forgotten beyond this
-RECENT_SIGHTINGS = (
-    12  # sightings that say where a candidate's surface is: 1.5 s at 8 Hz, seen from near
-)
+MAX_CANDIDATES = 64  # candidates kept, those with the most sightings
+RECENT_SIGHTINGS = 12  # the latest ones, from near, locate the surface: 1.5 s at 8 Hz
 SURFACE_SHARE = 0.25  # of the votes of the most seen cell; a stray point of one frame has less
 
 
@@ -37,7 +35,7 @@ class ConsensusParams(Params):
         default=0.3,
         ge=0,
         le=1,
-        description="And have this similarity: some 5 percent are on top in every map.",
+        description="Cells must have this similarity too: every map has a top 5 percent.",
     )
     support_fraction: float = Field(
         default=0.25,
@@ -46,10 +44,10 @@ class ConsensusParams(Params):
         description="Part of a detection's cells that must agree; boxes hold background too.",
     )
     merge_m: PositiveFloat = Field(
-        default=0.5, description="Metres between two detections of one thing (or they share cells)."
+        default=0.5, description="Metres between two detections of one object; or they share cells."
     )
     min_sightings: PositiveInt = Field(
-        default=3, description="Agreeing detections before the robot walks up: one frame may err."
+        default=3, description="Agreeing detections before the robot drives up: one frame may err."
     )
 
 
@@ -58,29 +56,30 @@ class Sighting:
     """One detection that the map supports.
 
     xyz metres: middle of its supported points; cells: world cells they cover;
-    match in [0, 1]: highest similarity among them; seen_from metres: where the robot stood.
+    similarity in [0, 1]: highest among them; seen_from metres: where the robot was.
     """
 
     xyz: tuple[float, float, float]
     cells: WorldCells
     score: float
-    match: float
+    similarity: float
     seen_from: tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class ObjectCandidate:
-    """Sightings that agree in place. xyz is their mean; ``seen_from`` the latest stands.
+    """Sightings of one object.
 
-    against: frames in which another name was detected there and this one was not. recent: the
-    cells of the last ``RECENT_SIGHTINGS`` sightings, each; empty where they are not known.
+    xyz: their running mean, metres; seen_from: the latest positions of the robot;
+    contradictions: frames in which another name was detected there and this one was not;
+    recent: the cells of each of the last ``RECENT_SIGHTINGS`` sightings.
     """
 
     xyz: tuple[float, float, float]
     cells: WorldCells
     sightings: int
     score: float
-    match: float
+    similarity: float
     seen_from: tuple[tuple[float, float], ...]
     contradictions: int = 0
     recent: tuple[WorldCells, ...] = ()
@@ -89,8 +88,8 @@ class ObjectCandidate:
     def surface(self) -> WorldCells:
         """World cells that the recent sightings agree on; all cells where there are too few.
 
-        One stray point, on the floor or on a table before the thing, must not decide how near
-        the robot comes.
+        A stray point, on the floor or on a table before the object, would decide how near the
+        robot drives.
         """
         votes = Counter(cell for cells in self.recent for cell in cells)
         needed = max(2.0, SURFACE_SHARE * max(votes.values(), default=0))
@@ -98,12 +97,12 @@ class ObjectCandidate:
         return agreed or self.cells
 
     def distance_m(self, xyz: tuple[float, float, float]) -> float:
-        """Horizontal distance of a point to the middle."""
+        """Horizontal distance of a point from the mean, metres."""
         return float(np.hypot(self.xyz[0] - xyz[0], self.xyz[1] - xyz[1]))
 
 
 def similarity_threshold(similarity: F32, params: ConsensusParams) -> float:
-    """The similarity that a cell must have: top percentile of the observed, and the floor.
+    """The similarity that a cell must have: the percentile of observed cells, at least the floor.
 
     similarity (nx, ny), NaN where not observed; infinity if nothing was observed.
     """
@@ -132,7 +131,7 @@ def sightings_of(
         inside = map_view.grid.contains(cells)
         points, cells = points[inside], cells[inside]
         values = map_view.similarity[cells[:, 0], cells[:, 1]]
-        # NaN compares false; where another name of the search fits better, it is that one's cell.
+        # NaN compares false. Cells where another name is more similar count for that name.
         supported = (values >= threshold) & (values >= map_view.rival[cells[:, 0], cells[:, 1]])
         covered = len(np.unique(cells, axis=0))
         backing = np.unique(cells[supported], axis=0)
@@ -144,7 +143,7 @@ def sightings_of(
                 xyz=(x, y, z),
                 cells=map_view.world_cells(backing),
                 score=float(detections.scores[index]),
-                match=float(values[supported].max()),
+                similarity=float(values[supported].max()),
                 seen_from=seen_from,
             )
         )
@@ -154,7 +153,7 @@ def sightings_of(
 def merge_sightings(
     candidates: tuple[ObjectCandidate, ...], sightings: Iterable[Sighting], params: ConsensusParams
 ) -> tuple[ObjectCandidate, ...]:
-    """Each sighting joins the candidate that it agrees with in place, or starts one."""
+    """Merge each sighting with the candidate of the same object, or start a candidate."""
     known = list(candidates)
     for sighting in sightings:
         for index, candidate in enumerate(known):
@@ -168,7 +167,7 @@ def merge_sightings(
                     sighting.cells,
                     1,
                     sighting.score,
-                    sighting.match,
+                    sighting.similarity,
                     (sighting.seen_from,),
                     recent=(sighting.cells,),
                 )
@@ -178,7 +177,7 @@ def merge_sightings(
 
 
 def is_same_object(candidate: ObjectCandidate, sighting: Sighting, params: ConsensusParams) -> bool:
-    """Whether both are the same thing: near each other, or on the same cells."""
+    """Whether they are one object: within ``merge_m``, or on common cells."""
     return candidate.distance_m(sighting.xyz) <= params.merge_m or not candidate.cells.isdisjoint(
         sighting.cells
     )
@@ -186,7 +185,7 @@ def is_same_object(candidate: ObjectCandidate, sighting: Sighting, params: Conse
 
 def _merged(candidate: ObjectCandidate, sighting: Sighting) -> ObjectCandidate:
     count = candidate.sightings + 1
-    # A running mean over at most ten: later sightings are nearer and more exact.
+    # A running mean over at most ten, because later sightings are nearer and more exact.
     weight = 1.0 / min(count, 10)
     mean = np.asarray(candidate.xyz) * (1 - weight) + np.asarray(sighting.xyz) * weight
     cells = candidate.cells | sighting.cells
@@ -196,7 +195,7 @@ def _merged(candidate: ObjectCandidate, sighting: Sighting) -> ObjectCandidate:
         cells=cells if len(cells) <= MAX_CELLS else candidate.cells,
         sightings=count,
         score=max(candidate.score, sighting.score),
-        match=max(candidate.match, sighting.match),
+        similarity=max(candidate.similarity, sighting.similarity),
         seen_from=(*candidate.seen_from[-4:], sighting.seen_from),
         recent=(*candidate.recent, sighting.cells)[-RECENT_SIGHTINGS:],
     )

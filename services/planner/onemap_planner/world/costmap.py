@@ -1,4 +1,4 @@
-"""The navigable map N: where the robot's centre may be, and what a metre there costs."""
+"""Costmap: the navigable map N (cells for the robot's centre), costs and clearances."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from onemap_shared.messages import Occupancy
 from onemap_shared.params import Params
 
 IMPASSABLE = -1.0  # MCP_Geometric's mark for cells that no path enters
-ESCAPE_COST = 5.0  # a metre outside N costs at least five inside: leave by the short way
+ESCAPE_COST = 5.0  # a metre outside N costs at least five inside, so that it is left soon
 
 
 class CostmapParams(Params):
@@ -70,7 +70,7 @@ class Costmap:
     occupied bool; free bool: known to be free floor; navigable bool: N; cost float64: metres
     of effort per metre driven, >= 1, negative where impassable (a superset of N is passable
     while the robot has to escape); clearance_m float32: to the nearest obstacle's edge,
-    infinity if there is none.
+    infinity without obstacles.
     """
 
     grid: GridSpec
@@ -82,7 +82,7 @@ class Costmap:
 
     @property
     def passable(self) -> Bool:
-        """Where a path may lead."""
+        """Mask (nx, ny) of the cells that a path may enter."""
         mask: Bool = self.cost > 0
         return mask
 
@@ -90,11 +90,11 @@ class Costmap:
 def build_costmap(
     map_view: MapView, *, robot_xy: F64, trail_xy: F64, obstacles_xy: F64, params: CostmapParams
 ) -> Costmap:
-    """N and its costs.
+    """The costmap of a map view. All points are metres in the map frame.
 
-    robot_xy (2,) metres, inside the belief's grid. trail_xy (K, 2): where the robot's centre
-    has been: the floor under it is free though no camera saw it. obstacles_xy (B, 2): where it
-    ran into something the map does not show.
+    robot_xy (2,): inside the view's grid; trail_xy (K, 2): where the robot's centre has been,
+    so that the floor there is free even if no camera saw it; obstacles_xy (B, 2): virtual
+    obstacles, which the robot ran into and no map shows.
     """
     grid, size = map_view.grid, map_view.grid.cell_size_m
     occupied = (map_view.occupancy == Occupancy.OCCUPIED) | _mark(grid, obstacles_xy)
@@ -118,7 +118,7 @@ def build_costmap(
 
 
 def _mark(grid: GridSpec, points_xy: F64) -> Bool:
-    """Mask of the cells that hold a point; points outside the grid are left out."""
+    """Mask (nx, ny) of the cells that hold a point; points outside the grid are left out."""
     mask = np.zeros(grid.shape, bool)
     cells = grid.cells(points_xy.reshape(-1, 2))
     cells = cells[grid.contains(cells)]
@@ -127,7 +127,7 @@ def _mark(grid: GridSpec, points_xy: F64) -> Bool:
 
 
 def _distance(mask: Bool) -> F64:
-    """Cells from each cell's centre to the nearest true one's; infinity if none is true."""
+    """(nx, ny): distance in cells to the nearest true cell; infinity if none is true."""
     if not mask.any():
         return np.full(mask.shape, np.inf)
     distance: F64 = ndimage.distance_transform_edt(~mask)
@@ -147,7 +147,7 @@ def distance_cells(grid: GridSpec, cell: I64) -> F64:
 
 
 def _component_m2(navigable: Bool, robot: I64, cell_area_m2: float) -> float:
-    """Area of the part of N that holds the robot; 0 if it stands outside N."""
+    """Area of the component of N around the robot; 0 if the robot is outside N."""
     if not navigable[tuple(robot)]:
         return 0.0
     parts, _ = ndimage.label(navigable, CONNECTIVITY_8)

@@ -1,9 +1,8 @@
-"""Frontiers: where what is known well meets what is not.
+"""Frontiers between explored and unexplored, and between free and unknown cells.
 
-Two borders count. The paper's, between the semantically explored E and the
-merely observed O - E, and the border of known free floor against the unknown:
-features of a far wall may be good enough for E before the floor beyond a door
-was ever seen, and only the second kind takes the robot through that door.
+The paper has the border between the explored E and the observed O - E. The border of free
+floor against unknown cells is added: features of a far wall can be good enough for E before
+the floor behind a door was seen, and only this border leads the robot through the door.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ class FrontierParams(Params):
     )
     max_length_m: PositiveFloat = Field(
         default=2.5,
-        description="Metres; longer borders are cut, so that their middle is worth a visit.",
+        description="Metres; longer borders are cut, so that each piece has a middle near it.",
     )
     min_beyond_m2: PositiveFloat = Field(
         default=0.15, description="Square metres; smaller unknown or unexplored spots are noise."
@@ -53,10 +52,10 @@ class FrontierParams(Params):
 
 @dataclass(frozen=True, slots=True)
 class Frontier:
-    """A stretch of border.
+    """A segment of a border.
 
     cells (K, 2) int64: free cells on this side; beyond_xy (2,) metres: middle of what lies
-    directly on the other; score in [0, 1]: the highest similarity in O - E reachable there,
+    directly beyond; score in [0, 1]: the highest similarity in O - E reachable there,
     and for a border of the unknown at least the prior; ``unknown`` names the kind of border.
     """
 
@@ -69,7 +68,7 @@ class Frontier:
 def find_frontiers(
     map_view: MapView, costmap: Costmap, params: FrontierParams
 ) -> tuple[Frontier, ...]:
-    """All frontiers on known free floor, long ones cut in pieces; in a fixed order."""
+    """All frontiers on known free floor, long ones cut; in a fixed order."""
     area_m2 = map_view.cell_area_m2
     unexplored = _without_small_parts(
         map_view.observed & ~map_view.explored, params.min_beyond_m2, area_m2
@@ -92,7 +91,7 @@ def find_frontiers(
 
 
 def _without_small_parts(mask: Bool, least_m2: float, cell_area_m2: float) -> Bool:
-    """The mask without 8-connected parts smaller than this: noise, not places."""
+    """The mask without 8-connected components smaller than ``least_m2``: they are noise."""
     parts, count = ndimage.label(mask, CONNECTIVITY_8)
     keep = np.bincount(parts.ravel(), minlength=count + 1) * cell_area_m2 >= least_m2
     keep[0] = False
@@ -101,10 +100,10 @@ def _without_small_parts(mask: Bool, least_m2: float, cell_area_m2: float) -> Bo
 
 
 def _blind_spots(hidden: Bool, occupied: Bool, most_m2: float, cell_area_m2: float) -> Bool:
-    """Small unknown parts with nothing but floor around them.
+    """Mask of small unknown components that touch no obstacle.
 
-    The camera does not see the floor before its own feet, and what stands there would have
-    been seen above it; behind furniture, hidden parts touch what hides them.
+    The camera does not see the floor next to the robot, but would have seen an object there
+    above it. Cells hidden by furniture touch the furniture.
     """
     parts, count = ndimage.label(hidden, CONNECTIVITY_8)
     small = np.bincount(parts.ravel(), minlength=count + 1) * cell_area_m2 <= most_m2
@@ -115,7 +114,7 @@ def _blind_spots(hidden: Bool, occupied: Bool, most_m2: float, cell_area_m2: flo
 
 
 def _similarity_beyond(map_view: MapView, unexplored: Bool) -> F64:
-    """(nx, ny): for cells of O - E the highest similarity of their connected part, else 0."""
+    """(nx, ny): for cells of O - E the highest similarity of their component, else 0."""
     parts, count = ndimage.label(unexplored, CONNECTIVITY_8)
     similarity = np.nan_to_num(map_view.similarity, nan=0.0).astype(np.float64)
     best = np.zeros(count + 1)
@@ -126,7 +125,7 @@ def _similarity_beyond(map_view: MapView, unexplored: Bool) -> F64:
 
 
 def _segments(border: Bool, cell_size_m: float, params: FrontierParams) -> list[I64]:
-    """Cells (K, 2) of each connected stretch that is long enough, cut to the longest allowed."""
+    """Cells (K, 2) of each component that is long enough, cut to the longest allowed."""
     segments: list[I64] = []
     for cells in components(border):
         length_m = float(np.ptp(cells, axis=0).max() + 1) * cell_size_m
@@ -139,7 +138,7 @@ def _segments(border: Bool, cell_size_m: float, params: FrontierParams) -> list[
 
 
 def _principal(cells: I64) -> F64:
-    """Coordinate (K,) of the cells along the direction in which they spread most."""
+    """Coordinate (K,) of the cells along their principal axis."""
     centred = cells - cells.mean(axis=0)
     direction = np.linalg.svd(centred.T @ centred)[0][:, 0]
     along: F64 = centred @ direction

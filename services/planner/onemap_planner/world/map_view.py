@@ -1,4 +1,4 @@
-"""What the map says about one object, on a window that holds the robot too."""
+"""Map view: the layers of the map for one object, on a window that contains the robot."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from onemap_shared.messages import Layer, Occupancy, SearchView
 # Cells counted from the origin of the map frame: they mean the same place in every window.
 WorldCells: TypeAlias = frozenset[tuple[int, int]]
 
-BORDER_CELLS = 2  # unknown cells kept around the window, so that every border of it is seen
+BORDER_CELLS = 2  # unknown cells kept around the window, so that its rim can be a frontier
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class MapView:
 def map_view_around(view: SearchView, robot_xy: F64) -> MapView:
     """The known part of the view, cropped or grown so that the robot (2,) metres is inside.
 
-    Maps come in tiles with much unknown around; planning time follows the known area only.
+    Maps come in tiles with many unknown cells; planning time depends on the known area only.
     """
     robot = view.grid.cells(robot_xy)
     source = _known_box(view, robot)

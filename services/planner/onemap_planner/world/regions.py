@@ -1,4 +1,4 @@
-"""Regions: known well, similar to the object, and not yet searched for it (E - C)."""
+"""Regions of high similarity that are explored, but not yet searched (E - C)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class SimilarRegionParams(Params):
         default=0.3,
         ge=0,
         le=1,
-        description="Similarity from which the map is believed to show the object.",
+        description="Similarity from which a cell may show the object.",
     )
     last_threshold: float = Field(
         default=0.1,
@@ -39,7 +39,7 @@ class SimilarRegionParams(Params):
 
 @dataclass(frozen=True, slots=True)
 class SimilarRegion:
-    """A cluster: cells (K, 2) int64, the most similar cell's centre (2,) metres and score."""
+    """A component: cells (K, 2) int64, centre (2,) metres and similarity of its best cell."""
 
     cells: I64
     peak_xy: F64
@@ -47,15 +47,15 @@ class SimilarRegion:
 
 
 def find_regions(map_view: MapView, params: SimilarRegionParams) -> tuple[SimilarRegion, ...]:
-    """Clusters of similarity above the threshold in E - C, best first."""
+    """Components of similarity above the threshold in E - C, best first."""
     return _clusters(map_view, map_view.explored & ~map_view.searched, params.threshold, params)
 
 
 def remaining_regions(map_view: MapView, params: SimilarRegionParams) -> tuple[SimilarRegion, ...]:
-    """The best few anywhere on the map, from a lower threshold on.
+    """The best ``last_looks`` regions among all observed cells, from ``last_threshold`` on.
 
-    In the first search E and C are one, and C only says that the camera looked, perhaps from
-    too far for the detector; before an object is given up, these places deserve a closer look.
+    In the first search E equals C, and a cell is in C even if it was seen from too far for the
+    detector: before an object counts as not found, these regions are viewed from nearby.
     """
     return _clusters(map_view, map_view.observed, params.last_threshold, params)[
         : params.last_looks
