@@ -14,8 +14,8 @@ class PlannerConfig(PlannerParams):
 
     state_dir: Path | None = Field(
         default=None,
-        description="Folder for the active search, so that it survives a restart; none: it does "
-        "not.",
+        description="Folder for the journal of the active search, from which a restarted planner "
+        "resumes it; none: the search is lost.",
     )
     plan_hz: PositiveFloat = Field(
         default=4.0, description="Plans per second: as often as the map changes."

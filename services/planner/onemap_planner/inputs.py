@@ -1,4 +1,4 @@
-"""What the planner hears of the robot and the map, with the time of arrival."""
+"""Latest inputs from robot and map, with their times of arrival."""
 
 from __future__ import annotations
 
@@ -16,18 +16,16 @@ from onemap_planner.motion.staleness import (
 from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import MapRevision, Odometry
 
-MAX_ODOMETRY_STEP_M = (
-    1.0  # between two odometry messages: the robot was carried or restarted, not driven
-)
-MIN_SPEED_MPS = 0.005  # below this a changing pose is noise and no way
+MAX_ODOMETRY_STEP_M = 1.0  # a longer step between two messages: carried or restarted, not driven
+MIN_SPEED_MPS = 0.005  # below this a changing pose is noise, not driving
 
 
 @dataclass(frozen=True, slots=True)
 class LatestInputs:
-    """The newest of each stream.
+    """The newest message of each stream. Times are seconds of the planner's monotonic clock.
 
-    collided_s: when a collision was last reported; odometer_m: way driven since the start;
-    map_version: (revision, frames fused) of the newest map; maps: how many were heard of.
+    collided_s: when a collision was last reported; odometer_m: distance driven since the start;
+    map_version: (revision, frames fused) of the newest map; map_count: different maps so far.
     """
 
     pose: Pose2d | None = None
@@ -39,34 +37,34 @@ class LatestInputs:
     map_count: int = 0
 
     def ages(self, now_s: float) -> InputAges:
-        """How old it all is."""
+        """Ages of odometry and map at ``now_s``."""
         return ages(self.odometry, self.revision, now_s)
 
     def stale_reason(self, now_s: float, params: StalenessParams) -> str:
-        """Why the robot must stand still; empty if it may move."""
+        """Why the robot must stop; empty if it may move."""
         return stale_reason(self.ages(now_s), params)
 
 
 def with_odometry(inputs: LatestInputs, message: Odometry, now_s: float) -> LatestInputs:
-    """With the robot's new pose, and the odometer advanced by the way from the last."""
+    """The inputs with the new pose, and the odometer advanced by the distance driven."""
     T = message.T_map_body
     pose = Pose2d(float(T[0, 3]), float(T[1, 3]), yaw_of(T))
     moving = inputs.pose is not None and abs(message.linear_mps) > MIN_SPEED_MPS
-    way_m = pose.distance_to(inputs.pose.xy) if inputs.pose is not None and moving else 0.0
+    driven_m = pose.distance_to(inputs.pose.xy) if inputs.pose is not None and moving else 0.0
     return replace(
         inputs,
         pose=pose,
         collided_s=now_s if message.collided else inputs.collided_s,
-        odometer_m=inputs.odometer_m + (way_m if way_m < MAX_ODOMETRY_STEP_M else 0.0),
+        odometer_m=inputs.odometer_m + (driven_m if driven_m < MAX_ODOMETRY_STEP_M else 0.0),
         odometry=newest(inputs.odometry, Arrival(message.sequence, message.stamp_ns, now_s)),
     )
 
 
 def with_revision(inputs: LatestInputs, message: MapRevision, now_s: float) -> LatestInputs:
-    """With the map's new revision.
+    """The inputs with the new revision of the map.
 
-    It is another map (cleared, loaded, or of a mapper that began anew) if it holds fewer frames
-    than before, or more than it took revisions to fuse.
+    It is another map (cleared, loaded, or of a restarted mapper) if it holds fewer frames than
+    before, or gained more frames than revisions.
     """
     arrival = Arrival(message.revision, message.stamp_ns, now_s)
     revisions = message.revision - inputs.map_version[0]

@@ -1,4 +1,4 @@
-"""What the planner means to do, as a message for people to look at."""
+"""The message ``search/path``: path, goal, frontiers and regions, for display."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NO_GOAL = "none"
 
 
 def planned_path(search: Search, decision: Decision | None, stamp_ns: int) -> PlannedPath:
-    """The present path, goal, frontiers and regions; empty without a decision or when over."""
+    """The message of a decision; empty without one, or when the search is over."""
     if decision is None or not search.active:
         return _message(stamp_ns, NO_GOAL, search.reason, decision=None)
     match search.phase:
@@ -36,7 +36,7 @@ def _message(stamp_ns: int, kind: str, reason: str, *, decision: Decision | None
         if isinstance(decision.motion, Drive):
             points = decision.motion.points_xy
         else:
-            kind = NO_GOAL  # it stands or turns
+            kind = NO_GOAL  # the robot rests, rotates or backs up
         offered = decision.goal_candidates
         frontiers = _stack([frontier.beyond_xy for frontier in offered.frontiers])
         frontier_scores = np.array([frontier.score for frontier in offered.frontiers])

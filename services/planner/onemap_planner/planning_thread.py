@@ -1,6 +1,6 @@
-"""The planning thread: asks the map, thinks, and hands over an immutable order.
+"""Planning thread: requests a view of the map, runs a planning step, publishes its plan.
 
-The map may answer slowly or not at all; whoever steers reads ``result``, never waits.
+The map may answer slowly or not at all; the control loop reads ``result`` and never waits.
 """
 
 from __future__ import annotations
@@ -30,13 +30,17 @@ from onemap_shared.transport import Bus, CallError, Counters, QueryTimeout, Remo
 LOG = logging.getLogger("onemap.planner")
 
 VIEW_TIMEOUT_S = 1.0  # a view of a large flat takes under 0.1 s
-COLLISION_MEMORY_S = 0.3  # one planning period: a report in between is not missed
-PERMANENT_ERRORS = frozenset({"invalid", "unknown_word"})  # asking the same again will not help
+COLLISION_MEMORY_S = 0.3  # one planning period, so that no report in between is missed
+PERMANENT_ERRORS = frozenset({"invalid", "unknown_word"})  # a second request would fail too
 
 
 @dataclass(frozen=True, slots=True)
 class PlanningResult:
-    """The newest result of planning. complaint: what the map failed to do, empty if nothing."""
+    """The newest result of planning.
+
+    stale_reason: why there is no view of the map, empty if there is one; view_at_s: when the
+    last view was used, None before the first; goals: number of frontiers and regions.
+    """
 
     plan: Plan | None = None
     stale_reason: str = ""
@@ -47,14 +51,14 @@ class PlanningResult:
 
 @dataclass(frozen=True, slots=True)
 class ThreadInputs:
-    """What the steering loop knows: last heard, and the last command sent."""
+    """What the control loop provides: the latest inputs and the last velocity command."""
 
     inputs: LatestInputs
     command: Velocity2d
 
 
 class PlanningThread:
-    """One thread; ``result`` is replaced as a whole, so that it is safe to read any time."""
+    """Plans every ``period_s``; ``result`` is replaced as a whole, so any thread may read it."""
 
     def __init__(
         self,
@@ -70,7 +74,7 @@ class PlanningThread:
         self._detections = bus.subscribe(keys.DETECTIONS, capacity=8)
         self._paths = bus.publish(keys.SEARCH_PATH)
         self._reset_target: tuple[str, int] | None = None
-        if registry.state is not None:  # what was searched before a restart stays searched
+        if registry.state is not None:  # a restart does not reset the searched layer
             self._reset_target = _target_key(registry.state.search)
         self.result = PlanningResult()
         self._stop = threading.Event()
@@ -84,11 +88,11 @@ class PlanningThread:
 
     @property
     def detection_counters(self) -> Counters:
-        """What became of the detections."""
+        """Counters of the detections."""
         return self._detections.counters
 
     def close(self) -> None:
-        """Stop the thread; a call to the map is not waited for."""
+        """Stop the thread, without waiting for a call to the map."""
         self._stop.set()
         self._thread.join(timeout=2 * VIEW_TIMEOUT_S)
 
@@ -104,7 +108,7 @@ class PlanningThread:
             self._stop.wait(max(self._period_s - (time.monotonic() - began_s), 0.0))
 
     def _plan(self, state: PlannerState) -> None:
-        """One thought on a fresh view of the map."""
+        """One planning step on a new view of the map."""
         view: SearchView | None = None
         stale_reason = ""
         try:
@@ -140,7 +144,7 @@ class PlanningThread:
     def _publish(
         self, state: PlannerState, decision: Decision | None, result: PlanningResult
     ) -> None:
-        """Publish what was decided; without a decision the old order stands and ages."""
+        """Replace the result and publish the path; without a decision the old plan ages."""
         if decision is not None:
             now_s = time.monotonic()
             offered = decision.goal_candidates
@@ -154,7 +158,7 @@ class PlanningThread:
         self.result = result
 
     def _request_view(self, state: PlannerState) -> SearchView:
-        """The view for the object now sought; a new object first resets what was searched."""
+        """The view for the present object; a new object first resets the searched layer."""
         search = state.search
         if isinstance(search.phase, Starting) and self._reset_target != _target_key(search):
             reset = SearchReset(search.search_id)
@@ -165,7 +169,7 @@ class PlanningThread:
         return self._bus.call(keys.MAP_SEARCH_VIEW, request, VIEW_TIMEOUT_S)
 
     def _fail_target(self, state: PlannerState, reason: str) -> None:
-        """End the present object: the map will never know this word."""
+        """End the search for the present object: the map cannot answer for its name."""
         inputs = self._now().inputs
         xy = inputs.pose.xy if inputs.pose else None
         stamp = EventStamp(time.monotonic(), state.active_time_s, xy, inputs.odometer_m)

@@ -165,7 +165,7 @@ class Planner:
         )
 
     def _waiting(self, now_s: float) -> str:
-        """Why the robot stands still, empty if it need not."""
+        """Why the robot waits; empty if it does not."""
         stale_reason = self._inputs.stale_reason(now_s, self._config.staleness)
         return stale_reason or self._planning_thread.result.stale_reason
 

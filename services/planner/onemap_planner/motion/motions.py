@@ -13,7 +13,7 @@ STOP = Velocity2d()
 
 @dataclass(frozen=True, slots=True)
 class Pose2d:
-    """Place and heading in the map."""
+    """Position and heading in the map frame."""
 
     x_m: float
     y_m: float
@@ -21,15 +21,14 @@ class Pose2d:
 
     @property
     def xy(self) -> tuple[float, float]:
-        """The place."""
         return (self.x_m, self.y_m)
 
     def bearing_to(self, xy: tuple[float, float]) -> float:
-        """Angle in [-pi, pi) from the heading to a place; left is positive."""
+        """Angle in [-pi, pi) from the heading to a point (metres); left is positive."""
         return wrap_angle(float(np.arctan2(xy[1] - self.y_m, xy[0] - self.x_m)) - self.yaw_rad)
 
     def distance_to(self, xy: tuple[float, float]) -> float:
-        """Metres to a place."""
+        """Distance to a point (metres)."""
         return float(np.hypot(xy[0] - self.x_m, xy[1] - self.y_m))
 
 
@@ -40,7 +39,7 @@ class Rest:
 
 @dataclass(frozen=True, slots=True)
 class Rotate:
-    """Turn left in place."""
+    """Rotate left in place."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""From a motion to a velocity: path tracking for a differential drive, within limits."""
+"""Pure pursuit path tracking for a differential drive, within speed and acceleration limits."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from onemap_planner.motion.motions import STOP, Drive, Motion, Pose2d, Rest, Rev
 from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.params import Params
+
+MIN_SPEED_MPS = 0.05  # so that the last centimetres of a path are driven too
 
 
 class DriveParams(Params):
@@ -60,7 +62,10 @@ class DriveParams(Params):
 def target_velocity(
     motion: Motion, pose: Pose2d, costmap: Costmap | None, params: DriveParams
 ) -> Velocity2d:
-    """The velocity wanted now, within the speed limits but not yet the acceleration limits."""
+    """The target velocity of a motion, within the speed limits.
+
+    Without a costmap the robot keeps to the speed of the narrowest places.
+    """
     match motion:
         case Rest():
             return STOP
@@ -76,7 +81,7 @@ def target_velocity(
 
 
 def arrived(motion: Motion, pose: Pose2d, params: DriveParams) -> bool:
-    """Whether the robot stands at the end of the path and faces where it should."""
+    """Whether the robot is at the end of the path and faces ``look_xy``."""
     if not isinstance(motion, Drive):
         return False
     end = motion.points_xy[-1]
@@ -87,7 +92,7 @@ def arrived(motion: Motion, pose: Pose2d, params: DriveParams) -> bool:
 def limit_acceleration(
     wanted: Velocity2d, previous: Velocity2d, dt_s: float, params: DriveParams
 ) -> Velocity2d:
-    """The velocity nearest to the wanted one that the limits allow ``dt_s`` after the previous."""
+    """The velocity nearest to ``wanted`` that the limits allow ``dt_s`` after ``previous``."""
     linear = _ramp(previous.linear_mps, wanted.linear_mps, params.max_linear_mps2 * dt_s)
     angular = _ramp(previous.angular_radps, wanted.angular_radps, params.max_angular_radps2 * dt_s)
     return Velocity2d(
@@ -97,14 +102,14 @@ def limit_acceleration(
 
 
 def _heading_error(pose: Pose2d, look_xy: tuple[float, float]) -> float:
-    """Angle to where to look; 0 when standing on it."""
+    """Angle from the heading to ``look_xy``; 0 when the robot is on it."""
     return pose.bearing_to(look_xy) if pose.distance_to(look_xy) > 0.05 else 0.0
 
 
 def _pure_pursuit(
     points_xy: F64, pose: Pose2d, costmap: Costmap | None, params: DriveParams
 ) -> Velocity2d:
-    """Pure pursuit: aim at the point one lookahead further along the path."""
+    """Velocity towards the point one lookahead further along the path."""
     aim, remaining_m = _lookahead_point(points_xy, pose, params.lookahead_m)
     error = pose.bearing_to(aim)
     if abs(error) > params.turn_in_place_rad:
@@ -112,7 +117,7 @@ def _pure_pursuit(
     # Brake in time: v^2 = 2 a s, with half of the allowed deceleration as reserve.
     speed = min(params.max_linear_mps, float(np.sqrt(params.max_linear_mps2 * remaining_m)))
     speed *= _clearance_factor(pose, aim, costmap, params) * float(np.cos(error)) ** 2
-    speed = max(speed, 0.05)  # the last centimetres too
+    speed = max(speed, MIN_SPEED_MPS)
     distance_m = max(pose.distance_to(aim), 1e-3)
     curvature = 2.0 * float(np.sin(error)) / distance_m
     angular = curvature * speed
@@ -125,7 +130,7 @@ def _pure_pursuit(
 def _lookahead_point(
     points_xy: F64, pose: Pose2d, lookahead_m: float
 ) -> tuple[tuple[float, float], float]:
-    """The point to drive at and the length of path left from the robot to its end."""
+    """The lookahead point and the length of path left from the robot to its end, metres."""
     here = np.asarray(pose.xy)
     if len(points_xy) == 1:
         return (float(points_xy[0, 0]), float(points_xy[0, 1])), pose.distance_to(
@@ -147,7 +152,7 @@ def _lookahead_point(
 def _clearance_factor(
     pose: Pose2d, aim: tuple[float, float], costmap: Costmap | None, params: DriveParams
 ) -> float:
-    """Fraction of the top speed that the clearance here and ahead allows."""
+    """Fraction of the top speed that the clearance here and at the lookahead point allows."""
     if costmap is None:
         return params.slow_fraction
     cells = costmap.grid.cells(np.array([pose.xy, aim]))
@@ -159,7 +164,7 @@ def _clearance_factor(
 
 
 def _rotate_by(error_rad: float, params: DriveParams) -> Velocity2d:
-    """Turn in place, braking in time to stop at the right heading."""
+    """Rotate in place, braking in time to stop at the right heading."""
     rate = min(params.max_angular_radps, float(np.sqrt(params.max_angular_radps2 * abs(error_rad))))
     return Velocity2d(0.0, float(np.copysign(rate, error_rad)) if abs(error_rad) > 1e-3 else 0.0)
 

@@ -1,10 +1,9 @@
-"""How old the planner's senses are, and whether the robot may move on them.
+"""Ages of the planner's inputs, and the check whether the robot may move on them.
 
-A message's arrival is what counts, on the planner's own monotonic clock, and only
-the arrival of something new: a latched or repeated message proves nothing. Stamps
-are compared among themselves only. Odometry and frames are both stamped by the
-robot, so its clock can be read off the newest odometry, and the age of the map's
-content follows without any two boxes agreeing on the time.
+Age counts from the arrival of a new message on the planner's monotonic clock; latched or
+repeated messages do not count. Stamps are compared only with each other: odometry and frames
+are both stamped by the robot, so the newest odometry tells the robot's clock, and the age of
+the map's content follows without synchronised clocks.
 """
 
 from __future__ import annotations
@@ -16,14 +15,14 @@ from pydantic import Field, PositiveFloat
 
 from onemap_shared.params import Params
 
-MAX_COMPARABLE_LAG_S = 5.0  # a lag beyond this with fresh arrivals is a wrong stamp, not a slow map
+MAX_COMPARABLE_LAG_S = 5.0  # more lag on fresh arrivals means a wrong stamp, not a slow map
 
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """The newest message of a stream. mark: its sequence or revision; at_s: when it came."""
+    """The newest message of a stream. sequence: or revision; at_s: time of arrival, seconds."""
 
-    mark: int
+    sequence: int
     stamp_ns: int
     at_s: float
 
@@ -51,7 +50,7 @@ class StalenessParams(Params):
 
 @dataclass(frozen=True, slots=True)
 class InputAges:
-    """Seconds; infinity for what never came. lag: robot's clock now less the map's stamp."""
+    """Seconds, infinity before the first message; map_lag_s: robot's clock less the map's stamp."""
 
     odometry_s: float
     map_s: float
@@ -59,12 +58,12 @@ class InputAges:
 
 
 def newest(known: Arrival | None, arrival: Arrival) -> Arrival:
-    """The arrival to remember: the heard one, unless it repeats what is known."""
-    return known if known is not None and known.mark == arrival.mark else arrival
+    """The arrival to keep: the new one, unless it repeats the known one."""
+    return known if known is not None and known.sequence == arrival.sequence else arrival
 
 
 def ages(odometry: Arrival | None, revision: Arrival | None, now_s: float) -> InputAges:
-    """Ages now. The lag is 0 where stamps cannot be compared."""
+    """Ages at ``now_s``. The lag is 0 where stamps cannot be compared."""
     odometry_s = now_s - odometry.at_s if odometry else math.inf
     map_s = now_s - revision.at_s if revision else math.inf
     lag_s = 0.0
@@ -77,7 +76,7 @@ def ages(odometry: Arrival | None, revision: Arrival | None, now_s: float) -> In
 
 
 def stale_reason(age: InputAges, params: StalenessParams) -> str:
-    """Why the robot must stand still, in words; empty if it may move."""
+    """Why the robot must stop, for people; empty if it may move."""
     if age.odometry_s > params.max_odometry_age_s:
         return _age_text("odometry", age.odometry_s)
     if age.map_s > params.max_map_age_s:

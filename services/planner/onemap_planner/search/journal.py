@@ -1,6 +1,6 @@
-"""The active search on disk, so that a planner that was killed goes on with it.
+"""Journal of the active search on disk, from which a restarted planner resumes it.
 
-One small JSON file, replaced atomically; its absence means that nothing is being sought.
+One JSON file, replaced atomically; without a file no search is active.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ FILE_NAME = "search.json"
 
 
 class JournalError(Exception):
-    """A record that cannot be used; the text says why."""
+    """A journal that cannot be used; the text says why."""
 
 
 def save(folder: Path, search: Search, *, now_s: float, odometer_m: float) -> None:
-    """Write the active search, or remove the record of one that is over."""
+    """Write the active search, or remove the file if the search is over."""
     path = folder / FILE_NAME
     if not search.active:
         path.unlink(missing_ok=True)
@@ -50,9 +50,9 @@ def save(folder: Path, search: Search, *, now_s: float, odometer_m: float) -> No
 
 
 def load(folder: Path, now_s: float) -> Search | None:
-    """The recorded search at the object it was at, or None if there is none.
+    """The search of the journal at its present object, or None if there is none.
 
-    The time between the last record and now is not counted; the odometer begins at zero.
+    The time since it was written is not counted; the odometer begins at zero.
     """
     path = folder / FILE_NAME
     try:
