@@ -1,7 +1,7 @@
-"""Names compete for places: what another name fits better is not the object.
+"""Competition of names: what resembles another name more is not the object.
 
-A place is contested by the other names of the search, cell by cell on the map and detection
-by detection, and by what was found before: a bed that was confirmed is not a sofa next.
+Other names of the search compete cell by cell on the map and detection by detection; objects
+found before compete too: a bed that was confirmed is not found again as a sofa.
 """
 
 from __future__ import annotations
@@ -22,27 +22,27 @@ from onemap_shared.geometry import F64
 from onemap_shared.messages import MAX_RIVALS, Detections, TextEmbeddings
 from onemap_shared.names import normalised, same_name
 
-# Two sets of cells are one place if they share this part of the smaller one. A pillow on a bed
-# is another place: its cells never looked like the bed.
+# Two sets of cells overlap if they share this part of the smaller one. A pillow on a bed does
+# not: its cells never resembled the bed.
 SAME_PLACE = 0.5
-MAX_FOUND_OBJECTS = 64  # finds remembered, the newest; the oldest are forgotten
+MAX_FOUND_OBJECTS = 64  # the newest are kept
 
 
 @dataclass(frozen=True, slots=True)
 class FoundObject:
-    """A find: its name and the world cells that supported it."""
+    """A confirmed object: its name and the world cells that supported it."""
 
     name: str
     cells: WorldCells
 
 
-# Pairs of normalised names that mean the same and so do not compete.
+# Pairs of normalised names that mean the same and therefore do not compete.
 Synonyms = frozenset[frozenset[str]]
 NO_SYNONYMS: Synonyms = frozenset()
 
 
 def synonyms_of(embeddings: TextEmbeddings) -> Synonyms:
-    """The pairs among the texts that mean the same to the encoder."""
+    """Pairs among the texts that mean the same to the encoder."""
     pairs = np.argwhere(np.triu(embeddings.same_meaning(), 1))
     texts = [normalised(text) for text in embeddings.texts]
     return frozenset(frozenset((texts[one], texts[other])) for one, other in pairs)
@@ -51,7 +51,7 @@ def synonyms_of(embeddings: TextEmbeddings) -> Synonyms:
 def with_found_object(
     found_objects: tuple[FoundObject, ...], name: str, candidate: ObjectCandidate
 ) -> tuple[FoundObject, ...]:
-    """The claims and that of a candidate just confirmed."""
+    """The found objects and a candidate just confirmed."""
     return (*found_objects, FoundObject(name, candidate.cells))[-MAX_FOUND_OBJECTS:]
 
 
@@ -61,7 +61,7 @@ def rival_names(
     found_objects: Iterable[FoundObject],
     synonyms: Synonyms = NO_SYNONYMS,
 ) -> tuple[str, ...]:
-    """Other names that what looks like the target may be: of the search, then of newest finds."""
+    """Names that compete with the target: of the search, then of found objects, newest first."""
     newest_first = reversed([found_object.name for found_object in found_objects])
     names = dict.fromkeys((*objects, *newest_first))
     return tuple(n for n in names if not means_same(n, target, synonyms))[:MAX_RIVALS]
@@ -70,17 +70,17 @@ def rival_names(
 def found_under_other_names(
     found_objects: Iterable[FoundObject], target: str, synonyms: Synonyms
 ) -> tuple[FoundObject, ...]:
-    """The finds of names that do not mean the target."""
+    """The found objects whose names do not mean the target."""
     return tuple(c for c in found_objects if not means_same(c.name, target, synonyms))
 
 
 def conflicting_object(
     candidate: ObjectCandidate, found_objects: Iterable[FoundObject], map_view: MapView
 ) -> FoundObject | None:
-    """The find, of those of other names, that the candidate's place belongs to; None: it is free.
+    """The found object of another name that the candidate is; None if it is none of them.
 
-    It does if the two are one place, and if over the cells of both some other name fits the
-    map better than the target, on average.
+    It is if their cells overlap and if, averaged over the cells of both, another name is more
+    similar to the map than the target.
     """
     for found_object in found_objects:
         if not _overlap(found_object.cells, candidate.cells):
@@ -97,7 +97,7 @@ def conflicting_object(
 def found_object_at(
     cell: tuple[int, int], found_objects: Sequence[FoundObject]
 ) -> FoundObject | None:
-    """The newest of these finds that a world cell supported."""
+    """The newest of these found objects that a world cell supported."""
     return next(
         (found_object for found_object in reversed(found_objects) if cell in found_object.cells),
         None,
@@ -113,10 +113,10 @@ def count_contradictions(
     map_view: MapView,
     params: ConsensusParams,
 ) -> tuple[ObjectCandidate, ...]:
-    """The candidates after a frame in which other names may have been detected in their place.
+    """The candidates, with the frames counted in which another name was detected there.
 
-    A candidate of which the frame holds a sighting (``seen``) stands: what lies on it or before
-    it does not speak against it.
+    A frame with a sighting of the candidate (``seen``) is not counted: the other detection lies
+    on the object or before it.
     """
     others = [
         map_view.world_cells(map_view.grid.cells(_points(detections, index)))
@@ -133,7 +133,7 @@ def count_contradictions(
 
 
 def means_same(one: str, other: str, synonyms: Synonyms) -> bool:
-    """Whether two names are one, or mean the same."""
+    """Whether two names are equal or synonyms."""
     return same_name(one, other) or frozenset((normalised(one), normalised(other))) in synonyms
 
 

@@ -1,4 +1,4 @@
-"""Exploring: which goal to pursue, and when to let go of it."""
+"""Exploration: which goal to drive to, and when to abandon it."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.regions import SimilarRegion, find_regions, remaining_regions
 
-MAX_CANDIDATES_TRIED = 5  # candidates that are given a thought at once
+MAX_CANDIDATES_TRIED = 5  # candidates considered in one step, those with the most sightings
 
 
 def select_candidate(
     state: PlannerState, context: PlanningContext, params: PlannerParams
 ) -> Event | None:
-    """The candidate to walk up to, if one has been seen often enough and can be reached."""
+    """The event that selects a candidate seen often enough and reachable, if there is one."""
     for candidate in state.target_state.candidates[:MAX_CANDIDATES_TRIED]:
         if candidate.sightings < params.consensus.min_sightings:
             continue
         if candidate.contradictions > candidate.sightings:
-            continue  # more often seen as something else
+            continue  # more often detected under another name
         if find_viewpoint(candidate, context, params.explore.bands_m) is not None:
             return CandidateSelected(candidate)
     return None
@@ -46,7 +46,7 @@ def select_candidate(
 def explore(
     state: PlannerState, context: PlanningContext, params: PlannerParams
 ) -> tuple[PlannerState, Motion, Event | None, GoalCandidates]:
-    """Pursue the best goal; no goal for a while means that everything has been searched."""
+    """Drive to the best goal; without one for ``settle_s`` the object counts as not found."""
     goal_candidates = GoalCandidates(
         find_frontiers(context.map_view, context.costmap, params.frontier),
         find_regions(context.map_view, params.region),
@@ -121,7 +121,7 @@ def _unconfirmed(state: PlannerState, params: PlannerParams) -> tuple[ObjectCand
 
 
 def _abandon_finished(state: PlannerState, params: PlannerParams) -> PlannerState:
-    """Shun a goal that was visited and stayed, or takes too long."""
+    """Blacklist the active goal if it was viewed for ``linger_s`` or its time is over."""
     active_goal = state.target_state.active_goal
     if active_goal is None:
         return state
@@ -134,7 +134,7 @@ def _abandon_finished(state: PlannerState, params: PlannerParams) -> PlannerStat
 
 
 def _activate(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveGoal:
-    """The pursuit of this goal: the present one, its goal updated, or a new one."""
+    """The active goal: the present one if the goal is about the same point, else a new one."""
     active_goal = state.target_state.active_goal
     if (
         active_goal is not None
@@ -163,7 +163,7 @@ def _idle(
 
 
 def _covered(state: PlannerState, context: PlanningContext) -> str:
-    """How much was searched, and what came nearest to the object."""
+    """How much was explored, and where the similarity to the object is highest."""
     map_view = context.map_view
     area_m2 = float(map_view.explored.sum()) * map_view.cell_area_m2
     text = f"searched everything reachable: {area_m2:.0f} m² explored"

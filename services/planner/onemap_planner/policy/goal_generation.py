@@ -28,7 +28,7 @@ MAX_FRONTIER_CELLS = 5  # lines of sight tried per frontier, from its middle out
 def frontier_goals(
     frontiers: tuple[Frontier, ...], costmap: Costmap, cost_to_go: CostToGo, *, params: GoalParams
 ) -> list[Goal]:
-    """A goal for each frontier that can be walked up to."""
+    """A goal for each frontier with a reachable viewpoint."""
     reachable_mask = reachable(costmap, cost_to_go)
     if not reachable_mask.any():
         return []
@@ -69,7 +69,7 @@ def region_goals(
     tried_xy: F64,
     params: GoalParams,
 ) -> list[Goal]:
-    """A goal for each region that can be seen from a viewpoint not tried before (T, 2), metres."""
+    """A goal for each region that has a viewpoint not tried before (T, 2), metres."""
     goals = []
     band_m = (params.view_nearest_m, params.view_farthest_m)
     tried = costmap.grid.cells(tried_xy)

@@ -16,7 +16,7 @@ from onemap_shared.params import Params
 
 
 class GoalKind(str, Enum):
-    """What a goal is for; the words travel in ``PlannedPath.goal_kind``."""
+    """What a goal is for; the values are those of ``PlannedPath.goal_kind``."""
 
     FRONTIER = "frontier"
     REGION = "region"
@@ -37,7 +37,7 @@ class GoalParams(Params):
     travel_weight_per_m: float = Field(
         default=0.04,
         ge=0,
-        description="Similarity that a metre of way must be worth: 10 m for 0.4, the difference "
+        description="Similarity that outweighs a metre of path: 10 m for 0.4, the difference "
         "between a hint and none.",
     )
     size_weight_per_m: float = Field(
@@ -64,7 +64,7 @@ class GoalParams(Params):
 
 @dataclass(frozen=True, slots=True)
 class GoalUtility:
-    """Utility of a goal, in units of similarity: score and size, less the way there."""
+    """Utility of a goal, in units of similarity: score and size, less the path to it."""
 
     score: float
     size_bonus: float
@@ -91,7 +91,7 @@ class GoalUtility:
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """Stand at viewpoint_xy and look at look_xy, (2,) metres each."""
+    """Drive to viewpoint_xy and face look_xy, (2,) metres each."""
 
     kind: GoalKind
     viewpoint_xy: tuple[float, float]
@@ -100,7 +100,7 @@ class Goal:
     reason: str
 
     def looks_at(self, xy: tuple[float, float], within_m: float) -> bool:
-        """Whether what the goal looks at lies within ``within_m`` of a place."""
+        """Whether ``look_xy`` lies within ``within_m`` of a point (metres)."""
         return float(np.hypot(self.look_xy[0] - xy[0], self.look_xy[1] - xy[1])) <= within_m
 
 

@@ -45,7 +45,7 @@ class ExploreParams(Params):
     )
     linger_s: PositiveFloat = Field(
         default=1.0,
-        description="Seconds at a goal for the map to take it in; it is left alone afterwards.",
+        description="Seconds at a goal, so that the map fuses it; it is blacklisted afterwards.",
     )
     settle_s: PositiveFloat = Field(
         default=2.0, description="Seconds without any goal before the object counts as not found."
@@ -54,11 +54,11 @@ class ExploreParams(Params):
         default=15.0, description="Seconds allowed for any goal, turning included."
     )
     goal_s_per_m: PositiveFloat = Field(
-        default=5.0, description="Seconds allowed per metre of way: three times a slow drive."
+        default=5.0, description="Seconds allowed per metre of path: three times a slow drive."
     )
     blacklist_radius_m: PositiveFloat = Field(
         default=0.5,
-        description="Metres around a goal that came to nothing in which no other is taken.",
+        description="Metres around a goal viewed without result in which no other is taken.",
     )
     known_around: float = Field(
         default=0.4,
@@ -96,15 +96,15 @@ class PlannerParams(Params):
     )
     region: SimilarRegionParams = Field(
         default=SimilarRegionParams(),
-        description="What counts as a place on the map that is worth a second look.",
+        description="What counts as a region of the map that is worth a closer view.",
     )
     goal: GoalParams = Field(
         default=GoalParams(),
-        description="How places to go to are weighed against each other and the way there.",
+        description="How goals are weighed against each other and the path to them.",
     )
     consensus: ConsensusParams = Field(
         default=ConsensusParams(),
-        description="When a detection and the map agree, so that it is believed.",
+        description="When a detection and the map agree, so that it counts.",
     )
     explore: ExploreParams = Field(
         default=ExploreParams(),
@@ -116,7 +116,7 @@ class PlannerParams(Params):
     )
     staleness: StalenessParams = Field(
         default=StalenessParams(),
-        description="How old, in seconds, what the robot drives by may be: older stops it.",
+        description="How old, in seconds, the inputs may be: older ones stop the robot.",
     )
     recovery: RecoveryParams = Field(
         default=RecoveryParams(),

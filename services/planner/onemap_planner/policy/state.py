@@ -1,4 +1,4 @@
-"""What the planner keeps in mind from one plan to the next."""
+"""State, observation and decision of a planning step, and the changes to the state."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.messages import Detections, SearchView
 from onemap_shared.trail import extended
 
-TRAIL_STEP_M = 0.1  # places closer together than this cover the same floor
-MAX_LOOKS = 3  # at one region or doubtful sighting, from different stands
-TRAIL_LENGTH = 5000  # 500 m of way
+TRAIL_STEP_M = 0.1  # points closer together than this cover the same floor
+MAX_LOOKS = 3  # views of one region or uncertain candidate, from different viewpoints
+TRAIL_LENGTH = 5000  # points, 500 m
 
 
 @dataclass(frozen=True, slots=True)
 class ActiveGoal:
-    """A goal being pursued. Seconds are attentive seconds; ``arrived_s`` None: under way."""
+    """The goal that the robot drives to. Seconds are active time; arrived_s None: on its way."""
 
     goal: Goal
     since_s: float
@@ -34,11 +34,11 @@ class ActiveGoal:
 
 @dataclass(frozen=True, slots=True)
 class TargetState:
-    """What belongs to the present object; a new object gets a new one.
+    """State of the search for the present object; the next object begins with an empty one.
 
-    shunned: goals at regions and sightings that came to nothing. idle_since_s: since when
-    there has been no goal, or no stand before the candidate; None: there is one.
-    reconsidered: whether everything was searched before, and what was rejected forgiven.
+    blacklisted: goals at regions and candidates that were viewed without result. idle_since_s:
+    since when there has been no goal, or no viewpoint of the candidate, in active time; None:
+    there is one. reconsidered: whether rejected candidates got their second chance already.
     """
 
     candidates: tuple[ObjectCandidate, ...] = ()
@@ -51,14 +51,14 @@ class TargetState:
 
 @dataclass(frozen=True, slots=True)
 class PlannerState:
-    """All the planner remembers during one search.
+    """State of the planner during one search.
 
-    trail: where the robot has been, metres; claims: what was found, in this search and those
-    before on the same map, and where; synonyms: of all these names;
-    blacklisted_frontiers: frontiers that stayed after a visit, kept for the whole
-    search, since what could not be seen for one object cannot for the next.
-    active_time_s: seconds in which the senses were fresh; last_step_s: when it last thought;
-    stale_since_s: since when the senses are not fresh, None when they are.
+    blacklisted_frontiers: frontiers that remained after a visit, kept for the whole search,
+    because what could not be seen for one object cannot for the next. trail: where the robot
+    has been, metres. found_objects: of this search and those before on the same map; synonyms:
+    of all these names. known_m2: known area at the last step. active_time_s: seconds with
+    fresh inputs; last_step_s: time of the last step; stale_since_s: since when the inputs are
+    stale, None while they are fresh; both of the planner's monotonic clock.
     """
 
     search: Search
@@ -82,11 +82,11 @@ class PlannerState:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What is known at the time of a thought.
+    """Inputs of one planning step, at ``now_s`` of the planner's monotonic clock.
 
-    pose None: no odometry yet; view None: the map has not answered. detections: all that
-    came since the last thought, oldest first. command: the velocity last sent. complaint:
-    why the senses are not to be trusted now; empty if they are.
+    pose None: no odometry yet; view None: the map has not answered; detections: all since the
+    last step, oldest first; command: the velocity last sent; stale_reason: why the inputs are
+    too old to act on, empty if they are fresh.
     """
 
     now_s: float
@@ -101,7 +101,7 @@ class Observation:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What to do until the next thought, and what led to it."""
+    """The motion until the next step, with the goal and what it was chosen from."""
 
     motion: Motion
     costmap: Costmap
@@ -116,7 +116,7 @@ def with_pose(state: PlannerState, pose: Pose2d) -> PlannerState:
 
 
 def blacklist(state: PlannerState, goal: Goal) -> PlannerState:
-    """The mind with this goal left alone from now on."""
+    """The state with this goal, active or not, blacklisted; no goal is active."""
     target_state = replace(state.target_state, active_goal=None)
     if goal.kind is GoalKind.FRONTIER:
         return replace(
@@ -130,14 +130,14 @@ def blacklist(state: PlannerState, goal: Goal) -> PlannerState:
 
 
 def reconsider(state: PlannerState) -> PlannerState:
-    """The mind that gives what it rejected one more chance, when nothing better is left."""
+    """The state that considers rejected candidates once more, because no goal is left."""
     return replace(state, target_state=TargetState(reconsidered=True))
 
 
 def is_blacklisted(state: PlannerState, goal: Goal, within_m: float) -> bool:
-    """Whether enough goals of its kind came to nothing there.
+    """Whether enough goals of its kind were blacklisted ``within_m`` of it.
 
-    A border either goes away or it does not; what is looked at may show from another side.
+    One visit decides about a frontier; an object may be visible from another viewpoint.
     """
     if goal.kind is GoalKind.FRONTIER:
         return any(goal.looks_at(xy, within_m) for xy in state.blacklisted_frontiers)
@@ -152,7 +152,7 @@ def is_blacklisted(state: PlannerState, goal: Goal, within_m: float) -> bool:
 def latest_candidate(
     state: PlannerState, candidate: ObjectCandidate, params: ConsensusParams
 ) -> ObjectCandidate:
-    """What has become of the candidate: the remembered one at the same place."""
+    """The candidate as it is known now: on common cells, else within ``merge_m``, else as given."""
     for known in state.target_state.candidates:
         if not known.cells.isdisjoint(candidate.cells):
             return known
@@ -163,7 +163,7 @@ def latest_candidate(
 
 
 def reject_candidate(state: PlannerState, candidate: ObjectCandidate) -> PlannerState:
-    """The mind that no longer believes in the candidate, nor in new sightings of it."""
+    """The state without the candidate; new sightings of it are ignored."""
     target_state = state.target_state
     left = tuple(c for c in target_state.candidates if c.cells.isdisjoint(candidate.cells))
     return replace(

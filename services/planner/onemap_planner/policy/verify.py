@@ -1,4 +1,4 @@
-"""Approaching and confirming: walk up to a candidate and make sure."""
+"""Verification of a candidate: approach it, then confirm it with new detections."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from onemap_planner.world.candidates import ObjectCandidate
 def approach(
     state: PlannerState, phase: Approaching, context: PlanningContext, params: PlannerParams
 ) -> tuple[PlannerState, Motion, Event | None]:
-    """Walk up to the candidate, which later sightings may move."""
+    """Drive to the viewpoint of the candidate, whose position later sightings refine."""
     candidate = latest_candidate(state, phase.candidate, params.consensus)
     viewpoint_xy = find_viewpoint(candidate, context, params.explore.bands_m)
     if viewpoint_xy is None:
@@ -36,7 +36,7 @@ def approach(
 def confirm(
     state: PlannerState, phase: Confirming, context: PlanningContext, params: PlannerParams
 ) -> tuple[PlannerState, Motion, Event | None]:
-    """Stand still, face the candidate and count the detections that agree."""
+    """Face the candidate and count the new detections that agree."""
     candidate = latest_candidate(state, phase.candidate, params.consensus)
     motion = Drive(np.array([context.pose.xy]), (candidate.xyz[0], candidate.xyz[1]))
     agreeing = candidate.sightings - phase.candidate.sightings
@@ -51,7 +51,7 @@ def confirm(
 def _wait_for_path(
     state: PlannerState, candidate: ObjectCandidate, params: PlannerParams
 ) -> tuple[PlannerState, Motion, Event | None]:
-    """The map may have hidden the way for a moment only."""
+    """Reject the candidate only after ``settle_s``: the map may lose a path for a moment."""
     since_s = state.target_state.idle_since_s
     if since_s is None:
         since_s = state.active_time_s

@@ -1,4 +1,4 @@
-"""Where to stand to look at something."""
+"""Viewpoints: reachable cells from which a target can be seen."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from onemap_shared.geometry import F64, I64, Bool
 
 Bands: TypeAlias = tuple[tuple[float, float], ...]  # nearest and farthest distance, metres
 
-MAX_TRIES = 80  # lines of sight tried per target, cheapest stands first
-TRIED_M = 0.7  # a stand this near to one tried in vain shows nothing new
-BLUR_CELLS = 2  # the map blurs: cells this close to the target belong to it, not before it
+MAX_TRIES = 80  # lines of sight tried per target, cheapest viewpoints first
+TRIED_M = 0.7  # a viewpoint nearer than this to a tried one shows nothing new
+BLUR_CELLS = 2  # the map is blurred: obstacles this close to the target belong to it
 
 
 def reachable(costmap: Costmap, cost_to_go: CostToGo) -> Bool:
@@ -32,8 +32,8 @@ def reachable(costmap: Costmap, cost_to_go: CostToGo) -> Bool:
 class Viewpoints:
     """Reachable cells from which a target may be seen, cheapest first, at most ``MAX_TRIES``.
 
-    Cells count from ``corner`` (2,). stands (N, 2); look (N, 2): the target cell nearest to
-    each; obstructed (nx, ny): obstacles of the window that do not belong to the target.
+    Indices count from ``corner`` (2,). cells (N, 2): the viewpoints; look (N, 2): the target
+    cell nearest to each; obstructed (nx, ny): obstacles that do not belong to the target.
     """
 
     corner: I64
@@ -45,9 +45,9 @@ class Viewpoints:
 def viewpoints_around(
     target: I64, costmap: Costmap, cost_to_go: CostToGo, *, band_m: tuple[float, float], tried: I64
 ) -> Viewpoints:
-    """Stands whose distance to the nearest target cell (K, 2) lies in the band.
+    """Viewpoints whose distance to the nearest target cell (K, 2) lies in the band.
 
-    tried (T, 2): cells stood on in vain; none within ``TRIED_M`` of them is offered again.
+    tried (T, 2): earlier viewpoints; none within ``TRIED_M`` of them is returned.
     """
     corner, box = _window(target, costmap, band_m[1])
     size = costmap.grid.cell_size_m
@@ -68,10 +68,10 @@ def viewpoints_around(
 
 
 def first_visible(around: Viewpoints, seen_from: I64) -> I64 | None:
-    """The cheapest stand (2,) that sees the target; None if none does.
+    """The cheapest viewpoint (2,) from which the target is visible; None if there is none.
 
-    It does if no obstacle lies between, or if it lies in a direction that the target was seen
-    from (S, 2): flat maps cannot tell that one looks over a table at the cup behind it.
+    It is visible if no obstacle lies between, or from the directions from which it was seen
+    (S, 2): a 2-D map does not show that the camera looks over a table at a cup behind it.
     """
     clear = ~around.obstructed
     seen_from = seen_from - around.corner
@@ -83,9 +83,9 @@ def first_visible(around: Viewpoints, seen_from: I64) -> I64 | None:
 
 
 def least_occluded(around: Viewpoints) -> I64 | None:
-    """The stand (2,) with the fewest obstacles before the target; None if there is no stand.
+    """The viewpoint (2,) with the fewest obstacles before the target; None if there is none.
 
-    What stands on a deep counter is never in plain view on a flat map.
+    On a 2-D map an object deep on a counter is occluded from everywhere.
     """
     if len(around.cells) == 0:
         return None
@@ -100,7 +100,7 @@ def least_occluded(around: Viewpoints) -> I64 | None:
 def find_viewpoint(
     candidate: ObjectCandidate, context: PlanningContext, bands_m: Bands
 ) -> tuple[float, float] | None:
-    """Where (metres) to stand before the candidate; None if nowhere can be reached.
+    """The viewpoint (metres) of a candidate; None if none can be reached.
 
     bands_m: distances from its surface, tried in this order.
     """
@@ -125,16 +125,16 @@ def find_viewpoint(
 
 
 def _occupied_only(cells: I64, costmap: Costmap) -> I64:
-    """The cells (K, 2) in which something stands, all of them if none does.
+    """The occupied ones of the cells (K, 2), all of them if none is.
 
-    A detection's rim covers floor before the thing; it must not be taken for its surface.
+    The rim of a detection covers floor before the object, which is not its surface.
     """
     solid = cells[costmap.occupied[cells[:, 0], cells[:, 1]]]
     return solid if len(solid) else cells
 
 
 def _spread(viewpoints: I64) -> I64:
-    """At most ``MAX_TRIES`` of the stands (N, 2), evenly chosen, in their order."""
+    """At most ``MAX_TRIES`` of the viewpoints (N, 2), evenly chosen, in their order."""
     if len(viewpoints) <= MAX_TRIES:
         return viewpoints
     chosen: I64 = viewpoints[np.linspace(0, len(viewpoints) - 1, MAX_TRIES).astype(int)]
@@ -156,7 +156,7 @@ def _occluded_length(obstructed: Bool, viewpoint: I64, look: I64) -> float:
 
 
 def _same_side(viewpoint: I64, look: I64, seen_from: I64) -> bool:
-    """Whether the stand lies within 45 degrees of a direction the target was seen from."""
+    """Whether the viewpoint is within 45 degrees of a direction the target was seen from."""
     towards = (viewpoint - look).astype(float)
     seen: F64 = (seen_from - look).astype(float)
     norms = np.hypot(*towards) * np.hypot(seen[:, 0], seen[:, 1])
