@@ -17,23 +17,20 @@ from onemap_planner.policy.competition import (
     synonyms_of,
     with_found_object,
 )
-from onemap_planner.policy.state import PlannerState, TargetState
-from onemap_planner.policy.verify import confirm
 from onemap_planner.registry import SearchRegistry
-from onemap_planner.search.events import Confirmed, EventStamp
-from onemap_planner.search.phases import Confirming, Finished
+from onemap_planner.search.events import EventStamp
+from onemap_planner.search.phases import Finished
 from onemap_planner.search.state_machine import new_search
 from onemap_planner.world.candidates import ObjectCandidate, Sighting, sightings_of
-from onemap_planner.world.map_view import MapView, map_view_around
+from onemap_planner.world.map_view import MapView
 from onemap_shared.messages import (
     MAX_RIVALS,
     Detections,
     SearchState,
     TextEmbeddings,
 )
-from tests.planner.drawn_maps import PARAMS, drawn_map, search_view_of
+from tests.planner.drawn_maps import PARAMS, drawn_map
 from tests.planner.grid_world import GridWorld, SimulatedSearch, in_four_rooms, start
-from tests.planner.policy.test_verify import context
 
 STAMP = EventStamp(0.0, 0.0, (1.0, 1.0), 0.0)
 BED = frozenset((x, y) for x in range(4, 14) for y in range(4, 12))
@@ -177,17 +174,6 @@ def test_frames_that_show_another_name_there_count_against(
     assert after.contradictions == contradictions
 
 
-@pytest.mark.parametrize(("contradictions", "sure"), [(5, True), (6, False)])
-def test_it_is_not_confirmed_while_another_name_is_seen_as_often(
-    contradictions: int, sure: bool
-) -> None:
-    then = candidate(PILLOW, 4)
-    now = replace(then, sightings=10, contradictions=contradictions)
-    state = PlannerState(new_search("id", ("sofa",), STAMP, 0), TargetState(candidates=(now,)))
-    _, _, event = confirm(state, Confirming(then, 0.0), context(), PARAMS)
-    assert event == (Confirmed(now) if sure else None)
-
-
 class Confused(GridWorld):
     """The detector and the map take a bed for a sofa as well, a little less surely."""
 
@@ -236,13 +222,3 @@ def test_a_map_that_begins_anew_frees_all_places() -> None:
     run.world.forget()
     run.step()
     assert run.state.found_objects == ()
-
-
-def test_the_rival_s_score_survives_the_crop_around_the_robot() -> None:
-    map_view = map_view_where({}, dict.fromkeys(BED, 0.7))
-    view = replace(search_view_of(map_view), rival=map_view.rival)
-    cropped = map_view_around(view, np.array([0.5, 0.5]))
-    x, y = np.array([5, 5]) - np.asarray(cropped.grid.origin_cell)
-    assert cropped.rival[x, y] == pytest.approx(0.7)
-    alone = map_view_around(search_view_of(map_view), np.array([0.5, 0.5]))
-    assert np.isneginf(alone.rival).all()

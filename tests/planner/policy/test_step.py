@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import STOP, Drive, Pose2d, Reverse
-from onemap_planner.path_message import planned_path
 from onemap_planner.search.phases import Approaching, Exploring, Finished, LookingAround
 from onemap_shared.messages import Occupancy, SearchState
 from tests.planner.grid_world import FloorPlan, GridWorld, SimulatedSearch, in_four_rooms, start
@@ -134,22 +133,6 @@ def test_the_time_limit_of_an_object() -> None:
     run.until_over(60.0)
     assert results(run)[0] is SearchState.FAILED
     assert "limit" in run.state.search.results[0].reason
-
-
-def test_what_it_means_to_do_can_be_shown() -> None:
-    run = start(in_four_rooms(), "sofa")
-    kinds = set()
-    while run.state.search.active and run.now_s < 300.0:
-        run.step()
-        shown = planned_path(run.state.search, run.decision, 5)
-        kinds.add(shown.goal_kind)
-        assert len(shown.goal_m) == (shown.goal_kind != "none")
-        assert shown.goal_reason
-        if isinstance(run.state.search.phase, Exploring) and run.decision is not None:
-            assert len(shown.frontiers_m) == len(run.decision.goal_candidates.frontiers)
-    assert {"none", "frontier", "detection"} <= kinds
-    over = planned_path(run.state.search, None, 5)
-    assert (over.goal_kind, len(over.points_m)) == ("none", 0)
 
 
 def test_plans_lead_through_free_cells_only() -> None:

@@ -8,16 +8,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from onemap_planner.world.costmap import build_costmap
-from onemap_planner.world.map_view import map_view_around
-from onemap_shared.grid import GridSpec
-from onemap_shared.messages import Occupancy, SearchView
+from onemap_shared.messages import Occupancy
 from tests.planner.drawn_maps import (
     NO_POINTS,
     PARAMS,
     POINT_ROBOT,
     costmap_of,
     drawn_map,
-    search_view_of,
 )
 from tests.reference.planning import clearances
 
@@ -97,31 +94,3 @@ def test_a_block_takes_its_surroundings_out_of_the_way() -> None:
     assert blocked.occupied[18, 18]
     assert not blocked.navigable[17, 17]
     assert blocked.navigable[12, 12]
-
-
-def test_the_window_holds_what_is_known_and_the_robot() -> None:
-    view = search_view_of(drawn_map("          ", "   ..#    ", "          "))
-    map_view = map_view_around(view, np.array([0.95, -0.35]))
-    assert map_view.grid.contains(map_view.grid.cells(np.array([0.95, -0.35])))
-    cell = map_view.grid.cells(view.grid.centres(np.array([1, 5])))
-    assert map_view.occupancy[tuple(cell)] == Occupancy.OCCUPIED
-    assert map_view.occupancy.sum() == view.occupancy.sum()
-    assert map_view.explored.sum() == 3
-    assert np.isnan(map_view.similarity).sum() == map_view.similarity.size - 3
-
-
-def test_an_empty_map_gives_a_window_around_the_robot() -> None:
-    empty = SearchView(
-        text="",
-        revision=0,
-        sequence=0,
-        stamp_ns=0,
-        grid=GridSpec(0.1, (0, 0), (0, 0)),
-        occupancy=np.zeros((0, 0), np.uint8),
-        layers=np.zeros((0, 0), np.uint8),
-        similarity=np.zeros((0, 0), np.float32),
-    )
-    map_view = map_view_around(empty, np.array([3.0, -4.0]))
-    assert map_view.grid.contains(map_view.grid.cells(np.array([3.0, -4.0])))
-    assert not map_view.observed.any()
-    assert np.isnan(map_view.similarity).all()

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from onemap_planner.world.frontiers import Frontier, find_frontiers
-from onemap_planner.world.regions import find_regions, remaining_regions
 from onemap_shared.geometry import F32
 from tests.planner.drawn_maps import PARAMS, costmap_of, drawn_map
 
@@ -67,38 +66,3 @@ def test_long_frontiers_are_cut() -> None:
     along = [f for f in found if f.beyond_xy[0] > 1.0]
     assert len(along) >= 2
     assert all(len(f.cells) * 0.1 <= PARAMS.frontier.max_length_m + 0.1 for f in along)
-
-
-def test_regions_are_similar_explored_and_not_searched() -> None:
-    rows = ("#######", "#oo.,.#", "#######")
-    similarity = np.full((15, 35), 0.1, np.float32)
-    similarity[7, 7] = 0.8
-    similarity[8, 8] = 0.6
-    similarity[7, 16] = 0.9  # searched
-    similarity[7, 22] = 0.9  # not explored
-    map_view = drawn_map(*rows, scale=5, similarity=similarity)
-    (region,) = find_regions(map_view, PARAMS.region)
-    assert region.score == pytest.approx(0.8)
-    assert region.cells.tolist() == [[7, 7], [8, 8]]
-    np.testing.assert_allclose(region.peak_xy, [0.75, 0.75])
-
-
-def test_regions_come_best_first_and_large_enough() -> None:
-    similarity = np.full((5, 10), 0.1, np.float32)
-    similarity[1, 1], similarity[3, 8] = 0.5, 0.6
-    map_view = drawn_map("oo", scale=5, similarity=similarity)
-    assert [region.score for region in find_regions(map_view, PARAMS.region)] == pytest.approx(
-        [0.6, 0.5]
-    )
-
-
-def test_before_giving_up_every_similar_place_counts_but_no_single_noisy_one() -> None:
-    similarity = np.full((5, 10), 0.05, np.float32)
-    similarity[1, 1], similarity[3, 8] = 0.2, 0.6
-    map_view = drawn_map(".,", scale=5, similarity=similarity)
-    assert find_regions(map_view, PARAMS.region) == ()
-    assert len(remaining_regions(map_view, PARAMS.region)) == 2
-    best = remaining_regions(map_view, PARAMS.region.model_copy(update={"last_looks": 1}))
-    assert [region.score for region in best] == pytest.approx([0.6])
-    pickier = PARAMS.region.model_copy(update={"min_area_m2": 0.02})
-    assert remaining_regions(map_view, pickier) == ()

@@ -1,0 +1,89 @@
+"""Viewpoints are reachable, within their distances, and see the target if any does."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from onemap_planner.policy.viewpoints import (
+    TRIED_M,
+    Viewpoints,
+    _occupied_only,
+    find_viewpoint,
+    first_visible,
+    least_occluded,
+    viewpoints_around,
+)
+from tests.planner.drawn_maps import (
+    PARAMS,
+    costmap_and_cost_to_go,
+    drawn_map,
+)
+from tests.planner.one_room import candidate, context
+
+NOBODY = np.zeros((0, 2), np.int64)
+
+
+def around(target: list[list[int]], tried: list[list[int]] | None = None) -> Viewpoints:
+    """Stands left of a wall (cells 30 to 34), for a target right of it."""
+    map_view = drawn_map(*["......#......"] * 4, scale=5)
+    costmap, cost_to_go = costmap_and_cost_to_go(map_view, (0.5, 0.5), PARAMS.costmap)
+    vain = np.array(tried or [], np.int64).reshape(-1, 2)
+    return viewpoints_around(np.array(target), costmap, cost_to_go, band_m=(0.5, 1.4), tried=vain)
+
+
+def test_nothing_is_seen_through_a_wall_unless_it_was_seen_from_there() -> None:
+    viewpoints = around([[10, 39]])
+    assert first_visible(viewpoints, NOBODY) is None
+    viewpoint = first_visible(viewpoints, np.array([[10, 5]]))
+    assert viewpoint is not None
+    assert viewpoint[1] < 30
+
+
+def test_as_a_last_resort_the_least_hidden_stand_is_taken() -> None:
+    viewpoint = least_occluded(around([[10, 39]]))
+    assert viewpoint is not None
+    assert viewpoint[1] < 30
+    straight = abs(int(viewpoint[0]) - 10)
+    assert straight <= 3  # across the wall, not along it
+    assert least_occluded(around([[10, 55]])) is None  # nothing reachable is near
+
+
+def test_no_stand_near_one_tried_in_vain_is_offered_again() -> None:
+    first = least_occluded(around([[10, 39]]))
+    assert first is not None
+    second = least_occluded(around([[10, 39]], [first.tolist()]))
+    assert second is None or np.hypot(*(second - first)) * 0.1 > TRIED_M
+
+
+def test_it_stands_within_reach_of_the_surface() -> None:
+    viewpoint = find_viewpoint(candidate(2.5, 2.5), context(), PARAMS.explore.bands_m)
+    assert viewpoint is not None
+    away = np.hypot(viewpoint[0] - 2.55, viewpoint[1] - 2.55)
+    assert PARAMS.explore.approach_nearest_m <= away <= PARAMS.explore.approach_farthest_m
+
+
+def test_what_stands_deep_on_furniture_is_approached_as_near_as_possible() -> None:
+    viewpoint = find_viewpoint(
+        candidate(2.0, 3.9), context(), PARAMS.explore.bands_m
+    )  # beyond the wall's face
+    assert viewpoint is not None
+    assert np.hypot(viewpoint[0] - 2.0, viewpoint[1] - 3.9) < PARAMS.explore.approach_last_resort_m
+
+
+def test_a_stray_cell_before_the_thing_does_not_keep_the_robot_away() -> None:
+    thing = frozenset((x, y) for x in (24, 25) for y in (24, 25))
+    stray = thing | {(17, 19)}  # towards the robot
+    seen = replace(candidate(2.5, 2.5), cells=stray, recent=(stray, *[thing] * 8))
+    viewpoint = find_viewpoint(seen, context(), PARAMS.explore.bands_m)
+    assert viewpoint is not None
+    assert np.hypot(viewpoint[0] - 2.45, viewpoint[1] - 2.45) < 1.5
+
+
+def test_floor_before_a_thing_is_not_taken_for_its_surface() -> None:
+    """A detection's rim lies on the floor; the stand keeps its distance from what stands there."""
+    here = context()
+    solid = np.argwhere(here.costmap.occupied)
+    free = np.argwhere(~here.costmap.occupied)
+    both = np.concatenate([free[:3], solid[:2]])
+    np.testing.assert_array_equal(_occupied_only(both, here.costmap), solid[:2])
+    np.testing.assert_array_equal(_occupied_only(free[:3], here.costmap), free[:3])

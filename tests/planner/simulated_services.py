@@ -1,0 +1,114 @@
+"""The planner on a bus in this process, with a robot, a mapper, a perception and a caller."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from onemap_planner.config import PlannerConfig
+from onemap_planner.service import Planner
+from onemap_shared import keys
+from onemap_shared.geometry import pose_2d
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import (
+    MapRevision,
+    MapSummary,
+    Odometry,
+    SearchId,
+    SearchRequest,
+    SearchReset,
+    SearchStatus,
+    SearchView,
+    SearchViewRequest,
+    TextEmbeddings,
+    TextRequest,
+    VelocityCommand,
+)
+from onemap_shared.transport import RequestRejected
+from tests.planner.drawn_maps import drawn_map, search_view_of
+
+ROOM = drawn_map("##########", *["#........ "] * 8, "##########", scale=5)
+
+
+STEPS = 400  # of 50 ms each: every wait below ends long before
+
+
+class House:
+    """The planner and, on buses of their own, a robot, a mapper and a caller."""
+
+    def __init__(self, config: PlannerConfig) -> None:
+        self.hub = MemoryRouter()
+        self.robot, self.mapper, self.caller = (self.hub.bus(name) for name in "rmc")
+        self.odometry = self.robot.publish(keys.ROBOT_ODOMETRY)
+        self.revisions = self.mapper.publish(keys.MAP_REVISION)
+        self.commands = self.robot.subscribe(keys.ROBOT_CMD_VEL, capacity=1000)
+        self.states = self.caller.subscribe(keys.SEARCH_STATE, capacity=1000)
+        self.paths = self.caller.subscribe(keys.SEARCH_PATH, capacity=1000)
+        self.resets: list[str] = []
+        self.asked: list[str] = []
+        self.answer: Callable[[SearchViewRequest], SearchView] = lambda q: search_view_of(
+            ROOM, q.text
+        )
+        self.mapper.serve(keys.MAP_SEARCH_VIEW, self._view)
+        self.mapper.serve(keys.MAP_SEARCH_RESET, self._reset)
+        self.perception = self.hub.bus("p")
+        self.perception.serve(keys.EMBED_TEXT, self._embed)
+        self.config = config
+        self.planner = Planner(self.hub.bus("planner"), config)
+        self.count = 0
+
+    def _view(self, request: SearchViewRequest) -> SearchView:
+        self.asked.append(request.text)
+        return self.answer(request)
+
+    def _reset(self, request: SearchReset) -> MapSummary:
+        self.resets.append(request.search_id)
+        return MapSummary("", "mini", "mini", 0.1, 1, 1)
+
+    def _embed(self, request: TextRequest) -> TextEmbeddings:
+        """As an encoder without its sentence encoder: 'flurb' is no word, 'kite' has no place."""
+        if "flurb" in request.texts:
+            unknown = {"words": [{"word": "flurb", "did_you_mean": ["curb"]}]}
+            raise RequestRejected(
+                "unknown_word", "'flurb' (did you mean 'curb'?) is no word", unknown
+            )
+        rows = np.ones((len(request.texts), 1), np.float32)
+        nearest = tuple(("ball", "fan") if text == "kite" else () for text in request.texts)
+        mask = np.zeros((len(rows), 0), np.uint8)
+        return TextEmbeddings(
+            "mini", "mini", request.texts, rows, rows[:0], mask, 1.0, 0.2, nearest
+        )
+
+    def frame(self, *, odometry: bool = True, revision: bool = True) -> None:
+        """One message of each; the planner takes them and waits for its next command."""
+        self.count += 1
+        stamp_ns = self.count * 50_000_000
+        if odometry:
+            pose = pose_2d(2.0, 2.0, 0.0)
+            self.odometry.put(Odometry(self.count, stamp_ns, pose, 0.0, 0.0))
+        if revision:
+            self.revisions.put(
+                MapRevision(self.count, self.count, stamp_ns, "mini", "mini", 1, 1, 1, 1.0, 4.0)
+            )
+        self.planner.step(0.0)
+        self.planner.step(0.05)
+
+    def until(self, reached: Callable[[], bool], **streams: bool) -> None:
+        for _ in range(STEPS):
+            if reached():
+                return
+            self.frame(**streams)
+        raise AssertionError("it never happened")
+
+    def start(self, *objects: str) -> SearchStatus:
+        return self.caller.call(keys.SEARCH_START, SearchRequest(objects))
+
+    def get(self, search_id: str = "") -> SearchStatus:
+        return self.caller.call(keys.SEARCH_GET, SearchId(search_id))
+
+    def driven(self) -> list[VelocityCommand]:
+        taken = []
+        while (command := self.commands.take(0.0)) is not None:
+            taken.append(command)
+        return taken

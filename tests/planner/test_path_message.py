@@ -1,0 +1,21 @@
+"""The message shows goal, path, frontiers and regions of the present decision."""
+
+from onemap_planner.path_message import planned_path
+from onemap_planner.search.phases import Exploring
+from tests.planner.grid_world import in_four_rooms, start
+
+
+def test_what_it_means_to_do_can_be_shown() -> None:
+    run = start(in_four_rooms(), "sofa")
+    kinds = set()
+    while run.state.search.active and run.now_s < 300.0:
+        run.step()
+        shown = planned_path(run.state.search, run.decision, 5)
+        kinds.add(shown.goal_kind)
+        assert len(shown.goal_m) == (shown.goal_kind != "none")
+        assert shown.goal_reason
+        if isinstance(run.state.search.phase, Exploring) and run.decision is not None:
+            assert len(shown.frontiers_m) == len(run.decision.goal_candidates.frontiers)
+    assert {"none", "frontier", "detection"} <= kinds
+    over = planned_path(run.state.search, None, 5)
+    assert (over.goal_kind, len(over.points_m)) == ("none", 0)
