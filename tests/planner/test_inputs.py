@@ -29,7 +29,7 @@ def inputs(offset_s: float = 0.0, lag_s: float = 0.1, at_s: float = 10.0) -> Lat
     return with_revision(start, revision(1, now_ns - int(lag_s * SECOND)), at_s)
 
 
-def test_nothing_heard_is_infinitely_old() -> None:
+def test_missing_inputs_are_infinitely_old() -> None:
     assert math.isinf(LatestInputs().ages(5.0).odometry_s)
     assert LatestInputs().stale_reason(5.0, FRESH) == "odometry has never arrived"
 
@@ -42,7 +42,7 @@ def test_clocks_need_not_agree(offset_s: float) -> None:
     )
 
 
-def test_silence_is_told_with_its_length() -> None:
+def test_the_stale_reason_names_the_age() -> None:
     late = with_odometry(inputs(), odometry(2, 0), 11.2)
     assert late.stale_reason(11.2, FRESH) == "the map is 1.2 s old"
     assert inputs().stale_reason(10.8, FRESH) == "odometry is 0.8 s old"

@@ -5,7 +5,7 @@ from onemap_planner.search.phases import Exploring
 from tests.planner.grid_world import in_four_rooms, start
 
 
-def test_what_it_means_to_do_can_be_shown() -> None:
+def test_the_message_shows_the_goal_of_each_phase() -> None:
     run = start(in_four_rooms(), "sofa")
     kinds = set()
     while run.state.search.active and run.now_s < 300.0:

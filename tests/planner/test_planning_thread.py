@@ -52,7 +52,7 @@ def test_a_slow_mapper_does_not_hold_up_commands(house: House) -> None:
     release.set()
 
 
-def test_a_mapper_that_is_gone_is_waited_for(house: House) -> None:
+def test_a_missing_mapper_is_waited_for(house: House) -> None:
     house.start("sofa")
     house.until(lambda: any(map(moves, house.driven())))
     house.mapper.close()

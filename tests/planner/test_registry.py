@@ -40,7 +40,7 @@ def test_unknown_searches_are_refused() -> None:
             registry.cancel(search_id, NOW)
 
 
-def test_a_search_cancelled_during_a_thought_stays_cancelled() -> None:
+def test_a_search_cancelled_during_a_step_stays_cancelled() -> None:
     registry = SearchRegistry()
     registry.start("a", ("cup",), THEN, 1)
     taken = registry.state
@@ -51,7 +51,7 @@ def test_a_search_cancelled_during_a_thought_stays_cancelled() -> None:
     assert not registry.state.search.active
 
 
-def test_the_end_of_a_search_is_noted_once_whoever_ends_it() -> None:
+def test_the_end_of_a_search_is_recorded_once() -> None:
     times = iter([100, 200])
     registry = SearchRegistry(clock_ns=lambda: next(times))
     registry.start("a", ("cup",), THEN, 1)
@@ -67,7 +67,7 @@ def test_the_end_of_a_search_is_noted_once_whoever_ends_it() -> None:
         assert told.updated_ns == ended_ns
 
 
-def test_old_searches_are_forgotten_one_day() -> None:
+def test_only_the_last_searches_are_kept() -> None:
     registry = SearchRegistry()
     for number in range(MAX_PAST_SEARCHES + 2):
         registry.start(str(number), ("cup",), THEN, number)

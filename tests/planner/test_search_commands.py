@@ -30,7 +30,7 @@ def house() -> Iterator[House]:
     ("objects", "word", "near"),
     [(("sofa", "flurb"), "flurb", ["curb"]), (("kite", "sofa"), "kite", ["ball", "fan"])],
 )
-def test_words_are_checked_before_anything_moves(
+def test_names_are_checked_before_the_robot_moves(
     house: House, objects: tuple[str, ...], word: str, near: list[str]
 ) -> None:
     with pytest.raises(RemoteError, match=f"'{word}' .did you mean '{near[0]}'") as caught:
@@ -69,7 +69,7 @@ def test_a_perception_that_hangs_is_named(house: House, monkeypatch: pytest.Monk
     assert caught.value.code == "perception_silent"
 
 
-def test_no_robot_starts_for_a_caller_that_gave_up(house: House) -> None:
+def test_no_search_starts_for_a_caller_that_gave_up(house: House) -> None:
     """The words were checked, but too late."""
     patience_s = 0.5 * (keys.SEARCH_START.stale_after_s or 0.0)
     with pytest.raises(RemoteError, match="nothing was started") as caught:
@@ -104,7 +104,7 @@ def test_an_unknown_search_is_refused(
     assert refused.value.code == "unknown_search"
 
 
-def test_bad_names_are_refused_before_anything_moves(house: House) -> None:
+def test_bad_names_are_refused_before_the_robot_moves(house: House) -> None:
     with pytest.raises((RemoteError, ValueError), match="readable word"):
         house.start("!!!")
     house.frame()

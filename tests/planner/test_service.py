@@ -34,7 +34,7 @@ def moves(command: VelocityCommand) -> bool:
     return (command.linear_mps, command.angular_radps) != (0.0, 0.0)
 
 
-def test_without_a_search_it_keeps_still_and_silent(house: House) -> None:
+def test_without_a_search_it_sends_nothing(house: House) -> None:
     for _ in range(5):
         house.frame()
     assert house.driven() == []
@@ -42,7 +42,7 @@ def test_without_a_search_it_keeps_still_and_silent(house: House) -> None:
     assert house.planner.health().ready
 
 
-def test_a_search_moves_the_robot_and_tells_about_it(house: House) -> None:
+def test_a_search_moves_the_robot_and_publishes_its_state(house: House) -> None:
     told = house.start("sofa", "bed")
     assert told.state is SearchState.EXPLORING
     assert told.target == "sofa"
@@ -73,7 +73,7 @@ def test_a_search_that_is_over_keeps_the_time_of_its_end(house: House) -> None:
     assert house.get().updated_ns > ended.updated_ns
 
 
-def test_cancel_brakes_and_frees_the_way(house: House) -> None:
+def test_cancel_brakes_and_allows_another_search(house: House) -> None:
     first = house.start("sofa")
     house.until(lambda: any(map(moves, house.driven())))
     assert house.caller.call(keys.SEARCH_CANCEL, SearchId()).state is SearchState.CANCELLED
@@ -139,7 +139,7 @@ def test_a_killed_planner_goes_on_with_its_search(tmp_path: Path) -> None:
     house.planner.close()
 
 
-def test_a_spoilt_record_does_not_keep_it_from_starting(tmp_path: Path) -> None:
+def test_a_broken_journal_does_not_keep_the_planner_from_starting(tmp_path: Path) -> None:
     (tmp_path / FILE_NAME).write_text(json.dumps({"schema": 99}))
     house = House(PlannerConfig(state_dir=tmp_path))
     house.frame()

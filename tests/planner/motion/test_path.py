@@ -32,7 +32,7 @@ def test_costs_are_optimal(cost: F64, start: tuple[int, int]) -> None:
 
 @settings(deadline=None, max_examples=60)
 @given(costs, st.tuples(st.integers(0, 11), st.integers(0, 12)), st.integers(0, 10**6))
-def test_smoothing_stays_in_the_terrain_and_costs_no_more(
+def test_smoothing_stays_passable_and_costs_no_more(
     cost: F64, start: tuple[int, int], pick: int
 ) -> None:
     cost[start] = 1.0

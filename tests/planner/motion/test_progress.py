@@ -25,17 +25,17 @@ def updated(
     return progress.update(sample, PARAMS.recovery, front_m=0.25)
 
 
-def test_standing_still_on_purpose_is_no_trouble() -> None:
+def test_a_robot_that_stands_still_on_command_is_not_stuck() -> None:
     assert updated(START, 60.0, command=STOP).backing_from is None
 
 
-def test_moving_or_turning_is_no_trouble() -> None:
+def test_a_moving_or_turning_robot_is_not_stuck() -> None:
     assert updated(START, 60.0, Pose2d(1.5, 2.0, 0.0)).backing_from is None
     turning = updated(START, 60.0, Pose2d(1.0, 2.0, 0.5), Velocity2d(0.0, 1.0))
     assert turning.backing_from is None
 
 
-def test_commanded_without_moving_it_backs_up_and_marks_the_place_ahead() -> None:
+def test_commanded_without_moving_it_backs_up_and_adds_an_obstacle() -> None:
     assert updated(START, 2.9).backing_from is None
     stuck = updated(START, 3.1)
     assert stuck.backing_from == HERE
@@ -47,7 +47,7 @@ def test_a_collision_counts_at_once_but_only_when_driving_at_it() -> None:
     assert updated(START, 0.1, collided=True, command=STOP).stuck_count == 0
 
 
-def test_stuck_while_turning_marks_nothing() -> None:
+def test_stuck_while_turning_adds_no_obstacle() -> None:
     stuck = updated(START, 3.1, command=Velocity2d(0.0, 1.0))
     assert stuck.backing_from == HERE
     assert stuck.virtual_obstacles == ()
@@ -60,7 +60,7 @@ def test_backing_ends_by_way_or_by_time() -> None:
     assert updated(stuck, 3.2 + PARAMS.recovery.back_up_s).backing_from is None
 
 
-def test_bumps_in_one_place_add_up_and_elsewhere_begin_anew() -> None:
+def test_getting_stuck_is_counted_per_place() -> None:
     progress = updated(START, 0.1, collided=True)
     progress = updated(progress, 9.0)
     again = updated(progress, 9.1, collided=True)
@@ -69,7 +69,7 @@ def test_bumps_in_one_place_add_up_and_elsewhere_begin_anew() -> None:
     assert elsewhere.stuck_count == 1
 
 
-def test_blocks_are_forgotten_after_a_while() -> None:
+def test_virtual_obstacles_expire() -> None:
     stuck = updated(START, 3.1)
     assert (
         updated(stuck, 3.2 + PARAMS.recovery.virtual_obstacle_s, command=STOP).virtual_obstacles

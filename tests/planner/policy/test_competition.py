@@ -70,7 +70,7 @@ def message(**cells_of: frozenset[tuple[int, int]]) -> Detections:
     )
 
 
-def test_rivals_are_the_search_s_other_names_and_the_finds() -> None:
+def test_rivals_are_the_other_names_and_the_found_objects() -> None:
     found_objects = (
         FoundObject("Bed", BED),
         FoundObject("toilet", PILLOW),
@@ -87,7 +87,7 @@ def test_rivals_are_the_search_s_other_names_and_the_finds() -> None:
     assert rival_names("sofa", many, ()) == many[:MAX_RIVALS]
 
 
-def test_synonyms_are_no_rivals_and_keep_no_place_from_each_other() -> None:
+def test_synonyms_do_not_compete() -> None:
     eye = np.eye(3, dtype=np.float32)
     spared = np.array([[0, 1, 1], [0, 1, 1], [1, 0, 1]], np.uint8)  # the third means another thing
     texts = ("Sofa", "couch", "bed")
@@ -112,7 +112,7 @@ def test_a_detection_counts_only_where_its_name_fits_best() -> None:
         assert len(found) == count
 
 
-def test_the_place_of_a_find_belongs_to_it_where_its_name_fits_better() -> None:
+def test_a_candidate_on_a_found_object_is_it_where_its_name_fits_better() -> None:
     found_objects = (FoundObject("bed", BED),)
     # The end of the bed looks like a sofa, the bed as a whole does not.
     end = map_view_where(dict.fromkeys(BED_END, 0.9), dict.fromkeys(BED - BED_END, 0.9))
@@ -123,12 +123,12 @@ def test_the_place_of_a_find_belongs_to_it_where_its_name_fits_better() -> None:
     assert conflicting_object(candidate(BED_END), found_objects, wrong) is None
 
 
-def test_what_lies_beside_or_on_a_find_is_free() -> None:
+def test_a_candidate_beside_or_on_a_found_object_is_another() -> None:
     map_view = map_view_where(dict.fromkeys(PILLOW, 0.9), dict.fromkeys(BED, 0.9))
     assert conflicting_object(candidate(PILLOW), (FoundObject("bed", BED),), map_view) is None
 
 
-def test_finds_are_remembered_up_to_a_limit_from_one_search_to_the_next() -> None:
+def test_found_objects_are_kept_up_to_a_limit_from_one_search_to_the_next() -> None:
     found_objects: tuple[FoundObject, ...] = ()
     for number in range(MAX_FOUND_OBJECTS + 3):
         found_objects = with_found_object(found_objects, str(number), candidate(PILLOW))
@@ -160,7 +160,7 @@ def test_finds_are_remembered_up_to_a_limit_from_one_search_to_the_next() -> Non
         pytest.param({}, 0, id="nothing"),
     ],
 )
-def test_frames_that_show_another_name_there_count_against(
+def test_frames_with_another_name_there_are_counted(
     seen: dict[str, frozenset[tuple[int, int]]], contradictions: int
 ) -> None:
     map_view = map_view_where(dict.fromkeys(BED, 0.9), {})
@@ -193,8 +193,9 @@ def confused(*objects: str) -> SimulatedSearch:
     return start(world, *objects)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("objects", [("bed", "sofa"), ("sofa", "bed")])
-def test_one_thing_is_not_found_under_two_names(objects: tuple[str, ...]) -> None:
+def test_one_object_is_not_found_under_two_names(objects: tuple[str, ...]) -> None:
     run = confused(*objects)
     search = run.until_over(400.0)
     outcomes = {result.name: result.outcome for result in search.results}
@@ -203,7 +204,8 @@ def test_one_thing_is_not_found_under_two_names(objects: tuple[str, ...]) -> Non
         assert "which is the bed found before" in search.results[1].reason
 
 
-def test_a_find_of_an_earlier_search_keeps_its_place() -> None:
+@pytest.mark.slow
+def test_an_object_of_an_earlier_search_is_not_found_again() -> None:
     run = confused("bed")
     run.until_over(200.0)
     assert [found_object.name for found_object in run.state.found_objects] == ["bed"]
@@ -214,7 +216,7 @@ def test_a_find_of_an_earlier_search_keeps_its_place() -> None:
     assert [result.outcome for result in search.results] == [SearchState.NOT_FOUND]
 
 
-def test_a_map_that_begins_anew_frees_all_places() -> None:
+def test_a_restarted_map_forgets_the_found_objects() -> None:
     run = confused("bed", "sofa")
     while run.state.search.index == 0:
         run.step()

@@ -36,6 +36,6 @@ def test_the_choice_does_not_depend_on_the_order(
     assert select_goal(goals, None, PARAMS.goal) == select_goal(shuffled, None, PARAMS.goal)
 
 
-def test_worth_adds_up() -> None:
+def test_utility_adds_up() -> None:
     utility = GoalUtility(score=0.5, size_bonus=0.1, travel_m=5.0, travel_penalty=0.2)
     assert utility.total == pytest.approx(0.4)

@@ -2,20 +2,31 @@
 
 from dataclasses import replace
 
+import pytest
+
+from onemap_planner.motion.motions import Pose2d
+from onemap_planner.motion.progress import ProgressMonitor
+from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
+from onemap_planner.policy.recovery import handle_stuck, is_trapped
 from onemap_planner.policy.state import (
+    ActiveGoal,
     Observation,
     PlannerState,
+    TargetState,
 )
 from onemap_planner.policy.step import step
-from onemap_planner.search.phases import Approaching, Exploring, Finished
+from onemap_planner.search.events import Rejected, SearchFailed
+from onemap_planner.search.phases import Approaching, Exploring, Finished, Phase
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import SearchState
 from tests.planner.drawn_maps import PARAMS
 from tests.planner.one_room import POSE, ROOM, SEARCH, candidate, planner_state
 
+LIMIT = PARAMS.recovery.max_stuck_count
 
-def stuck_state(phase: Approaching | Exploring, stuck_count: int) -> PlannerState:
-    """The mind after this many collisions in one place, five seconds apart."""
+
+def stuck_state(phase: Phase, stuck_count: int) -> PlannerState:
+    """The state after this many collisions in one place, about six seconds apart."""
     state = replace(planner_state(candidate(2.5, 2.5)), search=replace(SEARCH, phase=phase))
     for number in range(8 * stuck_count + 5):
         observation = Observation(
@@ -32,10 +43,49 @@ def stuck_state(phase: Approaching | Exploring, stuck_count: int) -> PlannerStat
     return state
 
 
-def test_bumps_give_up_the_candidate_and_a_robot_that_is_held_gives_up() -> None:
+def monitored(stuck_count: int, phase: Phase) -> PlannerState:
+    """A state whose robot got stuck this often at its pose."""
+    progress = ProgressMonitor(POSE, 0.0, stuck_count=stuck_count, stuck_at=POSE)
+    state = planner_state(candidate(2.5, 2.5))
+    return replace(state, search=replace(SEARCH, phase=phase), progress=progress)
+
+
+def test_below_the_limit_nothing_is_given_up() -> None:
+    state = monitored(LIMIT - 1, Exploring())
+    assert handle_stuck(state, PARAMS) == (state, ())
+
+
+def test_at_the_limit_the_candidate_is_rejected() -> None:
     target = candidate(2.5, 2.5)
-    left = stuck_state(Approaching(target), PARAMS.recovery.max_stuck_count)
-    assert left.target_state.rejected == (target,) or left.target_state.reconsidered
-    end = stuck_state(Approaching(target), PARAMS.recovery.max_stuck_count + 2).search
+    after, events = handle_stuck(monitored(LIMIT, Approaching(target)), PARAMS)
+    assert events == (Rejected(),)
+    assert after.target_state.rejected == (target,)
+    assert after.target_state.candidates == ()
+
+
+def test_at_the_limit_the_active_goal_is_blacklisted() -> None:
+    goal = Goal(GoalKind.FRONTIER, (1.0, 2.0), (3.0, 2.0), GoalUtility(0.5, 0.0, 1.0, 0.0), "")
+    state = monitored(LIMIT, Exploring())
+    state = replace(state, target_state=TargetState(active_goal=ActiveGoal(goal, 0.0, 9.0)))
+    after, events = handle_stuck(state, PARAMS)
+    assert events == ()
+    assert after.blacklisted_frontiers == (goal.look_xy,)
+    assert after.target_state.active_goal is None
+
+
+def test_at_twice_the_limit_the_search_fails() -> None:
+    _, events = handle_stuck(monitored(2 * LIMIT, Exploring()), PARAMS)
+    assert events == (SearchFailed("the robot is stuck at (1.0, 1.0)"),)
+
+
+@pytest.mark.parametrize(
+    ("count", "x_m", "trapped"), [(3, 1.5, True), (3, 2.5, False), (2, 1, False)]
+)
+def test_a_robot_is_trapped_near_where_it_got_stuck(count: int, x_m: float, trapped: bool) -> None:
+    assert is_trapped(monitored(count, Exploring()), Pose2d(x_m, 1.0, 0.0), PARAMS) == trapped
+
+
+def test_collisions_in_one_place_end_the_search() -> None:
+    end = stuck_state(Approaching(candidate(2.5, 2.5)), LIMIT + 2).search
     assert end.phase == Finished(SearchState.FAILED)
     assert end.reason == "the robot is stuck at (1.0, 1.0)"

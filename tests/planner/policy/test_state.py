@@ -34,7 +34,7 @@ def goal(kind: GoalKind) -> Goal:
     ("kind", "looks"),
     [(GoalKind.FRONTIER, 1), (GoalKind.REGION, MAX_LOOKS), (GoalKind.DETECTION, MAX_LOOKS)],
 )
-def test_goals_that_come_to_nothing_are_left_alone(kind: GoalKind, looks: int) -> None:
+def test_goals_are_blacklisted_after_enough_visits(kind: GoalKind, looks: int) -> None:
     state = planner_state()
     for _ in range(looks):
         assert not is_blacklisted(state, goal(kind), 0.5)
@@ -42,7 +42,7 @@ def test_goals_that_come_to_nothing_are_left_alone(kind: GoalKind, looks: int) -
     assert is_blacklisted(state, goal(kind), 0.5)
 
 
-def test_what_was_rejected_gets_one_more_chance() -> None:
+def test_rejected_candidates_are_reconsidered_once() -> None:
     state = reject_candidate(planner_state(candidate(2.5, 2.5)), candidate(2.5, 2.5))
     again = reconsider(state)
     assert again.target_state.rejected == ()

@@ -15,7 +15,9 @@ def results(run: SimulatedSearch) -> list[SearchState]:
     return [result.outcome for result in run.state.search.results]
 
 
-@pytest.mark.parametrize(("x", "y", "yaw"), [(1.0, 1.0, 0.0), (8.0, 2.0, 2.0)])
+@pytest.mark.parametrize(
+    ("x", "y", "yaw"), [pytest.param(1.0, 1.0, 0.0, marks=pytest.mark.slow), (8.0, 2.0, 2.0)]
+)
 def test_three_objects_in_four_rooms_are_found(x: float, y: float, yaw: float) -> None:
     world = in_four_rooms(x, y, yaw)
     run = start(world, "sofa", "vase", "bed")
@@ -33,7 +35,8 @@ def test_three_objects_in_four_rooms_are_found(x: float, y: float, yaw: float) -
     )
 
 
-def test_what_is_not_there_is_not_found_and_everything_was_looked_at() -> None:
+@pytest.mark.slow
+def test_a_missing_object_is_not_found_after_everything_was_explored() -> None:
     world = in_four_rooms()
     run = start(world, "unicorn", "table")
     run.until_over(400.0)
@@ -69,7 +72,7 @@ def test_a_stale_map_stops_the_robot_and_the_search_goes_on_after_it() -> None:
     assert run.until_over(300.0).phase == Finished(SearchState.FOUND)
 
 
-def test_a_map_that_stays_away_fails_the_search_with_the_reason() -> None:
+def test_a_missing_map_fails_the_search_with_the_reason() -> None:
     run = start(in_four_rooms(), "sofa")
     run.stale_reason = "the mapper is not there"
     search = run.until_over(60.0)
@@ -98,7 +101,7 @@ class Glass(GridWorld):
         return super()._touches(x, y) or abs(x - (left + 3.0)) < 0.2
 
 
-def test_a_wall_that_only_the_bumper_knows_does_not_hold_it_for_ever() -> None:
+def test_a_wall_that_no_map_shows_does_not_block_the_search_for_ever() -> None:
     floor_plan = FloorPlan(np.zeros((60, 40), bool))
     for wall in ((0, 0, 6, 0.1), (0, 3.9, 6, 4), (0, 0, 0.1, 4), (5.9, 0, 6, 4)):
         floor_plan.wall(*wall)
@@ -115,6 +118,7 @@ def test_a_wall_that_only_the_bumper_knows_does_not_hold_it_for_ever() -> None:
     assert run.state.search.reason
 
 
+@pytest.mark.slow
 def test_a_look_alike_that_the_detector_does_not_confirm_is_left() -> None:
     world = in_four_rooms()
     run = start(world, "table")

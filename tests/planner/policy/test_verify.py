@@ -15,7 +15,7 @@ from tests.planner.drawn_maps import PARAMS
 from tests.planner.one_room import candidate, context, planner_state
 
 
-def test_nowhere_to_stand_is_waited_for_and_then_rejected() -> None:
+def test_a_candidate_without_viewpoint_is_rejected_after_a_while() -> None:
     far = candidate(9.0, 9.0)
     assert find_viewpoint(far, context(), PARAMS.explore.bands_m) is None
     after, motion, event = approach(planner_state(far), Approaching(far), context(), PARAMS)
@@ -44,7 +44,7 @@ def test_without_them_it_is_rejected_after_a_while() -> None:
 
 
 @pytest.mark.parametrize(("contradictions", "sure"), [(5, True), (6, False)])
-def test_it_is_not_confirmed_while_another_name_is_seen_as_often(
+def test_it_is_not_confirmed_while_another_name_is_detected_as_often(
     contradictions: int, sure: bool
 ) -> None:
     then = candidate(2.0, 2.0, 4)

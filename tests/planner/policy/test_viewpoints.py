@@ -20,11 +20,11 @@ from tests.planner.drawn_maps import (
 )
 from tests.planner.one_room import candidate, context
 
-NOBODY = np.zeros((0, 2), np.int64)
+NOT_SEEN = np.zeros((0, 2), np.int64)
 
 
 def around(target: list[list[int]], tried: list[list[int]] | None = None) -> Viewpoints:
-    """Stands left of a wall (cells 30 to 34), for a target right of it."""
+    """Viewpoints left of a wall (cells 30 to 34), for a target right of it."""
     map_view = drawn_map(*["......#......"] * 4, scale=5)
     costmap, cost_to_go = costmap_and_cost_to_go(map_view, (0.5, 0.5), PARAMS.costmap)
     vain = np.array(tried or [], np.int64).reshape(-1, 2)
@@ -33,13 +33,13 @@ def around(target: list[list[int]], tried: list[list[int]] | None = None) -> Vie
 
 def test_nothing_is_seen_through_a_wall_unless_it_was_seen_from_there() -> None:
     viewpoints = around([[10, 39]])
-    assert first_visible(viewpoints, NOBODY) is None
+    assert first_visible(viewpoints, NOT_SEEN) is None
     viewpoint = first_visible(viewpoints, np.array([[10, 5]]))
     assert viewpoint is not None
     assert viewpoint[1] < 30
 
 
-def test_as_a_last_resort_the_least_hidden_stand_is_taken() -> None:
+def test_without_a_visible_viewpoint_the_least_occluded_is_taken() -> None:
     viewpoint = least_occluded(around([[10, 39]]))
     assert viewpoint is not None
     assert viewpoint[1] < 30
@@ -48,29 +48,29 @@ def test_as_a_last_resort_the_least_hidden_stand_is_taken() -> None:
     assert least_occluded(around([[10, 55]])) is None  # nothing reachable is near
 
 
-def test_no_stand_near_one_tried_in_vain_is_offered_again() -> None:
+def test_no_viewpoint_near_a_tried_one_is_returned() -> None:
     first = least_occluded(around([[10, 39]]))
     assert first is not None
     second = least_occluded(around([[10, 39]], [first.tolist()]))
-    assert second is None or np.hypot(*(second - first)) * 0.1 > TRIED_M
+    assert second is not None
+    assert np.hypot(*(second - first)) * 0.1 > TRIED_M
 
 
-def test_it_stands_within_reach_of_the_surface() -> None:
+def test_the_viewpoint_is_within_the_band_around_the_surface() -> None:
     viewpoint = find_viewpoint(candidate(2.5, 2.5), context(), PARAMS.explore.bands_m)
     assert viewpoint is not None
     away = np.hypot(viewpoint[0] - 2.55, viewpoint[1] - 2.55)
     assert PARAMS.explore.approach_nearest_m <= away <= PARAMS.explore.approach_farthest_m
 
 
-def test_what_stands_deep_on_furniture_is_approached_as_near_as_possible() -> None:
-    viewpoint = find_viewpoint(
-        candidate(2.0, 3.9), context(), PARAMS.explore.bands_m
-    )  # beyond the wall's face
+def test_an_object_deep_on_furniture_is_approached_as_near_as_possible() -> None:
+    behind_the_wall_face = candidate(2.0, 3.9)
+    viewpoint = find_viewpoint(behind_the_wall_face, context(), PARAMS.explore.bands_m)
     assert viewpoint is not None
     assert np.hypot(viewpoint[0] - 2.0, viewpoint[1] - 3.9) < PARAMS.explore.approach_last_resort_m
 
 
-def test_a_stray_cell_before_the_thing_does_not_keep_the_robot_away() -> None:
+def test_a_stray_cell_before_the_object_does_not_move_the_viewpoint_away() -> None:
     thing = frozenset((x, y) for x in (24, 25) for y in (24, 25))
     stray = thing | {(17, 19)}  # towards the robot
     seen = replace(candidate(2.5, 2.5), cells=stray, recent=(stray, *[thing] * 8))
@@ -79,8 +79,7 @@ def test_a_stray_cell_before_the_thing_does_not_keep_the_robot_away() -> None:
     assert np.hypot(viewpoint[0] - 2.45, viewpoint[1] - 2.45) < 1.5
 
 
-def test_floor_before_a_thing_is_not_taken_for_its_surface() -> None:
-    """A detection's rim lies on the floor; the stand keeps its distance from what stands there."""
+def test_floor_before_an_object_is_not_its_surface() -> None:
     here = context()
     solid = np.argwhere(here.costmap.occupied)
     free = np.argwhere(~here.costmap.occupied)

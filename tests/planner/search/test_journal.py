@@ -28,7 +28,7 @@ def test_the_search_goes_on_at_its_object(tmp_path: Path) -> None:
     assert status(restored, odometer_m=0.0, now_ns=0).path_length_m == pytest.approx(7.0)
 
 
-def test_a_search_that_is_over_leaves_no_record(tmp_path: Path) -> None:
+def test_a_search_that_is_over_leaves_no_journal(tmp_path: Path) -> None:
     search = new_search("id", ("cup",), THEN, 7)
     save(tmp_path / "new", search, now_s=6.0, odometer_m=11.0)
     save(tmp_path / "new", transition(search, Cancelled(), NOW), now_s=9.0, odometer_m=14.0)
@@ -49,7 +49,7 @@ def test_a_search_that_is_over_leaves_no_record(tmp_path: Path) -> None:
         "\x00\x01",
     ],
 )
-def test_a_broken_record_is_refused(tmp_path: Path, text: str) -> None:
+def test_a_broken_journal_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / FILE_NAME).write_text(text)
     with pytest.raises(JournalError, match=FILE_NAME):
         load(tmp_path, 0.0)

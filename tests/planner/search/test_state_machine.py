@@ -103,7 +103,7 @@ def test_every_event_in_every_phase(phase: Phase, event: Event) -> None:
         assert after == before
 
 
-def test_the_objects_are_sought_in_order_and_one_miss_does_not_end_it() -> None:
+def test_objects_are_searched_in_order_and_one_miss_does_not_end_it() -> None:
     search = at(Exploring(), "cup", "bed", "sofa")
     search = transition(search, Exhausted("searched everything"), NOW)
     assert (search.target, search.phase) == ("bed", Starting())

@@ -65,7 +65,7 @@ def test_the_threshold_marks_the_top_cells(similarity: F32, percentile: float) -
     ).all()
 
 
-def test_an_empty_map_agrees_with_nothing() -> None:
+def test_an_empty_map_supports_no_detection() -> None:
     empty = np.full((20, 20), np.nan, np.float32)
     assert similarity_threshold(empty, PARAMS.consensus) == float("inf")
     assert sighted(empty, detections([(0.55, 0.55, 0.5)])) == ()
@@ -149,7 +149,7 @@ def test_with_one_sighting_all_its_cells_are_the_surface() -> None:
     assert found.surface == found.cells
 
 
-def test_memory_is_bounded_and_keeps_the_most_seen() -> None:
+def test_the_number_of_candidates_is_bounded() -> None:
     found = merge_sightings((), [sighting(0.0), sighting(0.0)], PARAMS.consensus)
     found = merge_sightings(
         found, [sighting(5.0 + i) for i in range(2 * MAX_CANDIDATES)], PARAMS.consensus

@@ -75,7 +75,7 @@ def test_a_robot_in_inflated_space_may_leave_it() -> None:
     assert not costmap.passable[0, 12]
 
 
-def test_a_robot_on_unseen_floor_may_walk_to_seen_floor() -> None:
+def test_a_robot_on_unseen_floor_may_drive_to_seen_floor() -> None:
     hole = np.array(OPEN.occupancy)
     hole[6:19, 6:19] = Occupancy.UNKNOWN
     costmap = costmap_of(replace(OPEN, occupancy=hole), (1.25, 1.25), PARAMS.costmap)
@@ -83,7 +83,7 @@ def test_a_robot_on_unseen_floor_may_walk_to_seen_floor() -> None:
     assert not costmap.navigable[8, 12]
 
 
-def test_a_block_takes_its_surroundings_out_of_the_way() -> None:
+def test_a_virtual_obstacle_blocks_its_surroundings() -> None:
     blocked = build_costmap(
         OPEN,
         robot_xy=np.array([0.6, 0.6]),

@@ -30,7 +30,7 @@ def test_regions_come_best_first_and_large_enough() -> None:
     )
 
 
-def test_before_giving_up_every_similar_place_counts_but_no_single_noisy_one() -> None:
+def test_remaining_regions_are_the_best_anywhere_and_large_enough() -> None:
     similarity = np.full((5, 10), 0.05, np.float32)
     similarity[1, 1], similarity[3, 8] = 0.2, 0.6
     map_view = drawn_map(".,", scale=5, similarity=similarity)

@@ -1,0 +1,37 @@
+"""The context of a step: paths from the robot, and how much of the map is known."""
+
+import numpy as np
+import pytest
+
+from onemap_planner.policy.context import build_context
+from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
+from tests.planner.one_room import POSE, context
+
+
+def test_a_path_begins_at_the_robot_and_ends_at_the_viewpoint() -> None:
+    drive = context().drive_to((2.55, 2.55), (3.0, 3.0))
+    np.testing.assert_allclose(drive.points_xy[0], POSE.xy)
+    np.testing.assert_allclose(drive.points_xy[-1], (2.55, 2.55))
+    assert drive.look_xy == (3.0, 3.0)
+
+
+def test_unknown_cells_lower_the_known_fraction() -> None:
+    assert context().known_fraction_around() == pytest.approx(1.0, abs=0.02)
+    half = search_view_of(drawn_map(*["..      "] * 8, scale=5))
+    seen = build_context(POSE, half, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+    assert seen.known_fraction_around() == pytest.approx(0.5, abs=0.05)
+    nothing = search_view_of(drawn_map(*["        "] * 8, scale=5))
+    unseen = build_context(POSE, nothing, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+    assert unseen.known_fraction_around() == 0.0
+
+
+def test_the_known_area_is_that_of_the_map() -> None:
+    assert context().known_m2() == pytest.approx(4.0 * 4.0)
+
+
+def test_a_virtual_obstacle_is_on_the_costmap() -> None:
+    view = search_view_of(drawn_map(*["." * 8] * 8, scale=5))
+    obstacle = np.array([[2.05, 2.05]])
+    seen = build_context(POSE, view, trail=(), obstacles_xy=obstacle, params=PARAMS.costmap)
+    cell = seen.costmap.grid.cells(obstacle)[0]
+    assert seen.costmap.occupied[tuple(cell)]

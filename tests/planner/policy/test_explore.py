@@ -1,0 +1,82 @@
+"""Exploration selects candidates, keeps or abandons its goal, and ends without one."""
+
+from dataclasses import replace
+
+import pytest
+
+from onemap_planner.motion.motions import Drive, Rest
+from onemap_planner.policy.context import build_context
+from onemap_planner.policy.explore import explore, select_candidate
+from onemap_planner.policy.state import PlannerState
+from onemap_planner.search.events import CandidateSelected, Exhausted
+from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
+from tests.planner.one_room import POSE, SEARCH, candidate, context, planner_state
+
+HALF_KNOWN = build_context(
+    POSE,
+    search_view_of(drawn_map(*["......    "] * 10, scale=5)),
+    trail=(),
+    obstacles_xy=NO_POINTS,
+    params=PARAMS.costmap,
+)
+
+
+@pytest.mark.parametrize(
+    ("sightings", "contradictions", "selected"),
+    [
+        pytest.param(3, 0, True, id="seen often enough"),
+        pytest.param(2, 0, False, id="not often enough"),
+        pytest.param(3, 3, True, id="another name as often"),
+        pytest.param(3, 4, False, id="another name more often"),
+    ],
+)
+def test_a_candidate_is_selected_by_its_sightings(
+    sightings: int, contradictions: int, selected: bool
+) -> None:
+    seen = replace(candidate(2.5, 2.5, sightings), contradictions=contradictions)
+    event = select_candidate(planner_state(seen), context(), PARAMS)
+    assert event == (CandidateSelected(seen) if selected else None)
+
+
+def test_an_unreachable_candidate_is_not_selected() -> None:
+    assert select_candidate(planner_state(candidate(9.0, 9.0)), context(), PARAMS) is None
+
+
+def test_it_drives_to_the_frontier_and_keeps_the_goal() -> None:
+    first, motion, event, candidates = explore(PlannerState(SEARCH), HALF_KNOWN, PARAMS)
+    assert isinstance(motion, Drive)
+    assert event is None
+    assert candidates.frontiers
+    goal = first.target_state.active_goal
+    assert goal is not None
+    second, *_ = explore(replace(first, active_time_s=1.0), HALF_KNOWN, PARAMS)
+    assert second.target_state.active_goal == goal
+
+
+def test_a_goal_that_takes_too_long_is_blacklisted() -> None:
+    state, *_ = explore(PlannerState(SEARCH), HALF_KNOWN, PARAMS)
+    goal = state.target_state.active_goal
+    assert goal is not None
+    late = replace(state, active_time_s=goal.budget_s + 0.1)
+    after, *_ = explore(late, HALF_KNOWN, PARAMS)
+    assert goal.goal.look_xy in after.blacklisted_frontiers
+
+
+def test_without_a_goal_rejected_candidates_are_reconsidered_and_then_the_object_is_given_up() -> (
+    None
+):
+    room = context()
+    settle_s = PARAMS.explore.settle_s
+    state = planner_state()
+    state = replace(
+        state, target_state=replace(state.target_state, rejected=(candidate(2.5, 2.5),))
+    )
+    state, motion, event, _ = explore(state, room, PARAMS)
+    assert (motion, event) == (Rest(), None)
+    state, _, event, _ = explore(replace(state, active_time_s=settle_s + 0.1), room, PARAMS)
+    assert event is None
+    assert state.target_state.reconsidered
+    state, *_ = explore(state, room, PARAMS)
+    _, _, event, _ = explore(replace(state, active_time_s=2 * settle_s + 0.2), room, PARAMS)
+    assert isinstance(event, Exhausted)
+    assert "searched everything reachable: 16 m² explored; best match 0.10" in event.reason
