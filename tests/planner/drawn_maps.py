@@ -29,7 +29,7 @@ POINT_ROBOT = CostmapParams().model_copy(
 
 
 def drawn_map(*rows: str, scale: int = 1, similarity: F32 | None = None) -> MapView:
-    """A belief from rows of characters; rows run along x, characters along y.
+    """A map view from rows of characters; rows run along x, characters along y.
 
     ``#`` occupied, ``.`` free and explored and searched, ``,`` free and observed only, ``o``
     free, explored, not searched, blank unknown. Each character is ``scale`` cells square.
@@ -57,7 +57,7 @@ def drawn_map(*rows: str, scale: int = 1, similarity: F32 | None = None) -> MapV
 def costmap_of(
     map_view: MapView, robot_xy: tuple[float, float], params: CostmapParams = POINT_ROBOT
 ) -> Costmap:
-    """The terrain without trail and blocks."""
+    """The costmap without trail and virtual obstacles."""
     return build_costmap(
         map_view,
         robot_xy=np.array(robot_xy),
@@ -77,7 +77,7 @@ def costmap_and_cost_to_go(
 
 
 def search_view_of(map_view: MapView, text: str = "sofa") -> SearchView:
-    """The message that this belief would come from."""
+    """The message that this map view would come from."""
     layers = (
         map_view.observed * Layer.OBSERVED
         + map_view.explored * Layer.EXPLORED

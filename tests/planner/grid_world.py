@@ -1,7 +1,7 @@
-"""A small world of cells for the planner: simulated walls, camera, similarity and detections.
+"""Grid world for whole searches: simulated walls, camera, similarity and detections.
 
-Everything the other services would give is made up here from a known floor plan, with time
-as a number that is counted up, so that whole searches run in a second and always the same.
+Inputs of the other services are computed from a known floor plan, with simulated time, so
+that a search takes seconds and is repeatable.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def four_rooms() -> FloorPlan:
 
 @dataclass
 class GridWorld:
-    """The robot in its plan and the map it has made so far. Mutable, because it is the world."""
+    """The robot in its floor plan and the map made so far; mutable."""
 
     floor_plan: FloorPlan
     pose: Pose2d
@@ -205,8 +205,8 @@ class GridWorld:
         nearest = np.full(self.floor_plan.solid.shape, np.inf)
         for target in targets:
             nearest = np.minimum(nearest, np.hypot(*(cells - target).transpose(2, 0, 1)))
-        bump = 0.85 * np.exp(-((nearest * CELL_M / 0.35) ** 2))
-        return np.asarray(np.maximum(ripple, bump), np.float32)
+        peak = 0.85 * np.exp(-((nearest * CELL_M / 0.35) ** 2))
+        return np.asarray(np.maximum(ripple, peak), np.float32)
 
 
 @dataclass
@@ -227,7 +227,7 @@ class SimulatedSearch:
         self.state = PlannerState(self.search)
 
     def step(self) -> None:
-        """One planning period: look, think, then drive until the next."""
+        """One planning period: a frame, a planning step, then driving until the next."""
         target = self.state.search.target
         if self.state.search.index not in self.targets_reset:
             self.targets_reset.append(self.state.search.index)
@@ -278,7 +278,7 @@ def start(world: GridWorld, *objects: str) -> SimulatedSearch:
 
 
 def in_four_rooms(x: float = 1.0, y: float = 1.0, yaw_rad: float = 0.0) -> GridWorld:
-    """A robot in the first room; places are metres from the plan's corner."""
+    """A robot at (x, y), metres from the corner of the floor plan."""
     floor_plan = four_rooms()
     ox, oy = floor_plan.grid.bounds_m[:2]
     return GridWorld(floor_plan, Pose2d(ox + x, oy + y, yaw_rad))

@@ -29,12 +29,10 @@ from onemap_shared.transport import RequestRejected
 from tests.planner.drawn_maps import drawn_map, search_view_of
 
 ROOM = drawn_map("##########", *["#........ "] * 8, "##########", scale=5)
-
-
 STEPS = 400  # of 50 ms each: every wait below ends long before
 
 
-class House:
+class SimulatedServices:
     """The planner and, on buses of their own, a robot, a mapper and a caller."""
 
     def __init__(self, config: PlannerConfig) -> None:
@@ -99,7 +97,7 @@ class House:
             if reached():
                 return
             self.frame(**streams)
-        raise AssertionError("it never happened")
+        raise AssertionError(f"it did not happen in {STEPS} steps")
 
     def start(self, *objects: str) -> SearchStatus:
         return self.caller.call(keys.SEARCH_START, SearchRequest(objects))
@@ -107,8 +105,13 @@ class House:
     def get(self, search_id: str = "") -> SearchStatus:
         return self.caller.call(keys.SEARCH_GET, SearchId(search_id))
 
-    def driven(self) -> list[VelocityCommand]:
+    def sent_commands(self) -> list[VelocityCommand]:
         taken = []
         while (command := self.commands.take(0.0)) is not None:
             taken.append(command)
         return taken
+
+
+def moves(command: VelocityCommand) -> bool:
+    """Whether the command is not a stop."""
+    return (command.linear_mps, command.angular_radps) != (0.0, 0.0)

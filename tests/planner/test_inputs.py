@@ -73,15 +73,15 @@ def test_a_collision_is_remembered_until_the_next_plan() -> None:
         pytest.param(14, 13, False, id="some missed, one reset among them"),
         pytest.param(11, 0, True, id="cleared"),
         pytest.param(11, 500, True, id="another one loaded"),
-        pytest.param(3, 3, True, id="the mapper began anew"),
+        pytest.param(3, 3, True, id="the mapper was restarted"),
     ],
 )
 def test_another_map_is_noticed_whatever_its_size(
     revision: int, frames: int, another: bool
 ) -> None:
-    def told(revision: int, frames: int) -> MapRevision:
+    def revision_of(revision: int, frames: int) -> MapRevision:
         return MapRevision(revision, 1, 1, "e", "s", frames, 10, 10, 1.0, 8.0)
 
-    inputs = with_revision(LatestInputs(), told(10, 10), 0.0)
-    after = with_revision(inputs, told(revision, frames), 1.0)
+    inputs = with_revision(LatestInputs(), revision_of(10, 10), 0.0)
+    after = with_revision(inputs, revision_of(revision, frames), 1.0)
     assert (after.map_count > inputs.map_count) == another

@@ -63,8 +63,8 @@ def test_the_end_of_a_search_is_recorded_once() -> None:
     registry.start("b", ("bed",), THEN, 150)
     registry.cancel("b", NOW)
     for search_id, ended_ns in (("a", 100), ("b", 200), ("b", 200)):
-        told = status(registry.cancel(search_id, NOW), odometer_m=0.0, now_ns=999)
-        assert told.updated_ns == ended_ns
+        message = status(registry.cancel(search_id, NOW), odometer_m=0.0, now_ns=999)
+        assert message.updated_ns == ended_ns
 
 
 def test_only_the_last_searches_are_kept() -> None:

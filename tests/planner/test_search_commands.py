@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
 
 import pytest
 
-from onemap_planner.config import PlannerConfig
 from onemap_shared import keys
 from onemap_shared.messages import (
     SearchId,
@@ -16,14 +14,7 @@ from onemap_shared.messages import (
     TextRequest,
 )
 from onemap_shared.transport import RemoteError
-from tests.planner.simulated_services import House
-
-
-@pytest.fixture
-def house() -> Iterator[House]:
-    house = House(PlannerConfig())
-    yield house
-    house.planner.close()
+from tests.planner.simulated_services import SimulatedServices
 
 
 @pytest.mark.parametrize(
@@ -31,81 +22,83 @@ def house() -> Iterator[House]:
     [(("sofa", "flurb"), "flurb", ["curb"]), (("kite", "sofa"), "kite", ["ball", "fan"])],
 )
 def test_names_are_checked_before_the_robot_moves(
-    house: House, objects: tuple[str, ...], word: str, near: list[str]
+    services: SimulatedServices, objects: tuple[str, ...], word: str, near: list[str]
 ) -> None:
     with pytest.raises(RemoteError, match=f"'{word}' .did you mean '{near[0]}'") as caught:
-        house.start(*objects)
+        services.start(*objects)
     assert caught.value.code == "unknown_word"
     assert caught.value.details == {"words": [{"word": word, "did_you_mean": near}]}
     for _ in range(5):
-        house.frame()
-    assert house.driven() == []
-    assert house.states.take(0.0) is None
+        services.frame()
+    assert services.sent_commands() == []
+    assert services.states.take(0.0) is None
     with pytest.raises(RemoteError, match="no search has been started"):
-        house.get()
+        services.get()
 
 
-def test_without_perception_no_search_starts(house: House) -> None:
-    house.perception.close()
+def test_without_perception_no_search_starts(services: SimulatedServices) -> None:
+    services.perception.close()
     with pytest.raises(RemoteError, match="words cannot be looked up") as caught:
-        house.start("sofa")
+        services.start("sofa")
     assert caught.value.code == "perception_missing"
-    house.frame()
-    assert house.states.take(0.0) is None
+    services.frame()
+    assert services.states.take(0.0) is None
 
 
-def test_a_perception_that_hangs_is_named(house: House, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_perception_that_hangs_is_named(
+    services: SimulatedServices, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("onemap_planner.search_commands.EMBED_TIMEOUT_S", 0.01)
     released = threading.Event()
 
     def hang(request: TextRequest) -> TextEmbeddings:
         released.wait(20.0)
-        return house._embed(request)
+        return services._embed(request)
 
-    house.perception.serve(keys.EMBED_TEXT, hang)
+    services.perception.serve(keys.EMBED_TEXT, hang)
     with pytest.raises(RemoteError, match="in time") as caught:
-        house.start("sofa")
+        services.start("sofa")
     released.set()
     assert caught.value.code == "perception_silent"
 
 
-def test_no_search_starts_for_a_caller_that_gave_up(house: House) -> None:
+def test_no_search_starts_for_a_caller_that_gave_up(services: SimulatedServices) -> None:
     """The words were checked, but too late."""
     patience_s = 0.5 * (keys.SEARCH_START.stale_after_s or 0.0)
     with pytest.raises(RemoteError, match="nothing was started") as caught:
-        house.caller.call(keys.SEARCH_START, SearchRequest(("sofa",), patience_s))
+        services.caller.call(keys.SEARCH_START, SearchRequest(("sofa",), patience_s))
     assert caught.value.code == "busy"
     with pytest.raises(RemoteError, match="no search has been started"):
-        house.get()
+        services.get()
 
 
-def test_a_second_search_is_refused_even_without_perception(house: House) -> None:
-    house.start("sofa")
-    house.perception.close()
+def test_a_second_search_is_refused_even_without_perception(services: SimulatedServices) -> None:
+    services.start("sofa")
+    services.perception.close()
     with pytest.raises(RemoteError) as refused:
-        house.start("bed")
+        services.start("bed")
     assert refused.value.code == "conflict"
 
 
-def test_a_second_search_is_refused_with_the_first_one_s_id(house: House) -> None:
-    first = house.start("sofa")
+def test_a_second_search_is_refused_with_the_first_one_s_id(services: SimulatedServices) -> None:
+    first = services.start("sofa")
     with pytest.raises(RemoteError, match=first.search_id) as refused:
-        house.start("bed")
+        services.start("bed")
     assert refused.value.code == "conflict"
 
 
 @pytest.mark.parametrize("procedure", [keys.SEARCH_GET, keys.SEARCH_CANCEL])
 @pytest.mark.parametrize("search_id", ["", "nonsense"])
 def test_an_unknown_search_is_refused(
-    house: House, procedure: keys.Procedure, search_id: str
+    services: SimulatedServices, procedure: keys.Procedure, search_id: str
 ) -> None:
     with pytest.raises(RemoteError) as refused:
-        house.caller.call(procedure, SearchId(search_id))
+        services.caller.call(procedure, SearchId(search_id))
     assert refused.value.code == "unknown_search"
 
 
-def test_bad_names_are_refused_before_the_robot_moves(house: House) -> None:
+def test_bad_names_are_refused_before_the_robot_moves(services: SimulatedServices) -> None:
     with pytest.raises((RemoteError, ValueError), match="readable word"):
-        house.start("!!!")
-    house.frame()
-    assert house.driven() == []
+        services.start("!!!")
+    services.frame()
+    assert services.sent_commands() == []

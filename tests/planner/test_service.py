@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -16,90 +15,80 @@ from onemap_shared import keys
 from onemap_shared.messages import (
     SearchId,
     SearchState,
-    VelocityCommand,
 )
 from onemap_shared.transport import RemoteError
 from onemap_shared.wire import Packet
-from tests.planner.simulated_services import House
+from tests.planner.simulated_services import SimulatedServices, moves
 
 
-@pytest.fixture
-def house() -> Iterator[House]:
-    house = House(PlannerConfig())
-    yield house
-    house.planner.close()
-
-
-def moves(command: VelocityCommand) -> bool:
-    return (command.linear_mps, command.angular_radps) != (0.0, 0.0)
-
-
-def test_without_a_search_it_sends_nothing(house: House) -> None:
+def test_without_a_search_it_sends_nothing(services: SimulatedServices) -> None:
     for _ in range(5):
-        house.frame()
-    assert house.driven() == []
-    assert house.asked == []
-    assert house.planner.health().ready
+        services.frame()
+    assert services.sent_commands() == []
+    assert services.asked == []
+    assert services.planner.health().ready
 
 
-def test_a_search_moves_the_robot_and_publishes_its_state(house: House) -> None:
-    told = house.start("sofa", "bed")
-    assert told.state is SearchState.EXPLORING
-    assert told.target == "sofa"
-    house.until(lambda: any(map(moves, house.driven())))
-    assert house.resets == [told.search_id]
-    assert set(house.asked) == {"sofa"}
-    first = house.states.take(0.0)
+def test_a_search_moves_the_robot_and_publishes_its_state(services: SimulatedServices) -> None:
+    started = services.start("sofa", "bed")
+    assert started.state is SearchState.EXPLORING
+    assert started.target == "sofa"
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    assert services.resets == [started.search_id]
+    assert set(services.asked) == {"sofa"}
+    first = services.states.take(0.0)
     assert first is not None
-    assert first.search_id == told.search_id
-    path = house.paths.take(1.0)
+    assert first.search_id == started.search_id
+    path = services.paths.take(1.0)
     assert path is not None
-    metrics = house.planner.health().metrics or {}
+    metrics = services.planner.health().metrics or {}
     assert {"plan_ms", "view_age_s", "odometry_age_s", "goals", "stops_on_stale", "control_hz"} <= (
         set(metrics)
     )
 
 
-def test_a_search_that_is_over_keeps_the_time_of_its_end(house: House) -> None:
-    told = house.start("sofa")
-    house.until(lambda: house.get().reason != told.reason)
-    ended = house.caller.call(keys.SEARCH_CANCEL, SearchId(told.search_id))
-    while house.states.take(0.0) is not None:
+def test_a_search_that_is_over_keeps_the_time_of_its_end(services: SimulatedServices) -> None:
+    started = services.start("sofa")
+    services.until(lambda: services.get().reason != started.reason)
+    ended = services.caller.call(keys.SEARCH_CANCEL, SearchId(started.search_id))
+    while services.states.take(0.0) is not None:
         pass
-    house.until(lambda: (later := house.states.take(0.0)) is not None and later == ended)
-    house.start("bed")
-    house.frame()
-    assert house.get(told.search_id) == ended
-    assert house.get().updated_ns > ended.updated_ns
+    services.until(lambda: (later := services.states.take(0.0)) is not None and later == ended)
+    services.start("bed")
+    services.frame()
+    assert services.get(started.search_id) == ended
+    assert services.get().updated_ns > ended.updated_ns
 
 
-def test_cancel_brakes_and_allows_another_search(house: House) -> None:
-    first = house.start("sofa")
-    house.until(lambda: any(map(moves, house.driven())))
-    assert house.caller.call(keys.SEARCH_CANCEL, SearchId()).state is SearchState.CANCELLED
-    house.driven()
-    house.frame()
-    house.until(lambda: bool(last := house.driven()) and not any(map(moves, last)))
-    assert house.get(first.search_id).state is SearchState.CANCELLED
-    second = house.start("bed")
+def test_cancel_brakes_and_allows_another_search(services: SimulatedServices) -> None:
+    first = services.start("sofa")
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    assert services.caller.call(keys.SEARCH_CANCEL, SearchId()).state is SearchState.CANCELLED
+    services.sent_commands()
+    services.frame()
+    services.until(lambda: bool(last := services.sent_commands()) and not any(map(moves, last)))
+    assert services.get(first.search_id).state is SearchState.CANCELLED
+    second = services.start("bed")
     assert second.search_id != first.search_id
-    assert house.get(first.search_id).objects == ("sofa",)
+    assert services.get(first.search_id).objects == ("sofa",)
 
 
 @pytest.mark.parametrize("missing", ["odometry", "revision"])
-def test_it_stops_when_a_stream_falls_silent_and_says_so(house: House, missing: str) -> None:
-    house.start("sofa")
-    house.until(lambda: any(map(moves, house.driven())))
+def test_it_stops_when_a_stream_falls_silent_and_says_so(
+    services: SimulatedServices, missing: str
+) -> None:
+    services.start("sofa")
+    services.until(lambda: any(map(moves, services.sent_commands())))
     streams = {missing: False}
-    house.until(lambda: "waiting:" in house.get().reason, **streams)
-    house.driven()
-    house.frame(**streams)
-    house.frame(**streams)
-    assert not any(map(moves, house.driven()))
-    problem = house.planner.health().problem
+    services.until(lambda: "waiting:" in services.get().reason, **streams)
+    services.sent_commands()
+    services.frame(**streams)
+    services.frame(**streams)
+    assert not any(map(moves, services.sent_commands()))
+    problem = services.planner.health().problem
     assert {"odometry": "odometry", "revision": "the map"}[missing] in problem
-    house.until(lambda: any(map(moves, house.driven())))  # fresh again: it goes on
-    assert "waiting" not in house.get().reason
+    services.until(lambda: any(map(moves, services.sent_commands())))  # fresh again: it goes on
+    assert "waiting" not in services.get().reason
 
 
 @pytest.mark.parametrize(
@@ -111,52 +100,52 @@ def test_it_stops_when_a_stream_falls_silent_and_says_so(house: House, missing: 
     ],
 )
 def test_garbage_on_its_topics_is_counted_and_passed_over(
-    house: House, topic: keys.Topic, metric: str
+    services: SimulatedServices, topic: keys.Topic, metric: str
 ) -> None:
-    house.start("sofa")
-    house.hub.inject(topic.key, Packet(b"garbage", b"\x00" * 9))
-    house.until(
-        lambda: (house.planner.health().metrics or {})[metric] == 1.0,
+    services.start("sofa")
+    services.hub.inject(topic.key, Packet(b"garbage", b"\x00" * 9))
+    services.until(
+        lambda: (services.planner.health().metrics or {})[metric] == 1.0,
         odometry=False,
         revision=False,
     )
-    house.until(lambda: any(map(moves, house.driven())))
+    services.until(lambda: any(map(moves, services.sent_commands())))
 
 
 def test_a_killed_planner_goes_on_with_its_search(tmp_path: Path) -> None:
     config = PlannerConfig(state_dir=tmp_path)
-    house = House(config)
-    told = house.start("sofa", "bed")
-    house.until(lambda: (tmp_path / FILE_NAME).exists() and bool(house.resets))
-    house.planner._planning_thread.close()  # killed: nothing is tidied up
-    house.planner = Planner(house.hub.bus("planner"), config)
-    assert house.get().search_id == told.search_id
-    house.driven()
-    house.until(lambda: any(map(moves, house.driven())))
-    assert house.resets == [told.search_id]  # what was searched stays searched
-    house.caller.call(keys.SEARCH_CANCEL, SearchId())
-    house.until(lambda: not (tmp_path / FILE_NAME).exists())
-    house.planner.close()
+    services = SimulatedServices(config)
+    started = services.start("sofa", "bed")
+    services.until(lambda: (tmp_path / FILE_NAME).exists() and bool(services.resets))
+    services.planner._planning_thread.close()  # killed: nothing is tidied up
+    services.planner = Planner(services.hub.bus("planner"), config)
+    assert services.get().search_id == started.search_id
+    services.sent_commands()
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    assert services.resets == [started.search_id]  # what was searched stays searched
+    services.caller.call(keys.SEARCH_CANCEL, SearchId())
+    services.until(lambda: not (tmp_path / FILE_NAME).exists())
+    services.planner.close()
 
 
 def test_a_broken_journal_does_not_keep_the_planner_from_starting(tmp_path: Path) -> None:
     (tmp_path / FILE_NAME).write_text(json.dumps({"schema": 99}))
-    house = House(PlannerConfig(state_dir=tmp_path))
-    house.frame()
+    services = SimulatedServices(PlannerConfig(state_dir=tmp_path))
+    services.frame()
     with pytest.raises(RemoteError):
-        house.get()
-    house.planner.close()
+        services.get()
+    services.planner.close()
 
 
-def test_closing_stops_the_robot(house: House) -> None:
-    house.start("sofa")
-    house.until(lambda: any(map(moves, house.driven())))
-    house.planner.close()
-    assert not moves(house.driven()[-1])
+def test_closing_stops_the_robot(services: SimulatedServices) -> None:
+    services.start("sofa")
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    services.planner.close()
+    assert not moves(services.sent_commands()[-1])
 
 
-def test_silence_without_a_search_is_a_problem_after_a_while(house: House) -> None:
-    health = house.planner.health()
+def test_silence_without_a_search_is_a_problem_after_a_while(services: SimulatedServices) -> None:
+    health = services.planner.health()
     assert not health.ready
     assert health.problem == "odometry has never arrived"
     assert np.isfinite(list((health.metrics or {}).values())).all()

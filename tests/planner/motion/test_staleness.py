@@ -9,7 +9,7 @@ SECOND = 1_000_000_000
 def test_a_repeated_message_is_not_fresh() -> None:
     known = Arrival(7, 0, 1.0)
     assert newest(known, Arrival(7, 0, 9.0)) is known
-    assert newest(known, Arrival(3, 0, 9.0)).at_s == 9.0  # the mapper began anew
+    assert newest(known, Arrival(3, 0, 9.0)).at_s == 9.0  # the mapper was restarted
     assert newest(None, known) is known
 
 

@@ -118,7 +118,7 @@ def test_a_candidate_on_a_found_object_is_it_where_its_name_fits_better() -> Non
     end = map_view_where(dict.fromkeys(BED_END, 0.9), dict.fromkeys(BED - BED_END, 0.9))
     assert conflicting_object(candidate(BED_END), found_objects, end) == found_objects[0]
     assert conflicting_object(candidate(BED_END), (), end) is None
-    # The find was the mistake: all of it looks like a sofa by now.
+    # The found object was the error: all of it resembles a sofa by now.
     wrong = map_view_where(dict.fromkeys(BED, 0.9), dict.fromkeys(BED, 0.3))
     assert conflicting_object(candidate(BED_END), found_objects, wrong) is None
 

@@ -1,4 +1,4 @@
-"""Goals stand where they can see, and are kept until another is clearly better."""
+"""The goal of the highest utility is selected; the current one is kept within hysteresis."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Walking up to a candidate: where to stand, when to believe it, when to leave it."""
+"""Candidates are approached, then confirmed or rejected by new detections."""
 
 from __future__ import annotations
 

@@ -153,15 +153,15 @@ def test_a_search_that_began_without_odometry_starts_where_the_map_answers() -> 
     ],
 )
 def test_the_status_names_the_phase(phase: Phase, public: SearchState) -> None:
-    told = status(at(phase), odometer_m=12.0, now_ns=99)
-    assert told.state is public
-    assert told.active is not isinstance(phase, Finished)
+    message = status(at(phase), odometer_m=12.0, now_ns=99)
+    assert message.state is public
+    assert message.active is not isinstance(phase, Finished)
 
 
 def test_the_status_says_what_is_waited_for_while_active() -> None:
-    told = status(at(Exploring()), odometer_m=12.0, now_ns=99, waiting="the map is 1.2 s old")
-    assert told.reason == "waiting: the map is 1.2 s old"
-    assert told.path_length_m == pytest.approx(2.0)
+    message = status(at(Exploring()), odometer_m=12.0, now_ns=99, waiting="the map is 1.2 s old")
+    assert message.reason == "waiting: the map is 1.2 s old"
+    assert message.path_length_m == pytest.approx(2.0)
     over = transition(at(Exploring()), Cancelled(), NOW)
     assert status(over, odometer_m=20.0, now_ns=99, waiting="x").reason == "cancelled"
     assert status(over, odometer_m=20.0, now_ns=99).path_length_m == pytest.approx(4.0)

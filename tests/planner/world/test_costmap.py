@@ -1,4 +1,4 @@
-"""N keeps the robot's distance, and lets it out of where it should not stand."""
+"""N keeps the robot's clearance, and a robot outside N may leave."""
 
 from dataclasses import replace
 
