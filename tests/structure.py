@@ -17,7 +17,8 @@ from statistics import median
 ROOT = Path(__file__).parents[1]
 SERVICES = ("perception", "mapper", "planner", "gateway", "simulator")
 CAMERA_FIELDS = {"fx", "fy", "cx", "cy"}
-PARAMS_BASES = {"Params", "StrictModel", "BaseModel", "RequestModel"}  # of pydantic, now or once
+PARAMS_BASES = ("Params", "StrictModel", "Config")  # ends of the names of parameter models
+PLAIN_TYPES = {"bool", "float", "int", "str", "tuple", "Path", "F64"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,18 +117,19 @@ def floors(package: str, sources: list[Module]) -> int:
 
 
 def declared_twice(sources: list[Module]) -> list[str]:
-    """Settings: fields of a pydantic model that a dataclass of the same package repeats.
+    """Plain settings: fields of a parameter model that a dataclass of the same package repeats.
 
-    Only dataclasses that repeat at least half of their fields count: others share a name by
-    chance.
+    Only dataclasses that repeat two or more, and at least half of their fields, count: others
+    share a name by chance.
     """
     found = []
     for package in folders(ROOT):
         classes = [c for module in sources if module.package == package for c in module.classes]
         settings = {field for c in classes if _is_params(c) for field in _fields(c)}
         for c in classes:
-            repeated = [field for field in _fields(c) if field in settings]
-            if _is_dataclass(c) and len(repeated) >= 2 and 2 * len(repeated) >= len(_fields(c)):
+            fields = _fields(c)
+            repeated = [f for f, kind in fields.items() if f in settings and kind in PLAIN_TYPES]
+            if _is_dataclass(c) and len(repeated) >= 2 and 2 * len(repeated) >= len(fields):
                 found += [f"{package}: {c.name}.{field}" for field in repeated]
     return found
 
@@ -146,18 +148,19 @@ def camera_arithmetic(sources: list[Module]) -> list[str]:
     return sorted(found)
 
 
-def _fields(node: ast.ClassDef) -> list[str]:
-    return [
-        part.target.id
+def _fields(node: ast.ClassDef) -> dict[str, str]:
+    """Names of the annotated fields of a class, with their type, without its arguments."""
+    return {
+        part.target.id: ast.unparse(part.annotation).split("[")[0].split(" |")[0]
         for part in node.body
         if isinstance(part, ast.AnnAssign)
         and isinstance(part.target, ast.Name)
         and "ClassVar" not in ast.unparse(part.annotation)
-    ]
+    }
 
 
 def _is_params(node: ast.ClassDef) -> bool:
-    return any(isinstance(base, ast.Name) and base.id in PARAMS_BASES for base in node.bases)
+    return any(isinstance(b, ast.Name) and b.id.endswith(PARAMS_BASES) for b in node.bases)
 
 
 def _is_dataclass(node: ast.ClassDef) -> bool:
