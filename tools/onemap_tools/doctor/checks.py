@@ -1,7 +1,6 @@
-"""Why nothing is found: pure checks over what a doctor observed on the bus.
+"""Pure checks over the observations of the bus; each returns its findings as sentences.
 
-Each check looks for one kind of trouble and returns what it found, as
-sentences for people. Thresholds say why they are where they are.
+Every check looks for one kind of fault that keeps objects from being found.
 """
 
 from __future__ import annotations
@@ -12,19 +11,16 @@ from enum import Enum
 
 from onemap_tools.doctor.observations import NEAR_M, Observations, ProcessHealth
 
-CLOCK_TOLERANCE_S = 0.3  # transport and a frame's work take less; NTP keeps clocks within 0.05 s
-OLD_S = 2.0  # content older than this was made before the robot's last few metres
-FAR_M = 20.0  # no room is so large: a median beyond is a scale error
-NO_RETURN_FRACTION = 0.9  # so many pixels without depth leave too little to map
-FEW_FRAMES = 5  # fewer fused frames than this may all have seen the same place
-COMMAND_EPSILON = 0.02  # m/s or rad/s: below is standing still
+CLOCK_TOLERANCE_S = 0.3  # above the latency of transport and processing; NTP holds 0.05 s
+OLD_S = 2.0  # the robot has driven a metre or more since
+FAR_M = 20.0  # larger than any room: a greater median is a wrong depth scale
+NO_RETURN_FRACTION = 0.9  # above, too few pixels have depth to map anything
+FEW_FRAMES = 5  # fewer fused frames may all show the same view
+COMMAND_EPSILON = 0.02  # m/s or rad/s; below it the robot stands still
 
 
 class Severity(str, Enum):
-    """How bad a finding is: an error explains why nothing is found, a warning may.
-
-    A note says what could not be checked, and how it could.
-    """
+    """An error keeps objects from being found, a warning may, a note is a skipped check."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -36,7 +32,7 @@ class Severity(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that is wrong, and what to do about it."""
+    """One fault and its remedy."""
 
     severity: Severity
     sentence: str
@@ -56,7 +52,7 @@ def _warning(sentence: str, remedy: str) -> Finding:
 
 
 def check_services(observed: Observations) -> list[Finding]:
-    """Services that do not run, hang, are not ready, or run twice."""
+    """Services that do not run, hang, are not ready or run twice."""
     findings = [_absent(name, observed) for name in NEEDED if name not in observed.alive]
     for name in sorted({process.service for process in observed.processes}):
         processes = [process for process in observed.processes if process.service == name]
@@ -72,8 +68,7 @@ def check_services(observed: Observations) -> list[Finding]:
 
 
 def _absent(name: str, observed: Observations) -> Finding:
-    """A service that is not connected: it ended, or the gateway, who was here before, says that it
-    hangs."""
+    """A service that is not connected: it ended, or it hangs by the gateway's metrics."""
     metric = f"hung_{name}_s"
     silent_s = next((p.metrics[metric] for p in observed.processes if metric in p.metrics), None)
     if silent_s is not None:
@@ -101,7 +96,7 @@ def _unhealthy(process: ProcessHealth) -> list[Finding]:
 
 
 def check_streams(observed: Observations) -> list[Finding]:
-    """Streams that are silent, old, or cannot be read."""
+    """Streams without messages, with old messages or with messages that cannot be decoded."""
     findings = []
     for stream in observed.streams:
         if stream.count == 0 and stream.refused == 0:
@@ -155,7 +150,7 @@ def check_clocks(observed: Observations) -> list[Finding]:
 
 
 def check_depth(observed: Observations) -> list[Finding]:
-    """Depth images that cannot be in millimetres, or hold nothing."""
+    """Depth images without returns or in another unit than millimetres."""
     depth = observed.depth
     if depth is None:
         return []
@@ -185,7 +180,7 @@ def check_depth(observed: Observations) -> list[Finding]:
 
 
 def check_floor(observed: Observations) -> list[Finding]:
-    """Extrinsics that put the floor elsewhere than at z = 0, as the mapper judges them."""
+    """Extrinsics by which the floor is not at z = 0, from the mapper's metrics."""
     mapper = next((p.metrics for p in observed.processes if "floor_viewpoints" in p.metrics), None)
     if mapper is None:
         return []
@@ -211,13 +206,13 @@ def check_floor(observed: Observations) -> list[Finding]:
 
 
 def check_encoders(observed: Observations) -> list[Finding]:
-    """Features, map and texts that come from different encoders."""
-    said = {
+    """Features, map and texts of different encoders."""
+    encoders = {
         "camera features": observed.field_encoder,
         "the map": (observed.map.encoder_id, observed.map.text_space) if observed.map else None,
         "texts": observed.text_encoder,
     }
-    known = {what: encoder for what, encoder in said.items() if encoder and any(encoder)}
+    known = {what: encoder for what, encoder in encoders.items() if encoder and any(encoder)}
     if len(set(known.values())) <= 1:
         return []
     parts = ", ".join(f"{what} from {encoder[0]!r}" for what, encoder in known.items())
@@ -230,26 +225,26 @@ def check_encoders(observed: Observations) -> list[Finding]:
 
 
 def check_map(observed: Observations) -> list[Finding]:
-    """A map that nothing is added to, or that stays empty."""
-    look = observed.map
-    if look is None:
+    """A map that receives no frames, stays empty or does not grow."""
+    growth = observed.map
+    if growth is None:
         return []
-    if look.frames[1] == look.frames[0]:
+    if growth.frames[1] == growth.frames[0]:
         return [
             _error(
                 f"No frame reached the map in {observed.duration_s:.0f} s.",
                 "Follow the frames: robot, perception, mapper; the first silent one is it.",
             )
         ]
-    if look.cells[1] == 0 and look.frames[1] >= FEW_FRAMES:
+    if growth.cells[1] == 0 and growth.frames[1] >= FEW_FRAMES:
         return [
             _error(
-                f"{look.frames[1]} frames were fused and the map is still empty.",
+                f"{growth.frames[1]} frames were fused and the map is still empty.",
                 "All points are out of the mapper's height or depth range: check extrinsics "
                 "and depth scale.",
             )
         ]
-    if look.cells[1] == look.cells[0] and observed.motion.driven > COMMAND_EPSILON:
+    if growth.cells[1] == growth.cells[0] and observed.motion.driven > COMMAND_EPSILON:
         return [
             _warning(
                 "The robot drives and the map does not grow.",
@@ -260,7 +255,7 @@ def check_map(observed: Observations) -> list[Finding]:
 
 
 def check_driving(observed: Observations) -> list[Finding]:
-    """A robot that does not obey, or that stands against something."""
+    """A robot that does not follow commands, or that has collided."""
     findings = []
     if observed.motion.commanded > COMMAND_EPSILON and observed.motion.driven <= COMMAND_EPSILON:
         findings.append(
@@ -292,7 +287,7 @@ CHECKS: tuple[Callable[[Observations], list[Finding]], ...] = (
 
 
 def diagnose(observed: Observations) -> list[Finding]:
-    """All findings, errors first and notes last, each sentence once."""
+    """All findings: errors, warnings, notes; each sentence once."""
     findings = {f.sentence: f for check in CHECKS for f in check(observed)}
     order = list(Severity)
     return sorted(findings.values(), key=lambda finding: order.index(finding.severity))

@@ -1,16 +1,16 @@
-"""What a doctor observes on the bus: the input of its checks."""
+"""Observations of the bus over a few seconds: the input of the checks."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-NEAR_M = 0.1  # no depth camera measures nearer: everything below is a scale error
+NEAR_M = 0.1  # below the range of depth cameras: nearer values are a wrong depth scale
 
 
 @dataclass(frozen=True, slots=True)
 class StreamStatus:
-    """A topic as it was heard. ``age_s``: receiver's clock less the newest stamp."""
+    """Counters of one topic. ``age_s``: local clock minus the stamp of the newest message."""
 
     name: str
     source: str
@@ -22,7 +22,11 @@ class StreamStatus:
 
 @dataclass(frozen=True, slots=True)
 class ProcessHealth:
-    """Heartbeats of one process. ``clock_offset_s``: its clock less ours, transport included."""
+    """Heartbeats of one process.
+
+    ``clock_offset_s``: its clock minus the local clock, less the transport latency.
+    ``advanced``: whether its main loop made progress between the heartbeats.
+    """
 
     service: str
     instance: str
@@ -35,10 +39,10 @@ class ProcessHealth:
 
 @dataclass(frozen=True, slots=True)
 class DepthStatistics:
-    """The newest depth image in numbers.
+    """Statistics of one depth image.
 
-    valid: fraction of pixels with a return; median_m of those, NaN if none; near: fraction
-    of those below ``NEAR_M``.
+    ``valid``: fraction of pixels with a return; ``median_m`` of those, NaN without any;
+    ``near``: fraction of those below ``NEAR_M``.
     """
 
     valid: float
@@ -48,7 +52,7 @@ class DepthStatistics:
 
 @dataclass(frozen=True, slots=True)
 class MapGrowth:
-    """The map's state when the doctor came and when it left."""
+    """Frame and cell counts at the first and the last revision; encoder of the last."""
 
     frames: tuple[int, int]
     cells: tuple[int, int]
@@ -58,7 +62,7 @@ class MapGrowth:
 
 @dataclass(frozen=True, slots=True)
 class MotionSummary:
-    """Largest speeds commanded and driven (m/s or rad/s, whichever is larger), and collisions."""
+    """Largest commanded and measured speed (maximum of m/s and rad/s), and collisions."""
 
     commanded: float = 0.0
     driven: float = 0.0
@@ -67,10 +71,10 @@ class MotionSummary:
 
 @dataclass(frozen=True, slots=True)
 class Observations:
-    """What was heard on the bus in ``duration_s`` seconds.
+    """Everything that was received in ``duration_s`` seconds.
 
-    alive: services with a connected process; field_encoder and text_encoder are
-    (encoder id, text space), None if nobody said.
+    ``alive``: services with a connected process. ``field_encoder`` and ``text_encoder``:
+    (encoder id, text space), None if unknown.
     """
 
     duration_s: float
@@ -84,5 +88,5 @@ class Observations:
     motion: MotionSummary = MotionSummary()
 
     def stream(self, name: str) -> StreamStatus | None:
-        """The stream of this name."""
+        """The stream of this name; None if it was not observed."""
         return next((stream for stream in self.streams if stream.name == name), None)

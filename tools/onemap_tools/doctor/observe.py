@@ -1,4 +1,4 @@
-"""What a doctor hears on the bus in a few seconds, in numbers that checks can judge."""
+"""Observes the bus for a few seconds."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ from onemap_tools.doctor.observations import (
 
 M = TypeVar("M")
 
-KEPT = 64  # messages kept between two looks; looks are 20 ms apart
+QUEUE = 64  # messages held between two polls
 POLL_S = 0.02
 
 
 class TopicObserver(Generic[M]):
-    """A topic whose messages are counted and whose newest is kept."""
+    """Counts the messages of one topic and keeps the newest."""
 
     def __init__(
         self,
         bus: Bus,
         topic: keys.Topic[M],
         on_message: Callable[[M], None] = lambda _: None,
-        capacity: int = KEPT,
+        capacity: int = QUEUE,
     ) -> None:
         self._topic = topic
         self._subscription = bus.subscribe(topic, capacity)
@@ -53,7 +53,7 @@ class TopicObserver(Generic[M]):
         self.newest: M | None = None
 
     def poll(self) -> None:
-        """Take what lies ready."""
+        """Take all queued messages."""
         while (message := self._subscription.take(0.0)) is not None:
             self.newest = message
             stamp_ns = getattr(message, "stamp_ns", 0)
@@ -61,7 +61,7 @@ class TopicObserver(Generic[M]):
             self._on_message(message)
 
     def stream(self, source: str) -> StreamStatus:
-        """What there is to say of the topic."""
+        """Counters of the topic; ``source`` is the process that publishes it."""
         counters = self._subscription.counters
         return StreamStatus(
             name=self._topic.key,
@@ -74,7 +74,7 @@ class TopicObserver(Generic[M]):
 
 
 class BusObserver:
-    """Listens to everything that a diagnosis needs."""
+    """Subscribes to every topic that the checks need."""
 
     def __init__(self, bus: Bus) -> None:
         self._bus = bus
@@ -86,7 +86,7 @@ class BusObserver:
         self._field: TopicObserver[FeatureField] = TopicObserver(bus, keys.FIELD, capacity=1)
         self._odometry = TopicObserver(bus, keys.ROBOT_ODOMETRY, self._on_odometry)
         self._revision = TopicObserver(bus, keys.MAP_REVISION, self._revisions.append)
-        self._listeners: tuple[TopicObserver[Any], ...] = (
+        self._observers: tuple[TopicObserver[Any], ...] = (
             self._rgbd,
             self._field,
             self._odometry,
@@ -109,12 +109,12 @@ class BusObserver:
         self._collided |= odometry.collided
 
     def poll(self) -> None:
-        """Take in what lies ready."""
-        for listener in self._listeners:
-            listener.poll()
+        """Take all queued messages of all topics."""
+        for observer in self._observers:
+            observer.poll()
 
     def observations(self, duration_s: float) -> Observations:
-        """What was heard so far, in ``duration_s``."""
+        """The observations so far, made in ``duration_s`` seconds."""
         field = self._field.newest
         return Observations(
             duration_s=duration_s,
@@ -125,15 +125,15 @@ class BusObserver:
                 self._field.stream("perception"),
                 self._revision.stream("mapper"),
             ),
-            processes=tuple(process_health(heard) for heard in self._beats.values()),
+            processes=tuple(process_health(beats) for beats in self._beats.values()),
             depth=depth_statistics(self._rgbd.newest) if self._rgbd.newest else None,
             map=map_growth(self._revisions),
             field_encoder=(field.encoder_id, field.text_space) if field else None,
-            text_encoder=self._ask_for_text_encoder(),
+            text_encoder=self._text_encoder(),
             motion=MotionSummary(self._commanded, self._driven, self._collided),
         )
 
-    def _ask_for_text_encoder(self) -> tuple[str, str] | None:
+    def _text_encoder(self) -> tuple[str, str] | None:
         try:
             reply = self._bus.call(keys.EMBED_TEXT, TextRequest(("sofa",)))
         except CallError:
@@ -142,7 +142,7 @@ class BusObserver:
 
 
 def observe(bus: Bus, duration_s: float) -> Observations:
-    """Listen to everything for ``duration_s``."""
+    """Observe the bus for ``duration_s`` seconds."""
     observer = BusObserver(bus)
     end_s = time.monotonic() + duration_s
     while time.monotonic() < end_s:
@@ -151,25 +151,25 @@ def observe(bus: Bus, duration_s: float) -> Observations:
     return observer.observations(duration_s)
 
 
-def process_health(heard: list[tuple[Heartbeat, float]]) -> ProcessHealth:
-    """One process from its heartbeats, each with its clock's lead over ours at arrival.
+def process_health(beats: list[tuple[Heartbeat, float]]) -> ProcessHealth:
+    """Health of one process from its heartbeats, each with its clock offset on arrival.
 
-    The largest lead is nearest to the truth: the way here only ever makes it smaller.
+    The largest offset is the best estimate: latency only makes it smaller.
     """
-    first, last = heard[0][0], heard[-1][0]
+    first, last = beats[0][0], beats[-1][0]
     return ProcessHealth(
         service=last.service,
         instance=last.instance,
         ready=last.ready,
         problem=last.problem.rstrip("."),
-        clock_offset_s=max(offset_s for _, offset_s in heard),
-        advanced=len(heard) < 2 or last.progress > first.progress,
+        clock_offset_s=max(offset_s for _, offset_s in beats),
+        advanced=len(beats) < 2 or last.progress > first.progress,
         metrics=last.metrics,
     )
 
 
 def depth_statistics(frame: RgbdFrame) -> DepthStatistics:
-    """The depth image of a frame in numbers."""
+    """Fraction of returns, their median and the fraction that is too near."""
     depth_m: F32 = (frame.depth_mm / np.float32(1000)).astype(np.float32)
     valid = depth_m > 0
     if not valid.any():
@@ -184,7 +184,7 @@ def depth_statistics(frame: RgbdFrame) -> DepthStatistics:
 
 
 def map_growth(revisions: list[MapRevision]) -> MapGrowth | None:
-    """How the map changed between the first and the last revision heard."""
+    """The change of the map between the first and the last revision; None without revisions."""
     if not revisions:
         return None
     first, last = revisions[0], revisions[-1]

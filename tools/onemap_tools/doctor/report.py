@@ -1,4 +1,4 @@
-"""``onemap doctor``: listen on the bus for a few seconds and say what is wrong."""
+"""Runs ``onemap doctor``: observe the bus, diagnose, print the findings."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.NOTE: "di
 
 
 def examine(config: Path | None, console: Console) -> list[Finding]:
-    """Join the bus of this configuration, listen, and diagnose."""
+    """Observe the bus of this configuration for ``LISTEN_S`` and diagnose."""
     with temporary_session(section(read(config), "bus", BusConfig), "doctor", JOIN_S) as bus:
         console.print(f"Listening for {LISTEN_S:g} s ...", style="dim")
         return diagnose(observe(bus, LISTEN_S))
@@ -35,12 +35,12 @@ def describe(findings: list[Finding], console: Console) -> None:
 
 
 def healthy(findings: list[Finding]) -> bool:
-    """Whether nothing was found that explains a failure: warnings and notes do not."""
+    """Whether there is no error; warnings and notes are allowed."""
     return all(finding.severity is not Severity.ERROR for finding in findings)
 
 
 def document(findings: list[Finding]) -> dict[str, Any]:
-    """The findings as JSON can carry them."""
+    """The findings as a JSON object."""
     return {
         "healthy": healthy(findings),
         "findings": [
