@@ -13,7 +13,7 @@ from onemap_simulator.ground_truth import SUCCESS_TOLERANCE_M
 from onemap_tools.demo.summary import (
     DemoSummary,
     ObjectSummary,
-    finite,
+    json_value,
     path_efficiency,
     rate_hz,
 )
@@ -144,6 +144,6 @@ def test_rate_is_counted_from_first_to_last() -> None:
 
 
 def test_finite_rounds_and_passes_on() -> None:
-    assert finite(1.23456789) == 1.2346
-    assert finite((1.0, nan)) == [1.0, None]
-    assert finite("text") == "text"
+    assert json_value(1.23456789) == 1.2346
+    assert json_value((1.0, nan)) == [1.0, None]
+    assert json_value("text") == "text"

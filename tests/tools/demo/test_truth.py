@@ -11,7 +11,7 @@ import pytest
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.messages import Truth
-from onemap_tools.demo.truth import Position, judged, scene_category
+from onemap_tools.demo.truth import Position, evaluate_result, scene_category
 
 VOCABULARY = load_vocabulary(SHIPPED)
 APARTMENT = ("armchair", "sofa", "wall")
@@ -62,7 +62,7 @@ def test_a_word_is_known_by_the_scenes_own_name(
 
 
 def test_a_synonym_is_judged_as_the_thing_it_names() -> None:
-    item = judged(result(), scene_category("couch", APARTMENT, VOCABULARY), tell)
+    item = evaluate_result(result(), scene_category("couch", APARTMENT, VOCABULARY), tell)
     assert item.name == "couch"
     assert item.success
     assert item.shortest_path_m == 2.0
@@ -70,37 +70,39 @@ def test_a_synonym_is_judged_as_the_thing_it_names() -> None:
 
 
 def test_a_wrong_claim_knows_what_stands_there() -> None:
-    item = judged(result(end_xy_m=[0.5, 0.0]), "sofa", tell)
+    item = evaluate_result(result(end_xy_m=[0.5, 0.0]), "sofa", tell)
     assert item.claimed_wrongly
     assert item.goal_distance_m == 1.5
     assert item.nearest == "armchair"
 
 
 def test_where_the_robot_is_not_known_to_have_been_no_truth_is_asked() -> None:
-    item = judged(result(start_xy_m=None, end_xy_m=None, position_m=None), "sofa", tell)
+    item = evaluate_result(result(start_xy_m=None, end_xy_m=None, position_m=None), "sofa", tell)
     assert isnan(item.shortest_path_m)
     assert isnan(item.goal_distance_m)
     assert item.nearest == ""
 
 
 def test_what_a_generated_apartment_does_not_have_is_claimed_wrongly() -> None:
-    assert judged(result(), "toilet", tell).claimed_wrongly
+    assert evaluate_result(result(), "toilet", tell).claimed_wrongly
 
 
 def test_what_a_file_does_not_name_cannot_be_judged() -> None:
-    item = judged(result(), "toilet", tell_of_a_file)
+    item = evaluate_result(result(), "toilet", tell_of_a_file)
     assert not item.judged
     assert item.counts
     assert not item.claimed_wrongly
 
 
 def test_what_a_file_names_is_judged_as_ever() -> None:
-    assert judged(result(), "sofa", tell_of_a_file).success
-    assert judged(result(end_xy_m=[0.5, 0.0]), "sofa", tell_of_a_file).claimed_wrongly
+    assert evaluate_result(result(), "sofa", tell_of_a_file).success
+    assert evaluate_result(result(end_xy_m=[0.5, 0.0]), "sofa", tell_of_a_file).claimed_wrongly
 
 
 def test_a_world_that_does_not_answer_cannot_judge() -> None:
-    item = judged(result(), "sofa", lambda name, place_m: None)
+    item = evaluate_result(result(), "sofa", lambda name, place_m: None)
     assert not item.judged
     assert item.counts
-    assert not judged(result(outcome="not_found"), "sofa", lambda name, place_m: None).counts
+    assert not evaluate_result(
+        result(outcome="not_found"), "sofa", lambda name, place_m: None
+    ).counts

@@ -34,7 +34,7 @@ from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_tools.bench.lockstep import LockstepSimulation, PerceptionPipeline, SystemConfig
 from onemap_tools.bench.parser import Parser
 from onemap_tools.demo.summary import ObjectSummary
-from onemap_tools.demo.truth import judged, scene_category
+from onemap_tools.demo.truth import evaluate_result, scene_category
 
 # Large things that most apartments have, and one, the bookcase, that some do not.
 OBJECTS = ("bed", "sofa", "television", "refrigerator", "toilet", "bookcase")
@@ -89,7 +89,7 @@ def run(task: EpisodeParams) -> EpisodeResult:
     return EpisodeResult(
         seed=simulator.seed,
         objects=tuple(
-            judged(
+            evaluate_result(
                 asdict(result),
                 name,
                 lambda name, place: truth_reply(truth, TruthRequest(name, *place[:2])),

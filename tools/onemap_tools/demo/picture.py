@@ -1,4 +1,4 @@
-"""The picture a demo leaves behind: the map, the path that was driven, what was found."""
+"""Draws the map of a demo run with the driven path and the claimed objects."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def write_picture(
     yaw_rad: float,
     objects: tuple[ObjectSummary, ...],
 ) -> None:
-    """Write a PNG of the map with the track (x, y metres each) and the finds."""
+    """Write a PNG of the map, the driven path ``track_m`` (x, y in metres) and the claims."""
     found = tuple(
         (
             item.name if item.success else f"{item.name} (wrong)",

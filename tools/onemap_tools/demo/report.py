@@ -1,4 +1,4 @@
-"""The summary of a demo as a table for people."""
+"""Prints the summary of a demo as a table."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from onemap_tools.demo.summary import DemoSummary, ObjectSummary
 
 
 def describe(summary: DemoSummary, document: dict[str, Any], console: Console) -> None:
-    """Print object, outcome, place, time and paths, and what was left behind."""
+    """Print one row per object, the reasons of failures, totals and the picture's path."""
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for title in ("object", "outcome", "at", "time", "path", "shortest", "SPL", "off by"):
         table.add_column(title, no_wrap=title != "outcome")
@@ -41,14 +41,14 @@ def describe(summary: DemoSummary, document: dict[str, Any], console: Console) -
 
 
 def _why(item: ObjectSummary) -> str:
-    """The reason of an outcome, and what stands where a wrong claim was made."""
+    """The reason of an outcome; for a wrong claim also the thing that is nearest to it."""
     if item.claimed_wrongly and item.nearest:
         return f"{item.reason} (nearest to the claimed place: {item.nearest})"
     return item.reason
 
 
 def _verdict(summary: DemoSummary) -> str:
-    """What the truth says, as far as it is known."""
+    """Wrong claims and SPL, or for how many objects there is ground truth."""
     wrong = f"{summary.claimed_wrongly} claimed wrongly"
     if summary.judged == len(summary.objects):
         return f"{wrong}, SPL {summary.spl:.2f}"
@@ -77,5 +77,5 @@ def _row(item: ObjectSummary) -> tuple[str | Text, ...]:
 
 
 def metres(value: float) -> str:
-    """A length; a dash where there is none."""
+    """A length in metres; a dash if it is not finite."""
     return f"{value:.1f} m" if isfinite(value) else "-"

@@ -1,4 +1,4 @@
-"""What a demo run is made of: its folder, its configuration, its processes, its wishes."""
+"""Prepares a demo run: folder, configuration file, processes and objects to search for."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ DEMO_SERVICES = ("simulator", "perception", "mapper", "planner", "gateway")
 OBJECTS = 3
 DEFAULT_PORT = 8080
 
-# What a demo looks for, as far as it exists: large things that live in different rooms first.
+# Searched for by default where the scene has them: large objects of different rooms first.
 PREFERRED_OBJECTS = (
     "bed",
     "television",
@@ -36,13 +36,13 @@ PREFERRED_OBJECTS = (
     "bookcase",
     "desk",
 )
-# Every scene has them everywhere: finding one shows nothing.
+# Categories that every room has: finding one demonstrates nothing.
 UNINFORMATIVE = STRUCTURE | {"picture", "lamp"}
 
 
 @dataclass(frozen=True, slots=True)
 class DemoOptions:
-    """What was asked for on the command line. ``objects`` may be empty: take favourites."""
+    """The options of the command line. Without ``objects`` the demo chooses them."""
 
     seed: int
     scene: Path | None
@@ -55,7 +55,7 @@ class DemoOptions:
 
 @dataclass(frozen=True, slots=True)
 class DemoSetup:
-    """Everything a demo starts."""
+    """Processes of a run, their environment, and the addresses to reach them."""
 
     endpoint: str
     url: str
@@ -65,7 +65,7 @@ class DemoSetup:
 
 
 def parse_objects(objects: str | None) -> tuple[str, ...]:
-    """The objects in a list with commas; none if nothing was asked for. CliError for no names."""
+    """Split a comma-separated list; empty for None. CliError if the list holds no name."""
     if objects is None:
         return ()
     names = tuple(name for part in objects.split(",") if (name := part.strip()))
@@ -78,25 +78,28 @@ def parse_objects(objects: str | None) -> tuple[str, ...]:
 
 
 def choose_port(wanted: int, *, headless: bool, console: Console) -> int:
-    """The port of the live page: the wanted one (0: the usual one, headless any) or the next."""
+    """A free port for the live page, from ``wanted`` upwards.
+
+    0 stands for the default port, or for any free port if the run is headless.
+    """
     if wanted == 0 and headless:
         return any_free_port()
-    usual = wanted or DEFAULT_PORT
-    port = next_free_port(usual)
-    if port != usual:
-        console.print(f"Port {usual} is taken; the live page is on {port}.")
+    first = wanted or DEFAULT_PORT
+    port = next_free_port(first)
+    if port != first:
+        console.print(f"Port {first} is taken; the live page is on {port}.")
     return port
 
 
 def run_folder(parent: Path, now: datetime, seed: int) -> Path:
-    """The folder of a run, not yet made; never one that exists."""
+    """A path for the run's folder that does not exist yet."""
     name = f"{now:%Y%m%d-%H%M%S}-seed{seed}"
     candidates = [parent / name, *(parent / f"{name}-{n}" for n in range(2, 1000))]
     return next(folder for folder in candidates if not folder.exists())
 
 
 def set_up(options: DemoOptions) -> DemoSetup:
-    """Write the run's configuration and say what to start with it; CliError if that could not."""
+    """Write the run's configuration and list the processes; CliError if it cannot work."""
     endpoint = f"tcp/{LOOPBACK}:{any_free_port()}"
     environment = dict(os.environ)
     sections = demo_sections(environment, options, endpoint)
@@ -118,13 +121,13 @@ def set_up(options: DemoOptions) -> DemoSetup:
         url=f"http://{LOOPBACK}:{options.port}",
         config_file=config_file,
         specs=(router, *services),
-        # The overrides are in the file by now; applied again they would undo what the run needs.
+        # Their overrides are in the file already; applied again they would replace fixed values.
         environment={k: v for k, v in environment.items() if not k.startswith(PREFIX)},
     )
 
 
 def check_scene_file(path: Path) -> None:
-    """CliError if the simulator could not open the scene: told before anything is started."""
+    """CliError if the simulator cannot open the scene file."""
     from onemap_simulator.scene.loading import load_scene
 
     try:
@@ -138,7 +141,7 @@ def check_scene_file(path: Path) -> None:
 def demo_sections(
     environment: Mapping[str, str], options: DemoOptions, endpoint: str
 ) -> dict[str, Any]:
-    """The demo's configuration with the user's overrides, and on top what this run fixes."""
+    """The demo's configuration: its file, then the environment, then the values of this run."""
     sections = read(DEMO_FILE, environment)
     fixed: dict[str, dict[str, Any]] = {
         "bus": {"connect": [endpoint], "namespace": ""},
@@ -154,25 +157,25 @@ def demo_sections(
     return sections
 
 
-def failed_document(options: DemoOptions, trouble: str) -> dict[str, Any]:
-    """The summary of a run that did not get as far as a summary."""
+def failed_document(options: DemoOptions, reason: str) -> dict[str, Any]:
+    """The summary document of a run that failed before its search ended."""
     return {
         "worked": False,
         "seed": options.seed,
         "objects": [],
-        "trouble": trouble,
+        "trouble": reason,
         "folder": str(options.folder),
     }
 
 
 def choose_objects(categories: Sequence[str], known: Collection[str]) -> tuple[str, ...]:
-    """Three objects that exist in the scene, favourites first, then others of the known words.
+    """Up to three objects that the scene has: preferred ones, then others in alphabetical order.
 
-    A word that the encoder cannot place would have the whole search refused.
+    The others must be in ``known``: the planner rejects a search with an unknown word.
     """
-    processes = set(categories)
-    favourites = [name for name in PREFERRED_OBJECTS if name in processes]
+    in_scene = set(categories)
+    preferred = [name for name in PREFERRED_OBJECTS if name in in_scene]
     others = sorted(
-        processes.intersection(known) - set(PREFERRED_OBJECTS) - UNINFORMATIVE - {UNNAMED}
+        in_scene.intersection(known) - set(PREFERRED_OBJECTS) - UNINFORMATIVE - {UNNAMED}
     )
-    return tuple([*favourites, *others][:OBJECTS]) or PREFERRED_OBJECTS[:OBJECTS]
+    return tuple([*preferred, *others][:OBJECTS]) or PREFERRED_OBJECTS[:OBJECTS]

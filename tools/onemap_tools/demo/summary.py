@@ -1,8 +1,8 @@
-"""How well a search went, in numbers: success, path length against the shortest, map rate.
+"""Metrics of a search: success, SPL, wrong claims and map rate.
 
-An object counts if the robot said "found" and stopped at a success place, which
-``onemap_simulator.ground_truth`` defines; the search as a whole if all of its objects
-count. SPL is that of Anderson et al. (2018) with the shortest path to such a place.
+An object counts as found if the robot claims it and stops at a success position, which
+``onemap_simulator.ground_truth`` defines; a search succeeds if all of its objects count. SPL is
+that of Anderson et al. (2018) with the shortest path to such a position.
 """
 
 from __future__ import annotations
@@ -18,14 +18,13 @@ from onemap_simulator.ground_truth import SUCCESS_TOLERANCE_M
 
 @dataclass(frozen=True, slots=True)
 class ObjectSummary:
-    """How the search for one object ended, against the truth.
+    """The result for one object, compared with the ground truth.
 
-    Along the floor to the nearest success place, ``shortest_path_m`` from where the robot
-    began and ``goal_distance_m`` from where it stopped; ``true_distance_m`` in a straight
-    line from there to the nearest instance. Infinity if there is none, NaN if the robot's
-    world does not tell the truth about itself. ``nearest`` names the thing that is nearest
-    to ``position_m``, empty if that is unknown. ``judged``: whether the truth is known; where
-    it is not, nobody says whether a claim is right.
+    Path lengths along the floor to the nearest success position: ``shortest_path_m`` from the
+    robot's start, ``goal_distance_m`` from where it stopped. ``true_distance_m``: straight line
+    from where it stopped to the nearest instance. Infinity if there is no instance, NaN without
+    ground truth. ``nearest``: category of the thing nearest to ``position_m``, empty if
+    unknown. ``judged``: whether there is ground truth for this object.
     """
 
     name: str
@@ -42,22 +41,22 @@ class ObjectSummary:
 
     @property
     def success(self) -> bool:
-        """Whether it was found, truly."""
+        """Whether the claim is right by the ground truth."""
         return self.judged and self.claimed and self.goal_distance_m <= SUCCESS_TOLERANCE_M
 
     @property
     def counts(self) -> bool:
-        """Whether it counts as found: truly, or by the robot's word where nobody can judge."""
+        """Whether it counts as found: by the ground truth, or by the claim where there is none."""
         return self.claimed and (self.success or not self.judged)
 
     @property
     def claimed(self) -> bool:
-        """Whether the robot said that it found it."""
+        """Whether the robot claims to have found it."""
         return self.outcome == SearchState.FOUND.value
 
     @property
     def claimed_wrongly(self) -> bool:
-        """Whether the robot said that it found it and, as far as is known, did not."""
+        """Whether the claim is wrong by the ground truth."""
         return self.claimed and not self.counts
 
     @property
@@ -66,19 +65,19 @@ class ObjectSummary:
         return path_efficiency(self.shortest_path_m, self.path_length_m) if self.success else 0.0
 
     def document(self) -> dict[str, Any]:
-        """As JSON can carry it: what is not finite, and verdicts nobody can give, become null."""
+        """As a JSON object; values that are not finite or not judged become null."""
         verdicts = {
             "spl": self.spl,
             "success": self.success,
             "claimed_wrongly": self.claimed_wrongly,
         }
         fields = asdict(self) | (verdicts if self.judged else dict.fromkeys(verdicts))
-        return {name: finite(value) for name, value in fields.items()}
+        return {name: json_value(value) for name, value in fields.items()}
 
 
 @dataclass(frozen=True, slots=True)
 class DemoSummary:
-    """A whole demo run. ``wanted``: every object that was asked for, in order."""
+    """The result of a demo run. ``wanted``: all objects to search for, in order."""
 
     wanted: tuple[str, ...]
     objects: tuple[ObjectSummary, ...]
@@ -94,22 +93,22 @@ class DemoSummary:
 
     @property
     def judged(self) -> int:
-        """How many of the results could be judged."""
+        """For how many of the results there is ground truth."""
         return sum(item.judged for item in self.objects)
 
     @property
     def claimed_wrongly(self) -> int:
-        """How many objects the robot said it found and did not."""
+        """How many claims are wrong."""
         return sum(item.claimed_wrongly for item in self.objects)
 
     @property
     def worked(self) -> bool:
-        """Whether every object that was asked for counts as found."""
+        """Whether every wanted object counts as found."""
         return not self.trouble and bool(self.wanted) and self.found == len(self.wanted)
 
     @property
     def progress(self) -> float:
-        """Fraction of the objects that were found before the first that was not (paper: PR)."""
+        """Fraction of the objects that were found before the first failure (paper: PR)."""
         done = 0
         for item in self.objects:
             if not item.counts:
@@ -121,7 +120,7 @@ class DemoSummary:
     def spl(self) -> float:
         """SPL of the sequence: sum of shortest paths over the path driven, 0 unless all count.
 
-        NaN if one of the results could not be judged.
+        NaN if a result has no ground truth.
         """
         if self.judged < len(self.objects):
             return nan
@@ -131,24 +130,24 @@ class DemoSummary:
         return path_efficiency(shortest, sum(item.path_length_m for item in self.objects))
 
     def document(self) -> dict[str, Any]:
-        """As JSON can carry it."""
+        """As a JSON object."""
         return {
             "worked": self.worked,
             "found": self.found,
             "judged": self.judged,
             "claimed_wrongly": self.claimed_wrongly,
             "objects": [item.document() for item in self.objects],
-            "spl": finite(self.spl),
+            "spl": json_value(self.spl),
             "progress": self.progress,
             "duration_s": round(self.duration_s, 2),
             "search_s": round(self.search_s, 2),
-            "map_rate_hz": finite(self.map_rate_hz),
+            "map_rate_hz": json_value(self.map_rate_hz),
             "trouble": self.trouble,
         }
 
 
 def path_efficiency(shortest_m: float, driven_m: float) -> float:
-    """Shortest over driven path, at most 1; 1 if neither had to be driven."""
+    """Shortest over driven path length, at most 1; 1 if both are zero."""
     longest = max(shortest_m, driven_m)
     return shortest_m / longest if longest > 0 else 1.0
 
@@ -160,10 +159,10 @@ def rate_hz(counts: Sequence[int], times_s: Sequence[float]) -> float:
     return (counts[-1] - counts[0]) / (times_s[-1] - times_s[0])
 
 
-def finite(value: Any) -> Any:
-    """Numbers rounded to a tenth of a millimetre; null for NaN and infinity; the rest as is."""
+def json_value(value: Any) -> Any:
+    """Round floats to 4 digits, replace NaN and infinity by None, tuples by lists."""
     if isinstance(value, float):
         return round(value, 4) if isfinite(value) else None
     if isinstance(value, tuple):
-        return [finite(item) for item in value]
+        return [json_value(item) for item in value]
     return value

@@ -1,4 +1,4 @@
-"""A search's results beside the ground truth."""
+"""Compares the results of a search with the simulator's ground truth."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TruthQuery = Callable[
 
 
 def vocabulary_names(vocabulary: Vocabulary) -> frozenset[str]:
-    """Every name of a class that ``mini`` was trained on."""
+    """All names of the classes that the encoder ``mini`` was trained on."""
     return frozenset(word for entry in vocabulary.classes for word in _names(entry))
 
 
@@ -26,10 +26,10 @@ def _names(entry: ObjectClass) -> tuple[str, ...]:
 
 
 def scene_category(word: str, categories: Collection[str], vocabulary: Vocabulary) -> str:
-    """The category by which the scene knows what a person called ``word``.
+    """The scene's category for an object that a user calls ``word``.
 
-    That is the word itself if the scene has it, else a category that the vocabulary gives as
-    a name of the same class: a "couch" where the scene says "sofa". Else the word.
+    The word itself if the scene has that category, else a category that is a synonym in the
+    vocabulary ("couch" where the scene has "sofa"), else the word.
     """
     wanted = " ".join(word.split()).casefold()
     if wanted in categories:
@@ -41,11 +41,11 @@ def scene_category(word: str, categories: Collection[str], vocabulary: Vocabular
     return wanted
 
 
-def judged(result: dict[str, Any], name: str, ask: TruthQuery) -> ObjectSummary:
-    """The result of one object as the gateway reports it, beside the truth of category ``name``.
+def evaluate_result(result: dict[str, Any], name: str, ask: TruthQuery) -> ObjectSummary:
+    """Compare the gateway's result for one object with the ground truth of category ``name``.
 
-    Nobody can judge it if the robot's world does not answer, or does not name all that is in
-    it and has nothing of that name.
+    It is not judged without a reply, or if the scene has unnamed objects and none of that
+    category.
     """
 
     def truth_at(place: list[float] | None) -> Truth | None:
