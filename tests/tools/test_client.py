@@ -7,7 +7,7 @@ import json
 import httpx
 import pytest
 
-from onemap_tools.client import GatewayClient
+from onemap_tools.client import MAX_FAILED_POLLS, GatewayClient, SearchHandle
 from onemap_tools.errors import EXIT_FAILED, EXIT_USAGE_ERROR, CliError
 
 
@@ -103,3 +103,26 @@ def test_the_missing_stage_is_what_readyz_says() -> None:
     ).missing_stage()
     assert missing == "The mapper is not running."
     assert "gateway" in gateway_client(failing(httpx.ConnectError)).missing_stage()
+
+
+def test_a_search_handle_tolerates_an_absent_gateway_for_a_while() -> None:
+    detail = "The planner is not running."
+    handle = SearchHandle(
+        gateway_client(fake_gateway(503, {"detail": detail})), {"id": "s1", "state": "exploring"}
+    )
+    for _ in range(MAX_FAILED_POLLS):
+        assert handle.poll() == detail
+    with pytest.raises(CliError, match="planner"):
+        handle.poll()
+    assert handle.active
+
+
+def test_a_search_handle_updates_its_report() -> None:
+    found = {"id": "s1", "state": "found"}
+    handle = SearchHandle(
+        gateway_client(fake_gateway(200, found)), {"id": "s1", "state": "exploring"}
+    )
+    assert handle.active
+    assert handle.poll() == ""
+    assert handle.report == found
+    assert not handle.active

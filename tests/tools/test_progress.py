@@ -1,17 +1,20 @@
-"""What a person sees of a search."""
+"""The display of a running search."""
 
 from __future__ import annotations
 
 import io
 
+import pytest
 from rich.console import Console
 
-from onemap_tools.cli.progress import (
+from onemap_tools.progress import (
     LINE_EVERY_S,
     LineView,
     LiveView,
+    MapUpdates,
     SearchProgress,
     panel,
+    progress_of,
     progress_view,
 )
 
@@ -24,8 +27,7 @@ PROGRESS = SearchProgress(
     reason="walking to a frontier",
     path_length_m=3.25,
     position_m=(1.0, -2.0),
-    map_age_s=0.2,
-    map_rate_hz=5.0,
+    map=MapUpdates(0.2, 5.0),
 )
 
 
@@ -38,7 +40,7 @@ def text_of(console: Console) -> str:
     return console.file.getvalue()
 
 
-def test_a_line_tells_all_that_is_known() -> None:
+def test_a_line_shows_all_values() -> None:
     out = console()
     with LineView(out) as view:
         view.show(PROGRESS)
@@ -56,15 +58,46 @@ def test_a_line_comes_at_a_change_and_every_five_seconds() -> None:
     assert len(text_of(out).splitlines()) == 3
 
 
-def test_what_nobody_tells_is_left_out() -> None:
+def test_unknown_values_are_left_out() -> None:
     unknown = SearchProgress(1.0, ("sofa",), (), "sofa", "exploring", "", 0.0)
     assert unknown.robot == "drove 0.0 m"
-    assert unknown.map == ""
+    assert str(unknown.map) == ""
     out = console()
     with LineView(out) as view:
         view.show(unknown)
     out.print(panel(unknown))
     assert "map" not in text_of(out)
+
+
+@pytest.mark.parametrize(
+    ("updates", "text"),
+    [
+        (MapUpdates(), ""),
+        (MapUpdates(None, 5.0), ""),
+        (MapUpdates(0.25), "0.2 s old"),
+        (MapUpdates(0.25, float("nan")), "0.2 s old"),
+        (MapUpdates(0.25, 5.0), "0.2 s old, 5.0 updates/s"),
+    ],
+)
+def test_map_updates_are_words_as_far_as_known(updates: MapUpdates, text: str) -> None:
+    assert str(updates) == text
+
+
+def test_progress_is_read_from_the_gateways_report() -> None:
+    report = {
+        "state": "exploring",
+        "objects": ["sofa", "bed"],
+        "target": "bed",
+        "reason": "driving",
+        "results": [{"name": "sofa", "outcome": "found"}],
+        "elapsed_s": 1.0,
+        "path_length_m": 2.0,
+    }
+    progress = progress_of(report, MapUpdates(0.2, 5.0), (1.0, 2.0))
+    assert progress.done == (("sofa", "found"),)
+    assert progress.objects == ("sofa", "bed")
+    assert (progress.target, progress.state, progress.reason) == ("bed", "exploring", "driving")
+    assert (progress.position_m, progress.map) == ((1.0, 2.0), MapUpdates(0.2, 5.0))
 
 
 def test_the_panel_names_objects_state_and_robot() -> None:

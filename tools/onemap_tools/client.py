@@ -1,4 +1,4 @@
-"""The gateway as a program sees it. Whatever goes wrong becomes one sentence for the user."""
+"""HTTP client of the gateway; every failure raises CliError with one sentence for the user."""
 
 from __future__ import annotations
 
@@ -7,17 +7,19 @@ from typing import Any
 
 import httpx
 
+from onemap_shared.messages import FINAL_STATES
 from onemap_tools.errors import EXIT_FAILED, EXIT_USAGE_ERROR, CliError
 
 DEFAULT_URL = "http://127.0.0.1:8080"
 TIMEOUT_S = 5.0  # the gateway itself answers within its call_timeout_s of 3 s
 FILE_TIMEOUT_S = 60.0  # a large map takes a while to write
 MAX_PORT = 65535
-USAGE_ERROR_STATUSES = (400, 413, 415, 422)  # the request is wrong by its words, whoever is there
+MAX_FAILED_POLLS = 20  # in a row; a gateway that was killed restarts within that time
+USAGE_ERROR_STATUSES = (400, 413, 415, 422)  # the request itself is wrong
 
 
 class GatewayClient:
-    """Talks HTTP to one gateway; a context manager."""
+    """One gateway over HTTP; a context manager."""
 
     def __init__(
         self, url: str = DEFAULT_URL, token: str = "", transport: httpx.BaseTransport | None = None
@@ -29,7 +31,7 @@ class GatewayClient:
             headers={"Authorization": f"Bearer {token}"} if token else {},
             timeout=TIMEOUT_S,
             transport=transport,
-            trust_env=False,  # a proxy for the internet has no business on the way to a robot
+            trust_env=False,  # the robot is in the local network: no proxy
         )
         self.url = url
 
@@ -45,7 +47,7 @@ class GatewayClient:
         self._http.close()
 
     def missing_stage(self) -> str:
-        """Why a search could not start now, in a sentence; empty if it could."""
+        """Why a search cannot start now, in a sentence; empty if it can."""
         try:
             reply = self._http.get("/readyz")
         except httpx.HTTPError:
@@ -53,27 +55,27 @@ class GatewayClient:
         return "" if reply.is_success else _detail(reply)
 
     def query(self, text: str, max_regions: int) -> dict[str, Any]:
-        """Where is it?"""
+        """Regions of the map that match a text, best first."""
         return self._json("POST", "/v1/queries", {"text": text, "max_regions": max_regions})
 
     def start_search(self, objects: tuple[str, ...]) -> dict[str, Any]:
-        """Send the robot to find these objects, one after the other."""
+        """Start a search for these objects, one after the other."""
         return self._json("POST", "/v1/searches", {"objects": list(objects)})
 
     def search(self, search_id: str) -> dict[str, Any]:
-        """How that search stands."""
+        """The state of a search."""
         return self._json("GET", f"/v1/searches/{search_id}")
 
     def cancel(self, search_id: str) -> dict[str, Any]:
-        """Stop that search."""
+        """Cancel a search."""
         return self._json("DELETE", f"/v1/searches/{search_id}")
 
     def status(self) -> dict[str, Any]:
-        """What runs, and how."""
+        """Condition of every service and stream."""
         return self._json("GET", "/v1/status")
 
     def map_info(self) -> dict[str, Any]:
-        """The map in numbers."""
+        """Extent, areas, memory and update rate of the map."""
         return self._json("GET", "/v1/map")
 
     def map_archive(self) -> bytes:
@@ -81,15 +83,15 @@ class GatewayClient:
         return self._request("GET", "/v1/map.npz", None, FILE_TIMEOUT_S).content
 
     def map_save(self, name: str) -> dict[str, Any]:
-        """Write the map to a file of the mapper's."""
+        """Save the map in the mapper's map folder."""
         return self._json("POST", "/v1/map/save", {"name": name}, FILE_TIMEOUT_S)
 
     def map_load(self, name: str) -> dict[str, Any]:
-        """Replace the map by one that was saved."""
+        """Replace the map by a saved one."""
         return self._json("POST", "/v1/map/load", {"name": name}, FILE_TIMEOUT_S)
 
     def map_clear(self) -> dict[str, Any]:
-        """Empty the map."""
+        """Delete the content of the map."""
         return self._json("POST", "/v1/map/clear")
 
     def _json(
@@ -126,13 +128,46 @@ class GatewayClient:
                 "or give its address with --url."
             ) from problem
         if not reply.is_success:
-            misused = reply.status_code in USAGE_ERROR_STATUSES
-            raise CliError(_detail(reply), EXIT_USAGE_ERROR if misused else EXIT_FAILED)
+            usage_error = reply.status_code in USAGE_ERROR_STATUSES
+            raise CliError(_detail(reply), EXIT_USAGE_ERROR if usage_error else EXIT_FAILED)
         return reply
 
 
+class SearchHandle:
+    """A search that is polled; tolerates a gateway that is away for a while."""
+
+    def __init__(self, gateway: GatewayClient, report: dict[str, Any]) -> None:
+        self._gateway = gateway
+        self._failures = 0
+        self.report = report
+
+    @property
+    def active(self) -> bool:
+        """Whether the search was running at the last successful poll."""
+        return self.report["state"] not in FINAL_STATES
+
+    def poll(self) -> str:
+        """Update the report; returns why that failed, empty on success.
+
+        Raises CliError after ``MAX_FAILED_POLLS`` failures in a row.
+        """
+        try:
+            self.report = self._gateway.search(self.report["id"])
+        except CliError as error:
+            self._failures += 1
+            if self._failures > MAX_FAILED_POLLS:
+                raise
+            return str(error)
+        self._failures = 0
+        return ""
+
+    def cancel(self) -> None:
+        """Cancel the search and keep its final report."""
+        self.report = self._gateway.cancel(self.report["id"])
+
+
 def checked_url(url: str) -> httpx.URL:
-    """The address of a gateway; CliError if it is none."""
+    """Parse the URL of a gateway; CliError if it is not an http(s) URL with a host."""
     try:
         parsed = httpx.URL(url)
     except httpx.InvalidURL as problem:
@@ -147,7 +182,7 @@ def checked_url(url: str) -> httpx.URL:
 
 
 def _detail(reply: httpx.Response) -> str:
-    """The sentence of a problem document."""
+    """The ``detail`` of a problem document, or the status line."""
     try:
         document = reply.json()
     except ValueError:

@@ -1,4 +1,4 @@
-"""What goes wrong for a person at the command line, told in one sentence."""
+"""Errors that end a command: one sentence for the user and an exit code."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ EXIT_OK, EXIT_FAILED, EXIT_USAGE_ERROR, EXIT_INTERRUPTED = 0, 1, 2, 130
 
 
 class CliError(Exception):
-    """The command cannot go on; the text says what happened and what to do about it.
+    """Ends the command; the text says what happened and what to do about it.
 
-    ``document``: what else a program is told beside the error, if it asked for JSON.
+    ``document``: keys that the JSON output holds beside ``error`` and ``exit_code``.
     """
 
     def __init__(
@@ -23,3 +23,12 @@ class CliError(Exception):
         super().__init__(sentence)
         self.exit_code = exit_code
         self.document = document or {}
+
+
+def to_cli_error(error: BaseException) -> CliError:
+    """The error that is reported to the user; other exceptions count as wrong usage."""
+    if isinstance(error, CliError):
+        return error
+    if isinstance(error, KeyboardInterrupt):
+        return CliError("Stopped.", EXIT_INTERRUPTED)
+    return CliError(str(error), EXIT_USAGE_ERROR)

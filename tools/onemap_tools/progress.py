@@ -1,11 +1,11 @@
-"""What a person sees while the robot searches: a live panel, or a line now and then."""
+"""Shows a running search: a live panel on a terminal, lines elsewhere."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite
 from types import TracebackType
-from typing import Protocol
+from typing import Any, Protocol
 
 from rich.console import Console, Group
 from rich.live import Live
@@ -20,10 +20,26 @@ BAR_WIDTH = 40
 
 
 @dataclass(frozen=True, slots=True)
-class SearchProgress:
-    """A search at one instant. ``done``: name and outcome of the objects that are settled.
+class MapUpdates:
+    """Seconds since the map last changed, and updates per second; None where unknown."""
 
-    Position, map age and map rate are None where nobody tells them.
+    age_s: float | None = None
+    rate_hz: float | None = None
+
+    def __str__(self) -> str:
+        """Age and rate in words; empty if the age is unknown."""
+        if self.age_s is None:
+            return ""
+        age = f"{self.age_s:.1f} s old"
+        known = self.rate_hz is not None and isfinite(self.rate_hz)
+        return f"{age}, {self.rate_hz:.1f} updates/s" if known else age
+
+
+@dataclass(frozen=True, slots=True)
+class SearchProgress:
+    """A search at one instant. ``done``: name and outcome of the objects that are finished.
+
+    ``position_m``: the robot's x, y in the map frame; None where unknown.
     """
 
     elapsed_s: float
@@ -34,29 +50,38 @@ class SearchProgress:
     reason: str
     path_length_m: float
     position_m: tuple[float, float] | None = None
-    map_age_s: float | None = None
-    map_rate_hz: float | None = None
+    map: MapUpdates = MapUpdates()
 
     @property
     def robot(self) -> str:
-        """Where the robot is and how far it drove."""
+        """Position and path length in words."""
         driven = f"drove {self.path_length_m:.1f} m"
         if self.position_m is None:
             return driven
         return f"({self.position_m[0]:.1f}, {self.position_m[1]:.1f}) m, {driven}"
 
-    @property
-    def map(self) -> str:
-        """How old the map is and how often it is updated; empty if nobody tells."""
-        if self.map_age_s is None:
-            return ""
-        age = f"{self.map_age_s:.1f} s old"
-        known = self.map_rate_hz is not None and isfinite(self.map_rate_hz)
-        return f"{age}, {self.map_rate_hz:.1f} updates/s" if known else age
+
+def progress_of(
+    report: dict[str, Any],
+    updates: MapUpdates,
+    position_m: tuple[float, float] | None = None,
+) -> SearchProgress:
+    """The progress of a search from the gateway's report, with what is known of map and robot."""
+    return SearchProgress(
+        elapsed_s=report["elapsed_s"],
+        objects=tuple(report["objects"]),
+        done=tuple((result["name"], result["outcome"]) for result in report["results"]),
+        target=report["target"],
+        state=report["state"],
+        reason=report["reason"],
+        path_length_m=report["path_length_m"],
+        position_m=position_m,
+        map=updates,
+    )
 
 
 class ProgressView(Protocol):
-    """Shows a wait or a search as it goes on; a context manager."""
+    """Displays a wait or a running search; a context manager."""
 
     def __enter__(self) -> ProgressView: ...
 
@@ -68,23 +93,23 @@ class ProgressView(Protocol):
     ) -> None: ...
 
     def wait(self, elapsed_s: float, what: str) -> None:
-        """Nothing to see yet, because of this."""
+        """Show why there is no progress yet."""
 
     def show(self, progress: SearchProgress) -> None:
-        """The search stands like this."""
+        """Show the state of the search."""
 
 
 def progress_view(console: Console) -> ProgressView:
-    """The live panel on a terminal, lines elsewhere."""
+    """A live panel on a terminal, lines elsewhere."""
     return LiveView(console) if console.is_terminal else LineView(console)
 
 
 class LineView:
-    """A line when something changes, and every five seconds."""
+    """Prints a line at every change of state and every five seconds."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
-        self._said: tuple[object, ...] = ()
+        self._last: tuple[object, ...] = ()
         self._due_s = 0.0
 
     def __enter__(self) -> LineView:
@@ -104,18 +129,19 @@ class LineView:
 
     def show(self, progress: SearchProgress) -> None:
         """See ``ProgressView``."""
-        settled = f"{len(progress.done)}/{len(progress.objects)}"
-        known = f"map {progress.map}; " if progress.map else ""
+        done = f"{len(progress.done)}/{len(progress.objects)}"
+        updates = str(progress.map)
+        of_map = f"map {updates}; " if updates else ""
         text = (
-            f"[{settled}] {progress.target or 'search'}: {progress.state}; robot {progress.robot}; "
-            f"{known}{progress.reason}"
+            f"[{done}] {progress.target or 'search'}: {progress.state}; robot {progress.robot}; "
+            f"{of_map}{progress.reason}"
         )
         self._line(progress.elapsed_s, (progress.target, progress.state), text)
 
     def _line(self, elapsed_s: float, subject: tuple[object, ...], text: str) -> None:
-        if subject == self._said and elapsed_s < self._due_s:
+        if subject == self._last and elapsed_s < self._due_s:
             return
-        self._said, self._due_s = subject, elapsed_s + LINE_EVERY_S
+        self._last, self._due_s = subject, elapsed_s + LINE_EVERY_S
         self._console.print(f"{elapsed_s:6.1f} s  {text}", soft_wrap=True)
 
 
@@ -147,7 +173,7 @@ class LiveView:
 
 
 def panel(progress: SearchProgress) -> Group:
-    """The search as a small table under a bar of the objects that are settled."""
+    """A table of the search under a progress bar of the finished objects."""
     outcomes = dict(progress.done)
     names = Text(" ").join(_object(name, outcomes.get(name), progress) for name in progress.objects)
     table = Table.grid(padding=(0, 2))
@@ -156,8 +182,8 @@ def panel(progress: SearchProgress) -> Group:
     table.add_row("objects", names)
     table.add_row("state", Text(f"{progress.state}: {progress.reason}"))
     table.add_row("robot", Text(progress.robot))
-    if progress.map:
-        table.add_row("map", Text(progress.map))
+    if updates := str(progress.map):
+        table.add_row("map", Text(updates))
     table.add_row("time", Text(f"{progress.elapsed_s:.0f} s"))
     bar = ProgressBar(total=len(progress.objects), completed=len(progress.done), width=BAR_WIDTH)
     return Group(bar, table)

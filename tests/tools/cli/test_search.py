@@ -1,4 +1,4 @@
-"""Following a search through a gateway that may be away."""
+"""A search is shown until it ends, also while the gateway is away."""
 
 from __future__ import annotations
 
@@ -9,17 +9,8 @@ import httpx
 import pytest
 from rich.console import Console
 
-from onemap_tools.cli.search import (
-    PATIENCE,
-    SearchHandle,
-    all_found,
-    describe_query,
-    describe_search,
-    progress_of,
-    search,
-)
+from onemap_tools.cli.search import all_found, search
 from onemap_tools.client import GatewayClient
-from onemap_tools.errors import CliError
 
 RESULT: dict[str, Any] = {
     "name": "sofa",
@@ -85,7 +76,7 @@ def text_of(console: Console) -> str:
     return console.file.getvalue()
 
 
-def test_a_search_is_followed_to_its_end() -> None:
+def test_a_search_is_shown_until_it_ends() -> None:
     out = console()
     gateway = gateway_client(report("exploring"), report("approaching"), report("found", RESULT))
     final = search(gateway, ("sofa",), out)
@@ -93,14 +84,14 @@ def test_a_search_is_followed_to_its_end() -> None:
     assert "sofa: approaching" in text_of(out)
 
 
-def test_a_planner_that_is_away_for_a_while_is_waited_for() -> None:
+def test_an_absent_planner_is_waited_for() -> None:
     out = console()
     gateway = gateway_client(report("exploring"), 503, 503, report("found", RESULT))
     assert all_found(search(gateway, ("sofa",), out))
     assert "The planner is not running." in text_of(out)
 
 
-def test_the_pace_of_the_map_comes_from_the_gateway() -> None:
+def test_map_updates_come_from_the_gateway() -> None:
     out = console()
     search(
         gateway_client(report("exploring"), report("found", RESULT), status=STATUS), ("sofa",), out
@@ -111,7 +102,7 @@ def test_the_pace_of_the_map_comes_from_the_gateway() -> None:
 @pytest.mark.parametrize(
     "status", [None, {"streams": []}, {"streams": [{**STATUS["streams"][0], "age_s": None}]}]
 )
-def test_a_map_of_which_nobody_tells_is_left_out(status: dict[str, Any] | None) -> None:
+def test_unknown_map_updates_are_left_out(status: dict[str, Any] | None) -> None:
     out = console()
     search(
         gateway_client(report("exploring"), report("found", RESULT), status=status), ("sofa",), out
@@ -120,49 +111,8 @@ def test_a_map_of_which_nobody_tells_is_left_out(status: dict[str, Any] | None) 
     assert "map" not in text_of(out)
 
 
-def test_patience_ends() -> None:
-    handle = SearchHandle(gateway_client(503), report("exploring"))
-    for _ in range(PATIENCE):
-        assert handle.poll() == "The planner is not running."
-    with pytest.raises(CliError, match="planner"):
-        handle.poll()
-
-
-def test_not_found_is_told_with_its_reason() -> None:
-    out = console()
-    missed = {**RESULT, "outcome": "not_found", "position_m": None, "reason": "searched it all"}
-    final = report("not_found", missed)
-    describe_search(final, out)
-    assert not all_found(final)
-    assert "not found" in text_of(out)
-    assert "searched it all" in text_of(out)
-
-
-def test_progress_counts_what_is_settled() -> None:
-    progress = progress_of(report("exploring", RESULT))
-    assert progress.done == (("sofa", "found"),)
-    assert progress.position_m is None
-
-
-def test_a_query_lists_places_best_first() -> None:
-    out = console()
-    region = {
-        "rank": 1,
-        "centre_m": [2.35, -1.1],
-        "extent_m": [1.5, -1.6, 3.2, -0.6],
-        "score": 0.91,
-    }
-    reply = {"text": "sofa", "regions": [region], "did_you_mean": []}
-    describe_query(reply, out)
-    assert "did you mean" not in text_of(out)
-    describe_query({**reply, "did_you_mean": ["couch", "bed"]}, out)
-    assert "did you mean 'couch' or 'bed'?" in text_of(out)
-    assert "(2.35, -1.10) m" in text_of(out)
-    assert "1.7 x 1.0 m" in text_of(out)
-
-
-def test_a_query_without_answer_says_so() -> None:
-    out = console()
-    why = "Nothing on the map looks like 'yeti': the best score is 0.04. Did you mean 'bed'?"
-    describe_query({"text": "yeti", "regions": [], "message": why}, out)
-    assert why in " ".join(text_of(out).split())
+def test_a_search_is_complete_only_if_every_object_was_found() -> None:
+    missed = {**RESULT, "outcome": "not_found"}
+    assert all_found(report("found", RESULT))
+    assert not all_found(report("not_found", missed))
+    assert not all_found(report("cancelled"))

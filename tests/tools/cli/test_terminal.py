@@ -15,11 +15,11 @@ from typer.testing import CliRunner
 
 from onemap_shared.messages import Truth
 from onemap_tools.cli.app import app
-from onemap_tools.cli.progress import SearchProgress, panel
 from onemap_tools.cli.terminal import plain_console
 from onemap_tools.demo.report import describe
 from onemap_tools.demo.summary import DemoSummary, ObjectSummary
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
+from onemap_tools.progress import SearchProgress, panel
 from tests.tools.fake_gateway import fake_gateway
 
 RUNNER = CliRunner()

@@ -36,7 +36,7 @@ def test_the_track_keeps_steps_and_drops_standing_still() -> None:
     robot = hub.bus().publish(keys.ROBOT_ODOMETRY)
     for x in (0.0, 0.001, 0.1, 0.1, 0.2):
         robot.put(odometry(x, yaw=0.5))
-    monitor.look(0.0)
+    monitor.update(0.0)
     assert monitor.track_m == [(0.0, 0.0), (0.1, 0.0), (0.2, 0.0)]
     assert monitor.position_m == (0.2, 0.0)
     assert monitor.yaw_rad == pytest.approx(0.5)
@@ -50,8 +50,8 @@ def test_the_pace_counts_frames_since_the_beginning_only() -> None:
     for now_s, frames in ((0.0, 1), (50.0, 100), (51.0, 105), (60.0, 150)):
         mapper.put(revision(frames))
         if now_s == 50.0:
-            monitor.begin(now_s)
-        monitor.look(now_s)
+            monitor.restart(now_s)
+        monitor.update(now_s)
     assert monitor.map_rate_hz == 5.0
 
 
@@ -60,7 +60,7 @@ def test_the_age_of_the_map_is_that_of_its_newest_frame() -> None:
     monitor = RunMonitor(hub.bus())
     ages_s = [monitor.map_age_s]
     hub.bus().publish(keys.MAP_REVISION).put(revision(1, time.time_ns() - 10**10))
-    monitor.look(0.0)
+    monitor.update(0.0)
     ages_s.append(monitor.map_age_s)
     assert ages_s[0] is None
     assert ages_s[1] is not None

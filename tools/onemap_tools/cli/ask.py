@@ -26,7 +26,7 @@ def query(
 
     Exit code 1 if nothing on the map does.
     """
-    from onemap_tools.cli.search import describe_query
+    from onemap_tools.cli.gateway_report import describe_query
     from onemap_tools.cli.terminal import print_json, result_console
     from onemap_tools.client import GatewayClient
 
@@ -38,8 +38,8 @@ def query(
     raise typer.Exit(EXIT_OK if reply["regions"] else EXIT_FAILED)
 
 
-@app.command(rich_help_panel=PANEL)
-def search(
+@app.command(name="search", rich_help_panel=PANEL)
+def search_command(
     objects: Annotated[
         list[str], typer.Argument(help="Objects, one after the other; quote names of two words.")
     ],
@@ -48,16 +48,17 @@ def search(
     as_json: Json = False,
 ) -> None:
     """Go and find. Ctrl-C cancels. Exit code 0 only if all were found."""
-    from onemap_tools.cli import search
+    from onemap_tools.cli.gateway_report import describe_search
+    from onemap_tools.cli.search import all_found, search
     from onemap_tools.cli.terminal import print_json, progress_console, result_console
     from onemap_tools.client import GatewayClient
 
     with GatewayClient(url, token) as gateway:
-        report = search.search(gateway, tuple(objects), progress_console())
-    search.describe_search(report, result_console(as_json))
+        report = search(gateway, tuple(objects), progress_console())
+    describe_search(report, result_console(as_json))
     if as_json:
         print_json(report)
-    raise typer.Exit(EXIT_OK if search.all_found(report) else EXIT_FAILED)
+    raise typer.Exit(EXIT_OK if all_found(report) else EXIT_FAILED)
 
 
 @app.command(rich_help_panel=PANEL)
@@ -87,7 +88,7 @@ def status(
         if as_json:
             print_json({"service": service, "ready": True})
         return
-    from onemap_tools.cli.status import describe_status
+    from onemap_tools.cli.gateway_report import describe_status
     from onemap_tools.client import GatewayClient
 
     with GatewayClient(url, token) as gateway:
@@ -102,10 +103,10 @@ def status(
 def doctor(config: Config = None, as_json: Json = False) -> None:
     """Why is nothing found? Listens on the bus and says so. Exit code 0 unless there are errors."""
     from onemap_tools.cli.terminal import print_json, progress_console, result_console
-    from onemap_tools.doctor import report as command
+    from onemap_tools.doctor import report
 
-    findings = command.examine(config, progress_console())
-    command.describe(findings, result_console(as_json))
+    findings = report.examine(config, progress_console())
+    report.describe(findings, result_console(as_json))
     if as_json:
-        print_json(command.document(findings))
-    raise typer.Exit(EXIT_OK if command.healthy(findings) else EXIT_FAILED)
+        print_json(report.document(findings))
+    raise typer.Exit(EXIT_OK if report.healthy(findings) else EXIT_FAILED)

@@ -1,4 +1,4 @@
-"""What every command does when it cannot go on: one sentence, an exit code, and JSON if asked."""
+"""Error handling of the whole command line: one sentence, an exit code, and JSON if asked."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from typing import Any, cast
 import typer
 from typer.core import TyperGroup
 
-from onemap_tools.errors import EXIT_INTERRUPTED, EXIT_USAGE_ERROR, CliError
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, to_cli_error
 
 # What click raises for a wrong command line. Typer names only a subclass of it, and whether
 # click is a package of its own depends on typer's version.
 UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__base__)
-JSON = "onemap.json"  # in the context: the command line asks for JSON
+JSON = "onemap.json"  # key of the click context: whether --json was given
 
 
 class CommandGroup(TyperGroup):
-    """The root of a command line: what goes wrong below it is told here, never as a traceback.
+    """Root command group: reports every error of the commands below it without a traceback.
 
-    The sentence goes to stderr. With --json somewhere on the command line one JSON object with
+    The sentence goes to stderr. With --json anywhere on the command line one JSON object with
     ``error`` and ``exit_code`` is the last line of stdout.
     """
 
@@ -30,9 +30,9 @@ class CommandGroup(TyperGroup):
         as_json = wants_json(args)
         try:
             context = super().make_context(info_name, args, parent, **extra)
-        except UsageError as mistake:
+        except UsageError as error:
             if parent is None:
-                _print_usage_error(mistake, as_json)
+                _print_usage_error(error, as_json)
             raise
         context.meta.setdefault(JSON, as_json)
         return context
@@ -41,39 +41,30 @@ class CommandGroup(TyperGroup):
         """Run the command."""
         from onemap_shared.config import ConfigError
 
-        if ctx.parent is not None:  # the root tells it
+        if ctx.parent is not None:  # reported by the root
             return super().invoke(ctx)
         try:
             return super().invoke(ctx)
-        except UsageError as mistake:  # typer prints the sentence
-            _print_usage_error(mistake, ctx.meta[JSON])
+        except UsageError as error:  # typer prints the sentence
+            _print_usage_error(error, ctx.meta[JSON])
             raise
-        except (CliError, ConfigError, KeyboardInterrupt) as problem:
-            trouble = to_cli_error(problem)
-            typer.echo(str(trouble), err=True)
+        except (CliError, ConfigError, KeyboardInterrupt) as cause:
+            reported = to_cli_error(cause)
+            typer.echo(str(reported), err=True)
             if ctx.meta[JSON]:
-                _print_error(str(trouble), trouble.exit_code, trouble.document)
-            raise typer.Exit(trouble.exit_code) from problem
+                _print_error(str(reported), reported.exit_code, reported.document)
+            raise typer.Exit(reported.exit_code) from cause
 
 
 def wants_json(arguments: Sequence[str]) -> bool:
-    """Whether these words of a command line hold the option --json."""
+    """Whether the command line holds the option --json; what follows ``--`` is no option."""
     words = list(arguments)
     return "--json" in (words[: words.index("--")] if "--" in words else words)
 
 
-def to_cli_error(problem: BaseException) -> CliError:
-    """What the user is told of a problem that ends a command."""
-    if isinstance(problem, CliError):
-        return problem
-    if isinstance(problem, KeyboardInterrupt):
-        return CliError("Stopped.", EXIT_INTERRUPTED)
-    return CliError(str(problem), EXIT_USAGE_ERROR)
-
-
-def _print_usage_error(mistake: typer.BadParameter, as_json: bool) -> None:
+def _print_usage_error(error: typer.BadParameter, as_json: bool) -> None:
     if as_json:
-        _print_error(mistake.format_message(), EXIT_USAGE_ERROR, {})
+        _print_error(error.format_message(), EXIT_USAGE_ERROR, {})
 
 
 def _print_error(sentence: str, exit_code: int, document: Mapping[str, Any]) -> None:

@@ -22,7 +22,7 @@ Name = Annotated[str, typer.Argument(help="Letters, digits, '.', '_' and '-'; no
 @app.command()
 def save(name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """Write the map to a file in the mapper's map folder; an older one is replaced."""
-    from onemap_tools.cli.map_report import describe_change
+    from onemap_tools.cli.gateway_report import describe_change
 
     _ask(url, token, as_json, lambda gateway: gateway.map_save(name), describe_change("Saved"))
 
@@ -30,7 +30,7 @@ def save(name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = 
 @app.command()
 def load(name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """Replace the map by a saved one; refused if another encoder made it."""
-    from onemap_tools.cli.map_report import describe_change
+    from onemap_tools.cli.gateway_report import describe_change
 
     _ask(url, token, as_json, lambda gateway: gateway.map_load(name), describe_change("Loaded"))
 
@@ -38,7 +38,7 @@ def load(name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = 
 @app.command()
 def clear(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """Forget the map."""
-    from onemap_tools.cli.map_report import describe_change
+    from onemap_tools.cli.gateway_report import describe_change
 
     _ask(url, token, as_json, lambda gateway: gateway.map_clear(), describe_change("Cleared"))
 
@@ -46,7 +46,7 @@ def clear(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> N
 @app.command()
 def info(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """The map in numbers."""
-    from onemap_tools.cli.map_report import describe_info
+    from onemap_tools.cli.gateway_report import describe_info
 
     _ask(url, token, as_json, lambda gateway: gateway.map_info(), describe_info)
 
@@ -59,7 +59,7 @@ def export(
     as_json: Json = False,
 ) -> None:
     """Write occupancy, layers and geometry to a NumPy archive on this machine."""
-    from onemap_tools.cli.map_report import describe_export, write_archive
+    from onemap_tools.cli.gateway_report import describe_export, write_archive
 
     _ask(url, token, as_json, lambda gateway: write_archive(gateway, file), describe_export)
 

@@ -1,4 +1,4 @@
-"""``onemap demo``: everything on this machine, one search, a summary."""
+"""Runs the demo: starts all processes, searches once, and writes a summary."""
 
 from __future__ import annotations
 
@@ -14,27 +14,25 @@ from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.config import BusConfig, ConfigError
 from onemap_shared.messages import SearchState
-from onemap_tools.cli.command_group import to_cli_error
-from onemap_tools.cli.progress import ProgressView, progress_view
-from onemap_tools.cli.search import SearchHandle, progress_of
-from onemap_tools.client import GatewayClient
+from onemap_tools.client import GatewayClient, SearchHandle
 from onemap_tools.demo.report import describe
 from onemap_tools.demo.run_monitor import RunMonitor
 from onemap_tools.demo.setup import DemoOptions, DemoSetup, choose_objects, failed_document, set_up
 from onemap_tools.demo.summary import DemoSummary
-from onemap_tools.demo.truth import judged, scene_category, vocabulary_names
-from onemap_tools.errors import EXIT_INTERRUPTED, CliError
+from onemap_tools.demo.truth import evaluate_result, scene_category, vocabulary_names
+from onemap_tools.errors import EXIT_INTERRUPTED, CliError, to_cli_error
 from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.processes.launch import Processes
 from onemap_tools.processes.network import accepts_connections
 from onemap_tools.processes.session import temporary_session
+from onemap_tools.progress import ProgressView, progress_of, progress_view
 
 POLL_S = 0.25
-JOIN_S = 5.0  # the router listens by then
+JOIN_S = 5.0  # the router accepts connections before this wait begins
 
 
 class DemoRun:
-    """One demo run: the processes, the doors to them, and the time it may take."""
+    """One demo run: its options, its processes and its time limit."""
 
     def __init__(
         self, options: DemoOptions, setup: DemoSetup, processes: Processes, stop: threading.Event
@@ -52,11 +50,11 @@ class DemoRun:
 
     @property
     def overdue(self) -> bool:
-        """Whether the time limit is over."""
+        """Whether the time limit has passed."""
         return self.elapsed_s > self.options.time_limit_s
 
     def pause(self) -> None:
-        """Wait a moment; raises CliError if a process died or the user wants to stop."""
+        """Wait ``POLL_S``; raises CliError if a process ended or the user pressed Ctrl-C."""
         self.stop.wait(POLL_S)
         if self.stop.is_set():
             raise CliError("Stopped.", EXIT_INTERRUPTED)
@@ -64,10 +62,18 @@ class DemoRun:
             raise CliError(f"{ended.sentence}. Its last lines:\n{ended.tail}")
 
 
-def run(options: DemoOptions, console: Console) -> dict[str, Any]:
-    """Run the demo; returns the summary as JSON can carry it.
+@dataclass(frozen=True, slots=True)
+class DemoTargets:
+    """The objects to search for, in order, and the scene's category for each of them."""
 
-    Stays up with the live page until Ctrl-C unless it is headless.
+    objects: tuple[str, ...]
+    scene_categories: dict[str, str]
+
+
+def run(options: DemoOptions, console: Console) -> dict[str, Any]:
+    """Run the demo; returns the summary as JSON can hold it.
+
+    Unless it is headless, it keeps running with the live page until Ctrl-C.
     """
     setup = set_up(options)
     with (
@@ -95,13 +101,13 @@ def run(options: DemoOptions, console: Console) -> dict[str, Any]:
 
 
 def run_with_report(options: DemoOptions, console: Console) -> dict[str, Any]:
-    """Run the demo; CliError carries a summary of what did not come about, for JSON."""
+    """As ``run``; a CliError holds the summary of the failed run as its JSON document."""
     try:
         return run(options, console)
-    except (CliError, ConfigError) as problem:
-        trouble = to_cli_error(problem)
-        document = failed_document(options, str(trouble))
-        raise CliError(str(trouble), trouble.exit_code, document) from problem
+    except (CliError, ConfigError) as cause:
+        error = to_cli_error(cause)
+        document = failed_document(options, str(error))
+        raise CliError(str(error), error.exit_code, document) from cause
 
 
 def _wait_until_ready(demo: DemoRun, gateway: GatewayClient, view: ProgressView) -> None:
@@ -115,16 +121,8 @@ def _wait_until_ready(demo: DemoRun, gateway: GatewayClient, view: ProgressView)
         demo.pause()
 
 
-@dataclass(frozen=True, slots=True)
-class DemoTargets:
-    """What is searched for, in order, and what the scene calls each of these words."""
-
-    objects: tuple[str, ...]
-    scene_categories: dict[str, str]
-
-
 def _choose_targets(demo: DemoRun, monitor: RunMonitor, console: Console) -> DemoTargets:
-    """What to look for; tells which of the user's wishes the scene does not hold."""
+    """The objects to search for; reports those of the user's that the scene does not contain."""
     wanted = demo.options.objects
     truth = monitor.truth(wanted[0] if wanted else "sofa", ())
     categories = truth.categories if truth else ()
@@ -148,42 +146,43 @@ def _search(
     targets: DemoTargets,
     view: ProgressView,
 ) -> DemoSummary:
+    """Search for the targets until all are finished or the time limit has passed."""
     handle = SearchHandle(gateway, gateway.start_search(targets.objects))
     began_s = time.monotonic()
-    monitor.begin(began_s)
+    monitor.restart(began_s)
     trouble = ""
     while handle.active:
-        view.show(progress_of(handle.report, monitor))
+        view.show(progress_of(handle.report, monitor.map_updates, monitor.position_m))
         if demo.overdue:
             trouble = f"Cancelled after the time limit of {demo.options.time_limit_s:g} s."
             handle.cancel()
             break
         demo.pause()
-        monitor.look(time.monotonic())
+        monitor.update(time.monotonic())
         handle.poll()
     search_s = time.monotonic() - began_s
     results = handle.report["results"]
     return DemoSummary(
         wanted=targets.objects,
         objects=tuple(
-            judged(result, targets.scene_categories[result["name"]], monitor.truth)
+            evaluate_result(result, targets.scene_categories[result["name"]], monitor.truth)
             for result in results
         ),
         duration_s=demo.elapsed_s,
         search_s=search_s,
         map_rate_hz=monitor.map_rate_hz,
-        trouble=trouble or _why_it_failed(handle.report),
+        trouble=trouble or _failure_reason(handle.report),
     )
 
 
-def _why_it_failed(search: dict[str, Any]) -> str:
-    """The reason of a search that ended early; objects not found speak for themselves."""
-    early = search["state"] in (SearchState.FAILED, SearchState.CANCELLED)
-    return str(search["reason"]) if early else ""
+def _failure_reason(report: dict[str, Any]) -> str:
+    """Why the search as a whole failed or was cancelled; empty if it ran to its end."""
+    early = report["state"] in (SearchState.FAILED, SearchState.CANCELLED)
+    return str(report["reason"]) if early else ""
 
 
 def _write_results(demo: DemoRun, monitor: RunMonitor, summary: DemoSummary) -> dict[str, Any]:
-    """Write picture and summary into the run's folder; returns the summary document."""
+    """Write the picture and the summary into the run's folder; returns the summary document."""
     from onemap_tools.demo.picture import write_picture
 
     folder = demo.options.folder
@@ -211,11 +210,12 @@ def _write_results(demo: DemoRun, monitor: RunMonitor, summary: DemoSummary) -> 
 
 
 def _stay_up(demo: DemoRun, console: Console) -> None:
+    """Keep the processes running until Ctrl-C."""
     console.print(f"The robot is yours: {demo.setup.url}   (Ctrl-C ends everything)")
     while True:
         try:
             demo.pause()
-        except CliError as end:
-            if end.exit_code != EXIT_INTERRUPTED:
+        except CliError as error:
+            if error.exit_code != EXIT_INTERRUPTED:
                 raise
             return

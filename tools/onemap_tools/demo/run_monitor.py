@@ -1,4 +1,4 @@
-"""What a demo sees of its own run on the bus: the track, the map's pace, the truth."""
+"""Monitors a demo run on the bus: driven path, rate and age of the map, ground truth."""
 
 from __future__ import annotations
 
@@ -10,29 +10,30 @@ from onemap_shared.keys import MAP_REVISION, MAP_SEARCH_VIEW, ROBOT_ODOMETRY, RO
 from onemap_shared.messages import MapRevision, SearchView, SearchViewRequest, Truth, TruthRequest
 from onemap_shared.transport import Bus, CallError, Subscription
 from onemap_tools.demo.summary import rate_hz
+from onemap_tools.progress import MapUpdates
 
 M = TypeVar("M")
 
-KEPT = 512  # messages kept between two looks: odometry at 50 Hz for ten seconds
-TRACK_STEP_M = 0.02  # a finer track is not seen in the picture
-TRUTH_S = 10.0  # a busy machine must not turn a verdict into "no ground truth"
+QUEUE = 512  # messages held between two updates: odometry at 50 Hz for ten seconds
+TRACK_STEP_M = 0.02  # finer than a pixel of the picture
+TRUTH_S = 10.0  # long enough for a busy machine to answer
 
 
 class RunMonitor:
-    """Follows odometry and map revisions; ``look`` often, ask when needed."""
+    """Collects odometry and map revisions; call ``update`` several times a second."""
 
     def __init__(self, bus: Bus) -> None:
         self._bus = bus
-        self._odometry = bus.subscribe(ROBOT_ODOMETRY, KEPT)
-        self._revisions = bus.subscribe(MAP_REVISION, KEPT)
+        self._odometry = bus.subscribe(ROBOT_ODOMETRY, QUEUE)
+        self._revisions = bus.subscribe(MAP_REVISION, QUEUE)
         self._counts: list[int] = []
         self._times_s: list[float] = []
         self.track_m: list[tuple[float, float]] = []
         self.yaw_rad = 0.0
         self.revision: MapRevision | None = None
 
-    def look(self, now_s: float) -> None:
-        """Take in what arrived since the last look; ``now_s`` on a monotonic clock."""
+    def update(self, now_s: float) -> None:
+        """Take the messages since the last update; ``now_s`` on a monotonic clock."""
         for odometry in _waiting(self._odometry):
             x, y = (float(value) for value in odometry.T_map_body[:2, 3])
             self.yaw_rad = yaw_of(odometry.T_map_body)
@@ -45,31 +46,36 @@ class RunMonitor:
             self._counts.append(self.revision.frames_fused)
             self._times_s.append(now_s)
 
-    def begin(self, now_s: float) -> None:
-        """Measure the map's pace and the track from now on."""
-        self.look(now_s)
+    def restart(self, now_s: float) -> None:
+        """Measure the map's rate and the driven path from now on."""
+        self.update(now_s)
         self._counts, self._times_s = self._counts[-1:], self._times_s[-1:]
         self.track_m = self.track_m[-1:]
 
     @property
     def map_rate_hz(self) -> float:
-        """Frames fused into the map per second since ``begin``; NaN where nothing was heard."""
+        """Frames fused into the map per second since ``restart``; NaN without two readings."""
         return rate_hz(self._counts, self._times_s)
 
     @property
     def map_age_s(self) -> float | None:
-        """Age of the newest frame in the map."""
+        """Seconds since the newest frame in the map was captured; None without a map."""
         if self.revision is None:
             return None
         return max(time.time_ns() - self.revision.stamp_ns, 0) / 1e9
 
     @property
+    def map_updates(self) -> MapUpdates:
+        """Age and rate of the map."""
+        return MapUpdates(self.map_age_s, self.map_rate_hz)
+
+    @property
     def position_m(self) -> tuple[float, float] | None:
-        """Where the robot is."""
+        """The robot's newest x, y in the map frame; None without odometry."""
         return self.track_m[-1] if self.track_m else None
 
     def truth(self, name: str, place_m: tuple[float, ...]) -> Truth | None:
-        """What the simulator knows; None where the robot's world does not tell."""
+        """Ground truth for a category at a position; None if the robot does not publish it."""
         x, y = place_m[:2] if len(place_m) >= 2 else (0.0, 0.0)
         try:
             return self._bus.call(ROBOT_TRUTH, TruthRequest(name, x, y), TRUTH_S)
@@ -85,7 +91,7 @@ class RunMonitor:
 
 
 def _waiting(subscription: Subscription[M]) -> list[M]:
-    """All messages that lie ready."""
+    """All messages in the queue."""
     messages = []
     while (message := subscription.take(0.0)) is not None:
         messages.append(message)

@@ -1,21 +1,24 @@
-"""What is said of a map, and the archive that is written."""
+"""What is printed of the gateway's replies, and the archive that is written."""
 
 from __future__ import annotations
 
 import io
 from pathlib import Path
+from typing import Any
 
 import httpx
 import pytest
 from rich.console import Console
 
-from onemap_tools.cli.map_report import (
+from onemap_tools.cli.gateway_report import (
     describe_change,
     describe_export,
     describe_info,
+    describe_query,
+    describe_search,
+    describe_status,
     write_archive,
 )
-from onemap_tools.cli.status import describe_status
 from onemap_tools.client import GatewayClient
 from onemap_tools.errors import CliError
 
@@ -98,3 +101,54 @@ def test_status_names_what_is_missing(console: Console) -> None:
     describe_status(STATUS, console)
     for part in ("mapper", "down", "It is [not] running.", "never", "Not ready. The mapper"):
         assert part in text_of(console)
+
+
+def test_an_object_that_was_not_found_has_its_reason(console: Console) -> None:
+    result = {
+        "name": "sofa",
+        "outcome": "not_found",
+        "reason": "searched all rooms",
+        "position_m": None,
+        "duration_s": 30.0,
+        "path_length_m": 7.5,
+    }
+    report = {"objects": ["sofa"], "results": [result], "reason": "sofa was not found"}
+    describe_search(report, console)
+    for part in ("not found", "searched all rooms", "30 s", "7.5 m", "sofa was not found"):
+        assert part in text_of(console)
+
+
+def test_a_found_object_has_its_position(console: Console) -> None:
+    result = {
+        "name": "sofa",
+        "outcome": "found",
+        "reason": "confirmed",
+        "position_m": [1.0, 2.0, 0.4],
+        "duration_s": 30.0,
+        "path_length_m": 7.5,
+    }
+    describe_search({"objects": ["sofa"], "results": [result], "reason": "all found"}, console)
+    assert "(1.00, 2.00, 0.40) m" in text_of(console)
+    assert "all found" not in text_of(console)
+
+
+def test_a_query_lists_places_best_first(console: Console) -> None:
+    region: dict[str, Any] = {
+        "rank": 1,
+        "centre_m": [2.35, -1.1],
+        "extent_m": [1.5, -1.6, 3.2, -0.6],
+        "score": 0.91,
+    }
+    reply = {"text": "sofa", "regions": [region], "did_you_mean": []}
+    describe_query(reply, console)
+    assert "did you mean" not in text_of(console)
+    describe_query({**reply, "did_you_mean": ["couch", "bed"]}, console)
+    assert "did you mean 'couch' or 'bed'?" in text_of(console)
+    assert "(2.35, -1.10) m" in text_of(console)
+    assert "1.7 x 1.0 m" in text_of(console)
+
+
+def test_a_query_without_answer_says_so(console: Console) -> None:
+    why = "Nothing on the map looks like 'yeti': the best score is 0.04. Did you mean 'bed'?"
+    describe_query({"text": "yeti", "regions": [], "message": why}, console)
+    assert why in " ".join(text_of(console).split())

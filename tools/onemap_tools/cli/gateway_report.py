@@ -1,0 +1,125 @@
+"""Prints what the gateway replied to a query, a search, a status or a map request."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from onemap_tools.cli.search import all_found
+from onemap_tools.client import GatewayClient
+from onemap_tools.errors import CliError
+
+COLOURS = {"ok": "green", "degraded": "yellow", "down": "red"}
+
+
+def describe_search(report: dict[str, Any], console: Console) -> None:
+    """Print one row per object: outcome, position, time, path and reason."""
+    table = Table("object", "outcome", "position", "time", "path", "reason")
+    for result in report["results"]:
+        place = ", ".join(f"{value:.2f}" for value in result["position_m"] or ())
+        table.add_row(
+            result["name"],
+            result["outcome"].replace("_", " "),
+            f"({place}) m" if place else "",
+            f"{result['duration_s']:.0f} s",
+            f"{result['path_length_m']:.1f} m",
+            result["reason"],
+        )
+    console.print(table)
+    if not all_found(report):
+        console.print(report["reason"])
+
+
+def describe_query(reply: dict[str, Any], console: Console) -> None:
+    """Print the regions of the map that match, best first."""
+    if not reply["regions"]:
+        console.print(reply["message"])
+        return
+    table = Table("", "centre", "size", "score", title=reply["text"])
+    for region in reply["regions"]:
+        x_min, y_min, x_max, y_max = region["extent_m"]
+        table.add_row(
+            str(region["rank"]),
+            f"({region['centre_m'][0]:.2f}, {region['centre_m'][1]:.2f}) m",
+            f"{x_max - x_min:.1f} x {y_max - y_min:.1f} m",
+            f"{region['score']:.2f}",
+        )
+    console.print(table)
+    if near := reply.get("did_you_mean"):  # older gateways have no such key
+        console.print(
+            f"The encoder does not know {reply['text']!r}; did you mean "
+            f"{' or '.join(repr(word) for word in near)}?"
+        )
+
+
+def describe_status(status: dict[str, Any], console: Console) -> None:
+    """Print services and streams as the gateway reports them."""
+    services = Table("service", "condition", "what is wrong")
+    for service in status["services"]:
+        condition = Text(service["condition"], style=COLOURS.get(service["condition"], ""))
+        services.add_row(service["name"], condition, Text(service["problem"]))
+    streams = Table("stream", "age", "rate", "received", "missed", "refused")
+    for stream in status["streams"]:
+        age_s = stream["age_s"]
+        streams.add_row(
+            stream["name"],
+            "never" if age_s is None else f"{age_s:.1f} s",
+            f"{stream['rate_hz']:.1f} Hz",
+            str(stream["received"]),
+            str(stream["missed"]),
+            str(stream["refused"]),
+        )
+    console.print(services, streams)
+    console.print(Text("Ready." if status["ready"] else f"Not ready. {status['problem']}"))
+
+
+def describe_change(done: str) -> Callable[[dict[str, Any], Console], None]:
+    """A printer for the reply to save, load or clear; ``done`` is the verb in the past tense."""
+
+    def describe(change: dict[str, Any], console: Console) -> None:
+        what = f"{done} {change['path']}".rstrip()
+        held = f"{change['cells_observed']} cells from {change['frames_fused']} frames"
+        size = f", {change['file_bytes'] / 1e6:.1f} MB" if change["file_bytes"] else ""
+        console.print(Text(f"{what}: {held}{size}."), soft_wrap=True)
+
+    return describe
+
+
+def describe_info(info: dict[str, Any], console: Console) -> None:
+    """Print extent, areas, memory and update rate of the map."""
+    x_min, y_min, x_max, y_max = info["bounds_m"]
+    age = "empty" if info["age_s"] is None else f"{info['age_s']:.1f} s"
+    table = Table.grid(padding=(0, 2))
+    for name, value in (
+        ("revision", str(info["revision"])),
+        ("newest frame", age),
+        ("extent", f"{x_max - x_min:.1f} x {y_max - y_min:.1f} m"),
+        ("observed", f"{info['observed_m2']:.1f} m2"),
+        ("free", f"{info['free_m2']:.1f} m2"),
+        ("occupied", f"{info['occupied_m2']:.1f} m2"),
+        ("memory", f"{info['memory_bytes'] / 1e6:.1f} MB"),
+        ("updates", f"{info['rate_hz']:.1f} Hz, {info['update_ms']:.0f} ms each"),
+        ("encoder", f"{info['encoder_id']} ({info['text_space']})"),
+    ):
+        table.add_row(name, Text(value))
+    console.print(table)
+
+
+def write_archive(gateway: GatewayClient, file: Path) -> dict[str, Any]:
+    """Download occupancy, layers and geometry of the map and write them to an ``.npz`` file."""
+    content = gateway.map_archive()
+    try:
+        file.write_bytes(content)
+    except OSError as problem:
+        raise CliError(f"Cannot write {file}: {problem.strerror}.") from problem
+    return {"path": str(file), "file_bytes": len(content)}
+
+
+def describe_export(written: dict[str, Any], console: Console) -> None:
+    """Print path and size of the archive."""
+    console.print(Text(f"Wrote {written['path']}, {written['file_bytes']} bytes."), soft_wrap=True)
