@@ -9,8 +9,8 @@ import httpx
 
 from onemap_shared.messages import FINAL_STATES
 from onemap_tools.errors import EXIT_FAILED, EXIT_USAGE_ERROR, CliError
+from onemap_tools.processes.network import DEFAULT_URL
 
-DEFAULT_URL = "http://127.0.0.1:8080"
 TIMEOUT_S = 5.0  # the gateway itself answers within its call_timeout_s of 3 s
 FILE_TIMEOUT_S = 60.0  # a large map takes a while to write
 MAX_PORT = 65535

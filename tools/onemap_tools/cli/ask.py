@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from onemap_tools.cli.options import DEFAULT_URL, Config, Json, Token, Url
+from onemap_tools.cli.options import Config, Json, Token, Url
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK
+from onemap_tools.processes.network import DEFAULT_URL
 
 PANEL = "Ask a running robot"
 app = typer.Typer()

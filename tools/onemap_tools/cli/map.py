@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from onemap_tools.cli.options import DEFAULT_URL, Json, Token, Url
+from onemap_tools.cli.options import Json, Token, Url
+from onemap_tools.processes.network import DEFAULT_URL
 
 if TYPE_CHECKING:
     from rich.console import Console

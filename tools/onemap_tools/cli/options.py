@@ -18,4 +18,3 @@ Url = Annotated[str, typer.Option("--url", envvar="ONEMAP_URL", help="Address of
 Token = Annotated[
     str, typer.Option("--token", envvar="ONEMAP_TOKEN", help="The gateway's token, if it has one.")
 ]
-DEFAULT_URL = "http://127.0.0.1:8080"

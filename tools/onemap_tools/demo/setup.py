@@ -16,13 +16,12 @@ from onemap_shared.config import PREFIX, read
 from onemap_simulator.scene.scene import STRUCTURE, UNNAMED
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.launch import ProcessSpec, make_folder, onemap_command
-from onemap_tools.processes.network import LOOPBACK, any_free_port, next_free_port
+from onemap_tools.processes.network import DEFAULT_PORT, LOOPBACK, any_free_port, next_free_port
 from onemap_tools.processes.services import check_robot
 
 DEMO_FILE = Path(__file__).with_name("demo.yaml")
 DEMO_SERVICES = ("simulator", "perception", "mapper", "planner", "gateway")
 OBJECTS = 3
-DEFAULT_PORT = 8080
 
 # Searched for by default where the scene has them: large objects of different rooms first.
 PREFERRED_OBJECTS = (

@@ -8,6 +8,8 @@ import socket
 from onemap_tools.errors import CliError
 
 LOOPBACK = "127.0.0.1"
+DEFAULT_PORT = 8080  # of the gateway
+DEFAULT_URL = f"http://{LOOPBACK}:{DEFAULT_PORT}"
 TRIED_PORTS = 100
 
 
