@@ -7,10 +7,12 @@ from typing import Annotated
 
 import typer
 
+from onemap_tools.bench.commands import PANEL
 from onemap_tools.cli.options import Config, Json
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError
 
-app = typer.Typer(no_args_is_help=True, help="Encoders and detectors of other people.")
+app = typer.Typer(no_args_is_help=True, help="Encoders and detectors from the model hub.")
+export_app = typer.Typer()
 Repo = Annotated[str, typer.Argument(help="A hub id as 'onemap models list' shows it.")]
 
 
@@ -54,6 +56,7 @@ def verify(
     raise typer.Exit(EXIT_FAILED if any(report["damaged"] for report in reports) else EXIT_OK)
 
 
+@export_app.command(rich_help_panel=PANEL)
 def export_encoder(
     out: Annotated[Path, typer.Argument(dir_okay=False, help="Where to write the .onnx file.")],
     config: Config = None,

@@ -1,0 +1,148 @@
+"""Commands that run the demo, the router and the services on this machine."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from onemap_shared.services import SERVICES
+from onemap_tools.cli.options import Config, Json
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK
+from onemap_tools.processes.network import DEFAULT_PORT
+
+PANEL = "Run"
+SCENE_HELP = (
+    "A GLB, glTF, OBJ or PLY file instead. A YAML file beside it with the same name corrects it: "
+    "categories (node: name), start (x, y, yaw), up (y or z). See 'onemap scene check'."
+)
+app = typer.Typer()
+
+
+@app.command(rich_help_panel=PANEL)
+def demo(
+    *,
+    seed: Annotated[int, typer.Option(min=0, help="Which generated apartment.")] = 1,
+    scene: Annotated[
+        Path | None,
+        typer.Option(exists=True, dir_okay=False, help=SCENE_HELP),
+    ] = None,
+    objects: Annotated[
+        str | None,
+        typer.Option(help="What to find, separated by commas; by default what the scene has."),
+    ] = None,
+    headless: Annotated[bool, typer.Option(help="End after the search.")] = False,
+    port: Annotated[
+        int,
+        typer.Option(min=0, max=65535, help=f"Of the live page; 0: {DEFAULT_PORT}, headless any."),
+    ] = 0,
+    out: Annotated[
+        Path, typer.Option(file_okay=False, help="Where the folder of the run is made.")
+    ] = Path("runs"),
+    time_limit: Annotated[
+        float, typer.Option(min=1, help="Seconds; then the search is cancelled.")
+    ] = 360.0,
+    as_json: Json = False,
+) -> None:
+    """Everything on this machine: a simulated robot searches for three objects.
+
+    Exit code 0 only if all were found and the simulator confirms it. It cannot confirm objects
+    that a scene file does not name: there the robot's claim counts. See 'onemap scene check'.
+    """
+    from onemap_tools.cli.terminal import print_json, progress_console, stays_up
+    from onemap_tools.demo.run import run_with_report
+    from onemap_tools.demo.setup import DemoOptions, choose_port, parse_objects, run_folder
+
+    console = progress_console()
+    stay = stays_up(headless)
+    options = DemoOptions(
+        seed=seed,
+        scene=scene,
+        objects=parse_objects(objects),
+        headless=not stay,
+        port=choose_port(port, headless=not stay, console=console),
+        folder=run_folder(out, datetime.now(), seed),
+        time_limit_s=time_limit,
+    )
+    document = run_with_report(options, console)
+    if as_json:
+        print_json(document)
+    raise typer.Exit(EXIT_OK if document["worked"] else EXIT_FAILED)
+
+
+@app.command(rich_help_panel=PANEL)
+def up(
+    config: Config = None,
+    only: Annotated[
+        str, typer.Option(help="Start only these, separated by commas: router, mapper, ...")
+    ] = "",
+    logs: Annotated[Path, typer.Option(file_okay=False, help="Folder for the logs.")] = Path(
+        "runs/up"
+    ),
+) -> None:
+    """All services on this machine until Ctrl-C; a service that crashes is started again.
+
+    The robot is the one that the configuration has a section for: simulator or replay.
+    A router is started if the configuration expects one here and none answers. Nothing is
+    started if one of the services runs on the bus already, or if the page's port is taken.
+    """
+    from onemap_tools.cli.terminal import progress_console
+    from onemap_tools.processes import up as command
+
+    names = [name for part in only.split(",") if (name := part.strip())]
+    command.up(config, names, logs, progress_console())
+
+
+@app.command(rich_help_panel=PANEL)
+def router(
+    config: Config = None,
+    listen: Annotated[
+        list[str] | None, typer.Option(help="Endpoint to listen on, e.g. tcp/0.0.0.0:7447.")
+    ] = None,
+    zenoh_config: Annotated[
+        Path | None, typer.Option(help="A JSON5 file as zenohd reads it.")
+    ] = None,
+) -> None:
+    """The Zenoh router that all services connect to."""
+    from onemap_tools.processes import router as command
+
+    command.run(config, listen or (), zenoh_config)
+
+
+def _run_service(name: str, config: Path | None) -> None:
+    from onemap_tools.processes.services import run
+
+    raise typer.Exit(run(name, ("--config", str(config)) if config is not None else ()))
+
+
+def _service_command(name: str) -> Callable[[Path | None], None]:
+    def command(config: Config = None) -> None:
+        _run_service(name, config)
+
+    return command
+
+
+def replay(
+    directory: Annotated[
+        Path | None,
+        typer.Argument(exists=True, file_okay=False, help="Holds frames.json and its PNG files."),
+    ] = None,
+    config: Config = None,
+) -> None:
+    """Publish a recording in place of a robot."""
+    if directory is not None:
+        os.environ["ONEMAP__REPLAY__DIRECTORY"] = json.dumps(str(directory))
+    _run_service("replay", config)
+
+
+for service in SERVICES.values():
+    app.command(
+        name=service.name,
+        help=f"{service.summary[0].upper()}{service.summary[1:]}.",
+        rich_help_panel=PANEL,
+    )(replay if service.name == "replay" else _service_command(service.name))
