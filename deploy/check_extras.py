@@ -2,13 +2,13 @@
 
     python deploy/check_extras.py [service ...]
 
-Needs a package index, so it is not one of the tests; `make extras` runs it.
+Needs a package index, so it is not one of the tests; `make extras` runs it with the development
+environment's Python.
 """
 
 from __future__ import annotations
 
 import os
-import socket
 import subprocess
 import sys
 import tempfile
@@ -16,24 +16,19 @@ import threading
 import venv
 from pathlib import Path
 
+from onemap_shared.services import ALL
+from onemap_tools.processes.network import any_free_port
+
 ROOT = Path(__file__).parents[1]
-SERVICES = ("gateway", "planner", "simulator", "perception", "mapper")
+NAMES = tuple(service.name for service in ALL if service.name == service.extra)
 START_S = 60.0  # a cold import of torch on two busy cores
-
-
-def free_port() -> int:
-    """A TCP port that nobody listens on now."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
 
 
 def install(service: str, folder: Path) -> Path:
     """A new environment with ``onemap[service]`` and nothing else; returns its bin folder."""
     venv.create(folder, with_pip=True)
-    pip = [folder / "bin" / "pip", "install", "--quiet", "--disable-pip-version-check"]
-    subprocess.run([*pip, "-c", ROOT / "constraints.txt", f"{ROOT}[{service}]"], check=True)
+    pip = [str(folder / "bin" / "pip"), "install", "--quiet", "--disable-pip-version-check"]
+    subprocess.run([*pip, "-c", str(ROOT / "constraints.txt"), f"{ROOT}[{service}]"], check=True)
     return folder / "bin"
 
 
@@ -54,12 +49,12 @@ def comes_up(process: subprocess.Popen[str], service: str) -> bool:
 
 
 def starts(service: str, bin_folder: Path) -> bool:
-    """Whether the installed service joins a router and stops cleanly when told to."""
-    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    """Whether the installed service connects to a router and stops cleanly at SIGTERM."""
+    endpoint = f"tcp/127.0.0.1:{any_free_port()}"
     environment = {
         **os.environ,
         "ONEMAP__BUS__CONNECT": f"[{endpoint}]",
-        "ONEMAP__GATEWAY__PORT": str(free_port()),
+        "ONEMAP__GATEWAY__PORT": str(any_free_port()),
     }
     onemap = bin_folder / "onemap"
     router = subprocess.Popen([onemap, "router", "--listen", endpoint], env=environment)
@@ -78,7 +73,7 @@ def starts(service: str, bin_folder: Path) -> bool:
 def main(services: list[str]) -> int:
     """Check the named services, all by default; 0 only if every one starts."""
     failed = []
-    for service in services or SERVICES:
+    for service in services or NAMES:
         with tempfile.TemporaryDirectory() as folder:
             bin_folder = install(service, Path(folder) / "venv")
             good = starts(service, bin_folder)

@@ -2,35 +2,27 @@
 
 from __future__ import annotations
 
-from importlib import import_module
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import yaml
 from pydantic import BaseModel
 
-from onemap_shared.config import BusConfig, LogConfig
+from onemap_tools.cli.config_report import installed_models
+from onemap_tools.processes.services import CORE
 
 ROOT = Path(__file__).parents[2]
 DEPLOY = ROOT / "deploy"
 CONFIGURATIONS = sorted((DEPLOY / "config").glob("*.yaml"))
-ROLES = ("simulator", "perception", "mapper", "planner", "gateway")
-MODELS = {
-    "perception": ("onemap_perception.config", "PerceptionConfig"),
-    "mapper": ("onemap_mapper.config", "MapperConfig"),
-    "planner": ("onemap_planner.config", "PlannerConfig"),
-    "gateway": ("onemap_gateway.config", "GatewayConfig"),
-    "simulator": ("onemap_simulator.config", "SimulatorConfig"),
-    "replay": ("onemap_simulator.replay.config", "ReplayConfig"),
-}
+ROLES = ("simulator", *CORE)
 
 
-def models() -> dict[str, type[BaseModel]]:
+def models() -> Mapping[str, type[BaseModel]]:
     """The pydantic model of every section of a configuration file."""
-    found: dict[str, type[BaseModel]] = {"bus": BusConfig, "log": LogConfig}
-    for section, (module, name) in MODELS.items():
-        found[section] = getattr(import_module(module), name)
-    return found
+    models = installed_models()
+    assert models.missing == {}
+    return models.known
 
 
 def compose(file: str = "compose.yaml") -> dict[str, Any]:

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from onemap_shared.runner import HANG_S, HEARTBEAT_S
+from onemap_tools.processes.services import CORE
 from tests.deploy.deployment import DEPLOY
 
 FOLDER = DEPLOY / "systemd"
-SERVICES = ("perception", "mapper", "planner", "gateway")
-NAMES = ("router", *SERVICES)
+NAMES = ("router", *CORE)
 COMMON = FOLDER / "onemap-.service.d" / "common.conf"
 STUBS = ("sysinit.target", "basic.target", "shutdown.target", "network.target", "multi-user.target")
 
@@ -95,7 +95,7 @@ def test_each_restarts_within_limits_and_is_no_root(name: str) -> None:
     assert service["WantedBy"] == ["onemap.target"]
 
 
-@pytest.mark.parametrize("name", SERVICES)
+@pytest.mark.parametrize("name", CORE)
 def test_services_notify_and_are_watched(name: str) -> None:
     service = unit(name)
     assert service["Type"] == ["notify"]

@@ -8,7 +8,6 @@ import pytest
 
 from onemap_tools.doctor.checks import (
     CHECKS,
-    NEEDED,
     Finding,
     Severity,
     check_clocks,
@@ -30,6 +29,7 @@ from onemap_tools.doctor.observations import (
     StreamStatus,
 )
 from onemap_tools.doctor.report import document, healthy
+from onemap_tools.processes.services import CORE
 
 ENCODER = ("mini-1", "minilm")
 FLOOR = {
@@ -41,7 +41,7 @@ FLOOR = {
 RGBD = StreamStatus("rgbd", "robot", count=28, age_s=0.05)
 HEALTHY = Observations(
     duration_s=3.5,
-    alive=frozenset({*NEEDED, "simulator"}),
+    alive=frozenset({*CORE, "simulator"}),
     streams=(
         RGBD,
         StreamStatus("odometry", "robot", count=70, age_s=0.02),
@@ -50,7 +50,7 @@ HEALTHY = Observations(
     ),
     processes=tuple(
         ProcessHealth(name, f"{name}-1", True, "", -0.01, True, FLOOR if name == "mapper" else {})
-        for name in NEEDED
+        for name in CORE
     ),
     depth=DepthStatistics(valid=0.97, median_m=2.4, near=0.0),
     map=MapGrowth(frames=(100, 115), cells=(4000, 4100), encoder_id="mini-1", text_space="minilm"),
@@ -88,7 +88,7 @@ def test_silence_on_an_empty_bus_is_not_a_crash() -> None:
     assert "Nothing arrives on rgbd from the robot." in sentences
 
 
-@pytest.mark.parametrize("name", NEEDED)
+@pytest.mark.parametrize("name", CORE)
 def test_a_missing_service_is_named_with_its_command(name: str) -> None:
     finding = the_one(check_services(replace(HEALTHY, alive=HEALTHY.alive - {name})))
     assert finding.sentence == f"The {name} is not running."

@@ -14,23 +14,24 @@ from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.claim import claim, conflicts
 from onemap_tools.processes.launch import Processes, ProcessSpec
 from onemap_tools.processes.network import is_local
-from onemap_tools.processes.up import ALWAYS, choose, supervise
+from onemap_tools.processes.services import CORE
+from onemap_tools.processes.up import choose, supervise
 
 SOON_S = 20.0
 
 
 def test_without_a_file_everything_is_simulated() -> None:
     chosen = choose((), {}, has_file=False, router_here=True)
-    assert chosen == ("router", "simulator", *ALWAYS)
+    assert chosen == ("router", "simulator", *CORE)
 
 
 def test_the_robot_is_the_one_that_the_file_describes() -> None:
     def chosen(*sections: str) -> tuple[str, ...]:
         return choose((), {key: {} for key in sections}, has_file=True, router_here=False)
 
-    assert chosen("log") == ALWAYS  # a real robot
-    assert chosen("replay") == ("replay", *ALWAYS)
-    assert chosen("simulator") == ("simulator", *ALWAYS)
+    assert chosen("log") == CORE  # a real robot
+    assert chosen("replay") == ("replay", *CORE)
+    assert chosen("simulator") == ("simulator", *CORE)
 
 
 def test_only_means_only() -> None:

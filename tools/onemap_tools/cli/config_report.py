@@ -11,8 +11,8 @@ from pydantic.json_schema import models_json_schema
 
 from onemap_shared.config import SECTIONS, BusConfig, LogConfig, mistakes, read, section
 from onemap_shared.params import Params
+from onemap_shared.services import ROBOTS
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
-from onemap_tools.processes.claim import ROBOTS
 from onemap_tools.processes.services import section_model
 from onemap_tools.processes.up import TWO_ROBOTS
 

@@ -17,10 +17,10 @@ from onemap_simulator.scene.scene import STRUCTURE, UNNAMED
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.launch import ProcessSpec, make_folder, onemap_command
 from onemap_tools.processes.network import DEFAULT_PORT, LOOPBACK, any_free_port, next_free_port
-from onemap_tools.processes.services import check_robot
+from onemap_tools.processes.services import CORE, check_robot
 
 DEMO_FILE = Path(__file__).with_name("demo.yaml")
-DEMO_SERVICES = ("simulator", "perception", "mapper", "planner", "gateway")
+DEMO_SERVICES = ("simulator", *CORE)
 OBJECTS = 3
 
 # Searched for by default where the scene has them: large objects of different rooms first.

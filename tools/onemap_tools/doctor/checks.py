@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from onemap_tools.doctor.observations import NEAR_M, Observations, ProcessHealth
+from onemap_tools.processes.services import CORE
 
 CLOCK_TOLERANCE_S = 0.3  # above the latency of transport and processing; NTP holds 0.05 s
 OLD_S = 2.0  # the robot has driven a metre or more since
@@ -39,10 +40,6 @@ class Finding:
     remedy: str
 
 
-NEEDED = ("perception", "mapper", "planner", "gateway")
-ROBOTS = ("simulator", "replay")
-
-
 def _error(sentence: str, remedy: str) -> Finding:
     return Finding(Severity.ERROR, sentence, remedy)
 
@@ -53,7 +50,7 @@ def _warning(sentence: str, remedy: str) -> Finding:
 
 def check_services(observed: Observations) -> list[Finding]:
     """Services that do not run, hang, are not ready or run twice."""
-    findings = [_absent(name, observed) for name in NEEDED if name not in observed.alive]
+    findings = [_absent(name, observed) for name in CORE if name not in observed.alive]
     for name in sorted({process.service for process in observed.processes}):
         processes = [process for process in observed.processes if process.service == name]
         if len(processes) > 1:

@@ -9,8 +9,9 @@ from __future__ import annotations
 import uuid
 from collections.abc import Collection, Iterable
 
+from onemap_shared.services import ROBOTS
+
 LAUNCHER = "up"  # the launcher's name on the bus
-ROBOTS = ("simulator", "replay")
 ANY_ROBOT = (*ROBOTS, "robot")  # the last as examples/my_robot.py calls itself
 SEPARATOR = "."
 

@@ -12,8 +12,10 @@ from typing import Any
 from onemap_shared.config import section
 from onemap_shared.params import Params
 from onemap_shared.runner import StartError
-from onemap_shared.services import SERVICES, Service
+from onemap_shared.services import SERVICES, STAGES, Service
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+
+CORE = (*STAGES, "gateway")  # what every robot needs
 
 
 def run(name: str, arguments: Sequence[str]) -> int:

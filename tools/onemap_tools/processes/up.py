@@ -13,17 +13,17 @@ from rich.console import Console
 
 from onemap_shared.config import BusConfig, read, section
 from onemap_shared.runner import StartError
+from onemap_shared.services import ROBOTS
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
-from onemap_tools.processes.claim import LAUNCHER, ROBOTS, claim, conflicts
+from onemap_tools.processes.claim import LAUNCHER, claim, conflicts
 from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.processes.launch import Processes, ProcessExit, ProcessSpec, onemap_command
 from onemap_tools.processes.network import accepts_connections, is_local
 from onemap_tools.processes.router import CANNOT_LISTEN
-from onemap_tools.processes.services import check_robot
+from onemap_tools.processes.services import CORE, check_robot
 from onemap_tools.processes.session import join
 
-ALWAYS = ("perception", "mapper", "planner", "gateway")
-STARTABLE = ("router", *ROBOTS, *ALWAYS)
+STARTABLE = ("router", *ROBOTS, *CORE)
 WATCH_S = 0.2
 TWO_ROBOTS = (
     "The simulator and the replay are both robots, and a map follows one: keep one of these two "
@@ -51,7 +51,7 @@ def choose(
         names = tuple(name for name in STARTABLE if name in only)
     else:
         robots = tuple(name for name in ROBOTS if name in sections) if has_file else ("simulator",)
-        names = (*(("router",) if router_here else ()), *robots, *ALWAYS)
+        names = (*(("router",) if router_here else ()), *robots, *CORE)
     if set(names).issuperset(ROBOTS):
         raise CliError(TWO_ROBOTS, EXIT_USAGE_ERROR)
     return names
