@@ -84,8 +84,8 @@ def test_the_picture_shows_track_and_finds(tmp_path: Path) -> None:
     nothing = np.zeros((0, 0), np.float32)
     view = SearchView("", 1, 1, 1, grid, occupancy, np.zeros_like(occupancy), nothing)
     plain, marked = tmp_path / "plain.png", tmp_path / "marked.png"
-    write_picture(plain, view, track_m=[], yaw_rad=0.0, objects=())
-    track_m = [(0.5, 0.5), (3.0, 2.0)]
-    write_picture(marked, view, track_m=track_m, yaw_rad=0.5, objects=OBJECTS[1:])
+    write_picture(plain, view, trail_m=[], yaw_rad=0.0, objects=())
+    trail_m = [(0.5, 0.5), (3.0, 2.0)]
+    write_picture(marked, view, trail_m=trail_m, yaw_rad=0.5, objects=OBJECTS[1:])
     assert plain.read_bytes()[:4] == b"\x89PNG"
     assert plain.read_bytes() != marked.read_bytes()

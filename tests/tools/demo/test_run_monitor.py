@@ -1,4 +1,4 @@
-"""What a demo sees of its own run, on the bus inside the process."""
+"""The monitor of a demo run, on the bus inside the process."""
 
 from __future__ import annotations
 
@@ -30,22 +30,22 @@ def revision(frames: int, stamp_ns: int = 1) -> MapRevision:
     return MapRevision(2 * frames, frames, stamp_ns, "e", "t", frames, 10, 10, 1.0, 9.9)
 
 
-def test_the_track_keeps_steps_and_drops_standing_still() -> None:
-    hub = MemoryRouter()
-    monitor = RunMonitor(hub.bus())
-    robot = hub.bus().publish(keys.ROBOT_ODOMETRY)
+def test_the_trail_leaves_out_a_standing_robot() -> None:
+    router = MemoryRouter()
+    monitor = RunMonitor(router.bus())
+    robot = router.bus().publish(keys.ROBOT_ODOMETRY)
     for x in (0.0, 0.001, 0.1, 0.1, 0.2):
         robot.put(odometry(x, yaw=0.5))
     monitor.update(0.0)
-    assert monitor.track_m == [(0.0, 0.0), (0.1, 0.0), (0.2, 0.0)]
+    assert monitor.trail_m == ((0.0, 0.0), (0.1, 0.0), (0.2, 0.0))
     assert monitor.position_m == (0.2, 0.0)
     assert monitor.yaw_rad == pytest.approx(0.5)
 
 
-def test_the_pace_counts_frames_since_the_beginning_only() -> None:
-    hub = MemoryRouter()
-    monitor = RunMonitor(hub.bus())
-    mapper = hub.bus().publish(keys.MAP_REVISION)
+def test_the_map_rate_counts_frames_since_the_restart() -> None:
+    router = MemoryRouter()
+    monitor = RunMonitor(router.bus())
+    mapper = router.bus().publish(keys.MAP_REVISION)
     assert np.isnan(monitor.map_rate_hz)
     for now_s, frames in ((0.0, 1), (50.0, 100), (51.0, 105), (60.0, 150)):
         mapper.put(revision(frames))
@@ -56,10 +56,10 @@ def test_the_pace_counts_frames_since_the_beginning_only() -> None:
 
 
 def test_the_age_of_the_map_is_that_of_its_newest_frame() -> None:
-    hub = MemoryRouter()
-    monitor = RunMonitor(hub.bus())
+    router = MemoryRouter()
+    monitor = RunMonitor(router.bus())
     ages_s = [monitor.map_age_s]
-    hub.bus().publish(keys.MAP_REVISION).put(revision(1, time.time_ns() - 10**10))
+    router.bus().publish(keys.MAP_REVISION).put(revision(1, time.time_ns() - 10**10))
     monitor.update(0.0)
     ages_s.append(monitor.map_age_s)
     assert ages_s[0] is None
@@ -67,16 +67,16 @@ def test_the_age_of_the_map_is_that_of_its_newest_frame() -> None:
     assert ages_s[1] >= 10
 
 
-def test_nobody_to_ask_is_none() -> None:
+def test_without_replies_everything_is_none() -> None:
     monitor = RunMonitor(MemoryRouter().bus())
     assert monitor.truth("sofa", (0.0, 0.0)) is None
     assert monitor.map_view() is None
     assert monitor.position_m is None
 
 
-def test_truth_and_map_are_asked_for() -> None:
-    hub = MemoryRouter()
-    other = hub.bus()
+def test_truth_and_map_are_requested() -> None:
+    router = MemoryRouter()
+    other = router.bus()
     asked: list[TruthRequest] = []
 
     def tell(request: TruthRequest) -> Truth:
@@ -90,7 +90,7 @@ def test_truth_and_map_are_asked_for() -> None:
 
     other.serve(keys.ROBOT_TRUTH, tell)
     other.serve(keys.MAP_SEARCH_VIEW, view)
-    monitor = RunMonitor(hub.bus())
+    monitor = RunMonitor(router.bus())
     truth = monitor.truth("sofa", (1.0, 2.0))
     assert truth is not None
     assert truth.categories == ("sofa",)

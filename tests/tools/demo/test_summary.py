@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from math import inf, isnan, nan
+from math import inf, nan
 
 import pytest
 from hypothesis import given
@@ -15,7 +15,6 @@ from onemap_tools.demo.summary import (
     ObjectSummary,
     json_value,
     path_efficiency,
-    rate_hz,
 )
 
 lengths = st.floats(min_value=0, max_value=1e4)
@@ -135,12 +134,6 @@ def test_the_document_is_json_whatever_is_unknown() -> None:
     assert only["shortest_path_m"] is None
     assert only["position_m"] == [1.0, 2.0, 0.4]
     assert document["worked"] is False
-
-
-def test_rate_is_counted_from_first_to_last() -> None:
-    assert rate_hz([100, 103, 150], [10.0, 11.0, 20.0]) == 5.0
-    assert isnan(rate_hz([100], [10.0]))
-    assert isnan(rate_hz([100, 101], [10.0, 10.0]))
 
 
 def test_finite_rounds_and_passes_on() -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from onemap_gateway.present.render import Overlay, encode_png, render_map
 from onemap_shared.messages import SearchView
+from onemap_shared.trail import PointM
 from onemap_tools.demo.summary import ObjectSummary
 
 MIN_PIXELS_PER_CELL = 8
@@ -17,11 +19,11 @@ def write_picture(
     path: Path,
     view: SearchView,
     *,
-    track_m: list[tuple[float, float]],
+    trail_m: Sequence[PointM],
     yaw_rad: float,
     objects: tuple[ObjectSummary, ...],
 ) -> None:
-    """Write a PNG of the map, the driven path ``track_m`` (x, y in metres) and the claims."""
+    """Write a PNG of the map, the driven path ``trail_m`` (x, y in metres) and the claims."""
     found = tuple(
         (
             item.name if item.success else f"{item.name} (wrong)",
@@ -32,8 +34,8 @@ def write_picture(
         if len(item.position_m) >= 2
     )
     overlay = Overlay(
-        trail_m=np.array(track_m, dtype=np.float64).reshape(-1, 2),
-        robot=(*track_m[-1], yaw_rad) if track_m else (),
+        trail_m=np.array(trail_m, dtype=np.float64).reshape(-1, 2),
+        robot=(*trail_m[-1], yaw_rad) if trail_m else (),
         found=found,
     )
     path.write_bytes(encode_png(render_map(view, overlay, MIN_PIXELS_PER_CELL).image))

@@ -193,7 +193,7 @@ def _write_results(demo: DemoRun, monitor: RunMonitor, summary: DemoSummary) -> 
         write_picture(
             picture,
             view,
-            track_m=monitor.track_m,
+            trail_m=monitor.trail_m,
             yaw_rad=monitor.yaw_rad,
             objects=summary.objects,
         )

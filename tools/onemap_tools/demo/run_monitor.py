@@ -8,14 +8,15 @@ from typing import TypeVar
 from onemap_shared.geometry import yaw_of
 from onemap_shared.keys import MAP_REVISION, MAP_SEARCH_VIEW, ROBOT_ODOMETRY, ROBOT_TRUTH
 from onemap_shared.messages import MapRevision, SearchView, SearchViewRequest, Truth, TruthRequest
+from onemap_shared.rates import mean_rate_hz
+from onemap_shared.trail import PointM, extended
 from onemap_shared.transport import Bus, CallError, Subscription
-from onemap_tools.demo.summary import rate_hz
 from onemap_tools.progress import MapUpdates
 
 M = TypeVar("M")
 
 QUEUE = 512  # messages held between two updates: odometry at 50 Hz for ten seconds
-TRACK_STEP_M = 0.02  # finer than a pixel of the picture
+TRAIL_STEP_M = 0.02  # finer than a pixel of the picture
 TRUTH_S = 10.0  # long enough for a busy machine to answer
 
 
@@ -28,7 +29,7 @@ class RunMonitor:
         self._revisions = bus.subscribe(MAP_REVISION, QUEUE)
         self._counts: list[int] = []
         self._times_s: list[float] = []
-        self.track_m: list[tuple[float, float]] = []
+        self.trail_m: tuple[PointM, ...] = ()
         self.yaw_rad = 0.0
         self.revision: MapRevision | None = None
 
@@ -37,9 +38,7 @@ class RunMonitor:
         for odometry in _waiting(self._odometry):
             x, y = (float(value) for value in odometry.T_map_body[:2, 3])
             self.yaw_rad = yaw_of(odometry.T_map_body)
-            last = self.track_m[-1] if self.track_m else None
-            if last is None or abs(x - last[0]) + abs(y - last[1]) >= TRACK_STEP_M:
-                self.track_m.append((x, y))
+            self.trail_m = extended(self.trail_m, (x, y), step_m=TRAIL_STEP_M)
         for revision in _waiting(self._revisions):
             self.revision = revision
         if self.revision is not None:
@@ -50,12 +49,12 @@ class RunMonitor:
         """Measure the map's rate and the driven path from now on."""
         self.update(now_s)
         self._counts, self._times_s = self._counts[-1:], self._times_s[-1:]
-        self.track_m = self.track_m[-1:]
+        self.trail_m = self.trail_m[-1:]
 
     @property
     def map_rate_hz(self) -> float:
         """Frames fused into the map per second since ``restart``; NaN without two readings."""
-        return rate_hz(self._counts, self._times_s)
+        return mean_rate_hz(self._counts, self._times_s)
 
     @property
     def map_age_s(self) -> float | None:
@@ -72,7 +71,7 @@ class RunMonitor:
     @property
     def position_m(self) -> tuple[float, float] | None:
         """The robot's newest x, y in the map frame; None without odometry."""
-        return self.track_m[-1] if self.track_m else None
+        return self.trail_m[-1] if self.trail_m else None
 
     def truth(self, name: str, place_m: tuple[float, ...]) -> Truth | None:
         """Ground truth for a category at a position; None if the robot does not publish it."""

@@ -7,7 +7,6 @@ that of Anderson et al. (2018) with the shortest path to such a position.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from math import isfinite, nan
 from typing import Any
@@ -150,13 +149,6 @@ def path_efficiency(shortest_m: float, driven_m: float) -> float:
     """Shortest over driven path length, at most 1; 1 if both are zero."""
     longest = max(shortest_m, driven_m)
     return shortest_m / longest if longest > 0 else 1.0
-
-
-def rate_hz(counts: Sequence[int], times_s: Sequence[float]) -> float:
-    """Events per second between the first and the last reading of a counter; NaN if too few."""
-    if len(counts) < 2 or times_s[-1] <= times_s[0]:
-        return float("nan")
-    return (counts[-1] - counts[0]) / (times_s[-1] - times_s[0])
 
 
 def json_value(value: Any) -> Any:

@@ -8,12 +8,12 @@ from typing import Any
 
 from onemap_perception.text.vocabulary import ObjectClass, Vocabulary
 from onemap_shared.messages import Truth
+from onemap_shared.names import normalised
 from onemap_tools.demo.summary import ObjectSummary
 
 Position = tuple[float, ...]
-TruthQuery = Callable[
-    [str, Position], Truth | None
-]  # category, place in metres -> truth, None: no answer
+# Asks for the ground truth of a category at a position in metres; None without a reply.
+TruthQuery = Callable[[str, Position], Truth | None]
 
 
 def vocabulary_names(vocabulary: Vocabulary) -> frozenset[str]:
@@ -31,7 +31,7 @@ def scene_category(word: str, categories: Collection[str], vocabulary: Vocabular
     The word itself if the scene has that category, else a category that is a synonym in the
     vocabulary ("couch" where the scene has "sofa"), else the word.
     """
-    wanted = " ".join(word.split()).casefold()
+    wanted = normalised(word)
     if wanted in categories:
         return wanted
     for entry in vocabulary.classes:
