@@ -1,4 +1,4 @@
-"""Starting and stopping real, tiny processes: nothing may remain."""
+"""Starting, supervising and stopping real, small processes; none may be left."""
 
 from __future__ import annotations
 
@@ -20,9 +20,7 @@ from onemap_tools.processes.launch import (
     available_cores,
     backoff_s,
     child_environment,
-    group_runs,
     tail,
-    wait_for_group,
 )
 
 SOON_S = 20.0  # a deadline for a loaded machine, not a measure
@@ -45,7 +43,7 @@ def python(name: str, code: str, *, last: bool = False) -> ProcessSpec:
 
 
 def first_line(log: Path) -> str:
-    """What a process said first, as soon as it did."""
+    """The first line of a log, as soon as it is written."""
     deadline = time.monotonic() + SOON_S
     while time.monotonic() < deadline:
         if log.exists() and "\n" in (text := log.read_text()):
@@ -64,7 +62,7 @@ def wait_for_end(processes: Processes, now_s: float) -> ProcessExit:
 
 
 def runs(pid: int) -> bool:
-    """Whether a process exists that is not merely waiting to be reaped."""
+    """Whether a process exists and is not a zombie."""
     try:
         state = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
     except FileNotFoundError:
@@ -77,7 +75,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "logs"
 
 
-def test_all_are_stopped_at_the_end_and_their_own_children_too(folder: Path) -> None:
+def test_all_are_stopped_with_their_child_processes(folder: Path) -> None:
     specs = [python("sleeper", SLEEPER), python("parent", PARENT), python("router", SLEEPER)]
     with Processes(specs, folder) as processes:
         processes.start()
@@ -89,7 +87,9 @@ def test_all_are_stopped_at_the_end_and_their_own_children_too(folder: Path) -> 
     assert processes.pids() == {}
 
 
-def test_who_ignores_sigterm_is_killed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_ignores_sigterm_is_killed(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("onemap_tools.processes.launch.GRACE_S", 0.05)
     with Processes([python("stubborn", STUBBORN)], folder) as processes:
         processes.start()
@@ -98,38 +98,7 @@ def test_who_ignores_sigterm_is_killed(folder: Path, monkeypatch: pytest.MonkeyP
     assert not runs(pid)
 
 
-def test_a_zombie_that_nobody_reaps_is_gone(folder: Path) -> None:
-    """A child that ended and whose parent does not ask for it: process 1 of many containers."""
-    child = subprocess.Popen([sys.executable, "-c", "pass"], start_new_session=True)
-    os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
-    os.killpg(child.pid, 0)  # it is still listed
-    assert not group_runs(child.pid)
-    child.wait()
-    assert not group_runs(child.pid)
-
-
-def test_a_group_runs_as_long_as_one_of_its_processes(folder: Path) -> None:
-    """The leader is gone, its child goes on: what stop() has to wait for."""
-    code = (
-        "import subprocess, sys;"
-        "print(subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)']).pid)"
-    )
-    leader = subprocess.Popen(
-        [sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, start_new_session=True
-    )
-    assert leader.stdout is not None
-    child = int(leader.stdout.readline())
-    leader.wait()
-    assert group_runs(leader.pid)
-    os.kill(child, signal.SIGSTOP)  # stopped is not gone
-    assert group_runs(leader.pid)
-    os.kill(child, signal.SIGKILL)
-    wait_for_group(leader.pid, time.monotonic() + SOON_S)
-    assert not runs(child)
-    leader.stdout.close()
-
-
-def test_the_router_goes_last(folder: Path) -> None:
+def test_the_router_is_stopped_last(folder: Path) -> None:
     """A process that is stopped while the router still runs can see that it does."""
     watcher = (
         "import os, signal, sys, time\n"
@@ -153,7 +122,7 @@ def test_the_router_goes_last(folder: Path) -> None:
     assert tail(folder / "watcher.log").splitlines() == ["up", "it runs"]
 
 
-def test_a_crash_is_told_once_with_code_and_last_lines(folder: Path) -> None:
+def test_a_crash_is_reported_once_with_code_and_last_lines(folder: Path) -> None:
     with Processes([python("mapper", CRASHING)], folder) as processes:
         processes.start()
         ended = wait_for_end(processes, now_s=0.0)
@@ -162,7 +131,7 @@ def test_a_crash_is_told_once_with_code_and_last_lines(folder: Path) -> None:
         assert processes.collect(0.0) == []
 
 
-def test_a_crashed_process_is_started_again_after_its_pause(folder: Path) -> None:
+def test_a_crashed_process_is_restarted_after_its_backoff(folder: Path) -> None:
     with Processes([python("mapper", CRASHING)], folder) as processes:
         processes.start()
         now_s = time.monotonic()
@@ -174,7 +143,7 @@ def test_a_crashed_process_is_started_again_after_its_pause(folder: Path) -> Non
         assert processes.restart(now_s + 4.1) == ["mapper"]
 
 
-def test_after_a_healthy_while_the_pause_is_short_again(folder: Path) -> None:
+def test_a_healthy_process_starts_with_the_first_backoff(folder: Path) -> None:
     with Processes([python("mapper", CRASHING)], folder) as processes:
         processes.start()
         now_s = time.monotonic()
@@ -203,7 +172,7 @@ def test_kill_ends_all_at_once(folder: Path) -> None:
         assert "was killed by SIGKILL" in ended.sentence
 
 
-def test_a_child_outlives_no_launcher_that_was_killed(tmp_path: Path) -> None:
+def test_a_process_stops_when_its_launcher_is_killed(tmp_path: Path) -> None:
     """The launcher gets SIGKILL, which it cannot answer; its service stops by itself."""
     launcher = (
         "import sys; from pathlib import Path; import time\n"
@@ -226,17 +195,17 @@ def test_a_child_outlives_no_launcher_that_was_killed(tmp_path: Path) -> None:
         os.sched_yield()
 
 
-def test_a_process_that_refuses_its_configuration_is_told_apart(tmp_path: Path) -> None:
+def test_a_wrong_configuration_is_told_from_a_crash(tmp_path: Path) -> None:
     ended = ProcessExit("planner", 2, tmp_path / "planner.log", "")
     assert ended.misconfigured
     assert "cannot start as configured" in ended.sentence
 
 
-def test_pauses_double_up_to_ten_seconds() -> None:
+def test_the_backoff_doubles_up_to_ten_seconds() -> None:
     assert [backoff_s(n) for n in range(1, 7)] == [1, 2, 4, 8, 10, 10]
 
 
-def test_libraries_share_the_cores_unless_the_user_says_otherwise() -> None:
+def test_thread_pools_are_limited_unless_the_user_sets_them() -> None:
     environment = child_environment({"OMP_NUM_THREADS": "7", "HOME": "/root"}, cores=8)
     assert environment["OMP_NUM_THREADS"] == "7"
     assert environment["OPENBLAS_NUM_THREADS"] == "4"

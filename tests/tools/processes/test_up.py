@@ -1,4 +1,4 @@
-"""Which services ``onemap up`` starts, and what it does when one ends."""
+"""Which services ``onemap up`` starts, and what it does when one exits."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ import pytest
 from rich.console import Console
 
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
-from onemap_tools.processes.claim import claim, conflicts
 from onemap_tools.processes.launch import Processes, ProcessSpec
-from onemap_tools.processes.network import is_local
 from onemap_tools.processes.services import CORE
 from onemap_tools.processes.up import choose, supervise
 
@@ -34,16 +32,16 @@ def test_the_robot_is_the_one_that_the_file_describes() -> None:
     assert chosen("simulator") == ("simulator", *CORE)
 
 
-def test_only_means_only() -> None:
+def test_only_starts_nothing_else() -> None:
     chosen = choose(("mapper", "router"), {"simulator": {}}, has_file=True, router_here=False)
     assert chosen == ("router", "mapper")
 
 
 @pytest.mark.parametrize("only", [(), ("simulator", "replay")])
 def test_two_robots_are_refused(only: tuple[str, ...]) -> None:
-    with pytest.raises(CliError, match="both robots") as trouble:
+    with pytest.raises(CliError, match="both robots") as error:
         choose(only, {"simulator": {}, "replay": {}}, has_file=True, router_here=True)
-    assert trouble.value.exit_code == EXIT_USAGE_ERROR
+    assert error.value.exit_code == EXIT_USAGE_ERROR
 
 
 def test_only_chooses_between_two_robots() -> None:
@@ -51,43 +49,13 @@ def test_only_chooses_between_two_robots() -> None:
     assert choose(("replay",), sections, has_file=True, router_here=True) == ("replay",)
 
 
-def test_a_rival_runs_what_would_be_started() -> None:
-    own, other = claim(("mapper", "gateway")), claim(("simulator", "mapper"))
-    processes = {("up", own), ("doctor", "d1"), ("planner", "p1")}
-    assert conflicts(processes, own) == ()
-    assert conflicts({*processes, ("mapper", "m1")}, own) == ("mapper",)
-    assert conflicts({*processes, ("up", other)}, own) == ("mapper",)  # before its mapper is there
-    assert conflicts({*processes, ("up", claim(("router", "simulator")))}, own) == ()
-
-
-@pytest.mark.parametrize("robot", ["simulator", "replay", "robot"])
-def test_a_map_follows_one_robot(robot: str) -> None:
-    assert conflicts({(robot, "x")}, claim(("replay", "mapper"))) == (robot,)
-    assert conflicts({(robot, "x")}, claim(("mapper",))) == ()
-
-
-def test_a_name_that_is_none_is_a_misuse() -> None:
-    with pytest.raises(CliError, match="no 'maper' to start") as trouble:
+def test_an_unknown_name_is_a_usage_error() -> None:
+    with pytest.raises(CliError, match="no 'maper' to start") as error:
         choose(("maper",), {}, has_file=False, router_here=True)
-    assert trouble.value.exit_code == EXIT_USAGE_ERROR
+    assert error.value.exit_code == EXIT_USAGE_ERROR
 
 
-@pytest.mark.parametrize(
-    ("endpoint", "local"),
-    [
-        ("tcp/127.0.0.1:7447", True),
-        ("tcp/localhost:7447", True),
-        ("tcp/[::1]:7447", True),
-        ("tcp/192.168.1.7:7447", False),
-        ("tls/robot.local:7448", False),
-        ("tcp/127.evil.org:7447", False),
-    ],
-)
-def test_a_router_is_started_here_only_for_local_endpoints(endpoint: str, local: bool) -> None:
-    assert is_local(endpoint) is local
-
-
-def until_told(processes: Processes, console: Console) -> str:
+def until_reported(processes: Processes, console: Console) -> str:
     assert isinstance(console.file, io.StringIO)
     deadline = time.monotonic() + SOON_S
     while not console.file.getvalue():
@@ -96,13 +64,13 @@ def until_told(processes: Processes, console: Console) -> str:
     return console.file.getvalue()
 
 
-def test_a_crash_is_told_and_the_process_started_again(tmp_path: Path) -> None:
+def test_a_crash_is_reported_and_the_process_restarted(tmp_path: Path) -> None:
     code = "print('out of memory', flush=True); raise SystemExit(1)"
     spec = ProcessSpec("mapper", (sys.executable, "-c", code))
     console = Console(file=io.StringIO(), width=500)
     with Processes([spec], tmp_path) as processes:
         processes.start()
-        exit_report = until_told(processes, console)
+        exit_report = until_reported(processes, console)
         assert "mapper ended with code 1" in exit_report
         assert "out of memory" in exit_report
         supervise(processes, time.monotonic() + 1.5, console)
@@ -110,11 +78,11 @@ def test_a_crash_is_told_and_the_process_started_again(tmp_path: Path) -> None:
         assert "Started mapper again" in console.file.getvalue()
 
 
-def test_a_refused_configuration_ends_it_all(tmp_path: Path) -> None:
+def test_a_wrong_configuration_ends_the_command(tmp_path: Path) -> None:
     code = "print('planner.radus is unknown', flush=True); raise SystemExit(2)"
     spec = ProcessSpec("planner", (sys.executable, "-c", code))
     console = Console(file=io.StringIO())
     with Processes([spec], tmp_path) as processes:
         processes.start()
         with pytest.raises(CliError, match=r"planner\.radus is unknown"):
-            until_told(processes, console)
+            until_reported(processes, console)

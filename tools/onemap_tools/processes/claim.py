@@ -1,7 +1,8 @@
-"""What a launcher starts, told on the bus for as long as it runs, so that nobody starts it twice.
+"""Claims on the bus: which services a launcher runs, so that none is started twice.
 
-The token of a service comes seconds after its launcher decided to start it. The launcher's own
-token names all of its services and is there before the first of them.
+The liveliness token of a service appears seconds after its launcher has decided to start it.
+The launcher's own token names all of its services and is declared before the first of them
+starts.
 """
 
 from __future__ import annotations
@@ -11,28 +12,28 @@ from collections.abc import Collection, Iterable
 
 from onemap_shared.services import ROBOTS
 
-LAUNCHER = "up"  # the launcher's name on the bus
-ANY_ROBOT = (*ROBOTS, "robot")  # the last as examples/my_robot.py calls itself
+LAUNCHER = "up"  # name of a launcher on the bus
+ANY_ROBOT = (*ROBOTS, "robot")  # examples/my_robot.py joins as robot
 SEPARATOR = "."
 
 
 def claim(names: Collection[str]) -> str:
-    """The instance under which a launcher of these services joins the bus."""
+    """The instance name under which a launcher of these services joins the bus."""
     return SEPARATOR.join((uuid.uuid4().hex[:12], *names))
 
 
 def conflicts(processes: Iterable[tuple[str, str]], own: str) -> tuple[str, ...]:
-    """Who is there that the launcher with the claim ``own`` would start a second time, sorted.
+    """Services on the bus that the launcher with the claim ``own`` would start again, sorted.
 
-    ``processes``: service and instance of every process on the bus. A robot is a rival of any
-    other robot, because a map follows one; robots of other launchers and drivers count.
+    ``processes``: service and instance of every process on the bus. Any two robots conflict,
+    because a map follows one robot; those of other launchers and of drivers count.
     """
     wanted = set(own.split(SEPARATOR)[1:])
-    there: set[str] = set()
+    running: set[str] = set()
     for service, instance in processes:
         if service != LAUNCHER:
-            there.add(service)
+            running.add(service)
         elif instance != own:
-            there.update(instance.split(SEPARATOR)[1:])
+            running.update(instance.split(SEPARATOR)[1:])
     robots = set(ANY_ROBOT) if wanted.intersection(ROBOTS) else set()
-    return tuple(sorted(there & (wanted | robots)))
+    return tuple(sorted(running & (wanted | robots)))

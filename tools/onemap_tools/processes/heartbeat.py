@@ -1,4 +1,4 @@
-"""``onemap status --service NAME``: one service's own word, for container health checks."""
+"""Health of one service by its heartbeat, for the health checks of containers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PATIENCE_S = 2.5  # two heartbeats
 
 
 def check_service(name: str, config: Path | None) -> None:
-    """Return if the service says that it is ready; CliError with its reason otherwise."""
+    """Return if the service reports that it is ready; CliError with the reason otherwise."""
     if name not in SERVICES:
         raise CliError(
             f"There is no service {name!r}; there are {', '.join(SERVICES)}.", EXIT_USAGE_ERROR
@@ -30,7 +30,7 @@ def check_service(name: str, config: Path | None) -> None:
 
 
 def next_heartbeat(bus: Bus, name: str, patience_s: float) -> Heartbeat | None:
-    """The service's first ready heartbeat, or its last one that was not; None if there was none."""
+    """The first ready heartbeat within ``patience_s``, else the last one; None without any."""
     beats = bus.subscribe(heartbeat(name), 4)
     deadline_s, last = time.monotonic() + patience_s, None
     while (left_s := deadline_s - time.monotonic()) > 0:
@@ -42,7 +42,7 @@ def next_heartbeat(bus: Bus, name: str, patience_s: float) -> Heartbeat | None:
 
 
 def problem_of(name: str, beat: Heartbeat | None) -> str:
-    """What is wrong with the service, in a sentence; empty if it is ready."""
+    """Why the service is not ready, in a sentence; empty if it is."""
     if beat is None:
         return (
             f"No heartbeat of the {name} within {PATIENCE_S:g} s: start it with 'onemap {name}' if "

@@ -1,4 +1,4 @@
-"""Ctrl-C once stops cleanly, twice at once."""
+"""Signal handling: the first Ctrl-C stops cleanly, the second at once."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Start a set of processes, watch over them, and leave none behind.
+"""Starts, supervises and stops a set of processes.
 
-Every process gets a session of its own, so that Ctrl-C reaches only the
-launcher, and the launcher's process id in its environment, so that it stops by
-itself when the launcher was killed. What a process says goes to a log file.
+Every process has a session of its own, so that Ctrl-C reaches only the launcher, and the
+launcher's process id in its environment, so that it stops by itself if the launcher is killed.
+The output of a process goes to its log file.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from types import TracebackType
 
 from onemap_shared.runner import PARENT_VARIABLE
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.processes.process_group import signal_group, wait_for, wait_for_group
 
 GRACE_S = 3.0  # from SIGTERM to SIGKILL
-LAST_GRACE_S = 1.0  # the same for the process that goes last
-KILLED_S = 2.0  # longest wait for the kernel to end what got SIGKILL: milliseconds, unless it hangs
-POLL_S = 0.005  # between two looks whether it did
+LAST_GRACE_S = 1.0  # the same for the processes that are stopped last
+KILLED_S = 2.0  # from SIGKILL to the end of all processes; milliseconds unless the kernel hangs
 FIRST_BACKOFF_S, LONGEST_BACKOFF_S = 1.0, 10.0
-HEALTHY_S = 30.0  # a process that ran this long crashed anew, not again
+HEALTHY_S = 30.0  # a process that ran this long starts with the first backoff again
 TAIL_LINES = 12
 TAIL_BYTES = 8192
 THREAD_VARIABLES = (
@@ -38,7 +38,7 @@ THREAD_VARIABLES = (
 
 @dataclass(frozen=True, slots=True)
 class ProcessSpec:
-    """What to start. ``last`` processes outlive the others when all are stopped: the router."""
+    """A process to start. ``last``: stopped after the others, as the router is."""
 
     name: str
     command: tuple[str, ...]
@@ -47,7 +47,7 @@ class ProcessSpec:
 
 @dataclass(frozen=True, slots=True)
 class ProcessExit:
-    """A process that ended without being asked to."""
+    """An unexpected exit of a process; ``tail``: the last lines of its log."""
 
     name: str
     code: int
@@ -56,12 +56,12 @@ class ProcessExit:
 
     @property
     def misconfigured(self) -> bool:
-        """Whether it refused its configuration: starting it again would not help."""
+        """Whether it rejected its configuration: a restart would not help."""
         return self.code == EXIT_USAGE_ERROR
 
     @property
     def sentence(self) -> str:
-        """What happened, for people."""
+        """What happened, for the user."""
         if self.code < 0:
             how = f"was killed by {signal.Signals(-self.code).name}"
         elif self.misconfigured:
@@ -78,19 +78,19 @@ class _Child:
     process: subprocess.Popen[bytes] | None = None
     started_s: float = 0.0
     failures: int = 0
-    due_s: float | None = None
+    due_s: float | None = None  # of the next restart
 
 
 def onemap_command(*arguments: str) -> tuple[str, ...]:
-    """The command line of ``onemap ARGUMENTS...`` with this very interpreter."""
+    """The command line of ``onemap ARGUMENTS...`` with this interpreter."""
     return (sys.executable, "-m", "onemap_tools", *arguments)
 
 
 def child_environment(environment: Mapping[str, str], cores: int) -> dict[str, str]:
-    """The environment of a service: its launcher's id, and libraries that share the cores.
+    """The environment of a service: the launcher's process id and limits of thread pools.
 
-    Each numeric library would start a thread per core in each of five processes; half
-    of the cores each keeps them out of each other's way. What the user set stays.
+    A numeric library starts a thread per core in each of five processes by default; with half
+    of the cores they do not compete. Variables that the user has set stay.
     """
     threads = str(max(1, cores // 2))
     return {
@@ -102,20 +102,20 @@ def child_environment(environment: Mapping[str, str], cores: int) -> dict[str, s
 
 
 def available_cores() -> int:
-    """How many cores this process may use."""
+    """The number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def backoff_s(failures: int) -> float:
-    """How long to wait before the start that follows this many failures in a row."""
+    """Seconds to wait before a restart, after this many failures in a row."""
     longest: float = min(FIRST_BACKOFF_S * 2 ** (failures - 1), LONGEST_BACKOFF_S)
     return longest
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and those above it; CliError if that is not possible."""
+    """Create a folder and its parents; CliError if that fails."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
@@ -151,11 +151,11 @@ class Processes:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All of them, whether they run or not."""
+        """The names of all processes, running or not."""
         return tuple(child.spec.name for child in self._children)
 
     def start(self, *names: str) -> None:
-        """Start those of these names, or all without any, that do not run."""
+        """Start the named processes, all without names; those that run are left alone."""
         for child in self._children:
             if child.process is None and (not names or child.spec.name in names):
                 self._start(child)
@@ -174,7 +174,7 @@ class Processes:
             )
 
     def pids(self) -> dict[str, int]:
-        """The process ids of those that run."""
+        """The process ids of the running processes."""
         return {
             child.spec.name: child.process.pid
             for child in self._children
@@ -182,7 +182,7 @@ class Processes:
         }
 
     def collect(self, now_s: float) -> list[ProcessExit]:
-        """Those that ended since the last call, each scheduled for a restart after a pause.
+        """The exits since the last call; each process is scheduled for a restart after its backoff.
 
         ``now_s`` is ``time.monotonic()``.
         """
@@ -199,16 +199,16 @@ class Processes:
         return ended
 
     def restart(self, now_s: float) -> list[str]:
-        """Start those whose pause is over; returns their names."""
+        """Start the processes whose backoff is over; returns their names."""
         due = [c for c in self._children if c.due_s is not None and now_s >= c.due_s]
         for child in due:
             self._start(child)
         return [child.spec.name for child in due]
 
     def stop(self) -> None:
-        """Ask all to end, wait, kill the rest; returns when their own children are gone too.
+        """Terminate all, kill the rest; returns when their child processes have ended too.
 
-        Under 5 s, unless the kernel itself holds on to a killed process.
+        Takes at most 5 s unless the kernel does not end a killed process.
         """
         first = [child for child in self._children if not child.spec.last]
         last = [child for child in self._children if child.spec.last]
@@ -217,71 +217,26 @@ class Processes:
             for child in group:
                 child.process = child.due_s = None
             for process in running:
-                _signal(process, signal.SIGTERM)
+                signal_group(process, signal.SIGTERM)
             deadline = time.monotonic() + grace_s
             for process in running:
-                _wait(process, deadline)
+                wait_for(process, deadline)
             for process in running:
-                _signal(process, signal.SIGKILL)
+                signal_group(process, signal.SIGKILL)
                 process.wait()
             deadline = time.monotonic() + KILLED_S
             for process in running:
                 wait_for_group(process.pid, deadline)
 
     def kill(self) -> None:
-        """End all at once."""
+        """Kill all at once."""
         for child in self._children:
             if child.process is not None:
-                _signal(child.process, signal.SIGKILL)
-
-
-def _signal(process: subprocess.Popen[bytes], signum: signal.Signals) -> None:
-    """Signal the process's whole session, its own children included."""
-    try:
-        os.killpg(process.pid, signum)
-    except (ProcessLookupError, PermissionError):  # all gone already
-        return
-
-
-def _wait(process: subprocess.Popen[bytes], deadline_s: float) -> None:
-    try:
-        process.wait(timeout=max(deadline_s - time.monotonic(), 0.0))
-    except subprocess.TimeoutExpired:
-        return
-
-
-def wait_for_group(group: int, deadline_s: float) -> None:
-    """Return when no process of the group runs: a killed one ends a moment after the signal."""
-    while group_runs(group) and time.monotonic() < deadline_s:
-        time.sleep(POLL_S)
-
-
-def group_runs(group: int) -> bool:
-    """Whether a process of this group still runs.
-
-    A zombie counts as gone: it runs no code and holds no file. An orphan's is reaped by
-    process 1, which in a container may never do so.
-    """
-    try:
-        os.killpg(group, 0)
-    except (ProcessLookupError, PermissionError):  # macOS: EPERM where only zombies are left
-        return False
-    if not Path("/proc/self/stat").exists():
-        return True
-    return any(_runs_in(stat, group) for stat in Path("/proc").glob("[0-9]*/stat"))
-
-
-def _runs_in(stat: Path, group: int) -> bool:
-    """Whether a process, by its /proc/PID/stat, is of this group and no zombie."""
-    try:  # PID (NAME) STATE PARENT GROUP ...; the name may hold anything
-        state, _parent, of_group = stat.read_text().rpartition(")")[2].split()[:3]
-    except OSError:  # gone in between
-        return False
-    return int(of_group) == group and state not in "ZX"
+                signal_group(child.process, signal.SIGKILL)
 
 
 def tail(log: Path, lines: int = TAIL_LINES) -> str:
-    """The last lines of a log file; empty if there is none."""
+    """The last lines of a log file; empty if it cannot be read."""
     try:
         with log.open("rb") as file:
             file.seek(0, os.SEEK_END)

@@ -1,4 +1,4 @@
-"""Ports of this machine."""
+"""TCP ports and endpoints of this machine."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def is_free(port: int) -> bool:
 
 
 def any_free_port() -> int:
-    """A TCP port that nobody uses now."""
+    """A TCP port that is free now."""
     with socket.socket() as probe:
         probe.bind((LOOPBACK, 0))
         port: int = probe.getsockname()[1]
@@ -46,7 +46,7 @@ def is_local(endpoint: str) -> bool:
 
 
 def accepts_connections(endpoint: str, timeout_s: float = 0.5) -> bool:
-    """Whether somebody accepts connections at a TCP endpoint of this machine."""
+    """Whether a server accepts connections at a TCP endpoint of this machine."""
     host, _, port = endpoint.partition("/")[2].rpartition(":")
     try:
         with socket.create_connection((host.strip("[]"), int(port)), timeout_s):

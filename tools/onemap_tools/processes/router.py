@@ -1,4 +1,4 @@
-"""The router that services meet at, as a process of its own."""
+"""Runs the Zenoh router that all services connect to."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ CANNOT_LISTEN = "The router cannot listen"
 
 
 def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -> None:
-    """Route until a signal comes.
+    """Route until SIGINT or SIGTERM.
 
-    Listens on ``listen``; without it where ``zenoh_config`` says, or else on the
-    endpoints at which the services of ``config`` look for their router.
+    Listens on ``listen``, else on the endpoints of ``zenoh_config``, else on those that the
+    services of ``config`` connect to.
     """
     sections = read(config)
     set_up_logging(section(sections, "log", LogConfig), "router")
@@ -33,7 +33,7 @@ def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -
         watch_parent(stop)
         try:
             run_router(endpoints, stop, zenoh_config)
-        except Exception as problem:  # zenoh's own type lives in bus.py; its text is all we need
+        except Exception as problem:  # zenoh's exception type is confined to bus.py
             reason = str(problem).split(" at /")[0]
             where = ", ".join(endpoints) or str(zenoh_config)
             raise CliError(

@@ -1,4 +1,4 @@
-"""How a service runs inside this process, and what configures it."""
+"""Runs a service inside this process and finds the model of its configuration."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def run(name: str, arguments: Sequence[str]) -> int:
 
 
 def section_model(name: str) -> type[Params]:
-    """What the section of this service must fit; CliError if its packages are not installed."""
+    """The model of the service's section; CliError if its packages are not installed."""
     service = SERVICES[name]
     with installed(service):
         config = import_module(f"{service.module}.config")
@@ -43,7 +43,7 @@ def section_model(name: str) -> type[Params]:
 
 
 def check_robot(name: str, sections: Mapping[str, Any]) -> None:
-    """CliError if this robot, simulator or replay, cannot start with what its section names."""
+    """CliError if this robot, simulator or replay, cannot start with its configuration."""
     config = section(sections, name, section_model(name))
     service = SERVICES[name]
     with installed(service):
@@ -56,7 +56,7 @@ def check_robot(name: str, sections: Mapping[str, Any]) -> None:
 
 @contextmanager
 def installed(service: Service) -> Iterator[None]:
-    """Turns a package that is not here into CliError that says what installs it."""
+    """Turn a missing package into a CliError that says how to install it."""
     try:
         yield
     except ModuleNotFoundError as missing:

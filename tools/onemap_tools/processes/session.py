@@ -1,4 +1,4 @@
-"""Joining the bus as a command: for a while, or not at all."""
+"""Sessions of commands on the bus, with a limit on the wait for a router."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from onemap_tools.errors import CliError
 
 @contextmanager
 def temporary_session(config: BusConfig, name: str, patience_s: float) -> Iterator[Bus]:
-    """The bus; CliError if there is no router within ``patience_s``."""
+    """A bus session that is closed at the end; CliError without a router within ``patience_s``."""
     bus = join(config, name, uuid.uuid4().hex[:12], patience_s)
     if bus is None:
         raise CliError(
@@ -30,8 +30,8 @@ def temporary_session(config: BusConfig, name: str, patience_s: float) -> Iterat
 
 
 def join(config: BusConfig, name: str, instance: str, patience_s: float) -> ZenohBus | None:
-    """The bus, under this name; None if there is no router within ``patience_s``."""
-    logging.getLogger("onemap.bus").setLevel(logging.ERROR)  # the caller says it better
+    """A bus session under this name; None without a router within ``patience_s``."""
+    logging.getLogger("onemap.bus").setLevel(logging.ERROR)  # the caller reports it
     gave_up = threading.Event()
     timer = threading.Timer(patience_s, gave_up.set)
     timer.start()

@@ -1,4 +1,4 @@
-"""``onemap up``: services of one configuration on this machine until Ctrl-C."""
+"""Runs ``onemap up``: the services of one configuration on this machine until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ TWO_ROBOTS = (
     "The simulator and the replay are both robots, and a map follows one: keep one of these two "
     "sections of the configuration, or choose one with --only."
 )
-JOIN_S = 0.5  # to reach the router before looking at the processes and for Ctrl-C again
+JOIN_S = 0.5  # per attempt; processes and Ctrl-C are checked in between
 
 
 def choose(
     only: Collection[str], sections: Mapping[str, Any], has_file: bool, router_here: bool
 ) -> tuple[str, ...]:
-    """What to start.
+    """The names of the processes to start.
 
-    Without ``only``: a router if none answers and one is wanted on this machine; the robot
-    that the configuration file has a section for (the simulator if there is no file); and
-    all other services. CliError for a name that is none, and for two robots.
+    Without ``only``: the router if ``router_here``; the robot that the configuration file has a
+    section for (the simulator without a file); and ``CORE``. CliError for an unknown name and
+    for two robots.
     """
     unknown = sorted(set(only) - set(STARTABLE))
     if unknown:
@@ -58,9 +58,9 @@ def choose(
 
 
 def up(config: Path | None, only: Collection[str], log_folder: Path, console: Console) -> None:
-    """Start them, restart what crashes, stop all at Ctrl-C; CliError if one refuses to start.
+    """Start the services, restart those that crash, stop all at Ctrl-C.
 
-    Nothing is started where somebody else runs the same on the bus.
+    CliError if a service cannot start as configured, or if one of them runs on the bus already.
     """
     sections = read(config)
     bus_config = section(sections, "bus", BusConfig)
@@ -82,7 +82,7 @@ def up(config: Path | None, only: Collection[str], log_folder: Path, console: Co
         Processes(specs, log_folder) as processes,
         interruptible(processes.kill) as stop,
     ):
-        if "router" in names:  # nobody else can be there
+        if "router" in names:  # without a router no launcher can conflict
             check_port(names, sections)
             processes.start("router")
         with claimed(bus_config, names, processes, stop, console) as held:
@@ -99,10 +99,10 @@ def claimed(
     stop: threading.Event,
     console: Console,
 ) -> Iterator[bool]:
-    """Wait for the router, then hold the claim to these services until they are stopped.
+    """Wait for the router, then claim these services until they are stopped.
 
-    False if ``stop`` was set before. CliError if somebody else is there: whoever comes second is
-    refused; of two launchers that begin in the same instant, both may be.
+    Yields False if ``stop`` was set before. CliError if one of them is claimed: the second
+    launcher is refused; of two that start at the same instant, both may be.
     """
     own = claim(names)
     waits = False
@@ -118,25 +118,25 @@ def claimed(
         refuse_conflicts(conflicts(bus.processes(), own), config)
         yield True
     finally:
-        processes.stop()  # the claim is the last to go
+        processes.stop()  # before the claim is given up
         bus.close()
 
 
-def refuse_conflicts(there: Sequence[str], config: BusConfig) -> None:
-    """CliError that tells who is there and what to do, if anybody is."""
-    if not there:
+def refuse_conflicts(running: Sequence[str], config: BusConfig) -> None:
+    """CliError with the remedy if any service is running already."""
+    if not running:
         return
     where = ", ".join(config.connect)
     namespace = f", namespace {config.namespace}" if config.namespace else ""
     raise CliError(
-        f"Nothing was started: at the router {where}{namespace} somebody runs {', '.join(there)}. "
-        "Stop that with Ctrl-C where it runs, start only what is missing with --only, or give this "
-        "one another router (bus.connect) and page (gateway.port)."
+        f"Nothing was started: at the router {where}{namespace} somebody runs "
+        f"{', '.join(running)}. Stop that with Ctrl-C where it runs, start only what is missing "
+        "with --only, or give this one another router (bus.connect) and page (gateway.port)."
     )
 
 
 def check_port(names: Collection[str], sections: Mapping[str, Any]) -> None:
-    """CliError if the gateway is to be started and cannot listen where it is configured to."""
+    """CliError if the gateway is to be started and its port is taken."""
     if "gateway" not in names:
         return
     from onemap_gateway.config import GatewayConfig
@@ -159,11 +159,11 @@ def _run(processes: Processes, stop: threading.Event, console: Console) -> None:
 
 
 def supervise(processes: Processes, now_s: float, console: Console) -> None:
-    """Tell what ended, start again what is due; CliError if a restart could not help."""
+    """Report exits and restart processes; CliError if a restart cannot help."""
     for ended in processes.collect(now_s):
         if ended.misconfigured:
             raise CliError(exit_report(ended), EXIT_USAGE_ERROR)
-        if CANNOT_LISTEN in ended.tail:  # somebody else's router was faster
+        if CANNOT_LISTEN in ended.tail:  # another router has started in between
             raise CliError(exit_report(ended))
         console.print(exit_report(ended), style="red")
     for name in processes.restart(now_s):
@@ -171,5 +171,5 @@ def supervise(processes: Processes, now_s: float, console: Console) -> None:
 
 
 def exit_report(ended: ProcessExit) -> str:
-    """What happened to a process, with the end of its log."""
+    """What happened to a process, with the last lines of its log."""
     return f"{ended.sentence}. Its last lines:\n{ended.tail}"
