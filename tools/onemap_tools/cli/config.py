@@ -1,4 +1,4 @@
-"""``onemap config``: what is configured, whether it is right, and what may be."""
+"""``onemap config``: show, check and explain the configuration."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ app = typer.Typer(no_args_is_help=True, help="Show, check and explain the config
 
 @app.command()
 def show(config: Config = None, as_json: Json = False) -> None:
-    """What takes effect, as YAML: defaults, then the file, then the environment.
+    """The values that take effect, as YAML: defaults, then the file, then the environment.
 
-    The environment is every variable ONEMAP__SECTION__KEY. Secrets are masked.
+    Read from the environment is every variable ONEMAP__SECTION__KEY. Secrets are masked.
     """
     import yaml
 
@@ -34,7 +34,7 @@ def show(config: Config = None, as_json: Json = False) -> None:
 
 @app.command()
 def check(config: Config = None, as_json: Json = False) -> None:
-    """Whether every section is right: OK, or one sentence for each mistake and exit code 2."""
+    """Check every section: OK, or one sentence for each mistake and exit code 2."""
     from onemap_tools.cli import config_report
     from onemap_tools.cli.terminal import print_json, result_console
 
@@ -54,12 +54,12 @@ def schema(
     as_json: Json = False,
 ) -> None:
     """Every key with its type, limits, default, unit and reason; with --json as a JSON schema."""
-    from onemap_tools.cli.config_report import chosen, installed_models
+    from onemap_tools.cli.config_report import installed_models, select
     from onemap_tools.cli.config_report import schema as schema_of
     from onemap_tools.cli.schema_text import SchemaText
     from onemap_tools.cli.terminal import print_json, result_console
 
-    models = chosen(section, installed_models())
+    models = select(section, installed_models())
     document = schema_of(models)
     if as_json:
         print_json(document)

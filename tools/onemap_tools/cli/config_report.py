@@ -1,4 +1,4 @@
-"""The configuration as it takes effect, its mistakes, and what each section may hold."""
+"""The effective configuration, its mistakes, and the JSON schema of its sections."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ COMMON: Mapping[str, type[Params]] = {"bus": BusConfig, "log": LogConfig}
 
 @dataclass(frozen=True, slots=True)
 class SectionModels:
-    """What sections must fit. ``missing``: why a section's model cannot be had on this machine."""
+    """The models of sections. ``missing``: why the models of other sections are not installed."""
 
     known: Mapping[str, type[Params]]
     missing: Mapping[str, str]
@@ -40,10 +40,10 @@ def installed_models() -> SectionModels:
 
 
 def effective(config: Path | None, models: SectionModels) -> dict[str, Any]:
-    """Every section as it takes effect: defaults, file and environment; secrets are masked.
+    """The effective values of every section: defaults, file and environment; secrets are masked.
 
-    Of the robots only those that the file has a section for, without a file the simulator:
-    what ``onemap up`` would start. Raises ConfigError.
+    Robots are included as ``onemap up`` would start them: those that the file has a section
+    for, the simulator without a file. Raises ConfigError.
     """
     sections = read(config)
     robots = [name for name in ROBOTS if name in sections] if config else ["simulator"]
@@ -55,7 +55,7 @@ def effective(config: Path | None, models: SectionModels) -> dict[str, Any]:
 
 
 def check(config: Path | None, models: SectionModels) -> None:
-    """CliError with one sentence a line for every mistake, if there is any."""
+    """CliError with one line for every mistake, if there is any."""
     sections = read(config)
     found = [
         sentence
@@ -68,8 +68,8 @@ def check(config: Path | None, models: SectionModels) -> None:
         raise CliError("\n".join(found), EXIT_USAGE_ERROR, {"ok": False, "mistakes": found})
 
 
-def chosen(name: str, models: SectionModels) -> SectionModels:
-    """Only the section of this name, or all if it is empty; CliError if it cannot be had."""
+def select(name: str, models: SectionModels) -> SectionModels:
+    """Only the model of this section, or all if ``name`` is empty; CliError if there is none."""
     if not name:
         return models
     if name not in SECTIONS:

@@ -1,4 +1,4 @@
-"""The floor plan of a scene from above, as a picture."""
+"""Draws the floor plan of a scene, seen from above."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from onemap_simulator.scene.scene import STRUCTURE, UNNAMED, Scene
 # BGR, as OpenCV writes them.
 UNREACHABLE, REACHABLE, OBSTACLE = (225, 225, 225), (255, 255, 255), (130, 130, 130)
 THING, EDGE, INK, START = (225, 190, 140), (170, 110, 50), (60, 30, 0), (40, 40, 220)
-LONGEST_PX = 1400  # of the picture's longer side, about
+LONGEST_PX = 1400  # approximate length of the longer side
 FONT, FONT_SCALE = cv2.FONT_HERSHEY_SIMPLEX, 0.45
 ARROW_M = 0.4
 ALL_HEIGHTS_M = (-np.inf, np.inf)
@@ -25,17 +25,17 @@ Box = tuple[int, int, int, int]  # left, top, right, bottom in pixels
 
 
 def draw_floor_plan(scene: Scene, floor: FloorMap, start: StartPose | None) -> U8:
-    """A (rows, columns, 3) uint8 BGR picture: x to the right, y upwards.
+    """A (rows, columns, 3) uint8 BGR image: x to the right, y upwards.
 
-    White: where the robot's centre can get; dark grey: obstacles; blue: named things, with
-    their category where there is room for it; red: the start.
+    White: cells that the robot's centre can reach; dark grey: obstacles; blue: named objects,
+    with their category where labels do not overlap; red: the start.
     """
     plan = np.full((*floor.grid.shape, 3), UNREACHABLE, np.uint8)
     plan[floor.reachable] = REACHABLE
     plan[floor.obstacles] = OBSTACLE
     outlines = _outlines(scene, floor.grid)
     for _, outline in outlines:
-        plan[outline & floor.obstacles] = THING  # a rug is driven over: its edge alone
+        plan[outline & floor.obstacles] = THING  # only the outline of what is no obstacle, a rug
         plan[outline & ~cv2.erode(outline.astype(np.uint8), np.ones((3, 3))).astype(bool)] = EDGE
     scale = max(LONGEST_PX // max(floor.grid.shape), 1)
     large = np.repeat(np.repeat(plan, scale, axis=0), scale, axis=1)
@@ -50,13 +50,13 @@ def draw_floor_plan(scene: Scene, floor: FloorMap, start: StartPose | None) -> U
 
 
 def write_png(file: Path, image: U8) -> None:
-    """Write a picture; OSError if it cannot be written."""
+    """Write a BGR image as PNG; raises OSError."""
     _, encoded = cv2.imencode(".png", image)
     file.write_bytes(encoded.tobytes())
 
 
 def _outlines(scene: Scene, grid: GridSpec) -> list[tuple[str, Bool]]:
-    """Category and cells (nx, ny) seen from above of every named thing, the largest first."""
+    """Category and footprint (nx, ny) bool of every named object, the largest first."""
     triangles: F64 = scene.vertices[scene.faces].astype(np.float64)
     outlines = [
         (thing.category, rasterise(triangles[scene.face_object == i], grid, ALL_HEIGHTS_M))
@@ -66,9 +66,9 @@ def _outlines(scene: Scene, grid: GridSpec) -> list[tuple[str, Bool]]:
     return sorted(outlines, key=lambda item: -int(item[1].sum()))
 
 
-def _pixel(grid: GridSpec, scale: int, place_m: F64) -> tuple[int, int]:
-    """Column and row of a place (2,) in metres."""
-    x, y = (place_m / grid.cell_size_m - grid.origin_cell) * scale
+def _pixel(grid: GridSpec, scale: int, position_m: F64) -> tuple[int, int]:
+    """Column and row of a position (2,) in metres."""
+    x, y = (position_m / grid.cell_size_m - grid.origin_cell) * scale
     return round(float(x)), round(grid.shape[1] * scale - float(y))
 
 
@@ -81,7 +81,7 @@ def _draw_start(image: U8, grid: GridSpec, scale: int, start: StartPose) -> None
 
 
 def _draw_label(image: U8, text: str, middle: tuple[int, int], taken: list[Box]) -> None:
-    """Write a word around a pixel, within the picture, unless another word is there."""
+    """Write a label around a pixel, within the image, unless it overlaps another."""
     (width, height), base = cv2.getTextSize(text, FONT, FONT_SCALE, 1)
     left = min(max(middle[0] - width // 2, 1), max(image.shape[1] - width - 1, 1))
     bottom = min(max(middle[1] + height // 2, height + 1), image.shape[0] - base - 1)

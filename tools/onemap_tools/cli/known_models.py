@@ -1,4 +1,4 @@
-"""Models of other people on this machine: list, fetch, verify."""
+"""Known models of the hub on this machine: list, fetch, verify."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ MEGABYTE = 1e6
 
 @dataclass(frozen=True, slots=True)
 class ModelEntry:
-    """A known model; ``folder`` is empty and ``bytes_here`` 0 if it was never fetched."""
+    """A known model; ``folder`` is empty and ``bytes_here`` 0 if it is not on this machine."""
 
     model: model_store.KnownModel
     folder: str
     bytes_here: int
 
     def document(self) -> dict[str, Any]:
-        """As JSON."""
+        """As a JSON object."""
         return {**asdict(self.model), "folder": self.folder, "bytes_here": self.bytes_here}
 
 
 def inventory() -> list[ModelEntry]:
-    """Every known model and where it lies."""
+    """Every known model with its folder."""
     try:
         return [
             _entry(model, model_store.cached(model.repo, model.files))
@@ -43,7 +43,7 @@ def inventory() -> list[ModelEntry]:
 
 
 def fetch(repo: str, console: Console) -> ModelEntry:
-    """Download and check one model; raises CliError."""
+    """Download and verify one model; raises CliError."""
     model = _known(repo)
     size = f"about {model.about_mb} MB" if model.about_mb else "size unknown"
     console.print(f"Fetching {repo} ({size}, licence {model.licence})")
@@ -58,7 +58,7 @@ def fetch(repo: str, console: Console) -> ModelEntry:
 
 
 def verify(repo: str) -> list[dict[str, Any]]:
-    """Per model its repo, folder and damaged files; all that lie here if ``repo`` is empty."""
+    """Repo, folder and damaged files of one model, or of all on this machine without ``repo``."""
     if repo:
         _known(repo)
     entries = [entry for entry in inventory() if repo in ("", entry.model.repo)]
@@ -76,7 +76,7 @@ def verify(repo: str) -> list[dict[str, Any]]:
 
 
 def describe(entries: Sequence[ModelEntry], console: Console) -> None:
-    """A line or two per model."""
+    """Print name, licence, size and folder of every model."""
     for entry in entries:
         model = entry.model
         console.print(Text.assemble(model.repo, (f"  {model.backend}, {model.licence}", "dim")))
@@ -88,7 +88,7 @@ def describe(entries: Sequence[ModelEntry], console: Console) -> None:
 
 
 def describe_reports(reports: Sequence[dict[str, Any]], console: Console) -> None:
-    """Whole or damaged, and which files."""
+    """Print whether each model is whole, or its damaged files."""
     if not reports:
         console.print("No known model lies on this machine.")
     for report in reports:

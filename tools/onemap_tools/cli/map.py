@@ -1,4 +1,4 @@
-"""``onemap map``: commands on the map of a running robot."""
+"""``onemap map``: save, load, describe, export or clear the map of a running robot."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def save(name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = 
     """Write the map to a file in the mapper's map folder; an older one is replaced."""
     from onemap_tools.cli.gateway_report import describe_change
 
-    _ask(url, token, as_json, lambda gateway: gateway.map_save(name), describe_change("Saved"))
+    _request(url, token, as_json, lambda gateway: gateway.map_save(name), describe_change("Saved"))
 
 
 @app.command()
@@ -33,7 +33,7 @@ def load(name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = 
     """Replace the map by a saved one; refused if another encoder made it."""
     from onemap_tools.cli.gateway_report import describe_change
 
-    _ask(url, token, as_json, lambda gateway: gateway.map_load(name), describe_change("Loaded"))
+    _request(url, token, as_json, lambda gateway: gateway.map_load(name), describe_change("Loaded"))
 
 
 @app.command()
@@ -41,15 +41,15 @@ def clear(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> N
     """Forget the map."""
     from onemap_tools.cli.gateway_report import describe_change
 
-    _ask(url, token, as_json, lambda gateway: gateway.map_clear(), describe_change("Cleared"))
+    _request(url, token, as_json, lambda gateway: gateway.map_clear(), describe_change("Cleared"))
 
 
 @app.command()
 def info(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
-    """The map in numbers."""
+    """Extent, areas, memory and update rate of the map."""
     from onemap_tools.cli.gateway_report import describe_info
 
-    _ask(url, token, as_json, lambda gateway: gateway.map_info(), describe_info)
+    _request(url, token, as_json, lambda gateway: gateway.map_info(), describe_info)
 
 
 @app.command()
@@ -62,22 +62,22 @@ def export(
     """Write occupancy, layers and geometry to a NumPy archive on this machine."""
     from onemap_tools.cli.gateway_report import describe_export, write_archive
 
-    _ask(url, token, as_json, lambda gateway: write_archive(gateway, file), describe_export)
+    _request(url, token, as_json, lambda gateway: write_archive(gateway, file), describe_export)
 
 
-def _ask(
+def _request(
     url: str,
     token: str,
     as_json: bool,
-    question: Callable[[GatewayClient], dict[str, Any]],
+    send: Callable[[GatewayClient], dict[str, Any]],
     describe: Callable[[dict[str, Any], Console], None],
 ) -> None:
-    """Ask the gateway, tell a person, and a program if it wants to know."""
+    """Send a request to the gateway and print the reply."""
     from onemap_tools.cli.terminal import print_json, result_console
     from onemap_tools.client import GatewayClient
 
     with GatewayClient(url, token) as gateway:
-        reply = question(gateway)
+        reply = send(gateway)
     describe(reply, result_console(as_json))
     if as_json:
         print_json(reply)

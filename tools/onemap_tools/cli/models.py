@@ -1,4 +1,4 @@
-"""``onemap models``: what can be fetched, what lies here, and whether it is whole."""
+"""``onemap models``: list, fetch and verify models of the hub; ``onemap export-encoder``."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Repo = Annotated[str, typer.Argument(help="A hub id as 'onemap models list' show
 
 @app.command(name="list")
 def list_models(as_json: Json = False) -> None:
-    """What is known: licence, size, and where it lies on this machine. Asks no network."""
+    """Known models: licence, size and folder on this machine. Uses no network."""
     from onemap_tools.cli import known_models
     from onemap_tools.cli.terminal import print_json, result_console
 
@@ -30,7 +30,7 @@ def list_models(as_json: Json = False) -> None:
 
 @app.command()
 def fetch(repo: Repo, as_json: Json = False) -> None:
-    """Download a model into the hub's cache, then check it; goes on where it stopped."""
+    """Download a model into the hub's cache and verify it; resumes an interrupted download."""
     from onemap_tools.cli import known_models
     from onemap_tools.cli.terminal import print_json, progress_console, result_console
 

@@ -1,4 +1,4 @@
-"""``onemap scene``: look at a scene file before a robot searches in it."""
+"""``onemap scene``: check a scene file before a robot searches in it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``onemap scene check``: what was understood of a scene file, for people and programs."""
+"""Runs ``onemap scene check``: inspect a scene file, report what the simulator reads."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LISTED = 3  # nodes of a category that are named in the table
 
 
 def examine(file: Path) -> SceneInspection:
-    """What the simulator understands of a file; CliError if it is no scene."""
+    """Inspect a scene file as the simulator reads it; CliError if it is not a scene."""
     robot = RobotParams()
     try:
         return inspect_scene(file, radius_m=robot.radius_m, height_m=robot.height_m)
@@ -30,7 +30,7 @@ def examine(file: Path) -> SceneInspection:
 
 
 def draw(inspection: SceneInspection, file: Path) -> Path | None:
-    """Write the floor plan; returns where, None if the scene is too wide for one."""
+    """Write the floor plan; returns its path, None if the scene is too large for one."""
     from onemap_tools.cli.floor_plan import draw_floor_plan, write_png
 
     if inspection.floor is None:
@@ -45,7 +45,7 @@ def draw(inspection: SceneInspection, file: Path) -> Path | None:
 
 
 def document(inspection: SceneInspection, picture: Path | None) -> dict[str, Any]:
-    """As JSON can carry it; lengths in metres, areas in square metres, angles in radians."""
+    """As a JSON object; lengths in metres, areas in square metres, angles in radians."""
     low, high = inspection.extent_m
     start = inspection.start
     return {
@@ -68,7 +68,7 @@ def document(inspection: SceneInspection, picture: Path | None) -> dict[str, Any
 
 
 def describe(inspection: SceneInspection, picture: Path | None, console: Console) -> None:
-    """Print what was understood, then warnings and problems, then the verdict."""
+    """Print categories, size, start, warnings, problems and the verdict."""
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for title in ("category", "nodes", "triangles", "named by", "which"):
         table.add_column(title)

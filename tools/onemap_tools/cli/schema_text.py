@@ -1,4 +1,4 @@
-"""A JSON schema of a configuration as text: every key with type, limits, default and reason."""
+"""Formats the JSON schema of a configuration as text: type, limits, default and reason."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TYPES = {
 
 
 class SchemaText:
-    """Writes the keys of one schema; references are looked up in its ``$defs``."""
+    """Formats the keys of one schema; resolves references in its ``$defs``."""
 
     def __init__(self, schema: dict[str, Any]) -> None:
         self._schema = schema
@@ -71,7 +71,7 @@ class SchemaText:
         return self._definitions[reference.rpartition("/")[2]] if reference else entry
 
     def _kind(self, entry: dict[str, Any]) -> str:
-        """The values that a key may have, in words."""
+        """The allowed values of a key, in words."""
         entry = {**self._resolved(entry), **entry}
         if "const" in entry:
             return json.dumps(entry["const"])

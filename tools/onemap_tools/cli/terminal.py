@@ -1,4 +1,4 @@
-"""Where output goes: progress to stderr, results to stdout, JSON as stdout's last line."""
+"""Consoles: progress goes to stderr, results to stdout, JSON is the last line of stdout."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from rich.console import Console
 
 
 def plain_console(*, stderr: bool = False, file: IO[str] | None = None) -> Console:
-    """Prints strings as they are: what users and robots name is no markup and no emoji.
+    """A console that prints strings literally: names of users and robots are never markup.
 
-    Styles are given by ``Text`` and ``style=``. All consoles are made here.
+    Styles are set by ``Text`` and ``style=``. All consoles are created here.
     """
     return Console(stderr=stderr, file=file, markup=False, emoji=False, highlight=False)
 
 
 def progress_console() -> Console:
-    """For what is going on."""
+    """The console for progress."""
     return plain_console(stderr=True)
 
 
 def result_console(as_json: bool) -> Console:
-    """For what came out of it; beside a JSON result the prose goes to stderr."""
+    """The console for results: stdout, or stderr if stdout holds JSON."""
     return plain_console(stderr=as_json)
 
 
 def stays_up(headless: bool) -> bool:
-    """Whether a person watches: a demo in a script ends after the search."""
+    """Whether the demo keeps running after the search: only on a terminal."""
     return not headless and sys.stdout.isatty()
 
 
