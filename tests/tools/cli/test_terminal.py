@@ -1,25 +1,30 @@
-"""What users and robots write is shown as it is: never markup, never a traceback."""
+"""Text of users and robots is printed literally: never as markup, never as a traceback."""
 
 from __future__ import annotations
 
 import ast
 import io
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
 from onemap_shared.messages import Truth
 from onemap_tools.cli.app import app
-from onemap_tools.cli.terminal import plain_console
+from onemap_tools.cli.terminal import (
+    plain_console,
+    print_json,
+    progress_console,
+    result_console,
+    stays_up,
+)
 from onemap_tools.demo.report import describe
 from onemap_tools.demo.summary import DemoSummary, ObjectSummary
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from onemap_tools.progress import SearchProgress, panel
+from tests.tools.cli.commands import TREE
 from tests.tools.fake_gateway import fake_gateway
 
 RUNNER = CliRunner()
@@ -53,7 +58,7 @@ def finished(name: str) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("text", NASTY)
-def test_a_query_shows_its_words(text: str) -> None:
+def test_a_query_is_printed_literally(text: str) -> None:
     reply = {"text": text, "regions": [region(1)]}
     with fake_gateway({("POST", "/v1/queries"): (200, reply)}) as url:
         result = RUNNER.invoke(app, ["query", text, "--url", url])
@@ -62,7 +67,7 @@ def test_a_query_shows_its_words(text: str) -> None:
 
 
 @pytest.mark.parametrize("text", NASTY)
-def test_a_search_shows_its_words(text: str) -> None:
+def test_a_search_is_printed_literally(text: str) -> None:
     with fake_gateway({("POST", "/v1/searches"): (200, finished(text))}) as url:
         result = RUNNER.invoke(app, ["search", text, "--url", url])
     assert result.exit_code == EXIT_FAILED
@@ -70,7 +75,7 @@ def test_a_search_shows_its_words(text: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["[/flat].npz", "[bold]flat.npz"])
-def test_a_file_is_told_by_its_name(name: str, tmp_path: Path) -> None:
+def test_a_file_name_is_printed_literally(name: str, tmp_path: Path) -> None:
     (tmp_path / name).parent.mkdir(exist_ok=True)
     with fake_gateway({("GET", "/v1/map.npz"): (200, b"npz")}) as url:
         result = RUNNER.invoke(app, ["map", "export", str(tmp_path / name), "--url", url])
@@ -83,13 +88,13 @@ def test_a_file_is_told_by_its_name(name: str, tmp_path: Path) -> None:
     [["up", "--config", "[/x].yaml"], ["up", "--only", "[/x]"], ["[/x]"]],
     ids=" ".join,
 )
-def test_a_mistake_is_told_in_its_own_words(arguments: list[str]) -> None:
+def test_an_argument_is_printed_literally(arguments: list[str]) -> None:
     result = RUNNER.invoke(app, arguments)
     assert result.exit_code == EXIT_USAGE_ERROR
     assert "[/x]" in result.stderr
 
 
-def test_a_service_says_what_installs_it() -> None:
+def test_a_problem_of_a_service_is_printed_literally() -> None:
     hint = "The map needs a package: pip install 'onemap[minilm]'."
     with fake_gateway({("GET", "/v1/status"): (503, {"detail": hint})}) as url:
         result = RUNNER.invoke(app, ["status", "--url", url])
@@ -98,7 +103,7 @@ def test_a_service_says_what_installs_it() -> None:
 
 
 @pytest.mark.parametrize("name", NASTY)
-def test_a_demo_shows_its_objects(name: str) -> None:
+def test_objects_of_a_demo_are_printed_literally(name: str) -> None:
     console = plain_console(file=io.StringIO())
     item = ObjectSummary(name, "not_found", "it is nowhere", (), 1.0, 1.0, 1.0, 1.0, 1.0)
     summary = DemoSummary((name, name), (item,), 1.0, 1.0, 1.0)
@@ -109,7 +114,7 @@ def test_a_demo_shows_its_objects(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NASTY)
-def test_a_demo_tells_what_the_scene_does_not_hold(name: str) -> None:
+def test_a_scene_name_is_printed_literally(name: str) -> None:
     from types import SimpleNamespace
 
     from onemap_tools.demo.run import _choose_targets
@@ -127,18 +132,11 @@ def text_of(console: Any) -> str:
     return " ".join(console.file.getvalue().split())
 
 
-def commands(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Every command and group below this one with its words."""
-    yield path, group
-    for name, command in getattr(group, "commands", {}).items():
-        yield from commands(command, (*path, name))
-
-
 def test_help_texts_hold_no_markup() -> None:
     """Typer reads its own help as markup: a bracket would vanish."""
     texts = [
         (path, text)
-        for path, command in commands(typer.main.get_command(app))
+        for path, command in TREE
         for text in (
             command.help,
             getattr(command, "epilog", ""),
@@ -189,7 +187,7 @@ def test_markup_is_seen(source: str) -> None:
     assert markup_in(source)
 
 
-def test_all_consoles_are_made_in_one_place() -> None:
+def test_all_consoles_are_created_in_one_place() -> None:
     folder = ROOT / "tools" / "onemap_tools"
     found = [
         f"{path.relative_to(ROOT)}:{place}"
@@ -212,3 +210,20 @@ def test_the_page_never_reads_text_as_html() -> None:
         if reading.search(line)
     ]
     assert found == []
+
+
+def test_json_replaces_prose_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:
+    result_console(as_json=False).print("a table")
+    assert capsys.readouterr() == ("a table\n", "")
+    result_console(as_json=True).print("a table")
+    progress_console().print("starting")
+    print_json({"ok": True})
+    assert capsys.readouterr() == ('{"ok": true}\n', "a table\nstarting\n")
+
+
+def test_the_demo_stays_up_only_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    assert stays_up(headless=False)
+    assert not stays_up(headless=True)
+    monkeypatch.setattr("sys.stdout.isatty", lambda: False, raising=False)
+    assert not stays_up(headless=False)

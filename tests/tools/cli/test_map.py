@@ -1,0 +1,71 @@
+"""``onemap map``: the requests it sends and what it prints of the replies."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from onemap_tools.cli.app import app
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK
+from tests.tools.fake_gateway import fake_gateway
+
+RUNNER = CliRunner()
+CHANGE = {"path": "flat.npz", "cells_observed": 81, "frames_fused": 9, "file_bytes": 2_500_000}
+
+
+@pytest.mark.parametrize(
+    ("words", "path", "printed"),
+    [
+        (("save", "flat"), "/v1/map/save", "Saved flat.npz: 81 cells from 9 frames, 2.5 MB."),
+        (("load", "flat"), "/v1/map/load", "Loaded flat.npz: 81 cells from 9 frames, 2.5 MB."),
+        (("clear",), "/v1/map/clear", "Cleared flat.npz: 81 cells from 9 frames, 2.5 MB."),
+    ],
+    ids=str,
+)
+def test_a_change_is_posted_and_printed(words: tuple[str, ...], path: str, printed: str) -> None:
+    with fake_gateway({("POST", path): (200, CHANGE)}) as url:
+        plain = RUNNER.invoke(app, ["map", *words, "--url", url])
+        as_json = RUNNER.invoke(app, ["map", *words, "--url", url, "--json"])
+    assert (plain.exit_code, plain.stdout) == (EXIT_OK, f"{printed}\n")
+    assert json.loads(as_json.stdout) == CHANGE
+    assert as_json.stderr == f"{printed}\n"
+
+
+def test_info_is_the_gateways_document() -> None:
+    info: dict[str, Any] = {
+        "revision": 412,
+        "age_s": 0.5,
+        "bounds_m": [0.0, -1.0, 4.0, 5.0],
+        "observed_m2": 20.0,
+        "free_m2": 12.0,
+        "occupied_m2": 6.5,
+        "memory_bytes": 3_100_000,
+        "rate_hz": 7.9,
+        "update_ms": 21.0,
+        "encoder_id": "mini-1",
+        "text_space": "minilm",
+    }
+    with fake_gateway({("GET", "/v1/map"): (200, info)}) as url:
+        result = RUNNER.invoke(app, ["map", "info", "--url", url, "--json"])
+    assert json.loads(result.stdout) == info
+    assert "4.0 x 6.0 m" in result.stderr
+
+
+def test_an_export_is_written_as_it_is_received(tmp_path: Path) -> None:
+    file = tmp_path / "flat.npz"
+    with fake_gateway({("GET", "/v1/map.npz"): (200, b"content")}) as url:
+        result = RUNNER.invoke(app, ["map", "export", str(file), "--url", url, "--json"])
+    assert result.exit_code == EXIT_OK
+    assert file.read_bytes() == b"content"
+    assert json.loads(result.stdout) == {"path": str(file), "file_bytes": 7}
+
+
+def test_a_refusal_is_an_error() -> None:
+    refusal = {"detail": "Another encoder made that map."}
+    with fake_gateway({("POST", "/v1/map/load"): (409, refusal)}) as url:
+        result = RUNNER.invoke(app, ["map", "load", "flat", "--url", url])
+    assert (result.exit_code, result.stderr) == (EXIT_FAILED, f"{refusal['detail']}\n")
