@@ -1,4 +1,4 @@
-"""Each check finds its trouble and keeps quiet without it."""
+"""Each check reports its fault, and nothing without it."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def test_a_healthy_robot_has_no_findings() -> None:
     assert diagnose(HEALTHY) == []
 
 
-def test_silence_on_an_empty_bus_is_not_a_crash() -> None:
+def test_an_empty_bus_is_reported() -> None:
     observed = Observations(duration_s=3.5, streams=(StreamStatus("rgbd", "robot"),))
     sentences = [finding.sentence for finding in diagnose(observed)]
     assert "The mapper is not running." in sentences
@@ -95,7 +95,7 @@ def test_a_missing_service_is_named_with_its_command(name: str) -> None:
     assert f"onemap {name}" in finding.remedy
 
 
-def test_a_service_that_the_gateway_knows_to_hang_is_not_to_be_started() -> None:
+def test_a_hanging_service_is_to_be_restarted() -> None:
     gateway = ProcessHealth("gateway", "g", True, "", 0.0, True, {"hung_mapper_s": 8.2})
     observed = replace(HEALTHY, alive=HEALTHY.alive - {"mapper"}, processes=(gateway,))
     finding = the_one(check_services(observed))
@@ -103,22 +103,22 @@ def test_a_service_that_the_gateway_knows_to_hang_is_not_to_be_started() -> None
     assert finding.remedy.startswith("Restart it rather than start a second one")
 
 
-def test_two_mappers_are_one_too_many() -> None:
-    twin = replace(HEALTHY.processes[1], instance="another")
-    finding = the_one(check_services(replace(HEALTHY, processes=(*HEALTHY.processes, twin))))
+def test_a_service_that_runs_twice_is_an_error() -> None:
+    second = replace(HEALTHY.processes[1], instance="another")
+    finding = the_one(check_services(replace(HEALTHY, processes=(*HEALTHY.processes, second))))
     assert finding.sentence.startswith("2 processes say that they are the mapper")
 
 
-def test_a_hanging_service_is_told() -> None:
+def test_a_main_loop_without_progress_is_an_error() -> None:
     finding = the_one(check_services(with_process(advanced=False)))
     assert "stands still" in finding.sentence
 
 
-def test_an_unready_service_is_an_error_and_an_ailing_one_a_warning() -> None:
+def test_an_unready_service_is_an_error_and_a_problem_a_warning() -> None:
     unready = the_one(check_services(with_process(ready=False, problem="no frames")))
     assert (unready.severity, "no frames" in unready.sentence) == (Severity.ERROR, True)
-    ailing = the_one(check_services(with_process(problem="frames are old")))
-    assert ailing.severity is Severity.WARNING
+    degraded = the_one(check_services(with_process(problem="frames are old")))
+    assert degraded.severity is Severity.WARNING
 
 
 def test_a_silent_stream_is_named_with_its_source() -> None:
@@ -133,13 +133,13 @@ def test_an_unreadable_stream_says_why() -> None:
     assert "float32" in finding.sentence
 
 
-def test_old_content_is_told_with_its_age() -> None:
+def test_old_messages_are_reported_with_their_age() -> None:
     finding = the_one(check_streams(with_stream(replace(RGBD, age_s=7.25))))
     assert "7.2 s old" in finding.sentence
 
 
 @pytest.mark.parametrize(("offset_s", "way"), [(4.0, "ahead of"), (-4.0, "behind")])
-def test_a_clock_that_disagrees_is_told_with_its_direction(offset_s: float, way: str) -> None:
+def test_a_clock_offset_is_reported_with_its_direction(offset_s: float, way: str) -> None:
     finding = the_one(check_clocks(with_process(clock_offset_s=offset_s)))
     assert f"4.0 s {way}" in finding.sentence
 
@@ -157,7 +157,7 @@ def test_stamps_from_the_future_are_a_clock_problem() -> None:
         (DepthStatistics(0.9, 34.0, 0.0), "34 m, more than any room"),
     ],
 )
-def test_depth_that_cannot_be_is_told(depth: DepthStatistics, words: str) -> None:
+def test_implausible_depth_is_reported(depth: DepthStatistics, words: str) -> None:
     assert words in the_one(check_depth(replace(HEALTHY, depth=depth))).sentence
 
 
@@ -177,11 +177,11 @@ def test_a_floor_that_the_mapper_calls_wrong_points_to_the_extrinsics() -> None:
     assert "T_map_camera" in finding.remedy
 
 
-def test_a_height_that_the_mapper_does_not_call_wrong_is_repeated_by_nobody() -> None:
+def test_a_floor_height_alone_is_no_finding() -> None:
     assert check_floor(with_floor({**FLOOR, "floor_height_m": 0.4})) == []
 
 
-def test_a_floor_that_nobody_can_tell_is_a_note_and_no_failure() -> None:
+def test_an_undecided_floor_is_a_note() -> None:
     observed = with_floor({"floor_viewpoints": 1.0})
     finding = the_one(check_floor(observed))
     assert finding.severity is Severity.NOTE
@@ -191,7 +191,7 @@ def test_a_floor_that_nobody_can_tell_is_a_note_and_no_failure() -> None:
     assert document(diagnose(observed))["findings"][0]["severity"] == "note"
 
 
-def test_a_mapper_without_frames_says_nothing_of_the_floor() -> None:
+def test_without_floor_metrics_there_is_no_finding() -> None:
     assert check_floor(with_floor({})) == []
 
 
@@ -207,28 +207,28 @@ def test_an_empty_map_has_no_encoder_to_differ() -> None:
 
 
 @pytest.mark.parametrize(
-    ("look", "words", "severity"),
+    ("growth", "words", "severity"),
     [
         (((100, 100), (4000, 4000)), "No frame reached the map in 4 s", Severity.ERROR),
         (((0, 20), (0, 0)), "20 frames were fused and the map is still empty", Severity.ERROR),
         (((100, 115), (4000, 4000)), "does not grow", Severity.WARNING),
     ],
 )
-def test_a_map_that_does_not_grow_is_told(
-    look: tuple[tuple[int, int], tuple[int, int]], words: str, severity: Severity
+def test_a_map_that_does_not_grow_is_reported(
+    growth: tuple[tuple[int, int], tuple[int, int]], words: str, severity: Severity
 ) -> None:
-    observed = replace(HEALTHY, duration_s=3.6, map=MapGrowth(*look, *ENCODER))
+    observed = replace(HEALTHY, duration_s=3.6, map=MapGrowth(*growth, *ENCODER))
     finding = the_one(check_map(observed))
     assert words in finding.sentence
     assert finding.severity is severity
 
 
 def test_a_standing_robot_may_keep_its_map() -> None:
-    look = MapGrowth((100, 115), (4000, 4000), *ENCODER)
-    assert check_map(replace(HEALTHY, map=look, motion=MotionSummary())) == []
+    growth = MapGrowth((100, 115), (4000, 4000), *ENCODER)
+    assert check_map(replace(HEALTHY, map=growth, motion=MotionSummary())) == []
 
 
-def test_a_robot_that_does_not_obey_is_told() -> None:
+def test_a_robot_that_does_not_follow_commands_is_an_error() -> None:
     finding = the_one(check_driving(replace(HEALTHY, motion=MotionSummary(0.4, 0.0))))
     assert "stands still" in finding.sentence
 
@@ -247,6 +247,6 @@ def test_errors_come_first() -> None:
     assert set(severities) == set(Severity)
 
 
-def test_every_check_is_asked() -> None:
+def test_every_check_is_in_the_list() -> None:
     names = {check.__name__ for check in CHECKS}
     assert names == {name for name in globals() if name.startswith("check_")}

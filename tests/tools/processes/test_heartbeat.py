@@ -1,4 +1,4 @@
-"""One service's own word, as a container's health check asks for it."""
+"""Health of one service by its heartbeat, as the health check of a container reads it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def beat(*, ready: bool, problem: str = "") -> Heartbeat:
     return Heartbeat("mapper", "a", 1, 1, ready, problem)
 
 
-def test_a_ready_service_is_well() -> None:
+def test_a_ready_service_has_no_problem() -> None:
     assert problem_of("mapper", beat(ready=True, problem="slow")) == ""
 
 
@@ -25,17 +25,17 @@ def test_an_unready_service_gives_its_reason() -> None:
     assert "does not say why" in problem_of("mapper", beat(ready=False))
 
 
-def test_silence_is_told_with_what_to_start() -> None:
+def test_silence_is_reported_with_what_to_start() -> None:
     assert next_heartbeat(MemoryRouter().bus(), "mapper", 0.01) is None
     assert "onemap mapper" in problem_of("mapper", None)
 
 
 def test_the_first_ready_heartbeat_is_enough() -> None:
-    hub = MemoryRouter()
-    mapper = hub.bus().publish(heartbeat("mapper"))
+    router = MemoryRouter()
+    mapper = router.bus().publish(heartbeat("mapper"))
     heard: list[Heartbeat | None] = []
     listening = threading.Thread(
-        target=lambda: heard.append(next_heartbeat(hub.bus(), "mapper", LONG_S))
+        target=lambda: heard.append(next_heartbeat(router.bus(), "mapper", LONG_S))
     )
     listening.start()
     while listening.is_alive():  # until it has subscribed, nobody hears
@@ -45,12 +45,12 @@ def test_the_first_ready_heartbeat_is_enough() -> None:
     assert heard == [beat(ready=True)]
 
 
-def test_an_unready_one_is_listened_to_until_patience_ends() -> None:
-    hub = MemoryRouter()
-    mapper = hub.bus().publish(heartbeat("mapper"))
+def test_an_unready_heartbeat_is_returned_after_the_patience() -> None:
+    router = MemoryRouter()
+    mapper = router.bus().publish(heartbeat("mapper"))
     heard: list[Heartbeat | None] = []
     listening = threading.Thread(
-        target=lambda: heard.append(next_heartbeat(hub.bus(), "mapper", 0.1))
+        target=lambda: heard.append(next_heartbeat(router.bus(), "mapper", 0.1))
     )
     listening.start()
     while listening.is_alive():

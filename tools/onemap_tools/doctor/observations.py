@@ -86,7 +86,3 @@ class Observations:
     field_encoder: tuple[str, str] | None = None
     text_encoder: tuple[str, str] | None = None
     motion: MotionSummary = MotionSummary()
-
-    def stream(self, name: str) -> StreamStatus | None:
-        """The stream of this name; None if it was not observed."""
-        return next((stream for stream in self.streams if stream.name == name), None)

@@ -173,14 +173,6 @@ class Processes:
                 start_new_session=True,
             )
 
-    def pids(self) -> dict[str, int]:
-        """The process ids of the running processes."""
-        return {
-            child.spec.name: child.process.pid
-            for child in self._children
-            if child.process is not None and child.process.poll() is None
-        }
-
     def collect(self, now_s: float) -> list[ProcessExit]:
         """The exits since the last call; each process is scheduled for a restart after its backoff.
 
