@@ -19,7 +19,6 @@ from onemap_tools.processes.launch import ProcessSpec, make_folder, onemap_comma
 from onemap_tools.processes.network import DEFAULT_PORT, LOOPBACK, any_free_port, next_free_port
 from onemap_tools.processes.services import CORE, check_robot
 
-DEMO_FILE = Path(__file__).with_name("demo.yaml")
 DEMO_SERVICES = ("simulator", *CORE)
 OBJECTS = 3
 
@@ -140,8 +139,8 @@ def check_scene_file(path: Path) -> None:
 def demo_sections(
     environment: Mapping[str, str], options: DemoOptions, endpoint: str
 ) -> dict[str, Any]:
-    """The demo's configuration: its file, then the environment, then the values of this run."""
-    sections = read(DEMO_FILE, environment)
+    """The demo's configuration: the environment, then the values of this run."""
+    sections = read(None, environment)
     fixed: dict[str, dict[str, Any]] = {
         "bus": {"connect": [endpoint], "namespace": ""},
         "gateway": {"host": LOOPBACK, "port": options.port},
