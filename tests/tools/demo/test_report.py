@@ -1,18 +1,13 @@
-"""The demo's summary as people see it."""
+"""The printed summary of a demo."""
 
 from __future__ import annotations
 
 import io
 from dataclasses import replace
 from math import nan
-from pathlib import Path
 
-import numpy as np
-import pytest
 from rich.console import Console
 
-from onemap_shared.grid import GridSpec
-from onemap_shared.messages import Occupancy, SearchView
 from onemap_tools.demo.report import describe
 from onemap_tools.demo.summary import DemoSummary, ObjectSummary
 
@@ -42,7 +37,7 @@ def test_a_row_per_object_fits_eighty_columns() -> None:
     assert "…" not in text
 
 
-def test_a_wrong_find_is_called_one_and_failures_give_their_reason() -> None:
+def test_wrong_claims_and_failures_have_their_reason() -> None:
     text = said(DemoSummary(("a", "b", "c"), OBJECTS, 210.0, 202.4, 7.4))
     assert "wrong one" in text
     assert "sofa: seen [3] times (nearest to the claimed place: armchair)" in text
@@ -51,7 +46,7 @@ def test_a_wrong_find_is_called_one_and_failures_give_their_reason() -> None:
     assert "1 claimed wrongly" in text
 
 
-def test_what_nobody_can_judge_is_called_so() -> None:
+def test_results_without_ground_truth_are_marked() -> None:
     unknown = replace(OBJECTS[0], judged=False, goal_distance_m=nan, shortest_path_m=nan)
     text = said(DemoSummary(("a",), (unknown,), 210.0, 202.4, 7.4))
     assert "found (no" in text
@@ -67,25 +62,9 @@ def flat(text: str) -> str:
     return " ".join(text.split())
 
 
-def test_objects_that_were_never_sought_are_listed() -> None:
+def test_objects_without_a_result_are_listed() -> None:
     summary = DemoSummary(("refrigerator", "bed"), OBJECTS[:1], 90.0, 80.0, nan, "cancelled")
     text = said(summary, picture="/runs/1/map.png")
     assert "not sought" in text
     assert "cancelled" in text
     assert "/runs/1/map.png" in text
-
-
-def test_the_picture_shows_track_and_finds(tmp_path: Path) -> None:
-    pytest.importorskip("cv2")
-    from onemap_tools.demo.picture import write_picture
-
-    occupancy = np.full((60, 40), Occupancy.FREE, np.uint8)
-    grid = GridSpec(0.1, (0, 0), occupancy.shape)
-    nothing = np.zeros((0, 0), np.float32)
-    view = SearchView("", 1, 1, 1, grid, occupancy, np.zeros_like(occupancy), nothing)
-    plain, marked = tmp_path / "plain.png", tmp_path / "marked.png"
-    write_picture(plain, view, trail_m=[], yaw_rad=0.0, objects=())
-    trail_m = [(0.5, 0.5), (3.0, 2.0)]
-    write_picture(marked, view, trail_m=trail_m, yaw_rad=0.5, objects=OBJECTS[1:])
-    assert plain.read_bytes()[:4] == b"\x89PNG"
-    assert plain.read_bytes() != marked.read_bytes()

@@ -15,8 +15,8 @@ from rich.console import Console
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.config import PREFIX, ConfigError
+from onemap_simulator.config import SimulatorConfig
 from onemap_tools.demo.setup import (
-    DEMO_FILE,
     DEMO_SERVICES,
     PREFERRED_OBJECTS,
     DemoOptions,
@@ -31,6 +31,7 @@ from onemap_tools.demo.setup import (
 from onemap_tools.demo.truth import vocabulary_names
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.network import LOOPBACK, any_free_port
+from tests.tools.cli.commands import TREE
 
 KNOWN = vocabulary_names(load_vocabulary(SHIPPED))
 NOON = datetime(2026, 1, 2, 12, 30, 45)
@@ -49,10 +50,10 @@ def options(folder: Path, *, scene: Path | None = None) -> DemoOptions:
 
 
 @pytest.mark.parametrize("objects", ["", ",", " , "])
-def test_a_list_that_names_nothing_is_no_wish_for_the_usual(objects: str) -> None:
-    with pytest.raises(CliError, match="which names nothing") as trouble:
+def test_a_list_without_names_is_a_usage_error(objects: str) -> None:
+    with pytest.raises(CliError, match="which names nothing") as error:
         parse_objects(objects)
-    assert trouble.value.exit_code == EXIT_USAGE_ERROR
+    assert error.value.exit_code == EXIT_USAGE_ERROR
     assert parse_objects(None) == ()
     assert parse_objects("bed, teddy bear,") == ("bed", "teddy bear")
 
@@ -61,9 +62,9 @@ def test_a_scene_that_cannot_be_opened_starts_nothing(tmp_path: Path) -> None:
     scene = tmp_path / "flat.glb"
     trimesh.Scene({"cube": trimesh.creation.box((4, 4, 0.1))}).export(scene)
     scene.with_suffix(".yaml").write_text("categories: {ball: sofa}\n")
-    with pytest.raises(CliError, match="no node is called 'ball'") as trouble:
+    with pytest.raises(CliError, match="no node is called 'ball'") as error:
         set_up(options(tmp_path / "run", scene=scene))
-    assert trouble.value.exit_code == EXIT_USAGE_ERROR
+    assert error.value.exit_code == EXIT_USAGE_ERROR
     assert not (tmp_path / "run").exists()
 
 
@@ -74,7 +75,7 @@ def test_a_run_never_writes_over_another(tmp_path: Path) -> None:
     assert run_folder(tmp_path, NOON, 3) == tmp_path / "20260102-123045-seed3-2"
 
 
-def test_the_router_goes_last_and_all_read_one_file(tmp_path: Path) -> None:
+def test_the_router_is_stopped_last_and_all_read_one_file(tmp_path: Path) -> None:
     setup = set_up(options(tmp_path / "run"))
     assert [spec.name for spec in setup.specs] == ["router", *DEMO_SERVICES]
     assert [spec.name for spec in setup.specs if spec.last] == ["router"]
@@ -83,15 +84,14 @@ def test_the_router_goes_last_and_all_read_one_file(tmp_path: Path) -> None:
     assert sections["bus"]["connect"] == [setup.endpoint]
     assert sections["gateway"]["port"] == 8123
     assert sections["simulator"]["seed"] == 7
-    assert sections["simulator"]["scene"] == "apartment"
 
 
-def test_two_demos_do_not_meet(tmp_path: Path) -> None:
+def test_two_demos_have_different_routers(tmp_path: Path) -> None:
     one, other = (set_up(options(tmp_path / name)) for name in ("a", "b"))
     assert one.endpoint != other.endpoint
 
 
-def test_the_users_overrides_count_once_and_never_undo_what_the_run_needs(
+def test_overrides_count_once_and_never_replace_fixed_values(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv(f"{PREFIX}SIMULATOR__RGBD_HZ", "6")
@@ -103,21 +103,21 @@ def test_the_users_overrides_count_once_and_never_undo_what_the_run_needs(
     assert not [name for name in setup.environment if name.startswith(PREFIX)]
 
 
-def test_a_wrong_override_is_told(tmp_path: Path) -> None:
+def test_a_wrong_override_is_reported(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="simulator"):
         demo_sections({f"{PREFIX}SIMULATR__SEED": "1"}, options(tmp_path), "tcp/127.0.0.1:1")
 
 
-def test_a_scene_of_the_users_is_found_from_any_folder(tmp_path: Path) -> None:
+def test_the_path_of_a_scene_is_absolute(tmp_path: Path) -> None:
     sections = demo_sections({}, options(tmp_path, scene=Path("flat.glb")), "tcp/127.0.0.1:1")
     assert Path(sections["simulator"]["scene"]).is_absolute()
 
 
-def test_favourites_are_sought_where_they_exist() -> None:
+def test_preferred_objects_are_chosen_where_they_exist() -> None:
     assert choose_objects(("wall", "toilet", "sofa", "bed"), KNOWN) == ("bed", "toilet", "sofa")
 
 
-def test_a_strange_scene_is_searched_for_what_it_holds() -> None:
+def test_other_objects_of_the_scene_follow() -> None:
     assert choose_objects(("wall", "floor", "couch", "chair", "sofa"), KNOWN) == (
         ("sofa", "chair", "couch")
     )
@@ -127,13 +127,13 @@ def test_a_strange_scene_is_searched_for_what_it_holds() -> None:
     )  # a file that names nothing
 
 
-def test_words_without_a_place_are_not_chosen_by_themselves() -> None:
-    """One of them would have the whole search refused."""
+def test_unknown_words_are_not_chosen() -> None:
+    """The planner would reject the whole search."""
     assert choose_objects(("bed", "cube", "polysurface"), KNOWN) == ("bed",)
     assert choose_objects(("cube", "polysurface"), KNOWN) == PREFERRED_OBJECTS[:3]
 
 
-def test_a_taken_port_is_told_and_the_next_one_used() -> None:
+def test_the_next_free_port_is_used_and_reported() -> None:
     console = Console(file=io.StringIO())
     with socket.socket() as taken:
         taken.bind((LOOPBACK, 0))
@@ -145,20 +145,43 @@ def test_a_taken_port_is_told_and_the_next_one_used() -> None:
     assert f"Port {wanted} is taken" in console.file.getvalue()
 
 
-def test_a_headless_run_takes_any_port_unless_it_is_told_one() -> None:
+def test_a_headless_run_takes_any_port_unless_one_is_given() -> None:
     quiet = Console(file=io.StringIO())
     assert choose_port(0, headless=True, console=quiet) > 0
     free = any_free_port()
     assert choose_port(free, headless=True, console=quiet) == free
 
 
-def test_a_failed_run_says_so_in_its_document(tmp_path: Path) -> None:
+def test_the_document_of_a_failed_run_holds_the_reason(tmp_path: Path) -> None:
     document = failed_document(options(tmp_path), "no camera")
     assert document["worked"] is False
     assert document["trouble"] == "no camera"
 
 
-def test_the_demo_is_configured_as_the_deployed_one() -> None:
-    """The package carries its own file, for those who have no checkout; they say the same."""
-    deployed = Path(__file__).parents[3] / "deploy" / "config" / "demo.yaml"
-    assert yaml.safe_load(DEMO_FILE.read_text()) == yaml.safe_load(deployed.read_text())
+def test_the_demo_runs_with_the_defaults_of_the_services(tmp_path: Path) -> None:
+    sections = demo_sections({}, options(tmp_path), "tcp/127.0.0.1:1")
+    assert {name: set(keys) for name, keys in sections.items()} == {
+        "bus": {"connect", "namespace"},
+        "gateway": {"host", "port"},
+        "simulator": {"seed"},
+        "mapper": {"map_folder"},
+        "planner": {"state_dir"},
+    }
+
+
+def test_the_default_seed_is_the_simulators() -> None:
+    """The command line does not import the simulator's model: it would start slowly."""
+    (seed,) = (
+        parameter
+        for path, command in TREE
+        if path == ("demo",)
+        for parameter in command.params
+        if parameter.name == "seed"
+    )
+    assert seed.default == SimulatorConfig().seed
+
+
+def test_compose_simulates_the_same_apartment() -> None:
+    config = Path(__file__).parents[3] / "deploy" / "config" / "demo.yaml"
+    simulator = yaml.safe_load(config.read_text())["simulator"]
+    assert SimulatorConfig(**simulator) == SimulatorConfig()

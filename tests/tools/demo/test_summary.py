@@ -1,4 +1,4 @@
-"""The paper's success and SPL, and what becomes of numbers that are none."""
+"""Success, SPL and the JSON of values that are not finite."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_found_and_near_enough_is_success() -> None:
     assert not item(outcome="not_found", away_m=0.0).success
 
 
-def test_what_nobody_can_confirm_is_no_success() -> None:
+def test_without_ground_truth_there_is_no_success() -> None:
     assert not item(away_m=nan).success
     assert not item(away_m=inf).success
 
@@ -66,13 +66,13 @@ def test_spl_is_shortest_over_driven_for_successes_only() -> None:
     assert item(outcome="failed").spl == 0.0
 
 
-def test_standing_before_it_already_is_perfect() -> None:
+def test_a_robot_that_starts_at_the_object_has_spl_1() -> None:
     assert path_efficiency(0.0, 0.0) == 1.0
     assert path_efficiency(0.0, 2.0) == 0.0
 
 
 @given(shortest_m=lengths, driven_m=lengths)
-def test_efficiency_lies_between_zero_and_one_and_falls_with_the_way(
+def test_efficiency_is_in_0_to_1_and_falls_with_the_path(
     shortest_m: float, driven_m: float
 ) -> None:
     efficiency = path_efficiency(shortest_m, driven_m)
@@ -91,7 +91,7 @@ def test_the_sequence_counts_only_as_a_whole() -> None:
     assert bad.progress == pytest.approx(1 / 3)
 
 
-def test_claims_that_are_wrong_are_counted_and_silence_is_none() -> None:
+def test_wrong_claims_are_counted() -> None:
     mixed = summary(item(), item(away_m=1.2), item(outcome="not_found", away_m=1.2))
     assert mixed.claimed_wrongly == 1
     document = mixed.document()
@@ -99,7 +99,7 @@ def test_claims_that_are_wrong_are_counted_and_silence_is_none() -> None:
     assert [entry["claimed_wrongly"] for entry in document["objects"]] == [False, True, False]
 
 
-def test_without_ground_truth_the_robots_word_counts_and_no_verdict_is_given() -> None:
+def test_without_ground_truth_claims_count_and_are_not_judged() -> None:
     unknown = item(away_m=inf, shortest_m=inf, judged=False)
     whole = summary(item(), unknown)
     assert whole.worked
@@ -111,11 +111,11 @@ def test_without_ground_truth_the_robots_word_counts_and_no_verdict_is_given() -
     assert [entry["claimed_wrongly"] for entry in document["objects"]] == [False, None]
 
 
-def test_without_ground_truth_a_search_that_gave_up_still_failed() -> None:
+def test_without_ground_truth_a_failed_search_does_not_count() -> None:
     assert not summary(item(outcome="not_found", judged=False)).worked
 
 
-def test_an_object_that_was_never_sought_is_missing() -> None:
+def test_an_object_without_a_result_does_not_count() -> None:
     early = summary(item(), wanted=3, trouble="cancelled")
     assert not early.worked
     assert early.progress == pytest.approx(1 / 3)
@@ -126,7 +126,7 @@ def test_trouble_is_never_success() -> None:
     assert not summary().worked
 
 
-def test_the_document_is_json_whatever_is_unknown() -> None:
+def test_the_document_is_json_with_unknown_values() -> None:
     document = summary(item(away_m=nan, shortest_m=inf)).document()
     text = json.dumps(document, allow_nan=False)
     (only,) = json.loads(text)["objects"]
@@ -136,7 +136,7 @@ def test_the_document_is_json_whatever_is_unknown() -> None:
     assert document["worked"] is False
 
 
-def test_finite_rounds_and_passes_on() -> None:
+def test_json_values_are_rounded_and_finite() -> None:
     assert json_value(1.23456789) == 1.2346
     assert json_value((1.0, nan)) == [1.0, None]
     assert json_value("text") == "text"

@@ -1,4 +1,4 @@
-"""Results beside the truth: by which name it is asked, and from which places."""
+"""Results compared with the ground truth: category, positions and verdict."""
 
 from __future__ import annotations
 
@@ -55,13 +55,13 @@ def tell_of_a_file(name: str, place_m: Position) -> Truth:
         ("Elephant", APARTMENT, "elephant"),
     ],
 )
-def test_a_word_is_known_by_the_scenes_own_name(
+def test_a_word_has_a_category_of_the_scene(
     word: str, categories: tuple[str, ...], name: str
 ) -> None:
     assert scene_category(word, categories, VOCABULARY) == name
 
 
-def test_a_synonym_is_judged_as_the_thing_it_names() -> None:
+def test_a_synonym_is_judged_by_its_category() -> None:
     item = evaluate_result(result(), scene_category("couch", APARTMENT, VOCABULARY), tell)
     assert item.name == "couch"
     assert item.success
@@ -69,37 +69,37 @@ def test_a_synonym_is_judged_as_the_thing_it_names() -> None:
     assert item.true_distance_m == 1.0
 
 
-def test_a_wrong_claim_knows_what_stands_there() -> None:
+def test_a_wrong_claim_names_the_nearest_thing() -> None:
     item = evaluate_result(result(end_xy_m=[0.5, 0.0]), "sofa", tell)
     assert item.claimed_wrongly
     assert item.goal_distance_m == 1.5
     assert item.nearest == "armchair"
 
 
-def test_where_the_robot_is_not_known_to_have_been_no_truth_is_asked() -> None:
+def test_without_positions_no_truth_is_requested() -> None:
     item = evaluate_result(result(start_xy_m=None, end_xy_m=None, position_m=None), "sofa", tell)
     assert isnan(item.shortest_path_m)
     assert isnan(item.goal_distance_m)
     assert item.nearest == ""
 
 
-def test_what_a_generated_apartment_does_not_have_is_claimed_wrongly() -> None:
+def test_a_claim_of_an_absent_object_is_wrong() -> None:
     assert evaluate_result(result(), "toilet", tell).claimed_wrongly
 
 
-def test_what_a_file_does_not_name_cannot_be_judged() -> None:
+def test_an_unnamed_object_of_a_file_is_not_judged() -> None:
     item = evaluate_result(result(), "toilet", tell_of_a_file)
     assert not item.judged
     assert item.counts
     assert not item.claimed_wrongly
 
 
-def test_what_a_file_names_is_judged_as_ever() -> None:
+def test_a_named_object_of_a_file_is_judged() -> None:
     assert evaluate_result(result(), "sofa", tell_of_a_file).success
     assert evaluate_result(result(end_xy_m=[0.5, 0.0]), "sofa", tell_of_a_file).claimed_wrongly
 
 
-def test_a_world_that_does_not_answer_cannot_judge() -> None:
+def test_without_a_reply_nothing_is_judged() -> None:
     item = evaluate_result(result(), "sofa", lambda name, place_m: None)
     assert not item.judged
     assert item.counts
