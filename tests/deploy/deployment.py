@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import yaml
@@ -11,8 +10,8 @@ from pydantic import BaseModel
 
 from onemap_tools.cli.config_report import installed_models
 from onemap_tools.processes.services import CORE
+from tests.structure import ROOT
 
-ROOT = Path(__file__).parents[2]
 DEPLOY = ROOT / "deploy"
 CONFIGURATIONS = sorted((DEPLOY / "config").glob("*.yaml"))
 ROLES = ("simulator", *CORE)

@@ -12,8 +12,9 @@ import pytest
 import yaml
 
 from onemap_shared.config import read, section
-from tests.deploy.deployment import DEPLOY, ROLES, ROOT, compose, models
+from tests.deploy.deployment import DEPLOY, ROLES, compose, models
 from tests.deploy.test_extras import project
+from tests.structure import ROOT
 
 SERVICES = compose()
 GPU_SERVICES = compose("compose.gpu.yaml")

@@ -8,7 +8,8 @@ import subprocess
 
 import pytest
 
-from tests.deploy.deployment import DEPLOY, ROOT
+from tests.deploy.deployment import DEPLOY
+from tests.structure import ROOT
 
 SCRIPT = DEPLOY / "systemd" / "install.sh"
 

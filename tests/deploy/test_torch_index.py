@@ -16,7 +16,8 @@ from types import ModuleType
 
 import pytest
 
-from tests.deploy.deployment import DEPLOY, ROOT
+from tests.deploy.deployment import DEPLOY
+from tests.structure import ROOT
 
 SCRIPT = DEPLOY / "torch_index.py"
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import io
 import statistics
 from collections.abc import Iterator
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -20,8 +19,9 @@ from onemap_shared.geometry import U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
 from tests.end_to_end.system import START_S, System
+from tests.structure import ROOT
 
-RECORDING = Path(__file__).parents[2].parent / "shared" / "data" / "rgbd_study"
+RECORDING = ROOT.parent / "shared" / "data" / "rgbd_study"
 FRAMES = 5
 
 pytestmark = [

@@ -15,9 +15,10 @@ from typer.testing import CliRunner
 from onemap_shared.config import SECTIONS
 from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR
+from tests.structure import ROOT
 
 RUNNER = CliRunner()
-DEPLOYED = sorted((Path(__file__).parents[3] / "deploy" / "config").glob("*.yaml"))
+DEPLOYED = sorted((ROOT / "deploy" / "config").glob("*.yaml"))
 
 
 def run(*arguments: str) -> Any:

@@ -24,11 +24,11 @@ from onemap_tools.demo.report import describe
 from onemap_tools.demo.summary import DemoSummary, ObjectSummary
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from onemap_tools.progress import SearchProgress, panel
+from tests.structure import ROOT
 from tests.tools.cli.commands import TREE
 from tests.tools.fake_gateway import fake_gateway
 
 RUNNER = CliRunner()
-ROOT = Path(__file__).parents[3]
 NASTY = ("[/sofa]", "[bold]x", "[red]", ":smiley:", "[link=file:///]y", "\\[z]")
 
 

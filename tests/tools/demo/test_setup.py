@@ -31,6 +31,7 @@ from onemap_tools.demo.setup import (
 from onemap_tools.demo.truth import vocabulary_names
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.network import LOOPBACK, any_free_port
+from tests.structure import ROOT
 from tests.tools.cli.commands import TREE
 
 KNOWN = vocabulary_names(load_vocabulary(SHIPPED))
@@ -182,6 +183,6 @@ def test_the_default_seed_is_the_simulators() -> None:
 
 
 def test_compose_simulates_the_same_apartment() -> None:
-    config = Path(__file__).parents[3] / "deploy" / "config" / "demo.yaml"
+    config = ROOT / "deploy" / "config" / "demo.yaml"
     simulator = yaml.safe_load(config.read_text())["simulator"]
     assert SimulatorConfig(**simulator) == SimulatorConfig()
