@@ -1,4 +1,4 @@
-"""Houses that a whole module of tests lives in: starting one takes seconds."""
+"""A running system for a whole module of tests: starting one takes seconds."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from collections.abc import Iterator
 
 import pytest
 
+from onemap_tools.processes.services import CORE
 from tests.end_to_end.system import START_S, System
 
-ROBOT_AND_ALL = ("simulator", "perception", "mapper", "planner", "gateway")
+SIMULATED = ("simulator", *CORE)
 SIMULATOR = {"seed": 1, "rgbd_hz": 6.0}
 
 
@@ -16,6 +17,6 @@ SIMULATOR = {"seed": 1, "rgbd_hz": 6.0}
 def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
     """Every service and a simulated robot, ready."""
     folder = tmp_path_factory.mktemp("system")
-    with System(folder, ROBOT_AND_ALL, {"simulator": SIMULATOR}) as system:
+    with System(folder, SIMULATED, {"simulator": SIMULATOR}) as system:
         system.until(system.is_ready, "frames go all the way to the map", START_S)
         yield system

@@ -1,4 +1,4 @@
-"""Packets that are not messages, and a session that publishes them as a foreign program would."""
+"""Malformed packets, and a bare Zenoh session that publishes them."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def wrong_version(packet: Packet) -> Packet:
 
 
 def wrong_dtype(packet: Packet) -> Packet | None:
-    """Every array claims to hold Python objects."""
+    """Every array declares the dtype of Python objects."""
 
     def change(header: dict[str, Any]) -> None:
         for array in header["arrays"].values():
@@ -69,7 +69,7 @@ def wrong_dtype(packet: Packet) -> Packet | None:
 
 
 def boundless_shape(packet: Packet) -> Packet | None:
-    """Every array claims to be larger than any memory."""
+    """Every array declares a shape larger than any memory."""
 
     def change(header: dict[str, Any]) -> None:
         for array in header["arrays"].values():
@@ -88,14 +88,14 @@ def not_finite(packet: Packet) -> Packet | None:
 
 
 def not_rigid(packet: Packet) -> Packet | None:
-    """The pose stretches space."""
+    """The pose is not a rigid transform."""
     for name, (dtype, _, offset) in arrays(packet).items():
         if name.startswith("T_"):
             return overwritten(packet, offset, np.diag([2, 2, 2, 1]).astype(dtype).tobytes())
     return None
 
 
-# How a packet can be broken; None where that kind of message cannot.
+# Faults of a packet; None for messages that cannot have it.
 FAULTS: dict[str, Callable[[Packet], Packet | None]] = {
     "truncated header": truncated_header,
     "truncated body": truncated_body,
@@ -120,7 +120,7 @@ def raw_session(endpoint: str) -> Iterator[zenoh.Session]:
 
 
 def publish(session: zenoh.Session, key: str, packet: Packet) -> None:
-    """Send a packet; a large one waits for room, where a service of ours would drop it."""
+    """Publish a packet; a large one waits for the queue, which the services would drop."""
     session.put(
         key,
         packet.body,

@@ -1,7 +1,7 @@
-"""A router and services as real processes, and a witness on their bus.
+"""A router and services as real processes, and a monitor on their bus.
 
-Nothing here sleeps: whoever waits is woken by the next message, and looks again at the latest
-after ``LOOK_S`` for what no message tells (HTTP, a process that ended).
+Waits end with the next message; conditions that no message reports (HTTP, a process that
+ended) are checked again every ``CHECK_S``.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ from onemap_tools.processes.network import any_free_port
 
 M = TypeVar("M")
 
-LOOK_S = 0.1
-START_S = 90.0  # from nothing to a map that is updated: 10 s on two cores of one's own
+CHECK_S = 0.1
+START_S = 90.0  # from the start to a map that is updated: 10 s on two idle cores
 PATIENCE_S = 20.0  # for what takes a second on an idle machine
-HTTP_S = 5.0  # the product's promise is an answer within 2.5 s
+HTTP_S = 5.0  # the gateway answers within 2.5 s
 STANDSTILL = 10  # odometry messages in a row: half a second
-MOVING_MPS = 0.02  # and rad/s; slower is standing
+MOVING_MPS = 0.02  # and rad/s; below the robot stands still
 
 
 class BusMonitor:
-    """Keeps the newest of every small stream and wakes whoever waits for it."""
+    """Keeps the newest message of the small streams; ``until`` waits for a condition on them."""
 
     def __init__(self, bus: Bus) -> None:
         self.beats: dict[str, Heartbeat] = {}
@@ -61,7 +61,7 @@ class BusMonitor:
 
     @property
     def alive(self) -> frozenset[str]:
-        """The services whose process is connected, ours left out."""
+        """The services whose process is connected, without this monitor."""
         return self.bus.alive() - {"monitor"}
 
     @property
@@ -84,10 +84,10 @@ class BusMonitor:
             if time.monotonic() > deadline:
                 raise AssertionError(f"not within {within_s:g} s: {what}")
             with self._changed:
-                self._changed.wait(LOOK_S)
+                self._changed.wait(CHECK_S)
 
     def close(self) -> None:
-        """Stop following and leave the bus."""
+        """Stop the threads and leave the bus."""
         self._closing.set()
         for thread in self._threads:
             thread.join(2.0)
@@ -113,9 +113,9 @@ class BusMonitor:
 
 
 class System:
-    """The processes of one test; a context manager that leaves none behind.
+    """The processes of one test; a context manager that stops them all at its end.
 
-    ``sections`` are added to the configuration; ports and folders are the test's own.
+    ``sections`` are added to the configuration; ports and folders belong to this test.
     """
 
     def __init__(
@@ -126,7 +126,7 @@ class System:
         self.endpoint = f"tcp/127.0.0.1:{any_free_port()}"
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
         port = any_free_port()
-        self.configuration = folder / "house.yaml"
+        self.configuration = folder / "system.yaml"
         content: dict[str, dict[str, Any]] = {
             "bus": {"connect": [self.endpoint]},
             "gateway": {"port": port, "ready_within_s": 2.0},
@@ -184,7 +184,7 @@ class System:
             )
 
     def onemap(self, *arguments: str) -> subprocess.CompletedProcess[str]:
-        """Run an ``onemap`` command with this house's configuration."""
+        """Run an ``onemap`` command with this system's configuration."""
         return subprocess.run(
             onemap_command(*arguments, "--config", str(self.configuration)),
             env=self.environment,
@@ -195,13 +195,13 @@ class System:
         )
 
     def kill(self, name: str) -> None:
-        """SIGKILL: it says nothing more."""
+        """SIGKILL: the process ends without a message."""
         self.processes[name].kill()
         self.processes[name].wait()
         self.monitor.odometry.clear()
 
     def suspend(self, name: str) -> None:
-        """SIGSTOP: it is there and does nothing."""
+        """SIGSTOP: the process exists and does nothing."""
         self.processes[name].send_signal(signal.SIGSTOP)
         self.monitor.odometry.clear()
 
@@ -210,48 +210,48 @@ class System:
         self.processes[name].send_signal(signal.SIGCONT)
 
     def restore(self) -> None:
-        """Start what is dead and wait until all is well: each test begins in a whole house."""
+        """Start the processes that ended and wait until the system is ready, before a test."""
         for name, process in self.processes.items():
             self.resume(name)
             if process.poll() is not None:
                 self.start(name)
-        self.until(self.is_ready, "all is well at first", START_S)
+        self.until(self.is_ready, "the system is ready", START_S)
 
     def log(self, name: str) -> Path:
-        """Where a service's words go."""
+        """The log file of a service."""
         return self.folder / f"{name}.log"
 
     def until(self, true: Callable[[], Any], what: str, within_s: float = PATIENCE_S) -> None:
         """As ``BusMonitor.until``; fails when a process ends, with the end of every log."""
 
-        def true_and_nobody_gave_up() -> object:
+        def true_and_all_run() -> object:
             gone = [name for name, each in self.processes.items() if (each.poll() or 0) > 0]
             assert not gone, f"{', '.join(gone)} ended; waited for: {what}"
             return true()
 
         try:
-            self.monitor.until(true_and_nobody_gave_up, what, within_s)
+            self.monitor.until(true_and_all_run, what, within_s)
         except AssertionError as failure:
-            words = "\n".join(
+            logs = "\n".join(
                 f"--- {name} ({process.poll()})\n{tail(self.log(name))}"
                 for name, process in self.processes.items()
             )
-            raise AssertionError(f"{failure}\n{self.ready()}\n{words}") from None
+            raise AssertionError(f"{failure}\n{self.ready()}\n{logs}") from None
 
     def ready(self) -> httpx.Response | None:
-        """The answer of /readyz, None while nobody answers."""
+        """The reply of /readyz; None without a gateway."""
         try:
             return self.http.get("/readyz")
         except httpx.TransportError:
             return None
 
     def is_ready(self) -> bool:
-        """Whether frames go all the way to the map."""
+        """Whether frames reach the map."""
         answer = self.ready()
         return answer is not None and answer.status_code == 200
 
     def lacks(self, service: str) -> bool:
-        """Whether /readyz says that this is what is missing."""
+        """Whether /readyz reports that this service is missing."""
         answer = self.ready()
         return (
             answer is not None and answer.status_code == 503 and answer.json()["service"] == service

@@ -1,4 +1,4 @@
-"""What strangers send, over the bus and over HTTP: refused with the reason, and survived."""
+"""Malformed input over the bus and over HTTP is refused with its reason."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from tests.end_to_end.system import System
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(120)]
 
 
-RESEND_NS = 2_500_000_000  # two heartbeats: a count that was to come would have come
+RESEND_NS = 2_500_000_000  # two heartbeats: by then a refused message is counted
 
 
 @dataclass(frozen=True)
 class RefusalCounter:
-    """A stream that a service listens to, and the metric that counts what it refuses there."""
+    """A topic that a service subscribes to, and the metric that counts its refused messages."""
 
     service: str
     topic: Topic[Any]
@@ -56,41 +56,42 @@ def raw_publisher(system: System) -> Iterator[zenoh.Session]:
 
 
 def refused(system: System, counter: RefusalCounter) -> float:
-    """How many messages a service has refused there so far, by its last heartbeat."""
+    """Messages that the service has refused so far, by its last heartbeat."""
     return system.monitor.beats[counter.service].metrics.get(counter.metric, 0.0)
 
 
 def send_until_refused(
     system: System, raw_publisher: zenoh.Session, packets: Mapping[RefusalCounter, Packet]
 ) -> None:
-    """Send to all until each has counted one; again where a valid message took its place."""
+    """Send until each counter has increased; again where a valid message replaced ours."""
     before = {counter: refused(system, counter) for counter in packets}
     sent_ns = dict.fromkeys(packets, 0)
 
-    def deaf() -> list[RefusalCounter]:
+    def silent() -> list[RefusalCounter]:
         return [counter for counter in packets if refused(system, counter) <= before[counter]]
 
-    def heard() -> bool:
+    def all_counted() -> bool:
         now_ns = time.time_ns()
-        due = [counter for counter in deaf() if now_ns - sent_ns[counter] > RESEND_NS]
+        due = [counter for counter in silent() if now_ns - sent_ns[counter] > RESEND_NS]
         for key, packet in {counter.topic.key: packets[counter] for counter in due}.items():
             publish(raw_publisher, key, packet)
         sent_ns.update(dict.fromkeys(due, now_ns))
-        return not deaf()
+        return not silent()
 
     try:
-        system.until(heard, "everybody counts what it refuses")
+        system.until(all_counted, "every counter has increased")
     except AssertionError as failure:
-        names = [f"{counter.service} {counter.metric}" for counter in deaf()]
+        names = [f"{counter.service} {counter.metric}" for counter in silent()]
         raise AssertionError(f"not counted: {', '.join(names)}\n{failure}") from None
 
 
-@pytest.mark.parametrize("way", FAULTS)
-def test_broken_messages_are_refused_counted_and_survived(
-    system: System, raw_publisher: zenoh.Session, way: str
+@pytest.mark.parametrize("fault", FAULTS)
+def test_malformed_messages_are_refused_and_counted(
+    system: System, raw_publisher: zenoh.Session, fault: str
 ) -> None:
     packets = {
-        counter: FAULTS[way](encode(sample(counter.topic.message))) for counter in REFUSAL_COUNTERS
+        counter: FAULTS[fault](encode(sample(counter.topic.message)))
+        for counter in REFUSAL_COUNTERS
     }
     broken = {counter: packet for counter, packet in packets.items() if packet is not None}
     assert broken
@@ -98,7 +99,7 @@ def test_broken_messages_are_refused_counted_and_survived(
     assert all(process.poll() is None for process in system.processes.values())
 
 
-def test_a_frame_larger_than_any_is_refused(system: System, raw_publisher: zenoh.Session) -> None:
+def test_an_oversized_frame_is_refused(system: System, raw_publisher: zenoh.Session) -> None:
     counters = [counter for counter in REFUSAL_COUNTERS if counter.topic is keys.ROBOT_RGBD]
     packet = oversized_body(encode(sample(keys.ROBOT_RGBD.message)))
     send_until_refused(system, raw_publisher, dict.fromkeys(counters, packet))
@@ -111,13 +112,13 @@ def test_afterwards_frames_still_reach_the_map(system: System) -> None:
         lambda: system.monitor.revision.frames_fused > before.frames_fused + 2,  # type: ignore[union-attr]
         "frames are fused",
     )
-    system.until(system.is_ready, "all is well")
+    system.until(system.is_ready, "the system is ready")
 
 
 TEXTS: dict[str, Any] = {
     "empty": "",
     "blank": " \t\n",
-    "an essay": "sofa " * 2000,
+    "too long": "sofa " * 2000,
     "control characters": "\x00\x01\x02",
     "digits only": "12345",
     "a number": 7,
@@ -128,42 +129,42 @@ TEXTS: dict[str, Any] = {
 
 @pytest.mark.parametrize("text", TEXTS)
 @pytest.mark.parametrize(("path", "name"), [("/v1/queries", "text"), ("/v1/searches", "object")])
-def test_text_that_is_none_is_refused_over_http(
+def test_a_text_that_is_not_one_is_refused_over_http(
     system: System, path: str, name: str, text: str
 ) -> None:
     answer = system.http.post(path, json={name: TEXTS[text]})
     assert 400 <= answer.status_code < 500
     assert answer.headers["content-type"] == "application/problem+json"
     assert answer.json()["detail"].endswith(".")
-    assert len(answer.content) < 2000  # the essay is not sent back
+    assert len(answer.content) < 2000  # the text is not repeated
 
 
-def test_bytes_that_are_no_text_are_refused_over_http(system: System) -> None:
+def test_bytes_that_are_not_text_are_refused_over_http(system: System) -> None:
     headers = {"content-type": "application/json"}
     answer = system.http.post("/v1/queries", content=b'{"text": "\xff\xfe"}', headers=headers)
     assert answer.status_code == 400
     assert answer.headers["content-type"] == "application/problem+json"
 
 
-NO_PLACE = "skateboard"  # ships in the table, and is near nothing that mini was trained to see
+UNTRAINED = "skateboard"  # in the embedding table, far from all trained classes
 
 
-def test_a_search_with_a_word_without_a_place_is_refused_and_nothing_drives(system: System) -> None:
+def test_a_search_with_an_unknown_word_is_refused_and_nothing_drives(system: System) -> None:
     commands = system.monitor.bus.subscribe(keys.ROBOT_CMD_VEL, capacity=1000)
     before = system.monitor.search
-    answer = system.http.post("/v1/searches", json={"objects": ["sofa", NO_PLACE]})
+    answer = system.http.post("/v1/searches", json={"objects": ["sofa", UNTRAINED]})
     assert answer.status_code == 422, answer.text
     problem = answer.json()
     assert problem["type"].endswith("unknown_word")
     [unknown] = problem["words"]
-    assert unknown["word"] == NO_PLACE
+    assert unknown["word"] == UNTRAINED
     assert unknown["did_you_mean"]
-    assert f"{NO_PLACE!r} (did you mean {unknown['did_you_mean'][0]!r}" in problem["detail"]
-    for _ in range(2):  # heartbeats: commands go out twenty times a second
+    assert f"{UNTRAINED!r} (did you mean {unknown['did_you_mean'][0]!r}" in problem["detail"]
+    for _ in range(2):  # heartbeats: commands are sent at 20 Hz
         progress = system.monitor.beats["planner"].progress
         system.until(
             lambda progress=progress: system.monitor.beats["planner"].progress > progress,  # type: ignore[misc]
-            "the planner goes on",
+            "the planner makes progress",
         )
     sent = iter(lambda: commands.take(0.0), None)
     assert not [c for c in sent if c is not None and (c.linear_mps or c.angular_radps)]
@@ -171,13 +172,13 @@ def test_a_search_with_a_word_without_a_place_is_refused_and_nothing_drives(syst
     assert system.monitor.search is before
 
 
-def test_a_query_for_what_is_not_there_is_no_place_but_a_sentence(system: System) -> None:
-    system.until(system.is_ready, "all is well")
-    answer = system.http.post("/v1/queries", json={"text": NO_PLACE})
+def test_a_query_without_a_match_is_a_sentence(system: System) -> None:
+    system.until(system.is_ready, "the system is ready")
+    answer = system.http.post("/v1/queries", json={"text": UNTRAINED})
     assert answer.status_code == 200, answer.text
     reply = answer.json()
     assert reply["regions"] == []
-    assert reply["message"].startswith(f"Nothing on the map looks like {NO_PLACE!r}: the best")
+    assert reply["message"].startswith(f"Nothing on the map looks like {UNTRAINED!r}: the best")
     assert reply["did_you_mean"]
     found = system.http.post("/v1/queries", json={"text": "wall"}).json()
     assert found["regions"]

@@ -1,4 +1,4 @@
-"""Two encoders never meet in one map: perception is swapped under a running mapper, over Zenoh."""
+"""One map never mixes encoders: perception is replaced beside a running mapper, over Zenoh."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from tests.perception.tiny import open_clip_folder, owl_folder
 from tests.perception.toy import frame
 from tests.shared.test_bus import Router, eventually, join, router
 
-__all__ = ["router"]  # a fixture
+__all__ = ["router"]  # the fixture
 pytest.importorskip("open_clip", reason="needs open_clip_torch (requirements-encoders.txt)")
 
 
-class System:
+class Pipeline:
     """Perception, mapper and a camera as sessions of one Zenoh router."""
 
     def __init__(self, router: Router, folder: Path) -> None:
@@ -45,9 +45,9 @@ class System:
         return build_perception(bus, config), bus
 
     def show(self, worker: Worker) -> None:
-        """One more picture, and a turn for everybody."""
-        picture = replace(frame(next(self._shown)), T_map_camera=scenes.pose())
-        self.camera.put(picture)
+        """Publish one image and let both services process it."""
+        image = replace(frame(next(self._shown)), T_map_camera=scenes.pose())
+        self.camera.put(image)
         worker.step(0.02)
         self.mapper.step(0.02)
 
@@ -57,25 +57,25 @@ class System:
 
 def test_a_swapped_encoder_is_refused_by_the_map(router: Router, tmp_path: Path) -> None:
     first, second = (open_clip_folder(tmp_path / f"clip{seed}", seed) for seed in (0, 1))
-    system = System(router, tmp_path)
-    worker, bus = system.perception(first)
+    pipeline = Pipeline(router, tmp_path)
+    worker, bus = pipeline.perception(first)
 
     def map_of_the_first() -> bool | None:
-        system.show(worker)
-        return system.fused() > 0 or None
+        pipeline.show(worker)
+        return pipeline.fused() > 0 or None
 
     assert eventually(map_of_the_first)
-    assert system.client.call(keys.MAP_SIMILARITY, SimilarityRequest("lamp")).encoder_id
+    assert pipeline.client.call(keys.MAP_SIMILARITY, SimilarityRequest("lamp")).encoder_id
     bus.close()
-    fused = system.fused()
-    worker, _ = system.perception(second)
+    fused = pipeline.fused()
+    worker, _ = pipeline.perception(second)
 
-    def trouble() -> str | None:
-        system.show(worker)
-        return system.mapper.health().problem or None
+    def problem() -> str | None:
+        pipeline.show(worker)
+        return pipeline.mapper.health().problem or None
 
-    assert "openclip_convnext-" in eventually(trouble)
-    assert system.fused() == fused
+    assert "openclip_convnext-" in eventually(problem)
+    assert pipeline.fused() == fused
     with pytest.raises(RemoteError) as refusal:
-        system.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
+        pipeline.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
     assert refusal.value.code == "encoder_mismatch"

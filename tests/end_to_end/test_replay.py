@@ -1,7 +1,7 @@
-"""Real frames through the real processes: the geometry of a study room.
+"""Recorded frames through the real processes: the geometry of a study room.
 
-``mini`` does not know photographs, so only what depth and pose tell is checked. The places
-below were read off the frames by unprojecting what a person sees in them.
+``mini`` is trained on renderings, so only geometry is checked. The positions below were read
+off the frames by unprojecting pixels of the objects.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ NEVER_SEEN = (4.0, -3.0)  # behind the camera, which looks away from it in all f
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
-    """A house whose robot is the recording, after every frame was fused twice."""
+    """A system whose robot is the recording, after every frame was fused twice."""
     replay = {"directory": str(RECORDING), "rate_hz": 4.0}
     services = ("replay", "perception", "mapper", "gateway")
     with System(tmp_path_factory.mktemp("study"), services, {"replay": replay}) as system:
@@ -79,9 +79,9 @@ def occupancy(system: System) -> tuple[GridSpec, U8]:
     return GridSpec(cell_size_m, (int(origin[0]), int(origin[1])), cells.shape), cells
 
 
-def at(system: System, place: tuple[float, float]) -> Occupancy:
+def at(system: System, position: tuple[float, float]) -> Occupancy:
     grid, cells = occupancy(system)
-    cell = grid.cells(np.array(place))
+    cell = grid.cells(np.array(position))
     return Occupancy(cells[tuple(cell)]) if grid.contains(cell) else Occupancy.UNKNOWN
 
 
@@ -89,13 +89,13 @@ def test_the_floor_lies_at_zero(study: System) -> None:
     """The median over the recording; frame 000422 shows nothing level."""
     heights: dict[int, float] = {}
 
-    def heard() -> bool:
+    def received() -> bool:
         beat = study.monitor.beats.get("mapper")
         if beat is not None and "floor_height_m" in beat.metrics:
             heights[beat.stamp_ns] = beat.metrics["floor_height_m"]
         return len(heights) >= FRAMES
 
-    study.until(heard, "the mapper tells the floor's height")
+    study.until(received, "the mapper reports the floor's height")
     assert abs(statistics.median(heights.values())) < 0.05
 
 

@@ -1,4 +1,4 @@
-"""``onemap up`` beside something that runs already, as real processes on a real router."""
+"""``onemap up`` while services run already, as real processes on a real router."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ PATIENCE_S = 60.0
 
 @pytest.fixture(autouse=True)
 def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A whole ``onemap up`` takes longer to be there than a session on the bus."""
+    """``onemap up`` takes longer to start than a session on the bus."""
     monkeypatch.setattr("tests.shared.test_bus.PATIENCE_S", PATIENCE_S)
 
 
@@ -44,7 +44,7 @@ def configuration(folder: Path, endpoint: str, port: int = 0, **sections: Any) -
 
 
 def up(config: Path, logs: Path, *more: str) -> subprocess.CompletedProcess[str]:
-    """Run until it ends by itself: only for what is refused."""
+    """Run a command that is refused."""
     command = onemap_command("up", "--config", str(config), "--logs", str(logs), *more)
     return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
 
@@ -54,8 +54,8 @@ def started(logs: Path) -> list[str]:
 
 
 @contextmanager
-def somebody(endpoint: str, service: str, instance: str) -> Iterator[ZenohBus]:
-    """A process on the bus, as far as others see."""
+def session(endpoint: str, service: str, instance: str) -> Iterator[ZenohBus]:
+    """A session that others see as a service."""
     bus = open_bus(BusConfig(connect=(endpoint,)), service, instance, threading.Event())
     assert bus is not None
     try:
@@ -69,14 +69,14 @@ def somebody(endpoint: str, service: str, instance: str) -> Iterator[ZenohBus]:
     [
         ("mapper", "m1"),
         ("robot", "my-robot"),  # examples/my_robot.py
-        ("up", claim(("router", "replay", "perception"))),  # none of which is there yet
+        ("up", claim(("router", "replay", "perception"))),  # none of them has started
     ],
 )
-def test_nothing_is_started_where_somebody_runs_the_same(
+def test_nothing_is_started_beside_the_same_service(
     router: Router, tmp_path: Path, service: str, instance: str
 ) -> None:
     config = configuration(tmp_path, router.endpoint, simulator={})
-    with somebody(router.endpoint, service, instance):
+    with session(router.endpoint, service, instance):
         result = up(config, tmp_path / "logs")
     assert result.returncode == EXIT_FAILED
     names = {"up": "perception, replay"}.get(service, service)
@@ -103,12 +103,12 @@ def test_the_first_goes_on_when_a_second_is_refused(tmp_path: Path) -> None:
         assert "somebody runs gateway." in second.stderr
         assert started(tmp_path / "second") == []
         assert status_of(port) is not None
-        with somebody(endpoint, "monitor", "w") as bus:
+        with session(endpoint, "monitor", "w") as bus:
             assert "up" in {service for service, _ in bus.processes()}
     finally:
         first.send_signal(signal.SIGINT)
-        _, told = first.communicate(timeout=PATIENCE_S)
-    assert first.returncode == EXIT_OK, told
+        _, stderr = first.communicate(timeout=PATIENCE_S)
+    assert first.returncode == EXIT_OK, stderr
 
 
 def status_of(port: int) -> dict | None:
@@ -120,18 +120,18 @@ def status_of(port: int) -> dict | None:
 
 
 def test_a_claim_leaves_the_bus_with_its_launcher(router: Router, tmp_path: Path) -> None:
-    """Whoever pulls the plug of a launcher need not tidy up before the next one."""
+    """After SIGKILL of a launcher the next one can start at once."""
     config = configuration(tmp_path, router.endpoint)
     command = onemap_command("up", "--config", str(config), "--logs", str(tmp_path / "logs"))
     launcher = subprocess.Popen((*command, "--only", "gateway"))
-    with somebody(router.endpoint, "monitor", "w") as bus:
+    with session(router.endpoint, "monitor", "w") as bus:
         eventually(lambda: "up" in dict(bus.processes()) or None)
         launcher.kill()
         launcher.wait()
         eventually(lambda: {"up", "gateway"}.isdisjoint(dict(bus.processes())) or None)
 
 
-def test_a_taken_port_is_told_before_anything_starts(tmp_path: Path) -> None:
+def test_a_taken_port_is_reported_before_anything_starts(tmp_path: Path) -> None:
     endpoint = f"tcp/127.0.0.1:{any_free_port()}"
     with socket.create_server(("127.0.0.1", 0)) as other:
         config = configuration(tmp_path, endpoint, other.getsockname()[1])
@@ -143,8 +143,8 @@ def test_a_taken_port_is_told_before_anything_starts(tmp_path: Path) -> None:
     assert not accepts_connections(endpoint)
 
 
-def test_a_router_whose_place_is_taken_in_between_ends_it(tmp_path: Path) -> None:
-    """Nobody answers there yet, as when two launchers begin in the same instant."""
+def test_a_router_that_cannot_listen_ends_the_command(tmp_path: Path) -> None:
+    """The port is bound and accepts nothing, as when two launchers start at the same instant."""
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{taken.getsockname()[1]}"

@@ -1,4 +1,4 @@
-"""Services are killed, stopped and cut off during a search; the rest says so and goes on."""
+"""Services are killed, suspended and cut off during a search; the others report it and go on."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from tests.end_to_end.system import PATIENCE_S, START_S, System
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(180)]
 
-BRAKED_S = 5.0  # 0.5 s until the senses count as stale, 0.7 s to brake, 0.5 s seen standing
-TOLD_S = 10.0
+BRAKED_S = 5.0  # 0.5 s until inputs are stale, 0.7 s to brake, 0.5 s of odometry at rest
+REPORTED_S = 10.0
 ANSWERED_S = 4.0  # call_timeout_s and half a second, on a busy machine
 RARE = ("guitar", "bicycle", "suitcase", "teddy bear", "washing machine", "piano")
 
 
 def absent_object(system: System) -> str:
-    """Something to look for that is not there: the search goes on through all the tests."""
+    """An object that the scene does not have: the search goes on through all tests."""
     bus = system.monitor.bus
-    there = bus.call(keys.ROBOT_TRUTH, TruthRequest(RARE[0], 0.0, 0.0), 5.0).categories
-    return next(name for name in RARE if name not in there)
+    categories = bus.call(keys.ROBOT_TRUTH, TruthRequest(RARE[0], 0.0, 0.0), 5.0).categories
+    return next(name for name in RARE if name not in categories)
 
 
 def searching(system: System) -> str:
@@ -41,7 +41,7 @@ def searching(system: System) -> str:
 def goes_on(system: System, search_id: str) -> None:
     """The same search is active again, and the robot moves."""
     system.monitor.odometry.clear()
-    system.until(system.is_ready, "all is well again", START_S)
+    system.until(system.is_ready, "the system is ready again", START_S)
     system.until(lambda: system.monitor.moves, "the robot moves again", START_S)
     search = system.http.get("/v1/searches/current").json()
     assert search["id"] == search_id
@@ -49,7 +49,7 @@ def goes_on(system: System, search_id: str) -> None:
 
 
 def others_live(system: System, gone: str) -> None:
-    """Everybody else is connected and sends another heartbeat."""
+    """All other services are connected and make progress."""
     others = set(system.services) - {gone}
     before = {name: system.monitor.beats[name].progress for name in others}
     system.until(
@@ -75,7 +75,7 @@ def refused_in_time(system: System, path: str, body: dict[str, Any]) -> dict[str
     return document
 
 
-REQUESTS = {  # what needs the service; a word nobody asked before, so that no cache helps
+REQUESTS = {  # requests that need the service, with a word that no cache holds
     "perception": ("/v1/queries", {"text": "toaster"}),
     "mapper": ("/v1/queries", {"text": "kettle"}),
     "planner": ("/v1/searches", {"object": "kettle"}),
@@ -83,13 +83,11 @@ REQUESTS = {  # what needs the service; a word nobody asked before, so that no c
 
 
 @pytest.mark.parametrize("service", REQUESTS)
-def test_a_killed_service_is_named_and_the_search_goes_on_when_it_is_back(
-    system: System, service: str
-) -> None:
+def test_a_killed_service_is_named_and_the_search_resumes(system: System, service: str) -> None:
     search_id = searching(system)
     system.kill(service)
     system.until(lambda: system.monitor.stands, "the robot brakes", BRAKED_S)
-    system.until(lambda: system.lacks(service), f"/readyz names {service}", TOLD_S)
+    system.until(lambda: system.lacks(service), f"/readyz names {service}", REPORTED_S)
     assert service in down(system)
     problem = refused_in_time(system, *REQUESTS[service])
     assert problem["service"] == service
@@ -99,15 +97,15 @@ def test_a_killed_service_is_named_and_the_search_goes_on_when_it_is_back(
     goes_on(system, search_id)
 
 
-def test_a_killed_robot_is_named_and_the_search_goes_on_when_it_is_back(system: System) -> None:
+def test_a_killed_robot_is_named_and_the_search_resumes(system: System) -> None:
     search_id = searching(system)
     system.kill("simulator")
-    system.until(lambda: system.lacks("robot"), "/readyz names the robot", TOLD_S)
+    system.until(lambda: system.lacks("robot"), "/readyz names the robot", REPORTED_S)
     assert {"robot", "simulator"} <= down(system)
     others_live(system, "simulator")
     system.until(
         lambda: "odometry" in system.http.get("/v1/searches/current").json()["reason"],
-        "the search says what it waits for",
+        "the search reports what it waits for",
     )
     system.start("simulator")
     goes_on(system, search_id)
@@ -127,23 +125,25 @@ def test_a_killed_router_stops_the_robot_until_it_is_back(system: System) -> Non
     search_id = searching(system)
     stops = system.monitor.beats["simulator"].metrics["deadman_stops"]
     system.kill("router")
-    system.until(lambda: not system.is_ready(), "/readyz says that frames do not arrive", TOLD_S)
+    system.until(
+        lambda: not system.is_ready(), "/readyz says that frames do not arrive", REPORTED_S
+    )
     refused_in_time(system, *REQUESTS["mapper"])
     assert all(system.processes[name].poll() is None for name in system.services)
     system.start("router")
     system.until(
         lambda: system.monitor.beats["simulator"].metrics["deadman_stops"] > stops,
-        "the robot braked when nobody steered",
+        "the robot braked without commands",
     )
     goes_on(system, search_id)
 
 
-def test_a_stopped_mapper_skips_frames_and_does_not_queue_them(system: System) -> None:
+def test_a_suspended_mapper_skips_frames(system: System) -> None:
     search_id = searching(system)
     seen = system.monitor.beats["perception"].progress
     system.suspend("mapper")
     system.until(lambda: system.monitor.stands, "the robot stops on an old map", BRAKED_S)
-    system.until(lambda: system.lacks("mapper"), "/readyz names the mapper", TOLD_S)
+    system.until(lambda: system.lacks("mapper"), "/readyz names the mapper", REPORTED_S)
     assert revision_age_s(system) > 1.0
     system.until(lambda: system.monitor.beats["perception"].progress > seen + 30, "frames go on")
     before = system.monitor.revision
@@ -153,27 +153,27 @@ def test_a_stopped_mapper_skips_frames_and_does_not_queue_them(system: System) -
     after = system.monitor.revision
     assert after is not None
     fused, passed = after.frames_fused - before.frames_fused, after.sequence - before.sequence
-    assert fused < passed / 2  # the frames of the pause were left out
+    assert fused < passed / 2  # the frames of the pause were skipped
     goes_on(system, search_id)
 
 
-def told_of(system: System, service: str) -> str:
-    """What /v1/status says is wrong with a service."""
+def problem_of(system: System, service: str) -> str:
+    """The problem of a service in /v1/status."""
     services = system.http.get("/v1/status").json()["services"]
     problem: str = next(each["problem"] for each in services if each["name"] == service)
     return problem
 
 
 @pytest.mark.parametrize("service", ["mapper", "planner"])
-def test_a_hung_service_is_to_be_restarted_and_an_ended_one_to_be_started(
+def test_a_hanging_service_is_to_be_restarted_and_an_ended_one_started(
     system: System, service: str
 ) -> None:
     system.restore()
-    # After the router was killed, the gateway must have heard of the service again to miss it.
-    system.until(lambda: told_of(system, service) == "", "it is well", TOLD_S)
+    # After a killed router the gateway must receive a heartbeat again before it can miss one.
+    system.until(lambda: problem_of(system, service) == "", "it has no problem", REPORTED_S)
     system.suspend(service)
-    system.until(lambda: "process hangs" in told_of(system, service), "it is missed", TOLD_S)
-    system.until(lambda: system.lacks(service), f"/readyz names {service}", TOLD_S)
+    system.until(lambda: "process hangs" in problem_of(system, service), "it is missed", REPORTED_S)
+    system.until(lambda: system.lacks(service), f"/readyz names {service}", REPORTED_S)
     refusal = refused_in_time(system, *REQUESTS[service])
     assert (refusal["type"], refusal["service"]) == ("/docs#problem-timeout", service)
     answer = system.ready()
@@ -181,9 +181,9 @@ def test_a_hung_service_is_to_be_restarted_and_an_ended_one_to_be_started(
     doctor = system.onemap("doctor")
     assert doctor.returncode == 1
     status = system.onemap("status", "--url", str(system.http.base_url))
-    for told in (told_of(system, service), refusal["detail"], answer.json()["detail"]):
-        assert told.startswith(f"The {service} has not been heard for ")
-        assert told.endswith("restart it rather than start a second one.")
+    for sentence in (problem_of(system, service), refusal["detail"], answer.json()["detail"]):
+        assert sentence.startswith(f"The {service} has not been heard for ")
+        assert sentence.endswith("restart it rather than start a second one.")
     for output in (doctor.stdout, status.stdout):
         words = " ".join(output.split())
         assert "process hangs or its link" in words
@@ -191,15 +191,15 @@ def test_a_hung_service_is_to_be_restarted_and_an_ended_one_to_be_started(
         assert f"onemap {service}" not in words
     system.kill(service)
     system.start(service)
-    system.until(system.is_ready, "all is well again", START_S)
+    system.until(system.is_ready, "the system is ready again", START_S)
     system.processes[service].terminate()
     system.until(
-        lambda: f"start it with 'onemap {service}'" in told_of(system, service), "it ended"
+        lambda: f"start it with 'onemap {service}'" in problem_of(system, service), "it ended"
     )
     system.processes[service].wait(PATIENCE_S)
 
 
-def test_the_healthcheck_of_the_containers_tells_who_works(system: System) -> None:
+def test_the_health_check_of_containers_reads_one_service(system: System) -> None:
     system.restore()
     assert system.onemap("status", "--service", "mapper").returncode == 0
     system.kill("planner")
@@ -209,14 +209,14 @@ def test_the_healthcheck_of_the_containers_tells_who_works(system: System) -> No
 
 
 def revision_age_s(system: System) -> float:
-    """What the gateway shows as the age of the newest map revision."""
+    """The age of the newest map revision in /v1/status."""
     streams = system.http.get("/v1/status").json()["streams"]
     age_s: float = next(stream["age_s"] for stream in streams if stream["name"] == "revision")
     return age_s
 
 
 def is_fresh(system: System, since: int) -> bool:
-    """Whether a revision after ``since`` shows the world of less than a second ago."""
+    """Whether a revision after ``since`` holds a frame of less than a second ago."""
     newest = system.monitor.revision
     return (
         newest is not None
