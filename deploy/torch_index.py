@@ -2,9 +2,9 @@
 
     python deploy/torch_index.py [auto|cpu|cuda]
 
-On Linux, PyPI's torch brings CUDA along: gigabytes that a machine without an NVIDIA GPU has
-no use for. PyTorch's own index has the same version without it. ``auto`` names that index to
-pip where there is no GPU and the index answers, ``cpu`` always, ``cuda`` never. One sentence
+On Linux, PyPI's torch brings CUDA along: gigabytes that a machine without an NVIDIA GPU does
+not need. PyTorch's own index has the same version without it. ``auto`` adds that index
+where there is no GPU and the index answers, ``cpu`` always, ``cuda`` never. One sentence
 on stderr says what was decided and why. Run it with the Python that torch is installed for.
 
 Standard library only: it runs before anything is installed.
@@ -27,18 +27,18 @@ from pathlib import Path
 CPU_INDEX = "https://download.pytorch.org/whl/cpu"
 CPU = ("--extra-index-url", CPU_INDEX)
 CHOICES = ("auto", "cpu", "cuda")
-ANSWER_S = 3.0  # one try; whoever is offline should not wait longer
+ANSWER_S = 3.0  # one attempt: offline machines should not wait longer
 DRIVER_FILE = Path("/proc/driver/nvidia/version")
 NVIDIA_SMI = ("nvidia-smi", "-L")
-NVIDIA_SMI_S = 10.0  # it wakes the driver; without one it fails at once
+NVIDIA_SMI_S = 10.0  # starting the driver takes seconds; without one it fails at once
 OWN_SETTINGS = ("PIP_INDEX_URL", "PIP_EXTRA_INDEX_URL", "PIP_NO_INDEX")
 CPU_ARCHITECTURES = ("x86_64", "aarch64", "arm64")  # that the CPU index has wheels for
 
 
 @dataclass(frozen=True)
 class Machine:
-    """What the decision depends on. ``torch``: the installed version, empty if there is none;
-    ``own_settings``: the pip settings that the user made in the environment."""
+    """Inputs of the decision. ``torch``: the installed version, empty without one;
+    ``own_settings``: pip settings of the user in the environment."""
 
     system: str
     architecture: str
@@ -49,14 +49,14 @@ class Machine:
 
 @dataclass(frozen=True)
 class Decision:
-    """Arguments for ``pip install``, and the sentence that explains them."""
+    """Arguments of ``pip install`` and the sentence that explains them."""
 
     arguments: tuple[str, ...]
     reason: str
 
 
 def decide(choice: str, machine: Machine, reachable: Callable[[], bool]) -> Decision:
-    """What pip is told; ``reachable`` tells whether the CPU index answers, asked only if needed."""
+    """Arguments for pip; ``reachable`` checks whether the CPU index answers, if that matters."""
     if nothing := _reason_for_default(choice, machine):
         return Decision((), nothing)
     if choice == "cpu":
@@ -69,7 +69,7 @@ def decide(choice: str, machine: Machine, reachable: Callable[[], bool]) -> Deci
 
 
 def _reason_for_default(choice: str, machine: Machine) -> str:
-    """Why pip is told nothing, whatever the CPU index says; empty if the index matters."""
+    """Why pip needs no arguments whether or not the CPU index answers; empty if it matters."""
     reasons = [
         (bool(machine.torch), f"torch {machine.torch} is installed already and stays."),
         (machine.system != "Linux", f"torch: PyPI's build, the only one for {machine.system}."),
@@ -89,7 +89,7 @@ def _reason_for_default(choice: str, machine: Machine) -> str:
 
 
 def inspect_machine(environment: Mapping[str, str]) -> Machine:
-    """This machine, and the Python that runs this."""
+    """This machine, and the torch of this Python."""
     try:
         torch = version("torch")
     except PackageNotFoundError:
@@ -121,9 +121,9 @@ def has_nvidia(driver_file: Path, command: tuple[str, ...]) -> bool:
 
 
 def answers(url: str, limit_s: float = ANSWER_S) -> bool:
-    """Whether a page can be had within the limit, the name's look-up included.
+    """Whether a page answers within the limit, the name's look-up included.
 
-    Proxies are those of the environment, certificates those that pip is told to trust.
+    Uses the proxies of the environment and the certificates that pip trusts.
     """
     replies: list[int] = []
 
@@ -133,10 +133,10 @@ def answers(url: str, limit_s: float = ANSWER_S) -> bool:
             trust = ssl.create_default_context(cafile=os.environ.get("PIP_CERT") or None)
             with urllib.request.urlopen(request, timeout=limit_s, context=trust) as reply:
                 replies.append(reply.status)
-        except (OSError, ValueError):  # no name, no way, no certificate, no HTTP, an error page
+        except (OSError, ValueError):  # no name, no route, no certificate, no HTTP, an error page
             pass
 
-    # In a thread of its own: neither a name's look-up nor a trickle of bytes ends in time alone.
+    # In a thread: neither a name's look-up nor a slow reply observes the limit.
     asking = threading.Thread(target=ask, daemon=True)
     asking.start()
     asking.join(limit_s)
