@@ -1,4 +1,4 @@
-"""A robot of your own: publish what it sees and where it is, obey the velocity commands.
+"""A robot of your own: publish frames and odometry, follow the velocity commands.
 
     python examples/my_robot.py [tcp/127.0.0.1:7447]
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from onemap_shared import keys
 from onemap_shared.bus import open_bus
-from onemap_shared.camera import Intrinsics, unproject
+from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.config import BusConfig
 from onemap_shared.geometry import F64, U8, U16, camera_mount, pose_2d
 from onemap_shared.messages import Odometry, RgbdFrame, VelocityCommand
@@ -25,15 +25,15 @@ from onemap_shared.messages import Odometry, RgbdFrame, VelocityCommand
 CAMERA = Intrinsics(fx=195.0, fy=195.0, cx=160.0, cy=120.0)  # of the depth-aligned colour image
 T_BODY_CAMERA = camera_mount(x_m=0.1, z_m=1.0, pitch_down_rad=0.2)  # measure these on your robot
 PERIOD_S = 0.05  # odometry and commands at 20 Hz
-FRAME_EVERY = 3  # an image with every third: 7 Hz
+FRAME_EVERY = 3  # a frame with every third odometry message: 7 Hz
 
 
 class Robot:
-    """What your driver does."""
+    """The interface to your driver."""
 
     def image(self) -> tuple[U8, U16]:
         """Colour (H, W, 3) uint8 RGB and depth (H, W) uint16 millimetres, 0 = no return."""
-        rays = unproject(np.ones((240, 320), np.float32), CAMERA) @ T_BODY_CAMERA[:3, :3].T
+        rays = ray_directions(CAMERA, 320, 240) @ T_BODY_CAMERA[:3, :3].T
         wall_m = (3.0 - T_BODY_CAMERA[0, 3]) / rays[..., 0]
         floor_m = T_BODY_CAMERA[2, 3] / np.maximum(-rays[..., 2], 1e-9)
         depth_mm = (1000 * np.minimum(wall_m, floor_m)).astype(np.uint16)
@@ -47,8 +47,8 @@ class Robot:
         """Send a velocity to the base."""
 
 
-def obey(robot: Robot, command: VelocityCommand | None, silent_s: float) -> None:
-    """Drive as commanded; brake when the last command has run out. Never skip this."""
+def follow(robot: Robot, command: VelocityCommand | None, silent_s: float) -> None:
+    """Drive as commanded; stop 0.3 s after the last command. Never leave this out."""
     if command is not None:
         robot.drive(command.linear_mps, command.angular_radps)
     elif silent_s > 0.3:
@@ -56,7 +56,7 @@ def obey(robot: Robot, command: VelocityCommand | None, silent_s: float) -> None
 
 
 def main(router: str) -> None:
-    """Publish and obey until Ctrl-C."""
+    """Publish and drive until Ctrl-C."""
     stop = threading.Event()
     for signum in (signal.SIGINT, signal.SIGTERM):
         signal.signal(signum, lambda *_: stop.set())
@@ -68,9 +68,9 @@ def main(router: str) -> None:
     robot, sequence, heard_s = Robot(), 0, time.monotonic()
     try:
         while not stop.is_set():
-            command = commands.take(PERIOD_S)  # waits, and so sets the pace
+            command = commands.take(PERIOD_S)  # waits up to one period
             heard_s = time.monotonic() if command is not None else heard_s
-            obey(robot, command, time.monotonic() - heard_s)
+            follow(robot, command, time.monotonic() - heard_s)
             stamp_ns, pose = time.time_ns(), robot.pose()
             odometry.put(Odometry(sequence, stamp_ns, pose, linear_mps=0.0, angular_radps=0.0))
             if sequence % FRAME_EVERY == 0:

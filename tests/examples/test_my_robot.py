@@ -1,4 +1,4 @@
-"""The example that a user copies runs as it is."""
+"""The example robot runs as it is."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ __all__ = ["router"]  # the fixture
 
 
 @pytest.fixture
-def witness(router: Router) -> Iterator[Bus]:
-    """A visitor of the bus that the example robot joins; the robot ends as Ctrl-C ends it."""
+def client(router: Router) -> Iterator[Bus]:
+    """A session on the bus of the example robot; the robot ends by SIGINT."""
     bus = join(router, "planner")
     script = ROOT / "examples" / "my_robot.py"
     robot = subprocess.Popen([sys.executable, str(script), router.endpoint])
@@ -35,8 +35,8 @@ def witness(router: Router) -> Iterator[Bus]:
     bus.close()
 
 
-def test_the_example_robot_sends_frames_and_odometry_and_stops(witness: Bus) -> None:
-    frames, odometry = witness.subscribe(keys.ROBOT_RGBD), witness.subscribe(keys.ROBOT_ODOMETRY)
+def test_the_example_robot_sends_frames_and_odometry_and_stops(client: Bus) -> None:
+    frames, odometry = client.subscribe(keys.ROBOT_RGBD), client.subscribe(keys.ROBOT_ODOMETRY)
     first = eventually(lambda: frames.take(0.5))
     later = eventually(lambda: frames.take(0.5))
     assert later.sequence > first.sequence
@@ -59,11 +59,11 @@ def field_of(frame: RgbdFrame) -> FeatureField:
     )
 
 
-def test_the_mapper_finds_nothing_wrong_with_the_example(witness: Bus, tmp_path: Path) -> None:
-    frames = witness.subscribe(keys.ROBOT_RGBD)
-    hub = MemoryRouter()
-    mapper = build(hub.bus("mapper"), MapperConfig(map_folder=tmp_path))
-    fields = hub.bus("perception").publish(keys.FIELD)
+def test_the_mapper_finds_nothing_wrong_with_the_example(client: Bus, tmp_path: Path) -> None:
+    frames = client.subscribe(keys.ROBOT_RGBD)
+    memory = MemoryRouter()
+    mapper = build(memory.bus("mapper"), MapperConfig(map_folder=tmp_path))
+    fields = memory.bus("perception").publish(keys.FIELD)
     for _ in range(3):
         fields.put(field_of(eventually(lambda: frames.take(0.5))))
         mapper.step(1.0)
