@@ -62,10 +62,10 @@ def test_requests_go_where_the_gateway_expects_them() -> None:
 
 def test_a_problem_document_is_told_by_its_detail() -> None:
     detail = "The mapper is not running: start it with 'onemap mapper', or see 'onemap status'."
-    with pytest.raises(CliError) as trouble:
+    with pytest.raises(CliError) as error:
         gateway_client(fake_gateway(503, {"status": 503, "detail": detail})).query("sofa", 5)
-    assert str(trouble.value) == detail
-    assert trouble.value.exit_code == EXIT_FAILED
+    assert str(error.value) == detail
+    assert error.value.exit_code == EXIT_FAILED
 
 
 def test_an_error_without_detail_is_told_by_its_status() -> None:
@@ -91,9 +91,9 @@ def test_another_program_on_the_port_is_recognised() -> None:
 
 @pytest.mark.parametrize("url", ["robot:8080", "ftp://robot", "http://[::1"])
 def test_an_address_that_is_none_is_a_misuse(url: str) -> None:
-    with pytest.raises(CliError) as trouble:
+    with pytest.raises(CliError) as error:
         GatewayClient(url).status()
-    assert trouble.value.exit_code == EXIT_USAGE_ERROR
+    assert error.value.exit_code == EXIT_USAGE_ERROR
 
 
 def test_the_missing_stage_is_what_readyz_says() -> None:

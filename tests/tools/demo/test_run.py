@@ -115,7 +115,7 @@ def test_a_finished_search_is_summarised(tmp_path: Path) -> None:
     gateway, methods = gateway_of(report("exploring"), report("exploring"), report("found", RESULT))
     summary = searched(demo_of(tmp_path), gateway)
     assert methods == ["POST", "GET", "GET"]
-    assert (summary.found, summary.judged, summary.trouble) == (1, 0, "")
+    assert (summary.found, summary.judged, summary.failure) == (1, 0, "")
     assert summary.worked
     assert summary.map_rate_hz != summary.map_rate_hz  # NaN: no map was published
 
@@ -124,13 +124,13 @@ def test_an_overdue_search_is_cancelled(tmp_path: Path) -> None:
     gateway, methods = gateway_of(report("exploring"), report("cancelled"))
     summary = searched(demo_of(tmp_path, time_limit_s=0.0), gateway)
     assert methods == ["POST", "DELETE"]
-    assert summary.trouble == "Cancelled after the time limit of 0 s."
+    assert summary.failure == "Cancelled after the time limit of 0 s."
     assert not summary.worked
 
 
 def test_a_failed_search_has_its_reason(tmp_path: Path) -> None:
     gateway, _ = gateway_of(report("exploring"), report("failed"))
-    assert searched(demo_of(tmp_path), gateway).trouble == "the map was lost"
+    assert searched(demo_of(tmp_path), gateway).failure == "the map was lost"
 
 
 def test_without_objects_the_demo_chooses_from_the_scene(tmp_path: Path) -> None:

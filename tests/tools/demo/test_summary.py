@@ -43,9 +43,9 @@ def item(
     )
 
 
-def summary(*objects: ObjectSummary, wanted: int | None = None, trouble: str = "") -> DemoSummary:
+def summary(*objects: ObjectSummary, wanted: int | None = None, failure: str = "") -> DemoSummary:
     names = tuple(f"object {n}" for n in range(len(objects) if wanted is None else wanted))
-    return DemoSummary(names, objects, 60.0, 50.0, 5.0, trouble)
+    return DemoSummary(names, objects, 60.0, 50.0, 5.0, failure)
 
 
 def test_found_and_near_enough_is_success() -> None:
@@ -116,13 +116,13 @@ def test_without_ground_truth_a_failed_search_does_not_count() -> None:
 
 
 def test_an_object_without_a_result_does_not_count() -> None:
-    early = summary(item(), wanted=3, trouble="cancelled")
+    early = summary(item(), wanted=3, failure="cancelled")
     assert not early.worked
     assert early.progress == pytest.approx(1 / 3)
 
 
-def test_trouble_is_never_success() -> None:
-    assert not summary(item(), trouble="the planner died").worked
+def test_a_failed_run_is_no_success() -> None:
+    assert not summary(item(), failure="the planner died").worked
     assert not summary().worked
 
 

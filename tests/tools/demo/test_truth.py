@@ -90,7 +90,7 @@ def test_a_claim_of_an_absent_object_is_wrong() -> None:
 def test_an_unnamed_object_of_a_file_is_not_judged() -> None:
     item = evaluate_result(result(), "toilet", tell_of_a_file)
     assert not item.judged
-    assert item.counts
+    assert item.counts_as_found
     assert not item.claimed_wrongly
 
 
@@ -102,7 +102,7 @@ def test_a_named_object_of_a_file_is_judged() -> None:
 def test_without_a_reply_nothing_is_judged() -> None:
     item = evaluate_result(result(), "sofa", lambda name, place_m: None)
     assert not item.judged
-    assert item.counts
+    assert item.counts_as_found
     assert not evaluate_result(
         result(outcome="not_found"), "sofa", lambda name, place_m: None
-    ).counts
+    ).counts_as_found

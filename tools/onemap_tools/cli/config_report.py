@@ -34,8 +34,8 @@ def installed_models() -> SectionModels:
     for name in SECTIONS:
         try:
             known[name] = COMMON.get(name) or section_model(name)
-        except CliError as trouble:
-            missing[name] = str(trouble)
+        except CliError as error:
+            missing[name] = str(error)
     return SectionModels(known, missing)
 
 

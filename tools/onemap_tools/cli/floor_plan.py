@@ -73,9 +73,9 @@ def _pixel(grid: GridSpec, scale: int, position_m: F64) -> tuple[int, int]:
 
 
 def _draw_start(image: U8, grid: GridSpec, scale: int, start: StartPose) -> None:
-    here = np.array(start[:2])
-    ahead = here + ARROW_M * np.array([np.cos(start[2]), np.sin(start[2])])
-    first = _pixel(grid, scale, here)
+    position = np.array(start[:2])
+    ahead = position + ARROW_M * np.array([np.cos(start[2]), np.sin(start[2])])
+    first = _pixel(grid, scale, position)
     cv2.circle(image, first, max(round(0.1 / grid.cell_size_m * scale), 3), START, -1)
     cv2.arrowedLine(image, first, _pixel(grid, scale, ahead), START, 2, tipLength=0.3)
 

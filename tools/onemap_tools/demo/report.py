@@ -24,10 +24,10 @@ def describe(summary: DemoSummary, document: dict[str, Any], console: Console) -
         table.add_row(name, Text("not sought", style="dim"))
     console.print(table)
     for item in summary.objects:
-        if not item.counts:
+        if not item.counts_as_found:
             console.print(f"{item.name}: {_why(item)}")
-    if summary.trouble:
-        console.print(Text(summary.trouble, style="red"))
+    if summary.failure:
+        console.print(Text(summary.failure, style="red"))
     console.print(
         f"{summary.found} of {len(summary.wanted)} found in {summary.search_s:.0f} s "
         f"({summary.duration_s:.0f} s with starting up), {_verdict(summary)}, "

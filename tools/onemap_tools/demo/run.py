@@ -150,11 +150,11 @@ def _search(
     handle = SearchHandle(gateway, gateway.start_search(targets.objects))
     began_s = time.monotonic()
     monitor.restart(began_s)
-    trouble = ""
+    failure = ""
     while handle.active:
         view.show(progress_of(handle.report, monitor.map_updates, monitor.position_m))
         if demo.overdue:
-            trouble = f"Cancelled after the time limit of {demo.options.time_limit_s:g} s."
+            failure = f"Cancelled after the time limit of {demo.options.time_limit_s:g} s."
             handle.cancel()
             break
         demo.pause()
@@ -171,7 +171,7 @@ def _search(
         duration_s=demo.elapsed_s,
         search_s=search_s,
         map_rate_hz=monitor.map_rate_hz,
-        trouble=trouble or _failure_reason(handle.report),
+        failure=failure or _failure_reason(handle.report),
     )
 
 

@@ -44,7 +44,7 @@ class ObjectSummary:
         return self.judged and self.claimed and self.goal_distance_m <= SUCCESS_TOLERANCE_M
 
     @property
-    def counts(self) -> bool:
+    def counts_as_found(self) -> bool:
         """Whether it counts as found: by the ground truth, or by the claim where there is none."""
         return self.claimed and (self.success or not self.judged)
 
@@ -56,7 +56,7 @@ class ObjectSummary:
     @property
     def claimed_wrongly(self) -> bool:
         """Whether the claim is wrong by the ground truth."""
-        return self.claimed and not self.counts
+        return self.claimed and not self.counts_as_found
 
     @property
     def spl(self) -> float:
@@ -76,19 +76,23 @@ class ObjectSummary:
 
 @dataclass(frozen=True, slots=True)
 class DemoSummary:
-    """The result of a demo run. ``wanted``: all objects to search for, in order."""
+    """The result of a demo run.
+
+    ``wanted``: all objects to search for, in order. ``failure``: why the run ended early, empty
+    if it did not; "trouble" in the JSON document.
+    """
 
     wanted: tuple[str, ...]
     objects: tuple[ObjectSummary, ...]
     duration_s: float
     search_s: float
     map_rate_hz: float
-    trouble: str = ""
+    failure: str = ""
 
     @property
     def found(self) -> int:
         """How many objects count as found."""
-        return sum(item.counts for item in self.objects)
+        return sum(item.counts_as_found for item in self.objects)
 
     @property
     def judged(self) -> int:
@@ -103,14 +107,14 @@ class DemoSummary:
     @property
     def worked(self) -> bool:
         """Whether every wanted object counts as found."""
-        return not self.trouble and bool(self.wanted) and self.found == len(self.wanted)
+        return not self.failure and bool(self.wanted) and self.found == len(self.wanted)
 
     @property
     def progress(self) -> float:
         """Fraction of the objects that were found before the first failure (paper: PR)."""
         done = 0
         for item in self.objects:
-            if not item.counts:
+            if not item.counts_as_found:
                 break
             done += 1
         return done / len(self.wanted) if self.wanted else 0.0
@@ -141,7 +145,7 @@ class DemoSummary:
             "duration_s": round(self.duration_s, 2),
             "search_s": round(self.search_s, 2),
             "map_rate_hz": json_value(self.map_rate_hz),
-            "trouble": self.trouble,
+            "trouble": self.failure,
         }
 
 

@@ -41,7 +41,7 @@ def scene_category(word: str, categories: Collection[str], vocabulary: Vocabular
     return wanted
 
 
-def evaluate_result(result: dict[str, Any], name: str, ask: TruthQuery) -> ObjectSummary:
+def evaluate_result(result: dict[str, Any], name: str, query: TruthQuery) -> ObjectSummary:
     """Compare the gateway's result for one object with the ground truth of category ``name``.
 
     It is not judged without a reply, or if the scene has unnamed objects and none of that
@@ -49,7 +49,7 @@ def evaluate_result(result: dict[str, Any], name: str, ask: TruthQuery) -> Objec
     """
 
     def truth_at(place: list[float] | None) -> Truth | None:
-        return ask(name, tuple(place)) if place else None
+        return query(name, tuple(place)) if place else None
 
     start, end = truth_at(result["start_xy_m"]), truth_at(result["end_xy_m"])
     claimed = truth_at(result["position_m"])

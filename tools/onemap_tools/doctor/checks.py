@@ -1,6 +1,6 @@
 """Pure checks over the observations of the bus; each returns its findings as sentences.
 
-Every check looks for one kind of fault that keeps objects from being found.
+Every check covers one kind of fault that keeps objects from being found.
 """
 
 from __future__ import annotations
