@@ -1,4 +1,4 @@
-"""What compose and systemd start is what the ``onemap`` command understands."""
+"""The commands of compose and systemd are valid command lines."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ COMMANDS: dict[str, Any] = typer.main.get_command(app).commands  # type: ignore[
 
 
 def check(arguments: list[str]) -> None:
-    """Parse a command line without running it; raises what the user would be told."""
+    """Parse a command line without running it; raises the usage error."""
     name, *rest = arguments
     COMMANDS[name].make_context(name, rest)
 

@@ -1,4 +1,4 @@
-"""install.sh tells what it would do, and what it would install is there."""
+"""install.sh prints what it would do, and the files it would install exist."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_a_machine_that_only_perceives_installs_perception_alone() -> None:
 
 
 @pytest.mark.parametrize("arguments", [["--services", "toaster"], ["--colour"]])
-def test_a_mistake_is_told(arguments: list[str]) -> None:
+def test_wrong_usage_is_reported(arguments: list[str]) -> None:
     result = dry_run(*arguments)
     assert result.returncode == 2
     assert "usage:" in result.stderr

@@ -1,4 +1,4 @@
-"""The router's files, read by the library that routes."""
+"""The router's configuration files, read by Zenoh itself."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ signal.signal(signal.SIGTERM, lambda *_: stop.set())
 run_router(tuple(sys.argv[2:]), stop, Path(sys.argv[1]))
 """
 JOIN_S = 10.0
-REFUSED_S = 2.0  # a refused client is told within milliseconds; the rest is patience
+REFUSED_S = 2.0  # a client is refused within milliseconds
 
 
 def document(name: str) -> dict[str, Any]:
@@ -55,7 +55,7 @@ def routing(file: Path, *listen: str) -> Iterator[None]:
 
 
 def join(endpoint: str, service: str, patience_s: float = JOIN_S) -> Bus | None:
-    """A bus, or None when nobody let it in within ``patience_s``."""
+    """A bus session; None if it was refused for ``patience_s``."""
     stop = threading.Event()
     timer = threading.Timer(patience_s, stop.set)
     timer.start()
@@ -64,8 +64,8 @@ def join(endpoint: str, service: str, patience_s: float = JOIN_S) -> Bus | None:
     return joined
 
 
-def hears(listener: Bus, speaker: Bus) -> bool:
-    """Whether odometry gets from one to the other."""
+def receives(listener: Bus, speaker: Bus) -> bool:
+    """Whether odometry of one session reaches the other."""
     (sample,) = (message for message in SAMPLES if isinstance(message, keys.ROBOT_ODOMETRY.message))
     publisher, subscription = (
         speaker.publish(keys.ROBOT_ODOMETRY),
@@ -116,7 +116,7 @@ def test_zenoh_reads_it_and_routes() -> None:
         robot, planner = join(endpoint, "simulator"), join(endpoint, "planner")
         assert robot is not None
         assert planner is not None
-        assert hears(planner, robot)
+        assert receives(planner, robot)
         robot.close()
         planner.close()
 
@@ -157,7 +157,7 @@ def test_over_tls_only_the_holder_of_a_certificate_gets_in(tmp_path: Path) -> No
         robot, perception = join(local, "simulator"), join(remote, "perception")
         assert robot is not None
         assert perception is not None
-        assert hears(perception, robot)
+        assert receives(perception, robot)
         nobody = f"tls/localhost:{port}#root_ca_certificate_file={tmp_path / 'ca.pem'}"
         assert join(nobody, "planner", REFUSED_S) is None
         robot.close()

@@ -1,4 +1,4 @@
-"""Which build of torch the set-up takes, and that it never waits long to find out."""
+"""Which build of torch the set-up installs, and that the decision is fast."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_without_a_gpu_the_cpu_build_is_taken(architecture: str) -> None:
     assert decided(architecture=architecture) == CPU
 
 
-def test_with_a_gpu_cuda_is_taken_and_the_index_not_asked() -> None:
+def test_with_a_gpu_cuda_is_chosen_without_a_request() -> None:
     assert INDEX.decide("auto", replace(PLAIN, nvidia=True), never_asked).arguments == ()
 
 
@@ -77,7 +77,7 @@ def test_where_there_is_nothing_to_decide_nothing_is_added(changes: dict[str, ob
     assert INDEX.decide("auto", replace(PLAIN, **changes), never_asked).arguments == ()
 
 
-def test_the_users_own_settings_are_respected_and_said() -> None:
+def test_settings_of_the_user_are_kept_and_reported() -> None:
     machine = replace(PLAIN, own_settings=("PIP_EXTRA_INDEX_URL",))
     assert "PIP_EXTRA_INDEX_URL" in INDEX.decide("auto", machine, never_asked).reason
 
@@ -155,7 +155,7 @@ def test_a_look_up_that_hangs_is_given_up(monkeypatch: pytest.MonkeyPatch) -> No
     hang.set()
 
 
-def test_nobody_listening_and_no_address_are_no_answer() -> None:
+def test_a_closed_port_and_an_unknown_host_do_not_answer() -> None:
     with socket.create_server(("127.0.0.1", 0)) as gone:
         port = gone.getsockname()[1]
     assert not INDEX.answers(f"http://127.0.0.1:{port}/")

@@ -1,4 +1,4 @@
-"""The systemd units: accepted by systemd, watched, confined, and starting what is there."""
+"""The systemd units: valid, watched, confined, and starting installed commands."""
 
 from __future__ import annotations
 

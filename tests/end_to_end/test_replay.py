@@ -132,7 +132,7 @@ def test_the_picture_shows_it(study: System) -> None:
     assert colour((x_min + 0.05, y_min + 0.05)) == UNKNOWN  # the margin around what is known
 
 
-def test_the_gateway_says_what_is_missing_for_a_search(study: System) -> None:
+def test_the_gateway_reports_what_a_search_lacks(study: System) -> None:
     study.until(lambda: study.lacks("planner"), "/readyz names the planner")
     answer = study.http.post("/v1/searches", json={"object": "sofa"})
     assert answer.status_code == 503

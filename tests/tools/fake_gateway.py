@@ -1,4 +1,4 @@
-"""A gateway that says what a test tells it to: real HTTP on loopback, no robot behind it."""
+"""A fake gateway: HTTP on loopback with fixed replies."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Routes = Mapping[tuple[str, str], tuple[int, dict[str, Any] | bytes]]
 
 @contextmanager
 def fake_gateway(routes: Routes) -> Iterator[str]:
-    """The URL of a server with these answers, by method and path; 404 for all others."""
+    """The URL of a server with these replies, by method and path; 404 for all others."""
 
     class Handler(BaseHTTPRequestHandler):
         def _answer(self) -> None:

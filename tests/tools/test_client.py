@@ -1,4 +1,4 @@
-"""What the client makes of a gateway's answers, and of silence."""
+"""Requests of the client, and errors for bad replies and timeouts."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_requests_go_where_the_gateway_expects_them() -> None:
     ]
 
 
-def test_a_problem_document_is_told_by_its_detail() -> None:
+def test_a_problem_document_is_reported_by_its_detail() -> None:
     detail = "The mapper is not running: start it with 'onemap mapper', or see 'onemap status'."
     with pytest.raises(CliError) as error:
         gateway_client(fake_gateway(503, {"status": 503, "detail": detail})).query("sofa", 5)
@@ -68,17 +68,17 @@ def test_a_problem_document_is_told_by_its_detail() -> None:
     assert error.value.exit_code == EXIT_FAILED
 
 
-def test_an_error_without_detail_is_told_by_its_status() -> None:
+def test_an_error_without_detail_is_reported_by_its_status() -> None:
     with pytest.raises(CliError, match="answers 502 Bad Gateway"):
         gateway_client(fake_gateway(502, ["?"])).status()
 
 
-def test_nobody_there_is_told_with_what_to_start() -> None:
+def test_without_a_server_the_remedy_is_named() -> None:
     with pytest.raises(CliError, match=r"No gateway at http://robot:8080: start .*onemap up"):
         gateway_client(failing(httpx.ConnectError)).status()
 
 
-def test_silence_is_told_with_how_long() -> None:
+def test_a_timeout_is_reported_with_its_length() -> None:
     with pytest.raises(CliError, match="did not answer within 5 s"):
         gateway_client(failing(httpx.ReadTimeout)).status()
 
@@ -90,13 +90,13 @@ def test_another_program_on_the_port_is_recognised() -> None:
 
 
 @pytest.mark.parametrize("url", ["robot:8080", "ftp://robot", "http://[::1"])
-def test_an_address_that_is_none_is_a_misuse(url: str) -> None:
+def test_a_wrong_url_is_a_usage_error(url: str) -> None:
     with pytest.raises(CliError) as error:
         GatewayClient(url).status()
     assert error.value.exit_code == EXIT_USAGE_ERROR
 
 
-def test_the_missing_stage_is_what_readyz_says() -> None:
+def test_the_missing_stage_is_the_detail_of_readyz() -> None:
     assert gateway_client(fake_gateway(200, {"status": "ok"})).missing_stage() == ""
     missing = gateway_client(
         fake_gateway(503, {"detail": "The mapper is not running."})

@@ -37,7 +37,7 @@ def all_models() -> dict[str, type[BaseModel]]:
     return found
 
 
-def test_every_section_is_known_here() -> None:
+def test_every_section_has_a_model() -> None:
     models = installed_models()
     assert models.missing == {}
     assert tuple(models.known) == SECTIONS
@@ -45,7 +45,7 @@ def test_every_section_is_known_here() -> None:
 
 
 @pytest.mark.parametrize("name", sorted(all_models()))
-def test_every_key_says_its_unit_and_reason(name: str) -> None:
+def test_every_key_has_a_description(name: str) -> None:
     fields = all_models()[name].model_fields
     assert [key for key, field in fields.items() if not (field.description or "").strip()] == []
 

@@ -68,12 +68,12 @@ def text_of(console: Console) -> str:
     return console.file.getvalue()
 
 
-def test_a_saved_map_is_told_with_path_and_size(console: Console) -> None:
+def test_a_saved_map_has_path_and_size(console: Console) -> None:
     describe_change("Saved")(CHANGE, console)
     assert text_of(console) == "Saved /maps/flat.npz: 81 cells from 9 frames, 2.5 MB.\n"
 
 
-def test_a_cleared_map_has_neither(console: Console) -> None:
+def test_a_cleared_map_has_no_path(console: Console) -> None:
     empty = {"path": "", "cells_observed": 0, "frames_fused": 0, "file_bytes": 0}
     describe_change("Cleared")(empty, console)
     assert text_of(console) == "Cleared: 0 cells from 0 frames.\n"
@@ -148,7 +148,7 @@ def test_a_query_lists_places_best_first(console: Console) -> None:
     assert "1.7 x 1.0 m" in text_of(console)
 
 
-def test_a_query_without_answer_says_so(console: Console) -> None:
+def test_a_query_without_a_match_has_a_message(console: Console) -> None:
     why = "Nothing on the map looks like 'yeti': the best score is 0.04. Did you mean 'bed'?"
     describe_query({"text": "yeti", "regions": [], "message": why}, console)
     assert why in " ".join(text_of(console).split())

@@ -1,4 +1,4 @@
-"""``onemap models`` on a made-up cache; nothing is downloaded."""
+"""``onemap models`` on a generated cache; nothing is downloaded."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ pytest.importorskip("huggingface_hub", reason="needs huggingface_hub (extra open
 
 @pytest.fixture
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty cache of the hub's client, and no way to the network."""
+    """An empty cache of the hub's client, without access to the network."""
     use_cache(tmp_path, monkeypatch)
     return tmp_path
 
@@ -27,7 +27,7 @@ def run(*arguments: str) -> tuple[int, str]:
     return result.exit_code, result.output
 
 
-def test_the_list_says_what_is_here(cache: Path) -> None:
+def test_the_list_has_every_known_model(cache: Path) -> None:
     code, text = run("list", "--json")
     assert code == 0
     entries = json.loads(text.splitlines()[-1])["models"]
@@ -45,7 +45,7 @@ def test_the_list_says_what_is_here(cache: Path) -> None:
     assert here["licence"] == "Apache-2.0"
 
 
-def test_a_whole_model_is_whole_and_a_changed_file_is_named(cache: Path) -> None:
+def test_changed_files_of_a_model_are_named(cache: Path) -> None:
     folder = put_in_cache(cache)
     assert run("verify", REPO) == (0, f"{REPO}: whole\n")
     (folder / "model.safetensors").resolve().write_bytes(b"other")
@@ -57,7 +57,7 @@ def test_a_whole_model_is_whole_and_a_changed_file_is_named(cache: Path) -> None
     assert model_store.corrupt_files(folder) == ["config.json", "model.safetensors"]
 
 
-def test_what_is_not_here_is_told_with_the_command(cache: Path) -> None:
+def test_an_absent_model_is_reported_with_the_command(cache: Path) -> None:
     code, text = run("verify", REPO)
     assert code == 1
     assert f"onemap models fetch {REPO}" in text

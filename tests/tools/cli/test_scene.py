@@ -1,4 +1,4 @@
-"""``onemap scene check``: exit codes, the document, the picture, and files that are none."""
+"""``onemap scene check``: exit codes, document and picture."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_a_room_without_a_place_for_the_robot_fails(tmp_path: Path) -> None:
     assert "No robot can search here." in result.stderr
 
 
-def test_a_scene_in_centimetres_has_no_picture(tmp_path: Path) -> None:
+def test_a_scene_that_is_too_large_has_no_picture(tmp_path: Path) -> None:
     result = check(room(tmp_path, scale=100.0), "--json", "--out", tmp_path / "plan.png")
     assert result.exit_code == EXIT_FAILED
     document = json.loads(result.stdout)
@@ -57,7 +57,7 @@ def test_a_scene_in_centimetres_has_no_picture(tmp_path: Path) -> None:
         ("a.obj", b"# nothing\n", "a.obj"),
     ],
 )
-def test_a_file_that_is_no_scene_is_misuse_in_one_sentence(
+def test_a_file_that_is_not_a_scene_is_a_usage_error(
     tmp_path: Path, name: str, content: bytes, reason: str
 ) -> None:
     (tmp_path / name).write_bytes(content)
@@ -68,7 +68,7 @@ def test_a_file_that_is_no_scene_is_misuse_in_one_sentence(
     assert check(tmp_path / "nowhere.glb").exit_code == EXIT_USAGE_ERROR
 
 
-def test_a_picture_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_a_picture_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     path = room(tmp_path)
     assert check(path, "--out", tmp_path / "plan.jpg").exit_code == EXIT_USAGE_ERROR
     blocked = check(path, "--out", path / "plan.png")
@@ -76,7 +76,7 @@ def test_a_picture_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     assert "Cannot write the picture" in blocked.stderr
 
 
-def test_without_the_simulators_packages_it_says_what_to_install(
+def test_without_the_simulators_packages_the_extra_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delitem(sys.modules, "onemap_simulator.scene.scene_file", raising=False)
@@ -89,14 +89,14 @@ def test_without_the_simulators_packages_it_says_what_to_install(
     assert "pip install 'onemap[simulator]'" in result.stderr
 
 
-def test_names_are_printed_as_they_are(tmp_path: Path) -> None:
+def test_names_are_printed_literally(tmp_path: Path) -> None:
     result = check(room(tmp_path, yaml="categories: {Sofa-01: '[/sofa]'}"))
     assert result.exit_code == EXIT_OK
     assert "[/sofa]" in result.stdout
 
 
 @pytest.mark.parametrize("command", [["scene", "check"], ["demo"]], ids=" ".join)
-def test_the_help_tells_what_the_yaml_may_hold(command: list[str]) -> None:
+def test_the_help_lists_the_keys_of_the_yaml(command: list[str]) -> None:
     text = " ".join(CliRunner().invoke(app, [*command, "--help"]).output.split())
     for word in ("categories", "start", "yaw", "up", "y or z"):
         assert word in text

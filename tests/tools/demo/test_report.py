@@ -22,7 +22,7 @@ OBJECTS = (
 )
 
 
-def said(summary: DemoSummary, *, picture: str | None = None) -> str:
+def printed(summary: DemoSummary, *, picture: str | None = None) -> str:
     console = Console(file=io.StringIO(), width=80)
     describe(summary, {"picture": picture}, console)
     assert isinstance(console.file, io.StringIO)
@@ -30,7 +30,7 @@ def said(summary: DemoSummary, *, picture: str | None = None) -> str:
 
 
 def test_a_row_per_object_fits_eighty_columns() -> None:
-    text = said(DemoSummary(("a", "b", "c"), OBJECTS, 210.0, 202.4, 7.4))
+    text = printed(DemoSummary(("a", "b", "c"), OBJECTS, 210.0, 202.4, 7.4))
     lines = [line for line in text.splitlines() if line.strip().startswith("refrigerator")]
     for part in ("found", "(10.1, 10.4)", "112 s", "25.2 m", "17.1 m", "0.68", "0.8 m"):
         assert part in lines[0]
@@ -38,7 +38,7 @@ def test_a_row_per_object_fits_eighty_columns() -> None:
 
 
 def test_wrong_claims_and_failures_have_their_reason() -> None:
-    text = said(DemoSummary(("a", "b", "c"), OBJECTS, 210.0, 202.4, 7.4))
+    text = printed(DemoSummary(("a", "b", "c"), OBJECTS, 210.0, 202.4, 7.4))
     assert "wrong one" in text
     assert "sofa: seen [3] times (nearest to the claimed place: armchair)" in text
     assert "toilet: searched it all\n" in text
@@ -48,13 +48,13 @@ def test_wrong_claims_and_failures_have_their_reason() -> None:
 
 def test_results_without_ground_truth_are_marked() -> None:
     unknown = replace(OBJECTS[0], judged=False, goal_distance_m=nan, shortest_path_m=nan)
-    text = said(DemoSummary(("a",), (unknown,), 210.0, 202.4, 7.4))
+    text = printed(DemoSummary(("a",), (unknown,), 210.0, 202.4, 7.4))
     assert "found (no" in text
     assert "wrong" not in text
     assert "SPL 0" not in text
     assert "1 of 1 found in 202 s (210 s with starting up), no ground truth" in flat(text)
     assert "…" not in text
-    mixed = said(DemoSummary(("a", "b"), (unknown, OBJECTS[1]), 210.0, 202.4, 7.4))
+    mixed = printed(DemoSummary(("a", "b"), (unknown, OBJECTS[1]), 210.0, 202.4, 7.4))
     assert "ground truth for 1 of 2, 1 claimed wrongly" in flat(mixed)
 
 
@@ -64,7 +64,7 @@ def flat(text: str) -> str:
 
 def test_objects_without_a_result_are_listed() -> None:
     summary = DemoSummary(("refrigerator", "bed"), OBJECTS[:1], 90.0, 80.0, nan, "cancelled")
-    text = said(summary, picture="/runs/1/map.png")
+    text = printed(summary, picture="/runs/1/map.png")
     assert "not sought" in text
     assert "cancelled" in text
     assert "/runs/1/map.png" in text

@@ -126,7 +126,7 @@ def test_a_silent_stream_is_named_with_its_source() -> None:
     assert finding.sentence == "Nothing arrives on rgbd from the robot."
 
 
-def test_an_unreadable_stream_says_why() -> None:
+def test_an_unreadable_stream_has_its_reason() -> None:
     stream = StreamStatus("rgbd", "robot", refused=4, last_problem="depth has dtype float32")
     finding = the_one(check_streams(with_stream(stream)))
     assert finding.sentence.startswith("4 messages on rgbd could not be read")

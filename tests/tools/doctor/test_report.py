@@ -1,4 +1,4 @@
-"""What the doctor says and how the command ends."""
+"""The printed findings and their document."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ERROR = Finding(Severity.ERROR, "The mapper is not running.", "Start it: onemap 
 WARNING = Finding(Severity.WARNING, "The robot touches an obstacle [1].", "Let it back off.")
 
 
-def said(findings: list[Finding]) -> str:
+def printed(findings: list[Finding]) -> str:
     console = Console(file=io.StringIO(), width=200)
     describe(findings, console)
     assert isinstance(console.file, io.StringIO)
@@ -27,25 +27,25 @@ def test_warnings_alone_are_healthy() -> None:
 
 
 def test_each_finding_is_a_line_with_its_remedy() -> None:
-    lines = said([ERROR, WARNING]).splitlines()
+    lines = printed([ERROR, WARNING]).splitlines()
     assert lines == [
         "error The mapper is not running. Start it: onemap mapper.",
         "warning The robot touches an obstacle [1]. Let it back off.",
     ]
 
 
-def test_health_is_said_too() -> None:
-    assert said([]).startswith("Nothing is wrong")
+def test_without_findings_health_is_printed() -> None:
+    assert printed([]).startswith("Nothing is wrong")
 
 
-def test_a_note_is_no_failure_and_hides_no_health() -> None:
+def test_notes_are_healthy() -> None:
     note = Finding(Severity.NOTE, "The floor cannot be told yet.", "Drive or turn the robot.")
     assert healthy([note, WARNING])
-    assert said([note]).splitlines() == [
+    assert printed([note]).splitlines() == [
         "note The floor cannot be told yet. Drive or turn the robot.",
         "Nothing is wrong that can be seen from here.",
     ]
-    assert "Nothing is wrong" not in said([WARNING, note])
+    assert "Nothing is wrong" not in printed([WARNING, note])
 
 
 def test_the_document_is_complete() -> None:

@@ -193,7 +193,7 @@ def test_a_process_stops_when_its_launcher_is_killed(tmp_path: Path) -> None:
         os.sched_yield()
 
 
-def test_a_wrong_configuration_is_told_from_a_crash(tmp_path: Path) -> None:
+def test_a_wrong_configuration_is_not_a_crash(tmp_path: Path) -> None:
     ended = ProcessExit("planner", 2, tmp_path / "planner.log", "")
     assert ended.misconfigured
     assert "cannot start as configured" in ended.sentence

@@ -50,7 +50,7 @@ def test_a_taken_port_is_not_free_and_accepts_connections() -> None:
     assert not accepts_connections(f"tcp/{LOOPBACK}:{any_free_port()}")
 
 
-def test_without_a_free_port_the_user_is_asked_for_another(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_free_port_the_option_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     tried: list[int] = []
     monkeypatch.setattr("onemap_tools.processes.network.is_free", tried.append)
     with pytest.raises(CliError, match="--port"):
