@@ -21,6 +21,7 @@ from tests.shared.test_bus import Router, eventually, join, router
 from tests.structure import ROOT
 
 __all__ = ["router"]  # the fixture
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture

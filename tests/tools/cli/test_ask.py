@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from typer.testing import CliRunner
 
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import Heartbeat
+from onemap_shared.transport import Bus
 from onemap_tools.cli.app import app
 from onemap_tools.client import GatewayClient
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
@@ -126,3 +130,65 @@ def test_without_a_router_there_is_one_sentence(
     result = RUNNER.invoke(app, [*command, "--config", str(config)])
     assert result.exit_code == EXIT_FAILED
     assert "No router at tcp/127.0.0.1:" in result.stderr
+
+
+class Session:
+    """Stands in for the bus of a command."""
+
+    def __init__(self, bus: Bus) -> None:
+        self._bus = bus
+
+    def __call__(self, *_: object) -> Session:
+        return self
+
+    def __enter__(self) -> Bus:
+        return self._bus
+
+    def __exit__(self, *_: object) -> None:
+        return
+
+
+@pytest.mark.parametrize(("ready", "code"), [(True, EXIT_OK), (False, EXIT_FAILED)])
+def test_the_status_of_one_service_is_its_heartbeat(
+    ready: bool, code: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    router = MemoryRouter()
+    beats = Mock(take=lambda _: Heartbeat("mapper", "a", 1, 1, ready, "no frames"))
+    bus = Mock(wraps=router.bus(), subscribe=lambda *_: beats)
+    monkeypatch.setattr("onemap_tools.processes.heartbeat.temporary_session", Session(bus))
+    monkeypatch.setattr("onemap_tools.processes.heartbeat.PATIENCE_S", 0.05)
+    result = RUNNER.invoke(app, ["status", "--service", "mapper", "--json"])
+    assert result.exit_code == code
+    document = json.loads(result.stdout)
+    expected = {"service": "mapper", "ready": True} if ready else {"exit_code": code}
+    assert document.items() >= expected.items()
+    assert ready or "no frames" in document["error"]
+
+
+def test_the_doctor_fails_if_there_are_errors(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        "onemap_tools.doctor.report.temporary_session", Session(MemoryRouter().bus())
+    )
+    monkeypatch.setattr("onemap_tools.doctor.report.LISTEN_S", 0.01)
+    result = RUNNER.invoke(app, ["doctor", "--json"])
+    assert result.exit_code == EXIT_FAILED
+    document = json.loads(result.stdout)
+    assert document["healthy"] is False
+    sentences = [finding["sentence"] for finding in document["findings"]]
+    assert "The mapper is not running." in sentences
+
+
+def test_a_search_exits_with_0_only_if_all_were_found() -> None:
+    result = {
+        "name": "sofa",
+        "outcome": "found",
+        "reason": "confirmed",
+        "position_m": [1.0, 2.0],
+        "duration_s": 3.0,
+        "path_length_m": 1.0,
+    }
+    report = {"id": "s1", "state": "found", "objects": ["sofa"], "results": [result], "reason": ""}
+    with fake_gateway({("POST", "/v1/searches"): (201, report)}) as url:
+        done = RUNNER.invoke(app, ["search", "sofa", "--url", url, "--json"])
+    assert done.exit_code == EXIT_OK
+    assert json.loads(done.stdout) == report

@@ -104,24 +104,29 @@ def test_the_json_schema_describes_the_file() -> None:
 
 
 def test_only_sections_of_installed_extras_are_checked(tmp_path: Path) -> None:
-    """Without torch, in a process whose imports of it fail: all but the mapper."""
-    code = (
-        "import sys; sys.modules['torch'] = None\nfrom onemap_tools.cli.app import main\nmain()\n"
-    )
-
-    def run_without_torch(*arguments: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-c", code, "config", *arguments]
-        return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-
+    """All but the mapper, in a process whose imports of torch fail."""
     config = written(tmp_path, "mapper: {}\nplanner: {}\n")
-    checked = run_without_torch("check", "--config", config)
-    assert checked.returncode == EXIT_OK
-    assert "mapper is not checked here" in checked.stdout
-    assert "pip install 'onemap[mapper]'" in checked.stdout
-    shown = run_without_torch("show", "--config", config)
-    assert "planner" in yaml.safe_load(shown.stdout)
-    assert "mapper is left out" in shown.stdout
-    assert "planner.plan_hz" in run_without_torch("schema").stdout
-    missing = run_without_torch("schema", "mapper")
-    assert missing.returncode == EXIT_USAGE_ERROR
-    assert "pip install 'onemap[mapper]'" in missing.stderr
+    commands = [
+        ["check", "--config", config],
+        ["show", "--config", config],
+        ["schema"],
+        ["schema", "mapper"],
+    ]
+    code = (
+        "import json, sys; sys.modules['torch'] = None\n"
+        "from tests.tools.cli.test_config import run\n"
+        f"results = [run(*command) for command in {commands!r}]\n"
+        "print(json.dumps([[r.exit_code, r.stdout, r.stderr] for r in results]))\n"
+    )
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True
+    )
+    checked, shown, schema, missing = json.loads(process.stdout)
+    assert checked[0] == EXIT_OK
+    assert "mapper is not checked here" in checked[1]
+    assert "pip install 'onemap[mapper]'" in checked[1]
+    assert "planner" in yaml.safe_load(shown[1])
+    assert "mapper is left out" in shown[1]
+    assert "planner.plan_hz" in schema[1]
+    assert missing[0] == EXIT_USAGE_ERROR
+    assert "pip install 'onemap[mapper]'" in missing[2]

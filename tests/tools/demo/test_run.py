@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import json
+import os
+import sys
 import threading
 from dataclasses import replace
 from math import nan
@@ -21,11 +23,16 @@ from onemap_tools.client import GatewayClient
 from onemap_tools.demo import run as module
 from onemap_tools.demo.run import DemoRun, DemoTargets, run_with_report
 from onemap_tools.demo.run_monitor import RunMonitor
+from onemap_tools.demo.setup import DemoSetup
 from onemap_tools.demo.summary import DemoSummary
 from onemap_tools.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_USAGE_ERROR, CliError
-from onemap_tools.processes.launch import ProcessExit
+from onemap_tools.processes.launch import ProcessExit, ProcessSpec
 from onemap_tools.progress import LineView
+from tests.shared.test_bus import Router, router
 from tests.tools.demo.test_setup import options
+from tests.tools.fake_gateway import Routes, fake_gateway
+
+__all__ = ["router"]  # the fixture
 
 TARGETS = DemoTargets(("sofa",), {"sofa": "sofa"})
 RESULT = {
@@ -159,3 +166,39 @@ def test_a_run_that_cannot_start_has_a_summary(tmp_path: Path) -> None:
     assert error.value.document["worked"] is False
     assert error.value.document["trouble"] == str(error.value)
     assert not (tmp_path / "run").exists()
+
+
+def test_the_live_page_stays_until_ctrl_c(tmp_path: Path) -> None:
+    demo = demo_of(tmp_path)
+    demo.stop.set()
+    module._stay_up(demo, console())
+    crashed = demo_of(tmp_path, ProcessExit("gateway", 1, tmp_path / "gateway.log", "no memory"))
+    with pytest.raises(CliError, match="gateway ended"):
+        module._stay_up(crashed, console())
+
+
+def test_a_whole_run_ends_with_its_summary(
+    router: Router, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Processes that only sleep, a real router, and a gateway with fixed replies."""
+    sleeper = ProcessSpec("mapper", (sys.executable, "-c", "import time; time.sleep(600)"))
+    routes: Routes = {
+        ("GET", "/readyz"): (200, {"status": "ok"}),
+        ("POST", "/v1/searches"): (201, report("exploring")),
+        ("GET", "/v1/searches/s1"): (200, report("found", RESULT)),
+    }
+    run_options = replace(options(tmp_path), objects=("sofa",), time_limit_s=60.0)
+    out = console()
+    with fake_gateway(routes) as url:
+        setup = DemoSetup(
+            router.endpoint, url, tmp_path / "config.yaml", (sleeper,), dict(os.environ)
+        )
+        monkeypatch.setattr(module, "set_up", lambda _: setup)
+        document = run_with_report(run_options, out)
+    assert document["worked"] is True
+    assert document["judged"] == 0
+    assert json.loads((tmp_path / "summary.json").read_text()) == document
+    assert isinstance(out.file, io.StringIO)
+    assert "Searching for sofa. Live page: http://" in out.file.getvalue()
+    assert "1 of 1 found" in out.file.getvalue()
+    assert (tmp_path / "logs" / "mapper.log").exists()

@@ -21,7 +21,13 @@ from onemap_shared.messages import (
     VelocityCommand,
 )
 from onemap_shared.wire import Packet
-from onemap_tools.doctor.observe import BusObserver, depth_statistics, map_growth, process_health
+from onemap_tools.doctor.observe import (
+    BusObserver,
+    depth_statistics,
+    map_growth,
+    observe,
+    process_health,
+)
 
 HEIGHT_M = 1.0
 
@@ -115,3 +121,16 @@ def test_every_topic_is_observed() -> None:
 
 def test_no_perception_means_no_text_encoder() -> None:
     assert BusObserver(MemoryRouter().bus()).observations(0.0).text_encoder is None
+
+
+def test_the_bus_is_observed_for_the_duration() -> None:
+    router = MemoryRouter()
+    mapper = router.bus("mapper")
+    publisher = mapper.publish(keys.MAP_REVISION)
+    publisher.put(revision(3, 100))
+    began_s = time.monotonic()
+    observed = observe(router.bus(), 0.05)
+    assert time.monotonic() - began_s >= 0.05
+    assert observed.duration_s == 0.05
+    assert observed.map is not None
+    assert observed.map.frames == (3, 3)

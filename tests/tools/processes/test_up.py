@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import io
+import os
+import signal
+import socket
 import sys
 import time
 from pathlib import Path
@@ -10,10 +13,18 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from onemap_shared.config import BusConfig
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.processes import up as module
 from onemap_tools.processes.launch import Processes, ProcessSpec
+from onemap_tools.processes.network import accepts_connections, any_free_port
+from onemap_tools.processes.router import CANNOT_LISTEN
 from onemap_tools.processes.services import CORE
-from onemap_tools.processes.up import choose, supervise
+from onemap_tools.processes.session import temporary_session
+from onemap_tools.processes.up import choose, refuse_conflicts, supervise, up
+from tests.shared.test_bus import Router, eventually, router
+
+__all__ = ["router"]  # the fixture
 
 SOON_S = 20.0
 
@@ -86,3 +97,95 @@ def test_a_wrong_configuration_ends_the_command(tmp_path: Path) -> None:
         processes.start()
         with pytest.raises(CliError, match=r"planner\.radus is unknown"):
             until_reported(processes, console)
+
+
+def test_a_restart_that_cannot_listen_ends_the_command(tmp_path: Path) -> None:
+    code = f"print({CANNOT_LISTEN!r}, flush=True); raise SystemExit(1)"
+    console = Console(file=io.StringIO())
+    with Processes([ProcessSpec("router", (sys.executable, "-c", code))], tmp_path) as processes:
+        processes.start()
+        with pytest.raises(CliError, match=CANNOT_LISTEN):
+            until_reported(processes, console)
+
+
+def test_conflicts_are_reported_with_the_router_and_the_namespace() -> None:
+    config = BusConfig(connect=("tcp/127.0.0.1:7001",), namespace="fleet")
+    refuse_conflicts((), config)
+    with pytest.raises(CliError, match=r"tcp/127.0.0.1:7001, namespace fleet somebody runs mapper"):
+        refuse_conflicts(("mapper",), config)
+
+
+class StopAt(io.StringIO):
+    """Sends this process SIGTERM as soon as the text is printed."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self._text = text
+
+    def write(self, text: str) -> int:
+        if self._text in text:
+            os.kill(os.getpid(), signal.SIGTERM)
+        return super().write(text)
+
+
+@pytest.fixture
+def sleepers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every service is a process that only sleeps."""
+    sleep = (sys.executable, "-c", "import time; time.sleep(600)")
+    monkeypatch.setattr(module, "onemap_command", lambda *_: sleep)
+
+
+def config_of(folder: Path, endpoint: str, port: int = 0) -> Path:
+    path = folder / "robot.yaml"
+    path.write_text(
+        f"bus: {{connect: [{endpoint}]}}\ngateway: {{port: {port or any_free_port()}}}\n"
+    )
+    return path
+
+
+@pytest.mark.usefixtures("sleepers")
+def test_services_run_until_the_signal(router: Router, tmp_path: Path) -> None:
+    out = StopAt("Ctrl-C ends them")
+    config = config_of(tmp_path, router.endpoint)
+    eventually(lambda: accepts_connections(router.endpoint) or None)
+    up(config, ("mapper", "gateway"), tmp_path / "logs", Console(file=out, width=500))
+    lines = out.getvalue().splitlines()
+    assert lines == [
+        f"Started mapper, gateway; logs in {tmp_path / 'logs'}. Ctrl-C ends them.",
+        "Stopping ...",
+    ]
+    assert sorted(log.name for log in (tmp_path / "logs").iterdir()) == [
+        "gateway.log",
+        "mapper.log",
+    ]
+
+
+@pytest.mark.usefixtures("sleepers")
+def test_the_signal_ends_the_wait_for_a_router(tmp_path: Path) -> None:
+    out = StopAt("Waiting for a router")
+    config = config_of(tmp_path, f"tcp/127.0.0.1:{any_free_port()}")
+    up(config, ("mapper",), tmp_path / "logs", Console(file=out, width=500))
+    assert "Started" not in out.getvalue()
+    assert list((tmp_path / "logs").iterdir()) == []
+
+
+@pytest.mark.usefixtures("sleepers")
+def test_a_service_on_the_bus_is_not_started_again(router: Router, tmp_path: Path) -> None:
+    config = config_of(tmp_path, router.endpoint)
+    with (
+        temporary_session(BusConfig(connect=(router.endpoint,)), "mapper", SOON_S),
+        pytest.raises(CliError, match=r"somebody runs mapper\."),
+    ):
+        up(config, ("mapper",), tmp_path / "logs", Console(file=io.StringIO()))
+    with pytest.raises(CliError, match="A router answers"):
+        up(config, ("router",), tmp_path / "logs", Console(file=io.StringIO()))
+
+
+@pytest.mark.usefixtures("sleepers")
+def test_a_taken_port_is_reported_before_the_router_starts(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        endpoint = f"tcp/127.0.0.1:{any_free_port()}"
+        config = config_of(tmp_path, endpoint, server.getsockname()[1])
+        with pytest.raises(CliError, match="Nothing was started: the gateway"):
+            up(config, ("router", "gateway"), tmp_path / "logs", Console(file=io.StringIO()))
+    assert list((tmp_path / "logs").iterdir()) == []
