@@ -110,7 +110,6 @@ FILES = {
     "onemap_tools.export.mini": "weights",
     "onemap_tools.export.tower": "weights",
     "onemap_tools.processes.launch": "logs",
-    "onemap_tools.processes.process_group": "process states",
     "onemap_tools.train.data.frame_dataset": "frames",
     "onemap_tools.train.network.backbone": "weights",
     "onemap_tools.train.pipeline": "everything that training leaves",

@@ -6,9 +6,11 @@ import os
 import signal
 import subprocess
 import time
-from pathlib import Path
+
+import psutil
 
 POLL_S = 0.005
+ENDED = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
 
 
 def signal_group(process: subprocess.Popen[bytes], signum: signal.Signals) -> None:
@@ -39,19 +41,11 @@ def group_runs(group: int) -> bool:
     Zombies are ignored: they run no code and hold no file. An orphan is reaped by process 1,
     which in a container may never happen.
     """
+    return any(_runs_in(process, group) for process in psutil.process_iter())
+
+
+def _runs_in(process: psutil.Process, group: int) -> bool:
     try:
-        os.killpg(group, 0)
-    except (ProcessLookupError, PermissionError):  # macOS: EPERM where only zombies are left
+        return os.getpgid(process.pid) == group and process.status() not in ENDED
+    except (ProcessLookupError, PermissionError, psutil.NoSuchProcess):
         return False
-    if not Path("/proc/self/stat").exists():
-        return True
-    return any(_runs_in(stat, group) for stat in Path("/proc").glob("[0-9]*/stat"))
-
-
-def _runs_in(stat: Path, group: int) -> bool:
-    """Whether a process, by its /proc/PID/stat, is in this group and not a zombie."""
-    try:  # PID (NAME) STATE PARENT GROUP ...; the name may contain any character
-        state, _parent, of_group = stat.read_text().rpartition(")")[2].split()[:3]
-    except OSError:  # it ended in between
-        return False
-    return int(of_group) == group and state not in "ZX"
