@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 EXIT_OK, EXIT_FAILED, EXIT_USAGE_ERROR, EXIT_INTERRUPTED = 0, 1, 2, 130
@@ -32,3 +33,21 @@ def to_cli_error(error: BaseException) -> CliError:
     if isinstance(error, KeyboardInterrupt):
         return CliError("Stopped.", EXIT_INTERRUPTED)
     return CliError(str(error), EXIT_USAGE_ERROR)
+
+
+@contextmanager
+def requires_extra(extra: str, subject: str) -> Iterator[None]:
+    """Turn a missing package into a CliError that names the extra to install.
+
+    ``subject``: what needs the package, at the start of the sentence.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as missing:
+        package = (missing.name or "").split(".")[0]
+        if package.startswith("onemap_"):
+            raise
+        raise CliError(
+            f"{subject} needs the package {package!r}: pip install 'onemap[{extra}]'",
+            EXIT_USAGE_ERROR,
+        ) from missing

@@ -9,23 +9,12 @@ import pytest
 
 from onemap_shared.services import SERVICES
 from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR, CliError
-from onemap_tools.processes.services import check_robot, installed, run, section_model
+from onemap_tools.processes.services import check_robot, run, section_model
 
 
 @pytest.mark.parametrize("name", SERVICES)
 def test_every_service_has_a_model(name: str) -> None:
     assert section_model(name).__name__ == f"{name.capitalize()}Config"
-
-
-def test_a_missing_package_is_reported_with_its_extra() -> None:
-    with pytest.raises(CliError, match=r"onemap\[mapper\]") as error, installed(SERVICES["mapper"]):
-        raise ModuleNotFoundError("No module named 'torch'", name="torch.nn")
-    assert error.value.exit_code == EXIT_USAGE_ERROR
-
-
-def test_a_missing_module_of_ours_is_a_bug() -> None:
-    with pytest.raises(ModuleNotFoundError), installed(SERVICES["mapper"]):
-        raise ModuleNotFoundError("No module named 'onemap_mapper.x'", name="onemap_mapper.x")
 
 
 def test_a_robot_that_cannot_start_is_reported(tmp_path: Path) -> None:

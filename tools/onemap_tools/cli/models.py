@@ -9,7 +9,7 @@ import typer
 
 from onemap_tools.bench.commands import PANEL
 from onemap_tools.cli.options import Config, Json
-from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, requires_extra
 
 app = typer.Typer(no_args_is_help=True, help="Encoders and detectors from the model hub.")
 export_app = typer.Typer()
@@ -70,13 +70,8 @@ def export_encoder(
     from onemap_shared.config import load
     from onemap_tools.cli.terminal import print_json, result_console
 
-    try:
+    with requires_extra("openclip", "An export"):
         from onemap_tools.export.tower import export_encoder as export
-    except ModuleNotFoundError as missing:
-        raise CliError(
-            f"An export needs the package {missing.name!r}: pip install 'onemap[openclip]'",
-            EXIT_USAGE_ERROR,
-        ) from missing
     _, _, perception = load(config, "perception", PerceptionConfig)
     exported = export(perception.encoder, out)
     width, height = exported.input_px

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from onemap_tools.cli.options import Json
-from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError, requires_extra
 
 app = typer.Typer(no_args_is_help=True, help="Look at a scene file of your own.")
 
@@ -42,13 +42,8 @@ def check(
 
     Exit code 0 if a robot can search there, 1 if it cannot, 2 if the file is no scene.
     """
-    try:
+    with requires_extra("simulator", "This command"):
         from onemap_tools.cli import scene_report
-    except ModuleNotFoundError as missing:
-        raise CliError(
-            f"This needs the package {missing.name!r}: pip install 'onemap[simulator]'",
-            EXIT_USAGE_ERROR,
-        ) from missing
     from onemap_tools.cli.terminal import print_json, result_console
 
     if out is not None and out.suffix.lower() != ".png":
