@@ -1,0 +1,98 @@
+"""``onemap models`` on a generated cache; nothing is downloaded."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from onemap_perception import model_store
+from onemap_tools.cli.app import app
+from tests.perception.hub_cache import REPO, put_in_cache, use_cache
+
+pytest.importorskip("huggingface_hub", reason="needs huggingface_hub (extra openclip)")
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty cache of the hub's client, without access to the network."""
+    use_cache(tmp_path, monkeypatch)
+    return tmp_path
+
+
+def run(*arguments: str) -> tuple[int, str]:
+    result = CliRunner().invoke(app, ["models", *arguments])
+    return result.exit_code, result.output
+
+
+def test_the_list_has_every_known_model(cache: Path) -> None:
+    code, text = run("list", "--json")
+    assert code == 0
+    entries = json.loads(text.splitlines()[-1])["models"]
+    assert {entry["repo"] for entry in entries} == {
+        model.repo for model in model_store.KNOWN_MODELS
+    }
+    assert {entry["folder"] for entry in entries} == {""}
+    folder = put_in_cache(cache)
+    here = next(
+        entry
+        for entry in json.loads(run("list", "--json")[1].splitlines()[-1])["models"]
+        if entry["repo"] == REPO
+    )
+    assert (here["folder"], here["bytes_here"]) == (str(folder), 702)
+    assert here["licence"] == "Apache-2.0"
+
+
+def test_changed_files_of_a_model_are_named(cache: Path) -> None:
+    folder = put_in_cache(cache)
+    assert run("verify", REPO) == (0, f"{REPO}: whole\n")
+    (folder / "model.safetensors").resolve().write_bytes(b"other")
+    code, text = run("verify")
+    assert code == 1
+    assert "damaged: model.safetensors" in text
+    (folder / "config.json").unlink()
+    (folder / "config.json").write_text("{}")
+    assert model_store.corrupt_files(folder) == ["config.json", "model.safetensors"]
+
+
+def test_an_absent_model_is_reported_with_the_command(cache: Path) -> None:
+    code, text = run("verify", REPO)
+    assert code == 1
+    assert f"onemap models fetch {REPO}" in text
+    assert run("verify") == (0, "No known model lies on this machine.\n")
+    assert run("verify", "nobody/nothing")[0] == 2
+    with pytest.raises(model_store.ModelError, match=f"onemap models fetch {REPO}"):
+        model_store.locate(REPO)
+
+
+def test_fetch_downloads_what_is_needed_and_checks_it(
+    cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import huggingface_hub
+
+    asked: list[tuple[str, object]] = []
+
+    def download(repo: str, allow_patterns: object) -> str:
+        asked.append((repo, allow_patterns))
+        return str(put_in_cache(cache, repo))
+
+    monkeypatch.setattr(huggingface_hub, "snapshot_download", download)
+    code, text = run("fetch", REPO, "--json")
+    assert code == 0
+    assert asked == [(REPO, list(model_store.known_model(REPO).files))]
+    assert json.loads(text.splitlines()[-1])["bytes_here"] == 702
+    assert run("fetch", "nobody/nothing")[0] == 2
+
+
+def test_a_failed_download_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    import huggingface_hub
+
+    def offline(repo: str, **_: object) -> str:
+        raise OSError("no route to host\nand a long story")
+
+    monkeypatch.setattr(huggingface_hub, "snapshot_download", offline)
+    code, text = run("fetch", REPO)
+    assert code == 1
+    assert f"{REPO} cannot be fetched: no route to host\n" in text
