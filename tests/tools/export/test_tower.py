@@ -14,7 +14,8 @@ from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.factory import make_encoder
 from onemap_tools.cli.app import app
-from onemap_tools.export import tower as export
+from onemap_tools.export import tower
+from onemap_tools.export.onnx_file import least_cosine
 from tests.perception.tiny import open_clip_folder, tipsv2_folder
 
 pytest.importorskip("open_clip", reason="needs open_clip_torch (requirements-encoders.txt)")
@@ -48,7 +49,7 @@ def test_the_file_stands_in_for_torch(backend: str, tmp_path: Path) -> None:
     quick = PerceptionConfig.model_validate({"encoder": section(backend, folder, exported=out)})
     torch_encoder, onnx_encoder = make_encoder(plain.encoder), make_encoder(quick.encoder)
     assert torch_encoder.encoder_id == onnx_encoder.encoder_id == report["encoder_id"]
-    assert export.cosine(torch_encoder.encode(RGB), onnx_encoder.encode(RGB)) > 0.999
+    assert least_cosine(torch_encoder.encode(RGB), onnx_encoder.encode(RGB)) > 0.999
     with pytest.raises(EncoderError, match="was exported for"):
         onnx_encoder.encode(RGB[:9])
 
@@ -74,7 +75,7 @@ def test_an_export_that_disagrees_is_not_left_behind(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder, out = open_clip_folder(tmp_path / "model"), tmp_path / "tower.onnx"
-    monkeypatch.setattr(export, "cosine", lambda a, b: 0.99)
+    monkeypatch.setattr(tower, "least_cosine", lambda a, b: 0.99)
     code, text = run(tmp_path, section("openclip_convnext", folder), out)
     assert code == 1
     assert "disagrees with torch: cosine 0.99000" in text

@@ -1,1 +1,1 @@
-"""export."""
+"""Export of encoders as ONNX files."""

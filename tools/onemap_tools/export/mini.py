@@ -1,8 +1,7 @@
-"""From the trained network to the files that ship: ONNX weights, word table, calibration."""
+"""The files of the encoder ``mini``: ONNX weights and the embedding table of its words."""
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -16,16 +15,15 @@ from onemap_perception.onnx import open_session
 from onemap_perception.text.embedding_table import TABLE_FILE
 from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import U8
+from onemap_tools.export.onnx_file import export_module, least_cosine
 from onemap_tools.train.data.text_targets import TextEmbedder
 from onemap_tools.train.network.mini_network import MiniNetwork
 
-OPSET = 17
-MIN_COSINE = 0.999  # between torch and what ships, per patch
-HALF_FROM = 256  # weights with more numbers than this are stored in half precision
+MIN_HALF_SIZE = 256  # weights with fewer numbers stay in single precision
 
 
 class _ImageToFeatures(nn.Module):
-    """The network between what a camera gives and what a feature field holds."""
+    """The network from a camera's image to the features of a field."""
 
     def __init__(self, network: MiniNetwork) -> None:
         super().__init__()
@@ -44,39 +42,30 @@ def export_network(network: MiniNetwork, folder: Path) -> Path:
     arithmetic is float32.
     """
     path = folder / NETWORK_FILE
-    example = torch.zeros(240, 320, 3, dtype=torch.uint8)
-    with warnings.catch_warnings():
-        # The successor of this exporter needs a package that nothing else here needs.
-        warnings.simplefilter("ignore", DeprecationWarning)
-        torch.onnx.export(
-            _ImageToFeatures(network).eval(),
-            (example,),
-            str(path),
-            opset_version=OPSET,
-            input_names=["rgb"],
-            output_names=["features"],
-            dynamic_axes={"rgb": {0: "H", 1: "W"}, "features": {0: "h", 1: "w"}},
-            dynamo=False,
-        )
-    model = onnx.load(str(path))
+    model = export_module(
+        _ImageToFeatures(network).eval(),
+        torch.zeros(240, 320, 3, dtype=torch.uint8),
+        path,
+        names=("rgb", "features"),
+        dynamic_axes={"rgb": {0: "H", 1: "W"}, "features": {0: "h", 1: "w"}},
+    )
     _store_weights_as_half(model)
     onnx.checker.check_model(model, full_check=True)
     onnx.save(model, str(path))
     return path
 
 
-def least_cosine(network: MiniNetwork, path: Path, pictures: U8) -> float:
-    """The lowest cosine of any patch between torch and the exported file; pictures (N, H, W, 3)."""
+def compare_with_torch(network: MiniNetwork, path: Path, images: U8) -> float:
+    """The lowest cosine of any patch between torch and the file, over images (N, H, W, 3)."""
     session = open_session(path, threads=1)
-    camera = _ImageToFeatures(network).eval()
-    lowest = 1.0
-    for picture in pictures:
-        exported = session.run(None, {"rgb": picture})[0].astype(np.float32)
+    module = _ImageToFeatures(network).eval()
+    cosines = []
+    for rgb in images:
+        exported = session.run(None, {"rgb": rgb})[0]
         with torch.inference_mode():
-            wanted = camera(torch.from_numpy(picture.copy())).float().numpy()
-        norms = np.linalg.norm(exported, axis=-1) * np.linalg.norm(wanted, axis=-1)
-        lowest = min(lowest, float(((exported * wanted).sum(axis=-1) / norms).min()))
-    return lowest
+            expected = module(torch.from_numpy(rgb.copy())).numpy()
+        cosines.append(least_cosine(exported, expected))
+    return min(cosines)
 
 
 def write_embedding_table(vocabulary: Vocabulary, embed: TextEmbedder, folder: Path) -> Path:
@@ -93,7 +82,7 @@ def _store_weights_as_half(model: onnx.ModelProto) -> None:
     graph = model.graph
     casts = []
     for weight in graph.initializer:
-        if weight.data_type != TensorProto.FLOAT or np.prod(weight.dims) < HALF_FROM:
+        if weight.data_type != TensorProto.FLOAT or np.prod(weight.dims) < MIN_HALF_SIZE:
             continue
         name = weight.name
         half = numpy_helper.from_array(numpy_helper.to_array(weight).astype(np.float16))
