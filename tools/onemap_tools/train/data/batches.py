@@ -1,4 +1,4 @@
-"""Training batches, made in a thread of their own while the network learns."""
+"""Training batches, prepared by a thread of their own during the optimizer's steps."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from onemap_shared.geometry import F32, U8
 from onemap_tools.train.data.augmentation import augment_full_image, augment_strong, augment_weak
 from onemap_tools.train.data.frame_dataset import NO_CLASS, FrameDataset
 from onemap_tools.train.network.losses import patch_targets
+from onemap_tools.train.params import TrainParams
 
-WEAK_SHARE = 0.75  # of the pictures, in the last part of the training
+WEAKLY_AUGMENTED = 0.75  # share of the images from ``weak_from_step`` on
+FREQUENCY_FRAMES = 500  # from which the classes' frequencies are estimated
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,50 +30,45 @@ class Batch:
 class BatchSource:
     """Batch number i is a function of seed and i alone, so that training can resume anywhere.
 
-    From step ``finish_from`` on most pictures are changed mildly: strong changes teach what
-    things are, the last steps what they look like here. From ``whole_from`` on a batch is half
-    as many whole pictures: a robot never sees a crop.
+    In the phase on whole images a batch holds half as many.
     """
 
     frames: FrameDataset
-    size: tuple[int, int]
-    batch: int
-    seed: int
-    finish_from: int
-    whole_from: int
+    params: TrainParams
 
     def make(self, step: int) -> Batch:
         """The batch of this step."""
-        rng = np.random.default_rng([self.seed, step])
-        whole = step >= self.whole_from
-        chosen = rng.integers(0, len(self.frames), self.batch // 2 if whole else self.batch)
-        pairs = [self._one(i, step, rng) for i in chosen]
+        params = self.params
+        rng = np.random.default_rng([params.seed, step])
+        count = params.batch_size // 2 if step >= params.steps else params.batch_size
+        chosen = rng.integers(0, len(self.frames), count)
+        pairs = [self._augmented(i, step, rng) for i in chosen]
         labels = np.stack([label for _, label in pairs])
         return Batch(
             np.stack([rgb for rgb, _ in pairs]), patch_targets(labels, len(self.frames.classes))
         )
 
-    def _one(self, index: int, step: int, rng: np.random.Generator) -> tuple[U8, U8]:
+    def _augmented(self, index: int, step: int, rng: np.random.Generator) -> tuple[U8, U8]:
         rgb, label = self.frames.rgb[index], self.frames.label[index]
-        if step >= self.whole_from:
+        if step >= self.params.steps:
             return augment_full_image(rgb, label, rng)
-        mild = step >= self.finish_from and rng.random() < WEAK_SHARE
-        return (augment_weak if mild else augment_strong)(rgb, label, self.size, rng)
+        weak = step >= self.params.weak_from_step and rng.random() < WEAKLY_AUGMENTED
+        return (augment_weak if weak else augment_strong)(rgb, label, self.params.crop_px, rng)
 
     def stream(self, first: int, last: int) -> Iterator[Batch]:
         """Batches of steps [first, last), prepared one ahead."""
         with ThreadPoolExecutor(1, "batches") as pool:
-            coming = pool.submit(self.make, first)
+            upcoming = pool.submit(self.make, first)
             for step in range(first, last):
-                batch = coming.result()
+                batch = upcoming.result()
                 if step + 1 < last:
-                    coming = pool.submit(self.make, step + 1)
+                    upcoming = pool.submit(self.make, step + 1)
                 yield batch
 
 
-def class_frequency(frames: FrameDataset, rng: np.random.Generator, sample: int = 500) -> F32:
-    """Share of the pixels of each class (K,) over some random frames."""
-    chosen = rng.choice(len(frames), min(sample, len(frames)), replace=False)
+def class_frequency(frames: FrameDataset, rng: np.random.Generator) -> F32:
+    """Share of the labelled pixels of each class (K,) float32 over some random frames."""
+    chosen = rng.choice(len(frames), min(FREQUENCY_FRAMES, len(frames)), replace=False)
     counts = np.zeros(NO_CLASS + 1, np.int64)
     for index in chosen:
         counts += np.bincount(frames.label[index].ravel(), minlength=NO_CLASS + 1)

@@ -21,7 +21,7 @@ class TextBank:
     aliases: Tensor
     neutral: Tensor
 
-    def draw(self, generator: torch.Generator) -> Tensor:
+    def sample(self, generator: torch.Generator) -> Tensor:
         """One random alias of every class, then the neutral words: (K + M, D)."""
         classes, count, _ = self.aliases.shape
         chosen = torch.randint(count, (classes,), generator=generator)
@@ -29,7 +29,7 @@ class TextBank:
 
 
 def build_text_bank(vocabulary: Vocabulary, embed: TextEmbedder) -> TextBank:
-    """Embeddings of all training words, in the vocabulary's prompt."""
+    """Embeddings of all training words, each in the vocabulary's prompt."""
 
     def rows(words: Sequence[str]) -> Tensor:
         return torch.from_numpy(embed([vocabulary.prompt.format(word) for word in words]))

@@ -1,8 +1,6 @@
-"""What the network is asked for, per patch."""
+"""Training targets and loss, per 8 x 8 patch."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -10,14 +8,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from onemap_shared.geometry import F32, U8
-
-
-@dataclass(frozen=True, slots=True)
-class LossParams:
-    """temperature of the cosine in the cross-entropy; weight of the plain cosine beside it."""
-
-    temperature: float = 20.0
-    cosine_weight: float = 0.5
+from onemap_tools.train.params import LossParams
 
 
 def patch_targets(label: U8, classes: int, stride: int = 8) -> F32:
@@ -46,7 +37,7 @@ def class_weights(frequency: F32, power: float) -> Tensor:
 
 
 def alignment_loss(
-    features: Tensor, targets: Tensor, texts: Tensor, weights: Tensor, settings: LossParams
+    features: Tensor, targets: Tensor, texts: Tensor, weights: Tensor, params: LossParams
 ) -> Tensor:
     """Mean over patches of the class-weighted cross-entropy plus the cosine to the target text.
 
@@ -56,8 +47,8 @@ def alignment_loss(
     classes = targets.shape[1]
     # Dividing P x T cosines by the length is cheaper than making P x D features unit.
     cosine = features @ texts.T / features.norm(dim=1, keepdim=True).clamp_min(1e-6)
-    log_share = functional.log_softmax(settings.temperature * cosine, dim=1)[:, :classes]
-    per_class = -log_share + settings.cosine_weight * (1 - cosine[:, :classes])
+    log_share = functional.log_softmax(params.temperature * cosine, dim=1)[:, :classes]
+    per_class = -log_share + params.cosine_weight * (1 - cosine[:, :classes])
     weighted = targets * weights
     loss: Tensor = (weighted * per_class).sum() / weighted.sum().clamp_min(1e-6)
     return loss
