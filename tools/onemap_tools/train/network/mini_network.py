@@ -1,35 +1,27 @@
-"""The network of ``mini``: an EfficientNet-Lite trunk with a feature pyramid, stride 8.
+"""The network of ``mini``: an EfficientNet-Lite backbone with a feature pyramid to stride 8.
 
-The map at stride 32 and a mean over the whole picture give every patch the context of its
-room, the one at stride 4 knows where edges are.
+The map at stride 32 and its mean over the image give every patch the context of its room; the
+map at stride 4 locates edges. Lin et al., "Feature Pyramid Networks for Object Detection" (2017).
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 from torch import Tensor, nn
 from torch.nn import functional
 
 from onemap_tools.train.network.backbone import WIDTHS, DepthwiseConv, EfficientNetLite0
 
-MIDDLE, HALF_RANGE = 127.0, 128.0  # what the trunk's weights expect of RGB in 0..255
-
-
-@dataclass(frozen=True, slots=True)
-class MiniNetworkParams:
-    """Width of the pyramid, its blocks at strides 16 and 8, and numbers per patch."""
-
-    pyramid: int = 128
-    coarse_blocks: int = 1
-    fine_blocks: int = 2
-    dim: int = 384
+RGB_MEAN, RGB_SCALE = 127.0, 128.0  # the input normalisation of the backbone's weights, of 0..255
+PYRAMID_WIDTH = 128
+COARSE_BLOCKS, FINE_BLOCKS = 1, 2  # at strides 16 and 8
+FEATURE_DIM = 384  # of MiniLM's sentence embeddings
 
 
 class ConvNeXtBlock(nn.Module):
-    """ConvNeXt's: depthwise, then a pointwise bottleneck turned inside out, added to the input.
+    """Depthwise convolution, then an inverted pointwise bottleneck, added to the input.
 
-    Batch norm in place of layer norm folds into the convolutions when exported.
+    Liu et al., "A ConvNet for the 2020s" (2022), with batch norm in place of layer norm: it folds
+    into the convolutions when exported.
     """
 
     def __init__(self, width: int, kernel: int = 5) -> None:
@@ -52,32 +44,29 @@ class ConvNeXtBlock(nn.Module):
 
 
 class MiniNetwork(nn.Module):
-    """RGB (B, 3, H, W) float in 0..255 to unit features (B, dim, H / 8, W / 8).
+    """RGB (B, 3, H, W) float in 0..255 to unit features (B, 384, H / 8, W / 8).
 
     H and W are multiples of 8.
     """
 
-    def __init__(self, shape: MiniNetworkParams | None = None) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        shape = shape or MiniNetworkParams()
-        stride4, *widths = WIDTHS
-        self.trunk = EfficientNetLite0()
-        self.laterals = nn.ModuleList(_projection(width, shape.pyramid) for width in widths)
-        self.edges = _projection(stride4, shape.pyramid, stride=2)
-        self.context = nn.Linear(widths[-1], shape.pyramid)
-        self.coarse = nn.Sequential(
-            *(ConvNeXtBlock(shape.pyramid) for _ in range(shape.coarse_blocks))
-        )
-        self.fine = nn.Sequential(*(ConvNeXtBlock(shape.pyramid) for _ in range(shape.fine_blocks)))
-        self.head = nn.Conv2d(shape.pyramid, shape.dim, 1)
+        width4, *widths = WIDTHS
+        self.backbone = EfficientNetLite0()
+        self.laterals = nn.ModuleList(_projection(width, PYRAMID_WIDTH) for width in widths)
+        self.edges = _projection(width4, PYRAMID_WIDTH, stride=2)
+        self.context = nn.Linear(widths[-1], PYRAMID_WIDTH)
+        self.coarse = nn.Sequential(*(ConvNeXtBlock(PYRAMID_WIDTH) for _ in range(COARSE_BLOCKS)))
+        self.fine = nn.Sequential(*(ConvNeXtBlock(PYRAMID_WIDTH) for _ in range(FINE_BLOCKS)))
+        self.head = nn.Conv2d(PYRAMID_WIDTH, FEATURE_DIM, 1)
 
     def forward(self, rgb: Tensor) -> Tensor:
-        """See the class."""
-        return functional.normalize(self.forward_unnormalised(rgb), dim=1)
+        """Features of length one."""
+        return functional.normalize(self.forward_features(rgb), dim=1)
 
-    def forward_unnormalised(self, rgb: Tensor) -> Tensor:
-        """The same features before they are brought to length one."""
-        at4, at8, at16, at32 = self.trunk((rgb - MIDDLE) / HALF_RANGE)
+    def forward_features(self, rgb: Tensor) -> Tensor:
+        """Features before they are normalised, which the loss does more cheaply."""
+        at4, at8, at16, at32 = self.backbone((rgb - RGB_MEAN) / RGB_SCALE)
         to8, to16, to32 = self.laterals
         context = self.context(at32.mean(dim=(2, 3)))[:, :, None, None]
         merged = self.coarse(to16(at16) + _upsample_to(to32(at32) + context, at16))
@@ -86,11 +75,11 @@ class MiniNetwork(nn.Module):
         return features
 
 
-def _projection(inside: int, outside: int, stride: int = 1) -> nn.Sequential:
+def _projection(inputs: int, outputs: int, stride: int = 1) -> nn.Sequential:
     kernel = 2 * stride - 1
     return nn.Sequential(
-        nn.Conv2d(inside, outside, kernel, stride, kernel // 2, bias=False),
-        nn.BatchNorm2d(outside),
+        nn.Conv2d(inputs, outputs, kernel, stride, kernel // 2, bias=False),
+        nn.BatchNorm2d(outputs),
     )
 
 
