@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -18,25 +18,28 @@ if TYPE_CHECKING:
     from onemap_tools.train.pipeline import TrainingFolders
 
 app = typer.Typer(
-    cls=CommandGroup, no_args_is_help=True, help="Train an encoder as the one that ships."
+    cls=CommandGroup, no_args_is_help=True, help="Train an encoder like the shipped one."
 )
 
+# Of the shipped encoder.
 APARTMENTS = 600
 PER_APARTMENT = 20
+STEPS = 10_000  # about two hours on two CPU cores
+SEED = 0
 CORES = os.cpu_count() or 1
-STEPS = 10_000
+SHOWN_WORDS = 8  # those with the lowest R-precision
 
 WorkFolder = Annotated[Path, typer.Option(help="Folder for frames and checkpoints.")]
-Output = Annotated[Path | None, typer.Option(help="Where the encoder goes; default: WORK/encoder.")]
+Output = Annotated[Path | None, typer.Option(help="Folder for the encoder; default: WORK/encoder.")]
 Apartments = Annotated[int, typer.Option(min=1, max=9000, help="Apartments to train on.")]
-PerApartment = Annotated[int, typer.Option(min=2, max=1000, help="Pictures of each.")]
-Processes = Annotated[int, typer.Option(min=1, max=256, help="Processes to render with.")]
+PerApartment = Annotated[int, typer.Option(min=2, max=1000, help="Images of each.")]
+Processes = Annotated[int, typer.Option(min=1, max=256, help="Processes that render.")]
 Steps = Annotated[
-    int, typer.Option(min=1, help="Steps of 24 crops; a tenth more on whole pictures.")
+    int, typer.Option(min=1, help="Training steps on crops; a tenth more follow on whole images.")
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Everything random follows from it.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of everything random.")]
 Device = Annotated[str, typer.Option(help="cpu, cuda, or auto: cuda where there is one.")]
-Threads = Annotated[int, typer.Option(min=1, max=256, help="CPU threads to train with.")]
+Threads = Annotated[int, typer.Option(min=1, max=256, help="CPU threads of torch.")]
 Card = Annotated[bool, typer.Option("--card", help="Write MODEL_CARD.md from the figures.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object as the last line.")]
 
@@ -49,7 +52,7 @@ def mini(
     work: WorkFolder = DEFAULT_WORK,
     output: Output = None,
     steps: Steps = STEPS,
-    seed: Seed = 0,
+    seed: Seed = SEED,
     device: Device = "auto",
     threads: Threads = CORES,
 ) -> None:
@@ -68,7 +71,7 @@ def render(
     per_apartment: PerApartment = PER_APARTMENT,
     processes: Processes = CORES,
 ) -> None:
-    """Render training and held-out frames; goes on where it stopped."""
+    """Render training and held-out frames; continues an interrupted rendering."""
     with _cli_errors():
         from onemap_tools.train import pipeline
 
@@ -81,28 +84,22 @@ def train(
     work: WorkFolder = DEFAULT_WORK,
     output: Output = None,
     steps: Steps = STEPS,
-    seed: Seed = 0,
+    seed: Seed = SEED,
     device: Device = "auto",
     threads: Threads = CORES,
 ) -> None:
-    """Train on the rendered frames; goes on from the last checkpoint."""
+    """Train on the rendered frames; continues from the last checkpoint."""
     with _cli_errors():
-        import torch
-
         from onemap_tools.train import pipeline
-        from onemap_tools.train.memory import keep_freed_memory
-        from onemap_tools.train.trainer import TrainParams
+        from onemap_tools.train.params import TrainParams
 
-        keep_freed_memory()
-        torch.set_num_threads(threads)
-        automatic = "cuda" if torch.cuda.is_available() else "cpu"
-        chosen = torch.device(automatic if device == "auto" else device)
-        pipeline.train(_folders(work, output), TrainParams(steps=steps, seed=seed), chosen)
+        params = TrainParams(steps=steps, seed=seed)
+        pipeline.train(_folders(work, output), params, device, threads)
 
 
 @app.command()
 def export(work: WorkFolder = DEFAULT_WORK, output: Output = None) -> None:
-    """Write weights, words and calibration; refused unless they agree with torch."""
+    """Write weights, embedding table and calibration; checks the weights against torch."""
     with _cli_errors():
         from onemap_tools.train import pipeline
 
@@ -117,18 +114,42 @@ def evaluate(
     card: Card = False,
     as_json: AsJson = False,
 ) -> None:
-    """Measure the exported encoder on apartments that were never trained on."""
+    """Measure the exported encoder on apartments outside the training set."""
     with _cli_errors():
         from onemap_tools.train import pipeline
-        from onemap_tools.train.summary import lines
 
         figures = pipeline.evaluate_encoder(_folders(work, output))
         if card:
             pipeline.write_card(_folders(work, output), figures)
-    for line in lines(figures):
+    for line in summary_lines(figures):
         typer.echo(line, err=as_json)
     if as_json:
         typer.echo(json.dumps(figures))
+
+
+def summary_lines(figures: dict[str, Any]) -> Iterator[str]:
+    """Figures of an evaluation as text, one paragraph per set of frames."""
+    yield f"encoder {figures['encoder_id']}"
+    for name in ("held_out", "other_style"):
+        part = figures[name]
+        yield f"{name}: {part['frames']} frames, {part['classes']} classes"
+        yield (
+            f"  pixel accuracy {part['pixel_accuracy']:.3f}  mIoU {part['miou']:.3f}  "
+            f"calibration error {part['calibration_error']:.3f}"
+        )
+        detector = part["detector"]
+        yield (
+            f"  detector patches: precision {detector['precision']:.3f}  "
+            f"recall {detector['recall']:.3f}"
+        )
+        for words in ("names", "held_out_aliases"):
+            row = part[words]
+            yield (
+                f"  {words}: R-precision {row['r_precision']:.3f}  "
+                f"AUROC {row['auroc_mean_over_words']:.3f}, pooled {row['auroc_pooled']:.3f}"
+            )
+            worst = list(row["r_precision_by_word"].items())[:SHOWN_WORDS]
+            yield "    worst: " + ", ".join(f"{word} {value:.2f}" for word, value in worst)
 
 
 def _folders(folder: Path, output: Path | None) -> TrainingFolders:
@@ -139,7 +160,7 @@ def _folders(folder: Path, output: Path | None) -> TrainingFolders:
 
 @contextmanager
 def _cli_errors() -> Iterator[None]:
-    """A user's mistake ends with one sentence, not with a traceback."""
+    """Turn foreseeable errors into a CliError."""
     try:
         yield
     except ImportError as problem:

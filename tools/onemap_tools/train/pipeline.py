@@ -1,15 +1,18 @@
-"""The four steps from nothing to the shipped encoder, with a progress bar each.
+"""The four steps of making the encoder: render, train, export, evaluate.
 
-Everything lies under one work folder: ``train``, ``calibrate``, ``held_out`` and
-``other_style`` (frames), ``run`` (checkpoint and log).
+Each shows a progress bar. The work folder holds ``train``, ``calibrate``, ``held_out`` and
+``other_style`` (frames) and ``run`` (checkpoint and log).
 """
 
 from __future__ import annotations
 
+import ctypes
 import json
 import shutil
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,12 +26,13 @@ from onemap_perception.text.calibration import CALIBRATION_FILE, Calibration
 from onemap_perception.text.minilm import INSTALL, MiniLm, find_model_folder
 from onemap_perception.text.vocabulary import VOCABULARY_FILE, Vocabulary, load_vocabulary
 from onemap_simulator.generation.style import HELD_OUT
-from onemap_tools.export.mini import MIN_COSINE, export_network, least_cosine, write_embedding_table
+from onemap_tools.export.mini import compare_with_torch, export_network, write_embedding_table
+from onemap_tools.export.onnx_file import MIN_COSINE
 from onemap_tools.train.data.frame_dataset import (
     EVALUATION_SEEDS,
     TRAIN_SEEDS,
     FrameDataset,
-    FrameSetParams,
+    FrameSetSpec,
     open_frames,
     render_frames,
 )
@@ -37,15 +41,22 @@ from onemap_tools.train.evaluation.calibration import DEFAULT_CALIBRATION, fit_t
 from onemap_tools.train.evaluation.evaluate import evaluate
 from onemap_tools.train.evaluation.model_card import model_card
 from onemap_tools.train.evaluation.plots import draw_confusion, draw_reliability
-from onemap_tools.train.network.backbone import INSTALL as INSTALL_TRUNK
+from onemap_tools.train.network.backbone import INSTALL as INSTALL_BACKBONE
 from onemap_tools.train.network.backbone import find_backbone_weights
 from onemap_tools.train.network.mini_network import MiniNetwork
-from onemap_tools.train.trainer import TrainingProgress, TrainParams, load_average, train_mini
+from onemap_tools.train.params import TrainParams
+from onemap_tools.train.train_state import load_averaged_network
+from onemap_tools.train.trainer import TrainingProgress, train_mini
 
-NOTES_FILE = "NOTES.md"  # of whoever trained; goes into the card
+NOTES_FILE = "NOTES.md"  # on one particular training; the model card ends with it
 TIMED_IMAGES = 50
-SHORT = {"held_out": "held-out apartments", "other_style": "held-out style"}
-COMPARED_IMAGES = 5  # compared between torch and ONNX before anything ships
+COMPARED_IMAGES = 5  # between torch and ONNX
+EVALUATION_TITLES = {"held_out": "held-out apartments", "other_style": "held-out style"}
+# Of glibc's malloc.h.
+M_TRIM_THRESHOLD, M_MMAP_MAX = -1, -4
+UNLIMITED_BYTES = 2**31 - 1
+
+ShowProgress = Callable[[int, str], None]
 
 
 class TrainingError(Exception):
@@ -54,116 +65,140 @@ class TrainingError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class TrainingFolders:
-    """Where frames and checkpoints lie, and where the encoder's files go."""
+    """``work``: frames and checkpoints; ``output``: the encoder's files."""
 
-    folder: Path
+    work: Path
     output: Path
 
     @property
     def vocabulary(self) -> Vocabulary:
-        """The words to train: those that lie where the encoder goes, else the shipped ones."""
+        """The vocabulary in the output folder, else the shipped one."""
         own = (self.output / VOCABULARY_FILE).exists()
         return load_vocabulary(self.output if own else SHIPPED)
 
 
-def frame_plans(apartments: int, per_apartment: int) -> dict[str, FrameSetParams]:
-    """What is rendered, by folder. No seed and no view occurs in two of them."""
-    trained = tuple(TRAIN_SEEDS[:apartments])
+def frame_sets(apartments: int, per_apartment: int) -> dict[str, FrameSetSpec]:
+    """The frames to render, by folder. No seed occurs in two of them."""
     return {
-        "held_out": FrameSetParams(tuple(EVALUATION_SEEDS[:30]), 20),
-        "other_style": FrameSetParams(tuple(EVALUATION_SEEDS[30:60]), 20, style=HELD_OUT),
-        "calibrate": FrameSetParams(tuple(EVALUATION_SEEDS[60:75]), 20),
-        "train": FrameSetParams(trained, per_apartment),
+        "held_out": FrameSetSpec(tuple(EVALUATION_SEEDS[:30]), 20),
+        "other_style": FrameSetSpec(tuple(EVALUATION_SEEDS[30:60]), 20, style=HELD_OUT),
+        "calibrate": FrameSetSpec(tuple(EVALUATION_SEEDS[60:75]), 20),
+        "train": FrameSetSpec(tuple(TRAIN_SEEDS[:apartments]), per_apartment),
     }
 
 
-def render(work: TrainingFolders, apartments: int, per_apartment: int, processes: int) -> None:
-    """Render all frames; goes on where it stopped."""
-    names = work.vocabulary.names
-    for name, plan in frame_plans(apartments, per_apartment).items():
-        with _progress_bar(f"rendering {name}", plan.count) as show:
-            for done in render_frames(work.folder / name, names, plan, processes):
+def render(folders: TrainingFolders, apartments: int, per_apartment: int, processes: int) -> None:
+    """Render all frames; continues an interrupted rendering."""
+    names = folders.vocabulary.names
+    for name, spec in frame_sets(apartments, per_apartment).items():
+        with _progress_bar(f"rendering {name}", spec.count) as show:
+            for done in render_frames(folders.work / name, names, spec, processes):
                 show(done, "")
 
 
-def train(work: TrainingFolders, settings: TrainParams, device: torch.device) -> None:
-    """Train on the rendered frames; goes on from the checkpoint."""
-    frames = _open_frames(work, "train")
-    bank = build_text_bank(work.vocabulary, _open_sentence_encoder())
-    trunk = find_backbone_weights()
-    if trunk is None:
-        raise TrainingError(f"training begins with weights that are missing: {INSTALL_TRUNK}")
-    with _progress_bar("training", settings.total) as show:
+def train(folders: TrainingFolders, params: TrainParams, device: str, threads: int) -> None:
+    """Train on the rendered frames; continues from the checkpoint.
 
-        def report(state: TrainingProgress) -> None:
-            show(state.step, f"loss {state.loss:.3f}")
+    ``device``: auto means CUDA if there is a device.
+    """
+    frames = _open_frames(folders, "train")
+    bank = build_text_bank(folders.vocabulary, _open_sentence_encoder())
+    weights = find_backbone_weights()
+    if weights is None:
+        raise TrainingError(f"the backbone's pretrained weights are missing: {INSTALL_BACKBONE}")
+    keep_freed_memory()
+    torch.set_num_threads(threads)
+    automatic = "cuda" if torch.cuda.is_available() else "cpu"
+    with _progress_bar("training", params.total_steps) as show:
 
-        settings = replace(settings, trunk=trunk)
+        def report(progress: TrainingProgress) -> None:
+            show(progress.step, f"loss {progress.loss:.3f}")
+
         train_mini(
-            frames, bank, work.folder / "run", settings=settings, device=device, report=report
+            frames,
+            bank,
+            folders.work / "run",
+            params=params.model_copy(update={"backbone_weights": weights}),
+            device=torch.device(automatic if device == "auto" else device),
+            report=report,
         )
 
 
-def export(work: TrainingFolders) -> float:
-    """Write weights, word table and calibration; returns the least cosine to torch."""
-    work.output.mkdir(parents=True, exist_ok=True)
-    if not (work.output / VOCABULARY_FILE).exists():
-        shutil.copy(SHIPPED / VOCABULARY_FILE, work.output)
-    network = load_average(work.folder / "run")
-    path = export_network(network, work.output)
-    frames = _open_frames(work, "calibrate")
-    cosine = least_cosine(network, path, np.asarray(frames.rgb[:COMPARED_IMAGES]))
+def keep_freed_memory() -> bool:
+    """Make malloc keep freed memory for the next step; returns whether the C library can.
+
+    By default glibc returns large arrays to the kernel, and every step faults their pages in
+    again.
+    """
+    if sys.platform != "linux":
+        return False
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)  # musl has none
+    return mallopt is not None and bool(
+        mallopt(M_MMAP_MAX, 0) and mallopt(M_TRIM_THRESHOLD, UNLIMITED_BYTES)
+    )
+
+
+def export(folders: TrainingFolders) -> float:
+    """Write weights, embedding table and calibration; returns the least cosine to torch."""
+    folders.output.mkdir(parents=True, exist_ok=True)
+    if not (folders.output / VOCABULARY_FILE).exists():
+        shutil.copy(SHIPPED / VOCABULARY_FILE, folders.output)
+    network = load_averaged_network(folders.work / "run")
+    path = export_network(network, folders.output)
+    frames = _open_frames(folders, "calibrate")
+    cosine = compare_with_torch(network, path, np.asarray(frames.rgb[:COMPARED_IMAGES]))
     if cosine < MIN_COSINE:
-        raise TrainingError(f"the exported network departs from torch: least cosine {cosine:.5f}")
-    write_embedding_table(work.vocabulary, _open_sentence_encoder(), work.output)
-    _save_calibration(work.output, DEFAULT_CALIBRATION)
-    encoder = MiniEncoder(MiniParams(folder=work.output))
-    names = encoder.embed_text(work.vocabulary.names)
-    rng = np.random.default_rng(0)
-    temperature = fit_temperature(encoder, names, frames, rng)
-    _save_calibration(work.output, replace(DEFAULT_CALIBRATION, temperature=round(temperature, 2)))
+        raise TrainingError(f"the exported network differs from torch: least cosine {cosine:.5f}")
+    write_embedding_table(folders.vocabulary, _open_sentence_encoder(), folders.output)
+    _save_calibration(folders.output, DEFAULT_CALIBRATION)
+    encoder = MiniEncoder(MiniParams(folder=folders.output))
+    names = encoder.embed_text(folders.vocabulary.names)
+    temperature = fit_temperature(encoder, names, frames, np.random.default_rng(0))
+    fitted = replace(DEFAULT_CALIBRATION, temperature=round(temperature, 2))
+    _save_calibration(folders.output, fitted)
     return cosine
 
 
-def evaluate_encoder(work: TrainingFolders) -> dict[str, Any]:
+def evaluate_encoder(folders: TrainingFolders) -> dict[str, Any]:
     """Figures on held-out apartments and on the simulator's held-out style, and plain facts.
 
-    Held-out synonyms are embedded even where a query would take them for an alias.
+    Held-out synonyms are embedded even where a query would resolve them as an alias.
     """
-    encoder = MiniEncoder(MiniParams(folder=work.output), aliases=False)
+    encoder = MiniEncoder(MiniParams(folder=folders.output), aliases=False)
     result: dict[str, Any] = {
         "encoder_id": encoder.encoder_id,
-        "facts": _measure_facts(work, encoder),
+        "facts": _measure_facts(folders, encoder),
     }
-    for name in ("held_out", "other_style"):
-        frames = _open_frames(work, name)
+    for name in EVALUATION_TITLES:
+        frames = _open_frames(folders, name)
         with _progress_bar(f"evaluating {name}", len(frames)) as show:
 
-            def progress(done: int, show: Callable[[int, str], None] = show) -> None:
+            def progress(done: int, show: ShowProgress = show) -> None:
                 show(done, "")
 
-            result[name] = evaluate(encoder, work.vocabulary, frames, progress)
+            result[name] = evaluate(encoder, folders.vocabulary, frames, progress)
     return result
 
 
-def write_card(work: TrainingFolders, figures: dict[str, Any]) -> Path:
-    """Write ``MODEL_CARD.md`` and its pictures beside the weights."""
-    path, notes = work.output / "MODEL_CARD.md", work.output / NOTES_FILE
+def write_card(folders: TrainingFolders, figures: dict[str, Any]) -> Path:
+    """Write ``MODEL_CARD.md`` and its plots beside the weights."""
+    path, notes = folders.output / "MODEL_CARD.md", folders.output / NOTES_FILE
     text = notes.read_text(encoding="utf-8") if notes.exists() else ""
     path.write_text(model_card(figures, text).rstrip() + "\n", encoding="utf-8")
-    draw_confusion(figures["held_out"], work.output)
-    draw_reliability({title: figures[name] for name, title in SHORT.items()}, work.output)
+    draw_confusion(figures["held_out"], folders.output)
+    parts = {title: figures[name] for name, title in EVALUATION_TITLES.items()}
+    draw_reliability(parts, folders.output)
     return path
 
 
-def _measure_facts(work: TrainingFolders, encoder: MiniEncoder) -> dict[str, float]:
-    frames, vocabulary = _open_frames(work, "train"), work.vocabulary
-    picture = np.asarray(frames.rgb[0])
+def _measure_facts(folders: TrainingFolders, encoder: MiniEncoder) -> dict[str, float]:
+    frames, vocabulary = _open_frames(folders, "train"), folders.vocabulary
+    rgb = np.asarray(frames.rgb[0])
     times_ms: list[float] = []
     for _ in range(TIMED_IMAGES):
-        begun_s = time.perf_counter()
-        encoder.encode(picture)
-        times_ms.append((time.perf_counter() - begun_s) * 1e3)
+        started_s = time.perf_counter()
+        encoder.encode(rgb)
+        times_ms.append((time.perf_counter() - started_s) * 1e3)
     return {
         "parameters": sum(p.numel() for p in MiniNetwork().parameters()) / 1e6,
         "encode_ms": float(np.median(times_ms)),
@@ -175,9 +210,9 @@ def _measure_facts(work: TrainingFolders, encoder: MiniEncoder) -> dict[str, flo
     }
 
 
-def _open_frames(work: TrainingFolders, name: str) -> FrameDataset:
+def _open_frames(folders: TrainingFolders, name: str) -> FrameDataset:
     try:
-        return open_frames(work.folder / name)
+        return open_frames(folders.work / name)
     except FileNotFoundError as problem:
         raise TrainingError(str(problem)) from problem
 
@@ -189,29 +224,19 @@ def _open_sentence_encoder() -> TextEmbedder:
     return MiniLm(folder).embed
 
 
-class _progress_bar:  # noqa: N801 - used like a function
-    """A progress bar on stderr; yields a function of (done, note)."""
-
-    def __init__(self, title: str, total: int) -> None:
-        self._progress = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeRemainingColumn(),
-            TextColumn("{task.fields[note]}"),
-        )
-        self._task = self._progress.add_task(title, total=total, note="")
-
-    def __enter__(self) -> Callable[[int, str], None]:
-        self._progress.start()
-
-        def show(done: int, note: str) -> None:
-            self._progress.update(self._task, completed=done, note=note)
-
-        return show
-
-    def __exit__(self, *_: object) -> None:
-        self._progress.stop()
+@contextmanager
+def _progress_bar(title: str, total: int) -> Iterator[ShowProgress]:
+    """A progress bar on the terminal; yields a function of (done, note)."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[note]}"),
+    )
+    with Progress(*columns) as progress:
+        task = progress.add_task(title, total=total, note="")
+        yield lambda done, note: progress.update(task, completed=done, note=note)
 
 
 def _save_calibration(folder: Path, calibration: Calibration) -> None:

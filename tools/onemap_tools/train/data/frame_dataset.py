@@ -2,7 +2,7 @@
 
 A folder holds ``rgb.npy`` (N, H, W, 3) uint8, ``label.npy`` (N, H, W) uint8 (index of the
 class, 255 = none) and ``frames.json``. Scenes are written one after the other, so that an
-interrupted rendering goes on where it stopped.
+interrupted rendering can be continued.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ OTHER_SHARE = 0.3  # of the frames from heights that the simulated robot does no
 
 
 @dataclass(frozen=True, slots=True)
-class FrameSetParams:
+class FrameSetSpec:
     """Which frames to render: ``per_scene`` of each seed's apartment in one style."""
 
     seeds: tuple[int, ...]
@@ -66,48 +66,48 @@ class FrameDataset:
         return len(self.rgb)
 
 
-def render_scene(seed: int, classes: Sequence[str], plan: FrameSetParams) -> tuple[U8, U8]:
-    """rgb (N, H, W, 3) and label (N, H, W) of one apartment; N = ``plan.per_scene``.
+def render_scene(seed: int, classes: Sequence[str], spec: FrameSetSpec) -> tuple[U8, U8]:
+    """rgb (N, H, W, 3) and label (N, H, W) of one apartment; N = ``spec.per_scene``.
 
     They depend on the seed alone: order, processes and interruptions change nothing.
     """
-    scene = generate_apartment(seed, plan.style)
-    rng = np.random.default_rng([seed, plan.per_scene])
+    scene = generate_apartment(seed, spec.style)
+    rng = np.random.default_rng([seed, spec.per_scene])
     index_of = {name: index for index, name in enumerate(classes)}
     table = np.array([index_of.get(thing.category, NO_CLASS) for thing in scene.objects])
     table = np.append(table, NO_CLASS).astype(np.uint8)  # label -1: nothing was hit
     renderer = Renderer(scene)
-    other = round(plan.per_scene * OTHER_SHARE)
-    poses = sample_camera_poses(scene, rng, plan.per_scene - other, ROBOT_VIEWS)
+    other = round(spec.per_scene * OTHER_SHARE)
+    poses = sample_camera_poses(scene, rng, spec.per_scene - other, ROBOT_VIEWS)
     poses += sample_camera_poses(scene, rng, other, OTHER_VIEWS)
-    rgb = np.empty((len(poses), plan.height, plan.width, 3), np.uint8)
+    rgb = np.empty((len(poses), spec.height, spec.width, 3), np.uint8)
     label = np.empty(rgb.shape[:3], np.uint8)
     for index, pose in enumerate(poses):
-        camera = Intrinsics.from_fov(plan.width, plan.height, rng.uniform(*FOV_RAD))
-        view: RenderedImage = renderer.render(pose, camera, width=plan.width, height=plan.height)
+        camera = Intrinsics.from_fov(spec.width, spec.height, rng.uniform(*FOV_RAD))
+        view: RenderedImage = renderer.render(pose, camera, width=spec.width, height=spec.height)
         rgb[index], label[index] = view.rgb, table[view.labels]
     return rgb, label
 
 
 def render_frames(
-    folder: Path, classes: Sequence[str], plan: FrameSetParams, processes: int = 1
+    folder: Path, classes: Sequence[str], spec: FrameSetSpec, processes: int = 1
 ) -> Iterator[int]:
     """Render what is not there yet; yields the number of frames done after each scene."""
     folder.mkdir(parents=True, exist_ok=True)
-    done = _count_rendered_scenes(folder, classes, plan)
+    done = _count_rendered_scenes(folder, classes, spec)
     mode = "r+" if done else "w+"
-    shape = (plan.count, plan.height, plan.width)
+    shape = (spec.count, spec.height, spec.width)
     rgb = np.lib.format.open_memmap(folder / "rgb.npy", mode, np.uint8, (*shape, 3))
     label = np.lib.format.open_memmap(folder / "label.npy", mode, np.uint8, shape)
-    one = partial(render_scene, classes=tuple(classes), plan=plan)
-    with _parallel_map(one, plan.seeds[done:], processes) as scenes:
+    one = partial(render_scene, classes=tuple(classes), spec=spec)
+    with _parallel_map(one, spec.seeds[done:], processes) as scenes:
         for number, (images, labels) in enumerate(scenes, done):
-            place = np.s_[number * plan.per_scene : (number + 1) * plan.per_scene]
+            place = np.s_[number * spec.per_scene : (number + 1) * spec.per_scene]
             rgb[place], label[place] = images, labels
             rgb.flush()
             label.flush()
-            _write_dataset_record(folder, classes, plan, scenes_done=number + 1)
-            yield (number + 1) * plan.per_scene
+            _write_dataset_record(folder, classes, spec, scenes_done=number + 1)
+            yield (number + 1) * spec.per_scene
 
 
 @contextmanager
@@ -138,31 +138,31 @@ def open_frames(folder: Path) -> FrameDataset:
     return FrameDataset(rgb, label, tuple(record["classes"]), int(record["scenes_done"]))
 
 
-def _dataset_record(classes: Sequence[str], plan: FrameSetParams) -> dict[str, object]:
+def _dataset_record(classes: Sequence[str], spec: FrameSetSpec) -> dict[str, object]:
     return {
         "classes": list(classes),
-        "seeds": list(plan.seeds),
-        "per_scene": plan.per_scene,
-        "size": [plan.width, plan.height],
-        "style": plan.style.name,
+        "seeds": list(spec.seeds),
+        "per_scene": spec.per_scene,
+        "size": [spec.width, spec.height],
+        "style": spec.style.name,
     }
 
 
 def _write_dataset_record(
-    folder: Path, classes: Sequence[str], plan: FrameSetParams, *, scenes_done: int
+    folder: Path, classes: Sequence[str], spec: FrameSetSpec, *, scenes_done: int
 ) -> None:
-    text = json.dumps({**_dataset_record(classes, plan), "scenes_done": scenes_done})
+    text = json.dumps({**_dataset_record(classes, spec), "scenes_done": scenes_done})
     fresh = folder / "frames.json.part"
     fresh.write_text(text, encoding="utf-8")
     fresh.replace(folder / "frames.json")
 
 
-def _count_rendered_scenes(folder: Path, classes: Sequence[str], plan: FrameSetParams) -> int:
+def _count_rendered_scenes(folder: Path, classes: Sequence[str], spec: FrameSetSpec) -> int:
     path = folder / "frames.json"
     if not path.exists():
         return 0
     record = json.loads(path.read_text(encoding="utf-8"))
     done = int(record.pop("scenes_done"))
-    if record != _dataset_record(classes, plan):
+    if record != _dataset_record(classes, spec):
         raise ValueError(f"{folder} holds other frames than asked for: choose another folder")
     return done
