@@ -1,0 +1,70 @@
+"""Rendered frames: resumed, repeated and rendered by several processes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from onemap_tools.train.data.frame_dataset import (
+    NO_CLASS,
+    FrameSetSpec,
+    open_frames,
+    render_frames,
+)
+from tests.simulator.scenes import box_room
+
+SPEC = FrameSetSpec((901, 902), per_scene=2, width=32, height=24)
+CLASSES = ("wall", "floor", "sofa")
+
+
+@pytest.fixture
+def _one_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    room = box_room()
+    module = "onemap_tools.train.data.frame_dataset"
+    monkeypatch.setattr(f"{module}.generate_apartment", lambda *_: room)
+
+
+@pytest.mark.usefixtures("_one_room")
+def test_an_interrupted_rendering_continues(tmp_path: Path) -> None:
+    list(render_frames(tmp_path / "whole", CLASSES, SPEC))
+    assert next(iter(render_frames(tmp_path / "halves", CLASSES, SPEC))) == 2
+    assert len(open_frames(tmp_path / "halves")) == 2
+    assert list(render_frames(tmp_path / "halves", CLASSES, SPEC)) == [4]
+    whole, halves = open_frames(tmp_path / "whole"), open_frames(tmp_path / "halves")
+    np.testing.assert_array_equal(whole.rgb, halves.rgb)
+    np.testing.assert_array_equal(whole.label, halves.label)
+    assert not np.array_equal(whole.rgb[:2], whole.rgb[2:])  # other seeds, other views
+    assert (whole.scenes, whole.classes) == (2, CLASSES)
+
+
+@pytest.mark.usefixtures("_one_room")
+def test_labels_are_indices_of_the_classes(tmp_path: Path) -> None:
+    list(render_frames(tmp_path, CLASSES, SPEC))
+    every = np.unique(open_frames(tmp_path).label)
+    assert {0, 1} <= set(every.tolist()) <= {0, 1, 2, NO_CLASS}
+    list(render_frames(tmp_path / "none", ("piano",), SPEC))
+    assert np.unique(open_frames(tmp_path / "none").label).tolist() == [NO_CLASS]
+
+
+@pytest.mark.usefixtures("_one_room")
+def test_a_folder_with_other_frames_is_refused(tmp_path: Path) -> None:
+    list(render_frames(tmp_path, CLASSES, SPEC))
+    with pytest.raises(ValueError, match="holds other frames"):
+        list(render_frames(tmp_path, CLASSES, replace(SPEC, per_scene=3)))
+    with pytest.raises(ValueError, match="holds other frames"):
+        list(render_frames(tmp_path, CLASSES[:2], SPEC))
+    with pytest.raises(FileNotFoundError, match="render them first"):
+        open_frames(tmp_path / "nowhere")
+
+
+@pytest.mark.slow
+def test_processes_render_the_same_frames(tmp_path: Path) -> None:
+    for processes in (1, 2):
+        done = render_frames(tmp_path / str(processes), CLASSES[:2], SPEC, processes)
+        assert list(done) == [2, 4]
+    alone, together = open_frames(tmp_path / "1"), open_frames(tmp_path / "2")
+    np.testing.assert_array_equal(alone.rgb, together.rgb)
+    np.testing.assert_array_equal(alone.label, together.label)

@@ -1,0 +1,51 @@
+"""The model card states the figures of its evaluation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from onemap_tools.train.evaluation.model_card import model_card
+from onemap_tools.train.evaluation.plots import CONFUSION_FILE, RELIABILITY_FILE
+
+FACTS = dict.fromkeys(
+    ("parameters", "encode_ms", "words", "neutral", "frames", "apartments", "temperature"), 1
+)
+
+
+def part(accuracy: float) -> dict[str, Any]:
+    """The evaluation of one set of frames; a tenth of the sofas is taken for walls."""
+    words = {"r_precision": 0.75, "auroc_mean_over_words": 0.875, "auroc_pooled": 0.625}
+    return {
+        "frames": 7,
+        "pixel_accuracy": accuracy,
+        "miou": 0.5,
+        "names": words,
+        "held_out_aliases": words,
+        "detector": {"precision": 0.25, "recall": 0.125, "wrong_per_picture": 2.0},
+        "calibration_error": 0.0625,
+        "iou_by_class": {"sofa": 0.4, "wall": 0.6},
+        "class_names": ["wall", "sofa"],
+        "confusion": [[100, 0], [10, 90]],
+        "reliability": [{"stated": 0.1, "right": 0.2, "count": 5.0}],
+    }
+
+
+def test_the_card_states_the_figures() -> None:
+    evaluation = {
+        "encoder_id": "mini-1234",
+        "facts": FACTS,
+        "held_out": part(0.9),
+        "other_style": part(0.8),
+    }
+    card = model_card(evaluation, "Notes on this training.")
+    assert "encoder `mini-1234`" in card
+    assert "| pixel accuracy | 0.900 | 0.800 |" in card
+    assert "| R-precision, class names | 0.750 | 0.750 |" in card
+    assert "| pictures | 7 | 7 |" in card
+    assert "sofa 0.40, wall 0.60" in card
+    first = card.split("| of the pixels of | are taken for | share |")[1].splitlines()[2]
+    assert first == "| sofa | wall | 0.10 |"
+    assert "| 0.10 | 0.20 | 5 |" in card
+    assert f"]({CONFUSION_FILE})" in card
+    assert f"]({RELIABILITY_FILE})" in card
+    assert card.rstrip().endswith("Notes on this training.")

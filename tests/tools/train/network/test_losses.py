@@ -1,0 +1,52 @@
+"""Targets, class weights and the loss of patches."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from onemap_tools.train.data.frame_dataset import NO_CLASS
+from onemap_tools.train.network.losses import alignment_loss, class_weights, patch_targets
+from onemap_tools.train.params import LossParams
+
+
+def test_patch_targets_are_shares_of_pixels() -> None:
+    label = np.zeros((1, 8, 16), np.uint8)
+    label[0, :2, :8] = 1
+    label[0, :, 12:] = NO_CLASS
+    np.testing.assert_allclose(patch_targets(label, 2), [[0.75, 0.25], [0.5, 0.0]])
+
+
+def test_rare_classes_weigh_more_and_the_mean_is_one() -> None:
+    frequency = np.array([0.9, 0.1, 0.0], np.float32)
+    weights = class_weights(frequency, 0.5).numpy()
+    assert weights[1] / weights[0] == pytest.approx(3)
+    assert weights[2] > weights[1]
+    assert weights @ frequency == pytest.approx(1, rel=0.02)
+    np.testing.assert_allclose(class_weights(frequency, 0.0).numpy(), 1, rtol=1e-6)
+
+
+def test_the_loss_is_least_at_the_right_text() -> None:
+    texts = torch.eye(3, 384)
+    targets = torch.tensor([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
+    weights = torch.ones(2)
+
+    def loss(features: torch.Tensor) -> float:
+        return alignment_loss(features, targets, texts, weights, LossParams()).item()
+
+    right, wrong, neutral = texts[[0, 1, 2]], texts[[1, 0, 2]], texts[[2, 2, 2]]
+    assert loss(right) == pytest.approx(0, abs=1e-6)
+    assert loss(wrong) == pytest.approx(20.5, abs=1e-4)  # 20 nats and a cosine of 0
+    assert loss(neutral) == pytest.approx(20.5, abs=1e-4)
+    assert loss(5 * right) == pytest.approx(loss(right), abs=1e-6)
+
+
+def test_the_loss_is_a_mean_weighted_by_class() -> None:
+    texts = torch.eye(2, 384)
+    targets = torch.tensor([[1.0, 0.0], [0.0, 1.0]])
+    features = texts[[0, 0]]  # the second class is missed
+    for weight, expected in ((1.0, 20.5 / 2), (3.0, 20.5 * 3 / 4)):
+        weights = torch.tensor([1.0, weight])
+        loss = alignment_loss(features, targets, texts, weights, LossParams()).item()
+        assert loss == pytest.approx(expected, abs=1e-4)

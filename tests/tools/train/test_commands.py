@@ -1,0 +1,40 @@
+"""``onemap train`` at the command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from typer.testing import CliRunner
+
+from onemap_tools.train.commands import app, summary_lines
+
+
+def test_a_step_without_its_frames_says_which_step_comes_first(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["train", "--work", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "render them first" in result.output
+
+
+def test_the_summary_names_the_worst_words() -> None:
+    words = {
+        "r_precision": 0.5,
+        "auroc_mean_over_words": 0.75,
+        "auroc_pooled": 0.7,
+        "r_precision_by_word": {f"word{i}": i / 20 for i in range(20)},
+    }
+    part = {
+        "frames": 2,
+        "classes": 3,
+        "pixel_accuracy": 0.9,
+        "miou": 0.6,
+        "calibration_error": 0.02,
+        "detector": {"precision": 0.8, "recall": 0.4},
+        "names": words,
+        "held_out_aliases": words,
+    }
+    lines = list(summary_lines({"encoder_id": "mini-1", "held_out": part, "other_style": part}))
+    assert lines[0] == "encoder mini-1"
+    assert "held_out: 2 frames, 3 classes" in lines
+    assert "    worst: word0 0.00" in lines[5]
+    assert "word7 0.35" in lines[5]
+    assert "word8" not in lines[5]
