@@ -116,9 +116,9 @@ def test_a_map_made_here_knows_what_it_was_shown(room: Scene) -> None:
     )
     questions = list(zip(words, EncoderPair(encoder, encoder).queries(words), strict=True))
     red, blue, green = query_map(mapped, questions, 3)
-    assert (red.processes, red.near) == (True, True)
-    assert (blue.processes, blue.near) == (False, False)
-    assert not green.processes
+    assert (red.present, red.near) == (True, True)
+    assert (blue.present, blue.near) == (False, False)
+    assert not green.present
     assert red.score > blue.score
 
 

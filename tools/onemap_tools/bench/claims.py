@@ -55,14 +55,14 @@ class EpisodeResult:
 
     seed: int
     objects: tuple[ObjectSummary, ...]
-    processes: tuple[bool, ...]
+    present: tuple[bool, ...]
     simulated_s: float
     wall_s: float
 
     def document(self) -> dict[str, Any]:
         """As JSON can carry it."""
-        pairs = zip(self.objects, self.processes, strict=True)
-        objects = [{**item.document(), "present": processes} for item, processes in pairs]
+        pairs = zip(self.objects, self.present, strict=True)
+        objects = [{**item.document(), "present": present} for item, present in pairs]
         times = {"simulated_s": round(self.simulated_s, 1), "wall_s": round(self.wall_s, 1)}
         return {"seed": self.seed, "objects": objects, **times}
 
@@ -96,7 +96,7 @@ def run(task: EpisodeParams) -> EpisodeResult:
             )
             for name, result in zip(names, results, strict=True)
         ),
-        processes=tuple(name in scene.categories for name in names),
+        present=tuple(name in scene.categories for name in names),
         simulated_s=lockstep.now_s,
         wall_s=time.perf_counter() - began_s,
     )
@@ -110,11 +110,11 @@ def timed_out_result(name: str) -> ObjectResult:
 def summarise(episodes: Sequence[EpisodeResult], objects: Sequence[str]) -> dict[str, Any]:
     """Counts over all episodes. spl: mean over the objects that were there, 0 where not found."""
     ended = [
-        (episode.seed, item, processes)
+        (episode.seed, item, present)
         for episode in episodes
-        for item, processes in zip(episode.objects, episode.processes, strict=True)
+        for item, present in zip(episode.objects, episode.present, strict=True)
     ]
-    there = [item for _, item, processes in ended if processes]
+    there = [item for _, item, present in ended if present]
     return {
         "benchmark": "claims",
         "seeds": [episode.seed for episode in episodes],
@@ -142,12 +142,12 @@ def summarise(episodes: Sequence[EpisodeResult], objects: Sequence[str]) -> dict
 def episode_line(episode: EpisodeResult) -> str:
     """One episode for people."""
     parts = []
-    for item, processes in zip(episode.objects, episode.processes, strict=True):
+    for item, present in zip(episode.objects, episode.present, strict=True):
         verdict = "found" if item.success else item.outcome.replace("_", " ")
         if item.claimed_wrongly:
-            short = f"{item.goal_distance_m:.1f} m short" if processes else "none to be found"
+            short = f"{item.goal_distance_m:.1f} m short" if present else "none to be found"
             verdict = f"WRONG, {item.nearest} there, {short}"
-        elif not processes:
+        elif not present:
             verdict += " (absent)"
         parts.append(f"{item.name}: {verdict}")
     return f"seed {episode.seed}, {episode.simulated_s:.0f} s: {'; '.join(parts)}"

@@ -257,13 +257,13 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     width, _, height = options.size.partition("x")
     if not (width.isdigit() and height.isdigit() and int(width) and int(height)):
         raise ValueError(f"size is {options.size!r}; write it like 640x480")
-    processes = ("cpu", "cuda") if torch.cuda.is_available() else ("cpu",)
+    present = ("cpu", "cuda") if torch.cuda.is_available() else ("cpu",)
     params = PerceptionBenchParams(
         frames=options.frames,
         size_px=(int(width), int(height)),
         architecture=options.architecture,
         compiled=options.compiled,
-        devices=tuple(options.device or processes),
+        devices=tuple(options.device or present),
     )
     if options.random_weights:
         return run(tuple(options.backend or BACKENDS), params)

@@ -83,7 +83,7 @@ class QueryOutcome:
 
     word: QueryWord
     seed: int
-    processes: bool
+    present: bool
     score: float
     near: bool
 
@@ -148,8 +148,8 @@ def query_map(
     config = MapperConfig()
     known = set(mapped.scene.categories)
     for word, query in questions:
-        processes = word.category in mapped.observed
-        if not processes and word.category in known:
+        present = word.category in mapped.observed
+        if not present and word.category in known:
             continue  # hardly seen
         reply = similarity_reply(
             mapped.belief,
@@ -158,8 +158,8 @@ def query_map(
             request=SimilarityRequest(word.text, max_regions=1),
             params=config,
         )
-        near = processes and _distance_m(mapped.scene, word.category, reply.centres_m[0]) <= NEAR_M
-        yield QueryOutcome(word, seed, processes, reply.best_score, near)
+        near = present and _distance_m(mapped.scene, word.category, reply.centres_m[0]) <= NEAR_M
+        yield QueryOutcome(word, seed, present, reply.best_score, near)
 
 
 def _distance_m(scene: Scene, category: str, place: F32) -> float:
@@ -204,14 +204,14 @@ def choose_floor(outcomes: Sequence[QueryOutcome]) -> float:
 
 def rates(outcomes: Sequence[QueryOutcome], floor: float) -> dict[str, float | int | None]:
     """Shares of absent words answered, and of present words answered and answered rightly."""
-    absent = [one.score >= floor for one in outcomes if not one.processes]
-    processes = [one for one in outcomes if one.processes]
+    absent = [one.score >= floor for one in outcomes if not one.present]
+    present = [one for one in outcomes if one.present]
     return {
         "absent": len(absent),
         "false_positive_rate": _share(absent),
-        "present": len(processes),
-        "answered_rate": _share([one.score >= floor for one in processes]),
-        "right_rate": _share([one.score >= floor and one.near for one in processes]),
+        "present": len(present),
+        "answered_rate": _share([one.score >= floor for one in present]),
+        "right_rate": _share([one.score >= floor and one.near for one in present]),
     }
 
 
@@ -235,7 +235,7 @@ def _of(outcomes: Sequence[QueryOutcome], group: str) -> list[QueryOutcome]:
 
 
 def _texts(outcomes: Sequence[QueryOutcome], group: str, text: str) -> list[QueryOutcome]:
-    return [one for one in _of(outcomes, group) if one.word.text == text and one.processes]
+    return [one for one in _of(outcomes, group) if one.word.text == text and one.present]
 
 
 def _right(outcomes: Sequence[QueryOutcome], floor: float) -> float:

@@ -1,1 +1,1 @@
-"""data."""
+"""Training data: rendered frames, augmentation, batches and class texts."""

@@ -1,7 +1,6 @@
-"""Random changes of camera, light and material, so that colour is not the class.
+"""Random changes of camera, light and material, so that classes are not recognised by colour.
 
-A frame and its labels in, a picture of the training size out. Everything random comes from
-the generator that is passed in.
+Functions of an image, its labels and a random generator.
 """
 
 from __future__ import annotations
@@ -12,17 +11,17 @@ import numpy as np
 from onemap_shared.geometry import F32, U8
 from onemap_tools.train.data.frame_dataset import NO_CLASS
 
-ZOOM = (0.65, 1.4)  # crop size over picture size: below 1 enlarges
+STRONG_ZOOM = (0.65, 1.4)  # crop size over output size: below 1 enlarges
 WEAK_ZOOM = (0.9, 1.25)
-STRETCH = 0.15  # logarithm of the aspect ratio's change
-PATTERN_PX = (2, 40)  # size of a random texture's details
+MAX_LOG_STRETCH = 0.15  # of the aspect ratio
+PATTERN_PX = (2, 40)  # period of a random texture
 
 
 def augment_strong(
     rgb: U8, label: U8, size: tuple[int, int], rng: np.random.Generator
 ) -> tuple[U8, U8]:
     """rgb (H, W, 3) and label (H, W) to (h, w, 3) and (h, w), ``size`` = (w, h)."""
-    rgb, label = _crop(rgb, label, size, zoom=rng.uniform(*ZOOM), rng=rng)
+    rgb, label = _crop(rgb, label, size, zoom=rng.uniform(*STRONG_ZOOM), rng=rng)
     if rng.random() < 0.5:
         rgb, label = rgb[:, ::-1], label[:, ::-1]
     image = rgb.astype(np.float32)
@@ -38,13 +37,13 @@ def augment_strong(
 def augment_weak(
     rgb: U8, label: U8, size: tuple[int, int], rng: np.random.Generator
 ) -> tuple[U8, U8]:
-    """As ``augment_strong``, but close to what the simulator's own camera gives."""
+    """As ``augment_strong``, but close to the simulator's own camera."""
     rgb, label = _crop(rgb, label, size, zoom=rng.uniform(*WEAK_ZOOM), rng=rng)
     return augment_full_image(rgb, label, rng)
 
 
 def augment_full_image(rgb: U8, label: U8, rng: np.random.Generator) -> tuple[U8, U8]:
-    """The whole picture, maybe mirrored, a little brighter or darker, with a little noise."""
+    """Random mirroring, slight change of brightness and noise, without a crop."""
     if rng.random() < 0.5:
         rgb, label = rgb[:, ::-1], label[:, ::-1]
     noise = rng.standard_normal(rgb.shape, dtype=np.float32)
@@ -55,9 +54,9 @@ def augment_full_image(rgb: U8, label: U8, rng: np.random.Generator) -> tuple[U8
 def _crop(
     rgb: U8, label: U8, size: tuple[int, int], *, zoom: float, rng: np.random.Generator
 ) -> tuple[U8, U8]:
-    """A random part, a little stretched, resized to ``size``."""
+    """A random part of a randomly changed aspect ratio, resized to ``size``."""
     height, width = label.shape
-    stretch = np.exp(rng.uniform(-STRETCH, STRETCH))
+    stretch = np.exp(rng.uniform(-MAX_LOG_STRETCH, MAX_LOG_STRETCH))
     w = min(int(size[0] * zoom * stretch), width)
     h = min(int(size[1] * zoom / stretch), height)
     x, y = rng.integers(0, width - w + 1), rng.integers(0, height - h + 1)
@@ -71,7 +70,7 @@ def _crop(
 
 
 def _pattern(shape: tuple[int, int], rng: np.random.Generator) -> F32:
-    """Smooth noise or stripes (h, w, 1) of mean about 0 within [-1, 1]."""
+    """Smooth noise or stripes (h, w, 1) float32 within [-1, 1], of mean about 0."""
     height, width = shape
     period = float(np.exp(rng.uniform(*np.log(PATTERN_PX))))
     if rng.random() < 0.4:
@@ -83,12 +82,12 @@ def _pattern(shape: tuple[int, int], rng: np.random.Generator) -> F32:
     coarse = (int(np.ceil(height / period)) + 1, int(np.ceil(width / period)) + 1)
     noise = rng.uniform(-1, 1, coarse).astype(np.float32)
     smooth = cv2.resize(noise, (width, height), interpolation=cv2.INTER_LINEAR)
-    blots: F32 = smooth[..., None].astype(np.float32)
-    return blots
+    noise_pattern: F32 = smooth[..., None].astype(np.float32)
+    return noise_pattern
 
 
 def _recolour_classes(image: F32, label: U8, rng: np.random.Generator) -> F32:
-    """Another colour and pattern for about half of the classes in the picture."""
+    """Another colour and texture for about half of the classes in the image."""
     result = image.copy()
     for index in np.unique(label):
         if index == NO_CLASS or rng.random() < 0.5:
@@ -97,12 +96,12 @@ def _recolour_classes(image: F32, label: U8, rng: np.random.Generator) -> F32:
         pattern = 1 + rng.uniform(0, 0.5) * _pattern(label.shape, rng)
         mask = label == index
         result[mask] = (image * gain.astype(np.float32) * pattern)[mask]
-    painted: F32 = np.clip(result, 0, 255)
-    return painted
+    recoloured: F32 = np.clip(result, 0, 255)
+    return recoloured
 
 
 def _jitter_colour(image: F32, rng: np.random.Generator) -> F32:
-    """White balance, brightness, contrast, gamma, saturation, and light from one side."""
+    """White balance, brightness, contrast, gamma, saturation, and a linear gradient of light."""
     image = image * np.exp(rng.uniform(-0.2, 0.2, 3)).astype(np.float32)
     grey = image.mean(axis=2, keepdims=True)
     saturation = 0.0 if rng.random() < 0.07 else rng.uniform(0.4, 1.5)
@@ -121,12 +120,12 @@ def _jitter_colour(image: F32, rng: np.random.Generator) -> F32:
         )
         image = image * ramp[..., None].astype(np.float32)
     gamma = np.float32(np.exp(rng.uniform(-0.35, 0.35)))
-    bent: F32 = np.float32(255) * (np.clip(image, 0, 255) / 255) ** gamma
-    return bent
+    corrected: F32 = np.float32(255) * (np.clip(image, 0, 255) / 255) ** gamma
+    return corrected
 
 
 def _sensor_effects(image: F32, rng: np.random.Generator) -> F32:
-    """Blur, sensor noise and the blocks of a compressed picture."""
+    """Blur, sensor noise and JPEG artefacts."""
     if rng.random() < 0.25:
         image = cv2.GaussianBlur(image, (0, 0), rng.uniform(0.4, 1.5)).astype(np.float32)
     if rng.random() < 0.5:
@@ -140,7 +139,7 @@ def _sensor_effects(image: F32, rng: np.random.Generator) -> F32:
 
 
 def _cutout(image: F32, label: U8, rng: np.random.Generator) -> tuple[F32, U8]:
-    """One patch of plain colour that belongs to no class."""
+    """One rectangle of plain colour, labelled as no class."""
     height, width = label.shape
     h, w = rng.integers(height // 10, height // 3), rng.integers(width // 10, width // 3)
     y, x = rng.integers(0, height - h), rng.integers(0, width - w)

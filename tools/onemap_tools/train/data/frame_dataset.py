@@ -27,16 +27,16 @@ from onemap_simulator.rendering.renderer import RenderedImage, Renderer
 
 NO_CLASS = 255
 TRAIN_SEEDS = range(1000, 100_000)
-EVALUATION_SEEDS = range(900, 1000)  # never trained on; 1 to 3 are the demo's and held out too
+EVALUATION_SEEDS = range(900, 1000)  # not trained on, like the demo's 1 to 3
 FOV_RAD = (1.05, 1.65)  # 60 to 95 degrees: common depth cameras
 ROBOT_VIEWS = CameraPoseRange()
 OTHER_VIEWS = CameraPoseRange(camera_height_m=(0.4, 1.6), pitch_rad=(-0.3, 0.6))
-OTHER_SHARE = 0.3  # of the frames from heights that the simulated robot does not have
+OTHER_SHARE = 0.3  # of the frames: seen from other heights than the simulated robot's
 
 
 @dataclass(frozen=True, slots=True)
 class FrameSetSpec:
-    """Which frames to render: ``per_scene`` of each seed's apartment in one style."""
+    """A set of frames to render: ``per_scene`` of each seed's apartment in one style."""
 
     seeds: tuple[int, ...]
     per_scene: int
@@ -69,7 +69,7 @@ class FrameDataset:
 def render_scene(seed: int, classes: Sequence[str], spec: FrameSetSpec) -> tuple[U8, U8]:
     """rgb (N, H, W, 3) and label (N, H, W) of one apartment; N = ``spec.per_scene``.
 
-    They depend on the seed alone: order, processes and interruptions change nothing.
+    A function of the seed: the order of rendering and interruptions do not change them.
     """
     scene = generate_apartment(seed, spec.style)
     rng = np.random.default_rng([seed, spec.per_scene])
@@ -92,15 +92,15 @@ def render_scene(seed: int, classes: Sequence[str], spec: FrameSetSpec) -> tuple
 def render_frames(
     folder: Path, classes: Sequence[str], spec: FrameSetSpec, processes: int = 1
 ) -> Iterator[int]:
-    """Render what is not there yet; yields the number of frames done after each scene."""
+    """Render the missing frames; yields the number of frames done after each scene."""
     folder.mkdir(parents=True, exist_ok=True)
     done = _count_rendered_scenes(folder, classes, spec)
     mode = "r+" if done else "w+"
     shape = (spec.count, spec.height, spec.width)
     rgb = np.lib.format.open_memmap(folder / "rgb.npy", mode, np.uint8, (*shape, 3))
     label = np.lib.format.open_memmap(folder / "label.npy", mode, np.uint8, shape)
-    one = partial(render_scene, classes=tuple(classes), spec=spec)
-    with _parallel_map(one, spec.seeds[done:], processes) as scenes:
+    render = partial(render_scene, classes=tuple(classes), spec=spec)
+    with _parallel_map(render, spec.seeds[done:], processes) as scenes:
         for number, (images, labels) in enumerate(scenes, done):
             place = np.s_[number * spec.per_scene : (number + 1) * spec.per_scene]
             rgb[place], label[place] = images, labels
@@ -112,22 +112,22 @@ def render_frames(
 
 @contextmanager
 def _parallel_map(
-    one: Callable[[int], tuple[U8, U8]], seeds: Sequence[int], processes: int
+    render: Callable[[int], tuple[U8, U8]], seeds: Sequence[int], processes: int
 ) -> Iterator[Iterator[tuple[U8, U8]]]:
-    """``map`` over the seeds, in order; leaving early drops what has not begun."""
+    """``map`` over the seeds, in order; leaving early cancels scenes that are not begun."""
     if processes == 1:
-        yield map(one, seeds)
+        yield map(render, seeds)
         return
     # Spawned, not forked: the parent may hold threads of torch or onnxruntime.
     pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
     try:
-        yield pool.map(one, seeds)
+        yield pool.map(render, seeds)
     finally:
         pool.shutdown(cancel_futures=True)
 
 
 def open_frames(folder: Path) -> FrameDataset:
-    """The frames of a folder that are done, memory-mapped."""
+    """The rendered frames of a folder, memory-mapped; FileNotFoundError if there are none."""
     try:
         record = json.loads((folder / "frames.json").read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -152,9 +152,9 @@ def _write_dataset_record(
     folder: Path, classes: Sequence[str], spec: FrameSetSpec, *, scenes_done: int
 ) -> None:
     text = json.dumps({**_dataset_record(classes, spec), "scenes_done": scenes_done})
-    fresh = folder / "frames.json.part"
-    fresh.write_text(text, encoding="utf-8")
-    fresh.replace(folder / "frames.json")
+    part = folder / "frames.json.part"
+    part.write_text(text, encoding="utf-8")
+    part.replace(folder / "frames.json")
 
 
 def _count_rendered_scenes(folder: Path, classes: Sequence[str], spec: FrameSetSpec) -> int:

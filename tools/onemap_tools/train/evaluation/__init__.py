@@ -1,1 +1,1 @@
-"""evaluation."""
+"""Figures of the trained encoder, and the model card."""

@@ -1,4 +1,4 @@
-"""The temperature that makes scores read as probabilities, on apartments of their own."""
+"""Fit of the softmax temperature under which scores are calibrated probabilities."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from onemap_tools.train.data.frame_dataset import FrameDataset
 from onemap_tools.train.network.losses import patch_targets
 
 TEMPERATURES = np.geomspace(5, 80, 57)
-# Chosen once, not fitted: a word leans to its nearest classes as much as on itself, these
-# are a soft choice among about three, and words as near as 'a sofa' and 'a couch' are synonyms.
+# All but the temperature are chosen, not fitted: a word's query is expanded by its nearest classes
+# with as much weight as itself, a soft choice among about three; words as near as 'a sofa' and
+# 'a couch' count as synonyms.
 DEFAULT_CALIBRATION = Calibration(
     temperature=20.0, expansion=1.0, sharpness=20.0, synonym=0.7, placed=0.45
 )
-PATCHES_PER_IMAGE = 60  # per picture
+PATCHES_PER_IMAGE = 60  # per image
 
 
 def fit_temperature(

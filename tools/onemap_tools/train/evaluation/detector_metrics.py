@@ -1,4 +1,4 @@
-"""How good the detector ``patches`` is with the encoder: found, missed, wrongly found."""
+"""Precision and recall of the detector ``patches`` with the encoder."""
 
 from __future__ import annotations
 
@@ -14,41 +14,41 @@ from onemap_shared.messages import TextEmbeddings
 
 @dataclass(slots=True)
 class DetectorMetrics:
-    """Every name is looked for in every picture, with the thresholds that ship.
+    """Counts over images, in each of which every name is searched with the default thresholds.
 
-    A detection is right if most of what it covers is the thing. A thing counts as there if it
-    fills as many patches as the detector asks for.
+    A detection is correct if its class fills most of its mask. A class is present if it fills as
+    many patches as the detector requires.
     """
 
     names: tuple[str, ...]
-    limits: PatchesParams = field(default_factory=PatchesParams)
-    right: int = 0
+    params: PatchesParams = field(default_factory=PatchesParams)
+    correct: int = 0
     wrong: int = 0
-    there: int = 0
+    instances: int = 0
     found: int = 0
-    pictures: int = 0
+    images: int = 0
 
-    def add(self, seen: Image, queries: TextEmbeddings, shares: F32) -> None:
-        """One picture: shares (P, K) of every class in its patches; queries are ``names``."""
-        assert seen.features is not None
-        maps = shares.reshape(*seen.features.shape[:2], -1)
-        processes: Bool = (maps > 0.5).sum(axis=(0, 1)) >= self.limits.min_patches
-        hit = np.zeros_like(processes)
-        for thing in PatchDetector(self.limits, "").detect(seen, queries):
-            index = self.names.index(thing.name)
-            if maps[..., index][thing.mask].mean() > 0.5:
-                self.right += 1
+    def add(self, image: Image, queries: TextEmbeddings, shares: F32) -> None:
+        """Add an image: shares (P, K) of every class in its patches; queries are ``names``."""
+        assert image.features is not None
+        maps = shares.reshape(*image.features.shape[:2], -1)
+        present: Bool = (maps > 0.5).sum(axis=(0, 1)) >= self.params.min_patches
+        hit = np.zeros_like(present)
+        for detection in PatchDetector(self.params, "").detect(image, queries):
+            index = self.names.index(detection.name)
+            if maps[..., index][detection.mask].mean() > 0.5:
+                self.correct += 1
                 hit[index] = True
             else:
                 self.wrong += 1
-        self.pictures += 1
-        self.there += int(processes.sum())
-        self.found += int((processes & hit).sum())
+        self.images += 1
+        self.instances += int(present.sum())
+        self.found += int((present & hit).sum())
 
     def summary(self) -> dict[str, float]:
-        """precision, recall, and wrong finds per picture, over all names together."""
+        """Precision, recall and wrong detections per image, over all names."""
         return {
-            "precision": self.right / max(self.right + self.wrong, 1),
-            "recall": self.found / max(self.there, 1),
-            "wrong_per_picture": self.wrong / max(self.pictures, 1),
+            "precision": self.correct / max(self.correct + self.wrong, 1),
+            "recall": self.found / max(self.instances, 1),
+            "wrong_per_picture": self.wrong / max(self.images, 1),
         }

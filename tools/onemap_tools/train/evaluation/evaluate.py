@@ -1,4 +1,4 @@
-"""How good the encoder is, measured on what ships: the exported network and its words."""
+"""Evaluation of the exported encoder: segmentation, retrieval, detection, calibration."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from onemap_tools.train.evaluation import metrics
 from onemap_tools.train.evaluation.detector_metrics import DetectorMetrics
 from onemap_tools.train.network.losses import patch_targets
 
-MIN_PATCHES = 2  # smaller things are smaller than what the encoder can show
-PRESENT_TOP = 2  # a picture's score for a word is the mean of its best patches
+MIN_PATCHES = 2  # of a thing in an image; smaller ones are below the encoder's resolution
+TOP_PATCHES = 2  # an image's score for a word is the mean of its best patches
 
 
 @dataclass(frozen=True, slots=True)
 class WordQueries:
-    """Words to ask for and the class each stands for."""
+    """Query words and the index of the class that each names."""
 
     texts: tuple[str, ...]
     classes: tuple[int, ...]
@@ -34,46 +34,46 @@ class WordQueries:
 
     @classmethod
     def of(cls, pairs: Sequence[tuple[str, int]], encoder: Encoder) -> WordQueries:
-        """Words with the calibration they ship with."""
+        """Embed (word, class) pairs as queries, calibrated as the encoder is."""
         texts = tuple(text for text, _ in pairs)
         return cls(texts, tuple(index for _, index in pairs), encoder.embed_text(texts))
 
 
 @dataclass(slots=True)
 class _RetrievalMetrics:
-    """Per word: R-precision of each picture that shows it, and the scores with and without it."""
+    """Per word: R-precision in images that show it, and scores of images with and without it."""
 
     count: int
     precision: list[list[float]] = field(init=False)
-    processes: list[list[float]] = field(init=False)
+    present: list[list[float]] = field(init=False)
     absent: list[list[float]] = field(init=False)
 
     def __post_init__(self) -> None:
         self.precision = [[] for _ in range(self.count)]
-        self.processes = [[] for _ in range(self.count)]
+        self.present = [[] for _ in range(self.count)]
         self.absent = [[] for _ in range(self.count)]
 
     def add(self, score: F32, shares: F32, words: WordQueries) -> None:
-        """One picture: score (P, N), shares (P, K) of the classes."""
-        best = np.sort(score, axis=0)[-PRESENT_TOP:].mean(axis=0)
+        """Add an image: score (P, N) of words and shares (P, K) of classes, per patch."""
+        best = np.sort(score, axis=0)[-TOP_PATCHES:].mean(axis=0)
         for index, label in enumerate(words.classes):
             relevant: Bool = shares[:, label] > 0.5
             if relevant.sum() >= MIN_PATCHES:
                 self.precision[index].append(metrics.r_precision(score[:, index], relevant))
-                self.processes[index].append(float(best[index]))
+                self.present[index].append(float(best[index]))
             elif shares[:, label].max() == 0:
                 self.absent[index].append(float(best[index]))
 
     def summary(self, texts: Sequence[str]) -> dict[str, object]:
-        """Means over words, so that common things do not hide rare ones."""
+        """Means over words, so that frequent classes do not dominate."""
         seen = [index for index in range(self.count) if self.precision[index]]
         by_word = {texts[i]: round(float(np.mean(self.precision[i])), 3) for i in seen}
         per_word = [
-            metrics.auroc(*_scores_and_labels(self.processes[i], self.absent[i]))
+            metrics.auroc(*_scores_and_labels(self.present[i], self.absent[i]))
             for i in seen
             if self.absent[i]
         ]
-        pooled = _scores_and_labels(list(chain(*self.processes)), list(chain(*self.absent)))
+        pooled = _scores_and_labels(list(chain(*self.present)), list(chain(*self.absent)))
         return {
             "words": len(seen),
             "r_precision": float(np.mean(list(by_word.values()))),
@@ -86,43 +86,43 @@ class _RetrievalMetrics:
 def evaluate(
     encoder: Encoder, vocabulary: Vocabulary, frames: FrameDataset, progress: Callable[[int], None]
 ) -> dict[str, object]:
-    """All figures over the frames; ``progress`` is told how many are done."""
+    """All figures over the frames; ``progress`` receives the number done."""
     names = WordQueries.of([(name, i) for i, name in enumerate(vocabulary.names)], encoder)
-    unseen = WordQueries.of(held_out_queries(vocabulary), encoder)
+    held_out = WordQueries.of(held_out_queries(vocabulary), encoder)
     classes = len(vocabulary.names)
     counts: I64 = np.zeros((classes, classes), np.int64)
-    maps = {
+    retrieval = {
         "names": _RetrievalMetrics(len(names.texts)),
-        "held_out": _RetrievalMetrics(len(unseen.texts)),
+        "held_out": _RetrievalMetrics(len(held_out.texts)),
     }
-    tally = DetectorMetrics(vocabulary.names)
+    detector = DetectorMetrics(vocabulary.names)
     stated: list[F32] = []
-    true: list[F32] = []
+    observed: list[F32] = []
     for number, (rgb, features, label) in enumerate(_encode_frames(encoder, frames)):
         rows, columns, dim = features.shape
         flat = features.reshape(-1, dim).astype(np.float32)
         shares = patch_targets(_fit_to_patches(label, rows, columns)[None], classes)
-        tally.add(Image(rgb, features), names.queries, shares)
-        by_name = scores(flat, names.queries)
-        maps["names"].add(by_name, shares, names)
-        maps["held_out"].add(scores(flat, unseen.queries), shares, unseen)
-        stated.append(by_name[:: columns // 2].ravel())
-        true.append(shares[:: columns // 2].ravel())
+        detector.add(Image(rgb, features), names.queries, shares)
+        name_scores = scores(flat, names.queries)
+        retrieval["names"].add(name_scores, shares, names)
+        retrieval["held_out"].add(scores(flat, held_out.queries), shares, held_out)
+        stated.append(name_scores[:: columns // 2].ravel())
+        observed.append(shares[:: columns // 2].ravel())
         cosines = (flat @ names.queries.embeddings.T).reshape(rows, columns, classes)
         counts += metrics.confusion(label, _pixel_classes(cosines, label.shape), classes)
         progress(number + 1)
-    rows_ = metrics.reliability(_concatenate(stated), _concatenate(true))
+    bins = metrics.reliability(_concatenate(stated), _concatenate(observed))
     per_class = metrics.iou(counts)
     return {
         "frames": len(frames),
         "pixel_accuracy": metrics.accuracy(counts),
         "miou": float(np.nanmean(per_class)),
         "classes": int(np.isfinite(per_class).sum()),
-        "names": maps["names"].summary(names.texts),
-        "held_out_aliases": maps["held_out"].summary(unseen.texts),
-        "detector": tally.summary(),
-        "reliability": rows_,
-        "calibration_error": metrics.calibration_error(rows_),
+        "names": retrieval["names"].summary(names.texts),
+        "held_out_aliases": retrieval["held_out"].summary(held_out.texts),
+        "detector": detector.summary(),
+        "reliability": bins,
+        "calibration_error": metrics.calibration_error(bins),
         "iou_by_class": {
             name: round(float(value), 3)
             for name, value in sorted(
@@ -142,12 +142,12 @@ def held_out_queries(vocabulary: Vocabulary) -> list[tuple[str, int]]:
 
 def _encode_frames(encoder: Encoder, frames: FrameDataset) -> Iterator[tuple[U8, F16, U8]]:
     for rgb, label in zip(frames.rgb, frames.label, strict=True):
-        picture = np.asarray(rgb)
-        yield picture, encoder.encode(picture), np.asarray(label)
+        image = np.asarray(rgb)
+        yield image, encoder.encode(image), np.asarray(label)
 
 
 def _fit_to_patches(label: U8, rows: int, columns: int) -> U8:
-    """The label picture at 8 pixels a patch."""
+    """The label image at 8 pixels per patch."""
     size = (columns * 8, rows * 8)
     if label.shape == (size[1], size[0]):
         return label
@@ -155,15 +155,15 @@ def _fit_to_patches(label: U8, rows: int, columns: int) -> U8:
 
 
 def _pixel_classes(cosines: F32, shape: tuple[int, ...]) -> I64:
-    """The best class of every pixel (H, W), cosines (h, w, K) interpolated between patches."""
+    """The best class (H, W) of every pixel; cosines (h, w, K) are interpolated between patches."""
     large = cv2.resize(cosines, (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR)
     best: I64 = large.argmax(axis=2)
     return best
 
 
-def _scores_and_labels(processes: Sequence[float], absent: Sequence[float]) -> tuple[F64, Bool]:
-    values = np.array([*processes, *absent], np.float64)
-    return values, np.arange(len(values)) < len(processes)
+def _scores_and_labels(present: Sequence[float], absent: Sequence[float]) -> tuple[F64, Bool]:
+    values = np.array([*present, *absent], np.float64)
+    return values, np.arange(len(values)) < len(present)
 
 
 def _concatenate(parts: Sequence[F32]) -> F64:

@@ -1,4 +1,4 @@
-"""The model card: prose that is true of any training, and the figures of one evaluation."""
+"""The model card: a text for any training, filled with the figures of one evaluation."""
 
 from __future__ import annotations
 

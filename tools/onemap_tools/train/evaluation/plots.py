@@ -1,4 +1,4 @@
-"""The pictures of the model card, drawn from the figures of one evaluation."""
+"""The plots of the model card, drawn from the figures of one evaluation."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ DPI = 110
 
 
 def draw_confusion(part: dict[str, Any], folder: Path) -> Path:
-    """What the pixels of each class are taken for, each row a share of its class."""
+    """The confusion matrix of pixels, each row normalised to its class."""
     names = part["class_names"]
     counts = np.array(part["confusion"], np.float64)
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     figure = Figure(figsize=(11, 10), layout="constrained")
     axes = figure.add_subplot()
-    picture = axes.imshow(share, cmap="magma_r", vmin=0, vmax=1)
+    image = axes.imshow(share, cmap="magma_r", vmin=0, vmax=1)
     axes.set_xticks(range(len(names)), names, rotation=90, fontsize=7)
     axes.set_yticks(range(len(names)), names, fontsize=7)
     axes.set_xlabel("taken for")
     axes.set_ylabel("is")
-    figure.colorbar(picture, label="share of the class's pixels", shrink=0.6)
+    figure.colorbar(image, label="share of the class's pixels", shrink=0.6)
     return _save(figure, folder / CONFUSION_FILE)
 
 
 def draw_reliability(parts: dict[str, dict[str, Any]], folder: Path) -> Path:
-    """How often a patch is what was asked for, over the score that it was given."""
+    """The reliability diagram: observed frequency of the class over the stated score."""
     figure = Figure(figsize=(5.5, 5), layout="constrained")
     axes = figure.add_subplot()
     axes.plot([0, 1], [0, 1], color="grey", linestyle="--", label="as stated")

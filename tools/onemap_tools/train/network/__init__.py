@@ -1,1 +1,1 @@
-"""network."""
+"""The network of ``mini`` and its loss."""
