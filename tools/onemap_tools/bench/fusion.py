@@ -1,17 +1,11 @@
-"""How long the map takes to fuse one frame: ``onemap bench fusion``.
-
-Everything the mapper does per frame is timed: projection, blur, fusion and occupancy of a
-640 x 480 field with 24 x 24 x 768 features. The variance belongs to perception and the
-decoding to the bus; both are made beforehand. The room is simulated, the features random.
-``cpu_p50_ms`` is the processor time of a frame, which other processes disturb less.
-"""
+"""Time the mapper takes to fuse one frame of a simulated room with random features."""
 
 from __future__ import annotations
 
-import json
 import os
 import resource
 import time
+from typing import Any
 
 import numpy as np
 import torch
@@ -19,33 +13,31 @@ import torch
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame_update import compute_update
-from onemap_shared.camera import Intrinsics
+from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_shared.messages import FeatureField
-from onemap_tools.bench.parser import Parser
 
 SIZE = (480, 640)
 CAMERA = Intrinsics.from_fov(SIZE[1], SIZE[0], np.deg2rad(79))  # a usual RGB-D camera
 PATCHES = (24, 24, 768)
 ROOM_LOW, ROOM_HIGH = (-4.0, -3.0, 0.0), (4.0, 3.0, 2.5)  # metres
 WARM_UP = 5  # frames that are fused but not counted: first allocations
+SEED = 0
 
 
-def run(frames: int = 50, *, device: str = "cpu", threads: int = 1, seed: int = 0) -> dict:
+def run(frames: int, *, device: str, threads: int) -> dict[str, Any]:
     """Fuse ``frames`` frames of a robot that walks in a circle; times in milliseconds."""
-    if frames < 1:
-        raise ValueError(f"frames is {frames}; at least one must be fused")
     torch.set_num_threads(threads)
     params = MapperConfig(device=device)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(SEED)
     belief = BeliefMap(params)
     observing, absorbing, computing = [], [], []
     for sequence in range(frames + WARM_UP):
         field = simulated_field(sequence, rng)
         started, cpu_started = time.perf_counter(), time.process_time()
-        seen = compute_update(field, params)
+        update = compute_update(field, params)
         observed = time.perf_counter()
-        belief.fuse(seen)
+        belief.fuse(update)
         _synchronise(params.torch_device)
         ended = time.perf_counter()
         computing.append((time.process_time() - cpu_started) * 1e3)
@@ -97,10 +89,7 @@ def simulated_field(sequence: int, rng: np.random.Generator) -> FeatureField:
 
 def room_depth(T_map_camera: F64) -> F32:
     """z-depth (H, W) float32 metres of the room seen from inside, without noise."""
-    x = (np.arange(SIZE[1]) + 0.5 - CAMERA.cx) / CAMERA.fx
-    y = (np.arange(SIZE[0]) + 0.5 - CAMERA.cy) / CAMERA.fy
-    rays = np.stack(np.broadcast_arrays(x[None, :], y[:, None], 1.0), axis=-1)
-    rays = rays @ T_map_camera[:3, :3].T
+    rays = ray_directions(CAMERA, width=SIZE[1], height=SIZE[0]) @ T_map_camera[:3, :3].T
     position = T_map_camera[:3, 3]
     wall = np.where(rays > 0, ROOM_HIGH, ROOM_LOW)
     with np.errstate(divide="ignore"):
@@ -111,20 +100,3 @@ def room_depth(T_map_camera: F64) -> F32:
 def _synchronise(device: torch.device) -> None:
     if device.type == "cuda":
         torch.cuda.synchronize(device)
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """``onemap bench fusion``; returns the exit code."""
-    parser = Parser(prog="onemap bench fusion", description=__doc__)
-    parser.add_argument("--frames", type=int, default=50)
-    parser.add_argument("--device", default="cpu", help="cpu or cuda")
-    parser.add_argument("--threads", type=int, default=1, help="CPU threads of torch")
-    parser.add_argument("--json", action="store_true", help="one JSON object as the last line")
-    options = parser.parse_args(arguments)
-    result = run(options.frames, device=options.device, threads=options.threads)
-    if options.json:
-        print(json.dumps(result))
-        return 0
-    for name, value in result.items():
-        print(f"{name:20} {value}")
-    return 0
