@@ -68,9 +68,9 @@ def test_the_summary_counts_claims_and_names_what_stands_there() -> None:
 def test_the_settings_are_the_file_s_in_the_apartment_asked_for(tmp_path: Path) -> None:
     file = tmp_path / "noisy.yaml"
     file.write_text("simulator: {seed: 3, camera: {depth_noise_m: 0.01}}\n")
-    settings = read_sections(file, 9, "held out")
-    assert (settings.simulator.seed, settings.simulator.style) == (9, "held out")
-    assert settings.simulator.camera.depth_noise_m == 0.01
+    config = read_sections(file, 9, "held out")
+    assert (config.simulator.seed, config.simulator.style) == (9, "held out")
+    assert config.simulator.camera.depth_noise_m == 0.01
     file.write_text("planner: {plan_hz: -1}\n")
     with pytest.raises(ConfigError, match=r"planner\.plan_hz"):
         read_sections(file, 1, "training")

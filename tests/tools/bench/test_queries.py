@@ -6,7 +6,6 @@ import json
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.text.vocabulary import load_vocabulary
@@ -14,6 +13,7 @@ from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench import queries
 from onemap_tools.bench.mapping import map_scene
 from onemap_tools.bench.queries import (
+    STYLES,
     EncoderPair,
     QueryBenchParams,
     QueryOutcome,
@@ -23,9 +23,10 @@ from onemap_tools.bench.queries import (
     query_map,
     query_words,
     rates,
+    run_configured,
     summarise,
+    table_lines,
 )
-from onemap_tools.cli.app import app
 from tests.perception.toy import ColourEncoder
 from tests.simulator.scenes import box_room
 
@@ -33,7 +34,7 @@ SOFA, LOO = QueryWord("sofa", "sofa", "names"), QueryWord("loo", "toilet", "syno
 TOILET, CAR = QueryWord("toilet", "toilet", "names"), QueryWord("car", "", "unrelated")
 
 
-def outcomes(
+def outcome(
     word: QueryWord, score: float, *, near: bool | None = None, seed: int = 1
 ) -> QueryOutcome:
     """``near`` None: the thing is absent."""
@@ -42,11 +43,11 @@ def outcomes(
 
 def test_rates_count_absent_and_present_words_apart() -> None:
     answers = [
-        outcomes(SOFA, 0.9, near=True),
-        outcomes(SOFA, 0.5, near=False),
-        outcomes(SOFA, 0.1, near=True),
-        outcomes(SOFA, 0.4),
-        outcomes(SOFA, 0.2),
+        outcome(SOFA, 0.9, near=True),
+        outcome(SOFA, 0.5, near=False),
+        outcome(SOFA, 0.1, near=True),
+        outcome(SOFA, 0.4),
+        outcome(SOFA, 0.2),
     ]
     assert rates(answers, 0.3) == {
         "absent": 2,
@@ -59,18 +60,18 @@ def test_rates_count_absent_and_present_words_apart() -> None:
 
 
 def test_the_floor_lets_one_unrelated_word_in_twenty_through() -> None:
-    answers = [outcomes(CAR, score) for score in np.linspace(0.005, 0.195, 20)]
-    floor = choose_floor([*answers, outcomes(SOFA, 0.99)])
+    answers = [outcome(CAR, score) for score in np.linspace(0.005, 0.195, 20)]
+    floor = choose_floor([*answers, outcome(SOFA, 0.99)])
     assert floor == 0.19
     assert rates(answers, floor)["false_positive_rate"] == 0.05
     with pytest.raises(ValueError, match="no floor"):
-        choose_floor([outcomes(CAR, 0.999)])
+        choose_floor([outcome(CAR, 0.999)])
 
 
 def test_the_floor_is_chosen_on_odd_and_measured_on_even_seeds() -> None:
-    odd = [outcomes(CAR, 0.105, seed=801), outcomes(SOFA, 0.9, near=True, seed=801)]
-    even = [outcomes(CAR, 0.5, seed=802), outcomes(SOFA, 0.1, near=True, seed=802)]
-    found = summarise([*odd, *even], QueryBenchParams((801, 802)))
+    odd = [outcome(CAR, 0.105, seed=801), outcome(SOFA, 0.9, near=True, seed=801)]
+    even = [outcome(CAR, 0.5, seed=802), outcome(SOFA, 0.1, near=True, seed=802)]
+    found = summarise([*odd, *even], QueryBenchParams((801, 802), STYLES["training"], images=1))
     assert found["floor"] == 0.11
     assert found["rates"]["unrelated"]["false_positive_rate"] == 1.0
     assert found["rates"]["names"]["right_rate"] == 0.0
@@ -79,12 +80,12 @@ def test_the_floor_is_chosen_on_odd_and_measured_on_even_seeds() -> None:
 
 def test_words_that_fail_where_their_class_does_not_are_listed() -> None:
     answers = [
-        outcomes(TOILET, 0.9, near=True),
-        outcomes(LOO, 0.9, near=False),
-        outcomes(LOO, 0.1, near=True),
+        outcome(TOILET, 0.9, near=True),
+        outcome(LOO, 0.9, near=False),
+        outcome(LOO, 0.1, near=True),
     ]
     assert failing(answers, 0.2) == {"loo": 0.0}
-    assert failing([*answers[:1], outcomes(LOO, 0.8, near=True)], 0.2) == {}
+    assert failing([*answers[:1], outcome(LOO, 0.8, near=True)], 0.2) == {}
 
 
 def test_what_is_asked_needs_no_sentence_encoder(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -122,18 +123,18 @@ def test_a_map_made_here_knows_what_it_was_shown(room: Scene) -> None:
     assert red.score > blue.score
 
 
-def test_the_command_prints_one_object(monkeypatch: pytest.MonkeyPatch, room: Scene) -> None:
+def test_the_report_holds_rates_of_every_group_and_becomes_a_table(
+    monkeypatch: pytest.MonkeyPatch, room: Scene
+) -> None:
     monkeypatch.setattr(queries, "generate_apartment", lambda seed, style: room)
-    arguments = ["bench", "queries", "--apartments", "2", "--pictures", "3", "--style", "training"]
-    result = CliRunner().invoke(app, [*arguments, "--json"])
-    assert result.exit_code == 0, result.output
-    document = json.loads(result.stdout.splitlines()[-1])
-    assert document["benchmark"] == "queries"
+    params = QueryBenchParams((800, 801), STYLES["training"], images=3)
+    document = run_configured(MiniParams(), params)
+    assert (document["benchmark"], document["pictures"]) == ("queries", 3)
+    assert document["encoder_id"].startswith("mini-")
     assert 0 < document["floor"] < 1
     assert set(document["rates"]) == {"names", "synonyms", "aliases", "unrelated"}
-
-
-def test_too_few_apartments_are_refused() -> None:
-    result = CliRunner().invoke(app, ["bench", "queries", "--apartments", "1"])
-    assert result.exit_code == 2
-    assert "between 2 and 100" in result.output
+    json.dumps(document, allow_nan=False)
+    head, columns, *rows = table_lines(document)
+    assert f"floor {document['floor']:g}" in head
+    assert columns.split()[0] == "words"
+    assert [row.split()[0] for row in rows] == list(document["rates"])

@@ -1,16 +1,9 @@
-"""What the robot claims to have found, and what really stands there: ``onemap bench claims``.
-
-One search per seed in a generated apartment, in simulated time, for the same objects, those
-that the apartment does not hold included. Every claim is judged by the simulator's truth; of a
-wrong one it says what stands nearest to the claimed place.
-"""
+"""Searches in generated apartments, each claim judged by the simulator's ground truth."""
 
 from __future__ import annotations
 
-import json
-import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from multiprocessing import get_context
@@ -32,26 +25,22 @@ from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
 from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_tools.bench.lockstep import LockstepSimulation, PerceptionPipeline, SystemConfig
-from onemap_tools.bench.parser import Parser
 from onemap_tools.demo.summary import ObjectSummary
 from onemap_tools.demo.truth import evaluate_result, scene_category
-
-# Large things that most apartments have, and one, the bookcase, that some do not.
-OBJECTS = ("bed", "sofa", "television", "refrigerator", "toilet", "bookcase")
 
 
 @dataclass(frozen=True, slots=True)
 class EpisodeParams:
-    """One search: its settings, seed included, its objects, and simulated seconds at most."""
+    """One search: configuration (seed included), objects, and simulated seconds at most."""
 
-    settings: SystemConfig
+    config: SystemConfig
     objects: tuple[str, ...]
     limit_s: float
 
 
 @dataclass(frozen=True, slots=True)
 class EpisodeResult:
-    """What became of a task. present: for each object, whether the apartment holds one."""
+    """The result of one search. present: for each object, whether the apartment holds one."""
 
     seed: int
     objects: tuple[ObjectSummary, ...]
@@ -60,23 +49,29 @@ class EpisodeResult:
     wall_s: float
 
     def document(self) -> dict[str, Any]:
-        """As JSON can carry it."""
+        """The episode as a JSON object."""
         pairs = zip(self.objects, self.present, strict=True)
         objects = [{**item.document(), "present": present} for item, present in pairs]
         times = {"simulated_s": round(self.simulated_s, 1), "wall_s": round(self.wall_s, 1)}
         return {"seed": self.seed, "objects": objects, **times}
 
 
-def run(task: EpisodeParams) -> EpisodeResult:
-    """Search, judge, and return what happened."""
+def run_all(episodes: Sequence[EpisodeParams], workers: int) -> Iterator[EpisodeResult]:
+    """Run the searches in ``workers`` processes; yields the results in the order of episodes."""
+    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        yield from pool.map(run, episodes)
+
+
+def run(params: EpisodeParams) -> EpisodeResult:
+    """Search in simulated time and judge every claim."""
     torch.set_num_threads(1)
-    began_s = time.perf_counter()
-    simulator = task.settings.simulator
+    started_s = time.perf_counter()
+    simulator = params.config.simulator
     scene = generate_apartment(simulator.seed, STYLES[simulator.style])
-    lockstep = LockstepSimulation(
-        scene, task.settings, PerceptionPipeline(task.settings.perception)
+    simulation = LockstepSimulation(
+        scene, params.config, PerceptionPipeline(params.config.perception)
     )
-    search = lockstep.search(task.objects, task.limit_s)
+    search = simulation.search(params.objects, params.limit_s)
     truth = SceneTruth(
         scene,
         radius_m=simulator.robot.radius_m,
@@ -84,8 +79,11 @@ def run(task: EpisodeParams) -> EpisodeResult:
         eye_height_m=simulator.camera.height_m,
     )
     vocabulary = load_vocabulary(SHIPPED)
-    names = [scene_category(word, scene.categories, vocabulary) for word in task.objects]
-    results = [*search.results, *(timed_out_result(w) for w in task.objects[len(search.results) :])]
+    names = [scene_category(word, scene.categories, vocabulary) for word in params.objects]
+    results = [
+        *search.results,
+        *(timed_out_result(w) for w in params.objects[len(search.results) :]),
+    ]
     return EpisodeResult(
         seed=simulator.seed,
         objects=tuple(
@@ -97,18 +95,18 @@ def run(task: EpisodeParams) -> EpisodeResult:
             for name, result in zip(names, results, strict=True)
         ),
         present=tuple(name in scene.categories for name in names),
-        simulated_s=lockstep.now_s,
-        wall_s=time.perf_counter() - began_s,
+        simulated_s=simulation.now_s,
+        wall_s=time.perf_counter() - started_s,
     )
 
 
 def timed_out_result(name: str) -> ObjectResult:
-    """The result of an object that the time did not suffice for."""
+    """The result of an object whose search had not ended at the limit."""
     return ObjectResult(name, SearchState.NOT_FOUND, "the time was over", (), 0.0, 0.0, 0.0, (), ())
 
 
 def summarise(episodes: Sequence[EpisodeResult], objects: Sequence[str]) -> dict[str, Any]:
-    """Counts over all episodes. spl: mean over the objects that were there, 0 where not found."""
+    """Counts over all episodes. spl: mean over the objects that are present, 0 where not found."""
     ended = [
         (episode.seed, item, present)
         for episode in episodes
@@ -140,7 +138,7 @@ def summarise(episodes: Sequence[EpisodeResult], objects: Sequence[str]) -> dict
 
 
 def episode_line(episode: EpisodeResult) -> str:
-    """One episode for people."""
+    """One episode as a line of text."""
     parts = []
     for item, present in zip(episode.objects, episode.present, strict=True):
         verdict = "found" if item.success else item.outcome.replace("_", " ")
@@ -177,32 +175,3 @@ def parse_seeds(text: str) -> list[int]:
     if not seeds:
         raise ValueError(f"--seeds is {text!r}, which names none: the smaller one comes first")
     return seeds
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """``onemap bench claims``; returns the exit code."""
-    parser = Parser(prog="onemap bench claims", description=__doc__)
-    parser.add_argument("--seeds", default="1-10", help="1-10 or 3,5,8")
-    parser.add_argument("--style", default="training", choices=("training", "held out"))
-    parser.add_argument("--objects", default=",".join(OBJECTS), help="separated by commas")
-    parser.add_argument("--limit", type=float, default=900.0, help="simulated seconds per search")
-    parser.add_argument("--workers", type=int, default=1, help="searches at once, a core each")
-    parser.add_argument("--config", type=Path, help="YAML file, for example with sensor noise")
-    parser.add_argument("--json", action="store_true", help="one JSON object as the last line")
-    options = parser.parse_args(arguments)
-    objects = tuple(name.strip() for name in options.objects.split(","))
-    tasks = [
-        EpisodeParams(read_sections(options.config, seed, options.style), objects, options.limit)
-        for seed in parse_seeds(options.seeds)
-    ]
-    episodes = []
-    with ProcessPoolExecutor(options.workers, get_context("spawn")) as pool:
-        for episode in pool.map(run, tasks):
-            episodes.append(episode)
-            print(episode_line(episode), file=sys.stderr, flush=True)
-    summary = summarise(episodes, objects)
-    for name in ("sought", "there", "found", "claimed_wrongly", "absent_and_not_claimed", "spl"):
-        print(f"{name:24} {summary[name]}", file=sys.stderr)
-    if options.json:
-        print(json.dumps(summary))
-    return 0

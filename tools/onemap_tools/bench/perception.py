@@ -1,16 +1,9 @@
-"""How long an encoder takes for one frame: ``onemap bench perception``.
-
-A frame is a picture of noise; fitting it, copying it, the network and copying the features back
-all count. On CUDA the network alone is timed with device events too. With ``--random-weights``
-nothing needs to be fetched: the time does not depend on the values.
-"""
+"""Time that encoders take for one frame of noise, with and without their weights."""
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import gc
-import json
 import os
 import resource
 import time
@@ -40,16 +33,13 @@ from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_perception.optional_import import OPEN_CLIP, TRANSFORMERS, optional_import
 from onemap_shared.geometry import F16, F32, U8
-from onemap_tools.bench.parser import Parser
 
-BACKENDS = ("mini", "openclip_convnext", "tipsv2")
-ARCHITECTURE = "convnext_large_d_320"  # the paper's
 WARM_UP = 5  # frames that are not counted: first allocations, and what cuDNN tries out
 
 
 @dataclass(frozen=True, slots=True)
 class MeasuredEncoder:
-    """What is measured: a picture to features; the tower and what is fed to it, if it is torch."""
+    """From an image to features; the tower and its input, if it is a torch module."""
 
     encode: Callable[[U8], F16]
     tower: TorchTower | None = None
@@ -58,18 +48,21 @@ class MeasuredEncoder:
 
 @dataclass(frozen=True, slots=True)
 class PerceptionBenchParams:
-    """frames per backend and device; size_px (width, height) of the camera; architecture of the
-    random openclip_convnext."""
+    """What to measure.
 
-    frames: int = 30
-    size_px: tuple[int, int] = (640, 480)
-    architecture: str = ARCHITECTURE
-    compiled: bool = False
-    devices: tuple[str, ...] = ("cpu",)
+    frames: per backend and device; size_px: width and height of the camera's image; architecture:
+    of openclip_convnext with random weights; compiled: with torch.compile.
+    """
+
+    frames: int
+    size_px: tuple[int, int]
+    architecture: str
+    compiled: bool
+    devices: tuple[str, ...]
 
 
 def run(backends: tuple[str, ...], params: PerceptionBenchParams) -> dict[str, Any]:
-    """Random weights (mini: its own) of each backend on each device."""
+    """Measure each backend on each device, with random weights (mini: with its own)."""
     results = []
     for backend in backends:
         devices = ("cpu",) if backend == "mini" else params.devices
@@ -141,7 +134,7 @@ def _measure_one(
 
 
 def measure(
-    what: MeasuredEncoder, params: PerceptionBenchParams, *, on_gpu: bool
+    encoder: MeasuredEncoder, params: PerceptionBenchParams, *, on_gpu: bool
 ) -> dict[str, Any]:
     """Milliseconds per frame, frames per second, memory."""
     width, height = params.size_px
@@ -149,11 +142,11 @@ def measure(
     rgb: U8 = noise.astype(np.uint8)
     if on_gpu:
         torch.cuda.reset_peak_memory_stats()
-    features = what.encode(rgb)
+    features = encoder.encode(rgb)
     times_ms = []
     for index in range(params.frames + WARM_UP):
         begun = time.perf_counter()
-        what.encode(rgb)
+        encoder.encode(rgb)
         if index >= WARM_UP:
             times_ms.append((time.perf_counter() - begun) * 1e3)
     result = {
@@ -161,8 +154,8 @@ def measure(
         **_quantiles("frame", times_ms),
         "frames_per_s": round(1e3 / float(np.median(times_ms)), 2),
     }
-    if on_gpu and what.tower is not None and what.prepare is not None:
-        events_ms = _device_ms(what.tower, what.prepare(rgb), params.frames)
+    if on_gpu and encoder.tower is not None and encoder.prepare is not None:
+        events_ms = _device_ms(encoder.tower, encoder.prepare(rgb), params.frames)
         result |= {
             **_quantiles("network", events_ms),
             "peak_device_bytes": torch.cuda.max_memory_allocated(),
@@ -187,7 +180,7 @@ def _device_ms(tower: TorchTower, picture: F32, frames: int) -> list[float]:
 
 
 def _reset_peak_memory() -> None:
-    """Begin the process's peak anew, so that a backend does not inherit the one before it."""
+    """Reset the process's peak memory, so that each backend is measured alone."""
     gc.collect()
     with contextlib.suppress(OSError):  # not Linux: the peak stays that of the whole process
         Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
@@ -224,50 +217,14 @@ def _document(results: list[dict[str, Any]], params: PerceptionBenchParams) -> d
     }
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """``onemap bench perception``; returns the exit code."""
-    parser = Parser(prog="onemap bench perception", description=__doc__)
-    parser.add_argument("--config", type=Path, help="measure this deployment's encoder")
-    parser.add_argument(
-        "--random-weights", action="store_true", help="measure backends without their weights"
-    )
-    parser.add_argument("--backend", choices=BACKENDS, action="append", help="default: all")
-    parser.add_argument("--architecture", default=ARCHITECTURE, help="of openclip_convnext")
-    parser.add_argument("--device", action="append", help="default: cpu, and cuda if there is one")
-    parser.add_argument("--size", default="640x480", help="the camera's picture")
-    parser.add_argument("--frames", type=int, default=30)
-    parser.add_argument("--threads", type=int, default=0, help="of torch; default: its own choice")
-    parser.add_argument("--compiled", action="store_true", help="through torch.compile")
-    parser.add_argument("--json", action="store_true", help="one JSON object as the last line")
-    options = parser.parse_args(arguments)
-    document = _run(options)
-    if options.json:
-        print(json.dumps(document))
-    else:
-        for result in document["results"]:
-            print("  ".join(f"{name} {value}" for name, value in result.items()))
-    return 1 if any("problem" in result for result in document["results"]) else 0
-
-
-def _run(options: argparse.Namespace) -> dict[str, Any]:
-    if options.threads:
-        torch.set_num_threads(options.threads)
-    if options.frames < 1:
-        raise ValueError(f"frames is {options.frames}; at least one must be encoded")
-    width, _, height = options.size.partition("x")
+def parse_size(text: str) -> tuple[int, int]:
+    """Width and height of ``640x480``; raises ValueError."""
+    width, _, height = text.partition("x")
     if not (width.isdigit() and height.isdigit() and int(width) and int(height)):
-        raise ValueError(f"size is {options.size!r}; write it like 640x480")
-    present = ("cpu", "cuda") if torch.cuda.is_available() else ("cpu",)
-    params = PerceptionBenchParams(
-        frames=options.frames,
-        size_px=(int(width), int(height)),
-        architecture=options.architecture,
-        compiled=options.compiled,
-        devices=tuple(options.device or present),
-    )
-    if options.random_weights:
-        return run(tuple(options.backend or BACKENDS), params)
-    from onemap_perception.config import PerceptionConfig
-    from onemap_shared.config import load
+        raise ValueError(f"size is {text!r}; write it like 640x480")
+    return int(width), int(height)
 
-    return run_configured(load(options.config, "perception", PerceptionConfig)[2].encoder, params)
+
+def available_devices() -> tuple[str, ...]:
+    """The devices that this machine has."""
+    return ("cpu", "cuda") if torch.cuda.is_available() else ("cpu",)

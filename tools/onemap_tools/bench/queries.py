@@ -1,42 +1,29 @@
-"""Which scores mean something: ``onemap bench queries``.
+"""Scores of present and absent objects: the floor of an encoder and its error rates.
 
-Generated apartments are mapped in this process, from pictures of sampled poses; then every map
-is asked for each class name of ``mini``, each synonym that was never a training target (through
-the embedding, even if a query would take it for an alias), each alias, and words that name
-nothing there. A word is *present* if the map was shown such a thing and *absent* if the apartment
-has none; what was hardly seen counts as neither. An answer's score is that of its best region;
-it is right if that region's centre lies within 1 m of such a thing, seen from above.
-
-The floor, below which a map answers "nothing", is the lowest at which at most one unrelated word
-in twenty is answered. It is chosen on the apartments with odd seeds, and the rates are measured
-on those with even seeds. Seeds from 800 on are used by nothing else: training begins at 1000,
-the evaluation of the encoder at 900.
+Every map of a generated apartment is queried for class names, synonyms that were never training
+targets, aliases, and words that name nothing there. An object is *present* if the map was shown
+it well enough and *absent* if the apartment has none; otherwise the query does not count. The
+score of a reply is that of its best region.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.replies import similarity_reply
 from onemap_mapper.similarity import ScoreCache, TextQuery, text_query
-from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
-from onemap_shared.config import load
 from onemap_shared.geometry import F32
 from onemap_shared.messages import SimilarityRequest
 from onemap_simulator.generation.apartment import generate_apartment
@@ -44,13 +31,12 @@ from onemap_simulator.generation.style import HELD_OUT, TRAINING, Style
 from onemap_simulator.ground_truth.truth import horizontal_distances
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.mapping import MappedScene, map_scene
-from onemap_tools.bench.parser import Parser
 
-FIRST_SEED = 800
-NEAR_M = 1.0  # from a region's centre to the thing, seen from above
-# Everywhere, or above what a map keeps: nobody asks where they are.
+SEEDS = tuple(range(800, 900))  # encoders are evaluated on 900 to 999, trained from 1000 on
+NEAR_M = 1.0  # horizontal distance from a region's centre to the object
+# Everywhere, or above the map's height limit.
 EXCLUDED_CLASSES = frozenset({"floor", "wall", "ceiling"})
-# Words of the shipped table for things that no apartment has and that are no other name, part or
+# Words of the shipped table for objects that no apartment has and that are no synonym, part or
 # kind of a class. The vocabulary's neutral words join them.
 UNRELATED = (
     "aquarium", "baseball bat", "bird cage", "broom", "calculator", "cat tree", "chess set",
@@ -63,14 +49,13 @@ UNRELATED = (
 )  # fmt: skip
 FLOORS = tuple(round(0.01 * step, 2) for step in range(1, 100))
 SHOWN_FLOORS = (0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5)
-MAX_APARTMENTS = 100  # seeds up to the evaluation's
-MAX_FALSE_POSITIVE_RATE = 0.05  # the share of unrelated words that the chosen floor may let through
+MAX_FALSE_POSITIVE_RATE = 0.05  # of unrelated words, at the chosen floor
 STYLES = {"training": (TRAINING,), "held-out": (HELD_OUT,), "both": (TRAINING, HELD_OUT)}
 
 
 @dataclass(frozen=True, slots=True)
 class QueryWord:
-    """A text, the class it names (empty: none) and its group in the report."""
+    """A text, the class that it names (empty: none) and its group in the report."""
 
     text: str
     category: str
@@ -79,7 +64,7 @@ class QueryWord:
 
 @dataclass(frozen=True, slots=True)
 class QueryOutcome:
-    """One question to one map. present: the map was shown such a thing; near: so is the answer."""
+    """The reply of one map to one word. near: the best region lies near such an object."""
 
     word: QueryWord
     seed: int
@@ -90,29 +75,37 @@ class QueryOutcome:
 
 @dataclass(frozen=True, slots=True)
 class QueryBenchParams:
-    """Which apartments, and how many pictures of each make its map."""
+    """The apartments, and the number of images that make the map of each."""
 
     seeds: tuple[int, ...]
-    styles: tuple[Style, ...] = (TRAINING,)
-    pictures: int = 40
+    styles: tuple[Style, ...]
+    images: int
 
 
 @dataclass(frozen=True, slots=True)
 class EncoderPair:
-    """The encoder as it ships, and the same with every synonym sent through the embedding."""
+    """The configured encoder, and the same without aliases: every synonym is embedded."""
 
-    shipped: Encoder
+    configured: Encoder
     without_aliases: Encoder
 
     def queries(self, words: Sequence[QueryWord]) -> list[TextQuery]:
-        """One for each word, without its calibrated minimum."""
+        """One query per word, without its calibrated minimum score."""
         device = MapperConfig().torch_device
         made = []
         for word in words:
-            encoder = self.without_aliases if word.group == "synonyms" else self.shipped
+            encoder = self.without_aliases if word.group == "synonyms" else self.configured
             query = text_query(encoder.embed_text([word.text]), 0, device)
             made.append(replace(query, min_score=0.0))
         return made
+
+
+def run_configured(config: EncoderParams, params: QueryBenchParams) -> dict[str, Any]:
+    """Measure the encoder of a configuration; ValueError if it cannot be loaded."""
+    try:
+        return run(encoder_pair(config), params, load_vocabulary(SHIPPED))
+    except BackendError as problem:
+        raise ValueError(str(problem)) from problem
 
 
 def run(encoders: EncoderPair, params: QueryBenchParams, vocabulary: Vocabulary) -> dict[str, Any]:
@@ -123,19 +116,19 @@ def run(encoders: EncoderPair, params: QueryBenchParams, vocabulary: Vocabulary)
     for number, seed in enumerate(params.seeds, 1):
         for style in params.styles:
             scene = generate_apartment(seed, style)
-            mapped = map_scene(scene, encoders.shipped, seed, params.pictures)
+            mapped = map_scene(scene, encoders.configured, seed, params.images)
             outcomes += query_map(mapped, questions, seed)
         print(f"{number} of {len(params.seeds)} apartments", file=sys.stderr)
-    return summarise(outcomes, params) | {"encoder_id": encoders.shipped.encoder_id}
+    return summarise(outcomes, params) | {"encoder_id": encoders.configured.encoder_id}
 
 
 def query_words(vocabulary: Vocabulary) -> tuple[QueryWord, ...]:
-    """What is asked: names, synonyms, aliases and unrelated words."""
-    outcomes = [entry for entry in vocabulary.classes if entry.name not in EXCLUDED_CLASSES]
+    """The query words: names, synonyms, aliases and unrelated words."""
+    classes = [entry for entry in vocabulary.classes if entry.name not in EXCLUDED_CLASSES]
     groups = {
-        "names": [(entry.name, entry.name) for entry in outcomes],
-        "synonyms": [(word, entry.name) for entry in outcomes for word in entry.held_out],
-        "aliases": [(word, entry.name) for entry in outcomes for word in entry.query_aliases],
+        "names": [(entry.name, entry.name) for entry in classes],
+        "synonyms": [(word, entry.name) for entry in classes for word in entry.held_out],
+        "aliases": [(word, entry.name) for entry in classes for word in entry.query_aliases],
         "unrelated": [(word, "") for word in (*vocabulary.neutral, *UNRELATED)],
     }
     return tuple(QueryWord(text, name, group) for group in groups for text, name in groups[group])
@@ -144,13 +137,13 @@ def query_words(vocabulary: Vocabulary) -> tuple[QueryWord, ...]:
 def query_map(
     mapped: MappedScene, questions: Sequence[tuple[QueryWord, TextQuery]], seed: int
 ) -> Iterator[QueryOutcome]:
-    """Every word of a map, where it is known whether the answer should be no."""
+    """Query a map for every word that is clearly present or absent."""
     config = MapperConfig()
-    known = set(mapped.scene.categories)
+    categories = set(mapped.scene.categories)
     for word, query in questions:
         present = word.category in mapped.observed
-        if not present and word.category in known:
-            continue  # hardly seen
+        if not present and word.category in categories:
+            continue  # in the apartment, but not shown well enough
         reply = similarity_reply(
             mapped.belief,
             ScoreCache(),
@@ -163,7 +156,7 @@ def query_map(
 
 
 def _distance_m(scene: Scene, category: str, place: F32) -> float:
-    """From a place (2,) to the nearest thing of the category, seen from above."""
+    """Horizontal distance from a place (2,) to the nearest object of the category."""
     things = [i for i, thing in enumerate(scene.objects) if thing.category == category]
     faces = scene.faces[np.isin(scene.face_object, things)]
     triangles = scene.vertices[faces].astype(np.float64)
@@ -171,7 +164,7 @@ def _distance_m(scene: Scene, category: str, place: F32) -> float:
 
 
 def summarise(outcomes: Sequence[QueryOutcome], params: QueryBenchParams) -> dict[str, Any]:
-    """What ``--json`` prints, but for the encoder's name."""
+    """The report, except for the encoder's name."""
     odd = [one for one in outcomes if one.seed % 2]
     even = [one for one in outcomes if not one.seed % 2]
     floor = choose_floor(odd)
@@ -181,7 +174,7 @@ def summarise(outcomes: Sequence[QueryOutcome], params: QueryBenchParams) -> dic
         "floor": floor,
         "apartments_chosen_on": len({one.seed for one in odd}) * len(params.styles),
         "apartments_measured_on": len({one.seed for one in even}) * len(params.styles),
-        "pictures": params.pictures,
+        "pictures": params.images,
         "styles": [style.name for style in params.styles],
         "rates": {group: rates(_of(even, group), floor) for group in groups},
         "without_floor": {group: rates(_of(even, group), 0.0) for group in groups},
@@ -194,7 +187,7 @@ def summarise(outcomes: Sequence[QueryOutcome], params: QueryBenchParams) -> dic
 
 
 def choose_floor(outcomes: Sequence[QueryOutcome]) -> float:
-    """The lowest candidate at which few enough unrelated words are answered."""
+    """The lowest candidate that keeps ``MAX_FALSE_POSITIVE_RATE``; ValueError if none does."""
     scores = np.array([one.score for one in outcomes if one.word.group == "unrelated"])
     for floor in FLOORS:
         if np.mean(scores >= floor) <= MAX_FALSE_POSITIVE_RATE:
@@ -203,7 +196,7 @@ def choose_floor(outcomes: Sequence[QueryOutcome]) -> float:
 
 
 def rates(outcomes: Sequence[QueryOutcome], floor: float) -> dict[str, float | int | None]:
-    """Shares of absent words answered, and of present words answered and answered rightly."""
+    """Shares of absent words answered, and of present words answered and answered correctly."""
     absent = [one.score >= floor for one in outcomes if not one.present]
     present = [one for one in outcomes if one.present]
     return {
@@ -216,7 +209,7 @@ def rates(outcomes: Sequence[QueryOutcome], floor: float) -> dict[str, float | i
 
 
 def failing(outcomes: Sequence[QueryOutcome], floor: float) -> dict[str, float]:
-    """Synonyms and aliases that are answered rightly less than half as often as their class."""
+    """Synonyms and aliases answered correctly less than half as often as their class's name."""
     named = {
         one.word.category: _right(_texts(outcomes, "names", one.word.category), floor)
         for one in outcomes
@@ -247,48 +240,15 @@ def _share(flags: Sequence[bool]) -> float | None:
 
 
 def encoder_pair(config: EncoderParams) -> EncoderPair:
-    """The configured encoder; raises BackendError."""
-    shipped = make_encoder(config)
+    """The configured encoder, with and without aliases; raises BackendError."""
+    encoder = make_encoder(config)
     if isinstance(config, MiniParams):
-        return EncoderPair(shipped, MiniEncoder(config, aliases=False))
-    return EncoderPair(shipped, shipped)
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """``onemap bench queries``; returns the exit code."""
-    parser = Parser(
-        prog="onemap bench queries",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("--config", type=Path, help="measure this deployment's encoder")
-    parser.add_argument("--apartments", type=int, default=10, help="even; half of them choose")
-    parser.add_argument("--pictures", type=int, default=40, help="of each apartment")
-    parser.add_argument("--style", choices=STYLES, default="both", help="of the apartments")
-    parser.add_argument("--threads", type=int, default=1, help="CPU threads of torch")
-    parser.add_argument("--json", action="store_true", help="one JSON object as the last line")
-    options = parser.parse_args(arguments)
-    if not 2 <= options.apartments <= MAX_APARTMENTS:
-        raise ValueError(f"--apartments must lie between 2 and {MAX_APARTMENTS}")
-    if options.pictures < 1:
-        raise ValueError(f"--pictures is {options.pictures}; a map needs at least one")
-    torch.set_num_threads(options.threads)
-    config = load(options.config, "perception", PerceptionConfig)[2].encoder
-    params = QueryBenchParams(
-        tuple(range(FIRST_SEED, FIRST_SEED + options.apartments)),
-        STYLES[options.style],
-        options.pictures,
-    )
-    try:
-        result = run(encoder_pair(config), params, load_vocabulary(SHIPPED))
-    except BackendError as problem:
-        raise ValueError(str(problem)) from problem
-    print(json.dumps(result) if options.json else "\n".join(table_lines(result)))
-    return 0
+        return EncoderPair(encoder, MiniEncoder(config, aliases=False))
+    return EncoderPair(encoder, encoder)
 
 
 def table_lines(result: dict[str, Any]) -> list[str]:
-    """The report for people."""
+    """The report as a table."""
     head = (
         f"encoder {result['encoder_id']}: floor {result['floor']:g}, measured on "
         f"{result['apartments_measured_on']} apartments of {result['pictures']} pictures"

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from onemap_tools.cli.command_group import CommandGroup
+from onemap_tools.cli.options import Json
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 if TYPE_CHECKING:
@@ -41,7 +42,6 @@ Seed = Annotated[int, typer.Option(min=0, help="Seed of everything random.")]
 Device = Annotated[str, typer.Option(help="cpu, cuda, or auto: cuda where there is one.")]
 Threads = Annotated[int, typer.Option(min=1, max=256, help="CPU threads of torch.")]
 Card = Annotated[bool, typer.Option("--card", help="Write MODEL_CARD.md from the figures.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object as the last line.")]
 
 DEFAULT_WORK = Path("runs/mini")
 
@@ -112,7 +112,7 @@ def evaluate(
     work: WorkFolder = DEFAULT_WORK,
     output: Output = None,
     card: Card = False,
-    as_json: AsJson = False,
+    as_json: Json = False,
 ) -> None:
     """Measure the exported encoder on apartments outside the training set."""
     with _cli_errors():

@@ -1,0 +1,112 @@
+"""``onemap bench`` at the command line: options, the last line, and exit codes."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from onemap_tools.bench import claims, fusion, perception, queries
+from onemap_tools.bench.claims import EpisodeParams, EpisodeResult
+from onemap_tools.cli.app import app
+
+
+def bench(*arguments: str) -> tuple[int, str]:
+    """Exit code and output; of a success, what a program reads."""
+    result = CliRunner().invoke(app, ["bench", *arguments])
+    return result.exit_code, result.stdout if result.exit_code == 0 else result.output
+
+
+def test_fusion_prints_a_table_or_one_object(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fusion, "run", lambda frames, **options: {"frames": frames, **options})
+    code, text = bench("fusion", "--frames", "7", "--threads", "2", "--json")
+    assert code == 0
+    assert json.loads(text.splitlines()[-1]) == {"frames": 7, "device": "cpu", "threads": 2}
+    _, table = bench("fusion")
+    assert table.splitlines()[0].split() == ["frames", "50"]
+
+
+def test_perception_measures_what_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
+
+    def run(backends: tuple[str, ...], params: object) -> dict[str, Any]:
+        asked.append((backends, params))
+        return {"results": [{"backend": "mini", "problem": "no such file"}]}
+
+    monkeypatch.setattr(perception, "run", run)
+    options = ("--random-weights", "--backend", "mini", "--backend", "tipsv2", "--device", "cpu")
+    code, text = bench("perception", *options, "--size", "320x240", "--frames", "3", "--compiled")
+    assert code == 1  # one could not be measured
+    assert "problem no such file" in text
+    ((backends, params),) = asked
+    assert backends == ("mini", "tipsv2")
+    assert params == perception.PerceptionBenchParams(
+        frames=3,
+        size_px=(320, 240),
+        architecture="convnext_large_d_320",
+        compiled=True,
+        devices=("cpu",),
+    )
+
+
+def test_claims_searches_once_per_seed(monkeypatch: pytest.MonkeyPatch) -> None:
+    searched: list[tuple[int, str, tuple[str, ...], float]] = []
+
+    def run_all(episodes: list[EpisodeParams], workers: int) -> list[EpisodeResult]:
+        for each in episodes:
+            simulator = each.config.simulator
+            searched.append((simulator.seed, simulator.style, each.objects, each.limit_s))
+        return [EpisodeResult(seed, (), (), 1.0, 1.0) for seed, *_ in searched]
+
+    monkeypatch.setattr(claims, "run_all", run_all)
+    options = ("--seeds", "4,6", "--style", "held out", "--objects", "bed, sofa", "--limit", "60")
+    code, text = bench("claims", *options, "--json")
+    assert code == 0, text
+    objects = ("bed", "sofa")
+    assert searched == [(4, "held out", objects, 60.0), (6, "held out", objects, 60.0)]
+    assert json.loads(text.splitlines()[-1])["seeds"] == [4, 6]
+
+
+def test_queries_maps_as_many_apartments_as_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
+
+    def run(config: object, params: object) -> dict[str, Any]:
+        asked.append(params)
+        return {"benchmark": "queries"}
+
+    monkeypatch.setattr(queries, "run_configured", run)
+    options = ("--apartments", "4", "--pictures", "9", "--style", "held-out")
+    code, text = bench("queries", *options, "--json")
+    assert (code, json.loads(text.splitlines()[-1])) == (0, {"benchmark": "queries"})
+    styles = queries.STYLES["held-out"]
+    assert asked == [queries.QueryBenchParams(seeds=(800, 801, 802, 803), styles=styles, images=9)]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("fusion", "--frames", "0"), "--frames"),
+        (("perception", "--size", "640"), "size is '640'; write it like 640x480"),
+        (("perception", "--frames", "0"), "--frames"),
+        (("claims", "--seeds", "three"), "--seeds is 'three'; write 1-10 or 3,5,8"),
+        (("claims", "--style", "baroque"), "'baroque' is not one of"),
+        (("queries", "--apartments", "1"), "--apartments"),
+    ],
+)
+def test_wrong_options_end_with_2_and_a_sentence(arguments: tuple[str, ...], sentence: str) -> None:
+    code, text = bench(*arguments)
+    assert code == 2
+    assert sentence in " ".join(re.sub(r"[│\x1b]", " ", text).split())
+
+
+def test_a_missing_package_is_named_with_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(frames: int, **_: object) -> None:
+        raise ModuleNotFoundError("No module named 'torch'", name="torch")
+
+    monkeypatch.setattr(fusion, "run", run)
+    code, text = bench("fusion")
+    assert code == 2
+    assert "needs the package 'torch': pip install 'onemap[mapper]'" in text

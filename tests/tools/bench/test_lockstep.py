@@ -1,0 +1,45 @@
+"""Simulated time and the simulated robot of a lockstep search."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from onemap_simulator.config import SimulatorConfig
+from onemap_tools.bench.lockstep import SimulatedClock, SimulatedRobot
+from tests.simulator.scenes import box_room
+
+
+def test_tasks_are_due_at_their_rate() -> None:
+    clock = SimulatedClock()
+    due = {"plan": 0, "frame": 0}
+    for _ in range(100):  # 5 s of control at 20 Hz
+        due["plan"] += clock.is_due("plan", 2.0)
+        due["frame"] += clock.is_due("frame", 8.0)
+        clock.now_s += 1 / 20
+    assert due == {"plan": 10, "frame": 40}
+
+
+@pytest.fixture
+def robot() -> SimulatedRobot:
+    return SimulatedRobot(box_room(), SimulatorConfig())
+
+
+def test_frames_are_numbered_and_carry_the_camera_s_pose(robot: SimulatedRobot) -> None:
+    first, second = robot.frame(0.0), robot.frame(0.1)
+    assert (first.sequence, second.sequence) == (1, 2)
+    assert first.stamp_ns < second.stamp_ns
+    np.testing.assert_allclose(first.T_map_camera[:2, 3], robot.xy, atol=0.5)
+    assert first.depth_mm.max() > 0
+
+
+def test_without_noise_the_reported_pose_is_the_true_one(robot: SimulatedRobot) -> None:
+    np.testing.assert_allclose(robot.reported()[:2, 3], robot.xy)
+    noisy = SimulatorConfig.model_validate({"pose_noise": {"position_m": 0.05, "yaw_deg": 1.0}})
+    drifting = SimulatedRobot(box_room(), noisy)
+    reported = np.array([drifting.reported()[:2, 3] for _ in range(50)])
+    assert 0 < np.abs(reported - drifting.xy).max() < 0.05 * 6
+    assert len(np.unique(reported[:, 0])) == 50
+    assert abs(drifting.xy[0]) < 2 * pi
