@@ -51,9 +51,9 @@ TALKS = {
     "onemap_gateway.http.routes.map": "draws in a thread",
     "onemap_gateway.http.security": "reads a request's body",
     "onemap_tools.bench.claims": "times, in processes of its own",
+    "onemap_tools.bench.commands": "reads the configuration",
     "onemap_tools.bench.fusion": "times",
     "onemap_tools.bench.perception": "times",
-    "onemap_tools.bench.queries": "reads the configuration",
     "onemap_tools.cli.command_group": "the command line",
     "onemap_tools.cli.config_report": "reads the configuration",
     "onemap_tools.cli.models": "reads the configuration",
@@ -65,8 +65,7 @@ TALKS = {
     "onemap_tools.demo.setup": "reads the configuration and the environment",
     "onemap_tools.doctor.observe": "listens on the bus",
     "onemap_tools.doctor.report": "reads the configuration",
-    "onemap_tools.export.mini": "silences warnings of the exporter",
-    "onemap_tools.export.tower": "silences warnings of the exporter",
+    "onemap_tools.export.onnx_file": "silences warnings of the exporter",
     "onemap_tools.processes.heartbeat": "listens on the bus",
     "onemap_tools.processes.interrupts": "signals",
     "onemap_tools.processes.launch": "starts processes",
@@ -79,8 +78,7 @@ TALKS = {
     "onemap_tools.train.commands": "sets threads through the environment",
     "onemap_tools.train.data.batches": "makes batches in a thread",
     "onemap_tools.train.data.frame_dataset": "renders in processes",
-    "onemap_tools.train.memory": "asks which system this is",
-    "onemap_tools.train.pipeline": "times, copies files",
+    "onemap_tools.train.pipeline": "times, copies files, sets up the allocator",
 }
 # Files that read or write files, each with what.
 FILES = {
@@ -108,12 +106,13 @@ FILES = {
     "onemap_tools.demo.run": "the summary",
     "onemap_tools.demo.setup": "the run's configuration",
     "onemap_tools.export.mini": "weights",
+    "onemap_tools.export.onnx_file": "weights",
     "onemap_tools.export.tower": "weights",
     "onemap_tools.processes.launch": "logs",
     "onemap_tools.train.data.frame_dataset": "frames",
     "onemap_tools.train.network.backbone": "weights",
     "onemap_tools.train.pipeline": "everything that training leaves",
-    "onemap_tools.train.trainer": "checkpoints",
+    "onemap_tools.train.trainer": "checkpoints and a log",
 }
 # Plain values that happen to be defined beside what talks.
 VALUES = {

@@ -73,7 +73,7 @@ def test_claims_searches_once_per_seed(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_queries_maps_as_many_apartments_as_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Any] = []
 
-    def run(config: object, params: object) -> dict[str, Any]:
+    def run(config: object, params: object, report: object) -> dict[str, Any]:
         asked.append(params)
         return {"benchmark": "queries"}
 

@@ -128,9 +128,11 @@ def test_the_report_holds_rates_of_every_group_and_becomes_a_table(
 ) -> None:
     monkeypatch.setattr(queries, "generate_apartment", lambda seed, style: room)
     params = QueryBenchParams((800, 801), STYLES["training"], images=3)
-    document = run_configured(MiniParams(), params)
+    done: list[int] = []
+    document = run_configured(MiniParams(), params, done.append)
     assert (document["benchmark"], document["pictures"]) == ("queries", 3)
     assert document["encoder_id"].startswith("mini-")
+    assert done == [1, 2]
     assert 0 < document["floor"] < 1
     assert set(document["rates"]) == {"names", "synonyms", "aliases", "unrelated"}
     json.dumps(document, allow_nan=False)

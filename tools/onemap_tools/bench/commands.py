@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import Enum
@@ -157,10 +156,10 @@ def claims(
         results = []
         for result in bench.run_all(episodes, workers):
             results.append(result)
-            print(bench.episode_line(result), file=sys.stderr, flush=True)
+            typer.echo(bench.episode_line(result), err=True)
     summary = bench.summarise(results, names)
     for name in ("sought", "there", "found", "claimed_wrongly", "absent_and_not_claimed", "spl"):
-        print(f"{name:24} {summary[name]}", file=sys.stderr)
+        typer.echo(f"{name:24} {summary[name]}", err=True)
     if as_json:
         print(json.dumps(summary))
 
@@ -195,14 +194,14 @@ def queries(
         from onemap_tools.bench import queries as bench
 
         torch.set_num_threads(threads)
-        result = bench.run_configured(
-            _encoder_params(config),
-            bench.QueryBenchParams(
-                seeds=bench.SEEDS[:apartments],
-                styles=bench.STYLES[style.value],
-                images=pictures,
-            ),
+        params = bench.QueryBenchParams(
+            seeds=bench.SEEDS[:apartments], styles=bench.STYLES[style.value], images=pictures
         )
+
+        def report(done: int) -> None:
+            typer.echo(f"{done} of {apartments} apartments", err=True)
+
+        result = bench.run_configured(_encoder_params(config), params, report)
     print(json.dumps(result) if as_json else "\n".join(bench.table_lines(result)))
 
 

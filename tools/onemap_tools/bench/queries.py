@@ -8,8 +8,7 @@ score of a reply is that of its best region.
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -100,16 +99,26 @@ class EncoderPair:
         return made
 
 
-def run_configured(config: EncoderParams, params: QueryBenchParams) -> dict[str, Any]:
+def run_configured(
+    config: EncoderParams, params: QueryBenchParams, report: Callable[[int], None]
+) -> dict[str, Any]:
     """Measure the encoder of a configuration; ValueError if it cannot be loaded."""
     try:
-        return run(encoder_pair(config), params, load_vocabulary(SHIPPED))
+        return run(encoder_pair(config), params, load_vocabulary(SHIPPED), report)
     except BackendError as problem:
         raise ValueError(str(problem)) from problem
 
 
-def run(encoders: EncoderPair, params: QueryBenchParams, vocabulary: Vocabulary) -> dict[str, Any]:
-    """The floor chosen on odd seeds and the rates on even ones."""
+def run(
+    encoders: EncoderPair,
+    params: QueryBenchParams,
+    vocabulary: Vocabulary,
+    report: Callable[[int], None],
+) -> dict[str, Any]:
+    """The floor chosen on odd seeds and the rates on even ones.
+
+    ``report`` receives the number of apartments done.
+    """
     words = query_words(vocabulary)
     questions = list(zip(words, encoders.queries(words), strict=True))
     outcomes: list[QueryOutcome] = []
@@ -118,7 +127,7 @@ def run(encoders: EncoderPair, params: QueryBenchParams, vocabulary: Vocabulary)
             scene = generate_apartment(seed, style)
             mapped = map_scene(scene, encoders.configured, seed, params.images)
             outcomes += query_map(mapped, questions, seed)
-        print(f"{number} of {len(params.seeds)} apartments", file=sys.stderr)
+        report(number)
     return summarise(outcomes, params) | {"encoder_id": encoders.configured.encoder_id}
 
 
