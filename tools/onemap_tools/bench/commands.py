@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import Enum
@@ -12,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from onemap_tools.cli.options import Config, Json
+from onemap_tools.cli.terminal import print_json
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError
 
 PANEL = "Look deeper"
@@ -54,17 +54,18 @@ def fusion(
 ) -> None:
     """How long the map takes to fuse one frame.
 
-    Timed per frame: projection, blur, fusion and occupancy of a 640 x 480 field with 24 x 24 x
-    768 features. The variance is perception's work and the decoding the bus's; both are done
-    beforehand. The room is simulated, the features are random. cpu_p50_ms is the processor time
-    of a frame, which other processes disturb less.
+    Timed per frame: projection, blur, fusion and occupancy of a 640 x 480 field
+    with 24 x 24 x 768 features. The variance is perception's work and the
+    decoding the bus's; both are done beforehand. The room is simulated, the
+    features are random. cpu_p50_ms is the processor time of a frame, which other
+    processes disturb less.
     """
     with _cli_errors("mapper"):
         from onemap_tools.bench.fusion import run
 
         result = run(frames, device=device, threads=threads)
     if as_json:
-        print(json.dumps(result))
+        print_json(result)
     else:
         print("\n".join(f"{name:20} {value}" for name, value in result.items()))
 
@@ -95,9 +96,10 @@ def perception(
 ) -> None:
     """How long an encoder takes for one frame, on CPU and GPU.
 
-    A frame is an image of noise; resizing it, copying it, the network and copying the features
-    back all count. On CUDA the network alone is timed with device events too. The weights of
-    --random-weights need no download: the time does not depend on their values.
+    A frame is an image of noise; resizing it, copying it, the network and copying
+    the features back all count. On CUDA the network alone is timed with device
+    events too. The weights of --random-weights need no download: the time does
+    not depend on their values.
     """
     with _cli_errors("openclip"):
         import torch
@@ -118,7 +120,7 @@ def perception(
         else:
             document = bench.run_configured(_encoder_params(config), params)
     if as_json:
-        print(json.dumps(document))
+        print_json(document)
     else:
         for result in document["results"]:
             print("  ".join(f"{name} {value}" for name, value in result.items()))
@@ -141,9 +143,10 @@ def claims(
 ) -> None:
     """What simulated searches claim to have found, and what really stands there.
 
-    One search per seed in a generated apartment, in simulated time, for the same objects,
-    including those that the apartment does not hold. The simulator's ground truth judges every
-    claim; for a wrong one the report names the object nearest to the claimed place.
+    One search per seed in a generated apartment, in simulated time, for the same
+    objects, including those that the apartment does not hold. The simulator's
+    ground truth judges every claim; for a wrong one the report names the object
+    nearest to the claimed place.
     """
     with _cli_errors("demo"):
         from onemap_tools.bench import claims as bench
@@ -161,7 +164,7 @@ def claims(
     for name in ("sought", "there", "found", "claimed_wrongly", "absent_and_not_claimed", "spl"):
         typer.echo(f"{name:24} {summary[name]}", err=True)
     if as_json:
-        print(json.dumps(summary))
+        print_json(summary)
 
 
 @app.command()
@@ -178,15 +181,16 @@ def queries(
 ) -> None:
     """Which scores mean something: the floor of an encoder and how often it errs.
 
-    Generated apartments are mapped in this process from images of sampled poses. Every map is
-    then queried for each class name of mini, each synonym that was never a training target
-    (through its embedding), each alias, and words that name nothing there. An object is present
-    if the map was shown it well enough and absent if the apartment has none; in between, the
-    query does not count. An answer is right if its best region lies within 1 m of such an object.
+    Generated apartments are mapped in this process from images of sampled poses.
+    Every map is then queried for each class name of mini, each synonym that was
+    never a training target (through its embedding), each alias, and words that
+    name nothing there. An object is present if the map was shown it well enough
+    and absent if the apartment has none; in between, the query does not count. An
+    answer is right if its best region lies within 1 m of such an object.
 
-    The floor, below which a map answers "nothing", is the lowest at which at most one unrelated
-    word in twenty is answered. It is chosen on apartments with odd seeds; the rates are measured
-    on those with even seeds.
+    The floor, below which a map answers "nothing", is the lowest at which at most
+    one unrelated word in twenty is answered. It is chosen on apartments with odd
+    seeds; the rates are measured on those with even seeds.
     """
     with _cli_errors("demo"):
         import torch
@@ -202,7 +206,10 @@ def queries(
             typer.echo(f"{done} of {apartments} apartments", err=True)
 
         result = bench.run_configured(_encoder_params(config), params, report)
-    print(json.dumps(result) if as_json else "\n".join(bench.table_lines(result)))
+    if as_json:
+        print_json(result)
+    else:
+        print("\n".join(bench.table_lines(result)))
 
 
 def _encoder_params(config: Path | None) -> Any:
