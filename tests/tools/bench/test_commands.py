@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from onemap_tools.bench import claims, fusion, perception, queries
 from onemap_tools.bench.claims import EpisodeParams, EpisodeResult
+from onemap_tools.bench.query_report import QueryBenchParams
 from onemap_tools.cli.app import app
 
 
@@ -82,7 +83,7 @@ def test_queries_maps_as_many_apartments_as_asked_for(monkeypatch: pytest.Monkey
     code, text = bench("queries", *options, "--json")
     assert (code, json.loads(text.splitlines()[-1])) == (0, {"benchmark": "queries"})
     styles = queries.STYLES["held-out"]
-    assert asked == [queries.QueryBenchParams(seeds=(800, 801, 802, 803), styles=styles, images=9)]
+    assert asked == [QueryBenchParams(seeds=(800, 801, 802, 803), styles=styles, images=9)]
 
 
 @pytest.mark.parametrize(

@@ -196,9 +196,10 @@ def queries(
         import torch
 
         from onemap_tools.bench import queries as bench
+        from onemap_tools.bench.query_report import QueryBenchParams, table_lines
 
         torch.set_num_threads(threads)
-        params = bench.QueryBenchParams(
+        params = QueryBenchParams(
             seeds=bench.SEEDS[:apartments], styles=bench.STYLES[style.value], images=pictures
         )
 
@@ -209,7 +210,7 @@ def queries(
     if as_json:
         print_json(result)
     else:
-        print("\n".join(bench.table_lines(result)))
+        print("\n".join(table_lines(result)))
 
 
 def _encoder_params(config: Path | None) -> Any:
