@@ -9,9 +9,9 @@ from onemap_tools.bench.mapping import (
     INTRINSICS,
     MAX_OBSERVED_RANGE_M,
     MIN_OBSERVED_PIXELS,
-    feature_field,
     map_scene,
     observed_categories,
+    rendered_field,
 )
 from tests.perception.toy import ColourEncoder
 from tests.simulator.scenes import box_room
@@ -42,7 +42,7 @@ def test_an_object_counts_as_observed_if_it_is_large_and_near() -> None:
 def test_a_field_carries_the_measured_depth_and_the_pose() -> None:
     encoder = ColourEncoder()
     T_map_camera = np.eye(4)
-    field = feature_field(view(0, 1.2345), T_map_camera, 4, encoder)
+    field = rendered_field(view(0, 1.2345), T_map_camera, 4, encoder)
     assert np.unique(field.depth_mm).tolist() == [1234]
     assert (field.sequence, field.encoder_id) == (4, encoder.encoder_id)
     assert field.intrinsics == INTRINSICS

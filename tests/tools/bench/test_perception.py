@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_perception.encoders.params import MiniParams
+from onemap_perception.encoders.mini import MiniParams
 from onemap_tools.bench import perception
 from onemap_tools.bench.perception import (
     MeasuredEncoder,

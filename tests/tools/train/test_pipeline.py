@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
 import pytest
 
-from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniSettings
-from onemap_perception.text.vocabulary import FILE as VOCABULARY_FILE
+from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
+from onemap_perception.text.calibration import load_calibration
+from onemap_perception.text.vocabulary import VOCABULARY_FILE
 from onemap_tools.train import pipeline
 from onemap_tools.train.data.frame_dataset import FrameSetSpec
+from onemap_tools.train.evaluation.calibration import DEFAULT_CALIBRATION
 from onemap_tools.train.network.backbone import EfficientNetLite0
 from onemap_tools.train.pipeline import TrainingError, TrainingFolders, frame_sets
 from tests.tools.train.network.test_backbone import published
@@ -40,6 +43,12 @@ def test_words_of_the_output_folder_come_before_the_shipped_ones(tmp_path: Path)
     assert shipped.prompt != "only {}"
 
 
+def test_a_saved_calibration_is_what_the_encoder_reads(tmp_path: Path) -> None:
+    saved = replace(DEFAULT_CALIBRATION, temperature=12.5)
+    pipeline.save_calibration(tmp_path, saved)
+    assert load_calibration(tmp_path) == saved
+
+
 def test_a_step_without_its_frames_is_refused(tmp_path: Path) -> None:
     folders = TrainingFolders(tmp_path / "work", SHIPPED)
     with pytest.raises(TrainingError, match="render them first"):
@@ -63,7 +72,7 @@ def test_all_steps_make_an_encoder_with_its_card(
     pipeline.train(folders, tiny_params(), "cpu", 1)
     assert pipeline.export(folders) > 0.999
     figures = pipeline.evaluate_encoder(folders)
-    assert figures["encoder_id"] == MiniEncoder(MiniSettings(folder=folders.output)).encoder_id
+    assert figures["encoder_id"] == MiniEncoder(MiniParams(folder=folders.output)).encoder_id
     assert figures["held_out"]["frames"] == figures["other_style"]["frames"] == 2
     assert figures["facts"]["apartments"] == 1
     (folders.output / pipeline.NOTES_FILE).write_text("Trained by a test.", encoding="utf-8")

@@ -13,10 +13,10 @@ from torch import Tensor, nn
 from onemap_perception.encoders.mini import NETWORK_FILE
 from onemap_perception.onnx import open_session
 from onemap_perception.text.embedding_table import TABLE_FILE
+from onemap_perception.text.text_encoder import EmbedTexts
 from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import U8
 from onemap_tools.export.onnx_file import export_module, least_cosine
-from onemap_tools.train.data.text_targets import TextEmbedder
 from onemap_tools.train.network.mini_network import MiniNetwork
 
 MIN_HALF_SIZE = 256  # weights with fewer numbers stay in single precision
@@ -68,7 +68,7 @@ def compare_with_torch(network: MiniNetwork, path: Path, images: U8) -> float:
     return min(cosines)
 
 
-def write_embedding_table(vocabulary: Vocabulary, embed: TextEmbedder, folder: Path) -> Path:
+def write_embedding_table(vocabulary: Vocabulary, embed: EmbedTexts, folder: Path) -> Path:
     """Write ``words.npz`` with the embedding of every word of the vocabulary."""
     words = vocabulary.words
     rows = embed([vocabulary.prompt.format(word) for word in words]).astype(np.float16)

@@ -24,6 +24,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.text.calibration import CALIBRATION_FILE, Calibration
 from onemap_perception.text.minilm import INSTALL, MiniLm, find_model_folder
+from onemap_perception.text.text_encoder import EmbedTexts
 from onemap_perception.text.vocabulary import VOCABULARY_FILE, Vocabulary, load_vocabulary
 from onemap_simulator.generation.style import HELD_OUT
 from onemap_tools.export.mini import compare_with_torch, export_network, write_embedding_table
@@ -36,7 +37,7 @@ from onemap_tools.train.data.frame_dataset import (
     open_frames,
     render_frames,
 )
-from onemap_tools.train.data.text_targets import TextEmbedder, build_text_bank
+from onemap_tools.train.data.text_targets import build_text_bank
 from onemap_tools.train.evaluation.calibration import DEFAULT_CALIBRATION, fit_temperature
 from onemap_tools.train.evaluation.evaluate import evaluate
 from onemap_tools.train.evaluation.model_card import model_card
@@ -150,13 +151,19 @@ def export(folders: TrainingFolders) -> float:
     if cosine < MIN_COSINE:
         raise TrainingError(f"the exported network differs from torch: least cosine {cosine:.5f}")
     write_embedding_table(folders.vocabulary, _open_sentence_encoder(), folders.output)
-    _save_calibration(folders.output, DEFAULT_CALIBRATION)
+    save_calibration(folders.output, DEFAULT_CALIBRATION)
     encoder = MiniEncoder(MiniParams(folder=folders.output))
     names = encoder.embed_text(folders.vocabulary.names)
     temperature = fit_temperature(encoder, names, frames, np.random.default_rng(0))
     fitted = replace(DEFAULT_CALIBRATION, temperature=round(temperature, 2))
-    _save_calibration(folders.output, fitted)
+    save_calibration(folders.output, fitted)
     return cosine
+
+
+def save_calibration(folder: Path, calibration: Calibration) -> None:
+    """Write ``calibration.json``."""
+    text = json.dumps(asdict(calibration), indent=2) + "\n"
+    (folder / CALIBRATION_FILE).write_text(text, encoding="utf-8")
 
 
 def evaluate_encoder(folders: TrainingFolders) -> dict[str, Any]:
@@ -217,7 +224,7 @@ def _open_frames(folders: TrainingFolders, name: str) -> FrameDataset:
         raise TrainingError(str(problem)) from problem
 
 
-def _open_sentence_encoder() -> TextEmbedder:
+def _open_sentence_encoder() -> EmbedTexts:
     folder = find_model_folder()
     if folder is None:
         raise TrainingError(f"training needs the sentence encoder: {INSTALL}")
@@ -237,9 +244,3 @@ def _progress_bar(title: str, total: int) -> Iterator[ShowProgress]:
     with Progress(*columns) as progress:
         task = progress.add_task(title, total=total, note="")
         yield lambda done, note: progress.update(task, completed=done, note=note)
-
-
-def _save_calibration(folder: Path, calibration: Calibration) -> None:
-    """Write ``calibration.json``."""
-    text = json.dumps(asdict(calibration), indent=2) + "\n"
-    (folder / CALIBRATION_FILE).write_text(text, encoding="utf-8")

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
+from onemap_perception.text.text_encoder import EmbedTexts
 from onemap_perception.text.vocabulary import Vocabulary
-from onemap_shared.geometry import F32
-
-TextEmbedder = Callable[[Sequence[str]], F32]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +26,7 @@ class TextBank:
         return torch.cat([self.aliases[torch.arange(classes), chosen], self.neutral])
 
 
-def build_text_bank(vocabulary: Vocabulary, embed: TextEmbedder) -> TextBank:
+def build_text_bank(vocabulary: Vocabulary, embed: EmbedTexts) -> TextBank:
     """Embeddings of all training words, each in the vocabulary's prompt."""
 
     def rows(words: Sequence[str]) -> Tensor:
