@@ -35,11 +35,11 @@ def test_frames_are_numbered_and_carry_the_camera_s_pose(robot: SimulatedRobot) 
     assert first.depth_mm.max() > 0
 
 
-def test_without_noise_the_reported_pose_is_the_true_one(robot: SimulatedRobot) -> None:
-    np.testing.assert_allclose(robot.reported()[:2, 3], robot.xy)
+def test_without_noise_odometry_is_the_true_pose(robot: SimulatedRobot) -> None:
+    np.testing.assert_allclose(robot.odometry()[:2, 3], robot.xy)
     noisy = SimulatorConfig.model_validate({"pose_noise": {"position_m": 0.05, "yaw_deg": 1.0}})
     drifting = SimulatedRobot(box_room(), noisy)
-    reported = np.array([drifting.reported()[:2, 3] for _ in range(50)])
-    assert 0 < np.abs(reported - drifting.xy).max() < 0.05 * 6
-    assert len(np.unique(reported[:, 0])) == 50
+    odometry = np.array([drifting.odometry()[:2, 3] for _ in range(50)])
+    assert 0 < np.abs(odometry - drifting.xy).max() < 0.05 * 6
+    assert len(np.unique(odometry[:, 0])) == 50
     assert abs(drifting.xy[0]) < 2 * pi

@@ -50,9 +50,9 @@ def test_a_field_carries_the_measured_depth_and_the_pose() -> None:
 
 
 def test_the_map_of_a_seed_repeats_itself() -> None:
-    first, second = (map_scene(ROOM, ColourEncoder(), seed=3, pictures=4) for _ in range(2))
+    first, second = (map_scene(ROOM, ColourEncoder(), seed=3, images=4) for _ in range(2))
     assert first.observed == second.observed
     assert first.belief.frames_fused == 4
     assert first.belief.store.count == second.belief.store.count > 100
-    other = map_scene(ROOM, ColourEncoder(), seed=4, pictures=4)
+    other = map_scene(ROOM, ColourEncoder(), seed=4, images=4)
     assert other.belief.store.count != first.belief.store.count

@@ -42,7 +42,7 @@ def room() -> Scene:
 
 def test_a_map_made_here_knows_what_it_was_shown(room: Scene) -> None:
     encoder = ColourEncoder()
-    mapped = map_scene(room, encoder, seed=3, pictures=12)
+    mapped = map_scene(room, encoder, seed=3, images=12)
     assert mapped.observed >= {"sofa", "ball", "floor"}
     assert mapped.belief.frames_fused == 12
     words = (

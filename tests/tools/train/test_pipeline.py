@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import platform
+import subprocess
+import sys
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
@@ -66,6 +69,7 @@ def test_all_steps_make_an_encoder_with_its_card(
     weights = published(EfficientNetLite0(), tmp_path / "weights.pth")
     monkeypatch.setattr(pipeline, "find_backbone_weights", lambda: weights)
     monkeypatch.setattr(pipeline, "TIMED_IMAGES", 3)
+    monkeypatch.setattr(pipeline, "keep_freed_memory", lambda: True)  # for this process's sake
     folders = TrainingFolders(tmp_path / "work", tmp_path / "encoder")
     write_vocabulary(folders.output, common=["aquarium"])
     pipeline.render(folders, 1, 4, 1)
@@ -99,3 +103,10 @@ def test_training_without_the_backbone_s_weights_says_how_to_install_them(
     monkeypatch.setattr(pipeline, "_open_frames", lambda *_: tiny_frames())
     with pytest.raises(TrainingError, match="needs the sentence encoder"):
         pipeline.train(folders, tiny_params(), "cpu", 1)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="needs glibc")
+def test_glibc_can_keep_freed_memory() -> None:
+    code = "from onemap_tools.train.pipeline import keep_freed_memory; assert keep_freed_memory()"
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

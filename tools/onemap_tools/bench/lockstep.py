@@ -1,8 +1,8 @@
-"""A whole search in simulated time: the services' own pure modules, one after the other.
+"""Lockstep simulation: a whole search in simulated time, with the services' pure modules.
 
-Each step moves the simulated robot, renders and encodes a frame when one is due, fuses it,
-plans and steers, all at the rates of the configuration and without latency. A run is
-repeatable for a seed, whatever else the machine does, and needs no bus.
+Each step renders and encodes a frame if one is due, fuses it, plans, computes a velocity command
+and moves the simulated robot, at the rates of the configuration and without latency. The result
+is a function of configuration and seed; no bus is involved.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ COMMAND_VALID_S = 0.3  # as ``VelocityCommand`` has it by default
 
 @dataclass(frozen=True, slots=True)
 class SystemConfig:
-    """The sections of the configuration that a search depends on."""
+    """The sections of the configuration that determine a search."""
 
     simulator: SimulatorConfig = field(default_factory=SimulatorConfig)
     perception: PerceptionConfig = field(default_factory=PerceptionConfig)
@@ -60,21 +60,21 @@ class SystemConfig:
 
 
 class PerceptionPipeline:
-    """Encoder and detector, loaded once for many searches."""
+    """Encoder and detector of a configuration."""
 
     def __init__(self, config: PerceptionConfig) -> None:
         self.encoder: Encoder = make_encoder(config.encoder)
         self.detector: Detector = make_detector(config.detector, self.encoder)
-        self._observation = config.observation
+        self._variance = config.observation
 
     def field(self, frame: RgbdFrame) -> FeatureField:
         """The frame's features and variances, as perception publishes them."""
         features = self.encoder.encode(frame.rgb)
-        return feature_field(frame, features, self.encoder, self._observation)
+        return feature_field(frame, features, self.encoder, self._variance)
 
 
 class SimulatedRobot:
-    """The simulator's body and camera in simulated time."""
+    """The simulator's robot and camera in simulated time."""
 
     def __init__(self, scene: Scene, config: SimulatorConfig) -> None:
         robot = config.robot
@@ -92,44 +92,43 @@ class SimulatedRobot:
 
     @property
     def xy(self) -> tuple[float, float]:
-        """Where the body truly is, metres."""
+        """True position in the map, metres."""
         T_map_body = self._simulation.state.pose
         return float(T_map_body[0, 3]), float(T_map_body[1, 3])
 
     def advance(self, command: Velocity2d, before_s: float, now_s: float) -> None:
-        """Obey a command given at ``before_s`` until ``now_s``."""
-        twist = Velocity2d(command.linear_mps, command.angular_radps)
-        self._simulation.receive_command(twist, before_s, COMMAND_VALID_S)
+        """Move until ``now_s`` under a command received at ``before_s``."""
+        self._simulation.receive_command(command, before_s, COMMAND_VALID_S)
         self.collided = self._simulation.advance(now_s)
 
-    def reported(self) -> np.ndarray:
-        """T_map_body (4, 4) as the robot believes it to be."""
+    def odometry(self) -> np.ndarray:
+        """T_map_body (4, 4) as odometry reports it: with the configured noise."""
         pose = self._simulation.state.pose
         return noisy_pose(pose, self._noise, self._pose_rng)
 
     def frame(self, now_s: float) -> RgbdFrame:
-        """What the camera sees now."""
-        shot = self._camera.capture(self._simulation.state.pose)
+        """The camera's frame at ``now_s``."""
+        image = self._camera.capture(self._simulation.state.pose)
         self._frames += 1
         return RgbdFrame(
             self._frames,
             int((now_s + 1.0) * 1e9),  # 0 would mean that the map is empty
-            shot.rgb,
-            shot.depth_mm,
+            image.rgb,
+            image.depth_mm,
             self._camera.intrinsics,
-            self.reported() @ self._camera.T_body_camera,
+            self.odometry() @ self._camera.T_body_camera,
         )
 
 
 @dataclass(slots=True)
 class SimulatedClock:
-    """Simulated seconds, and when each periodic task is due next."""
+    """Simulated seconds, and the next due time of each periodic task."""
 
     now_s: float = 0.0
     due_s: dict[str, float] = field(default_factory=dict)
 
     def is_due(self, task: str, rate_hz: float) -> bool:
-        """Whether the task's next turn has come; counts the turn."""
+        """Whether the task is due; if so, schedules it again after its period."""
         due_s = self.due_s.get(task, 0.0)
         if self.now_s + 1e-9 < due_s:
             return False
@@ -138,16 +137,13 @@ class SimulatedClock:
 
 
 class LockstepSimulation:
-    """One robot in one scene, searching."""
+    """One robot that searches in one scene."""
 
-    def __init__(
-        self, scene: Scene, settings: SystemConfig, perception: PerceptionPipeline
-    ) -> None:
-        self.robot = SimulatedRobot(scene, settings.simulator)
-        self.belief = BeliefMap(settings.mapper)
+    def __init__(self, scene: Scene, config: SystemConfig, perception: PerceptionPipeline) -> None:
+        self.robot = SimulatedRobot(scene, config.simulator)
+        self.belief = BeliefMap(config.mapper)
         self.state: PlannerState | None = None
-        self._settings, self._perception = settings, perception
-        self._params = settings.planner
+        self._config, self._perception = config, perception
         self._scores = ScoreCache()
         self._queries: dict[str, TextQuery] = {}
         self._clock = SimulatedClock()
@@ -163,7 +159,7 @@ class LockstepSimulation:
         return self._clock.now_s
 
     def search(self, objects: tuple[str, ...], limit_s: float) -> Search:
-        """Search for the objects, one after the other; ends by itself or at ``limit_s``."""
+        """Search for the objects in order, until the search ends or ``limit_s`` have passed."""
         stamp = EventStamp(self.now_s, 0.0, self.robot.xy, self._odometer_m)
         synonyms = synonyms_of(self._perception.encoder.embed_text(objects))
         self.state = PlannerState(new_search("lockstep", objects, stamp, 0), synonyms=synonyms)
@@ -174,20 +170,19 @@ class LockstepSimulation:
 
     def _step(self, state: PlannerState) -> None:
         clock, robot = self._clock, self.robot
-        planner, simulator = self._settings.planner, self._settings.simulator
+        planner, simulator = self._config.planner, self._config.simulator
         if clock.is_due("frame", simulator.rgbd_hz):
             self._process_frame(state.search)
-        T_map_body = robot.reported()
+        T_map_body = robot.odometry()
         pose = Pose2d(float(T_map_body[0, 3]), float(T_map_body[1, 3]), yaw_of(T_map_body))
         if clock.is_due("plan", planner.plan_hz):
             self._plan(state, pose)
         active = self.state is not None and self.state.search.active
-        observation = ControllerInputs(
-            clock.now_s, state.search.search_id if active else "", pose, ""
-        )
+        search_id = state.search.search_id if active else ""
+        inputs = ControllerInputs(clock.now_s, search_id, pose, "")
         self._controller, _ = self._controller.update(
             self._motion_plan,
-            observation,
+            inputs,
             planner.drive,
             max_plan_age_s=planner.staleness.max_plan_age_s,
         )
@@ -217,7 +212,7 @@ class LockstepSimulation:
             stale_reason="",
         )
         self._detections.clear()
-        self.state, decision = step(state, observation, self._params)
+        self.state, decision = step(state, observation, self._config.planner)
         if decision is not None:
             self._motion_plan = Plan(
                 state.search.search_id, decision.motion, decision.costmap, self.now_s

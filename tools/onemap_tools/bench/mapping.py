@@ -1,6 +1,6 @@
-"""Maps of scenes made in this process: sampled poses, rendered, encoded and fused.
+"""Maps of scenes made in this process: images of sampled poses, encoded and fused.
 
-The parts are those of the services, without a bus and without a robot that drives.
+With the services' pure modules, without a bus and without a robot.
 """
 
 from __future__ import annotations
@@ -25,27 +25,27 @@ from onemap_simulator.scene.scene import Scene
 CAMERA = CameraParams()
 INTRINSICS = CAMERA.intrinsics
 FRAME_NS = 100_000_000
-MIN_OBSERVED_PIXELS = 192  # of 320 x 240, in one picture: three patches of 8 x 8
-MAX_OBSERVED_RANGE_M = 4.0  # farther away the released variance trusts a pixel less than a quarter
+MIN_OBSERVED_PIXELS = 192  # of 320 x 240, in one image: three patches of 8 x 8
+MAX_OBSERVED_RANGE_M = 4.0  # beyond, the released model's confidence is below a quarter
 
 
 @dataclass(frozen=True, slots=True)
 class MappedScene:
-    """A scene, its map, and the categories that the map was shown well enough to know."""
+    """A scene, its map, and the categories that were shown to the map well enough."""
 
     scene: Scene
     belief: BeliefMap
     observed: frozenset[str]
 
 
-def map_scene(scene: Scene, encoder: Encoder, seed: int, pictures: int) -> MappedScene:
-    """The map of ``pictures`` poses drawn from the seed."""
+def map_scene(scene: Scene, encoder: Encoder, seed: int, images: int) -> MappedScene:
+    """The map of images of ``images`` poses drawn from the seed."""
     params = MapperConfig()
     belief = BeliefMap(params)
     renderer = Renderer(scene)
     observed: set[str] = set()
     for sequence, pose in enumerate(
-        sample_camera_poses(scene, np.random.default_rng(seed), pictures)
+        sample_camera_poses(scene, np.random.default_rng(seed), images)
     ):
         view = renderer.render(pose, INTRINSICS, width=CAMERA.width, height=CAMERA.height)
         belief.fuse(compute_update(rendered_field(view, pose, sequence, encoder), params))
@@ -54,7 +54,7 @@ def map_scene(scene: Scene, encoder: Encoder, seed: int, pictures: int) -> Mappe
 
 
 def observed_categories(scene: Scene, view: RenderedImage) -> set[str]:
-    """Categories of which one thing fills enough pixels near enough."""
+    """Categories of which one object fills enough pixels within range."""
     near = view.labels[(view.labels >= 0) & (view.depth_m <= MAX_OBSERVED_RANGE_M)]
     counts = np.bincount(near, minlength=len(scene.objects))
     return {scene.objects[i].category for i in np.flatnonzero(counts >= MIN_OBSERVED_PIXELS)}
@@ -63,7 +63,7 @@ def observed_categories(scene: Scene, view: RenderedImage) -> set[str]:
 def rendered_field(
     view: RenderedImage, T_map_camera: F64, sequence: int, encoder: Encoder
 ) -> FeatureField:
-    """What perception would publish of a rendered view."""
+    """The feature field that perception computes from a rendered image."""
     frame = RgbdFrame(
         sequence=sequence,
         stamp_ns=(sequence + 1) * FRAME_NS,
