@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
+import onemap_tools.train
 from onemap_tools.train.commands import app, summary_lines
 
 
@@ -13,6 +16,18 @@ def test_a_step_without_its_frames_says_which_step_comes_first(tmp_path: Path) -
     result = CliRunner().invoke(app, ["train", "--work", str(tmp_path)])
     assert result.exit_code == 2
     assert "render them first" in result.output
+
+
+def test_a_missing_package_is_named_with_its_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delitem(sys.modules, "onemap_tools.train.pipeline", raising=False)
+    monkeypatch.delattr(onemap_tools.train, "pipeline", raising=False)
+    monkeypatch.setitem(sys.modules, "onnx", None)
+    monkeypatch.delitem(sys.modules, "onemap_tools.export.mini", raising=False)
+    result = CliRunner().invoke(app, ["export", "--work", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "Training needs the package 'onnx': pip install 'onemap[train]'" in result.output
 
 
 def test_the_summary_names_the_worst_words() -> None:

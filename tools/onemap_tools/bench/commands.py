@@ -12,7 +12,7 @@ import typer
 
 from onemap_tools.cli.options import Config, Json
 from onemap_tools.cli.terminal import print_json
-from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError, requires_extra
 
 PANEL = "Look deeper"
 app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")
@@ -224,11 +224,7 @@ def _encoder_params(config: Path | None) -> Any:
 def _cli_errors(extra: str) -> Iterator[None]:
     """Turn foreseeable errors into a CliError; ``extra`` installs the benchmark's packages."""
     try:
-        yield
-    except ModuleNotFoundError as missing:
-        raise CliError(
-            f"This benchmark needs the package {missing.name!r}: pip install 'onemap[{extra}]'",
-            EXIT_USAGE_ERROR,
-        ) from missing
+        with requires_extra(extra, "This benchmark"):
+            yield
     except ValueError as problem:
         raise CliError(str(problem), EXIT_USAGE_ERROR) from problem

@@ -13,7 +13,7 @@ import typer
 
 from onemap_tools.cli.command_group import CommandGroup
 from onemap_tools.cli.options import Json
-from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
 
 if TYPE_CHECKING:
     from onemap_tools.train.pipeline import TrainingFolders
@@ -162,11 +162,10 @@ def _folders(folder: Path, output: Path | None) -> TrainingFolders:
 def _cli_errors() -> Iterator[None]:
     """Turn foreseeable errors into a CliError."""
     try:
-        yield
-    except ImportError as problem:
-        raise CliError(
-            f"{problem}; training needs: pip install 'onemap[train]'", EXIT_USAGE_ERROR
-        ) from problem
+        with requires_extra("train", "Training"):
+            yield
+    except CliError:
+        raise
     except Exception as problem:
         from onemap_perception.encoders.protocol import EncoderError
         from onemap_tools.train.pipeline import TrainingError
