@@ -119,7 +119,7 @@ def floors(package: str, sources: list[Module]) -> int:
 def declared_twice(sources: list[Module]) -> list[str]:
     """Plain settings: fields of a parameter model that a dataclass of the same package repeats.
 
-    Only dataclasses that repeat two or more, and at least half of their fields, count: others
+    Only dataclasses that repeat three or more, and at least half of their fields, count: others
     share a name by chance.
     """
     found = []
@@ -129,7 +129,7 @@ def declared_twice(sources: list[Module]) -> list[str]:
         for c in classes:
             fields = _fields(c)
             repeated = [f for f, kind in fields.items() if f in settings and kind in PLAIN_TYPES]
-            if _is_dataclass(c) and len(repeated) >= 2 and 2 * len(repeated) >= len(fields):
+            if _is_dataclass(c) and len(repeated) >= 3 and 2 * len(repeated) >= len(fields):
                 found += [f"{package}: {c.name}.{field}" for field in repeated]
     return found
 

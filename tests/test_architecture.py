@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from tests.structure import (
     ROOT,
     SERVICES,
     Module,
+    camera_arithmetic,
+    declared_twice,
     folders,
     modules,
     own_lines,
@@ -408,3 +411,21 @@ def test_no_service_but_the_simulator_knows_the_truth() -> None:
         and (node.id if isinstance(node, ast.Name) else node.attr) == "ROBOT_TRUTH"
     }
     assert knows <= {"onemap_shared", "onemap_simulator", "onemap_tools"}
+
+
+def test_nobody_but_the_camera_computes_with_its_focal_length() -> None:
+    strays = camera_arithmetic(modules(ROOT))
+    assert [name for name in strays if not within(name, "onemap_shared.camera")] == []
+
+
+def test_a_setting_is_declared_once() -> None:
+    assert declared_twice(modules(ROOT)) == []
+
+
+def test_public_class_names_mean_one_thing() -> None:
+    places = defaultdict(list)
+    for module in modules(ROOT):
+        for node in module.tree.body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                places[node.name].append(module.name)
+    assert {name: where for name, where in places.items() if len(where) > 1} == {}
