@@ -1,10 +1,10 @@
 """Every message that travels between services, as frozen dataclasses.
 
-A message checks itself when it is built, on both sides of the wire: whoever
-holds one holds a valid one. Arrays are read-only for the receiver. ``stamp_ns``
-is always the capture time of the camera frame the content derives from, in
-nanoseconds of the wall clock; ``sequence`` counts that robot's frames.
-Zero-length arrays stand for "not asked for".
+A message checks itself when it is built, on both sides of the wire, so every
+instance is valid. Arrays are read-only for the receiver. ``stamp_ns`` is always
+the capture time of the camera frame the content derives from, in nanoseconds of
+the wall clock; ``sequence`` counts that robot's frames. Zero-length arrays stand
+for what was not requested.
 """
 
 from onemap_shared.messages.checks import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-MAX_TEXT_CHARS = 200  # one object name, not an essay
+MAX_TEXT_CHARS = 200  # of the name of one object
 
 
 def expect(array: np.ndarray, name: str, dtype: type, shape: tuple[int | None, ...]) -> None:
@@ -34,7 +34,7 @@ def expect_share(value: float, name: str) -> None:
 def clean_texts(message: object, field: str, what: str = "text") -> None:
     """Replace a message's texts, one or a tuple, by what ``check_text`` returns for each.
 
-    Called while the message is built, so that whoever holds it holds clean texts.
+    Called while the message is built, so that no instance has other texts.
     """
     value = getattr(message, field)
     if isinstance(value, tuple):

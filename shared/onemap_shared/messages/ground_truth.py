@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class TruthRequest:
-    """Simulator only: how far is the nearest object of this name from a place, really?"""
+    """Simulator only: request for the true distance of a point to the nearest such object."""
 
     name: str
     x_m: float
@@ -18,13 +18,13 @@ class TruthRequest:
 class Truth:
     """Ground truth for the summary of a demo; never read by perception, mapper or planner.
 
-    instances: how many there are; distance_m: straight line from the place to the surface
-    of the nearest; shortest_path_m: along the floor for this robot to the nearest place that
-    counts as success, 0 if the place itself does; infinity if there is none. nearest: category
-    of the thing nearest to the place, walls, floors, ceilings, doors and windows left out;
-    empty if there is none or nobody named it.
-    names_complete: whether nothing in the scene lacks its name. If not, a name that is not
-    among the categories may still be there: nobody can judge a search for it.
+    instances: number of such objects; distance_m: straight line from the point to the surface
+    of the nearest; shortest_path_m: along the floor for this robot to the nearest point that
+    counts as success, 0 if the point itself does; infinity if there is none. nearest: category
+    of the object nearest to the point, without walls, floors, ceilings, doors and windows;
+    empty if there is none or it has no name.
+    names_complete: whether every object of the scene has a name. If not, an object whose name is
+    not among the categories may still be there, and a search for it cannot be evaluated.
     """
 
     scene: str

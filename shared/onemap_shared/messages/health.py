@@ -1,4 +1,4 @@
-"""What every service publishes about itself."""
+"""The heartbeat that every service publishes."""
 
 from __future__ import annotations
 

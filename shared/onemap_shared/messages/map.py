@@ -1,4 +1,4 @@
-"""What the mapper publishes and answers: revisions, similarity, layers, map files."""
+"""Messages of the mapper: revisions, similarity, layers, map files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MAX_RIVALS = 30  # names that compete in one view: the mapper keeps the scores o
 
 
 class Occupancy(IntEnum):
-    """What a map cell is known to be, for driving."""
+    """State of a map cell, for driving."""
 
     UNKNOWN = 0
     FREE = 1
@@ -48,7 +48,7 @@ class MapRevision:
 
 @dataclass(frozen=True, slots=True)
 class SimilarityRequest:
-    """Where is this?"""
+    """Request for the regions of the map most similar to a text."""
 
     text: str
     max_regions: int = 5
@@ -62,14 +62,14 @@ class SimilarityRequest:
 
 @dataclass(frozen=True, slots=True)
 class SimilarityReply:
-    """Ranked regions of high similarity, best first, and the grid if it was asked for.
+    """Ranked regions of high similarity, best first, and the grid if it was requested.
 
     No region scores below ``floor``; ``best_score`` is that of the best region before those were
     left out, 0 if nothing was observed. ``nearest``: known words near a text that the encoder
     cannot place.
     centres_m (N, 2), extents_m (N, 4) x_min, y_min, x_max, y_max, scores (N,) in [0, 1],
     variances (N,), all float32. scores_grid (nx, ny) float32, NaN where nothing was
-    observed; (0, 0) if not asked for.
+    observed; (0, 0) if not requested.
     """
 
     text: str
@@ -99,7 +99,7 @@ class SimilarityReply:
 
 @dataclass(frozen=True, slots=True)
 class SearchViewRequest:
-    """The layers of the map for one object; an empty text asks for no similarity.
+    """The layers of the map for one object; with an empty text without similarity.
 
     rivals: other names that what looks like ``text`` may be.
     """
@@ -117,7 +117,7 @@ class SearchViewRequest:
 
 @dataclass(frozen=True, slots=True)
 class SearchView:
-    """All a planner needs of the map, of one instant.
+    """The layers of the map that a planner uses, all of one revision.
 
     occupancy (nx, ny) uint8, values of ``Occupancy``; layers (nx, ny) uint8, bits of
     ``Layer``; similarity (nx, ny) float32 score in [0, 1], NaN where not observed,
@@ -144,7 +144,7 @@ class SearchView:
 
 @dataclass(frozen=True, slots=True)
 class SearchReset:
-    """Forget what has been searched (sigma_E), keep what has been learned."""
+    """Reset sigma_E, as a new search begins; features and their variance stay."""
 
     search_id: str
 
@@ -163,7 +163,7 @@ class MapClear:
 
 @dataclass(frozen=True, slots=True)
 class MapSummary:
-    """The answer to save, load and clear: what the map now holds, and where the file lies."""
+    """The answer to save, load and clear: content of the map, path and size of the file."""
 
     path: str
     encoder_id: str

@@ -48,11 +48,11 @@ class FeatureField:
 
 @dataclass(frozen=True, slots=True)
 class Detections:
-    """What the detector saw in one frame, of the names that are being searched.
+    """Detections of one frame, for the names of the present search.
 
     boxes_px (N, 4) float32 x0, y0, x1, y1; scores (N,) float32 in [0, 1]; names one each.
     points_map (P, 3) float32 metres: surface points of all detections;
-    point_owner (P,) int32: which detection a point belongs to.
+    point_owner (P,) int32: index of the detection that a point belongs to.
     """
 
     sequence: int
@@ -94,7 +94,7 @@ class TextRequest:
 
 @dataclass(frozen=True, slots=True)
 class TextEmbeddings:
-    """Embeddings and how to turn a cosine into a score.
+    """Embeddings of texts, with the calibration that turns a cosine into a score.
 
     embeddings (N, D) float32 unit rows. neutral (M, D) float32 unit rows: other concepts a
     cell may show; neutral_mask (N, M) uint8, 1 where neutral word m competes with text n

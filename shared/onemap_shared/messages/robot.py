@@ -1,4 +1,4 @@
-"""What a robot publishes and obeys: RGB-D frames, odometry, velocity commands."""
+"""Messages of a robot: RGB-D frames, odometry, velocity commands."""
 
 from __future__ import annotations
 

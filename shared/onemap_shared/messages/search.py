@@ -1,4 +1,4 @@
-"""What the planner publishes and answers: searches, how they stand, the planned path."""
+"""Messages of the planner: searches, their status, the planned path."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ FINAL_STATES = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class SearchRequest:
-    """Find these objects, one after the other.
+    """Request to find these objects, one after the other.
 
-    patience_s: how long the caller waits for the answer; afterwards no robot may start.
+    patience_s: seconds that the caller waits for the answer; no robot may start later.
     """
 
     objects: tuple[str, ...]
@@ -55,7 +55,7 @@ class SearchRequest:
 
 @dataclass(frozen=True, slots=True)
 class SearchId:
-    """Which search; an empty id means the newest."""
+    """Names a search; an empty id means the newest."""
 
     search_id: str = ""
 
@@ -77,9 +77,9 @@ class ObjectResult:
 
 @dataclass(frozen=True, slots=True)
 class SearchStatus:
-    """Where a search stands. ``state`` of the object now sought; the whole search's when final.
+    """Status of a search. ``state``: of the present object; of the whole search when final.
 
-    ``reason`` says in a sentence what is going on or why it ended.
+    ``reason``: what happens now or why it ended, in one sentence.
     """
 
     search_id: str
@@ -97,19 +97,20 @@ class SearchStatus:
 
     @property
     def active(self) -> bool:
-        """Whether the robot is still at it."""
+        """Whether the search has not ended."""
         return self.state not in FINAL_STATES
 
     @property
     def target(self) -> str:
-        """The object now sought, empty when the search is over."""
+        """The object now searched for, empty when the search is over."""
         return self.objects[self.index] if self.active and self.index < len(self.objects) else ""
 
 
 @dataclass(frozen=True, slots=True)
 class PlannedPath:
-    """What the planner means to do, for display. All arrays float32, metres in the map frame.
+    """Path, goal, frontiers and regions of the last plan, for display.
 
+    All arrays float32, metres in the map frame; scores in [0, 1].
     points_m (N, 2) path; goal_m (0 or 1, 2); goal_kind: frontier, region, detection or none.
     frontiers_m (F, 2) with frontier_scores (F,); regions_m (R, 2) with region_scores (R,).
     """
