@@ -205,7 +205,7 @@ class ZenohBus:
         # The router's own timer may end the query with an empty reply before ours does.
         if time.monotonic() - asked_at > 0.9 * timeout_s:
             raise QueryTimeout(f"no answer on {procedure.key} within {timeout_s} s")
-        raise NoReply(f"nobody answers {procedure.key}")
+        raise NoReply(f"no process serves {procedure.key}")
 
     def alive(self) -> frozenset[str]:
         """See ``transport.Bus``."""

@@ -145,7 +145,7 @@ def _sentences(problem: ValidationError, name: str, model: type[BaseModel]) -> l
 
 
 def _unknown_key(key: str, owners: Sequence[type[BaseModel]]) -> str:
-    """What is said of a key that none of the models has: its new name, or the nearest one."""
+    """The error about a key that none of the models has: its new name, or the nearest one."""
     for owner in owners:
         if issubclass(owner, Params) and key in owner.former_keys:
             return f"is now called {owner.former_keys[key]!r}: rename it"

@@ -1,8 +1,8 @@
 """The bus inside one process, with the semantics of the real one.
 
 Messages are encoded and decoded, so what would be refused on the wire is
-refused here; a subscription keeps the newest only; a procedure nobody serves
-is ``NoReply``.
+refused here; a subscription keeps the newest only; a call without a server raises
+``NoReply``.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class MemoryBus:
         """See ``transport.Bus``."""
         entry = self._router.handlers.get(procedure.key)
         if entry is None:
-            raise NoReply(f"nobody answers {procedure.key}")
+            raise NoReply(f"no process serves {procedure.key}")
         bus, handle = entry
         future = bus._pool.submit(handle, encode(request))
         try:

@@ -29,7 +29,7 @@ class RateMeter:
             return 0.0
         intervals = len(recent) - 1
         usual_s = (recent[-1] - recent[0]) / intervals
-        # Until the next event is overdue, the time since the last one says nothing.
+        # Until the next event is overdue, the time since the last one does not count.
         overdue_s = max(now_s - recent[-1] - usual_s, 0.0)
         return intervals / max(recent[-1] - recent[0] + overdue_s, 1e-3)
 

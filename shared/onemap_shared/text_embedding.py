@@ -19,8 +19,8 @@ def embed_texts(
 ) -> TextEmbeddings:
     """The embeddings of the texts, or ``RequestRejected`` as a handler may pass it on.
 
-    Its code is perception's own (``unknown_word``), ``perception_missing`` where nobody
-    answers, or ``perception_silent`` where no answer came in time.
+    Its code is perception's own (``unknown_word``), ``perception_missing`` where none
+    runs, or ``perception_silent`` where no answer came in time.
     """
     try:
         return bus.call(EMBED_TEXT, TextRequest(texts), timeout_s)

@@ -34,7 +34,7 @@ class CallError(Exception):
 
 
 class NoReply(CallError):
-    """Nobody serves this procedure now: not started, killed, or the router is gone."""
+    """No process serves this procedure: not started, killed, or the router is gone."""
 
 
 class QueryTimeout(CallError):
@@ -222,8 +222,8 @@ def answer(procedure: Procedure[Q, R], handler: Callable[[Q], R], packet: Packet
     """Run a handler on an encoded request; raises ``RemoteError`` with what to tell the caller."""
     try:
         return encode(handler(decode(procedure.request, packet)))
-    except RequestRejected as refusal:
-        raise RemoteError(refusal.code, str(refusal), refusal.details) from refusal
+    except RequestRejected as problem:
+        raise RemoteError(problem.code, str(problem), problem.details) from problem
     except ValueError as problem:
         raise RemoteError("invalid", str(problem)) from problem
     except Exception as problem:

@@ -174,8 +174,8 @@ def answered(bus: Bus, name: str) -> m.MapSummary | None:
         return None
 
 
-def test_nobody_there_is_told_at_once(buses: tuple[Bus, Bus]) -> None:
-    with pytest.raises(NoReply, match="nobody answers"):
+def test_a_call_without_a_server_fails_at_once(buses: tuple[Bus, Bus]) -> None:
+    with pytest.raises(NoReply, match="no process serves"):
         buses[0].call(keys.MAP_CLEAR, m.MapClear(), timeout_s=PATIENCE_S)
 
 
