@@ -152,8 +152,8 @@ class MapParams(OccupancyParams, BlurParams, ProjectionParams):
     feature_dtype: Literal["float32", "float16"] = Field(
         default="float32",
         description="How features are stored; sums are always float32. float16 halves the memory, "
-        "but loses updates smaller than 1/2000 of a value: what a cell learns after it was seen "
-        "some thousand times.",
+        "but loses updates smaller than 1/2000 of a value: those of cells that were observed some "
+        "thousand times.",
     )
     explored_variance: float = Field(
         default=0.5,
@@ -165,14 +165,14 @@ class MapParams(OccupancyParams, BlurParams, ProjectionParams):
     process_noise_per_s: float = Field(
         default=0.0,
         ge=0,
-        description="Variance added per second (process noise); 0 never forgets, as the paper.",
+        description="Variance added per second (process noise); 0: none, as in the paper.",
     )
     initially_free_radius_m: float = Field(
         default=0.35,
         ge=0,
         le=2,
-        description="m around the camera at first sight that count as free: the robot stands "
-        "there, its camera cannot see its own feet, and unknown is not free.",
+        description="m around the camera's first position that count as free: the robot stands "
+        "there, its camera does not see that floor, and unknown is not free.",
     )
 
     @property

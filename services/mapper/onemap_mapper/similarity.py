@@ -67,7 +67,7 @@ def scores(features: Tensor, query: TextQuery) -> Tensor:
 class ScoreCache:
     """Scores of one map for the most recent texts; only changed cells are computed again.
 
-    Not thread-safe: whoever shares the map holds its lock.
+    Not thread-safe: the caller holds the lock of the map.
     """
 
     def __init__(self) -> None:

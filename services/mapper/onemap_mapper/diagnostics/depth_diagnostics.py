@@ -1,4 +1,4 @@
-"""What a depth image says about the sensor and its mounting."""
+"""Diagnostics of one depth image: the sensor and its mounting."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Counters and rates of the mapper, and the sentence that says what is wrong."""
+"""Counters, rates and the current problem of the mapper."""
 
 from __future__ import annotations
 
