@@ -10,11 +10,14 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-TINY = 1e-38  # smallest normal float32: an unobserved cell's gain is 0 / TINY, not NaN
+TINY = 1e-38  # below any confidence: the gain of an unobserved cell is 0 / TINY, not NaN
 
 
 def gain(confidence: Tensor, confidence_new: Tensor) -> Tensor:
-    """K = c_new / (c + c_new), (n,) float32 in [0, 1]; 0 where both are 0 (Eq. bayes1)."""
+    """K = c_new / (c + c_new), (n,) float32 in [0, 1], of confidences (n,); 0 where both are 0.
+
+    Eq. bayes1 in inverse-variance form; c + c_new is Eq. bayes3.
+    """
     total = confidence + confidence_new
     return confidence_new / total.clamp(min=TINY)
 
@@ -25,5 +28,8 @@ def fused(features: Tensor, features_new: Tensor, K: Tensor) -> Tensor:
 
 
 def with_process_noise(confidence: Tensor, *, rate_per_s: float, elapsed_s: float) -> Tensor:
-    """Confidence after the variance grew by ``rate_per_s`` for ``elapsed_s`` (process noise)."""
+    """Confidence (n,) after its variance grew by ``rate_per_s`` for ``elapsed_s`` seconds.
+
+    c / (1 + q t c): the process noise q t, added to the variance 1 / c.
+    """
     return confidence / (1.0 + rate_per_s * elapsed_s * confidence)

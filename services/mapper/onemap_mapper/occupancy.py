@@ -117,7 +117,7 @@ def _box(clouds: tuple[F32, ...], cell_size_m: float) -> GridSpec:
 
 
 def accumulated_evidence(evidence: I8, added: I8) -> I8:
-    """The bounded sum of evidence (n, levels)."""
+    """The sum of evidence and added (n, levels) int8, within MIN_EVIDENCE and MAX_EVIDENCE."""
     total: I16 = np.clip(evidence.astype(np.int16) + added, MIN_EVIDENCE, MAX_EVIDENCE)
     return total.astype(np.int8)
 

@@ -77,7 +77,11 @@ def cell_features(weights: CellWeights, patch_features: Tensor) -> Tensor:
 
 
 def sparse_matmul(table: Tensor, columns: Tensor, values: Tensor, starts: Tensor) -> Tensor:
-    """Sparse times dense: row i is the sum of values * table[columns] from starts[i] on."""
+    """Sparse times dense: rows (n, D) of a table (K, D) float32.
+
+    starts (n,), columns (m,) int64, values (m,) float32: row i is the sum of
+    values[k] * table[columns[k]] for k from starts[i] up to the next row's start.
+    """
     if len(starts) == 0:
         return table.new_zeros((0, table.shape[1]))
     return embedding_bag(columns, table, starts, mode="sum", per_sample_weights=values)

@@ -43,7 +43,11 @@ def region_threshold(values: F32, *, best_share: float, top_share: float | None)
 def find_regions(
     scores: F32, variances: F32, grid: GridSpec, *, limit: float, max_regions: int
 ) -> Regions:
-    """Eight-connected clusters with score >= limit > 0 of scores (nx, ny), NaN = not observed."""
+    """Eight-connected clusters of cells with score >= limit > 0, the best ``max_regions``.
+
+    scores and variances (nx, ny) float32, NaN = not observed. Regions rank by the
+    mean of their ``TOP_CELLS`` best scores, then by size; centres are weighted by score.
+    """
     labels, count = ndimage.label(np.nan_to_num(scores, nan=-1.0) >= limit, EIGHT_NEIGHBOURS)
     cells = np.argwhere(labels)
     owner = labels[tuple(cells.T)] - 1

@@ -48,7 +48,10 @@ class DetectorRunner:
     def after_encoding(
         self, frame: RgbdFrame, features: F16, target: Target
     ) -> DetectionResult | None:
-        """The result for this frame, or for an earlier one that is finished by now."""
+        """The result for this frame, or for an earlier one that is finished by now.
+
+        features (h, w, D) float16: those of the frame.
+        """
         if self._executor is None:
             return self._detect(target, frame, features)
         return self.collect()

@@ -46,7 +46,10 @@ def make_target(encoder: Encoder, name: str, objects: Sequence[str]) -> Target:
 def detect_in_frame(
     detector: Detector, target: Target, frame: RgbdFrame, features: F16 | None
 ) -> Detections:
-    """Detections of the target and its competitors, with their points in the map."""
+    """Detections of the target and its competitors, with their points in the map.
+
+    features (h, w, D) float16 of the frame, for a detector that reads them.
+    """
     found: tuple[Detection, ...] = ()
     if target.queries is not None:
         found = suppress_overlaps(detector.detect(Image(frame.rgb, features), target.queries))

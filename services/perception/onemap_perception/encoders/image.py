@@ -31,7 +31,7 @@ def resized(rgb: U8, size: tuple[int, int]) -> U8:
 
 
 def pixel_values(rgb: U8, mean: F32, std: F32) -> F32:
-    """(1, 3, H, W) float32: (value / 255 - mean) / std per channel."""
+    """(1, 3, H, W) float32 of an image (H, W, 3): (value / 255 - mean) / std, both (3,)."""
     scale = np.float32(1 / 255) / std
     image: F32 = rgb.astype(np.float32) * scale - mean / std
     return np.ascontiguousarray(image.transpose(2, 0, 1)[None])

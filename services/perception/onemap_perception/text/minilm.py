@@ -101,7 +101,7 @@ class MiniLm:
 
 
 def gelu(x: F32) -> F32:
-    """x Phi(x) with the error function of Abramowitz and Stegun 7.1.26 (error below 2e-7)."""
+    """x Phi(x) of each element; erf by Abramowitz and Stegun 7.1.26 (error below 2e-7)."""
     z = np.abs(x) * np.float32(np.sqrt(0.5))
     t = 1 / (1 + np.float32(0.3275911) * z)
     poly = np.float32(1.061405429)

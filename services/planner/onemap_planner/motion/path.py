@@ -61,7 +61,7 @@ def segment_cells(start: F64, end: F64) -> tuple[I64, F64]:
 
 
 def line_is_clear(mask: Bool, start: I64, end: I64) -> bool:
-    """Whether every cell on the line between two cells' centres is true in the mask."""
+    """Whether the mask (nx, ny) is true on the line between the centres of two cells (2,)."""
     cells, _ = segment_cells(start.astype(float), end.astype(float))
     return bool(mask[cells[:, 0], cells[:, 1]].all())
 
@@ -86,7 +86,10 @@ def smooth_path(cost: F64, path: I64) -> I64:
 
 
 def line_cost(cost: F64, start: I64, end: I64) -> float:
-    """Integral of the cost along the line between two cells, in cells; infinite if blocked."""
+    """Integral of the cost (nx, ny) along the line between two cells (2,), in cells.
+
+    Infinite if a cell on the line is impassable.
+    """
     cells, lengths = segment_cells(start.astype(float), end.astype(float))
     along = cost[cells[:, 0], cells[:, 1]]
     return float("inf") if (along <= 0).any() else float(along @ lengths)
