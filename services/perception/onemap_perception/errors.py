@@ -14,7 +14,7 @@ class OutOfDeviceMemoryError(BackendError):
 
 
 class UnknownWordError(Exception):
-    """Texts without an embedding; one sentence that says what helps.
+    """Texts without an embedding; one sentence for the user, with what to do.
 
     ``words``: all of them, each with the known words nearest to it.
     """

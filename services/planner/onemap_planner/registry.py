@@ -14,7 +14,7 @@ from onemap_planner.search.phases import Search
 from onemap_planner.search.state_machine import new_search, transition
 from onemap_shared.transport import RequestRejected
 
-MAX_PAST_SEARCHES = 50  # searches that can still be asked about
+MAX_PAST_SEARCHES = 50  # older searches that are kept
 
 
 class SearchRegistry:
@@ -68,7 +68,7 @@ class SearchRegistry:
             self._reject_if_active()
 
     def clear_found_objects(self) -> None:
-        """Forget the found objects, because the map is another one."""
+        """Remove the found objects, because the map is another one."""
         with self._lock:
             if self._state is not None and self._state.found_objects:
                 self._state = replace(self._state, found_objects=())

@@ -31,7 +31,7 @@ class GroundingNetwork:
         return True
 
     def boxes(self, rgb: U8, names: Sequence[str], score_threshold: float) -> list[Box]:
-        """See ``BoxNetwork``. One run per name: asked for two, these networks mix the words up."""
+        """See ``BoxNetwork``. One run per name: given two, these networks confuse them."""
         return [box for name in names for box in self._boxes_of(name, rgb, score_threshold)]
 
     def _boxes_of(self, name: str, rgb: U8, score_threshold: float) -> list[Box]:

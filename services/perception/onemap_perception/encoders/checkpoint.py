@@ -1,4 +1,4 @@
-"""Loads weights from checkpoints into models, or raises an error that says why not.
+"""Loads weights from checkpoints into models, or raises an error with the reason.
 
 Only tensors are read: safetensors, or torch files with ``weights_only``, which refuses
 anything that would run code while loading.

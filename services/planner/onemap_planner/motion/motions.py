@@ -1,4 +1,4 @@
-"""Poses on the floor, and the motions that a plan asks the velocity controller for."""
+"""Poses on the floor, and the motions that a plan commands."""
 
 from __future__ import annotations
 

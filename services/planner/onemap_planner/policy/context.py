@@ -13,7 +13,7 @@ from onemap_planner.world.map_view import MapView, map_view_around
 from onemap_shared.geometry import F64
 from onemap_shared.messages import Occupancy, SearchView
 
-SURROUNDINGS_M = 1.0  # radius of the circle of which `known_fraction_around` speaks
+SURROUNDINGS_M = 1.0  # radius of the circle of `known_fraction_around`
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,14 +39,14 @@ class FrontierParams(Params):
     blind_spot_m2: PositiveFloat = Field(
         default=3.0,
         description="Square metres of unknown floor amid known floor that are no frontier: a "
-        "camera at 1 m does not see a circle of 0.9 m around its own feet.",
+        "camera at 1 m does not see a circle of 0.9 m around the robot.",
     )
     unknown_prior: float = Field(
         default=0.2,
         ge=0,
         le=1,
-        description="Similarity expected in space nobody has seen: above the usual 0.1 of wrong "
-        "things, so that the unknown is preferred to a second look at them.",
+        description="Similarity expected in unknown space: above the usual 0.1 of other objects, "
+        "so that the unknown is preferred to a second look at them.",
     )
 
 
