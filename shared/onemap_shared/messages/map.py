@@ -65,8 +65,8 @@ class SimilarityReply:
     """Ranked regions of high similarity, best first, and the grid if it was requested.
 
     No region scores below ``floor``; ``best_score`` is that of the best region before those were
-    left out, 0 if nothing was observed. ``nearest``: known words near a text that the encoder
-    cannot place.
+    left out, 0 if nothing was observed. ``nearest``: known words near a text outside the
+    encoder's vocabulary.
     centres_m (N, 2), extents_m (N, 4) x_min, y_min, x_max, y_max, scores (N,) in [0, 1],
     variances (N,), all float32. scores_grid (nx, ny) float32, NaN where nothing was
     observed; (0, 0) if not requested.

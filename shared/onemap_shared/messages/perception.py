@@ -101,8 +101,8 @@ class TextEmbeddings:
     (synonyms do not). score = softmax over {text, competing neutrals} of temperature * cosine.
     M = 0: the encoder has no calibration and score = (1 + cosine) / 2.
     floor: a best score below this means "not here"; 0: not measured for this encoder.
-    nearest: per text, known words closest to it if the encoder cannot place the text, else
-    none; () for an encoder that places every text.
+    nearest: per text, the nearest known words if it is outside the encoder's vocabulary, else
+    none; () for an encoder with an open vocabulary.
     """
 
     encoder_id: str

@@ -1,1 +1,1 @@
-"""What is searched for and how it stands: phases, events, transitions, journal."""
+"""State of a search: phases, events, transitions, journal."""
