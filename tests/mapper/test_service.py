@@ -41,10 +41,10 @@ class Rig:
     """A mapper and, around it, what perception and a planner would say and ask."""
 
     def __init__(self, folder: Path) -> None:
-        self.hub = MemoryRouter()
+        self.router = MemoryRouter()
         config = MapperConfig(map_folder=folder)
-        self.mapper: Mapper = build(self.hub.bus("mapper"), config)
-        self.client: MemoryBus = self.hub.bus("planner")
+        self.mapper: Mapper = build(self.router.bus("mapper"), config)
+        self.client: MemoryBus = self.router.bus("planner")
         self.revisions = self.client.subscribe(keys.MAP_REVISION, capacity=100)
         self.fields = self.client.publish(keys.FIELD)
         self.asked: list[str] = []
@@ -73,7 +73,7 @@ class Rig:
                 self.nearest,
             )
 
-        self.perception = self.hub.bus("perception")
+        self.perception = self.router.bus("perception")
         self.perception.serve(keys.EMBED_TEXT, answer)
 
     def feed(self, *fields: FeatureField) -> None:
@@ -122,7 +122,7 @@ def test_a_frame_becomes_a_revision(rig: Rig) -> None:
     assert (revision.encoder_id, revision.text_space) == ("encoder-a", "space-a")
     assert revision.cells_observed == rig.metric("cells") > 0
     assert revision.memory_bytes == rig.metric("memory_bytes") > 0
-    late = rig.hub.bus("gateway").subscribe(keys.MAP_REVISION)
+    late = rig.router.bus("gateway").subscribe(keys.MAP_REVISION)
     assert late.take(0.0) == revision  # latched
 
 

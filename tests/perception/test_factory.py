@@ -40,15 +40,15 @@ def test_a_service_of_other_peoples_parts_sees_and_answers(tmp_path: Path) -> No
             },
         }
     )
-    hub = MemoryRouter()
-    fields = hub.bus().subscribe(keys.FIELD)
-    service = build(hub.bus("perception"), config)
-    hub.bus().publish(keys.ROBOT_RGBD).put(frame())
+    router = MemoryRouter()
+    fields = router.bus().subscribe(keys.FIELD)
+    service = build(router.bus("perception"), config)
+    router.bus().publish(keys.ROBOT_RGBD).put(frame())
     service.step(0.0)
     field = fields.take(0.0)
     assert field is not None
     assert field.features.shape == (1, 2, 16)
-    reply = hub.bus().call(keys.EMBED_TEXT, TextRequest(("a red lamp",)))
+    reply = router.bus().call(keys.EMBED_TEXT, TextRequest(("a red lamp",)))
     assert (reply.encoder_id, reply.text_space) == (field.encoder_id, field.text_space)
     assert reply.embeddings.shape[1] == field.features.shape[2]
 

@@ -39,15 +39,15 @@ class World:
     """A perception service and its neighbours on one bus."""
 
     def __init__(self) -> None:
-        self.hub = MemoryRouter()
-        self.outside: MemoryBus = self.hub.bus()
+        self.router = MemoryRouter()
+        self.outside: MemoryBus = self.router.bus()
         parts = PerceptionComponents(
             ColourEncoder(),
             PatchDetector(PatchesParams(), "toy"),
             VarianceParams(),
             frame_timeout_s=5.0,
         )
-        self.service = Perception(self.hub.bus("perception"), parts)
+        self.service = Perception(self.router.bus("perception"), parts)
         self.camera = self.outside.publish(keys.ROBOT_RGBD)
         self.planner = self.outside.publish(keys.SEARCH_STATE)
         self.fields = self.outside.subscribe(keys.FIELD)
@@ -104,16 +104,16 @@ def test_while_a_search_runs_every_frame_is_looked_at_for_its_target(world: Worl
 
 
 def test_a_search_that_began_before_perception_is_followed() -> None:
-    hub = MemoryRouter()
-    hub.bus().publish(keys.SEARCH_STATE).put(SEARCH)
+    router = MemoryRouter()
+    router.bus().publish(keys.SEARCH_STATE).put(SEARCH)
     world = World.__new__(World)
-    world.hub = hub
+    world.router = router
     parts = PerceptionComponents(
         ColourEncoder(), PatchDetector(PatchesParams(), "toy"), VarianceParams(), 5.0
     )
-    service = Perception(hub.bus("perception"), parts)
-    detections = hub.bus().subscribe(keys.DETECTIONS)
-    hub.bus().publish(keys.ROBOT_RGBD).put(frame())
+    service = Perception(router.bus("perception"), parts)
+    detections = router.bus().subscribe(keys.DETECTIONS)
+    router.bus().publish(keys.ROBOT_RGBD).put(frame())
     service.step(0.0)
     seen = detections.take(0.0)
     assert seen is not None
@@ -202,7 +202,7 @@ def test_a_frame_that_breaks_the_encoder_is_dropped_and_the_next_one_is_not(worl
 
 
 def test_broken_bytes_are_counted(world: World) -> None:
-    world.hub.inject(keys.ROBOT_RGBD.key, Packet(b"\x00\x01", b"junk"))
+    world.router.inject(keys.ROBOT_RGBD.key, Packet(b"\x00\x01", b"junk"))
     world.service.step(0.0)
     assert (world.service.health().metrics or {})["frames_refused"] == 1
 
@@ -238,13 +238,13 @@ class SlowWorld:
     """Perception with a detector in a thread of its own, and a search."""
 
     def __init__(self) -> None:
-        hub = MemoryRouter()
-        outside = hub.bus()
+        router = MemoryRouter()
+        outside = router.bus()
         self.detector = SlowDetector()
         components = PerceptionComponents(
             ColourEncoder(), self.detector, VarianceParams(), frame_timeout_s=5.0
         )
-        self.service = Perception(hub.bus("perception"), components)
+        self.service = Perception(router.bus("perception"), components)
         self.camera = outside.publish(keys.ROBOT_RGBD)
         self.planner = outside.publish(keys.SEARCH_STATE)
         self.fields = outside.subscribe(keys.FIELD)

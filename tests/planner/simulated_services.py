@@ -36,8 +36,8 @@ class SimulatedServices:
     """The planner and, on buses of their own, a robot, a mapper and a caller."""
 
     def __init__(self, config: PlannerConfig) -> None:
-        self.hub = MemoryRouter()
-        self.robot, self.mapper, self.caller = (self.hub.bus(name) for name in "rmc")
+        self.router = MemoryRouter()
+        self.robot, self.mapper, self.caller = (self.router.bus(name) for name in "rmc")
         self.odometry = self.robot.publish(keys.ROBOT_ODOMETRY)
         self.revisions = self.mapper.publish(keys.MAP_REVISION)
         self.commands = self.robot.subscribe(keys.ROBOT_CMD_VEL, capacity=1000)
@@ -50,10 +50,10 @@ class SimulatedServices:
         )
         self.mapper.serve(keys.MAP_SEARCH_VIEW, self._view)
         self.mapper.serve(keys.MAP_SEARCH_RESET, self._reset)
-        self.perception = self.hub.bus("p")
+        self.perception = self.router.bus("p")
         self.perception.serve(keys.EMBED_TEXT, self._embed)
         self.config = config
-        self.planner = Planner(self.hub.bus("planner"), config)
+        self.planner = Planner(self.router.bus("planner"), config)
         self.count = 0
 
     def _view(self, request: SearchViewRequest) -> SearchView:

@@ -44,7 +44,7 @@ def test_a_missing_mapper_is_waited_for(services: SimulatedServices) -> None:
     services.until(lambda: any(map(moves, services.sent_commands())))
     services.mapper.close()
     services.until(lambda: services.get().reason == "waiting: the mapper is not there")
-    back = services.hub.bus("mapper")
+    back = services.router.bus("mapper")
     back.serve(keys.MAP_SEARCH_VIEW, services._view)
     back.serve(keys.MAP_SEARCH_RESET, services._reset)
     services.until(lambda: "waiting" not in services.get().reason)

@@ -103,7 +103,7 @@ def test_garbage_on_its_topics_is_counted_and_passed_over(
     services: SimulatedServices, topic: keys.Topic, metric: str
 ) -> None:
     services.start("sofa")
-    services.hub.inject(topic.key, Packet(b"garbage", b"\x00" * 9))
+    services.router.inject(topic.key, Packet(b"garbage", b"\x00" * 9))
     services.until(
         lambda: (services.planner.health().metrics or {})[metric] == 1.0,
         odometry=False,
@@ -118,7 +118,7 @@ def test_a_killed_planner_goes_on_with_its_search(tmp_path: Path) -> None:
     started = services.start("sofa", "bed")
     services.until(lambda: (tmp_path / FILE_NAME).exists() and bool(services.resets))
     services.planner._planning_thread.close()  # killed: nothing is tidied up
-    services.planner = Planner(services.hub.bus("planner"), config)
+    services.planner = Planner(services.router.bus("planner"), config)
     assert services.get().search_id == started.search_id
     services.sent_commands()
     services.until(lambda: any(map(moves, services.sent_commands())))
