@@ -1,0 +1,51 @@
+"""Requests to the map and its replies are checked when they are built."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from onemap_shared.messages import (
+    MAX_RIVALS,
+    SearchView,
+    SearchViewRequest,
+    SimilarityReply,
+    SimilarityRequest,
+)
+from tests.shared.messages.broken import assert_refused
+
+
+@pytest.mark.parametrize("count", [0, 101])
+def test_a_query_asks_for_1_to_100_regions(count: int) -> None:
+    assert_refused(SimilarityRequest, "max_regions", max_regions=count)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"best_score": -0.1}, "best_score is -0.1"),
+        ({"floor": 2.0}, "floor is 2.0"),
+        ({"variances": np.zeros(3, np.float32)}, "variances has shape"),
+    ],
+)
+def test_a_damaged_reply_is_refused(changes: dict[str, Any], reason: str) -> None:
+    assert_refused(SimilarityReply, reason, **changes)
+
+
+def test_a_view_without_text_is_of_the_layers_alone() -> None:
+    assert SearchViewRequest().text == ""
+    assert_refused(SearchViewRequest, "text is empty", text="  ")
+
+
+def test_the_number_of_rivals_is_limited() -> None:
+    names = tuple(f"name {letter}" for letter in "abcdefghijklmnopqrstuvwxyzäöüß€")
+    assert len(SearchViewRequest("sofa", names[:MAX_RIVALS]).rivals) == MAX_RIVALS
+    assert_refused(SearchViewRequest, "at most 30", rivals=names)
+
+
+def test_all_layers_of_a_view_have_the_shape_of_its_grid() -> None:
+    small = np.zeros((1, 1), np.uint8)
+    assert_refused(SearchView, "occupancy has shape", occupancy=small)
+    assert_refused(SearchView, "layers has shape", layers=small)
