@@ -1,0 +1,101 @@
+"""Inboxes keep the newest packets and count the others; handlers' errors reach the caller."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from onemap_shared import keys
+from onemap_shared.messages import MapFile, MapSummary, Odometry
+from onemap_shared.transport import Inbox, RemoteError, RequestRejected, answer, refuse_stale
+from onemap_shared.wire import Packet, decode, encode
+from tests.shared.messages.broken import sample
+
+GARBAGE = Packet(b"?", b"")
+
+
+def odometry(sequence: int) -> Packet:
+    return encode(dataclasses.replace(sample(Odometry), sequence=sequence))
+
+
+def taken(inbox: Inbox[Odometry]) -> list[int]:
+    sequences = []
+    while (message := inbox.take(0.0)) is not None:
+        sequences.append(message.sequence)
+    return sequences
+
+
+@pytest.mark.parametrize(("capacity", "kept"), [(1, [5]), (3, [3, 4, 5]), (9, [1, 2, 3, 4, 5])])
+def test_the_newest_are_kept_in_order(capacity: int, kept: list[int]) -> None:
+    inbox = Inbox(Odometry, capacity)
+    for sequence in range(1, 6):
+        inbox.put(odometry(sequence))
+    assert taken(inbox) == kept
+    assert (inbox.counters.received, inbox.counters.skipped) == (len(kept), 5 - len(kept))
+
+
+def test_gaps_in_the_sequence_are_missed_and_a_restart_is_none() -> None:
+    inbox = Inbox(Odometry, 9)
+    for sequence in (7, 8, 12, 1, 2):
+        inbox.put(odometry(sequence))
+    assert taken(inbox) == [7, 8, 12, 1, 2]
+    assert inbox.counters.missed == 3
+
+
+def test_bad_packets_are_counted_and_passed_over() -> None:
+    inbox = Inbox(Odometry, 3)
+    inbox.put(GARBAGE)
+    inbox.put(odometry(1))
+    inbox.put(GARBAGE)
+    assert taken(inbox) == [1]
+    assert (inbox.counters.refused, inbox.counters.received) == (2, 1)
+    assert "lacks schema" in inbox.counters.last_problem
+
+
+def test_a_skipped_packet_is_never_copied() -> None:
+    def copy() -> Packet:
+        raise AssertionError("a skipped packet was copied")
+
+    inbox = Inbox(Odometry, 1)
+    inbox.put(copy)
+    inbox.put(lambda: odometry(2))
+    assert taken(inbox) == [2]
+
+
+def test_an_answer_is_encoded() -> None:
+    reply = answer(keys.MAP_SAVE, lambda _: sample(MapSummary), encode(MapFile("flat")))
+    assert decode(MapSummary, reply) == sample(MapSummary)
+
+
+@pytest.mark.parametrize(
+    ("raised", "code", "text"),
+    [
+        (RequestRejected("storage", "the disk is full", {"free": 0}), "storage", "disk is full"),
+        (ValueError("that is no name"), "invalid", "no name"),
+        (RuntimeError("a bug"), "internal", "RuntimeError: a bug"),
+    ],
+)
+def test_errors_of_a_handler_reach_the_caller(raised: Exception, code: str, text: str) -> None:
+    def handler(_: MapFile) -> MapSummary:
+        raise raised
+
+    with pytest.raises(RemoteError, match=text) as caught:
+        answer(keys.MAP_SAVE, handler, encode(MapFile("flat")))
+    assert caught.value.code == code
+    assert caught.value.details == ({"free": 0} if code == "storage" else {})
+
+
+def test_a_request_that_cannot_be_decoded_is_invalid() -> None:
+    with pytest.raises(RemoteError) as caught:
+        answer(keys.MAP_SAVE, lambda _: sample(MapSummary), GARBAGE)
+    assert caught.value.code == "invalid"
+
+
+def test_only_procedures_with_a_limit_refuse_late_requests() -> None:
+    limited = dataclasses.replace(keys.MAP_SAVE, stale_after_s=0.2)
+    refuse_stale(limited, 0.2)
+    with pytest.raises(RemoteError, match="was not carried out") as caught:
+        refuse_stale(limited, 0.21)
+    assert caught.value.code == "busy"
+    refuse_stale(dataclasses.replace(limited, stale_after_s=None), 1e6)
