@@ -1,0 +1,58 @@
+"""Parameters are immutable and checked; former names of fields lead to present ones."""
+
+from __future__ import annotations
+
+import importlib
+
+import pytest
+from pydantic import Field, ValidationError
+
+from onemap_shared.params import Params
+from onemap_shared.services import ALL
+
+
+class Sample(Params):
+    """Parameters of a test."""
+
+    size_m: float = Field(default=1.0, gt=0)
+
+
+def declared() -> list[type[Params]]:
+    """The parameter models that services' configurations compose, without their bases."""
+    for service in ALL:
+        importlib.import_module(f"{service.module}.config")
+    found, left = [], [Params]
+    while left:
+        children = left.pop().__subclasses__()
+        found += [child for child in children if child.__module__.startswith("onemap_")]
+        left += children
+    return [kind for kind in found if not kind.__subclasses__()]
+
+
+def test_parameters_cannot_be_changed() -> None:
+    with pytest.raises(ValidationError, match="frozen"):
+        Sample().size_m = 2.0
+
+
+@pytest.mark.parametrize(
+    "values", [{"size": 1.0}, {"size_m": float("nan")}, {"size_m": float("inf")}, {"size_m": 0}]
+)
+def test_unknown_keys_and_numbers_out_of_range_are_refused(values: dict[str, float]) -> None:
+    with pytest.raises(ValidationError):
+        Sample.model_validate(values)
+
+
+def test_a_former_name_leads_to_a_field_and_is_none() -> None:
+    renamed = {kind: kind.former_keys for kind in declared() if kind.former_keys}
+    assert len(renamed) >= 10
+    for kind, names in renamed.items():
+        assert set(names.values()) <= set(kind.model_fields), kind
+        assert set(names).isdisjoint(kind.model_fields), kind
+
+
+def test_every_field_has_a_default_that_fits_and_a_description() -> None:
+    for kind in declared():
+        for name, field in kind.model_fields.items():
+            assert field.description, f"{kind.__name__}.{name}"
+        if not any(field.is_required() for field in kind.model_fields.values()):
+            assert kind.model_validate(kind().model_dump()) == kind()
