@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from onemap_planner.motion.motions import STOP, Drive, Pose2d, Rest
+from onemap_planner.motion.motions import STOP, Drive, Motion, Pose2d, Rest, Reverse, Rotate
 from onemap_planner.motion.velocity_controller import (
     BRAKE_S,
     ControllerInputs,
@@ -44,6 +46,35 @@ def test_it_moves_on_fresh_inputs_only() -> None:
     assert stopped.stops == 1
     assert controlled(stopped, stale_reason="the map is 1.3 s old", now_s=1.1).stops == 1
     assert controlled(stopped, now_s=1.1).command.linear_mps > 0  # it goes on
+
+
+@given(
+    motion=st.sampled_from([AHEAD.motion, Rotate(), Reverse(), Rest()]),
+    before=st.builds(Velocity2d, st.floats(-0.7, 0.7), st.floats(-1.5, 1.5)),
+    inputs=st.builds(
+        ControllerInputs,
+        now_s=st.floats(AHEAD.made_s, AHEAD.made_s + 2 * MAX_PLAN_AGE_S),
+        search_id=st.sampled_from(["s", "other", ""]),
+        pose=st.sampled_from([POSE, None]),
+        stale_reason=st.sampled_from(["", "odometry is 0.6 s old"]),
+    ),
+)
+def test_it_stops_at_once_unless_everything_is_fresh(
+    motion: Motion, before: Velocity2d, inputs: ControllerInputs
+) -> None:
+    controller = VelocityController(before, at_s=inputs.now_s - 0.05, active_s=inputs.now_s)
+    after, sent = updated(controller, replace(AHEAD, motion=motion), inputs)
+    fresh = (
+        inputs.search_id == AHEAD.search_id
+        and inputs.pose is not None
+        and not inputs.stale_reason
+        and inputs.now_s - AHEAD.made_s <= MAX_PLAN_AGE_S
+    )
+    assert sent
+    if not fresh:
+        assert after.command == STOP
+    elif before == STOP:
+        assert (after.command == STOP) == (motion == Rest())
 
 
 def test_an_old_plan_and_one_for_another_search_are_not_followed() -> None:
