@@ -52,6 +52,22 @@ def test_what_is_written_is_read(
         np.testing.assert_array_equal(getattr(again, name), getattr(taken, name), strict=True)
 
 
+def test_names_in_the_file_are_those_of_the_format(taken: MapSnapshot, tmp_path: Path) -> None:
+    """Files of earlier releases have them: a renamed field must not change them."""
+    write(taken, tmp_path / "a.npz")
+    with np.load(tmp_path / "a.npz") as archive:
+        header = json.loads(str(archive["header"]))
+        assert set(archive.files) == {
+            *("header", "cells", "features", "confidence", "searched"),
+            *("driving_cells", "evidence", "clear"),
+        }
+    assert set(header) == {
+        *("format", "version", "encoder_id", "text_space", "dimension", "cell_size_m"),
+        *("obstacle_min_height_m", "obstacle_max_height_m", "frames_fused", "sequence", "stamp_ns"),
+    }
+    assert (header["format"], header["version"]) == ("onemap-map", 1)
+
+
 @pytest.mark.parametrize("name", ["a", "a.npz", "A-1_b.c", "x.npz.npz"])
 def test_good_names_stay_in_the_folder(name: str) -> None:
     path = map_path(Path("/maps"), name)

@@ -7,8 +7,9 @@ import pytest
 
 from onemap_planner.search.events import Cancelled, EventStamp, Exhausted
 from onemap_planner.search.journal import FILE_NAME, JournalError, load, save
-from onemap_planner.search.phases import Exploring, Starting
+from onemap_planner.search.phases import Exploring, Starting, TargetStart
 from onemap_planner.search.state_machine import new_search, status, transition
+from onemap_shared.messages import SearchState
 
 THEN = EventStamp(5.0, 4.0, (0.5, -1.0), 10.0)
 NOW = EventStamp(9.0, 8.0, (1.0, 1.0), 14.0)
@@ -26,6 +27,23 @@ def test_the_search_goes_on_at_its_object(tmp_path: Path) -> None:
     assert restored.started_ns == 7
     assert 1000.0 - restored.target_start.since_s == pytest.approx(10.0)
     assert status(restored, odometer_m=0.0, now_ns=0).path_length_m == pytest.approx(7.0)
+
+
+WRITTEN_BY_RELEASE_1 = """{"schema": 1, "search_id": "abc", "objects": ["the sofa", "cup", "bed"],
+"results": [{"name": "the sofa", "outcome": "found", "reason": "found at (1.00, 2.00)",
+"position_m": [1.0, 2.0, 0.5], "score": 0.7, "duration_s": 10.0, "path_length_m": 3.0,
+"start_xy_m": [1.0, 2.0], "end_xy_m": [2.0, 2.0]}], "started_ns": 123, "elapsed_s": 10.0,
+"path_length_m": 2.0, "start_xy_m": [2.0, 2.0]}"""
+
+
+def test_a_journal_of_an_earlier_release_is_read(tmp_path: Path) -> None:
+    (tmp_path / FILE_NAME).write_text(WRITTEN_BY_RELEASE_1)
+    restored = load(tmp_path, now_s=50.0)
+    assert restored is not None
+    assert (restored.search_id, restored.target, restored.index) == ("abc", "cup", 1)
+    (result,) = restored.results
+    assert (result.name, result.outcome, result.score) == ("the sofa", SearchState.FOUND, 0.7)
+    assert restored.target_start == TargetStart(40.0, 0.0, (2.0, 2.0), -2.0)
 
 
 def test_a_search_that_is_over_leaves_no_journal(tmp_path: Path) -> None:
