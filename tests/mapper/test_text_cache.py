@@ -1,4 +1,4 @@
-"""Texts are embedded once, also when several threads ask."""
+"""Texts are embedded once; a slow one does not block the others."""
 
 from __future__ import annotations
 

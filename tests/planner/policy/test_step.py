@@ -1,7 +1,5 @@
 """Whole searches in a simulated world of cells, with simulated time."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -141,6 +139,7 @@ def test_the_time_limit_of_an_object() -> None:
 
 def test_plans_lead_through_free_cells_only() -> None:
     run = start(in_four_rooms(), "sofa")
+    drives = 0
     while run.state.search.active and run.now_s < 60.0:
         run.step()
         decision = run.decision
@@ -148,4 +147,5 @@ def test_plans_lead_through_free_cells_only() -> None:
             continue
         cells = decision.costmap.grid.cells(decision.motion.points_xy)
         assert decision.costmap.passable[cells[:, 0], cells[:, 1]].all()
-    assert replace(run.state).trail
+        drives += 1
+    assert drives > 20
