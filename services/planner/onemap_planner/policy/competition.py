@@ -88,8 +88,8 @@ def conflicting_object(
         cells = map_view.indices_of(candidate.cells | found_object.cells)
         own = map_view.similarity[cells[:, 0], cells[:, 1]]
         other = map_view.rival[cells[:, 0], cells[:, 1]]
-        seen = np.isfinite(own) & np.isfinite(other)
-        if seen.any() and other[seen].mean() > own[seen].mean():
+        observed = np.isfinite(own) & np.isfinite(other)
+        if observed.any() and other[observed].mean() > own[observed].mean():
             return found_object
     return None
 
@@ -107,7 +107,7 @@ def found_object_at(
 def count_contradictions(
     candidates: tuple[ObjectCandidate, ...],
     detections: Detections,
-    seen: Sequence[Sighting],
+    sightings: Sequence[Sighting],
     *,
     target: str,
     map_view: MapView,
@@ -115,8 +115,8 @@ def count_contradictions(
 ) -> tuple[ObjectCandidate, ...]:
     """The candidates, with the frames counted in which another name was detected there.
 
-    A frame with a sighting of the candidate (``seen``) is not counted: the other detection lies
-    on the object or before it.
+    A frame with a sighting of the candidate, among ``sightings``, is not counted: the other
+    detection lies on the object or before it.
     """
     others = [
         map_view.world_cells(map_view.grid.cells(_points(detections, index)))
@@ -126,7 +126,7 @@ def count_contradictions(
     return tuple(
         replace(candidate, contradictions=candidate.contradictions + 1)
         if any(_overlap(cells, candidate.cells) for cells in others)
-        and not any(is_same_object(candidate, sighting, params) for sighting in seen)
+        and not any(is_same_object(candidate, sighting, params) for sighting in sightings)
         else candidate
         for candidate in candidates
     )

@@ -73,10 +73,10 @@ def region_goals(
     goals = []
     band_m = (params.view_nearest_m, params.view_farthest_m)
     tried = costmap.grid.cells(tried_xy)
-    not_seen = tried[:0]
+    no_sightings = tried[:0]
     for region in regions:
         around = viewpoints_around(region.cells, costmap, cost_to_go, band_m=band_m, tried=tried)
-        viewpoint = first_visible(around, not_seen)
+        viewpoint = first_visible(around, no_sightings)
         if viewpoint is None:
             viewpoint = least_occluded(around)
         if viewpoint is None:

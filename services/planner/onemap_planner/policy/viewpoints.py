@@ -77,8 +77,8 @@ def first_visible(around: Viewpoints, seen_from: I64) -> I64 | None:
     seen_from = seen_from - around.corner
     for viewpoint, look in zip(around.cells, around.look, strict=True):
         if line_is_clear(clear, viewpoint, look) or _same_side(viewpoint, look, seen_from):
-            seen: I64 = viewpoint + around.corner
-            return seen
+            cell: I64 = viewpoint + around.corner
+            return cell
     return None
 
 
