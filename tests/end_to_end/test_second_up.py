@@ -69,7 +69,7 @@ def session(endpoint: str, service: str, instance: str) -> Iterator[ZenohBus]:
     [
         ("mapper", "m1"),
         ("robot", "my-robot"),  # examples/my_robot.py
-        ("up", claim(("router", "replay", "perception"))),  # none of them has started
+        pytest.param("up", claim(("router", "replay", "perception")), id="up"),  # none has started
     ],
 )
 def test_nothing_is_started_beside_the_same_service(
