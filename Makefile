@@ -5,6 +5,9 @@ BIN := $(VENV)/bin
 # Which build of torch the set-up takes: auto (without CUDA where there is no GPU), cpu or cuda.
 TORCH ?= auto
 PIP_INSTALL := $(BIN)/pip install --disable-pip-version-check
+# One worker per core; the tests of a file stay together, since some share running services.
+# With more than four, the real-time services that the tests start would wait for each other.
+PARALLEL := -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 PURE_OMIT := */service.py,*/__main__.py,*/config.py,*/onemap_tools/*,*/onemap_gateway/*
 
 .PHONY: demo test extras setup-demo setup-dev format check types unit coverage clean
@@ -48,10 +51,10 @@ types:
 	$(BIN)/mypy
 
 unit:
-	$(BIN)/pytest -m "not slow"
+	$(BIN)/pytest $(PARALLEL) -m "not slow"
 
 coverage:
-	$(BIN)/pytest --cov --cov-report=
+	$(BIN)/pytest $(PARALLEL) --cov --cov-report=
 	$(BIN)/coverage report --omit '$(PURE_OMIT)' --skip-covered --fail-under 90
 
 extras: setup-dev

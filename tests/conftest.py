@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import logging
+import os
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,6 +15,12 @@ SCHEMAS = (
     "qnms(Tensor dets, Tensor scores, float iou_threshold) -> Tensor",
 )
 KEPT: list[Any] = []  # a library's definitions last as long as the object
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+# Small arrays gain nothing from threads, and workers of pytest-xdist share the cores. Read by
+# numpy and torch when they are first imported; processes that tests start inherit it.
+for variable in THREAD_VARIABLES:
+    os.environ.setdefault(variable, "1")
 
 
 def make_torchvision_importable() -> None:
@@ -36,6 +43,14 @@ def make_torchvision_importable() -> None:
 
 
 make_torchvision_importable()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """With several workers, begin with the files that hold slow tests: none is left for the end."""
+    if hasattr(config, "workerinput"):
+        slow = {item.path for item in items if item.get_closest_marker("slow")}
+        items.sort(key=lambda item: item.path not in slow)
 
 
 @pytest.fixture(autouse=True)
