@@ -78,6 +78,18 @@ def four_rooms() -> FloorPlan:
     return floor_plan
 
 
+def two_rooms() -> FloorPlan:
+    """5 x 8 m: the half of ``four_rooms`` with the table and the bed."""
+    plan = FloorPlan(np.zeros((50, 80), bool))
+    for wall in ((0, 0, 5, 0.1), (0, 7.9, 5, 8), (0, 0, 0.1, 8), (4.9, 0, 5, 8)):
+        plan.wall(*wall)
+    plan.wall(0, 4.0, 5, 4.1)
+    plan.door(2.0, 4.0, 2.9, 4.1)
+    plan.put("table", 3.4, 0.8, 0.8)
+    plan.put("bed", 0.3, 6.0, 1.4)
+    return plan
+
+
 @dataclass
 class GridWorld:
     """The robot in its floor plan and the map made so far; mutable."""
@@ -282,3 +294,10 @@ def in_four_rooms(x: float = 1.0, y: float = 1.0, yaw_rad: float = 0.0) -> GridW
     floor_plan = four_rooms()
     ox, oy = floor_plan.grid.bounds_m[:2]
     return GridWorld(floor_plan, Pose2d(ox + x, oy + y, yaw_rad))
+
+
+def in_two_rooms() -> GridWorld:
+    """A robot in the room with the table."""
+    floor_plan = two_rooms()
+    ox, oy = floor_plan.grid.bounds_m[:2]
+    return GridWorld(floor_plan, Pose2d(ox + 1.0, oy + 1.0, 0.0))

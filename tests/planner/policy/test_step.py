@@ -6,7 +6,14 @@ import pytest
 from onemap_planner.motion.motions import STOP, Drive, Pose2d, Reverse
 from onemap_planner.search.phases import Approaching, Exploring, Finished, LookingAround
 from onemap_shared.messages import Occupancy, SearchState
-from tests.planner.grid_world import FloorPlan, GridWorld, SimulatedSearch, in_four_rooms, start
+from tests.planner.grid_world import (
+    FloorPlan,
+    GridWorld,
+    SimulatedSearch,
+    in_four_rooms,
+    in_two_rooms,
+    start,
+)
 
 
 def results(run: SimulatedSearch) -> list[SearchState]:
@@ -116,9 +123,8 @@ def test_a_wall_that_no_map_shows_does_not_block_the_search_for_ever() -> None:
     assert run.state.search.reason
 
 
-@pytest.mark.slow
 def test_a_look_alike_that_the_detector_does_not_confirm_is_left() -> None:
-    world = in_four_rooms()
+    world = in_two_rooms()
     run = start(world, "table")
     while not isinstance(run.state.search.phase, Approaching) and run.now_s < 60.0:
         run.step()
