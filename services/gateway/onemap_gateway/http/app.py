@@ -29,8 +29,8 @@ service is missing. All lengths are metres in the map's frame, x forward from wh
 started, y to its left.
 
 `WS /v1/live` sends the whole state, a JSON object, about five times a second: robot, path,
-frontiers, detections, search, services, and the numbers by which a client knows when to fetch
-`/v1/map.png` and `/v1/camera.jpg` again.
+frontiers, detections, search, services, and the sequence numbers that tell a client when to
+fetch `/v1/map.png` and `/v1/camera.jpg` again.
 
 If the gateway has a token, every POST and DELETE needs `Authorization: Bearer <token>`.
 """
@@ -38,7 +38,7 @@ If the gateway has a token, every POST and DELETE needs `Authorization: Bearer <
 TAGS = [
     {"name": "queries", "description": "Where is it?"},
     {"name": "searches", "description": "Go and find."},
-    {"name": "map", "description": "What the robot knows of the floor."},
+    {"name": "map", "description": "The map of the floor: image, arrays, files."},
     {"name": "camera", "description": "What the robot sees."},
     {"name": "health", "description": "What runs, and why not."},
 ]
@@ -70,7 +70,7 @@ def create_app(gateway: GatewayContext) -> FastAPI:
 
 class _Application(FastAPI):
     def openapi(self) -> dict[str, Any]:
-        """The OpenAPI document, made when it is first asked for: that takes 0.1 s."""
+        """The OpenAPI document, made on the first request: that takes 0.1 s."""
         if self.openapi_schema is None:
             self.openapi_schema = super().openapi()
             _complete(self.openapi_schema)

@@ -8,14 +8,14 @@ from onemap_shared.messages import SearchState
 
 
 class QueryRegion(BaseModel):
-    """A patch of the map that looks like what was asked."""
+    """A region of the map that looks like the text."""
 
     rank: int = Field(description="1 is the best.")
     centre_m: tuple[float, float] = Field(description="x, y in the map frame, metres.")
     extent_m: tuple[float, float, float, float] = Field(
         description="x_min, y_min, x_max, y_max in metres."
     )
-    score: float = Field(description="How surely this is it, 0 to 1.")
+    score: float = Field(description="Mean score of its best cells, 0 to 1.")
     variance: float | None = Field(description="Variance of the belief there; null: unbounded.")
 
 
@@ -29,7 +29,7 @@ class ScoreGrid(BaseModel):
 
 
 class QueryReply(BaseModel):
-    """Ranked regions, best first; an empty list means that nothing on the map looks like it.
+    """Ranked regions, best first; an empty list means that nothing on the map looks like the text.
 
     What scores below the encoder's floor is left out; ``message`` then says so.
     """
@@ -80,7 +80,7 @@ class QueryReply(BaseModel):
     best_score: float = Field(description="Of the best region, also if it was left out.")
     message: str = Field(description="Why there are no regions; empty if there are.")
     did_you_mean: list[str] = Field(
-        description="Known words next to one that the encoder cannot place."
+        description="The nearest known words, if the encoder cannot place the text."
     )
     grid: ScoreGrid | None = None
 
@@ -100,7 +100,7 @@ class ObjectReport(BaseModel):
 
 
 class SearchReport(BaseModel):
-    """Where a search stands; ``state`` is that of the object now sought, or the final one."""
+    """Progress of a search; ``state`` is that of the object now sought, or the final one."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -125,7 +125,7 @@ class SearchReport(BaseModel):
 
     id: str
     state: SearchState
-    active: bool = Field(description="Whether the robot is still at it.")
+    active: bool = Field(description="Whether the search still runs.")
     objects: tuple[str, ...]
     index: int = Field(description="Which of the objects is now sought, from 0.")
     target: str = Field(description="The object now sought; empty when the search is over.")
@@ -195,7 +195,7 @@ class StreamReport(BaseModel):
 
 
 class StatusReport(BaseModel):
-    """All that runs, and how."""
+    """Every service and stream."""
 
     ready: bool = Field(description="As /readyz.")
     problem: str = Field(description="The reason why not.")
@@ -204,6 +204,6 @@ class StatusReport(BaseModel):
 
 
 class HealthReply(BaseModel):
-    """The gateway's process lives, or the whole robot is ready."""
+    """Liveness of the gateway, or readiness of the whole robot."""
 
     status: str = Field(examples=["ok"])

@@ -35,7 +35,7 @@ async def get_map(gateway: GatewayDep) -> MapInfo:
 
 @router.get(
     "/map.png",
-    summary="The map as a picture",
+    summary="The map as an image",
     response_class=Response,
     responses={
         200: {
@@ -54,10 +54,10 @@ async def get_map_picture(
         Query(ge=1, le=MAX_SCALE, description="Pixels per cell; by default a size for screens."),
     ] = None,
     marks: Annotated[
-        bool, Query(description="Draw robot, trail, path, frontiers, finds and a scale bar.")
+        bool, Query(description="Draw robot, trail, path, frontiers, found objects, a scale bar.")
     ] = True,
 ) -> Response:
-    """What is known of the floor, what looks like `text`, and what the robot is doing."""
+    """The mapped floor, the similarity to `text`, and what the robot is doing."""
     view = await gateway.view(text)
     drawn = build_overlay(gateway.cache.state, gateway.cache.now_s()) if marks else None
     map_image = await to_thread.run_sync(render_map, view, drawn, scale)
