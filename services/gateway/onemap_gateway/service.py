@@ -68,7 +68,7 @@ class GatewayWorker:
         for service in SERVICES:
             silent_s = hung_for_s(service, self._cache.state, self._cache.now_s())
             if silent_s is not None:
-                metrics[f"hung_{service}_s"] = silent_s  # for a doctor that was started later
+                metrics[f"hung_{service}_s"] = silent_s  # 'onemap doctor' may start later
         ready = self._server.started
         return Health(ready, "" if ready else "the HTTP server is starting", metrics)
 

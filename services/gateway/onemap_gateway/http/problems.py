@@ -133,11 +133,11 @@ def from_call_error(
             return HttpProblem("remote", detail, service=service)
 
 
-def _silent_service(error: CallError, asked: str) -> str:
+def _silent_service(error: CallError, called: str) -> str:
     """The service that did not answer; empty if the error is itself an answer."""
     if isinstance(error, RemoteError):
         return DEPENDENCY_ERRORS[error.code][1] if error.code in DEPENDENCY_ERRORS else ""
-    return asked
+    return called
 
 
 def from_validation_errors(errors: Sequence[Mapping[str, Any]]) -> HttpProblem:

@@ -21,7 +21,7 @@ async def follow(socket: WebSocket) -> None:
     """Send the newest state until the client leaves; what it says is ignored.
 
     Each client has its own loop and gets the state of the moment in which it is ready for
-    more: a slow one misses states, and keeps nobody else waiting.
+    more: a slow one misses states and delays no other client.
     """
     gateway = get_gateway(socket)
     await socket.accept()

@@ -40,7 +40,7 @@ class StaticPages(StaticFiles):
     """Static files that browsers revalidate."""
 
     async def get_response(self, path: str, scope: Scope) -> Response:
-        """The file, to be asked for again next time."""
+        """The file, with the header that makes browsers revalidate it."""
         response = await super().get_response(path, scope)
         response.headers.update(REVALIDATE)
         return response

@@ -20,6 +20,6 @@ router = APIRouter(prefix="/v1", tags=["queries"])
 )
 async def ask_where(request: QueryRequest, gateway: GatewayDep) -> QueryReply:
     """Regions of the map that look like the text, best first, without moving the robot."""
-    question = SimilarityRequest(request.text, request.max_regions, request.include_grid)
-    reply = await gateway.call(keys.MAP_SIMILARITY, question)
+    similarity = SimilarityRequest(request.text, request.max_regions, request.include_grid)
+    reply = await gateway.call(keys.MAP_SIMILARITY, similarity)
     return query_reply(reply, gateway.now_ns())

@@ -25,16 +25,16 @@ router = APIRouter(prefix="/v1/searches", tags=["searches"])
 ID_PATTERN = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 
-def known_id(
+def planner_search_id(
     search_id: Annotated[str, Path(description="The search's id, or `current`: the newest.")],
 ) -> str:
-    """The id as the planner knows it; refuses what can be no id without asking."""
+    """The id for the planner, empty for the newest search; a malformed id is not found."""
     if not ID_PATTERN.fullmatch(search_id):
         raise HttpProblem("unknown_search", f"No search has the id {search_id[:70]!r}.")
     return "" if search_id == "current" else search_id
 
 
-Id = Annotated[str, Depends(known_id)]
+Id = Annotated[str, Depends(planner_search_id)]
 
 
 @router.post(
@@ -54,8 +54,8 @@ async def start_search(
     One search at a time: a second one gets 409 with the `search_id` of the first.
     """
     try:
-        wish = SearchRequest(request.names, patience_s=gateway.config.call_timeout_s)
-        status = await gateway.call(keys.SEARCH_START, wish)
+        search = SearchRequest(request.names, patience_s=gateway.config.call_timeout_s)
+        status = await gateway.call(keys.SEARCH_START, search)
     except HttpProblem as problem:
         if problem.code != "conflict":
             raise
