@@ -84,7 +84,7 @@ def _complete(document: dict[str, Any]) -> None:
     schemas.pop("HTTPValidationError", None)
     schemas.pop("ValidationError", None)
     events = document["paths"]["/v1/searches/{search_id}/events"]["get"]["responses"]["200"]
-    events["content"]["text/event-stream"].pop("itemSchema")  # of OpenAPI 3.2; this is 3.1
+    events["content"]["text/event-stream"].pop("itemSchema", None)  # of OpenAPI 3.2; this is 3.1
     document["x-problems"] = {
         code: {"status": known.status, "title": known.title}
         for code, known in PROBLEM_TYPES.items()
