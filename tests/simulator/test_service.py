@@ -26,12 +26,12 @@ class Robot:
     """A worker on an in-memory bus and what it publishes."""
 
     def __init__(self, config: SimulatorConfig = CONFIG) -> None:
-        hub = MemoryRouter()
-        self.bus = hub.bus()
+        router = MemoryRouter()
+        self.bus = router.bus()
         self.rgbd = self.bus.subscribe(ROBOT_RGBD)
         self.odometry = self.bus.subscribe(ROBOT_ODOMETRY)
         self.commands = self.bus.publish(ROBOT_CMD_VEL)
-        self.worker = SimulatorWorker(hub.bus("simulator"), box_room(), config)
+        self.worker = SimulatorWorker(router.bus("simulator"), box_room(), config)
 
     def run_until(self, done: Callable[[], bool], steps: int = 400) -> bool:
         """Step the worker until something is true; False if it never was."""

@@ -19,11 +19,11 @@ FAST = 60.0  # Hz
 
 def play(config: ReplayConfig, steps: int) -> tuple[list[RgbdFrame], list[Odometry], float]:
     """Frames and odometry of a worker after so many steps, and its share of readable frames."""
-    hub = MemoryRouter()
-    listener = hub.bus()
+    router = MemoryRouter()
+    listener = router.bus()
     rgbd = listener.subscribe(ROBOT_RGBD, capacity=50)
     odometry = listener.subscribe(ROBOT_ODOMETRY, capacity=50)
-    worker = build(hub.bus("replay"), config)
+    worker = build(router.bus("replay"), config)
     for _ in range(steps):
         worker.step(1.0 / FAST)
     health = worker.health()
