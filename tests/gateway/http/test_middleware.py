@@ -11,7 +11,8 @@ from tests.gateway.fakes import client_of, gateway_on
 
 
 def test_every_answer_forbids_framing_sniffing_and_keeping(client: TestClient) -> None:
-    for path in ("/", "/healthz", "/nothing", "/v1/map.png"):
+    swagger_ui = "/static/swagger-ui/swagger-ui-bundle.js"
+    for path in ("/", "/docs", swagger_ui, "/healthz", "/nothing", "/v1/map.png"):
         headers = client.get(path).headers
         assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
         assert headers["X-Content-Type-Options"] == "nosniff"
