@@ -158,7 +158,7 @@ def test_over_tls_only_the_holder_of_a_certificate_gets_in(tmp_path: Path) -> No
         assert robot is not None
         assert perception is not None
         assert receives(perception, robot)
-        nobody = f"tls/localhost:{port}#root_ca_certificate_file={tmp_path / 'ca.pem'}"
-        assert join(nobody, "planner", REFUSED_S) is None
+        uncertified = f"tls/localhost:{port}#root_ca_certificate_file={tmp_path / 'ca.pem'}"
+        assert join(uncertified, "planner", REFUSED_S) is None
         robot.close()
         perception.close()

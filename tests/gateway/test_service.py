@@ -77,7 +77,7 @@ def test_a_search_is_followed_over_the_network(worker: GatewayWorker, router: Me
     planner.bus.close()
 
 
-def test_a_client_that_does_not_read_holds_nobody_back(
+def test_a_client_that_does_not_read_delays_no_other(
     worker: GatewayWorker, router: MemoryRouter
 ) -> None:
     odometry = router.bus("simulator").publish(keys.ROBOT_ODOMETRY)

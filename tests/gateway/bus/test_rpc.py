@@ -39,7 +39,7 @@ def test_an_answer_comes_back(router: MemoryRouter, planner: FakePlanner) -> Non
     assert anyio.run(rpc.call, keys.SEARCH_GET, NEWEST, 2.0).search_id == "s9"
 
 
-def test_nobody_there_is_raised_at_once(router: MemoryRouter) -> None:
+def test_an_absent_service_is_raised_at_once(router: MemoryRouter) -> None:
     with pytest.raises(NoReply):
         anyio.run(RpcClient(router.bus(), 2).call, keys.SEARCH_GET, NEWEST, 60.0)
 

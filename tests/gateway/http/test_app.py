@@ -59,7 +59,7 @@ def silent(router: MemoryRouter) -> Iterator[MemoryRouter]:
 
 @pytest.mark.timeout(30)
 @pytest.mark.parametrize("services", ["absent", "silent"])
-def test_no_route_hangs_when_nobody_answers(
+def test_no_route_hangs_when_no_service_answers(
     router: MemoryRouter, services: str, request: pytest.FixtureRequest
 ) -> None:
     if services == "silent":

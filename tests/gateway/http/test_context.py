@@ -34,7 +34,7 @@ def hang(router: MemoryRouter, monkeypatch: pytest.MonkeyPatch) -> None:
     )
 
 
-def test_nobody_there_is_unavailable(router: MemoryRouter) -> None:
+def test_an_absent_service_is_unavailable(router: MemoryRouter) -> None:
     problem = call_problem(router)
     assert (problem.code, problem.extra["service"]) == ("unavailable", "planner")
 
@@ -43,7 +43,7 @@ def test_a_refusal_keeps_its_code(router: MemoryRouter, planner: FakePlanner) ->
     assert call_problem(router).code == "unknown_search"
 
 
-def test_nobody_there_is_a_timeout_where_the_service_hangs(
+def test_an_absent_service_that_hangs_is_a_timeout(
     router: MemoryRouter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hang(router, monkeypatch)

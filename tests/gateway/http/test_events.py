@@ -41,7 +41,7 @@ def listen(
         anyio.run(scenario, gateway, events)
 
 
-def test_every_change_is_told_once_and_the_end_ends_it(
+def test_every_change_is_sent_once_up_to_the_final_state(
     router: MemoryRouter, planner: FakePlanner
 ) -> None:
     async def scenario(gateway: GatewayContext, events: AsyncIterator[ServerSentEvent]) -> None:
@@ -88,7 +88,7 @@ def test_a_search_that_the_planner_forgot_ends_with_a_problem(
     listen(router, scenario)
 
 
-def test_a_final_search_is_told_and_over(router: MemoryRouter) -> None:
+def test_a_final_search_is_sent_and_ends_the_stream(router: MemoryRouter) -> None:
     async def scenario(gateway: GatewayContext) -> None:
         events = search_events(gateway, search(state=SearchState.FOUND), count=0)
         assert (await next_event(events))[1]["state"] == "found"
@@ -110,7 +110,7 @@ def test_the_stream_ends_when_the_gateway_goes_down(
     listen(router, scenario)
 
 
-def test_news_is_a_later_state_of_the_same_search() -> None:
+def test_a_later_state_of_the_same_search_supersedes() -> None:
     first = search("s1", updated_ns=5)
     assert supersedes(search("s1", SearchState.FOUND, updated_ns=6), first)
     assert not supersedes(first, first)

@@ -133,7 +133,7 @@ def test_a_dead_stage_is_missed_before_the_map_is_old(service: str) -> None:
     assert fault.service == service
 
 
-def test_a_service_that_is_back_and_not_yet_heard_neither_hangs_nor_is_down() -> None:
+def test_a_restarted_service_without_heartbeat_neither_hangs_nor_is_down() -> None:
     state = well(10.0).with_alive(SERVICES - {"mapper"}, 12.5).with_alive(SERVICES, 20.0)
     report = assess_service("mapper", state, 21.0)
     assert (report.condition, report.problem) == (

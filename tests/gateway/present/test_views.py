@@ -45,7 +45,7 @@ def nothing(floor: float, nearest: tuple[str, ...]) -> SimilarityReply:
     )
 
 
-def test_an_empty_answer_says_what_it_knows() -> None:
+def test_an_empty_reply_has_the_best_score_and_near_words() -> None:
     assert no_match_message(nothing(0.0, ())) == "Nothing on the map looks like 'yeti'."
     assert no_match_message(nothing(0.3, ())).endswith(
         "the best score is 0.00, and answers begin at 0.30."

@@ -85,7 +85,7 @@ def test_a_name_that_is_a_path_is_refused(client: TestClient, name: object, verb
     assert client.post(f"/v1/map/{verb}", json={"name": name}).status_code == 422
 
 
-def test_a_refused_name_is_told_which_letters_are_allowed(client: TestClient) -> None:
+def test_a_refused_name_comes_back_with_the_allowed_letters(client: TestClient) -> None:
     detail = client.post("/v1/map/save", json={"name": "Küche 1"}).json()["detail"]
     assert "letters (A-Z, a-z), digits, '.', '_' and '-'" in detail
     names = client.get("/openapi.json").json()["components"]["schemas"]["MapName"]["properties"]
