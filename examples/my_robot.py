@@ -65,12 +65,12 @@ def main(router: str) -> None:
         return
     frames, odometry = bus.publish(keys.ROBOT_RGBD), bus.publish(keys.ROBOT_ODOMETRY)
     commands = bus.subscribe(keys.ROBOT_CMD_VEL)
-    robot, sequence, heard_s = Robot(), 0, time.monotonic()
+    robot, sequence, received_s = Robot(), 0, time.monotonic()
     try:
         while not stop.is_set():
             command = commands.take(PERIOD_S)  # waits up to one period
-            heard_s = time.monotonic() if command is not None else heard_s
-            follow(robot, command, time.monotonic() - heard_s)
+            received_s = time.monotonic() if command is not None else received_s
+            follow(robot, command, time.monotonic() - received_s)
             stamp_ns, pose = time.time_ns(), robot.pose()
             odometry.put(Odometry(sequence, stamp_ns, pose, linear_mps=0.0, angular_radps=0.0))
             if sequence % FRAME_EVERY == 0:
