@@ -36,7 +36,7 @@ MIN_HEATMAP_TOP = 0.25  # least score of heat 1: a weak best match must not look
 
 MARGIN_M = 0.5
 EMPTY_MAP_SIDE_M = 4.0  # of the image of an empty map
-DEFAULT_SIDE_PX = 900  # longest side when no scale is asked for
+DEFAULT_SIDE_PX = 900  # longest side when no scale is given
 MAX_PX = 4096
 MAX_SCALE = 32
 
@@ -45,7 +45,7 @@ MAX_SCALE = 32
 class Overlay:
     """What is drawn over the map, all in metres of the map frame; empty arrays draw nothing.
 
-    robot: (x, y, yaw) or empty. Points are (N, 2); finds name their places.
+    robot: (x, y, yaw) or empty. Points are (N, 2). found: (name, x, y) of found objects.
     """
 
     trail_m: PointsM = field(default_factory=lambda: np.zeros((0, 2)))

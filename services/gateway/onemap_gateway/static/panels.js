@@ -49,13 +49,13 @@ const wrongSince = new Map(); // service name -> time at which its problem began
 
 export function showNotices(state) {
   const wrong = state.services.filter((service) => lasts(service.name, service.problem));
-  const said = wrong.map((service) => [service.condition, service.name, service.problem]);
+  const notices = wrong.map((service) => [service.condition, service.name, service.problem]);
   const repeats = state.services.some((service) => service.problem === state.problem);
   if (lasts("map", state.problem) && !repeats) {
-    said.unshift(["degraded", "map", state.problem]);
+    notices.unshift(["degraded", "map", state.problem]);
   }
-  refill(by("notices"), said, () =>
-    said.map(([condition, name, problem]) =>
+  refill(by("notices"), notices, () =>
+    notices.map(([condition, name, problem]) =>
       element("li", { className: condition }, [element("b", { text: name }), problem]),
     ),
   );
