@@ -6,13 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 WINDOW_S = 5.0  # long enough for one frame a second, short enough to show a stall
+MAX_EVENTS = 100  # five seconds at 20 Hz; of faster streams fewer seconds give the rate as well
 
 
 @dataclass(frozen=True, slots=True)
 class RateMeter:
-    """Counts the events of the last ``WINDOW_S``. Immutable: a reader sees old or new.
+    """The events of the last ``WINDOW_S``. Immutable: a reader sees old or new.
 
-    times_s: of the events in the window, oldest first; the newest is kept however old it is.
+    times_s: of the newest events in the window, at most ``MAX_EVENTS``, oldest first; the newest
+    is kept however old it is.
     """
 
     times_s: tuple[float, ...] = ()
@@ -20,7 +22,7 @@ class RateMeter:
     def with_event(self, now_s: float) -> RateMeter:
         """The meter after an event at ``now_s``."""
         recent = tuple(at for at in self.times_s if now_s - at <= WINDOW_S)
-        return RateMeter((*recent, now_s))
+        return RateMeter((*recent, now_s)[-MAX_EVENTS:])
 
     def rate_hz(self, now_s: float) -> float:
         """Events per second; falls as soon as they stop; 0 with fewer than two in the window."""

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_shared.rates import WINDOW_S, RateMeter, mean_rate_hz
+from onemap_shared.rates import MAX_EVENTS, WINDOW_S, RateMeter, mean_rate_hz
 
 
 def metered(times_s: list[float]) -> RateMeter:
@@ -22,6 +22,12 @@ def test_a_steady_stream_has_its_rate_at_and_between_events(rate_hz: float, coun
     meter = metered(times)
     assert meter.rate_hz(times[-1]) == pytest.approx(rate_hz, rel=1e-6)
     assert meter.rate_hz(times[-1] + 0.5 / rate_hz) == pytest.approx(rate_hz, rel=0.2)
+
+
+def test_a_fast_stream_keeps_its_rate_with_few_events() -> None:
+    meter = metered([k / 1000 for k in range(2000)])
+    assert len(meter.times_s) == MAX_EVENTS
+    assert meter.rate_hz(2.0) == pytest.approx(1000.0, rel=0.02)
 
 
 def test_a_stalled_stream_s_rate_falls_to_nothing() -> None:
