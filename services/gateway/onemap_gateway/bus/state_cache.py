@@ -34,7 +34,7 @@ STREAMS: Mapping[str, tuple[Topic[Any], int]] = {
 class StateCache:
     """Subscribes to every stream that clients may watch, one thread per stream.
 
-    An exception in a thread ends the process: the runner's excepthook sees to that.
+    An exception in a thread ends the process, by the runner's excepthook.
     """
 
     def __init__(self, bus: Bus, clock_s: Callable[[], float] = time.monotonic) -> None:

@@ -39,7 +39,7 @@ TAGS = [
     {"name": "queries", "description": "Where is it?"},
     {"name": "searches", "description": "Go and find."},
     {"name": "map", "description": "The map of the floor: image, arrays, files."},
-    {"name": "camera", "description": "What the robot sees."},
+    {"name": "camera", "description": "The newest camera image."},
     {"name": "health", "description": "What runs, and why not."},
 ]
 

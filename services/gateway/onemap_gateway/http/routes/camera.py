@@ -1,4 +1,4 @@
-"""What the robot sees."""
+"""The newest camera image."""
 
 from __future__ import annotations
 

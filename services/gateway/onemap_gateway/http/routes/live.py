@@ -18,7 +18,7 @@ GOING_AWAY = 1001
 
 @router.websocket("/live")
 async def follow(socket: WebSocket) -> None:
-    """Send the newest state until the client leaves; what it says is ignored.
+    """Send the newest state until the client leaves; its messages are ignored.
 
     Each client has its own loop and gets the state of the moment in which it is ready for
     more: a slow one misses states and delays no other client.
