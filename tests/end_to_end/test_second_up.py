@@ -80,7 +80,7 @@ def test_nothing_is_started_beside_the_same_service(
         result = up(config, tmp_path / "logs")
     assert result.returncode == EXIT_FAILED
     names = {"up": "perception, replay"}.get(service, service)
-    assert f"at the router {router.endpoint} somebody runs {names}." in result.stderr
+    assert f"already running at the router {router.endpoint}: {names}." in result.stderr
     assert "--only" in result.stderr
     assert "Traceback" not in result.stderr
     assert started(tmp_path / "logs") == []
@@ -100,7 +100,7 @@ def test_the_first_goes_on_when_a_second_is_refused(tmp_path: Path) -> None:
         assert "up" not in [service["name"] for service in status["services"]]
         second = up(config, tmp_path / "second", "--only", "gateway")
         assert second.returncode == EXIT_FAILED
-        assert "somebody runs gateway." in second.stderr
+        assert ": gateway. Stop" in second.stderr
         assert started(tmp_path / "second") == []
         assert status_of(port) is not None
         with session(endpoint, "monitor", "w") as bus:

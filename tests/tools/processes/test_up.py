@@ -111,7 +111,7 @@ def test_a_restart_that_cannot_listen_ends_the_command(tmp_path: Path) -> None:
 def test_conflicts_are_reported_with_the_router_and_the_namespace() -> None:
     config = BusConfig(connect=("tcp/127.0.0.1:7001",), namespace="fleet")
     refuse_conflicts((), config)
-    with pytest.raises(CliError, match=r"tcp/127.0.0.1:7001, namespace fleet somebody runs mapper"):
+    with pytest.raises(CliError, match=r"tcp/127.0.0.1:7001, namespace fleet: mapper"):
         refuse_conflicts(("mapper",), config)
 
 
@@ -174,7 +174,7 @@ def test_a_service_on_the_bus_is_not_started_again(router: Router, tmp_path: Pat
     config = config_of(tmp_path, router.endpoint)
     with (
         temporary_session(BusConfig(connect=(router.endpoint,)), "mapper", SOON_S),
-        pytest.raises(CliError, match=r"somebody runs mapper\."),
+        pytest.raises(CliError, match=r"already running at .*: mapper\."),
     ):
         up(config, ("mapper",), tmp_path / "logs", Console(file=io.StringIO()))
     with pytest.raises(CliError, match="A router answers"):

@@ -129,7 +129,7 @@ def refuse_conflicts(running: Sequence[str], config: BusConfig) -> None:
     where = ", ".join(config.connect)
     namespace = f", namespace {config.namespace}" if config.namespace else ""
     raise CliError(
-        f"Nothing was started: at the router {where}{namespace} somebody runs "
+        f"Nothing was started: already running at the router {where}{namespace}: "
         f"{', '.join(running)}. Stop that with Ctrl-C where it runs, start only what is missing "
         "with --only, or give this one another router (bus.connect) and page (gateway.port)."
     )
