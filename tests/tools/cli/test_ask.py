@@ -123,8 +123,8 @@ def test_an_unknown_key_is_reported_with_the_nearest_name(tmp_path: Path) -> Non
 def test_without_a_router_there_is_one_sentence(
     command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("onemap_tools.doctor.report.JOIN_S", 0.3)
-    monkeypatch.setattr("onemap_tools.processes.heartbeat.JOIN_S", 0.3)
+    monkeypatch.setattr("onemap_tools.doctor.report.CONNECT_S", 0.3)
+    monkeypatch.setattr("onemap_tools.processes.heartbeat.CONNECT_S", 0.3)
     config = tmp_path / "robot.yaml"
     config.write_text(f"bus: {{connect: [tcp/127.0.0.1:{any_free_port()}]}}\n")
     result = RUNNER.invoke(app, [*command, "--config", str(config)])

@@ -7,7 +7,7 @@ import pytest
 from onemap_shared.config import BusConfig
 from onemap_tools.errors import CliError
 from onemap_tools.processes.network import any_free_port
-from onemap_tools.processes.session import join, temporary_session
+from onemap_tools.processes.session import connect, temporary_session
 from tests.shared.test_bus import Router, eventually, router
 
 __all__ = ["router"]  # the fixture
@@ -16,7 +16,7 @@ __all__ = ["router"]  # the fixture
 def test_without_a_router_the_wait_ends() -> None:
     endpoint = f"tcp/127.0.0.1:{any_free_port()}"
     config = BusConfig(connect=(endpoint,))
-    assert join(config, "status", "a", patience_s=0.1) is None
+    assert connect(config, "status", "a", patience_s=0.1) is None
     with (
         pytest.raises(CliError, match=f"No router at {endpoint}"),
         temporary_session(config, "status", 0.1),
@@ -26,7 +26,7 @@ def test_without_a_router_the_wait_ends() -> None:
 
 def test_a_session_leaves_the_bus_at_its_end(router: Router) -> None:
     config = BusConfig(connect=(router.endpoint,))
-    observer = join(config, "observer", "o", 20.0)
+    observer = connect(config, "observer", "o", 20.0)
     assert observer is not None
     with temporary_session(config, "doctor", 20.0):
         assert eventually(lambda: "doctor" in observer.alive() or None)

@@ -28,7 +28,7 @@ from onemap_tools.processes.session import temporary_session
 from onemap_tools.progress import ProgressView, progress_of, progress_view
 
 POLL_S = 0.25
-JOIN_S = 5.0  # the router accepts connections before this wait begins
+CONNECT_S = 5.0  # the router accepts connections before this wait begins
 
 
 class DemoRun:
@@ -86,7 +86,7 @@ def run(options: DemoOptions, console: Console) -> dict[str, Any]:
         demo = DemoRun(options, setup, processes, stop)
         while not accepts_connections(setup.endpoint):
             demo.pause()
-        with temporary_session(BusConfig(connect=(setup.endpoint,)), "demo", JOIN_S) as bus:
+        with temporary_session(BusConfig(connect=(setup.endpoint,)), "demo", CONNECT_S) as bus:
             monitor = RunMonitor(bus)
             with progress_view(console) as view:
                 _wait_until_ready(demo, gateway, view)

@@ -13,14 +13,14 @@ from onemap_tools.doctor.checks import Finding, Severity, diagnose
 from onemap_tools.doctor.observe import observe
 from onemap_tools.processes.session import temporary_session
 
-JOIN_S = 3.0
+CONNECT_S = 3.0
 LISTEN_S = 3.5  # three heartbeats of every service
 COLOURS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.NOTE: "dim"}
 
 
 def examine(config: Path | None, console: Console) -> list[Finding]:
     """Observe the bus of this configuration for ``LISTEN_S`` and diagnose."""
-    with temporary_session(section(read(config), "bus", BusConfig), "doctor", JOIN_S) as bus:
+    with temporary_session(section(read(config), "bus", BusConfig), "doctor", CONNECT_S) as bus:
         console.print(f"Listening for {LISTEN_S:g} s ...", style="dim")
         return diagnose(observe(bus, LISTEN_S))
 

@@ -13,12 +13,12 @@ from collections.abc import Collection, Iterable
 from onemap_shared.services import ROBOTS
 
 LAUNCHER = "up"  # name of a launcher on the bus
-ANY_ROBOT = (*ROBOTS, "robot")  # examples/my_robot.py joins as robot
+ANY_ROBOT = (*ROBOTS, "robot")  # examples/my_robot.py connects as robot
 SEPARATOR = "."
 
 
 def claim(names: Collection[str]) -> str:
-    """The instance name under which a launcher of these services joins the bus."""
+    """The instance name under which a launcher of these services connects to the bus."""
     return SEPARATOR.join((uuid.uuid4().hex[:12], *names))
 
 

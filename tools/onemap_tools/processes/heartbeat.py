@@ -13,7 +13,7 @@ from onemap_shared.transport import Bus
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.session import temporary_session
 
-JOIN_S = 2.0
+CONNECT_S = 2.0
 PATIENCE_S = 2.5  # two heartbeats
 
 
@@ -23,7 +23,7 @@ def check_service(name: str, config: Path | None) -> None:
         raise CliError(
             f"There is no service {name!r}; there are {', '.join(SERVICES)}.", EXIT_USAGE_ERROR
         )
-    with temporary_session(section(read(config), "bus", BusConfig), "status", JOIN_S) as bus:
+    with temporary_session(section(read(config), "bus", BusConfig), "status", CONNECT_S) as bus:
         problem = problem_of(name, next_heartbeat(bus, name, PATIENCE_S))
     if problem:
         raise CliError(problem)

@@ -17,7 +17,7 @@ from onemap_tools.errors import CliError
 @contextmanager
 def temporary_session(config: BusConfig, name: str, patience_s: float) -> Iterator[Bus]:
     """A bus session that is closed at the end; CliError without a router within ``patience_s``."""
-    bus = join(config, name, uuid.uuid4().hex[:12], patience_s)
+    bus = connect(config, name, uuid.uuid4().hex[:12], patience_s)
     if bus is None:
         raise CliError(
             f"No router at {', '.join(config.connect)}: start everything with 'onemap up', or the "
@@ -29,7 +29,7 @@ def temporary_session(config: BusConfig, name: str, patience_s: float) -> Iterat
         bus.close()
 
 
-def join(config: BusConfig, name: str, instance: str, patience_s: float) -> ZenohBus | None:
+def connect(config: BusConfig, name: str, instance: str, patience_s: float) -> ZenohBus | None:
     """A bus session under this name; None without a router within ``patience_s``."""
     logging.getLogger("onemap.bus").setLevel(logging.ERROR)  # the caller reports it
     gave_up = threading.Event()

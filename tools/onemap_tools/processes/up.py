@@ -21,7 +21,7 @@ from onemap_tools.processes.launch import Processes, ProcessExit, ProcessSpec, o
 from onemap_tools.processes.network import accepts_connections, is_local
 from onemap_tools.processes.router import CANNOT_LISTEN
 from onemap_tools.processes.services import CORE, check_robot
-from onemap_tools.processes.session import join
+from onemap_tools.processes.session import connect
 
 STARTABLE = ("router", *ROBOTS, *CORE)
 WATCH_S = 0.2
@@ -29,7 +29,7 @@ TWO_ROBOTS = (
     "The simulator and the replay are both robots, and a map follows one: keep one of these two "
     "sections of the configuration, or choose one with --only."
 )
-JOIN_S = 0.5  # per attempt; processes and Ctrl-C are checked in between
+CONNECT_S = 0.5  # per attempt; processes and Ctrl-C are checked in between
 
 
 def choose(
@@ -106,7 +106,7 @@ def claimed(
     """
     own = claim(names)
     waits = False
-    while (bus := join(config, LAUNCHER, own, JOIN_S)) is None:
+    while (bus := connect(config, LAUNCHER, own, CONNECT_S)) is None:
         if not waits and "router" not in names:
             console.print(f"Waiting for a router at {', '.join(config.connect)} ...")
         waits = True
