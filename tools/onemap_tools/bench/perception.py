@@ -100,7 +100,7 @@ def random_encoder(backend: str, device: str, params: PerceptionBenchParams) -> 
 
             config = read_architecture(params.architecture, Path())
             vision = {**config["vision_cfg"], "timm_model_pretrained": False}
-            # Only the pictures' side runs: the smallest text side there is.
+            # Only the image tower runs: the text tower is as small as possible.
             text = {"width": 8, "heads": 1, "layers": 1}
             module: torch.nn.Module = DenseConvNext(
                 CLIP(embed_dim=config["embed_dim"], vision_cfg=vision, text_cfg=text).visual

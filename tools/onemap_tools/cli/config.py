@@ -15,7 +15,7 @@ app = typer.Typer(no_args_is_help=True, help="Show, check and explain the config
 def show(config: Config = None, as_json: Json = False) -> None:
     """The values that take effect, as YAML: defaults, then the file, then the environment.
 
-    Read from the environment is every variable ONEMAP__SECTION__KEY. Secrets are masked.
+    The environment overrides a key by a variable ONEMAP__SECTION__KEY. Secrets are masked.
     """
     import yaml
 

@@ -132,7 +132,8 @@ def check_clocks(observed: Observations) -> list[Finding]:
                 _error(
                     f"The {process.service}'s clock is {abs(process.clock_offset_s):.1f} s {way} "
                     "this machine's.",
-                    "Synchronise both machines (chrony or NTP): ages are told from clocks.",
+                    "Synchronise both machines (chrony or NTP): the age of a message is the "
+                    "difference of their clocks.",
                 )
             )
     for stream in observed.streams:
