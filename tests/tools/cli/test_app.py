@@ -29,9 +29,9 @@ def test_every_command_explains_itself(words: tuple[str, ...]) -> None:
 
 
 def test_the_codes_are_in_the_help() -> None:
-    told = " ".join(RUNNER.invoke(app, ["--help"]).stdout.split())
+    text = " ".join(RUNNER.invoke(app, ["--help"]).stdout.split())
     for part in ("0 yes or done", "1 no", "2 misused", "130 stopped", "'exit_code'"):
-        assert part in told
+        assert part in text
 
 
 def test_the_version_is_that_of_the_package() -> None:

@@ -66,9 +66,9 @@ def test_every_mistake_is_reported_in_a_sentence(tmp_path: Path) -> None:
     document = json.loads(result.stdout.splitlines()[-1])
     assert document["ok"] is False
     assert document["exit_code"] == EXIT_USAGE_ERROR
-    told = result.stderr.splitlines()
-    assert document["mistakes"] == told
-    assert len(told) == 5
+    printed = result.stderr.splitlines()
+    assert document["mistakes"] == printed
+    assert len(printed) == 5
     for part in ("planner.plan_hz", "did you mean 'costmap'", "did you mean 'seed'", "both robots"):
         assert part in result.stderr
     assert "gateway.token" in result.stderr

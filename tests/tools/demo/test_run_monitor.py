@@ -79,7 +79,7 @@ def test_truth_and_map_are_requested() -> None:
     other = router.bus()
     asked: list[TruthRequest] = []
 
-    def tell(request: TruthRequest) -> Truth:
+    def reply_truth(request: TruthRequest) -> Truth:
         asked.append(request)
         return Truth("apartment", 1, 0.5, 3.0, ("sofa",), "sofa", True)
 
@@ -88,7 +88,7 @@ def test_truth_and_map_are_requested() -> None:
         nothing = np.zeros((0, 0), np.float32)
         return SearchView("", 1, 1, 1, GridSpec(0.1, (0, 0), (2, 3)), cells, cells, nothing)
 
-    other.serve(keys.ROBOT_TRUTH, tell)
+    other.serve(keys.ROBOT_TRUTH, reply_truth)
     other.serve(keys.MAP_SEARCH_VIEW, view)
     monitor = RunMonitor(router.bus())
     truth = monitor.truth("sofa", (1.0, 2.0))

@@ -31,15 +31,15 @@ def result(**changes: Any) -> dict[str, Any]:
     }
 
 
-def tell(name: str, place_m: Position) -> Truth:
+def apartment_truth(name: str, place_m: Position) -> Truth:
     """One sofa, with success places at x >= 2; an armchair stands beside it."""
     count, way_m = (1, max(2.0 - place_m[0], 0.0)) if name == "sofa" else (0, inf)
     away_m = way_m + 1.0 if count else inf
     return Truth("flat", count, away_m, way_m, APARTMENT, "armchair", names_complete=True)
 
 
-def tell_of_a_file(name: str, place_m: Position) -> Truth:
-    return replace(tell(name, place_m), names_complete=False)
+def scene_file_truth(name: str, place_m: Position) -> Truth:
+    return replace(apartment_truth(name, place_m), names_complete=False)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,9 @@ def test_a_word_has_a_category_of_the_scene(
 
 
 def test_a_synonym_is_judged_by_its_category() -> None:
-    item = evaluate_result(result(), scene_category("couch", APARTMENT, VOCABULARY), tell)
+    item = evaluate_result(
+        result(), scene_category("couch", APARTMENT, VOCABULARY), apartment_truth
+    )
     assert item.name == "couch"
     assert item.success
     assert item.shortest_path_m == 2.0
@@ -70,33 +72,35 @@ def test_a_synonym_is_judged_by_its_category() -> None:
 
 
 def test_a_wrong_claim_names_the_nearest_thing() -> None:
-    item = evaluate_result(result(end_xy_m=[0.5, 0.0]), "sofa", tell)
+    item = evaluate_result(result(end_xy_m=[0.5, 0.0]), "sofa", apartment_truth)
     assert item.claimed_wrongly
     assert item.goal_distance_m == 1.5
     assert item.nearest == "armchair"
 
 
 def test_without_positions_no_truth_is_requested() -> None:
-    item = evaluate_result(result(start_xy_m=None, end_xy_m=None, position_m=None), "sofa", tell)
+    item = evaluate_result(
+        result(start_xy_m=None, end_xy_m=None, position_m=None), "sofa", apartment_truth
+    )
     assert isnan(item.shortest_path_m)
     assert isnan(item.goal_distance_m)
     assert item.nearest == ""
 
 
 def test_a_claim_of_an_absent_object_is_wrong() -> None:
-    assert evaluate_result(result(), "toilet", tell).claimed_wrongly
+    assert evaluate_result(result(), "toilet", apartment_truth).claimed_wrongly
 
 
 def test_an_unnamed_object_of_a_file_is_not_judged() -> None:
-    item = evaluate_result(result(), "toilet", tell_of_a_file)
+    item = evaluate_result(result(), "toilet", scene_file_truth)
     assert not item.judged
     assert item.counts_as_found
     assert not item.claimed_wrongly
 
 
 def test_a_named_object_of_a_file_is_judged() -> None:
-    assert evaluate_result(result(), "sofa", tell_of_a_file).success
-    assert evaluate_result(result(end_xy_m=[0.5, 0.0]), "sofa", tell_of_a_file).claimed_wrongly
+    assert evaluate_result(result(), "sofa", scene_file_truth).success
+    assert evaluate_result(result(end_xy_m=[0.5, 0.0]), "sofa", scene_file_truth).claimed_wrongly
 
 
 def test_without_a_reply_nothing_is_judged() -> None:

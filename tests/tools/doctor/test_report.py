@@ -39,10 +39,10 @@ def test_without_findings_health_is_printed() -> None:
 
 
 def test_notes_are_healthy() -> None:
-    note = Finding(Severity.NOTE, "The floor cannot be told yet.", "Drive or turn the robot.")
+    note = Finding(Severity.NOTE, "The floor is unknown so far.", "Drive or turn the robot.")
     assert healthy([note, WARNING])
     assert printed([note]).splitlines() == [
-        "note The floor cannot be told yet. Drive or turn the robot.",
+        "note The floor is unknown so far. Drive or turn the robot.",
         "Nothing is wrong that can be seen from here.",
     ]
     assert "Nothing is wrong" not in printed([WARNING, note])

@@ -38,7 +38,7 @@ def test_the_first_ready_heartbeat_is_enough() -> None:
         target=lambda: heard.append(next_heartbeat(router.bus(), "mapper", LONG_S))
     )
     listening.start()
-    while listening.is_alive():  # until it has subscribed, nobody hears
+    while listening.is_alive():  # until it has subscribed, beats are lost
         mapper.put(beat(ready=False))
         mapper.put(beat(ready=True))
         listening.join(0.01)
