@@ -122,3 +122,8 @@ def test_a_checkpoint_of_another_release_is_refused(tmp_path: Path) -> None:
         state.load(tmp_path)
     with pytest.raises(ValueError, match="another release"):
         load_averaged_network(tmp_path)
+
+
+def test_a_folder_without_a_checkpoint_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="holds no checkpoint: make one with"):
+        load_averaged_network(tmp_path)

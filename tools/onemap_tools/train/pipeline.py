@@ -141,10 +141,10 @@ def keep_freed_memory() -> bool:
 
 def export(folders: TrainingFolders) -> float:
     """Write weights, embedding table and calibration; returns the least cosine to torch."""
+    network = load_averaged_network(folders.work / "run")
     folders.output.mkdir(parents=True, exist_ok=True)
     if not (folders.output / VOCABULARY_FILE).exists():
         shutil.copy(SHIPPED / VOCABULARY_FILE, folders.output)
-    network = load_averaged_network(folders.work / "run")
     path = export_network(network, folders.output)
     frames = _open_frames(folders, "calibrate")
     cosine = compare_with_torch(network, path, np.asarray(frames.rgb[:COMPARED_IMAGES]))

@@ -101,7 +101,9 @@ class TrainState:
 
 
 def load_averaged_network(folder: Path) -> MiniNetwork:
-    """The averaged network of the checkpoint, in evaluation mode."""
+    """The averaged network of the checkpoint, in evaluation mode; ValueError without one."""
+    if not (folder / CHECKPOINT).is_file():
+        raise ValueError(f"{folder} holds no checkpoint: make one with 'onemap train train'")
     network, prefix = MiniNetwork(), f"{AVERAGE}.module."
     with safe_open(folder / CHECKPOINT, "pt") as file:
         _check_format(file.metadata(), folder)
