@@ -41,6 +41,7 @@ LOG = logging.getLogger("onemap.bus")
 
 LEASE_MS = 2000  # a dead link is noticed after this; Zenoh's own default is 10 s
 DROP_PATIENCE_US = 400_000  # a 1.2 MB frame needs 0.1 s on 100 Mbit/s; the default loses it whole
+STOP_CHECK_S = 1.0  # a wait without end sleeps on when another thread receives the signal
 RETRY_MS = (200, 2000)  # first and longest pause between attempts to reach the router
 MAX_MESSAGE_BYTES = 72 * 2**20  # above wire.MAX_BODY_BYTES: wire refuses first, with a reason
 
@@ -113,7 +114,8 @@ def run_router(listen: tuple[str, ...], stop: threading.Event, file: Path | None
             settings.insert_json5("listen/endpoints", json.dumps(list(listen)))
     with zenoh.open(settings):
         LOG.info("router listens on %s", settings.get_json("listen/endpoints"))
-        stop.wait()
+        while not stop.wait(STOP_CHECK_S):
+            pass
 
 
 class ZenohBus:
