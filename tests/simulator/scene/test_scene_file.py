@@ -71,8 +71,10 @@ def test_a_check_reads_the_yaml_and_not_the_scene(tmp_path: Path) -> None:
         ("CoffeeTable.001", "coffee table"),
         ("chair_1_2", "chair"),
         ("  potted  plant ", "potted plant"),
+        ("chair_1_", "chair"),
         ("geometry_0", "object"),
         ("42", "object"),
+        ("0.", "object"),
         ("", "object"),
     ],
 )

@@ -18,7 +18,7 @@ Y_UP_SUFFIXES = (".glb", ".gltf")  # by their standard; the other formats do not
 # Names that exporters give to nodes without one.
 _ANONYMOUS = frozenset({"", "geometry", "mesh", "node", "object", "scene", "world", "default"})
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
-_COUNTER = re.compile(r"[\s_.\-]*\d+$")
+_COUNTER = re.compile(r"[\s_.\-]*\d+[\s_.\-]*$")
 _SEPARATORS = re.compile(r"[\s_.\-]+")
 
 
