@@ -16,12 +16,12 @@ from onemap_shared import keys
 from onemap_shared.messages import SimilarityRequest
 from onemap_shared.transport import Bus, RemoteError, Worker
 from tests.mapper import scenes
-from tests.perception.tiny import open_clip_folder, owl_folder
+from tests.perception.tiny import needs_open_clip, open_clip_folder, owl_folder
 from tests.perception.toy import frame
 from tests.shared.test_bus import Router, eventually, join, router
 
 __all__ = ["router"]  # the fixture
-pytest.importorskip("open_clip", reason="needs open_clip_torch (requirements-encoders.txt)")
+pytestmark = needs_open_clip
 
 
 class Pipeline:

@@ -19,12 +19,18 @@ from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import TextEmbeddings, TextRequest
 from onemap_shared.runner import StartError
 from tests.perception.test_config import configured
-from tests.perception.tiny import open_clip_folder, owl_folder, rtdetr_folder, tipsv2_folder
+from tests.perception.tiny import (
+    needs_open_clip,
+    open_clip_folder,
+    owl_folder,
+    rtdetr_folder,
+    tipsv2_folder,
+)
 from tests.perception.toy import ColourEncoder, frame
 
 
+@needs_open_clip
 def test_a_service_of_other_peoples_parts_sees_and_answers(tmp_path: Path) -> None:
-    pytest.importorskip("open_clip", reason="needs open_clip_torch (requirements-encoders.txt)")
     config = configured(
         {
             "encoder": {

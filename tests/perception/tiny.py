@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,11 @@ from typing import Any
 import pytest
 import torch
 
+# Looks for the package only: importing it takes seconds, in every worker that collects tests.
+needs_open_clip = pytest.mark.skipif(
+    importlib.util.find_spec("open_clip") is None,
+    reason="needs open_clip_torch (requirements-encoders.txt)",
+)
 EMBED_DIM = 16
 OPEN_CLIP_CONFIG: dict[str, Any] = {
     "embed_dim": EMBED_DIM,

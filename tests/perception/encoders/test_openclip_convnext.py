@@ -21,12 +21,13 @@ from tests.perception.tiny import (
     EMBED_DIM,
     LAYOUTS,
     OPEN_CLIP_CONFIG,
+    needs_open_clip,
     open_clip_file,
     open_clip_folder,
     open_clip_model,
 )
 
-pytest.importorskip("open_clip", reason="needs open_clip_torch (requirements-encoders.txt)")
+pytestmark = needs_open_clip
 
 
 def load(path: Path, **values: Any) -> TorchEncoder:

@@ -20,9 +20,9 @@ from onemap_tools.bench.perception import (
     run,
     run_configured,
 )
-from tests.perception.tiny import OPEN_CLIP_CONFIG
+from tests.perception.tiny import OPEN_CLIP_CONFIG, needs_open_clip
 
-pytest.importorskip("open_clip", reason="needs open_clip_torch (requirements-encoders.txt)")
+pytestmark = needs_open_clip
 
 
 def bench_params(**changes: Any) -> PerceptionBenchParams:

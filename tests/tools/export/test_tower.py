@@ -16,9 +16,9 @@ from onemap_perception.factory import make_encoder
 from onemap_tools.cli.app import app
 from onemap_tools.export import tower
 from onemap_tools.export.onnx_file import least_cosine
-from tests.perception.tiny import open_clip_folder, tipsv2_folder
+from tests.perception.tiny import needs_open_clip, open_clip_folder, tipsv2_folder
 
-pytest.importorskip("open_clip", reason="needs open_clip_torch (requirements-encoders.txt)")
+pytestmark = needs_open_clip
 RGB = np.random.default_rng(3).integers(0, 256, (48, 64, 3)).astype(np.uint8)
 
 
