@@ -10,7 +10,7 @@ import trimesh
 from onemap_shared.geometry import camera_mount, yaw_of
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
 from onemap_shared.memory_bus import MemoryRouter
-from onemap_shared.messages import TruthRequest, VelocityCommand
+from onemap_shared.messages import RgbdFrame, TruthRequest, VelocityCommand
 from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError
 from onemap_simulator.config import SimulatorConfig
@@ -132,16 +132,29 @@ def test_a_scene_that_cannot_be_opened_does_not_start(scene: str, reason: str) -
         build(MemoryRouter().bus("simulator"), config)
 
 
-def test_a_scene_of_the_users_starts(tmp_path: Path) -> None:
+def first_frame(config: SimulatorConfig) -> RgbdFrame:
+    """What a started simulator publishes first."""
+    router = MemoryRouter()
+    frames = router.bus().subscribe(ROBOT_RGBD)
+    worker = build(router.bus("simulator"), config)
+    for _ in range(100):
+        worker.step(0.005)
+        frame = frames.take(0.0)
+        if frame is not None:
+            worker.close()
+            return frame
+    raise AssertionError("no frame in 100 steps")
+
+
+def test_a_scene_of_the_users_is_shown(tmp_path: Path) -> None:
     box = trimesh.creation.box((4.0, 0.1, 4.0))  # a floor: glTF has y up
     box.export(tmp_path / "plain.glb")
-    config = CONFIG.model_copy(update={"scene": str(tmp_path / "plain.glb")})
-    worker = build(MemoryRouter().bus("simulator"), config)
-    worker.step(0.0)
-    worker.close()
+    frame = first_frame(CONFIG.model_copy(update={"scene": str(tmp_path / "plain.glb")}))
+    assert (frame.depth_mm[-1] > 500).all()
+    assert (frame.depth_mm[0] == 0).all()  # nothing above the floor
 
 
-def test_the_generated_apartment_starts() -> None:
-    worker = build(MemoryRouter().bus("simulator"), CONFIG)
-    worker.step(0.0)
-    worker.close()
+def test_the_generated_apartment_is_shown() -> None:
+    frame = first_frame(CONFIG)
+    assert (frame.depth_mm > 0).mean() > 0.9  # closed all around; little lies beyond the range
+    assert frame.rgb.std(axis=(0, 1)).min() > 5
