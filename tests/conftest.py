@@ -8,6 +8,7 @@ import os
 from collections.abc import Iterator
 from typing import Any
 
+import hypothesis
 import pytest
 
 SCHEMAS = (
@@ -43,6 +44,10 @@ def make_torchvision_importable() -> None:
 
 
 make_torchvision_importable()
+
+# The time that an example takes says nothing where workers share the cores.
+hypothesis.settings.register_profile("shared cores", deadline=None)
+hypothesis.settings.load_profile("shared cores")
 
 
 @pytest.hookimpl(trylast=True)
