@@ -429,3 +429,27 @@ def test_public_class_names_mean_one_thing() -> None:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 places[node.name].append(module.name)
     assert {name: where for name, where in places.items() if len(where) > 1} == {}
+
+
+# Tests of several modules at once, each with what they share.
+ACROSS_MODULES = {
+    "gateway/test_layers.py": "imports between the folders",
+    "planner/test_layers.py": "imports between the folders",
+    "mapper/test_parity.py": "a frame through projection, blur and fusion, as released",
+    "mapper/test_recorded_room.py": "frames of a real camera through the whole map",
+    "mapper/diagnostics/test_floor_in_apartments.py": "the floor check in simulated apartments",
+    "simulator/test_main.py": "starting the simulator and the replay",
+    "simulator/generation/furniture/test_all_categories.py": "every piece of furniture",
+}
+
+
+def test_tests_lie_where_their_module_lies() -> None:
+    known = {module.name for module in modules(ROOT)}
+    packages = {name.removeprefix("onemap_") for name in folders(ROOT)}
+    strays = []
+    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+        parts = path.relative_to(ROOT / "tests").parts
+        module = ".".join((*parts[:-1], path.stem.removeprefix("test_")))
+        if parts[0] in packages and f"onemap_{module}" not in known:
+            strays.append("/".join(parts))
+    assert set(strays) == set(ACROSS_MODULES)
