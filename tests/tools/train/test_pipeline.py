@@ -20,6 +20,7 @@ from onemap_tools.train.data.frame_dataset import FrameSetSpec
 from onemap_tools.train.evaluation.calibration import DEFAULT_CALIBRATION
 from onemap_tools.train.network.backbone import EfficientNetLite0
 from onemap_tools.train.pipeline import TrainingError, TrainingFolders, frame_sets
+from tests.simulator.scenes import box_room
 from tests.tools.train.network.test_backbone import published
 from tests.tools.train.tiny import embed, tiny_frames, tiny_params
 
@@ -66,6 +67,8 @@ def test_all_steps_make_an_encoder_with_its_card(
     names = ("held_out", "other_style", "calibrate", "train")
     specs = {name: FrameSetSpec((901 + i,), per_scene=2) for i, name in enumerate(names)}
     monkeypatch.setattr(pipeline, "frame_sets", lambda *_: specs)
+    room = "onemap_tools.train.data.frame_dataset.generate_apartment"
+    monkeypatch.setattr(room, lambda *_: box_room())  # an apartment takes two seconds
     weights = published(EfficientNetLite0(), tmp_path / "weights.pth")
     monkeypatch.setattr(pipeline, "find_backbone_weights", lambda: weights)
     monkeypatch.setattr(pipeline, "TIMED_IMAGES", 3)
