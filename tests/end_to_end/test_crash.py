@@ -1,4 +1,4 @@
-"""A service whose main loop raises ends within 3 s with code 1, so that it is restarted."""
+"""A service whose main loop raises ends soon with code 1, so that it is restarted."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.end_to_end.system import System
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(60)]
 
-GONE_S = 3.0
+GONE_S = 10.0  # 3 s on cores of its own; here it shares them, and writes its coverage
 # The service itself, but its main loop raises at the fifth step, with all its threads running.
 BREAKING = """
 import runpy, sys
