@@ -74,6 +74,26 @@ def test_an_object_that_was_not_found_has_no_place() -> None:
     assert (report.position_m, report.start_xy_m, report.end_xy_m) == (None, None, None)
 
 
+def test_the_times_of_a_search_lose_nothing_in_javascript() -> None:
+    report = search_report(fakes.search(updated_ns=STAMP_NS + 12_400_000_001), STAMP_NS)
+    assert report.started_at == "2026-01-01T00:00:00.000Z"
+    assert report.updated_at == "2026-01-01T00:00:12.400Z"
+    assert report.started_ns == str(STAMP_NS)
+    assert report.updated_ns == "1767225612400000001"
+
+
+def test_lengths_are_rounded_to_millimetres() -> None:
+    result = replace(
+        fakes.find_result("sofa", float(np.float32(2.35)), -1.10004), path_length_m=3.14159
+    )
+    status = replace(fakes.search(), results=(result,), path_length_m=2.71828)
+    report = search_report(status, STAMP_NS)
+    assert report.path_length_m == 2.718
+    assert report.results[0].position_m == (2.35, -1.1, 0.4)
+    assert report.results[0].end_xy_m == (2.35, -1.1)
+    assert report.results[0].path_length_m == 3.142
+
+
 def test_areas_are_square_metres() -> None:
     info = map_info(search_view(), fakes.revision(7), STAMP_NS)
     assert np.isclose(info.free_m2, 3.0)

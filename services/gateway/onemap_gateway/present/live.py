@@ -8,10 +8,9 @@ import numpy as np
 
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.present.service_status import PipelineFault, assess_services
+from onemap_gateway.present.units import DECIMALS
 from onemap_gateway.present.views import age_s, search_report
 from onemap_shared.geometry import yaw_of
-
-DECIMALS = 3  # millimetres
 
 
 def live_document(

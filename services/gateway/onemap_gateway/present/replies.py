@@ -2,9 +2,26 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from pydantic import BaseModel, ConfigDict, Field
 
 from onemap_shared.messages import SearchState
+
+Time = Annotated[
+    str,
+    Field(
+        description="RFC 3339, in UTC, cut to milliseconds.",
+        json_schema_extra={"format": "date-time"},
+    ),
+]
+Nanoseconds = Annotated[
+    str,
+    Field(
+        description="Nanoseconds since 1970; a string, because JavaScript rounds such numbers.",
+        json_schema_extra={"pattern": "^[0-9]+$"},
+    ),
+]
 
 
 class QueryRegion(BaseModel):
@@ -116,8 +133,10 @@ class SearchReport(BaseModel):
                     "results": [],
                     "elapsed_s": 12.4,
                     "path_length_m": 3.2,
-                    "started_ns": 1767225600000000000,
-                    "updated_ns": 1767225612400000000,
+                    "started_at": "2026-01-01T00:00:00.000Z",
+                    "updated_at": "2026-01-01T00:00:12.400Z",
+                    "started_ns": "1767225600000000000",
+                    "updated_ns": "1767225612400000000",
                 }
             ]
         }
@@ -133,8 +152,10 @@ class SearchReport(BaseModel):
     results: list[ObjectReport]
     elapsed_s: float
     path_length_m: float
-    started_ns: int = Field(description="Nanoseconds since 1970.")
-    updated_ns: int = Field(description="Nanoseconds since 1970.")
+    started_at: Time
+    updated_at: Time
+    started_ns: Nanoseconds
+    updated_ns: Nanoseconds
 
 
 class MapChange(BaseModel):

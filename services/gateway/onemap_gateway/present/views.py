@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping
 from math import floor, isfinite
-from typing import Any
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from onemap_gateway.present.replies import (
     StreamReport,
 )
 from onemap_gateway.present.service_status import PipelineFault, assess_services
+from onemap_gateway.present.units import DECIMALS, millimetres, rfc3339
 from onemap_shared.geometry import yaw_of
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
@@ -55,8 +55,8 @@ def query_reply(reply: SimilarityReply, now_ns: int) -> QueryReply:
     regions = [
         QueryRegion(
             rank=rank,
-            centre_m=_floats(centre),
-            extent_m=_floats(extent),
+            centre_m=millimetres(centre),
+            extent_m=millimetres(extent),
             score=float(score),
             variance=finite(variance),
         )
@@ -92,15 +92,10 @@ def _score_grid(grid: GridSpec, scores: np.ndarray) -> ScoreGrid:
     rounded = np.round(scores.astype(np.float64), 4).tolist()
     return ScoreGrid(
         cell_size_m=grid.cell_size_m,
-        origin_m=(grid.bounds_m[0], grid.bounds_m[1]),
+        origin_m=millimetres(grid.bounds_m[:2]),
         shape=grid.shape,
         scores=[[finite(score) for score in column] for column in rounded],
     )
-
-
-def _floats(values: Any) -> Any:
-    # pydantic checks the length that the schema promises
-    return tuple(float(value) for value in values)
 
 
 def search_report(status: SearchStatus, now_ns: int) -> SearchReport:
@@ -116,9 +111,11 @@ def search_report(status: SearchStatus, now_ns: int) -> SearchReport:
         reason=status.reason,
         results=[_object_report(result) for result in status.results],
         elapsed_s=max(end_ns - status.started_ns, 0) / 1e9,
-        path_length_m=status.path_length_m,
-        started_ns=status.started_ns,
-        updated_ns=status.updated_ns,
+        path_length_m=round(status.path_length_m, DECIMALS),
+        started_at=rfc3339(status.started_ns),
+        updated_at=rfc3339(status.updated_ns),
+        started_ns=str(status.started_ns),
+        updated_ns=str(status.updated_ns),
     )
 
 
@@ -127,12 +124,12 @@ def _object_report(result: ObjectResult) -> ObjectReport:
         name=result.name,
         outcome=result.outcome,
         reason=result.reason,
-        position_m=_floats(result.position_m) or None,
+        position_m=millimetres(result.position_m) or None,
         score=result.score,
         duration_s=result.duration_s,
-        path_length_m=result.path_length_m,
-        start_xy_m=_floats(result.start_xy_m) or None,
-        end_xy_m=_floats(result.end_xy_m) or None,
+        path_length_m=round(result.path_length_m, DECIMALS),
+        start_xy_m=millimetres(result.start_xy_m) or None,
+        end_xy_m=millimetres(result.end_xy_m) or None,
     )
 
 
@@ -147,7 +144,7 @@ def map_info(view: SearchView, revision: MapRevision | None, now_ns: int) -> Map
     return MapInfo(
         revision=view.revision,
         age_s=age_s(view.stamp_ns, now_ns),
-        bounds_m=view.grid.bounds_m,
+        bounds_m=millimetres(view.grid.bounds_m),
         cell_size_m=view.grid.cell_size_m,
         free_m2=float((view.occupancy == Occupancy.FREE).sum() * cell_m2),
         occupied_m2=float((view.occupancy == Occupancy.OCCUPIED).sum() * cell_m2),
