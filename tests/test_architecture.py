@@ -47,6 +47,7 @@ TALKS = {
     "onemap_gateway.http.context": "the clock that routes read",
     "onemap_gateway.http.events": "waits between two events",
     "onemap_gateway.http.listener": "the socket",
+    "onemap_gateway.http.methods": "ends an answer after its headers",
     "onemap_gateway.http.middleware": "logs and times requests",
     "onemap_gateway.http.problems": "turns errors of calls into responses",
     "onemap_gateway.http.routes.camera": "encodes in a thread",

@@ -10,6 +10,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
 from onemap_gateway.http.context import GatewayContext
+from onemap_gateway.http.methods import MethodMiddleware, allowed_methods
 from onemap_gateway.http.middleware import ResponseMiddleware
 from onemap_gateway.http.problem_docs import ProblemDetails
 from onemap_gateway.http.problems import (
@@ -33,7 +34,9 @@ each stands the same time in nanoseconds since 1970, as a string.
 frontiers, detections, search, services, and the sequence numbers that tell a client when to
 fetch `/v1/map.png` and `/v1/camera.jpg` again.
 
-If the gateway has a token, every POST and DELETE needs `Authorization: Bearer <token>`.
+Every GET has a HEAD, and OPTIONS names in `Allow` what an address takes.
+
+If the gateway has a token, every POST, PUT and DELETE needs `Authorization: Bearer <token>`.
 """
 
 TAGS = [
@@ -64,6 +67,7 @@ def create_app(gateway: GatewayContext) -> FastAPI:
     app.add_exception_handler(HttpProblem, _on_problem)
     app.add_exception_handler(RequestValidationError, _on_validation)
     app.add_exception_handler(HTTPException, _on_http)
+    app.add_middleware(MethodMiddleware)
     app.add_middleware(SecurityMiddleware, config=gateway.config)
     app.add_middleware(ResponseMiddleware, requests=gateway.requests)
     return app
@@ -116,4 +120,6 @@ async def _on_http(request: Request, error: Exception) -> Response:
         problem = HttpProblem("http", str(error.detail), status=error.status_code)
     response = problem_response(problem)
     response.headers.update(error.headers or {})
+    if error.status_code == 405:
+        response.headers["Allow"] = ", ".join(allowed_methods(request.scope))
     return response

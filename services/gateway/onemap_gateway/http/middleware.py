@@ -63,4 +63,4 @@ class ResponseMiddleware:
 
 def _known_method(method: str) -> str:
     """The method, or "other": each method that a client invents would be a new time series."""
-    return method if method in {"GET", "HEAD", "POST", "DELETE", "OPTIONS"} else "other"
+    return method if method in {"GET", "HEAD", "POST", "PUT", "DELETE", "OPTIONS"} else "other"
