@@ -67,6 +67,7 @@ SEARCH_PATH = Topic("search/path/v1", m.PlannedPath)
 SEARCH_START = Procedure("search/start/v1", m.SearchRequest, m.SearchStatus, stale_after_s=0.5)
 SEARCH_CANCEL = Procedure("search/cancel/v1", m.SearchId, m.SearchStatus)
 SEARCH_GET = Procedure("search/get/v1", m.SearchId, m.SearchStatus)
+SEARCH_LIST = Procedure("search/list/v1", m.SearchListRequest, m.SearchList)
 
 
 def heartbeat(service: str) -> Topic[m.Heartbeat]:

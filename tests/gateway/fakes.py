@@ -217,6 +217,7 @@ class FakePlanner:
 
     router: MemoryRouter
     status: m.SearchStatus | None = None
+    past: list[m.SearchStatus] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.bus = self.router.bus("planner")
@@ -224,6 +225,7 @@ class FakePlanner:
         self.bus.serve(keys.SEARCH_START, self._start)
         self.bus.serve(keys.SEARCH_GET, self._get)
         self.bus.serve(keys.SEARCH_CANCEL, self._cancel)
+        self.bus.serve(keys.SEARCH_LIST, self._list)
 
     def move(self, state: m.SearchState, reason: str = "so it is") -> None:
         assert self.status is not None
@@ -248,6 +250,9 @@ class FakePlanner:
         if self.status is None or request.search_id not in ("", self.status.search_id):
             raise RequestRejected("unknown_search", f"no search {request.search_id!r}")
         return self.status
+
+    def _list(self, _request: m.SearchListRequest) -> m.SearchList:
+        return m.SearchList((*([self.status] if self.status else []), *self.past), 2)
 
     def _cancel(self, request: m.SearchId) -> m.SearchStatus:
         self._get(request)

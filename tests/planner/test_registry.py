@@ -75,9 +75,16 @@ def test_only_the_last_searches_are_kept() -> None:
     with pytest.raises(RequestRejected):
         registry.find("0")
     assert registry.find("5").search_id == "5"
+    listed = [int(search.search_id) for search in registry.all()]
+    assert listed == list(range(MAX_PAST_SEARCHES + 1, 0, -1))
 
 
 def test_a_restored_search_is_the_newest() -> None:
     search = new_search("a", ("cup",), THEN, 1)
     registry = SearchRegistry(search)
     assert registry.state == PlannerState(search)
+    assert registry.all() == [search]
+
+
+def test_before_the_first_search_none_is_listed() -> None:
+    assert SearchRegistry().all() == []

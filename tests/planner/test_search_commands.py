@@ -6,14 +6,22 @@ import threading
 
 import pytest
 
+from onemap_planner.search_commands import list_of
 from onemap_shared import keys
 from onemap_shared.messages import (
+    MAX_OBJECTS,
+    ObjectResult,
     SearchId,
+    SearchList,
+    SearchListRequest,
     SearchRequest,
+    SearchState,
+    SearchStatus,
     TextEmbeddings,
     TextRequest,
 )
 from onemap_shared.transport import RemoteError
+from onemap_shared.wire import decode, encode
 from tests.planner.simulated_services import SimulatedServices
 
 
@@ -95,6 +103,37 @@ def test_an_unknown_search_is_refused(
     with pytest.raises(RemoteError) as refused:
         services.caller.call(procedure, SearchId(search_id))
     assert refused.value.code == "unknown_search"
+
+
+def test_searches_are_listed_newest_first(services: SimulatedServices) -> None:
+    def listed() -> SearchList:
+        return services.caller.call(keys.SEARCH_LIST, SearchListRequest())
+
+    assert listed() == SearchList(())
+    first = services.start("sofa")
+    services.caller.call(keys.SEARCH_CANCEL, SearchId())
+    second = services.start("bed")
+    assert [each.search_id for each in listed().searches] == [second.search_id, first.search_id]
+    assert [each.active for each in listed().searches] == [True, False]
+    assert listed().left_out == 0
+
+
+def test_a_list_holds_as_many_searches_as_one_message() -> None:
+    """With the longest names that a search may have, in letters of four bytes."""
+    name = "\U00020000" * 200
+    result = ObjectResult(name, SearchState.NOT_FOUND, name, (), 0.0, 1.0, 1.0, (), ())
+    statuses = [
+        SearchStatus(
+            *(str(number), SearchState.NOT_FOUND, (name,) * MAX_OBJECTS, 0, name),
+            *((result,) * MAX_OBJECTS, 1, 2, 3.0),
+        )
+        for number in range(51)
+    ]
+    listed = list_of(statuses)
+    assert 0 < len(listed.searches) < 51
+    assert listed.left_out == 51 - len(listed.searches)
+    assert list(listed.searches) == statuses[: len(listed.searches)]
+    assert decode(SearchList, encode(listed)) == listed
 
 
 def test_bad_names_are_refused_before_the_robot_moves(services: SimulatedServices) -> None:

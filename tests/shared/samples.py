@@ -27,6 +27,9 @@ RESULT = m.ObjectResult(
     (0.0, 0.0),
     (1.0, 1.5),
 )
+STATUS = m.SearchStatus(
+    "s1", m.SearchState.EXPLORING, ("sofa", "bed"), 1, "on its way", (RESULT,), 1, 2, 3.5
+)
 
 
 def f32(*shape: int) -> np.ndarray:
@@ -70,9 +73,9 @@ SAMPLES: tuple[Any, ...] = (
     m.MapSummary("/maps/flat.npz", "mini-1", "minilm", 0.1, 100, 3, 4096),
     m.SearchRequest(("sofa", "bed")),
     m.SearchId("s1"),
-    m.SearchStatus(
-        "s1", m.SearchState.EXPLORING, ("sofa", "bed"), 1, "on its way", (RESULT,), 1, 2, 3.5
-    ),
+    STATUS,
+    m.SearchListRequest(),
+    m.SearchList((STATUS,), 3),
     m.PlannedPath(
         5, "frontier", "best similarity", f32(3, 2), f32(1, 2), f32(2, 2), f32(2), f32(0, 2), f32(0)
     ),

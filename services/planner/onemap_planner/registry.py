@@ -97,6 +97,12 @@ class SearchRegistry:
         with self._lock:
             return self._find(search_id)
 
+    def all(self) -> list[Search]:
+        """The remembered searches, newest first."""
+        with self._lock:
+            newest = [] if self._state is None else [self._state.search]
+            return [*newest, *reversed(self._past.values())]
+
     def compare_and_swap(self, taken: PlannerState, next_state: PlannerState) -> bool:
         """Replace the state ``taken`` by the next one; False if it was changed meanwhile."""
         with self._lock:

@@ -1,4 +1,4 @@
-"""Handlers of the calls ``search/start``, ``search/cancel`` and ``search/get``.
+"""Handlers of the calls ``search/start``, ``search/cancel``, ``search/get``, ``search/list``.
 
 They run in threads of the bus.
 """
@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from itertools import accumulate
 
 from onemap_planner.inputs import LatestInputs
 from onemap_planner.policy.competition import Synonyms, synonyms_of
@@ -16,16 +17,25 @@ from onemap_planner.registry import SearchRegistry
 from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Search
 from onemap_shared import keys
-from onemap_shared.messages import SearchId, SearchRequest, SearchStatus, TextEmbeddings
+from onemap_shared.messages import (
+    SearchId,
+    SearchList,
+    SearchListRequest,
+    SearchRequest,
+    SearchStatus,
+    TextEmbeddings,
+)
 from onemap_shared.text_embedding import embed_texts
 from onemap_shared.transport import Bus, RequestRejected
+from onemap_shared.wire import MAX_HEADER_BYTES, encode
 
 EMBED_TIMEOUT_S = 1.5  # for all names of a search; the gateway gives the whole call 3 s
 SYNONYMS_TIMEOUT_S = 0.5  # the same once more with the names found before
+LIST_BYTES = MAX_HEADER_BYTES - 1024  # of all searches in a list; the rest is the list itself
 
 
 class SearchCommands:
-    """Serves the three calls on the bus.
+    """Serves the four calls on the bus.
 
     inputs: returns the latest inputs; status_of: the message about a search.
     """
@@ -43,6 +53,7 @@ class SearchCommands:
         bus.serve(keys.SEARCH_START, self._start)
         bus.serve(keys.SEARCH_CANCEL, self._cancel)
         bus.serve(keys.SEARCH_GET, self._get)
+        bus.serve(keys.SEARCH_LIST, self._list)
 
     def _start(self, request: SearchRequest) -> SearchStatus:
         began_s = time.monotonic()
@@ -59,6 +70,9 @@ class SearchCommands:
 
     def _get(self, request: SearchId) -> SearchStatus:
         return self._status_of(self._registry.find(request.search_id))
+
+    def _list(self, _request: SearchListRequest) -> SearchList:
+        return list_of([self._status_of(search) for search in self._registry.all()])
 
     def _check_names(self, objects: tuple[str, ...]) -> Synonyms:
         """Reject names that perception cannot embed or that resemble nothing it was trained on.
@@ -79,6 +93,13 @@ class SearchCommands:
         inputs = self._inputs()
         xy = inputs.pose.xy if inputs.pose else None
         return EventStamp(time.monotonic(), 0.0, xy, inputs.odometer_m)
+
+
+def list_of(statuses: Sequence[SearchStatus]) -> SearchList:
+    """The searches in this order, as many as one message holds."""
+    sizes = accumulate(len(encode(status).header) for status in statuses)
+    count = sum(size <= LIST_BYTES for size in sizes)
+    return SearchList(tuple(statuses[:count]), len(statuses) - count)
 
 
 def _reject_if_late(request: SearchRequest, took_s: float) -> None:

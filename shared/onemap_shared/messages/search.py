@@ -107,6 +107,26 @@ class SearchStatus:
 
 
 @dataclass(frozen=True, slots=True)
+class SearchListRequest:
+    """Request for the searches that are remembered."""
+
+
+@dataclass(frozen=True, slots=True)
+class SearchList:
+    """The remembered searches, newest first; left_out: older ones, too long for one message."""
+
+    searches: tuple[SearchStatus, ...]
+    left_out: int = 0
+
+    def __post_init__(self) -> None:
+        if self.left_out < 0:
+            raise ValueError(f"left_out is {self.left_out}; it must not be negative")
+        ids = [search.search_id for search in self.searches]
+        if len(set(ids)) < len(ids):
+            raise ValueError("a search is listed twice")
+
+
+@dataclass(frozen=True, slots=True)
 class PlannedPath:
     """Path, goal, frontiers and regions of the last plan, for display.
 

@@ -7,7 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from onemap_shared.messages import FINAL_STATES, PlannedPath, SearchRequest, SearchStatus
+from onemap_shared.messages import (
+    FINAL_STATES,
+    PlannedPath,
+    SearchList,
+    SearchRequest,
+    SearchStatus,
+)
 from tests.shared.messages.broken import assert_refused, sample
 
 
@@ -32,6 +38,12 @@ def test_a_status_has_its_target_while_active() -> None:
 
 def test_a_status_names_readable_objects() -> None:
     assert_refused(SearchStatus, "object name holds no readable word", objects=("12",))
+
+
+def test_a_list_holds_each_search_once() -> None:
+    status = sample(SearchStatus)
+    assert_refused(SearchList, "listed twice", searches=(status, status))
+    assert_refused(SearchList, "left_out is -1", left_out=-1)
 
 
 def test_a_path_has_a_score_for_each_frontier_and_region() -> None:

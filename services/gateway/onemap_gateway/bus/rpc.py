@@ -18,7 +18,7 @@ R = TypeVar("R")
 QUEUE_TIMEOUT_S = 0.5
 
 MAPPER = (keys.MAP_SIMILARITY, keys.MAP_SEARCH_VIEW, keys.MAP_SAVE, keys.MAP_LOAD, keys.MAP_CLEAR)
-PLANNER = (keys.SEARCH_START, keys.SEARCH_CANCEL, keys.SEARCH_GET)
+PLANNER = (keys.SEARCH_START, keys.SEARCH_CANCEL, keys.SEARCH_GET, keys.SEARCH_LIST)
 SERVED_BY = {
     **{procedure.key: "mapper" for procedure in MAPPER},
     **{procedure.key: "planner" for procedure in PLANNER},

@@ -158,6 +158,13 @@ class SearchReport(BaseModel):
     updated_ns: Nanoseconds
 
 
+class SearchListReply(BaseModel):
+    """The searches that the planner remembers, newest first."""
+
+    searches: list[SearchReport]
+    left_out: int = Field(description="Older searches that one reply cannot hold; usually 0.")
+
+
 class MapChange(BaseModel):
     """What the map holds after it was saved, loaded or cleared."""
 

@@ -17,6 +17,7 @@ from onemap_gateway.present.replies import (
     QueryRegion,
     QueryReply,
     ScoreGrid,
+    SearchListReply,
     SearchReport,
     ServiceReport,
     StatusReport,
@@ -32,6 +33,7 @@ from onemap_shared.messages import (
     MapSummary,
     ObjectResult,
     Occupancy,
+    SearchList,
     SearchState,
     SearchStatus,
     SearchView,
@@ -117,6 +119,12 @@ def search_report(status: SearchStatus, now_ns: int) -> SearchReport:
         started_ns=str(status.started_ns),
         updated_ns=str(status.updated_ns),
     )
+
+
+def search_list(listed: SearchList, now_ns: int) -> SearchListReply:
+    """The remembered searches, newest first."""
+    reports = [search_report(status, now_ns) for status in listed.searches]
+    return SearchListReply(searches=reports, left_out=listed.left_out)
 
 
 def _object_report(result: ObjectResult) -> ObjectReport:

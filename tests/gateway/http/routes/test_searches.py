@@ -9,7 +9,7 @@ from starlette.testclient import TestClient
 
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import SearchState
-from tests.gateway.fakes import FakePlanner, client_on
+from tests.gateway.fakes import FakePlanner, client_on, search
 
 
 def test_a_search_is_created_with_its_address(client: TestClient) -> None:
@@ -94,6 +94,18 @@ def test_the_newest_search_needs_no_id(client: TestClient) -> None:
     assert client.delete("/v1/searches/current").json()["state"] == "cancelled"
 
 
+def test_searches_are_listed_newest_first(client: TestClient, planner: FakePlanner) -> None:
+    planner.past = [search("s0", SearchState.FOUND)]
+    client.post("/v1/searches", json={"object": "sofa"})
+    listed = client.get("/v1/searches").json()
+    assert [each["id"] for each in listed["searches"]] == ["s1", "s0"]
+    assert listed["searches"][0] == {
+        **client.get("/v1/searches/s1").json(),
+        "elapsed_s": listed["searches"][0]["elapsed_s"],
+    }
+    assert listed["left_out"] == 2
+
+
 @pytest.mark.parametrize("search_id", ["nix", "a b", "..", "%00", "x" * 1000, "ü"])
 @pytest.mark.parametrize("suffix", ["", "/events"])
 def test_a_search_that_never_was_is_not_found(
@@ -132,6 +144,7 @@ def test_a_silent_stream_carries_comments(
     ("method", "path"),
     [
         ("POST", "/v1/searches"),
+        ("GET", "/v1/searches"),
         ("GET", "/v1/searches/s1"),
         ("GET", "/v1/searches/current"),
         ("DELETE", "/v1/searches/s1"),

@@ -15,10 +15,10 @@ from onemap_gateway.http.events import search_events
 from onemap_gateway.http.problem_docs import BODY, problem_responses
 from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.http.schemas import SearchStart
-from onemap_gateway.present.replies import SearchReport
-from onemap_gateway.present.views import search_report
+from onemap_gateway.present.replies import SearchListReply, SearchReport
+from onemap_gateway.present.views import search_list, search_report
 from onemap_shared import keys
-from onemap_shared.messages import SearchId, SearchRequest, SearchStatus
+from onemap_shared.messages import SearchId, SearchListRequest, SearchRequest, SearchStatus
 
 router = APIRouter(prefix="/v1/searches", tags=["searches"])
 
@@ -75,6 +75,13 @@ async def _conflict(gateway: GatewayContext, problem: HttpProblem) -> HttpProble
         f"DELETE /v1/searches/{first.search_id}.",
         search_id=first.search_id,
     )
+
+
+@router.get("", summary="What was searched?", responses=problem_responses(503))
+async def list_searches(gateway: GatewayDep) -> SearchListReply:
+    """The searches since the planner started, newest first: the last 50 and the present one."""
+    listed = await gateway.call(keys.SEARCH_LIST, SearchListRequest())
+    return search_list(listed, gateway.now_ns())
 
 
 @router.get("/{search_id}", summary="How is it going?", responses=problem_responses(404, 422, 503))
