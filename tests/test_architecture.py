@@ -95,6 +95,7 @@ FILES = {
     "onemap_perception.text.calibration": "calibration",
     "onemap_perception.text.vocabulary": "vocabulary",
     "onemap_mapper.map_file": "maps",
+    "onemap_mapper.map_folder": "maps",
     "onemap_planner.search.journal": "the active search",
     "onemap_gateway.present.views": "an archive in memory",
     "onemap_simulator.replay.recorder": "recordings",

@@ -60,6 +60,8 @@ MAP_SEARCH_VIEW = Procedure("map/search_view/v1", m.SearchViewRequest, m.SearchV
 MAP_SEARCH_RESET = Procedure("map/search_reset/v1", m.SearchReset, m.MapSummary)
 MAP_SAVE = Procedure("map/save/v1", m.MapFile, m.MapSummary)
 MAP_LOAD = Procedure("map/load/v1", m.MapFile, m.MapSummary)
+MAP_LIST = Procedure("map/list/v1", m.MapListRequest, m.MapList)
+MAP_DELETE = Procedure("map/delete/v1", m.MapFile, m.SavedMap)
 MAP_CLEAR = Procedure("map/clear/v1", m.MapClear, m.MapSummary)
 
 SEARCH_STATE = Topic("search/state/v1", m.SearchStatus, latched=True)

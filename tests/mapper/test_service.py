@@ -19,6 +19,7 @@ from onemap_shared.messages import (
     Layer,
     MapClear,
     MapFile,
+    MapListRequest,
     MapRevision,
     Occupancy,
     SearchReset,
@@ -299,14 +300,57 @@ def test_save_clear_and_load_bring_the_map_back(rig: Rig, tmp_path: Path) -> Non
     saved = rig.client.call(keys.MAP_SAVE, MapFile("flat-1"))
     assert Path(saved.path) == tmp_path / "maps" / "flat-1.npz"
     assert saved.file_bytes == Path(saved.path).stat().st_size
+    assert saved.created
     cleared = rig.client.call(keys.MAP_CLEAR, MapClear())
     assert (cleared.cells_observed, cleared.frames_fused) == (0, 0)
     loaded = rig.client.call(keys.MAP_LOAD, MapFile("flat-1"))
-    assert loaded == saved
+    assert loaded == replace(saved, created=False)
+    assert not rig.client.call(keys.MAP_SAVE, MapFile("flat-1")).created
     after = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
     assert after.revision > before.revision
     for name in ("occupancy", "layers", "similarity"):
         np.testing.assert_array_equal(getattr(before, name), getattr(after, name))
+
+
+def test_saved_maps_are_listed_and_deleted(rig: Rig) -> None:
+    assert rig.client.call(keys.MAP_LIST, MapListRequest()).maps == ()
+    rig.feed(sofa_ahead(0))
+    for name in ("flat-1", "flat-2"):
+        rig.client.call(keys.MAP_SAVE, MapFile(name))
+    listed = rig.client.call(keys.MAP_LIST, MapListRequest()).maps
+    assert {each.name for each in listed} == {"flat-1", "flat-2"}
+    (one,) = rig.client.call(keys.MAP_LIST, MapListRequest("flat-1")).maps
+    assert one in listed
+    assert rig.client.call(keys.MAP_DELETE, MapFile("flat-1")) == one
+    assert [each.name for each in rig.client.call(keys.MAP_LIST, MapListRequest()).maps] == [
+        "flat-2"
+    ]
+    assert rig.metric("frames_fused") == 1  # the map in memory stays
+
+
+@pytest.mark.parametrize(("name", "code"), [("gone", "unknown_map"), ("../gone", "invalid")])
+def test_a_map_that_is_not_there_is_neither_listed_nor_deleted(
+    rig: Rig, name: str, code: str
+) -> None:
+    error = refusal(lambda: rig.client.call(keys.MAP_LIST, MapListRequest(name)))
+    assert error.code == code
+    error = refusal(lambda: rig.client.call(keys.MAP_DELETE, MapFile(name)))
+    assert error.code == code
+
+
+def test_a_map_that_cannot_be_deleted_is_reported(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig.feed(sofa_ahead(0))
+    rig.client.call(keys.MAP_SAVE, MapFile("flat"))
+
+    def refuse(_path: Path) -> None:
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr(Path, "unlink", refuse)
+    error = refusal(lambda: rig.client.call(keys.MAP_DELETE, MapFile("flat")))
+    assert error.code == "storage"
+    assert "Read-only" in str(error)
 
 
 def test_a_refused_load_changes_nothing(rig: Rig, tmp_path: Path) -> None:

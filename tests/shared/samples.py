@@ -31,6 +31,8 @@ STATUS = m.SearchStatus(
     "s1", m.SearchState.EXPLORING, ("sofa", "bed"), 1, "on its way", (RESULT,), 1, 2, 3.5
 )
 
+SAVED = m.SavedMap("flat", 4096, 123, "mini-1", "minilm", 0.1, 100, 3)
+
 
 def f32(*shape: int) -> np.ndarray:
     """Finite, positive, not constant."""
@@ -70,7 +72,10 @@ SAMPLES: tuple[Any, ...] = (
     m.SearchReset("s1"),
     m.MapFile("flat"),
     m.MapClear(),
-    m.MapSummary("/maps/flat.npz", "mini-1", "minilm", 0.1, 100, 3, 4096),
+    m.MapSummary("/maps/flat.npz", "mini-1", "minilm", 0.1, 100, 3, 4096, created=True),
+    m.MapListRequest("flat"),
+    SAVED,
+    m.MapList((SAVED,), 3),
     m.SearchRequest(("sofa", "bed")),
     m.SearchId("s1"),
     STATUS,

@@ -11,6 +11,8 @@ import os
 import re
 import zipfile
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
@@ -64,24 +66,51 @@ def write(snapshot: MapSnapshot, path: Path) -> int:
 
 def read(path: Path) -> MapSnapshot:
     """The checked content of a file; raises ``MapNotFound`` or another ``MapFileError``."""
+    require(path)
+    with _opened(path) as archive:
+        header = _header(archive, path)
+        snapshot = MapSnapshot(header, **{name: archive[name] for name in ARRAYS})
+    _check_arrays(snapshot, path)
+    return snapshot
+
+
+def read_header(path: Path) -> tuple[MapHeader, int]:
+    """The checked header of a file and the number of its cells; its arrays are not read."""
+    with _opened(path) as archive:
+        header = _header(archive, path)
+        with archive.zip.open("cells.npy") as file:
+            np.lib.format.read_magic(file)
+            (count, _), _, _ = np.lib.format.read_array_header_1_0(file)
+    return header, int(count)
+
+
+def require(path: Path) -> None:
+    """Raise ``MapNotFound`` unless there is such a file."""
     if not path.is_file():
         raise MapNotFound(
             f"there is no map {path.name} in {path.parent} on the mapper's machine: save one with "
             "'onemap map save', or correct the name"
         )
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """The archive of a file; what goes wrong with it becomes a ``MapFileError``."""
     try:
         with np.load(path, allow_pickle=False) as archive:
-            raw = json.loads(str(archive["header"]))
-            _check_identity(raw, path)
-            header = MapHeader(**raw)
-            _check_types(header, path)
-            snapshot = MapSnapshot(header, **{name: archive[name] for name in ARRAYS})
+            yield archive
     except MapFileError:
         raise
     except UNREADABLE as problem:
         raise MapFileError(f"{path.name} is damaged or not a map: {problem}") from problem
-    _check_arrays(snapshot, path)
-    return snapshot
+
+
+def _header(archive: Any, path: Path) -> MapHeader:
+    raw = json.loads(str(archive["header"]))
+    _check_identity(raw, path)
+    header = MapHeader(**raw)
+    _check_types(header, path)
+    return header
 
 
 def _check_identity(raw: Any, path: Path) -> None:

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import torch
 
-from onemap_mapper import map_file, snapshot
+from onemap_mapper import map_file, map_folder, snapshot
 from onemap_mapper.belief_map import BeliefMap, FieldRejected
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.diagnostics.telemetry import MapperTelemetry
@@ -32,7 +32,10 @@ from onemap_shared.messages import (
     FeatureField,
     MapClear,
     MapFile,
+    MapList,
+    MapListRequest,
     MapSummary,
+    SavedMap,
     SearchReset,
     SearchView,
     SearchViewRequest,
@@ -68,6 +71,8 @@ class Mapper:
         bus.serve(keys.MAP_SEARCH_RESET, self.reset_searched)
         bus.serve(keys.MAP_SAVE, self.save)
         bus.serve(keys.MAP_LOAD, self.load)
+        bus.serve(keys.MAP_LIST, self.list_maps)
+        bus.serve(keys.MAP_DELETE, self.delete_map)
         bus.serve(keys.MAP_CLEAR, self.clear)
 
     def step(self, timeout_s: float) -> None:
@@ -132,6 +137,7 @@ class Mapper:
                 raise _empty()
             taken = snapshot.take(self._map)
             summary = summary_of(self._map)
+        created = not path.exists()
         try:
             size = map_file.write(taken, path)
         except OSError as problem:
@@ -139,7 +145,7 @@ class Mapper:
                 "storage", f"cannot write {path}: {problem.strerror}"
             ) from problem
         LOG.info("saved %d cells to %s", summary.cells_observed, path)
-        return replace(summary, path=str(path), file_bytes=size)
+        return replace(summary, path=str(path), file_bytes=size, created=created)
 
     def load(self, request: MapFile) -> MapSummary:
         """Replace the map by one from the configured folder; a rejected file changes nothing."""
@@ -162,6 +168,28 @@ class Mapper:
             summary = summary_of(self._map)
         LOG.info("loaded %d cells from %s", summary.cells_observed, path)
         return replace(summary, path=str(path), file_bytes=path.stat().st_size)
+
+    def list_maps(self, request: MapListRequest) -> MapList:
+        """The saved maps, or the one of the request's name."""
+        if not request.name:
+            return map_folder.saved_maps(self._config.map_folder)
+        try:
+            return MapList((map_folder.saved_map(self._config.map_folder, request.name),))
+        except map_file.MapNotFound as problem:
+            raise RequestRejected("unknown_map", str(problem)) from problem
+
+    def delete_map(self, request: MapFile) -> SavedMap:
+        """Delete a saved map; the map in memory stays."""
+        try:
+            deleted = map_folder.delete(self._config.map_folder, request.name)
+        except map_file.MapNotFound as problem:
+            raise RequestRejected("unknown_map", str(problem)) from problem
+        except OSError as problem:
+            raise RequestRejected(
+                "storage", f"cannot delete map {request.name}: {problem.strerror}"
+            ) from problem
+        LOG.info("deleted map %s", request.name)
+        return deleted
 
     def clear(self, _request: MapClear) -> MapSummary:
         """Start an empty map."""

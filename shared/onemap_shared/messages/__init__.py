@@ -17,13 +17,18 @@ from onemap_shared.messages.checks import (
 from onemap_shared.messages.ground_truth import Truth, TruthRequest
 from onemap_shared.messages.health import Heartbeat
 from onemap_shared.messages.map import (
+    MAX_FILE_TEXT_CHARS,
+    MAX_LISTED_MAPS,
     MAX_RIVALS,
     Layer,
     MapClear,
     MapFile,
+    MapList,
+    MapListRequest,
     MapRevision,
     MapSummary,
     Occupancy,
+    SavedMap,
     SearchReset,
     SearchView,
     SearchViewRequest,
@@ -53,6 +58,8 @@ from onemap_shared.messages.search import (
 
 __all__ = [
     "FINAL_STATES",
+    "MAX_FILE_TEXT_CHARS",
+    "MAX_LISTED_MAPS",
     "MAX_OBJECTS",
     "MAX_RIVALS",
     "MAX_TEXT_CHARS",
@@ -63,6 +70,8 @@ __all__ = [
     "Layer",
     "MapClear",
     "MapFile",
+    "MapList",
+    "MapListRequest",
     "MapRevision",
     "MapSummary",
     "ObjectResult",
@@ -70,6 +79,7 @@ __all__ = [
     "Odometry",
     "PlannedPath",
     "RgbdFrame",
+    "SavedMap",
     "SearchId",
     "SearchList",
     "SearchListRequest",

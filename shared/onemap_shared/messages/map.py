@@ -11,7 +11,10 @@ from onemap_shared.geometry import F32, U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages.checks import clean_texts, expect, expect_share
 
+MAX_LISTED_MAPS = 200  # in one message of 256 kB
 MAX_RIVALS = 30  # names that compete in one view: the mapper keeps the scores of 32 texts
+
+MAX_FILE_TEXT_CHARS = 255  # of each text about a file, as file systems limit names
 
 
 class Occupancy(IntEnum):
@@ -151,9 +154,63 @@ class SearchReset:
 
 @dataclass(frozen=True, slots=True)
 class MapFile:
-    """Save to or load from this file name (no folder) in the mapper's map folder."""
+    """Save to, load from or delete this file name (no folder) in the mapper's map folder."""
 
     name: str
+
+
+@dataclass(frozen=True, slots=True)
+class MapListRequest:
+    """Request for the saved maps; with a name only for that one."""
+
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SavedMap:
+    """A file in the mapper's map folder; ``problem``: why it cannot be read, in one sentence.
+
+    name: under which it is loaded; saved_ns: when it was written, nanoseconds since 1970. What
+    its header holds is empty or zero if it cannot be read.
+    """
+
+    name: str
+    file_bytes: int
+    saved_ns: int
+    encoder_id: str = ""
+    text_space: str = ""
+    cell_size_m: float = 0.0
+    cells_observed: int = 0
+    frames_fused: int = 0
+    problem: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.name:
+            raise ValueError("a saved map has no name")
+        for field_name in ("name", "encoder_id", "text_space", "problem"):
+            length = len(getattr(self, field_name))
+            if length > MAX_FILE_TEXT_CHARS:
+                raise ValueError(
+                    f"{field_name} has {length} characters; the limit is {MAX_FILE_TEXT_CHARS}"
+                )
+        for field_name in ("file_bytes", "cells_observed", "frames_fused"):
+            value = getattr(self, field_name)
+            if value < 0:
+                raise ValueError(f"{field_name} is {value}; it must not be negative")
+
+
+@dataclass(frozen=True, slots=True)
+class MapList:
+    """The saved maps, newest first; left_out: older ones beyond ``MAX_LISTED_MAPS``."""
+
+    maps: tuple[SavedMap, ...]
+    left_out: int = 0
+
+    def __post_init__(self) -> None:
+        if len(self.maps) > MAX_LISTED_MAPS:
+            raise ValueError(f"{len(self.maps)} maps; at most {MAX_LISTED_MAPS} are listed")
+        if self.left_out < 0:
+            raise ValueError(f"left_out is {self.left_out}; it must not be negative")
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +220,10 @@ class MapClear:
 
 @dataclass(frozen=True, slots=True)
 class MapSummary:
-    """The answer to save, load and clear: content of the map, path and size of the file."""
+    """The answer to save, load and clear: content of the map, path and size of the file.
+
+    created: saved under a name that no file had.
+    """
 
     path: str
     encoder_id: str
@@ -172,3 +232,4 @@ class MapSummary:
     cells_observed: int
     frames_fused: int
     file_bytes: int = 0
+    created: bool = False
