@@ -135,6 +135,10 @@ def search_view(text: str = "", number: int = 7) -> m.SearchView:
     return m.SearchView(text, number, number, STAMP_NS, GRID, occupancy, layers, similarity)
 
 
+def saved_map(name: str) -> m.SavedMap:
+    return m.SavedMap(name, 2048, STAMP_NS, "fake-1", "fake", 0.1, 315, 7)
+
+
 def full_state() -> LiveState:
     """A state with one message of every stream."""
     state = LiveState()
@@ -166,6 +170,8 @@ class FakeMapper:
         self.bus.serve(keys.MAP_SEARCH_VIEW, self._view)
         self.bus.serve(keys.MAP_SAVE, self._save)
         self.bus.serve(keys.MAP_LOAD, self._load)
+        self.bus.serve(keys.MAP_LIST, self._list)
+        self.bus.serve(keys.MAP_DELETE, self._delete)
         self.bus.serve(keys.MAP_CLEAR, lambda _request: self._summary(""))
 
     def _check(self, text: str) -> None:
@@ -199,13 +205,29 @@ class FakeMapper:
         return search_view(request.text)
 
     def _save(self, request: m.MapFile) -> m.MapSummary:
-        self.saved.append(request.name)
-        return self._summary(f"maps/{request.name}")
+        created = request.name not in self.saved
+        if created:
+            self.saved.append(request.name)
+        return replace(self._summary(f"maps/{request.name}"), created=created)
 
     def _load(self, request: m.MapFile) -> m.MapSummary:
-        if request.name not in self.saved:
-            raise RequestRejected("unknown_map", f"there is no map {request.name!r}")
+        self._require(request.name)
         return self._summary(f"maps/{request.name}")
+
+    def _list(self, request: m.MapListRequest) -> m.MapList:
+        if request.name:
+            self._require(request.name)
+            return m.MapList((saved_map(request.name),))
+        return m.MapList(tuple(map(saved_map, reversed(self.saved))), 4)
+
+    def _delete(self, request: m.MapFile) -> m.SavedMap:
+        self._require(request.name)
+        self.saved.remove(request.name)
+        return saved_map(request.name)
+
+    def _require(self, name: str) -> None:
+        if name not in self.saved:
+            raise RequestRejected("unknown_map", f"there is no map {name!r}")
 
     def _summary(self, path: str) -> m.MapSummary:
         return m.MapSummary(path, "fake-1", "fake", 0.1, 315, 7, 2048)

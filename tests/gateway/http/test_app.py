@@ -66,7 +66,7 @@ def test_no_route_hangs_when_no_service_answers(
         request.getfixturevalue("silent")
     with client_on(router, GatewayConfig(call_timeout_s=0.1)) as client:
         for method, path, _ in operations(client):
-            address = path.replace("{search_id}", "s1")
+            address = path.format(search_id="s1", name="flat")
             answer = client.request(method, address, json=BODIES.get(path))
             if path in WITHOUT_SERVICES:
                 assert answer.status_code == 200, path
@@ -85,7 +85,14 @@ def test_every_operation_is_described(client: TestClient) -> None:
 
 def test_requests_and_answers_have_examples(client: TestClient) -> None:
     schemas = client.get("/openapi.json").json()["components"]["schemas"]
-    for name in ("QueryRequest", "QueryReply", "SearchStart", "SearchReport", "MapName"):
+    for name in (
+        "QueryRequest",
+        "QueryReply",
+        "SearchStart",
+        "SearchReport",
+        "MapName",
+        "SavedMapReport",
+    ):
         assert schemas[name]["examples"], name
     assert "HTTPValidationError" not in schemas
 

@@ -14,10 +14,11 @@ EVENTS = "/v1/searches/{search_id}/events"
 
 def test_every_get_has_a_head_with_the_same_headers(client: TestClient) -> None:
     client.post("/v1/searches", json={"object": "sofa"})
+    client.put("/v1/maps/flat")
     paths = [path for method, path, _ in operations(client) if method == "GET" and path != EVENTS]
     assert len(paths) > 8
     for path in (*paths, "/", "/docs", "/openapi.json", "/static/app.js", "/nix"):
-        address = path.format(search_id="s1")
+        address = path.format(search_id="s1", name="flat")
         whole, head = client.get(address), client.head(address)
         assert head.status_code == whole.status_code, path
         assert head.content == b"", path
@@ -45,6 +46,7 @@ def test_the_head_of_an_endless_stream_ends(client: TestClient, planner: FakePla
         ("/healthz", "GET, HEAD, OPTIONS"),
         ("/v1/queries", "POST, OPTIONS"),
         ("/v1/searches/s1", "GET, HEAD, DELETE, OPTIONS"),
+        ("/v1/maps/flat", "GET, HEAD, PUT, DELETE, OPTIONS"),
         ("/static/app.js", "GET, HEAD, OPTIONS"),
     ],
 )

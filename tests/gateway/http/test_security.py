@@ -48,7 +48,12 @@ def test_a_configured_name_is_served(router: MemoryRouter) -> None:
     "origin", ["http://evil.example", "null", "http://localhost:9999", "http://["]
 )
 def test_a_foreign_page_may_not_change_anything(client: TestClient, origin: str) -> None:
-    for method, path in (("POST", "/v1/map/clear"), ("DELETE", "/v1/searches/s1")):
+    for method, path in (
+        ("POST", "/v1/map/clear"),
+        ("DELETE", "/v1/searches/s1"),
+        ("PUT", "/v1/maps/flat"),
+        ("DELETE", "/v1/maps/flat"),
+    ):
         answer = client.request(method, path, headers={"Origin": origin})
         assert answer.status_code == 403
     with (

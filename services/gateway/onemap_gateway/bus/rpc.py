@@ -17,7 +17,15 @@ R = TypeVar("R")
 # Beyond the call's own time limit: waiting this long for a free thread means overload.
 QUEUE_TIMEOUT_S = 0.5
 
-MAPPER = (keys.MAP_SIMILARITY, keys.MAP_SEARCH_VIEW, keys.MAP_SAVE, keys.MAP_LOAD, keys.MAP_CLEAR)
+MAPPER = (
+    keys.MAP_SIMILARITY,
+    keys.MAP_SEARCH_VIEW,
+    keys.MAP_SAVE,
+    keys.MAP_LOAD,
+    keys.MAP_LIST,
+    keys.MAP_DELETE,
+    keys.MAP_CLEAR,
+)
 PLANNER = (keys.SEARCH_START, keys.SEARCH_CANCEL, keys.SEARCH_GET, keys.SEARCH_LIST)
 SERVED_BY = {
     **{procedure.key: "mapper" for procedure in MAPPER},

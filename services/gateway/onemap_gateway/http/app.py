@@ -19,7 +19,7 @@ from onemap_gateway.http.problems import (
     from_validation_errors,
     problem_response,
 )
-from onemap_gateway.http.routes import camera, health, live, map, pages, queries, searches
+from onemap_gateway.http.routes import camera, health, live, map, maps, pages, queries, searches
 from onemap_gateway.http.security import SecurityMiddleware
 
 DESCRIPTION = """
@@ -42,7 +42,8 @@ If the gateway has a token, every POST, PUT and DELETE needs `Authorization: Bea
 TAGS = [
     {"name": "queries", "description": "Where is it?"},
     {"name": "searches", "description": "Go and find."},
-    {"name": "map", "description": "The map of the floor: image, arrays, files."},
+    {"name": "map", "description": "The map of the floor: image, arrays, numbers."},
+    {"name": "maps", "description": "Saved maps."},
     {"name": "camera", "description": "The newest camera image."},
     {"name": "health", "description": "What runs, and why not."},
 ]
@@ -60,7 +61,7 @@ def create_app(gateway: GatewayContext) -> FastAPI:
         redirect_slashes=False,
     )
     app.state.gateway = gateway
-    for part in (queries, searches, map, camera, health, live, pages):
+    for part in (queries, searches, map, maps, camera, health, live, pages):
         app.include_router(part.router)
     app.mount("/static/swagger-ui", pages.StaticPages(directory=pages.SWAGGER_UI))
     app.mount("/static", pages.StaticPages(directory=pages.STATIC))

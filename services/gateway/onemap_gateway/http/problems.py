@@ -52,7 +52,7 @@ PROBLEM_TYPES: Mapping[str, ProblemType] = {
     "timeout": ProblemType(503, "A service does not answer"),
     "busy": ProblemType(503, "A service is busy"),
     "not_ready": ProblemType(503, "The robot's map is not being updated"),
-    "storage": ProblemType(507, "A file cannot be written"),
+    "storage": ProblemType(507, "A file cannot be written or deleted"),
 }
 
 # Refusals of a service that itself calls another one: the code here, and the service missing.

@@ -177,6 +177,47 @@ class MapChange(BaseModel):
     file_bytes: int
 
 
+class SavedMapReport(BaseModel):
+    """A map in the mapper's map folder; without content if its file cannot be read."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "name": "flat",
+                    "file_bytes": 2514932,
+                    "saved_at": "2026-01-01T00:00:12.400Z",
+                    "saved_ns": "1767225612400000000",
+                    "encoder_id": "mini-1",
+                    "text_space": "minilm",
+                    "cell_size_m": 0.1,
+                    "cells_observed": 8132,
+                    "frames_fused": 412,
+                    "problem": "",
+                }
+            ]
+        }
+    )
+
+    name: str
+    file_bytes: int
+    saved_at: Time
+    saved_ns: Nanoseconds
+    encoder_id: str
+    text_space: str
+    cell_size_m: float
+    cells_observed: int
+    frames_fused: int
+    problem: str = Field(description="Why the file cannot be loaded; empty if nothing is wrong.")
+
+
+class MapListReply(BaseModel):
+    """The maps in the mapper's map folder, newest first."""
+
+    maps: list[SavedMapReport]
+    left_out: int = Field(description="Older maps that one reply cannot hold; usually 0.")
+
+
 class MapInfo(BaseModel):
     """The map in numbers."""
 

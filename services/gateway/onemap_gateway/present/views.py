@@ -13,9 +13,11 @@ from onemap_gateway.present.render import Overlay
 from onemap_gateway.present.replies import (
     MapChange,
     MapInfo,
+    MapListReply,
     ObjectReport,
     QueryRegion,
     QueryReply,
+    SavedMapReport,
     ScoreGrid,
     SearchListReply,
     SearchReport,
@@ -29,10 +31,12 @@ from onemap_shared.geometry import yaw_of
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
     Layer,
+    MapList,
     MapRevision,
     MapSummary,
     ObjectResult,
     Occupancy,
+    SavedMap,
     SearchList,
     SearchState,
     SearchStatus,
@@ -144,6 +148,20 @@ def _object_report(result: ObjectResult) -> ObjectReport:
 def map_change(summary: MapSummary) -> MapChange:
     """The reply to save, load and clear."""
     return MapChange(**{name: getattr(summary, name) for name in MapChange.model_fields})
+
+
+def saved_map_report(saved: SavedMap) -> SavedMapReport:
+    """What is known of a saved map."""
+    values = {
+        name: getattr(saved, name) for name in SavedMapReport.model_fields if name[:6] != "saved_"
+    }
+    return SavedMapReport(**values, saved_at=rfc3339(saved.saved_ns), saved_ns=str(saved.saved_ns))
+
+
+def map_list(listed: MapList) -> MapListReply:
+    """The saved maps, newest first."""
+    maps = [saved_map_report(saved) for saved in listed.maps]
+    return MapListReply(maps=maps, left_out=listed.left_out)
 
 
 def map_info(view: SearchView, revision: MapRevision | None, now_ns: int) -> MapInfo:

@@ -1,4 +1,4 @@
-"""/v1/map: image, arrays, numbers, files."""
+"""/v1/map: image, arrays, numbers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from starlette.testclient import TestClient
 
 from onemap_gateway.present.render import FREE, OCCUPIED
 from onemap_shared.memory_bus import MemoryRouter
-from tests.gateway.fakes import FakeMapper, client_of, decoded, gateway_on
+from tests.gateway.fakes import client_of, decoded, gateway_on
 
 
 def test_the_image_has_its_bounds_and_its_colours(client: TestClient) -> None:
@@ -63,33 +63,8 @@ def test_the_numbers(client: TestClient) -> None:
     assert info["bounds_m"] == pytest.approx([-1.0, -0.5, 3.0, 2.5])
 
 
-def test_a_map_is_saved_loaded_and_cleared(client: TestClient, mapper: FakeMapper) -> None:
-    saved = client.post("/v1/map/save", json={"name": "flat"})
-    assert saved.status_code == 200
-    assert saved.json()["path"] == "maps/flat"
-    assert mapper.saved == ["flat"]
-    assert client.post("/v1/map/load", json={"name": "flat"}).json()["cells_observed"] == 315
-    assert client.post("/v1/map/clear").status_code == 200
-
-
-def test_a_map_that_is_not_there_cannot_be_loaded(client: TestClient) -> None:
-    answer = client.post("/v1/map/load", json={"name": "nix"})
-    assert answer.status_code == 404
-    assert answer.json()["type"].endswith("unknown_map")
-    assert "nix" in answer.json()["detail"]
-
-
-@pytest.mark.parametrize("name", ["", "../a", "a/b", "/etc/passwd", ".a", "x" * 65, 5, "a\x00"])
-@pytest.mark.parametrize("verb", ["save", "load"])
-def test_a_name_that_is_a_path_is_refused(client: TestClient, name: object, verb: str) -> None:
-    assert client.post(f"/v1/map/{verb}", json={"name": name}).status_code == 422
-
-
-def test_a_refused_name_comes_back_with_the_allowed_letters(client: TestClient) -> None:
-    detail = client.post("/v1/map/save", json={"name": "Küche 1"}).json()["detail"]
-    assert "letters (A-Z, a-z), digits, '.', '_' and '-'" in detail
-    names = client.get("/openapi.json").json()["components"]["schemas"]["MapName"]["properties"]
-    assert names["name"]["pattern"] == "^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
+def test_the_map_is_cleared(client: TestClient) -> None:
+    assert client.post("/v1/map/clear").json()["cells_observed"] == 315
 
 
 @pytest.mark.parametrize(
@@ -98,14 +73,11 @@ def test_a_refused_name_comes_back_with_the_allowed_letters(client: TestClient) 
         ("GET", "/v1/map"),
         ("GET", "/v1/map.png"),
         ("GET", "/v1/map.npz"),
-        ("POST", "/v1/map/save"),
-        ("POST", "/v1/map/load"),
         ("POST", "/v1/map/clear"),
     ],
 )
 def test_without_a_mapper_it_is_named(router: MemoryRouter, method: str, path: str) -> None:
     with gateway_on(router) as gateway:
-        body = {"name": "flat"} if method == "POST" else None
-        answer = client_of(gateway).request(method, path, json=body)
+        answer = client_of(gateway).request(method, path)
     assert answer.status_code == 503
     assert answer.json()["service"] == "mapper"

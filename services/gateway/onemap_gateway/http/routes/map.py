@@ -1,4 +1,4 @@
-"""The map: image, arrays, files."""
+"""The map: image, arrays, numbers."""
 
 from __future__ import annotations
 
@@ -8,17 +8,15 @@ from anyio import to_thread
 from fastapi import APIRouter, Query, Response
 
 from onemap_gateway.http.context import GatewayDep
-from onemap_gateway.http.problem_docs import BODY, problem_responses
-from onemap_gateway.http.schemas import MapName, ObjectName
+from onemap_gateway.http.problem_docs import problem_responses
+from onemap_gateway.http.schemas import ObjectName
 from onemap_gateway.present.render import MAX_SCALE, encode_png, render_map
 from onemap_gateway.present.replies import MapChange, MapInfo
 from onemap_gateway.present.views import build_overlay, map_archive, map_change, map_info
 from onemap_shared import keys
-from onemap_shared.messages import MapClear, MapFile
+from onemap_shared.messages import MapClear
 
 router = APIRouter(prefix="/v1", tags=["map"])
-
-FILE_S = 20.0  # a map of hundreds of megabytes on the card of a Jetson
 
 Text = Annotated[
     ObjectName | None, Query(description="Also the similarity to this.", examples=["sofa"])
@@ -98,22 +96,6 @@ async def get_map_arrays(gateway: GatewayDep, text: Text = None) -> Response:
     data = await to_thread.run_sync(map_archive, view)
     headers = {"Content-Disposition": 'attachment; filename="map.npz"'}
     return Response(data, media_type="application/octet-stream", headers=headers)
-
-
-@router.post(
-    "/map/save", summary="Save the map", responses=problem_responses(*BODY, 401, 409, 422, 503, 507)
-)
-async def save_map(request: MapName, gateway: GatewayDep) -> MapChange:
-    """Write the map to a file in the mapper's map folder; an older one is replaced."""
-    return map_change(await gateway.call(keys.MAP_SAVE, MapFile(request.name), FILE_S))
-
-
-@router.post(
-    "/map/load", summary="Load a map", responses=problem_responses(*BODY, 401, 404, 409, 422, 503)
-)
-async def load_map(request: MapName, gateway: GatewayDep) -> MapChange:
-    """Replace the map by a saved one; refused if another encoder made it."""
-    return map_change(await gateway.call(keys.MAP_LOAD, MapFile(request.name), FILE_S))
 
 
 @router.post("/map/clear", summary="Forget the map", responses=problem_responses(401, 503))
