@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,6 +15,7 @@ from onemap_gateway.bus.live_state import (
     LiveState,
 )
 from onemap_shared.messages import SearchState
+from onemap_shared.messages.search import FINAL_STATES
 from tests.gateway import fakes
 
 MESSAGES: dict[str, BusMessage] = {
@@ -119,6 +122,17 @@ def test_old_detections_and_paths_are_not_shown() -> None:
     assert state.path_now(6.0) is None
     assert LiveState().detections_now(0.0) is None
     assert LiveState().path_now(0.0) is None
+
+
+def test_a_path_ends_with_its_search() -> None:
+    path = fakes.planned_path((0, 0), (1, 1))
+    for ended in FINAL_STATES:
+        state = LiveState().with_message(fakes.search(), 1.0).with_message(path, 1.0)
+        assert state.path_now(1.1) is not None
+        state = state.with_message(fakes.search(state=ended), 1.2)
+        assert state.path_now(1.3) is None
+        started = replace(fakes.search("s2"), started_ns=path.stamp_ns + 1)
+        assert state.with_message(started, 1.4).path_now(1.5) is None
 
 
 def test_the_same_liveliness_is_the_same_state() -> None:

@@ -106,8 +106,17 @@ class LiveState:
         return self.detections.within(DETECTIONS_MAX_AGE_S, now_s) if self.detections else None
 
     def path_now(self, now_s: float) -> PlannedPath | None:
-        """The newest planned path, unless it is older than ``PATH_MAX_AGE_S``."""
-        return self.path.within(PATH_MAX_AGE_S, now_s) if self.path else None
+        """The newest planned path, unless it is older than ``PATH_MAX_AGE_S``.
+
+        None when the search has ended or the path is of an earlier one: nobody follows it.
+        """
+        if self.path is None:
+            return None
+        if self.search is not None:
+            search = self.search.message
+            if not search.active or self.path.message.stamp_ns < search.started_ns:
+                return None
+        return self.path.within(PATH_MAX_AGE_S, now_s)
 
     def statuses_since(self, count: int) -> tuple[SearchStatus, ...]:
         """The search statuses after the first ``count``, oldest first, as far as they are kept."""
