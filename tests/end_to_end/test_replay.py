@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 import pytest
 
-from onemap_gateway.present.render import FREE, OCCUPIED, UNKNOWN
+from onemap_gateway.present.palette import DARK
 from onemap_shared.geometry import U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
@@ -127,9 +127,9 @@ def test_the_picture_shows_it(study: System) -> None:
         row = int((y_max - y) / (y_max - y_min) * height)
         return tuple(int(value) for value in image[row, column, ::-1])
 
-    assert {colour(place) for place in FURNITURE.values()} == {OCCUPIED}
-    assert {colour(place) for place in FLOOR.values()} == {FREE}
-    assert colour((x_min + 0.05, y_min + 0.05)) == UNKNOWN  # the margin around what is known
+    assert {colour(place) for place in FURNITURE.values()} == {DARK.occupied}
+    assert {colour(place) for place in FLOOR.values()} == {DARK.free}
+    assert colour((x_min + 0.05, y_min + 0.05)) == DARK.unknown  # the margin around what is known
 
 
 def test_the_gateway_reports_what_a_search_lacks(study: System) -> None:

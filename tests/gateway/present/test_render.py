@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from onemap_gateway.present import render
+from onemap_gateway.present.palette import DARK, LIGHT
 from onemap_gateway.present.render import (
     Overlay,
     blend_heatmap,
@@ -23,9 +24,9 @@ from onemap_shared.messages import Occupancy, SearchView
 from tests.gateway.fakes import GRID, search_view
 
 COLOURS = {
-    Occupancy.UNKNOWN: render.UNKNOWN,
-    Occupancy.FREE: render.FREE,
-    Occupancy.OCCUPIED: render.OCCUPIED,
+    Occupancy.UNKNOWN: DARK.unknown,
+    Occupancy.FREE: DARK.free,
+    Occupancy.OCCUPIED: DARK.occupied,
 }
 grids = arrays(
     np.uint8, st.tuples(st.integers(1, 12), st.integers(1, 12)), elements=st.integers(0, 2)
@@ -56,10 +57,10 @@ def test_every_cell_has_its_colour_at_its_place(occupancy: np.ndarray, scale: in
 @pytest.mark.parametrize("scale", [None, 1, 3, 8])
 def test_places_of_the_map_show_what_they_are(scale: int | None) -> None:
     map_image = render_map(search_view(), scale=scale)
-    assert colour_at(map_image, 1.0, 0.5) == render.FREE
-    assert colour_at(map_image, 2.05, 0.5) == render.OCCUPIED  # the wall, at the right
-    assert colour_at(map_image, 1.0, 1.7) == render.UNKNOWN  # above the floor
-    assert colour_at(map_image, -0.3, 0.5) == render.UNKNOWN
+    assert colour_at(map_image, 1.0, 0.5) == DARK.free
+    assert colour_at(map_image, 2.05, 0.5) == DARK.occupied  # the wall, at the right
+    assert colour_at(map_image, 1.0, 1.7) == DARK.unknown  # above the floor
+    assert colour_at(map_image, -0.3, 0.5) == DARK.unknown
 
 
 def test_the_image_shows_the_known_part_with_a_margin() -> None:
@@ -83,11 +84,11 @@ def test_an_empty_map_has_an_image_too() -> None:
 
 def test_heat_lies_where_the_similarity_is() -> None:
     cold, hot = render_map(search_view()), render_map(search_view("sofa"))
-    assert colour_at(cold, 0.35, 1.15) == render.FREE
+    assert colour_at(cold, 0.35, 1.15) == DARK.free
     red, _, blue = colour_at(hot, 0.35, 1.15)
     assert red > 150
     assert red > blue
-    assert colour_at(hot, 1.5, 0.3) == render.FREE
+    assert colour_at(hot, 1.5, 0.3) == DARK.free
 
 
 @given(arrays(np.float32, (6, 9), elements=st.floats(0, 1, width=32) | st.just(np.nan)))
@@ -98,6 +99,27 @@ def test_heat_leaves_alone_what_was_not_observed(similarity: np.ndarray) -> None
     np.testing.assert_array_equal(before, copy)
     unseen = np.kron(np.isnan(similarity).T[::-1], np.ones((3, 3))).astype(bool)
     np.testing.assert_array_equal(after[unseen], before[unseen])
+
+
+def test_heat_does_not_bleed_into_unknown_cells() -> None:
+    """Fused features reach past the wall and into furniture; their heat is not drawn there."""
+    view = search_view("sofa")
+    occupancy = view.occupancy.copy()
+    occupancy[18:22, 10:14] = Occupancy.OCCUPIED  # furniture,
+    occupancy[19:21, 11:13] = Occupancy.UNKNOWN  # and its inside that no ray has reached
+    similarity = np.full(GRID.shape, 0.9, np.float32)
+    cold = render_map(replace(view, occupancy=occupancy, similarity=np.zeros((0, 0), np.float32)))
+    hot = render_map(replace(view, occupancy=occupancy, similarity=similarity))
+    unknown = (cold.image == DARK.unknown).all(axis=2)
+    np.testing.assert_array_equal(hot.image[unknown], cold.image[unknown])
+    assert (hot.image[~unknown] != cold.image[~unknown]).any(axis=-1).all()
+
+
+@given(arrays(np.float32, (5, 4), elements=st.just(0.5) | st.just(np.nan)))
+def test_heat_does_not_fade_at_the_border(similarity: np.ndarray) -> None:
+    scored = np.kron(np.isfinite(similarity).T[::-1], np.ones((4, 4))).astype(bool)
+    image = blend_heatmap(np.zeros((16, 20, 3), np.uint8), similarity)
+    assert len(np.unique(image[scored], axis=0)) <= 1
 
 
 def test_a_weak_best_match_stays_cold() -> None:
@@ -123,10 +145,10 @@ def test_an_overlay_is_drawn_over_the_bare_map() -> None:
     )
     drawn = render_map(view, overlay, 8)
     assert drawn.bounds_m == bare.bounds_m
-    assert colour_at(drawn, 1.0, 0.5) == render.PATH
-    assert colour_at(drawn, 0.3, 1.2) == render.FRONTIER
-    assert colour_at(drawn, 0.5, 0.8) == render.ROBOT
-    assert colour_at(drawn, 1.7, 0.2) == render.FOUND
+    assert colour_at(drawn, 1.0, 0.5) == DARK.path
+    assert colour_at(drawn, 0.3, 1.2) == DARK.frontier
+    assert colour_at(drawn, 0.5, 0.8) == DARK.robot
+    assert colour_at(drawn, 1.7, 0.2) == DARK.found
     assert colour_at(drawn, 1.0, 1.0) == colour_at(bare, 1.0, 1.0)
 
 
@@ -150,3 +172,13 @@ def test_a_large_map_has_an_image_of_bounded_size(scale: int) -> None:
 def test_png_is_png() -> None:
     assert encode_png(render_map(search_view()).image).startswith(b"\x89PNG")
     assert GRID.cell_size_m == 0.1
+
+
+def test_a_light_page_gets_a_light_map() -> None:
+    overlay = Overlay(found=(("lamp", 1.7, 0.2),))
+    light = render_map(search_view("sofa"), overlay, palette=LIGHT)
+    assert colour_at(light, 1.0, 0.5) == LIGHT.free
+    assert colour_at(light, 1.0, 1.7) == LIGHT.unknown
+    assert colour_at(light, 1.7, 0.2) == LIGHT.found
+    dark = render_map(search_view("sofa"), overlay)
+    assert light.image.mean() > dark.image.mean() + 100

@@ -5,7 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from onemap_gateway.present.canvas import Rgb, draw_text
+from onemap_gateway.present.canvas import draw_text
+from onemap_gateway.present.palette import Rgb
 from onemap_shared.geometry import U8
 from onemap_shared.messages import Detections
 

@@ -10,13 +10,17 @@ from typing import TypeAlias
 import cv2
 import numpy as np
 
+from onemap_gateway.present.labels import place_labels
+from onemap_gateway.present.palette import Rgb
 from onemap_shared.geometry import F64, U8
 
-Rgb: TypeAlias = tuple[int, int, int]
 Points: TypeAlias = "np.ndarray | Sequence[tuple[float, float]]"
 
 SHIFT = 4  # OpenCV draws with this many bits below the pixel
-FONT_SCALE = 0.45  # capitals of 10 pixels
+FONT_SCALE = 0.5  # capitals of 11 pixels
+OUTLINE_PX = 2  # around every letter
+BELOW_PX = 6  # descender and outline below the base line
+BLACK: Rgb = (12, 16, 22)
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
@@ -66,14 +70,17 @@ class Canvas:
         outline = _fixed_point(self.viewport.pixels([(x_m, y_m)]) + offsets)
         cv2.fillPoly(self.image, [outline], colour, cv2.LINE_AA, SHIFT)
 
-    def label(self, x_m: float, y_m: float, text: str, colour: Rgb) -> None:
-        """Draw a text with an outline beside the point, on its right if it fits."""
-        column, row = (round(float(value)) for value in self.viewport.pixels([(x_m, y_m)])[0])
-        plain = ascii_text(text)
-        width, _ = cv2.getTextSize(plain, FONT, FONT_SCALE, 1)[0]
-        fits = column + 10 + width <= self.image.shape[1]
-        left = column + 10 if fits else max(column - 10 - width, 0)
-        draw_text(self.image, plain, (left, row + 4), colour)
+    def labels(
+        self, points_m: Points, texts: Sequence[str], colour: Rgb, outline: Rgb = BLACK
+    ) -> None:
+        """Draw each text with an outline beside its point, where it covers no other label."""
+        plain = [ascii_text(text) for text in texts]
+        sizes = [_text_size_px(text) for text in plain]
+        height, width = self.image.shape[:2]
+        places = [(float(x), float(y)) for x, y in self.viewport.pixels(points_m)]
+        for text, box in zip(plain, place_labels(places, sizes, (width, height)), strict=True):
+            lower_left = (round(box[0]) + OUTLINE_PX, round(box[3]) - BELOW_PX)
+            draw_text(self.image, text, lower_left, colour, outline)
 
     def _circle(self, centre_px: F64, radius_px: float, colour: Rgb, width_px: int) -> None:
         centre, radius = _fixed_point(centre_px), round(radius_px * (1 << SHIFT))
@@ -88,10 +95,18 @@ def ascii_text(text: str) -> str:
     return plain.encode("ascii", "replace").decode()
 
 
-def draw_text(image: U8, text: str, place_px: tuple[int, int], colour: Rgb) -> None:
+def draw_text(
+    image: U8, text: str, place_px: tuple[int, int], colour: Rgb, outline: Rgb = BLACK
+) -> None:
     """Draw the text (in ASCII) with an outline; ``place_px``: column and row of its lower left."""
-    for width, ink in ((3, (12, 16, 22)), (1, colour)):
+    for width, ink in ((1 + 2 * OUTLINE_PX, outline), (1, colour)):
         cv2.putText(image, ascii_text(text), place_px, FONT, FONT_SCALE, ink, width, cv2.LINE_AA)
+
+
+def _text_size_px(text: str) -> tuple[float, float]:
+    """Width and height with outline and descenders."""
+    (width, height), _ = cv2.getTextSize(text, FONT, FONT_SCALE, 1)
+    return width + 2 * OUTLINE_PX, height + OUTLINE_PX + BELOW_PX
 
 
 def _fixed_point(points_px: F64) -> np.ndarray:

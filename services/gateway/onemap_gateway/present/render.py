@@ -8,28 +8,14 @@ from typing import TypeAlias
 import cv2
 import numpy as np
 
-from onemap_gateway.present.canvas import Canvas, Rgb, Viewport, draw_text
+from onemap_gateway.present.canvas import Canvas, Viewport, draw_text
+from onemap_gateway.present.palette import DARK, Palette
 from onemap_shared.geometry import F32, F64, U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy, SearchView
 
 PointsM: TypeAlias = "F32 | F64"
 
-UNKNOWN: Rgb = (15, 20, 27)
-FREE: Rgb = (40, 50, 63)
-OCCUPIED: Rgb = (110, 127, 147)
-TRAIL: Rgb = (98, 118, 143)
-PATH: Rgb = (76, 201, 240)
-FRONTIER: Rgb = (94, 214, 160)
-REGION: Rgb = (255, 190, 92)
-ROBOT: Rgb = (245, 248, 252)
-FOUND: Rgb = (255, 111, 145)
-INK: Rgb = (214, 223, 233)
-
-# At heat 0, 1/3, 2/3 and 1; dark to bright, so that it also works in grey.
-HEATMAP_COLOURS = np.array(
-    [(82, 40, 130), (196, 58, 98), (250, 142, 60), (255, 236, 150)], np.float32
-)
 HEATMAP_OPACITY = 0.88  # at heat 1: walls still show through
 HEATMAP_THRESHOLD = 0.1  # heat below which the cell keeps its colour
 MIN_HEATMAP_TOP = 0.25  # least score of heat 1: a weak best match must not look like a find
@@ -68,70 +54,84 @@ class MapImage:
 
 
 def render_map(
-    view: SearchView, overlay: Overlay | None = None, scale: int | None = None
+    view: SearchView,
+    overlay: Overlay | None = None,
+    scale: int | None = None,
+    palette: Palette = DARK,
 ) -> MapImage:
     """The known part of the map with a margin, ``scale`` pixels per cell.
 
     None for ``scale``: about ``DEFAULT_SIDE_PX`` on the longest side. Without ``overlay`` neither
-    overlay nor scale bar is drawn: for clients that draw them.
+    overlay nor scale bar is drawn: for clients that draw them. The heatmap covers only cells
+    known to be free or occupied: fusion also spreads features into cells that no ray has reached,
+    behind walls and inside furniture.
     """
     robot = overlay.robot if overlay else ()
     grid = _visible_grid(view, robot)
     pixels = _pixels_per_cell(grid, scale)
     occupancy = _on_grid(view.occupancy, view.grid, grid, Occupancy.UNKNOWN)
-    image = occupancy_image(occupancy, pixels)
+    image = occupancy_image(occupancy, pixels, palette)
     if view.similarity.size:
-        image = blend_heatmap(image, _on_grid(view.similarity, view.grid, grid, np.nan))
+        similarity = _on_grid(view.similarity, view.grid, grid, np.nan)
+        similarity[occupancy == Occupancy.UNKNOWN] = np.nan
+        image = blend_heatmap(image, similarity, palette)
     if overlay is not None:
         x_min, _, _, y_max = grid.bounds_m
         canvas = Canvas(image, Viewport(x_min, y_max, pixels / grid.cell_size_m))
-        draw_overlay(canvas, overlay)
-        draw_scale_bar(canvas)
+        draw_overlay(canvas, overlay, palette)
+        draw_scale_bar(canvas, palette)
     return MapImage(image, grid.bounds_m, pixels)
 
 
-def occupancy_image(occupancy: U8, pixels_per_cell: int) -> U8:
+def occupancy_image(occupancy: U8, pixels_per_cell: int, palette: Palette = DARK) -> U8:
     """RGB (ny * s, nx * s, 3) of occupancy (nx, ny): x to the right, y up, nearest neighbour."""
-    colours = np.array([UNKNOWN, FREE, OCCUPIED], np.uint8)
+    colours = np.array([palette.unknown, palette.free, palette.occupied], np.uint8)
     return _upscaled(colours[_as_image(occupancy)], pixels_per_cell, cv2.INTER_NEAREST)
 
 
-def blend_heatmap(image: U8, similarity: F32) -> U8:
-    """``image`` blended with the heatmap of similarity (nx, ny), in [0, 1], NaN: not observed."""
+def blend_heatmap(image: U8, similarity: F32, palette: Palette = DARK) -> U8:
+    """``image`` blended with the heatmap of similarity (nx, ny), in [0, 1], NaN: no heat.
+
+    The scores are interpolated between cells that have one; cells without keep their colour.
+    """
     scores = _as_image(similarity)
-    observed = np.isfinite(scores)
-    top = max(float(scores.max(where=observed, initial=0.0)), MIN_HEATMAP_TOP)
+    scored = np.isfinite(scores)
+    top = max(float(scores.max(where=scored, initial=0.0)), MIN_HEATMAP_TOP)
     factor = image.shape[0] // scores.shape[0]
-    smooth = _upscaled(np.where(observed, scores, 0.0), factor, cv2.INTER_LINEAR)
-    heat = np.clip(smooth / top, 0.0, 1.0).astype(np.float32)
-    inside = _upscaled(observed.astype(np.uint8), factor, cv2.INTER_NEAREST)
+    smooth = _upscaled(np.where(scored, scores, 0.0), factor, cv2.INTER_LINEAR)
+    weight = _upscaled(scored.astype(np.float32), factor, cv2.INTER_LINEAR)
+    inside = _upscaled(scored.astype(np.uint8), factor, cv2.INTER_NEAREST)
+    # inside a scored cell the weight is 1/4 or more; without it the border would fade
+    heat = np.clip(smooth / np.maximum(weight, 0.25) / top, 0.0, 1.0).astype(np.float32)
     alpha = HEATMAP_OPACITY * np.sqrt(np.clip(heat - HEATMAP_THRESHOLD, 0.0, None)) * inside
-    stops = np.linspace(0, 1, len(HEATMAP_COLOURS))
-    colour = np.stack([np.interp(heat, stops, HEATMAP_COLOURS[:, c]) for c in range(3)], axis=-1)
+    colours = np.array(palette.heat, np.float32)
+    stops = np.linspace(0, 1, len(colours))
+    colour = np.stack([np.interp(heat, stops, colours[:, c]) for c in range(3)], axis=-1)
     mixed = image + alpha[..., None] * (colour - image)
     result: U8 = np.rint(mixed).astype(np.uint8)
     return result
 
 
-def draw_overlay(canvas: Canvas, overlay: Overlay) -> None:
+def draw_overlay(canvas: Canvas, overlay: Overlay, palette: Palette = DARK) -> None:
     """Draw in the order of importance: what is drawn last covers the rest."""
-    canvas.line(overlay.trail_m, TRAIL, 2)
+    canvas.line(overlay.trail_m, palette.trail, 2)
     scores = np.clip(np.nan_to_num(overlay.frontier_scores), 0, 1)
-    canvas.dots(overlay.frontiers_m, [2.5 + 4 * float(score) for score in scores], FRONTIER)
-    canvas.rings(overlay.regions_m, 9, REGION, 2)
-    canvas.line(overlay.path_m, PATH, 2)
-    canvas.rings(overlay.goal_m, 6, PATH, 2)
+    canvas.dots(overlay.frontiers_m, [2.5 + 4 * float(score) for score in scores], palette.frontier)
+    canvas.rings(overlay.regions_m, 9, palette.region, 2)
+    canvas.line(overlay.path_m, palette.path, 2)
+    canvas.rings(overlay.goal_m, 6, palette.path, 2)
     if overlay.robot:
         x, y, yaw = overlay.robot
-        canvas.arrow(x, y, yaw, 20, UNKNOWN)
-        canvas.arrow(x, y, yaw, 16, ROBOT)
-    for name, x, y in overlay.found:
-        canvas.dots([(x, y)], [7], UNKNOWN)
-        canvas.dots([(x, y)], [5.5], FOUND)
-        canvas.label(x, y, name, FOUND)
+        canvas.arrow(x, y, yaw, 20, palette.unknown)
+        canvas.arrow(x, y, yaw, 16, palette.robot)
+    places = [(x, y) for _, x, y in overlay.found]
+    canvas.dots(places, [7] * len(places), palette.unknown)
+    canvas.dots(places, [5.5] * len(places), palette.found)
+    names = [name for name, _, _ in overlay.found]
+    canvas.labels(places, names, palette.found, palette.unknown)
 
 
-def draw_scale_bar(canvas: Canvas) -> None:
+def draw_scale_bar(canvas: Canvas, palette: Palette = DARK) -> None:
     """Draw a bar of a round length in the lower left corner, at most a third of the width."""
     height, width = canvas.image.shape[:2]
     longest_m = width / canvas.viewport.pixels_per_m / 3
@@ -140,14 +140,15 @@ def draw_scale_bar(canvas: Canvas) -> None:
         return
     length_m = lengths[-1]
     left, right, row = 14, 14 + round(length_m * canvas.viewport.pixels_per_m), height - 14
-    for width_px, ink in ((4, UNKNOWN), (2, INK)):
+    for width_px, ink in ((4, palette.unknown), (2, palette.ink)):
         for start, end in (
             ((left, row), (right, row)),
             ((left, row - 4), (left, row)),
             ((right, row - 4), (right, row)),
         ):
             cv2.line(canvas.image, start, end, ink, width_px, cv2.LINE_AA)
-    draw_text(canvas.image, f"{length_m:g} m", (left + 4, row - 7), INK)
+    place = (left + 4, row - 7)
+    draw_text(canvas.image, f"{length_m:g} m", place, palette.ink, palette.unknown)
 
 
 def encode_png(image: U8) -> bytes:

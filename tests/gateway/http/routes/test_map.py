@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from onemap_gateway.present.render import FREE, OCCUPIED
+from onemap_gateway.present.palette import DARK, LIGHT
 from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway.fakes import client_of, decoded, gateway_on
 
@@ -25,8 +25,8 @@ def test_the_image_has_its_bounds_and_its_colours(client: TestClient) -> None:
     def at(x_m: float, y_m: float) -> tuple[int, ...]:
         return tuple(image[int((y_max - y_m) * 40), int((x_m - x_min) * 40)].tolist())
 
-    assert at(1.0, 0.5) == FREE
-    assert at(2.05, 0.5) == OCCUPIED
+    assert at(1.0, 0.5) == DARK.free
+    assert at(2.05, 0.5) == DARK.occupied
 
 
 def test_the_image_may_show_a_heatmap(client: TestClient) -> None:
@@ -41,8 +41,24 @@ def test_the_image_may_show_a_heatmap(client: TestClient) -> None:
     np.testing.assert_allclose(y_max - rows.min() / 100, 1.3, atol=0.06)
 
 
+def test_the_image_may_have_the_colours_of_a_light_page(client: TestClient) -> None:
+    image = decoded(client.get("/v1/map.png?marks=false&theme=light").content)
+    assert (image == LIGHT.free).all(axis=2).any()
+    assert not (image == DARK.free).all(axis=2).any()
+
+
 @pytest.mark.parametrize(
-    "query", ["scale=0", "scale=33", "scale=x", "text=", "text=%20", "text=flurb", "marks=perhaps"]
+    "query",
+    [
+        "scale=0",
+        "scale=33",
+        "scale=x",
+        "text=",
+        "text=%20",
+        "text=flurb",
+        "marks=perhaps",
+        "theme=pink",
+    ],
 )
 def test_an_image_that_cannot_be_is_refused(client: TestClient, query: str) -> None:
     answer = client.get(f"/v1/map.png?{query}")

@@ -10,6 +10,7 @@ from fastapi import APIRouter, Query, Response
 from onemap_gateway.http.context import GatewayDep
 from onemap_gateway.http.problem_docs import problem_responses
 from onemap_gateway.http.schemas import ObjectName
+from onemap_gateway.present.palette import PALETTES, Theme
 from onemap_gateway.present.render import MAX_SCALE, encode_png, render_map
 from onemap_gateway.present.replies import MapChange, MapInfo
 from onemap_gateway.present.views import build_overlay, map_archive, map_change, map_info
@@ -37,8 +38,9 @@ async def get_map(gateway: GatewayDep) -> MapInfo:
     response_class=Response,
     responses={
         200: {
-            "description": "Unknown is dark, free is grey, occupied is light; x to the right, y "
-            "up. `X-OneMap-Bounds` holds x_min, y_min, x_max, y_max in metres.",
+            "description": "Unknown is dark, free is grey, occupied is light (with `theme=light` "
+            "free is white, occupied is dark); x to the right, y up. `X-OneMap-Bounds` holds "
+            "x_min, y_min, x_max, y_max in metres.",
             "content": {"image/png": {"schema": {"type": "string", "format": "binary"}}},
         },
         **problem_responses(409, 422, 503),
@@ -54,11 +56,12 @@ async def get_map_picture(
     marks: Annotated[
         bool, Query(description="Draw robot, trail, path, frontiers, found objects, a scale bar.")
     ] = True,
+    theme: Annotated[Theme, Query(description="Colours for a dark or a light page.")] = Theme.DARK,
 ) -> Response:
     """The mapped floor, the similarity to `text`, and what the robot is doing."""
     view = await gateway.view(text)
     drawn = build_overlay(gateway.cache.state, gateway.cache.now_s()) if marks else None
-    map_image = await to_thread.run_sync(render_map, view, drawn, scale)
+    map_image = await to_thread.run_sync(render_map, view, drawn, scale, PALETTES[theme])
     data = await to_thread.run_sync(encode_png, map_image.image)
     headers = {
         "X-OneMap-Bounds": ",".join(f"{value:.4f}" for value in map_image.bounds_m),
