@@ -120,12 +120,31 @@ def test_labels_of_one_place_are_all_legible() -> None:
     assert (together.image == 255).all(axis=2).sum() == ink
 
 
-def test_a_text_has_an_outline_of_its_own_colour() -> None:
-    image = np.full((40, 60, 3), 90, np.uint8)
-    draw_text(image, "sofa", (8, 24), INK, (1, 2, 3))
-    bright = (image > 90).all(axis=2)
-    dark = (image < 90).all(axis=2)
-    assert bright.any()
-    rows, columns = np.nonzero(bright)
-    for row, column in zip(rows, columns, strict=True):  # every letter has dark pixels around it
-        assert dark[row - 3 : row + 4, column - 3 : column + 4].any()
+def test_every_pixel_of_a_text_is_outlined() -> None:
+    for grey in (0, 90, 255):  # whatever is behind it
+        image = np.full((40, 110, 3), grey, np.uint8)
+        draw_text(image, "floor lamp", (6, 24), (200, 0, 0), (0, 0, 200))
+        red, green, blue = np.moveaxis(image.astype(int), -1, 0)
+        ink = (red > blue + 80) & (red > green + 80)
+        outline = (blue > red + 80) & (blue > green + 80)
+        assert ink.any()
+        for row, column in np.argwhere(ink):
+            assert outline[row - 3 : row + 4, column - 3 : column + 4].any()
+        rows, columns = np.nonzero(ink)
+        around = np.nonzero(outline)
+        assert around[0].min() < rows.min()
+        assert around[0].max() > rows.max()
+        assert around[1].min() < columns.min()
+        assert around[1].max() > columns.max()
+
+
+def test_a_text_partly_or_wholly_outside_is_clipped() -> None:
+    whole = np.zeros((60, 140, 3), np.uint8)
+    draw_text(whole, "sofa", (30, 40), INK)
+    part = np.zeros((30, 40, 3), np.uint8)
+    draw_text(part, "sofa", (10, 40 - 20), INK)
+    np.testing.assert_array_equal(part, whole[20:50, 20:60])
+    for place in ((-500, 20), (500, 20), (10, -500), (10, 500)):
+        outside = np.zeros((30, 40, 3), np.uint8)
+        draw_text(outside, "sofa", place, INK)
+        assert not outside.any()
