@@ -4,25 +4,34 @@ import { fetchImage, send } from "./api.js";
 import { CameraView } from "./camera.js";
 import { follow } from "./live.js";
 import { MapView } from "./map.js";
-import { by, showError, showFacts, showNotices, showRegions, showSearch, showServices } from "./panels.js";
+import { Finds } from "./finds.js";
+import { by, showAnswers, showError, showFacts, showNotices, showSearch, showServices } from "./panels.js";
 
 const MAP_MS = 600; // between two images of the map
 const SCALE = 4; // pixels per cell
+const PHONE = "(max-width: 860px)"; // as in style.css
+const NOTHING_TYPED = "Type what you are looking for, for example: sofa, kettle.";
+const REFUSED = [409, 422]; // answers that concern one name, not all of them
 
 const map = new MapView(by("map"));
+const finds = new Finds();
+const light = matchMedia("(prefers-color-scheme: light)");
 const camera = new CameraView(by("camera"), by("camera-numbers"));
 let state = null;
 let connected = false;
 let queried = ""; // text whose similarity is shown; empty: the current target
 let dismissed = ""; // the target whose heatmap the user removed
 
+by("legend").open = !matchMedia(PHONE).matches;
+light.addEventListener("change", () => map.showTheme());
 follow(onState, onConnection);
 repeat(refreshMap, MAP_MS);
 repeat(refreshCamera, 100);
 
 function onState(next) {
   state = next;
-  map.show(state);
+  finds.update(state);
+  map.show(state, finds.list());
   showServices(state.services);
   showNotices(state);
   showSearch(state.search);
@@ -49,9 +58,10 @@ async function repeat(task, pauseMs) {
 let shownMap = "";
 async function refreshMap() {
   const text = heatmapText();
-  const wanted = `${state.map?.revision}/${text}`;
+  const theme = light.matches ? "light" : "dark";
+  const wanted = `${state.map?.revision}/${theme}/${text}`;
   if (!state.map || wanted === shownMap) return;
-  const path = `/v1/map.png?marks=false&scale=${SCALE}`;
+  const path = `/v1/map.png?marks=false&scale=${SCALE}&theme=${theme}`;
   const heated = `${path}&text=${encodeURIComponent(text)}`;
   // without perception there is no heatmap, but still a map
   const { bitmap, headers } = await (text ? fetchImage(heated).catch(() => fetchImage(path)) : fetchImage(path));
@@ -96,24 +106,55 @@ async function act(button, task) {
   }
 }
 
+// The typed names; asks for some if there are none.
+function requiredNames() {
+  const typed = names();
+  by("text").setAttribute("aria-invalid", String(!typed.length));
+  if (typed.length) return typed;
+  by("text").focus();
+  throw new Error(NOTHING_TYPED);
+}
+
 function query() {
   return act(by("where"), async () => {
-    const reply = await send("POST", "/v1/queries", { text: names()[0] ?? "" });
-    queried = reply.text;
-    showRegions(reply, (region) => map.lookAt(...region.centre_m), queryInstead);
-    map.showRegions(reply.regions);
-    showHeatmapText();
+    const answers = [];
+    // One after the other: at most one asks for the token.
+    for (const text of requiredNames()) answers.push(await ask(text));
+    showQueried(answers, answers.find((answer) => answer.regions.length) ?? answers[0]);
   });
 }
 
-function queryInstead(word) {
-  by("text").value = word;
+// The answer to one name; a refusal of this name is an answer, too.
+async function ask(text) {
+  try {
+    return await send("POST", "/v1/queries", { text });
+  } catch (problem) {
+    if (!REFUSED.includes(problem.status)) throw problem;
+    return { text, regions: [], message: problem.message, did_you_mean: [], refused: true };
+  }
+}
+
+// Show the answers, and the heatmap of one of them.
+function showQueried(answers, shown) {
+  queried = shown.refused ? "" : shown.text;
+  showAnswers(answers, queried, {
+    onRegion: (region) => map.lookAt(...region.centre_m),
+    onAnswer: (answer) => showQueried(answers, answer),
+    onWord: queryInstead,
+  });
+  map.showAnswers(answers);
+  showHeatmapText();
+}
+
+// Ask once more, with `word` in the place of `text`.
+function queryInstead(text, word) {
+  by("text").value = names().map((name) => (name === text ? word : name)).join(", ");
   return query();
 }
 
 function startSearch() {
   return act(by("find"), async () => {
-    await send("POST", "/v1/searches", { objects: names() });
+    await send("POST", "/v1/searches", { objects: requiredNames() });
     clearResult();
     dismissed = "";
   });
@@ -121,8 +162,8 @@ function startSearch() {
 
 function clearResult() {
   queried = "";
-  showRegions(null);
-  map.showRegions([]);
+  showAnswers([]);
+  map.showAnswers([]);
   showHeatmapText();
 }
 

@@ -1,19 +1,14 @@
 // The map on a canvas: the gateway's image of the floor, and over it what moves.
 
-const COLOURS = {
-  trail: "#62768f",
-  path: "#4cc9f0",
-  frontier: "#5ed6a0",
-  region: "#ffbe5c",
-  robot: "#f5f8fc",
-  find: "#ff6f91",
-  ground: "#0f141b",
-  ink: "#d6dfe9",
-};
+// Custom properties of style.css, which has them for light and for dark pages.
+const COLOURS = [
+  "unknown", "trail", "path", "frontier", "region", "robot", "collided", "find", "ink",
+];
 const TRAIL_STEP_M = 0.05;
 const TRAIL_JUMP_M = 1.0;
 const ROBOT_MARGIN_M = 0.7; // around the robot when all of the map is shown
 const GLIDE_S = 0.15; // states come every 0.2 s: the robot reaches one about when the next is here
+const LABEL_PX = 16; // height of a label
 const FONT = "13px system-ui, 'DejaVu Sans', sans-serif";
 
 export class MapView {
@@ -24,18 +19,31 @@ export class MapView {
     this.camera = { x: 0, y: 0, pixelsPerM: 60 };
     this.fitted = true; // follows the map as it grows, until the user moves it
     this.state = null;
-    this.regions = [];
+    this.answers = [];
+    this.finds = [];
     this.robot = null;
     this.trail = [];
     this.dirty = true;
     this.last = performance.now();
     new ResizeObserver(() => this.resize()).observe(canvas);
+    this.showTheme();
     this.listen();
     requestAnimationFrame((now) => this.tick(now));
   }
 
-  show(state) {
+  // Read the colours of the page, light or dark.
+  showTheme() {
+    const style = getComputedStyle(document.documentElement);
+    this.colours = Object.fromEntries(
+      COLOURS.map((name) => [name, style.getPropertyValue(`--map-${name}`).trim()]),
+    );
+    this.dirty = true;
+  }
+
+  // finds: [{ name, x, y }] in metres
+  show(state, finds) {
     this.state = state;
+    this.finds = finds;
     if (state.trail_m) this.trail = state.trail_m;
     const robot = state.robot;
     if (robot && !this.robot) this.robot = { x: robot.x_m, y: robot.y_m, yaw: robot.yaw_rad };
@@ -49,8 +57,8 @@ export class MapView {
     this.dirty = true;
   }
 
-  showRegions(regions) {
-    this.regions = regions;
+  showAnswers(answers) {
+    this.answers = answers;
     this.dirty = true;
   }
 
@@ -203,18 +211,20 @@ export class MapView {
   draw() {
     const { context, canvas } = this;
     const ratio = window.devicePixelRatio || 1;
+    this.labels = []; // drawn so far: { column, right, row }
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.fillStyle = COLOURS.ground;
+    context.fillStyle = this.colours.unknown;
     context.fillRect(0, 0, canvas.clientWidth, canvas.clientHeight);
     if (this.image) this.drawImage();
     if (!this.state) return;
     const path = this.state.path;
-    this.line(this.trail, COLOURS.trail, 2, 0.75);
+    this.line(this.trail, this.colours.trail, 2, 0.75);
     if (path) this.drawPlan(path);
-    for (const region of this.regions) this.drawRegion(region);
-    for (const result of this.state.search?.results ?? []) {
-      if (result.outcome === "found" && result.position_m) this.drawFind(result);
+    for (const { text, regions } of this.answers) {
+      const prefix = this.answers.length > 1 ? `${text} ` : "";
+      for (const region of regions) this.drawRegion(region, prefix);
     }
+    for (const find of this.finds) this.drawFind(find);
     if (this.robot) this.drawRobot();
     this.drawScaleBar();
   }
@@ -231,45 +241,45 @@ export class MapView {
   drawPlan(path) {
     path.frontiers_m.forEach(([x, y], i) => {
       const score = Math.min(Math.max(path.frontier_scores[i] ?? 0, 0), 1);
-      this.dot(x, y, 2.5 + 4.5 * score, COLOURS.frontier, 0.55 + 0.45 * score);
+      this.dot(x, y, 2.5 + 4.5 * score, this.colours.frontier, 0.55 + 0.45 * score);
     });
-    for (const [x, y] of path.regions_m) this.ring(x, y, 10, COLOURS.region);
-    this.line(path.points_m, COLOURS.path, 2.5, 0.95);
-    for (const [x, y] of path.goal_m) this.ring(x, y, 6, COLOURS.path);
+    for (const [x, y] of path.regions_m) this.ring(x, y, 10, this.colours.region);
+    this.line(path.points_m, this.colours.path, 2.5, 0.95);
+    for (const [x, y] of path.goal_m) this.ring(x, y, 6, this.colours.path);
   }
 
-  drawRegion(region) {
+  drawRegion(region, prefix) {
     const { context } = this;
     const [x0, y0, x1, y1] = region.extent_m;
     const [left, top] = this.pixels(x0, y1);
     const [right, bottom] = this.pixels(x1, y0);
-    context.strokeStyle = COLOURS.region;
+    context.strokeStyle = this.colours.region;
     context.lineWidth = region.rank === 1 ? 2 : 1;
     context.setLineDash([5, 4]);
     context.beginPath();
     context.roundRect(left - 4, top - 4, right - left + 8, bottom - top + 8, 6);
     context.stroke();
     context.setLineDash([]);
-    this.label(String(region.rank), left, top - 10, COLOURS.region);
+    this.label(`${prefix}${region.rank}`, left, top - 10, this.colours.region);
   }
 
-  drawFind(result) {
+  drawFind(find) {
     const { context } = this;
-    const [column, row] = this.pixels(result.position_m[0], result.position_m[1]);
+    const [column, row] = this.pixels(find.x, find.y);
     context.beginPath(); // a pin whose tip is the place
     context.arc(column, row - 15, 7.5, Math.PI * 0.85, Math.PI * 0.15);
     context.lineTo(column, row);
     context.closePath();
-    context.fillStyle = COLOURS.find;
-    context.strokeStyle = COLOURS.ground;
+    context.fillStyle = this.colours.find;
+    context.strokeStyle = this.colours.unknown;
     context.lineWidth = 1.5;
     context.fill();
     context.stroke();
     context.beginPath();
     context.arc(column, row - 15, 2.6, 0, 2 * Math.PI);
-    context.fillStyle = COLOURS.ground;
+    context.fillStyle = this.colours.unknown;
     context.fill();
-    this.label(result.name, column + 12, row - 11, COLOURS.find);
+    this.label(find.name, column + 12, row - 11, this.colours.find);
   }
 
   drawRobot() {
@@ -284,8 +294,8 @@ export class MapView {
     context.lineTo(-4.5, 0);
     context.lineTo(-9, -8.5);
     context.closePath();
-    context.fillStyle = this.state.robot?.collided ? "#ff6b6b" : COLOURS.robot;
-    context.strokeStyle = COLOURS.ground;
+    context.fillStyle = this.state.robot?.collided ? this.colours.collided : this.colours.robot;
+    context.strokeStyle = this.colours.unknown;
     context.lineWidth = 2.5;
     context.lineJoin = "round";
     context.stroke();
@@ -300,7 +310,7 @@ export class MapView {
     const left = 18;
     const right = left + length * this.camera.pixelsPerM;
     const row = canvas.clientHeight - 20;
-    context.strokeStyle = COLOURS.ink;
+    context.strokeStyle = this.colours.ink;
     context.lineWidth = 1.5;
     context.beginPath();
     context.moveTo(left, row - 5);
@@ -308,7 +318,7 @@ export class MapView {
     context.lineTo(right, row);
     context.lineTo(right, row - 5);
     context.stroke();
-    this.label(`${length} m`, left + 2, row - 9, COLOURS.ink);
+    this.label(`${length} m`, left + 2, row - 9, this.colours.ink);
   }
 
   line(points, colour, width, opacity) {
@@ -346,9 +356,14 @@ export class MapView {
   label(text, column, row, colour) {
     const { context } = this;
     context.font = FONT;
+    const right = column + context.measureText(text).width;
+    const covers = (box) =>
+      column < box.right && box.column < right && Math.abs(row - box.row) < LABEL_PX;
+    while (this.labels.some(covers)) row -= LABEL_PX; // above the label that stands there
+    this.labels.push({ column, right, row });
     context.lineWidth = 4;
     context.lineJoin = "round";
-    context.strokeStyle = COLOURS.ground;
+    context.strokeStyle = this.colours.unknown;
     context.strokeText(text, column, row);
     context.fillStyle = colour;
     context.fillText(text, column, row);

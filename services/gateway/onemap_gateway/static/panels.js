@@ -73,6 +73,7 @@ function lasts(name, problem) {
 
 export function showSearch(search) {
   by("search-card").hidden = !search;
+  document.body.classList.toggle("searching", Boolean(search?.active));
   if (!search) return;
   by("search-title").textContent = search.active
     ? `Looking for the ${search.target}`
@@ -104,36 +105,53 @@ function describe(search, name, index) {
   return ["found", name, `${where} · ${duration(result.duration_s)} · ${result.path_length_m.toFixed(1)} m`];
 }
 
-// onChoose takes a region that was clicked, onQuery a suggested word.
-export function showRegions(reply, onChoose, onQuery) {
-  by("regions-card").hidden = !reply;
-  if (!reply) return;
-  by("regions-title").textContent = `Where is the ${reply.text}?`;
-  const rows = reply.regions.map((region) => {
+// A list of regions for each answer. `shown`: the text whose heatmap is on the map. `actions`:
+// onRegion and onAnswer take what was clicked, onWord the asked and the suggested word.
+export function showAnswers(answers, shown, actions) {
+  by("regions-card").hidden = !answers.length;
+  by("regions-card").replaceChildren(
+    ...answers.flatMap((answer) => [
+      answerTitle(answer, shown, answers.length > 1 && !answer.refused && actions.onAnswer),
+      element("ol", { className: "regions" }, answerRows(answer, actions)),
+    ]),
+  );
+}
+
+function answerTitle(answer, shown, onAnswer) {
+  const text = `Where is the ${answer.text}?`;
+  if (!onAnswer) return element("h2", { text });
+  const button = element("button", { className: "answer", text, title: "Show its heatmap" });
+  button.type = "button";
+  button.setAttribute("aria-pressed", String(answer.text === shown));
+  button.addEventListener("click", () => onAnswer(answer));
+  return element("h2", {}, [button]);
+}
+
+function answerRows(answer, { onRegion, onWord }) {
+  const rows = answer.regions.map((region) => {
     const [x, y] = region.centre_m;
-    const button = element("button", {}, [
+    const button = element("button", { title: "Show it on the map" }, [
       element("span", { className: "rank", text: String(region.rank) }),
       element("span", { text: `${x.toFixed(1)}, ${y.toFixed(1)} m` }),
       element("span", { className: "score", text: `score ${region.score.toFixed(2)}` }),
     ]);
     button.type = "button";
-    button.title = "Show it on the map";
-    button.addEventListener("click", () => onChoose(region));
+    button.addEventListener("click", () => onRegion(region));
     return element("li", {}, [button]);
   });
   if (!rows.length) {
     // A word that the encoder cannot place is refused by a search too.
-    const further = reply.did_you_mean.length ? "" : " “Go and find” explores further.";
-    const text = reply.message + further;
+    const final = answer.refused || answer.did_you_mean.length;
+    const text = capital(answer.message) + (final ? "" : " “Go and find” explores further.");
     rows.push(element("li", { className: "none", text }));
   }
-  for (const word of reply.did_you_mean) {
+  for (const word of answer.did_you_mean) {
     const button = element("button", { className: "word", text: `Ask for “${word}”` });
     button.type = "button";
-    button.addEventListener("click", () => onQuery(word));
+    button.addEventListener("click", () => onWord(answer.text, word));
     rows.push(element("li", {}, [button]));
   }
-  by("regions").replaceChildren(...rows);
+  return rows;
 }
 
 export function showFacts(map) {
