@@ -1,0 +1,234 @@
+"""The live page in a browser: ask, search, stop, finds, phone, light and dark, accessibility."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.gateway.static.chromium import Page
+from tests.gateway.static.conftest import Robot
+
+pytestmark = pytest.mark.slow
+
+PHONE = (360, 640)
+NAMED_ROLES = {"button", "link", "textbox", "image", "Canvas", "img", "DisclosureTriangle"}
+# The colour of a canvas pixel is shown nowhere else: count those of one colour on the map.
+PIXELS = """(() => {
+  const canvas = document.getElementById("map");
+  const style = getComputedStyle(document.documentElement);
+  const hex = style.getPropertyValue("--map-%s").trim();
+  const [r, g, b] = [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  let count = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    count += Math.abs(data[i] - r) + Math.abs(data[i + 1] - g) + Math.abs(data[i + 2] - b) < 12;
+  }
+  return count;
+})()"""
+# Texts whose contrast with what is behind them is under that of WCAG 2.2 AA.
+FAINT_TEXTS = """(() => {
+  const parse = (text) => (text.match(/[\\d.]+/g) ?? [0, 0, 0, 0]).map(Number);
+  const over = ([r, g, b, a = 1], below) => [r, g, b].map((c, i) => c * a + below[i] * (1 - a));
+  const behind = (node) => {
+    if (!node) return [255, 255, 255];
+    return over(parse(getComputedStyle(node).backgroundColor), behind(node.parentElement));
+  };
+  const luminance = (colour) => colour
+    .map((c) => c / 255)
+    .map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
+  const faint = [];
+  const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (texts.nextNode()) {
+    const node = texts.currentNode.parentElement;
+    if (!texts.currentNode.data.trim() || !node.checkVisibility()) continue;
+    const ground = behind(node);
+    const ink = over(parse(getComputedStyle(node).color), ground);
+    const [low, high] = [luminance(ink), luminance(ground)].sort((a, b) => a - b);
+    const contrast = (high + 0.05) / (low + 0.05);
+    if (contrast < 4.5) faint.push(`${texts.currentNode.data.trim()}: ${contrast.toFixed(2)}`);
+  }
+  return faint;
+})()"""
+
+# The finds after: one, the same seen again in another search, one elsewhere, a cleared map.
+FINDS = """(async () => {
+  const { Finds } = await import("/static/finds.js");
+  const finds = new Finds();
+  const state = (id, x, frames) => ({
+    map: { frames_fused: frames },
+    search: { id, results: [{ name: "sofa", outcome: "found", position_m: [x, 0, 0] }] },
+  });
+  const cleared = { map: { frames_fused: 0 }, search: null };
+  return [state("a", 1, 5), state("b", 1.2, 6), state("c", 4, 7), cleared].map((next) => {
+    finds.update(next);
+    return finds.list().map(({ name }) => name);
+  });
+})()"""
+
+
+def start_search(page: Page, text: str = "sofa, kettle") -> None:
+    page.type("#text", text)
+    page.click("#find")
+    page.wait_for("document.body.classList.contains('searching')")
+
+
+def test_every_typed_name_is_asked(page: Page, robot: Robot) -> None:
+    page.open(robot.address)
+    page.type("#text", "sofa, kettle , ,kite")
+    page.click("#where")
+    page.wait_for("document.querySelectorAll('#regions-card h2').length === 3")
+    answers = page.text("#regions-card")
+    for name in ("sofa", "kettle", "kite"):
+        assert f"Where is the {name}?" in answers
+    assert "Nothing on the map looks like 'kite'" in answers
+    assert page.text("#heat") == "sofa"
+    page.click("#regions-card h2:nth-of-type(2) button")
+    page.wait_for("document.getElementById('heat').innerText === 'kettle'")
+    page.wait_for(f"{PIXELS % 'region'} > 20")
+    assert page.errors == []
+
+
+def test_a_suggested_word_replaces_only_its_own_name(page: Page, robot: Robot) -> None:
+    page.open(robot.address)
+    page.type("#text", "sofa, kite")
+    page.click("#where")
+    page.wait_for("document.querySelector('.word')")
+    page.click(".word")
+    page.wait_for("document.getElementById('text').value === 'sofa, ball'")
+
+
+def test_a_refused_name_does_not_hide_the_answers_to_others(page: Page, robot: Robot) -> None:
+    page.open(robot.address)
+    page.type("#text", "flurb, sofa")
+    page.click("#where")
+    page.wait_for("document.querySelectorAll('#regions-card h2').length === 2")
+    assert "does not know 'flurb'" in page.text("#regions-card")
+    assert page.text("#heat") == "sofa"
+
+
+@pytest.mark.parametrize("button", ["#where", "#find"])
+@pytest.mark.parametrize("typed", ["", " , "])
+def test_an_empty_box_is_answered_by_a_sentence(
+    page: Page, robot: Robot, button: str, typed: str
+) -> None:
+    page.open(robot.address)
+    page.type("#text", typed)
+    page.click(button)
+    page.wait_for("!document.getElementById('error').hidden")
+    assert page.text("#error").startswith("Type what you are looking for")
+    assert page.evaluate("document.activeElement.id") == "text"
+    assert robot.planner.status is None
+    assert page.errors == []
+
+
+def test_a_search_is_started_followed_and_stopped(page: Page, robot: Robot) -> None:
+    page.open(robot.address)
+    start_search(page)
+    assert robot.planner.status is not None
+    assert robot.planner.status.objects == ("sofa", "kettle")
+    page.wait_for("document.getElementById('search-title').innerText === 'Looking for the sofa'")
+    robot.move()
+    page.wait_for(f"{PIXELS % 'path'} > 20")
+    page.click("#stop")
+    page.wait_for("document.getElementById('search-state').innerText === 'stopped'")
+    page.wait_for(f"{PIXELS % 'path'} === 0")
+    assert page.evaluate("document.getElementById('stop').hidden")
+    assert page.errors == []
+
+
+def test_finds_stay_when_their_search_has_ended_and_another_begins(
+    page: Page, robot: Robot
+) -> None:
+    page.open(robot.address)
+    start_search(page, "sofa")
+    robot.find("sofa", 0.4, 1.1)
+    page.wait_for("document.getElementById('search-state').innerText === 'found'")
+    page.wait_for(f"{PIXELS % 'find'} > 40")
+    start_search(page, "kettle")
+    page.wait_for("document.getElementById('search-title').innerText === 'Looking for the kettle'")
+    assert page.evaluate(PIXELS % "find") > 40
+
+
+def test_finds_are_one_per_place_and_go_with_their_map(page: Page, robot: Robot) -> None:
+    page.open(robot.address)
+    names = page.evaluate(FINDS)
+    assert names == [["sofa"], ["sofa"], ["sofa", "sofa"], []]
+
+
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_stop_is_in_sight_on_a_phone(page: Page, robot: Robot, scheme: str) -> None:
+    page.prefer(scheme)
+    page.resize(*PHONE, mobile=True)
+    page.open(robot.address)
+    assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
+    start_search(page, "sofa")
+    for place in ("0", "document.body.scrollHeight / 2", "document.body.scrollHeight"):
+        page.evaluate(f"window.scrollTo(0, {place})")
+        assert page.centre("#stop") is not None, place
+    height = page.evaluate("document.getElementById('stop').getBoundingClientRect().height")
+    assert height >= 44
+    page.click("#stop")
+    page.wait_for("document.getElementById('search-state').innerText === 'stopped'")
+    assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
+    assert page.errors == []
+
+
+def test_stop_is_in_sight_in_a_low_window(page: Page, robot: Robot) -> None:
+    page.resize(1000, 480)
+    page.open(robot.address)
+    start_search(page, "sofa, kettle")
+    page.type("#text", "sofa, kettle")
+    page.click("#where")
+    page.wait_for("document.querySelectorAll('#regions-card li').length === 4")
+    page.evaluate("document.querySelector('.side').scrollTo(0, 10000)")
+    assert page.centre("#stop") is not None
+
+
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+@pytest.mark.parametrize("size", [(1280, 800), PHONE], ids=["desk", "phone"])
+def test_the_page_is_accessible(
+    page: Page, robot: Robot, scheme: str, size: tuple[int, int]
+) -> None:
+    page.prefer(scheme)
+    page.resize(*size)
+    page.open(robot.address)
+    page.click("#find")  # shows the error
+    page.wait_for("!document.getElementById('error').hidden")
+    start_search(page)
+    page.type("#text", "sofa, kite, flurb")
+    page.click("#where")
+    page.wait_for("document.querySelectorAll('#regions-card h2').length === 3")
+    page.wait_for("document.querySelectorAll('#notices li').length > 0")
+    page.evaluate("document.getElementById('legend').open = true")
+    assert page.evaluate(FAINT_TEXTS) == []
+    unnamed = [role for role, name in page.accessible_nodes() if role in NAMED_ROLES and not name]
+    assert unnamed == []
+    headings = "document.querySelectorAll('h1').length"
+    assert page.evaluate(headings) == 1
+    ids = "[...document.querySelectorAll('[id]')].map((node) => node.id)"
+    assert page.evaluate(f"new Set({ids}).size === {ids}.length")
+    assert page.evaluate("document.documentElement.lang") == "en"
+
+
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_the_map_has_the_colours_of_the_page(page: Page, robot: Robot, scheme: str) -> None:
+    page.prefer(scheme)
+    page.open(robot.address)
+    page.wait_for(f"{PIXELS % 'free'} > 1000")
+    page.wait_for(f"{PIXELS % 'occupied'} > 50")
+
+
+def test_the_legend_names_what_is_drawn(page: Page, robot: Robot) -> None:
+    page.open(robot.address)
+    legend = page.text("#legend")
+    drawn = (
+        "floor, wall, unknown, similarity, robot, driven, path, goal, frontier, look, answer, found"
+    )
+    for name in drawn.split(", "):
+        assert name in legend
+
+
+def test_the_api_documentation_opens_without_errors(page: Page, robot: Robot) -> None:
+    page.call("Page.navigate", url=f"{robot.address}docs")
+    page.wait_for("document.querySelector('.opblock') && document.querySelector('#problems tr')")
+    assert page.errors == []
