@@ -9,6 +9,7 @@ ARG TORCH_INDEX=https://download.pytorch.org/whl/cpu
 RUN python -m venv /opt/onemap
 WORKDIR /source
 COPY pyproject.toml constraints.txt requirements-minilm.txt README.md LICENSE ./
+COPY client ./client
 COPY shared ./shared
 COPY services ./services
 COPY tools ./tools

@@ -60,6 +60,7 @@ def folders(root: Path) -> dict[str, Path]:
     """Where each package lies."""
     services = {f"onemap_{name}": root / "services" / name / f"onemap_{name}" for name in SERVICES}
     return {
+        "onemap": root / "client" / "onemap",
         "onemap_shared": root / "shared" / "onemap_shared",
         "onemap_tools": root / "tools" / "onemap_tools",
         **services,

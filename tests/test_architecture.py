@@ -29,6 +29,9 @@ MAX_FILE_LINES = 400
 # Files that talk (bus, clock, threads, processes, network, environment), each with its reason.
 # Every other module computes only. ``service``, ``__main__`` and ``config`` of a service may.
 TALKS = {
+    "onemap.client": "takes another HTTP transport",
+    "onemap.connection": "HTTP",
+    "onemap.remote_search": "waits before it connects again",
     "onemap_shared.bus": "Zenoh",
     "onemap_shared.memory_bus": "the bus inside one process",
     "onemap_shared.transport": "inboxes between the bus's threads and a service",
@@ -189,7 +192,7 @@ ONLY_IN = {
     },
     "onnxruntime": {"onemap_perception.onnx"},
     "huggingface_hub": {"onemap_perception.model_store"},
-    "httpx": {"onemap_tools.client"},
+    "httpx": {"onemap.client", "onemap.connection", "onemap_tools.client"},
 }
 NEVER = {"pickle", "cPickle", "dill", "joblib", "shelve", "marshal"}
 
@@ -202,6 +205,8 @@ def foreign_packages(module: Module) -> set[str]:
     """Packages of ours that this module may not import."""
     if module.package == "onemap_tools":
         return set()
+    if module.package == "onemap":
+        return set(folders(ROOT)) - {"onemap"}
     return set(folders(ROOT)) - {"onemap_shared", module.package}
 
 
@@ -223,7 +228,8 @@ def walls_in_the_way(module: Module, name: str) -> Iterator[str]:
     """Why this module may not import ``name``."""
     top = name.split(".", maxsplit=1)[0]
     if top in foreign_packages(module):
-        yield f"{module.package} may import only itself and onemap_shared"
+        shared = "" if module.package == "onemap" else " and onemap_shared"
+        yield f"{module.package} may import only itself{shared}"
     if top in NEVER:
         yield "no pickle, on the wire or on disk"
     if module.package == "onemap_shared" and top in {"torch", "cv2", "fastapi"}:
@@ -272,6 +278,16 @@ BREACHES = {
     ),
     "shared to torch": ("shared/onemap_shared/x.py", "import torch", "stays light"),
     "shared to tools": ("shared/onemap_shared/x.py", "import onemap_tools.cli.app", "only itself"),
+    "the client to shared": (
+        "client/onemap/x.py",
+        "from onemap_shared.messages import SearchState",
+        "onemap may import only itself",
+    ),
+    "a service to the client": (
+        "services/mapper/onemap_mapper/x.py",
+        "from onemap import Client",
+        "only itself",
+    ),
     "zenoh outside the bus": (
         "services/mapper/onemap_mapper/service.py",
         "import zenoh",

@@ -1,0 +1,51 @@
+"""Python client of OneMap: ask where something is, send the robot, keep maps.
+
+from onemap import Client
+
+with Client() as client:
+    print(client.query("sofa").regions)
+"""
+
+from __future__ import annotations
+
+from onemap.client import Client
+from onemap.connection import DEFAULT_URL
+from onemap.errors import InvalidSetting, OneMapError, Unreachable
+from onemap.events import SearchChanged, SearchEvent, SearchInterrupted
+from onemap.map_files import MapFiles
+from onemap.remote_search import RemoteSearch, RemoteSearches, Retry
+from onemap.replies import (
+    MapContent,
+    MapStatistics,
+    ObjectOutcome,
+    QueryResult,
+    Region,
+    SearchSnapshot,
+    ServiceHealth,
+    StreamHealth,
+    SystemStatus,
+)
+
+__all__ = [
+    "DEFAULT_URL",
+    "Client",
+    "InvalidSetting",
+    "MapContent",
+    "MapFiles",
+    "MapStatistics",
+    "ObjectOutcome",
+    "OneMapError",
+    "QueryResult",
+    "Region",
+    "RemoteSearch",
+    "RemoteSearches",
+    "Retry",
+    "SearchChanged",
+    "SearchEvent",
+    "SearchInterrupted",
+    "SearchSnapshot",
+    "ServiceHealth",
+    "StreamHealth",
+    "SystemStatus",
+    "Unreachable",
+]

@@ -1,0 +1,74 @@
+"""The client: one object for all that a gateway offers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import TracebackType
+
+import httpx
+
+from onemap.connection import DEFAULT_URL, TIMEOUT_S, Connection
+from onemap.errors import OneMapError, Unreachable
+from onemap.map_files import MapFiles
+from onemap.remote_search import RemoteSearch, RemoteSearches, Retry
+from onemap.replies import QueryResult, SystemStatus
+
+
+class Client:
+    """A gateway over HTTP; a context manager. Every failure raises a OneMapError.
+
+    token: the gateway's, if it has one; timeout_s: for one reply; retry: how an interrupted event
+    stream is opened again; transport: another one than sockets, for tests.
+    """
+
+    def __init__(
+        self,
+        url: str = DEFAULT_URL,
+        token: str | None = None,
+        timeout_s: float = TIMEOUT_S,
+        *,
+        retry: Retry | None = None,
+        transport: httpx.BaseTransport | None = None,
+    ) -> None:
+        self._connection = Connection(url, token or "", timeout_s, transport)
+        self.url = url
+        self.searches = RemoteSearches(self._connection, retry or Retry())
+        self.maps = MapFiles(self._connection)
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        problem: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the sockets."""
+        self._connection.close()
+
+    def query(self, text: str, max_regions: int = 5) -> QueryResult:
+        """Where is it? Regions of the map that look like the text, best first."""
+        body = {"text": text, "max_regions": max_regions}
+        return self._connection.fetch(QueryResult.of, "POST", "/v1/queries", body)
+
+    def search(self, objects: str | Sequence[str]) -> RemoteSearch:
+        """Go and find: one object, or several, one after the other."""
+        return self.searches.start((objects,) if isinstance(objects, str) else tuple(objects))
+
+    def status(self) -> SystemStatus:
+        """What runs, and how."""
+        return self._connection.fetch(SystemStatus.of, "GET", "/v1/status")
+
+    def missing_stage(self) -> str:
+        """Why a search cannot start now, in a sentence; empty if it can."""
+        try:
+            self._connection.download("/readyz")
+        except Unreachable:
+            return "The gateway does not answer yet."
+        except OneMapError as error:
+            return error.detail
+        return ""

@@ -1,0 +1,136 @@
+"""Searches of a robot: follow, wait for, cancel."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass, replace
+from urllib.parse import quote
+
+from onemap.connection import Connection
+from onemap.errors import OneMapError
+from onemap.events import SearchChanged, SearchEvent, SearchInterrupted, search_event
+from onemap.events import stream_messages as messages_of
+from onemap.replies import SearchSnapshot
+
+
+@dataclass(frozen=True, slots=True)
+class Retry:
+    """How an interrupted event stream is opened again: after ``first_s``, then twice that, ...
+
+    attempts: in a row without any event, before the error is raised. A gateway that was killed is
+    back within seconds.
+    """
+
+    first_s: float = 0.5
+    most_s: float = 5.0
+    attempts: int = 10
+
+    def delay_s(self, failures: int) -> float:
+        """Seconds to wait after this many failures in a row, 0 or more."""
+        return min(self.first_s * 2.0 ** max(failures - 1, 0), self.most_s)
+
+
+class RemoteSearch:
+    """A search on the robot. ``latest`` is the newest snapshot that arrived here."""
+
+    def __init__(
+        self,
+        connection: Connection,
+        latest: SearchSnapshot,
+        retry: Retry,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self._connection = connection
+        self._retry = retry
+        self._sleep = sleep
+        self.latest = latest
+
+    @property
+    def id(self) -> str:
+        """The id by which ``client.searches.get`` finds the search again."""
+        return self.latest.id
+
+    def status(self) -> SearchSnapshot:
+        """How is it going? Asks the robot."""
+        return self._send("GET")
+
+    def cancel(self) -> SearchSnapshot:
+        """Stop the robot and end the search; what was found so far stays in the results."""
+        return self._send("DELETE")
+
+    def wait(self) -> SearchSnapshot:
+        """The final state, when it is reached; raises OneMapError as ``events`` does."""
+        for _ in self.events():
+            pass
+        return self.latest
+
+    def events(self) -> Iterator[SearchEvent]:
+        """Every change of the search from now on; ends with the final state.
+
+        The first event is the present state. An interrupted stream is opened again while the
+        search runs, and the interruption is an event. Raises OneMapError if the gateway stays away
+        (see ``Retry``), or does not have the search any more.
+        """
+        last: SearchSnapshot | None = None
+        failures = 0
+        while True:
+            try:
+                for event in self._connected():
+                    failures = 0
+                    if not isinstance(event, SearchChanged):
+                        yield event
+                    elif last is None or _differ(last, event.search):
+                        self.latest = last = event.search
+                        yield event
+                        if not last.active:
+                            return
+            except OneMapError as error:
+                failures += 1
+                if not error.temporary or failures > self._retry.attempts:
+                    raise
+                if failures == 1:
+                    yield SearchInterrupted(error.detail)
+            self._sleep(self._retry.delay_s(failures))
+
+    def _connected(self) -> Iterator[SearchEvent]:
+        """The events of one connection."""
+        path = f"/v1/searches/{self.id}/events"
+        with closing(self._connection.stream(path)) as chunks:
+            for message in messages_of(chunks):
+                event = search_event(message)
+                if event is not None:
+                    yield event
+
+    def _send(self, method: str) -> SearchSnapshot:
+        path = f"/v1/searches/{self.id}"
+        self.latest = self._connection.fetch(SearchSnapshot.of, method, path)
+        return self.latest
+
+
+class RemoteSearches:
+    """The robot's searches: ``client.searches``."""
+
+    def __init__(self, connection: Connection, retry: Retry) -> None:
+        self._connection = connection
+        self._retry = retry
+
+    def start(self, objects: tuple[str, ...]) -> RemoteSearch:
+        """Search for these objects, one after the other."""
+        return self._search("POST", "/v1/searches", {"objects": list(objects)})
+
+    def get(self, search_id: str = "current") -> RemoteSearch:
+        """A search by its id; ``current`` is the newest."""
+        return self._search("GET", f"/v1/searches/{quote(search_id, safe='')}")
+
+    def _search(
+        self, method: str, path: str, body: dict[str, list[str]] | None = None
+    ) -> RemoteSearch:
+        snapshot = self._connection.fetch(SearchSnapshot.of, method, path, body)
+        return RemoteSearch(self._connection, snapshot, self._retry)
+
+
+def _differ(a: SearchSnapshot, b: SearchSnapshot) -> bool:
+    """Whether more than the time has changed."""
+    return replace(a, elapsed_s=0.0) != replace(b, elapsed_s=0.0)

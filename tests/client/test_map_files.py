@@ -1,0 +1,40 @@
+"""The map of a real gateway, saved, loaded, described and cleared."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+
+from onemap import Client, OneMapError
+from tests.gateway.fakes import FakeMapper
+
+
+def test_a_map_is_saved_and_loaded_by_its_name(client: Client, mapper: FakeMapper) -> None:
+    saved = client.maps.save("flat")
+    assert (saved.path, saved.cells_observed, saved.frames_fused) == ("maps/flat", 315, 7)
+    assert client.maps.load("flat") == saved
+    assert client.maps.clear().path == ""
+    assert mapper.saved == ["flat"]
+
+
+def test_a_map_that_is_not_there_is_an_error(client: Client, mapper: FakeMapper) -> None:
+    with pytest.raises(OneMapError, match="'house'") as error:
+        client.maps.load("house")
+    assert error.value.status == 404
+    with pytest.raises(OneMapError, match="begins with a letter"):
+        client.maps.save("../etc")
+
+
+def test_the_map_in_numbers(client: Client, mapper: FakeMapper) -> None:
+    info = client.maps.info()
+    assert info.bounds_m == pytest.approx((-1.0, -0.5, 3.0, 2.5))
+    assert info.free_m2 == pytest.approx(3.0)
+    assert info.occupied_m2 == pytest.approx(0.15)
+    assert (info.revision, info.rate_hz) == (7, 0.0)
+
+
+def test_the_archive_is_what_numpy_loads(client: Client, mapper: FakeMapper) -> None:
+    with np.load(io.BytesIO(client.maps.archive())) as archive:
+        assert archive["occupancy"].shape == (40, 30)

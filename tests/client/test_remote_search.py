@@ -1,0 +1,144 @@
+"""Searches are followed over a real gateway, and over gateways that break off."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import httpx
+import pytest
+
+from onemap import (
+    Client,
+    OneMapError,
+    Retry,
+    SearchChanged,
+    SearchEvent,
+    SearchInterrupted,
+    Unreachable,
+)
+from onemap_shared.messages import SearchState
+from tests.gateway.fakes import FakePlanner
+
+REPORT: dict[str, Any] = {"id": "s1", "objects": ["sofa"], "results": [], "updated_ns": 5}
+NOW = Retry(first_s=0.0, attempts=3)
+
+
+def states(events: Iterator[SearchEvent]) -> list[str]:
+    return [event.search.state for event in events if isinstance(event, SearchChanged)]
+
+
+def test_a_search_is_followed_until_it_is_over(client: Client, planner: FakePlanner) -> None:
+    search = client.search(["sofa", "kettle"])
+    assert search.latest.objects == ("sofa", "kettle")
+    events = search.events()
+    assert str(next(events)) == "sofa: exploring: looking around"
+    planner.move(SearchState.APPROACHING, "there")
+    assert str(next(events)) == "sofa: approaching: there"
+    planner.move(SearchState.NOT_FOUND)
+    assert states(events) == ["not_found"]
+    assert not search.latest.active
+    assert not search.latest.all_found
+    assert search.wait() == search.latest
+
+
+def test_a_search_is_found_again_and_cancelled(client: Client, planner: FakePlanner) -> None:
+    started = client.search("sofa")
+    again = client.searches.get(started.id)
+    assert again.id == client.searches.get().id == "s1"
+    assert again.status().active
+    assert again.cancel().state == "cancelled"
+    assert started.wait().reason == "cancelled by the user"
+
+
+def test_a_search_that_is_not_there_is_an_error(client: Client, planner: FakePlanner) -> None:
+    with pytest.raises(OneMapError, match="No search 's9'") as error:
+        client.searches.get("s9")
+    assert error.value.status == 404
+    with pytest.raises(OneMapError, match="nothing at /v1/searches/s1/events"):
+        client.searches.get("s1/events?")
+
+
+def test_a_second_search_is_refused_with_the_first(client: Client, planner: FakePlanner) -> None:
+    client.search("sofa")
+    with pytest.raises(OneMapError, match="DELETE /v1/searches/s1") as error:
+        client.search("kettle")
+    assert (error.value.status, error.value.document["search_id"]) == (409, "s1")
+
+
+class BrokenBody(httpx.SyncByteStream):
+    """A body that ends before its time."""
+
+    def __init__(self, content: bytes) -> None:
+        self._content = content
+
+    def __iter__(self) -> Iterator[bytes]:
+        yield self._content
+        raise httpx.ReadError("connection reset")
+
+
+def status(state: str, **members: Any) -> bytes:
+    return b"event: status\ndata: " + json.dumps({**REPORT, "state": state, **members}).encode()
+
+
+def client_of(*streams: bytes | int, retry: Retry = NOW) -> Client:
+    """A client whose event streams are these, in turn, the last one for ever.
+
+    A number is a refusal with that status, 0 no connection at all; an incomplete body breaks off.
+    """
+    waiting = list(streams)
+
+    def handle(request: httpx.Request) -> httpx.Response:
+        if not request.url.path.endswith("/events"):
+            return httpx.Response(200, json={**REPORT, "state": "exploring"})
+        stream = waiting.pop(0) if len(waiting) > 1 else waiting[0]
+        if stream == 0:
+            raise httpx.ConnectError("refused")
+        if isinstance(stream, int):
+            return httpx.Response(stream, json={"detail": "The planner is not running."})
+        ends = stream.endswith(b"\n\n")
+        return httpx.Response(200, stream=httpx.ByteStream(stream) if ends else BrokenBody(stream))
+
+    return Client(retry=retry, transport=httpx.MockTransport(handle))
+
+
+def test_an_interrupted_stream_is_opened_again() -> None:
+    exploring = status("exploring", elapsed_s=1.0) + b"\n\n"
+    later = status("exploring", elapsed_s=3.0) + b"\n\n"
+    client = client_of(exploring + b"event: stat", 0, 503, later, later + status("found") + b"\n\n")
+    first, interrupted, *rest = client.search("sofa").events()
+    assert isinstance(first, SearchChanged)
+    assert isinstance(interrupted, SearchInterrupted)
+    assert str(interrupted).startswith("No gateway at ")
+    assert states(iter(rest)) == ["found"]  # the same state is told once
+
+
+def test_a_problem_of_the_planner_is_an_event() -> None:
+    problem = b'event: problem\ndata: {"detail": "The planner is away."}\n\n'
+    events = list(client_of(problem + status("failed") + b"\n\n").search("sofa").events())
+    assert str(events[0]) == "The planner is away."
+    assert states(iter(events)) == ["failed"]
+
+
+def test_a_gateway_that_stays_away_ends_the_events() -> None:
+    waits: list[float] = []
+    search = client_of(0, retry=Retry(first_s=0.5, most_s=1.5, attempts=3)).search("sofa")
+    search._sleep = waits.append
+    with pytest.raises(Unreachable):
+        search.wait()
+    assert waits == [0.5, 1.0, 1.5]
+
+
+@pytest.mark.parametrize("refusal", [404, 401])
+def test_a_lasting_refusal_ends_the_events_at_once(refusal: int) -> None:
+    search = client_of(refusal).search("sofa")
+    with pytest.raises(OneMapError, match="planner"):
+        next(search.events())
+
+
+def test_an_event_that_cannot_be_read_is_an_error() -> None:
+    for body in (b"{", b"[]", b'{"id": "s1"}'):
+        search = client_of(b"event: status\ndata: " + body + b"\n\n").search("sofa")
+        with pytest.raises(OneMapError, match="cannot be read"):
+            search.wait()

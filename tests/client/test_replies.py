@@ -1,0 +1,37 @@
+"""Replies of older and newer gateways."""
+
+from __future__ import annotations
+
+from onemap.replies import FINAL_STATES, ObjectOutcome, QueryResult, SearchSnapshot
+from onemap_shared import messages
+
+
+def test_the_final_states_are_those_of_the_planner() -> None:
+    assert set(FINAL_STATES) == {state.value for state in messages.FINAL_STATES}
+
+
+def test_members_that_are_missing_are_empty() -> None:
+    result = QueryResult.of({"text": "yeti", "regions": []})
+    assert (result.best_score, result.message, result.did_you_mean) == (0.0, "", ())
+
+
+def test_members_that_are_new_are_kept() -> None:
+    document = {"text": "yeti", "regions": [], "colour": "white"}
+    result = QueryResult.of(document)
+    assert result.document == document
+    assert result == QueryResult.of({"text": "yeti", "regions": []})
+
+
+def test_nanoseconds_may_be_a_string() -> None:
+    report = {"id": "s1", "state": "found", "objects": [], "results": []}
+    late = SearchSnapshot.of({**report, "updated_ns": "1767225612400000001"})
+    assert late.updated_ns == 1767225612400000001
+
+
+def test_a_search_is_complete_if_every_object_was_found() -> None:
+    found = {"name": "sofa", "outcome": "found", "position_m": [1, 2, 0.5]}
+    report = {"id": "s1", "state": "found", "objects": ["sofa"], "results": [found]}
+    assert SearchSnapshot.of(report).all_found
+    assert not SearchSnapshot.of({**report, "results": []}).all_found
+    assert ObjectOutcome.of(found).position_m == (1.0, 2.0, 0.5)
+    assert ObjectOutcome.of({**found, "position_m": None}).position_m is None
