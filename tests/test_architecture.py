@@ -66,7 +66,6 @@ TALKS = {
     "onemap_tools.cli.models": "reads the configuration",
     "onemap_tools.cli.run": "passes an argument on through the environment",
     "onemap_tools.cli.terminal": "standard output",
-    "onemap_tools.client": "HTTP",
     "onemap_tools.demo.run": "runs a demo",
     "onemap_tools.demo.run_monitor": "follows a run on the bus",
     "onemap_tools.demo.setup": "reads the configuration and the environment",
@@ -109,6 +108,7 @@ FILES = {
     "onemap_tools.bench.perception": "results",
     "onemap_tools.cli.floor_plan": "a picture",
     "onemap_tools.cli.gateway_report": "a map",
+    "onemap_tools.cli.map": "has the gateway load a map",
     "onemap_tools.cli.scene_report": "a folder",
     "onemap_tools.demo.picture": "a picture",
     "onemap_tools.demo.run": "the summary",
@@ -192,7 +192,7 @@ ONLY_IN = {
     },
     "onnxruntime": {"onemap_perception.onnx"},
     "huggingface_hub": {"onemap_perception.model_store"},
-    "httpx": {"onemap.client", "onemap.connection", "onemap_tools.client"},
+    "httpx": {"onemap.client", "onemap.connection"},
 }
 NEVER = {"pickle", "cPickle", "dill", "joblib", "shelve", "marshal"}
 

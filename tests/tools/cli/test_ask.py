@@ -13,7 +13,6 @@ from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Heartbeat
 from onemap_shared.transport import Bus
 from onemap_tools.cli.app import app
-from onemap_tools.client import GatewayClient
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from onemap_tools.processes.network import any_free_port
 from tests.tools.cli.commands import error_of
@@ -32,13 +31,14 @@ REQUESTS = (
 )
 
 
-def test_a_query_without_a_match_exits_with_1(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_query_without_a_match_exits_with_1() -> None:
     reply = {"text": "yeti", "regions": [], "message": "Nothing on the map looks like 'yeti'."}
-    monkeypatch.setattr(GatewayClient, "query", lambda self, text, regions: reply)
-    result = RUNNER.invoke(app, ["query", "yeti", "--json"])
+    with fake_gateway({("POST", "/v1/queries"): (200, reply)}) as url:
+        result = RUNNER.invoke(app, ["query", "yeti", "--url", url, "--json"])
+        plain = RUNNER.invoke(app, ["query", "yeti", "--url", url])
     assert result.exit_code == EXIT_FAILED
     assert json.loads(result.stdout.splitlines()[-1]) == reply
-    assert RUNNER.invoke(app, ["query", "yeti"]).stdout.strip() == reply["message"]
+    assert plain.stdout.strip() == reply["message"]
 
 
 @pytest.mark.parametrize("command", REQUESTS, ids=" ".join)

@@ -10,6 +10,7 @@ import httpx
 import pytest
 from rich.console import Console
 
+from onemap import Client
 from onemap_tools.cli.gateway_report import (
     describe_change,
     describe_export,
@@ -19,7 +20,6 @@ from onemap_tools.cli.gateway_report import (
     describe_status,
     write_archive,
 )
-from onemap_tools.client import GatewayClient
 from onemap_tools.errors import CliError
 
 CHANGE = {
@@ -86,9 +86,7 @@ def test_the_map_in_numbers(console: Console) -> None:
 
 
 def test_the_archive_is_written_as_it_came(tmp_path: Path, console: Console) -> None:
-    gateway = GatewayClient(
-        transport=httpx.MockTransport(lambda _: httpx.Response(200, content=b"npz"))
-    )
+    gateway = Client(transport=httpx.MockTransport(lambda _: httpx.Response(200, content=b"npz")))
     written = write_archive(gateway, tmp_path / "map.npz")
     assert (tmp_path / "map.npz").read_bytes() == b"npz"
     describe_export(written, console)

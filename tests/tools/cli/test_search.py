@@ -9,8 +9,8 @@ import httpx
 import pytest
 from rich.console import Console
 
+from onemap import Client
 from onemap_tools.cli.search import all_found, search
-from onemap_tools.client import GatewayClient
 
 RESULT: dict[str, Any] = {
     "name": "sofa",
@@ -42,9 +42,7 @@ def report(state: str, *results: dict[str, Any]) -> dict[str, Any]:
 STATUS = {"streams": [{"name": "revision", "age_s": 0.25, "rate_hz": 5.0}]}
 
 
-def gateway_client(
-    *answers: dict[str, Any] | int, status: dict[str, Any] | None = None
-) -> GatewayClient:
+def gateway_client(*answers: dict[str, Any] | int, status: dict[str, Any] | None = None) -> Client:
     """Answers these in turn (a number is an error of that status), the last one for ever.
 
     /v1/status answers with ``status``, or 404 without.
@@ -59,7 +57,7 @@ def gateway_client(
             return httpx.Response(answer, json={"detail": "The planner is not running."})
         return httpx.Response(200, json=answer)
 
-    return GatewayClient(transport=httpx.MockTransport(handle))
+    return Client(transport=httpx.MockTransport(handle))
 
 
 @pytest.fixture(autouse=True)

@@ -17,9 +17,9 @@ import httpx
 import pytest
 from rich.console import Console
 
+from onemap import Client
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Truth
-from onemap_tools.client import GatewayClient
 from onemap_tools.demo import run as module
 from onemap_tools.demo.run import DemoRun, DemoTargets, run_with_report
 from onemap_tools.demo.run_monitor import RunMonitor
@@ -77,7 +77,7 @@ def report(state: str, *results: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def gateway_of(*replies: dict[str, Any]) -> tuple[GatewayClient, list[str]]:
+def gateway_of(*replies: dict[str, Any]) -> tuple[Client, list[str]]:
     """A gateway with these replies, the last one for ever, and the methods it was called with."""
     waiting, methods = list(replies), []
 
@@ -85,10 +85,10 @@ def gateway_of(*replies: dict[str, Any]) -> tuple[GatewayClient, list[str]]:
         methods.append(request.method)
         return httpx.Response(200, json=waiting.pop(0) if len(waiting) > 1 else waiting[0])
 
-    return GatewayClient(transport=httpx.MockTransport(handle)), methods
+    return Client(transport=httpx.MockTransport(handle)), methods
 
 
-def searched(demo: DemoRun, gateway: GatewayClient) -> DemoSummary:
+def searched(demo: DemoRun, gateway: Client) -> DemoSummary:
     monitor = RunMonitor(MemoryRouter().bus())
     return module._search(demo, gateway, monitor, TARGETS, LineView(console()))
 
@@ -115,7 +115,7 @@ def test_a_start_that_takes_too_long_names_the_missing_stage(tmp_path: Path) -> 
     transport = httpx.MockTransport(lambda _: httpx.Response(503, json=missing))
     demo = demo_of(tmp_path, time_limit_s=0.0)
     with pytest.raises(CliError, match=r"Not ready after 0 s\. The mapper is not running\."):
-        module._wait_until_ready(demo, GatewayClient(transport=transport), LineView(console()))
+        module._wait_until_ready(demo, Client(transport=transport), LineView(console()))
 
 
 def test_a_finished_search_is_summarised(tmp_path: Path) -> None:

@@ -29,10 +29,10 @@ def query(
     """
     from onemap_tools.cli.gateway_report import describe_query
     from onemap_tools.cli.terminal import print_json, result_console
-    from onemap_tools.client import GatewayClient
+    from onemap_tools.gateway import gateway_client
 
-    with GatewayClient(url, token) as gateway:
-        reply = gateway.query(" ".join(text), regions)
+    with gateway_client(url, token) as gateway:
+        reply = dict(gateway.query(" ".join(text), regions).document)
     describe_query(reply, result_console(as_json))
     if as_json:
         print_json(reply)
@@ -52,9 +52,9 @@ def search_command(
     from onemap_tools.cli.gateway_report import describe_search
     from onemap_tools.cli.search import all_found, search
     from onemap_tools.cli.terminal import print_json, progress_console, result_console
-    from onemap_tools.client import GatewayClient
+    from onemap_tools.gateway import gateway_client
 
-    with GatewayClient(url, token) as gateway:
+    with gateway_client(url, token) as gateway:
         report = search(gateway, tuple(objects), progress_console())
     describe_search(report, result_console(as_json))
     if as_json:
@@ -90,10 +90,10 @@ def status(
             print_json({"service": service, "ready": True})
         return
     from onemap_tools.cli.gateway_report import describe_status
-    from onemap_tools.client import GatewayClient
+    from onemap_tools.gateway import gateway_client
 
-    with GatewayClient(url, token) as gateway:
-        document = gateway.status()
+    with gateway_client(url, token) as gateway:
+        document = dict(gateway.status().document)
     describe_status(document, result_console(as_json))
     if as_json:
         print_json(document)

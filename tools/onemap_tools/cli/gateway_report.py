@@ -10,8 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from onemap import Client
 from onemap_tools.cli.search import all_found
-from onemap_tools.client import GatewayClient
 from onemap_tools.errors import CliError
 
 COLOURS = {"ok": "green", "degraded": "yellow", "down": "red"}
@@ -110,9 +110,9 @@ def describe_info(info: dict[str, Any], console: Console) -> None:
     console.print(table)
 
 
-def write_archive(gateway: GatewayClient, file: Path) -> dict[str, Any]:
+def write_archive(gateway: Client, file: Path) -> dict[str, Any]:
     """Download occupancy, layers and geometry of the map and write them to an ``.npz`` file."""
-    content = gateway.map_archive()
+    content = gateway.maps.archive()
     try:
         file.write_bytes(content)
     except OSError as problem:

@@ -14,7 +14,7 @@ from onemap_tools.processes.network import DEFAULT_URL
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from onemap_tools.client import GatewayClient
+    from onemap import MapContent, MapFiles, MapStatistics
 
 app = typer.Typer(no_args_is_help=True, help="Save, load, describe, export or clear the map.")
 Name = Annotated[str, typer.Argument(help="Letters, digits, '.', '_' and '-'; no folder.")]
@@ -25,7 +25,7 @@ def save(name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = 
     """Write the map to a file in the mapper's map folder; an older one is replaced."""
     from onemap_tools.cli.gateway_report import describe_change
 
-    _request(url, token, as_json, lambda gateway: gateway.map_save(name), describe_change("Saved"))
+    _request(url, token, as_json, lambda maps: maps.save(name), describe_change("Saved"))
 
 
 @app.command()
@@ -33,7 +33,7 @@ def load(name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = 
     """Replace the map by a saved one; refused if another encoder made it."""
     from onemap_tools.cli.gateway_report import describe_change
 
-    _request(url, token, as_json, lambda gateway: gateway.map_load(name), describe_change("Loaded"))
+    _request(url, token, as_json, lambda maps: maps.load(name), describe_change("Loaded"))
 
 
 @app.command()
@@ -41,7 +41,7 @@ def clear(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> N
     """Forget the map."""
     from onemap_tools.cli.gateway_report import describe_change
 
-    _request(url, token, as_json, lambda gateway: gateway.map_clear(), describe_change("Cleared"))
+    _request(url, token, as_json, lambda maps: maps.clear(), describe_change("Cleared"))
 
 
 @app.command()
@@ -49,7 +49,7 @@ def info(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> No
     """Extent, areas, memory and update rate of the map."""
     from onemap_tools.cli.gateway_report import describe_info
 
-    _request(url, token, as_json, lambda gateway: gateway.map_info(), describe_info)
+    _request(url, token, as_json, lambda maps: maps.info(), describe_info)
 
 
 @app.command()
@@ -61,23 +61,33 @@ def export(
 ) -> None:
     """Write occupancy, layers and geometry to a NumPy archive on this machine."""
     from onemap_tools.cli.gateway_report import describe_export, write_archive
+    from onemap_tools.gateway import gateway_client
 
-    _request(url, token, as_json, lambda gateway: write_archive(gateway, file), describe_export)
+    with gateway_client(url, token) as gateway:
+        written = write_archive(gateway, file)
+    _print(written, as_json, describe_export)
 
 
 def _request(
     url: str,
     token: str,
     as_json: bool,
-    send: Callable[[GatewayClient], dict[str, Any]],
+    send: Callable[[MapFiles], MapContent | MapStatistics],
     describe: Callable[[dict[str, Any], Console], None],
 ) -> None:
     """Send a request to the gateway and print the reply."""
-    from onemap_tools.cli.terminal import print_json, result_console
-    from onemap_tools.client import GatewayClient
+    from onemap_tools.gateway import gateway_client
 
-    with GatewayClient(url, token) as gateway:
-        reply = send(gateway)
-    describe(reply, result_console(as_json))
+    with gateway_client(url, token) as gateway:
+        reply = dict(send(gateway.maps).document)
+    _print(reply, as_json, describe)
+
+
+def _print(
+    document: dict[str, Any], as_json: bool, describe: Callable[[dict[str, Any], Console], None]
+) -> None:
+    from onemap_tools.cli.terminal import print_json, result_console
+
+    describe(document, result_console(as_json))
     if as_json:
-        print_json(reply)
+        print_json(document)

@@ -6,32 +6,32 @@ from typing import Any
 
 from rich.console import Console
 
+from onemap import Client, OneMapError
 from onemap_shared.messages import SearchState
-from onemap_tools.client import GatewayClient, SearchHandle
-from onemap_tools.errors import CliError
+from onemap_tools.gateway import SearchHandle
 from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.progress import MapUpdates, progress_of, progress_view
 
 POLL_S = 0.5
 
 
-def map_updates(gateway: GatewayClient) -> MapUpdates:
+def map_updates(gateway: Client) -> MapUpdates:
     """Age and rate of the map's revisions as the gateway reports them; both None without a reply.
 
     The gateway answers from its cache, without a call to the mapper.
     """
     try:
-        streams = gateway.status()["streams"]
-    except (CliError, KeyError):
+        streams = gateway.status().streams
+    except OneMapError:
         return MapUpdates()
-    revisions = [stream for stream in streams if stream["name"] == "revision"]
-    return MapUpdates(revisions[0]["age_s"], revisions[0]["rate_hz"]) if revisions else MapUpdates()
+    revisions = [stream for stream in streams if stream.name == "revision"]
+    return MapUpdates(revisions[0].age_s, revisions[0].rate_hz) if revisions else MapUpdates()
 
 
-def search(gateway: GatewayClient, objects: tuple[str, ...], console: Console) -> dict[str, Any]:
+def search(gateway: Client, objects: tuple[str, ...], console: Console) -> dict[str, Any]:
     """Search for the objects one after the other; Ctrl-C cancels. Returns the final report."""
     with interruptible() as stop, progress_view(console) as view:
-        handle = SearchHandle(gateway, gateway.start_search(objects))
+        handle = SearchHandle(gateway.search(objects))
         while handle.active:
             view.show(progress_of(handle.report, map_updates(gateway)))
             if stop.wait(POLL_S):

@@ -10,17 +10,18 @@ from typing import Any
 
 from rich.console import Console
 
+from onemap import Client
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.config import BusConfig, ConfigError
 from onemap_shared.messages import SearchState
-from onemap_tools.client import GatewayClient, SearchHandle
 from onemap_tools.demo.report import describe
 from onemap_tools.demo.run_monitor import RunMonitor
 from onemap_tools.demo.setup import DemoOptions, DemoSetup, choose_objects, failed_document, set_up
 from onemap_tools.demo.summary import DemoSummary
 from onemap_tools.demo.truth import evaluate_result, scene_category, vocabulary_names
 from onemap_tools.errors import EXIT_INTERRUPTED, CliError, to_cli_error
+from onemap_tools.gateway import SearchHandle, gateway_client
 from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.processes.launch import Processes
 from onemap_tools.processes.network import accepts_connections
@@ -79,7 +80,7 @@ def run(options: DemoOptions, console: Console) -> dict[str, Any]:
     with (
         Processes(setup.specs, options.folder / "logs", setup.environment) as processes,
         interruptible(processes.kill) as stop,
-        GatewayClient(setup.url) as gateway,
+        gateway_client(setup.url) as gateway,
     ):
         console.print(f"Starting {len(setup.specs)} processes; logs in {processes.folder}")
         processes.start()
@@ -110,7 +111,7 @@ def run_with_report(options: DemoOptions, console: Console) -> dict[str, Any]:
         raise CliError(str(error), error.exit_code, document) from cause
 
 
-def _wait_until_ready(demo: DemoRun, gateway: GatewayClient, view: ProgressView) -> None:
+def _wait_until_ready(demo: DemoRun, gateway: Client, view: ProgressView) -> None:
     while missing := gateway.missing_stage():
         if demo.overdue:
             raise CliError(
@@ -141,13 +142,13 @@ def _choose_targets(demo: DemoRun, monitor: RunMonitor, console: Console) -> Dem
 
 def _search(
     demo: DemoRun,
-    gateway: GatewayClient,
+    gateway: Client,
     monitor: RunMonitor,
     targets: DemoTargets,
     view: ProgressView,
 ) -> DemoSummary:
     """Search for the targets until all are finished or the time limit has passed."""
-    handle = SearchHandle(gateway, gateway.start_search(targets.objects))
+    handle = SearchHandle(gateway.search(targets.objects))
     began_s = time.monotonic()
     monitor.restart(began_s)
     failure = ""

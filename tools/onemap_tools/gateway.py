@@ -1,0 +1,71 @@
+"""The gateway for commands: errors of the client end them with a sentence and an exit code."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from onemap import Client, InvalidSetting, OneMapError, RemoteSearch, Unreachable
+from onemap_tools.errors import EXIT_FAILED, EXIT_USAGE_ERROR, CliError
+
+MAX_FAILED_POLLS = 20  # in a row; a gateway that was killed restarts within that time
+USAGE_ERROR_STATUSES = (400, 413, 415, 422)  # the request itself is wrong
+
+
+@contextmanager
+def gateway_client(url: str, token: str = "") -> Iterator[Client]:
+    """A client of the gateway at ``url``; its errors become CliErrors."""
+    try:
+        with Client(url, token) as client:
+            yield client
+    except OneMapError as error:
+        raise cli_error(error) from error
+
+
+def cli_error(error: OneMapError) -> CliError:
+    """The error that ends a command."""
+    if isinstance(error, Unreachable) and not error.timed_out:
+        return CliError(
+            f"No gateway at {error.url}: start everything with 'onemap up' or 'onemap demo', "
+            "or give its address with --url."
+        )
+    usage_error = isinstance(error, InvalidSetting) or error.status in USAGE_ERROR_STATUSES
+    return CliError(error.detail, EXIT_USAGE_ERROR if usage_error else EXIT_FAILED)
+
+
+class SearchHandle:
+    """A search that is polled; tolerates a gateway that is away for a while."""
+
+    def __init__(self, search: RemoteSearch) -> None:
+        self._search = search
+        self._failures = 0
+
+    @property
+    def active(self) -> bool:
+        """Whether the search was running at the last successful poll."""
+        return self._search.latest.active
+
+    @property
+    def report(self) -> dict[str, Any]:
+        """The gateway's report at the last successful poll."""
+        return dict(self._search.latest.document)
+
+    def poll(self) -> str:
+        """Update the report; returns why that failed, empty on success.
+
+        Raises OneMapError after ``MAX_FAILED_POLLS`` failures in a row.
+        """
+        try:
+            self._search.status()
+        except OneMapError as error:
+            self._failures += 1
+            if self._failures > MAX_FAILED_POLLS:
+                raise
+            return str(cli_error(error))
+        self._failures = 0
+        return ""
+
+    def cancel(self) -> None:
+        """Cancel the search and keep its final report."""
+        self._search.cancel()
