@@ -22,6 +22,7 @@ from onemap.replies import (
     Region,
     SearchSnapshot,
     ServiceHealth,
+    StoredMap,
     StreamHealth,
     SystemStatus,
 )
@@ -45,6 +46,7 @@ __all__ = [
     "SearchInterrupted",
     "SearchSnapshot",
     "ServiceHealth",
+    "StoredMap",
     "StreamHealth",
     "SystemStatus",
     "Unreachable",

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from urllib.parse import quote
+
 from onemap.connection import FILE_TIMEOUT_S, Connection
-from onemap.replies import MapContent, MapStatistics
+from onemap.errors import InvalidSetting
+from onemap.replies import MapContent, MapStatistics, StoredMap
 
 
 class MapFiles:
@@ -16,13 +19,27 @@ class MapFiles:
         """Extent, areas and update rate of the map."""
         return self._connection.fetch(MapStatistics.of, "GET", "/v1/map")
 
+    def list(self) -> tuple[StoredMap, ...]:
+        """The saved maps, newest first."""
+        return self._connection.fetch(
+            lambda document: tuple(map(StoredMap.of, document["maps"])), "GET", "/v1/maps"
+        )
+
+    def get(self, name: str) -> StoredMap:
+        """Size, encoder and time of a saved map."""
+        return self._connection.fetch(StoredMap.of, "GET", _path(name))
+
     def save(self, name: str) -> MapContent:
         """Write the map to a file; an older one is replaced."""
-        return self._change("save", name)
+        return self._change("PUT", _path(name))
 
     def load(self, name: str) -> MapContent:
         """Replace the map by a saved one; refused if another encoder made it."""
-        return self._change("load", name)
+        return self._change("POST", f"{_path(name)}/load")
+
+    def delete(self, name: str) -> StoredMap:
+        """Delete a file and say what it was; the map in use stays."""
+        return self._connection.fetch(StoredMap.of, "DELETE", _path(name))
 
     def clear(self) -> MapContent:
         """Delete the content of the map."""
@@ -32,7 +49,11 @@ class MapFiles:
         """Occupancy, layers and geometry of the map, as an ``.npz`` file for ``numpy.load``."""
         return self._connection.download("/v1/map.npz", timeout_s=FILE_TIMEOUT_S)
 
-    def _change(self, verb: str, name: str) -> MapContent:
-        return self._connection.fetch(
-            MapContent.of, "POST", f"/v1/map/{verb}", {"name": name}, timeout_s=FILE_TIMEOUT_S
-        )
+    def _change(self, method: str, path: str) -> MapContent:
+        return self._connection.fetch(MapContent.of, method, path, timeout_s=FILE_TIMEOUT_S)
+
+
+def _path(name: str) -> str:
+    if not name or "/" in name or name.startswith("."):  # would be another address
+        raise InvalidSetting(f"{name!r} is no name of a map: it begins with a letter or a digit.")
+    return f"/v1/maps/{quote(name, safe='')}"

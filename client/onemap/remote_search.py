@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from urllib.parse import quote
@@ -118,14 +118,23 @@ class RemoteSearches:
 
     def start(self, objects: tuple[str, ...]) -> RemoteSearch:
         """Search for these objects, one after the other."""
-        return self._search("POST", "/v1/searches", {"objects": list(objects)})
+        return self._search("POST", "/v1/searches", {"objects": objects})
 
     def get(self, search_id: str = "current") -> RemoteSearch:
         """A search by its id; ``current`` is the newest."""
         return self._search("GET", f"/v1/searches/{quote(search_id, safe='')}")
 
+    def list(self) -> tuple[RemoteSearch, ...]:
+        """The searches since the planner started, newest first."""
+        snapshots = self._connection.fetch(
+            lambda document: tuple(map(SearchSnapshot.of, document["searches"])),
+            "GET",
+            "/v1/searches",
+        )
+        return tuple(RemoteSearch(self._connection, each, self._retry) for each in snapshots)
+
     def _search(
-        self, method: str, path: str, body: dict[str, list[str]] | None = None
+        self, method: str, path: str, body: Mapping[str, Sequence[str]] | None = None
     ) -> RemoteSearch:
         snapshot = self._connection.fetch(SearchSnapshot.of, method, path, body)
         return RemoteSearch(self._connection, snapshot, self._retry)

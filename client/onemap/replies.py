@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from datetime import datetime, timezone
 from typing import Any
 
 Document = Mapping[str, Any]
@@ -176,6 +177,40 @@ class MapContent:
             cells_observed=int(document["cells_observed"]),
             frames_fused=int(document["frames_fused"]),
             file_bytes=int(document["file_bytes"]),
+            document=document,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class StoredMap:
+    """A map file in the mapper's map folder.
+
+    saved_ns: nanoseconds since 1970; problem: why the file cannot be loaded, empty if it can.
+    """
+
+    name: str
+    file_bytes: int
+    saved_ns: int
+    encoder_id: str
+    cells_observed: int
+    problem: str
+    document: Document = field(repr=False, compare=False)
+
+    @property
+    def saved_at(self) -> datetime:
+        """When it was saved, in UTC."""
+        return datetime.fromtimestamp(self.saved_ns / 1e9, tz=timezone.utc)
+
+    @classmethod
+    def of(cls, document: Document) -> StoredMap:
+        """The file that ``document`` describes."""
+        return cls(
+            name=str(document["name"]),
+            file_bytes=int(document["file_bytes"]),
+            saved_ns=int(document["saved_ns"]),
+            encoder_id=str(document["encoder_id"]),
+            cells_observed=int(document["cells_observed"]),
+            problem=str(document["problem"]),
             document=document,
         )
 

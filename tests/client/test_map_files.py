@@ -7,7 +7,7 @@ import io
 import numpy as np
 import pytest
 
-from onemap import Client, OneMapError
+from onemap import Client, InvalidSetting, OneMapError
 from tests.gateway.fakes import FakeMapper
 
 
@@ -23,8 +23,27 @@ def test_a_map_that_is_not_there_is_an_error(client: Client, mapper: FakeMapper)
     with pytest.raises(OneMapError, match="'house'") as error:
         client.maps.load("house")
     assert error.value.status == 404
-    with pytest.raises(OneMapError, match="begins with a letter"):
-        client.maps.save("../etc")
+    with pytest.raises(OneMapError, match="begins with a letter") as error:
+        client.maps.save("-flat")
+    assert error.value.status == 422
+
+
+@pytest.mark.parametrize("name", ["", "../etc", "..", "a/b"])
+def test_a_name_that_would_be_another_address_is_not_sent(client: Client, name: str) -> None:
+    with pytest.raises(InvalidSetting, match="begins with a letter"):
+        client.maps.delete(name)
+
+
+def test_saved_maps_are_listed_and_deleted(client: Client, mapper: FakeMapper) -> None:
+    client.maps.save("flat")
+    client.maps.save("house")
+    newest, oldest = client.maps.list()
+    assert (newest.name, oldest.name) == ("house", "flat")
+    assert client.maps.get("house") == newest
+    assert newest.saved_at.tzinfo is not None
+    assert newest.saved_at.timestamp() == pytest.approx(newest.saved_ns / 1e9)
+    assert client.maps.delete("house") == newest
+    assert [stored.name for stored in client.maps.list()] == ["flat"]
 
 
 def test_the_map_in_numbers(client: Client, mapper: FakeMapper) -> None:

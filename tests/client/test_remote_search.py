@@ -52,6 +52,13 @@ def test_a_search_is_found_again_and_cancelled(client: Client, planner: FakePlan
     assert started.wait().reason == "cancelled by the user"
 
 
+def test_searches_are_listed(client: Client, planner: FakePlanner) -> None:
+    assert client.searches.list() == ()
+    started = client.search("sofa")
+    (listed,) = client.searches.list()
+    assert (listed.id, listed.latest.state) == (started.id, "exploring")
+
+
 def test_a_search_that_is_not_there_is_an_error(client: Client, planner: FakePlanner) -> None:
     with pytest.raises(OneMapError, match="No search 's9'") as error:
         client.searches.get("s9")

@@ -27,7 +27,7 @@ def fake_gateway(routes: Routes) -> Iterator[str]:
             self.end_headers()
             self.wfile.write(content)
 
-        do_GET = do_POST = do_DELETE = _answer  # noqa: N815
+        do_GET = do_POST = do_PUT = do_DELETE = _answer  # noqa: N815
 
         def log_message(self, format: str, *_: Any) -> None:
             """Say nothing."""

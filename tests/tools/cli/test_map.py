@@ -18,16 +18,23 @@ CHANGE = {"path": "flat.npz", "cells_observed": 81, "frames_fused": 9, "file_byt
 
 
 @pytest.mark.parametrize(
-    ("words", "path", "printed"),
+    ("words", "request_line", "printed"),
     [
-        (("save", "flat"), "/v1/map/save", "Saved flat.npz: 81 cells from 9 frames, 2.5 MB."),
-        (("load", "flat"), "/v1/map/load", "Loaded flat.npz: 81 cells from 9 frames, 2.5 MB."),
-        (("clear",), "/v1/map/clear", "Cleared flat.npz: 81 cells from 9 frames, 2.5 MB."),
+        (("save", "flat"), "PUT /v1/maps/flat", "Saved flat.npz: 81 cells from 9 frames, 2.5 MB."),
+        (
+            ("load", "flat"),
+            "POST /v1/maps/flat/load",
+            "Loaded flat.npz: 81 cells from 9 frames, 2.5 MB.",
+        ),
+        (("clear",), "POST /v1/map/clear", "Cleared flat.npz: 81 cells from 9 frames, 2.5 MB."),
     ],
     ids=str,
 )
-def test_a_change_is_posted_and_printed(words: tuple[str, ...], path: str, printed: str) -> None:
-    with fake_gateway({("POST", path): (200, CHANGE)}) as url:
+def test_a_change_is_sent_and_printed(
+    words: tuple[str, ...], request_line: str, printed: str
+) -> None:
+    method, path = request_line.split()
+    with fake_gateway({(method, path): (200, CHANGE)}) as url:
         plain = RUNNER.invoke(app, ["map", *words, "--url", url])
         as_json = RUNNER.invoke(app, ["map", *words, "--url", url, "--json"])
     assert (plain.exit_code, plain.stdout) == (EXIT_OK, f"{printed}\n")
@@ -66,6 +73,6 @@ def test_an_export_is_written_as_it_is_received(tmp_path: Path) -> None:
 
 def test_a_refusal_is_an_error() -> None:
     refusal = {"detail": "Another encoder made that map."}
-    with fake_gateway({("POST", "/v1/map/load"): (409, refusal)}) as url:
+    with fake_gateway({("POST", "/v1/maps/flat/load"): (409, refusal)}) as url:
         result = RUNNER.invoke(app, ["map", "load", "flat", "--url", url])
     assert (result.exit_code, result.stderr) == (EXIT_FAILED, f"{refusal['detail']}\n")
