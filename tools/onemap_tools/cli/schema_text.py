@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import textwrap
 from collections.abc import Iterator
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Literal
 
 WIDTH = 96
 INDENT = "    "
@@ -26,6 +27,31 @@ TYPES = {
 }
 
 
+@dataclass(frozen=True, slots=True)
+class SchemaRow:
+    """A section, a section within it, one of its variants, or a key.
+
+    label: its full path; kind: allowed values in words; default: of a key, "required" if it has
+    none; reason: its description in one line.
+    """
+
+    level: Literal["section", "group", "variant", "key"]
+    label: str
+    reason: str
+    kind: str = ""
+    default: str = ""
+
+    def lines(self) -> Iterator[str]:
+        """The row as text: a line, and the reason below it or in it."""
+        if self.level in ("section", "variant"):
+            yield f"{self.label}: {self.reason}"
+            return
+        yield f"{self.label}: {self.kind}{', ' if self.default else ''}{self.default}"
+        yield from textwrap.wrap(
+            self.reason, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT
+        )
+
+
 class SchemaText:
     """Formats the keys of one schema; resolves references in its ``$defs``."""
 
@@ -35,33 +61,40 @@ class SchemaText:
 
     def lines(self) -> Iterator[str]:
         """A paragraph for each section, each key with its full path."""
-        for number, (name, entry) in enumerate(self._schema["properties"].items()):
-            model = self._resolved(entry)
-            if number:
+        for number, row in enumerate(self.rows()):
+            if number and row.level == "section":
                 yield ""
-            yield f"{name}: {_plain(model)}"
+            yield from row.lines()
+
+    def rows(self) -> Iterator[SchemaRow]:
+        """Every section, followed by its keys."""
+        for name, entry in self._schema["properties"].items():
+            model = self._resolved(entry)
+            yield SchemaRow("section", name, _plain(model))
             yield from self._keys(name, model)
 
-    def _keys(self, path: str, model: dict[str, Any]) -> Iterator[str]:
+    def _keys(self, path: str, model: dict[str, Any]) -> Iterator[SchemaRow]:
         required = model.get("required", ())
         for name, entry in model.get("properties", {}).items():
             yield from self._key(f"{path}.{name}", entry, name in required)
 
-    def _key(self, path: str, entry: dict[str, Any], required: bool) -> Iterator[str]:
+    def _key(self, path: str, entry: dict[str, Any], required: bool) -> Iterator[SchemaRow]:
         models = [m for m in map(self._resolved, self._options(entry)) if "properties" in m]
+        reason = _plain(entry)
         if models:
             key = entry.get("discriminator", {}).get("propertyName", "")
-            yield f"{path}: one of these, by {key}" if key else f"{path}: a section"
-            yield from _reason(entry)
+            yield SchemaRow(
+                "group", path, reason, f"one of these, by {key}" if key else "a section"
+            )
             for model in models:
                 if key:
-                    yield f"{path} with {key} {model['properties'][key]['const']}: {_plain(model)}"
+                    tag = model["properties"][key]["const"]
+                    yield SchemaRow("variant", f"{path} with {key} {tag}", _plain(model))
                 yield from self._keys(path, model)
             return
         value = entry.get("default")
         default = f"default {'none' if value is None else json.dumps(value)}"
-        yield f"{path}: {self._kind(entry)}, {'required' if required else default}"
-        yield from _reason(entry)
+        yield SchemaRow("key", path, reason, self._kind(entry), "required" if required else default)
 
     def _options(self, entry: dict[str, Any]) -> list[dict[str, Any]]:
         return entry.get("oneOf") or entry.get("anyOf") or [entry]
@@ -88,11 +121,6 @@ class SchemaText:
         return " ".join([kind, " and ".join(limits)]).rstrip()
 
 
-def _plain(model: dict[str, Any]) -> str:
-    """A model's docstring in one line."""
-    return " ".join(model.get("description", "").replace("``", "").split())
-
-
-def _reason(entry: dict[str, Any]) -> Iterator[str]:
-    text = entry.get("description", "")
-    yield from textwrap.wrap(text, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT)
+def _plain(entry: dict[str, Any]) -> str:
+    """A description in one line."""
+    return " ".join(entry.get("description", "").replace("``", "").split())
