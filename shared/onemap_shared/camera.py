@@ -20,7 +20,14 @@ X = TypeVar("X")  # float, NumPy array or torch tensor
 
 @dataclass(frozen=True, slots=True)
 class Intrinsics:
-    """Focal lengths and principal point of a pinhole camera, in pixels, no distortion."""
+    """A pinhole camera without distortion, in pixels. Pixel centres lie at half-integers.
+
+    Attributes:
+        fx: horizontal focal length, > 0.
+        fy: vertical focal length, > 0.
+        cx: horizontal coordinate of the principal point, from the left edge.
+        cy: vertical coordinate of the principal point, from the upper edge.
+    """
 
     fx: float
     fy: float

@@ -27,7 +27,10 @@ def world_cells(points: NDArray[np.floating], cell_size_m: float) -> I64:
 class GridSpec:
     """A rectangle of square cells in the map frame.
 
-    ``origin_cell`` is the world index of array element [0, 0]; ``shape`` is (nx, ny).
+    Attributes:
+        cell_size_m: edge of a cell, in metres; world cell i covers [i, i + 1) times this.
+        origin_cell: world index of array element [0, 0], along x and y.
+        shape: nx, ny: cells along x and y.
     """
 
     cell_size_m: float

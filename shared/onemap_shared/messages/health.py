@@ -7,10 +7,16 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True, slots=True)
 class Heartbeat:
-    """One a second from every service. ``progress`` stops when the service's loop hangs.
+    """One a second from every service.
 
-    ready: the service does its work; problem: one sentence if something is wrong.
-    metrics: name -> number, shown at /metrics as onemap_<service>_<name>.
+    Attributes:
+        service: its name, as in the key.
+        instance: which process of that service.
+        stamp_ns: when it was sent, in nanoseconds of that machine's wall clock.
+        progress: a count that stops when the service's loop hangs.
+        ready: whether the service does its work.
+        problem: one sentence if something is wrong, else empty.
+        metrics: name to number, shown at /metrics as onemap_<service>_<name>.
     """
 
     service: str

@@ -35,7 +35,15 @@ class Layer(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class MapRevision:
-    """The state of the map after the newest fused frame; revision counts every change."""
+    """The state of the map after the newest fused frame.
+
+    Attributes:
+        frames_fused: frames in the map.
+        cells_observed: cells with a feature.
+        memory_bytes: memory that the map takes.
+        update_ms: milliseconds that the last frame took.
+        rate_hz: frames fused per second, of late.
+    """
 
     revision: int
     sequence: int
@@ -51,7 +59,13 @@ class MapRevision:
 
 @dataclass(frozen=True, slots=True)
 class SimilarityRequest:
-    """Request for the regions of the map most similar to a text."""
+    """Request for the regions of the map most similar to a text.
+
+    Attributes:
+        text: what to look for.
+        max_regions: number of regions in the reply, 1 to 100.
+        include_grid: whether the reply carries the score of every cell.
+    """
 
     text: str
     max_regions: int = 5
@@ -67,12 +81,18 @@ class SimilarityRequest:
 class SimilarityReply:
     """Ranked regions of high similarity, best first, and the grid if it was requested.
 
-    No region scores below ``floor``; ``best_score`` is that of the best region before those were
-    left out, 0 if nothing was observed. ``nearest``: known words near a text outside the
-    encoder's vocabulary.
-    centres_m (N, 2), extents_m (N, 4) x_min, y_min, x_max, y_max, scores (N,) in [0, 1],
-    variances (N,), all float32. scores_grid (nx, ny) float32, NaN where nothing was
-    observed; (0, 0) if not requested.
+    Attributes:
+        text: the text of the request.
+        centres_m: (N, 2) x, y of each region.
+        extents_m: (N, 4) x_min, y_min, x_max, y_max of each region.
+        scores: (N,) in [0, 1]; no region scores below ``floor``.
+        variances: (N,) variance of the feature of each region.
+        scores_grid: (nx, ny) score of each cell, NaN where nothing was observed; (0, 0) if not
+            requested.
+        best_score: of the best region before those below the floor were left out, 0 if nothing
+            was observed.
+        floor: the encoder's, 0 if it was not measured.
+        nearest: known words near a text outside the encoder's vocabulary.
     """
 
     text: str
@@ -104,7 +124,9 @@ class SimilarityReply:
 class SearchViewRequest:
     """The layers of the map for one object; with an empty text without similarity.
 
-    rivals: other names that what looks like ``text`` may be.
+    Attributes:
+        text: name of the object, may be empty.
+        rivals: other names that what looks like ``text`` may be.
     """
 
     text: str = ""
@@ -122,10 +144,14 @@ class SearchViewRequest:
 class SearchView:
     """The layers of the map that a planner uses, all of one revision.
 
-    occupancy (nx, ny) uint8, values of ``Occupancy``; layers (nx, ny) uint8, bits of
-    ``Layer``; similarity (nx, ny) float32 score in [0, 1], NaN where not observed,
-    (0, 0) without a text; rival the same for the best of the request's rivals, (0, 0) without
-    any that the encoder knows. stamp_ns is the newest fused frame's, 0 for an empty map.
+    Attributes:
+        text: the text of the request.
+        stamp_ns: capture time of the newest fused frame, 0 for an empty map.
+        occupancy: (nx, ny) values of ``Occupancy``.
+        layers: (nx, ny) bits of ``Layer``.
+        similarity: (nx, ny) score in [0, 1], NaN where not observed; (0, 0) without a text.
+        rival: (nx, ny) the same for the best of the request's rivals; (0, 0) without any that
+            the encoder knows.
     """
 
     text: str
@@ -154,24 +180,39 @@ class SearchReset:
 
 @dataclass(frozen=True, slots=True)
 class MapFile:
-    """Save to, load from or delete this file name (no folder) in the mapper's map folder."""
+    """Save to, load from or delete this file name (no folder) in the mapper's map folder.
+
+    Attributes:
+        name: letters, digits, dot, dash and underscore.
+    """
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class MapListRequest:
-    """Request for the saved maps; with a name only for that one."""
+    """Request for the saved maps.
+
+    Attributes:
+        name: only this one; empty: all.
+    """
 
     name: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class SavedMap:
-    """A file in the mapper's map folder; ``problem``: why it cannot be read, in one sentence.
+    """A file in the mapper's map folder. What its header holds is empty or 0 if unreadable.
 
-    name: under which it is loaded; saved_ns: when it was written, nanoseconds since 1970. What
-    its header holds is empty or zero if it cannot be read.
+    Attributes:
+        name: under which it is loaded.
+        file_bytes: size of the file.
+        saved_ns: when it was written, in nanoseconds of the mapper's wall clock.
+        encoder_id: of the map in it.
+        cell_size_m: edge of a cell, in metres.
+        cells_observed: cells with a feature.
+        frames_fused: frames in the map.
+        problem: why the file cannot be read, in one sentence; else empty.
     """
 
     name: str
@@ -201,7 +242,12 @@ class SavedMap:
 
 @dataclass(frozen=True, slots=True)
 class MapList:
-    """The saved maps, newest first; left_out: older ones beyond ``MAX_LISTED_MAPS``."""
+    """The saved maps, newest first.
+
+    Attributes:
+        maps: one entry for each file, at most 200.
+        left_out: number of older files that are not listed.
+    """
 
     maps: tuple[SavedMap, ...]
     left_out: int = 0
@@ -222,7 +268,13 @@ class MapClear:
 class MapSummary:
     """The answer to save, load and clear: content of the map, path and size of the file.
 
-    created: saved under a name that no file had.
+    Attributes:
+        path: of the file; empty if none was written or read.
+        cell_size_m: edge of a cell, in metres.
+        cells_observed: cells with a feature.
+        frames_fused: frames in the map.
+        file_bytes: size of the file, 0 if there is none.
+        created: whether it was saved under a name that no file had.
     """
 
     path: str

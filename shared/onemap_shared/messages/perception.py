@@ -19,9 +19,11 @@ SAME_MEANING_COSINE = 0.9
 class FeatureField:
     """Language-aligned patch features of one frame, with a variance for each depth pixel.
 
-    features (h, w, D) float16, L2-normalised per patch; patch (i, j) covers the image's
-    i-th of h rows of patches. variance (H, W) float32 > 0, infinity = do not use.
-    depth_mm (H, W) uint16, intrinsics and T_map_camera as in the frame.
+    Attributes:
+        features: (h, w, D) L2-normalised per patch; patch (i, j) covers the i-th of h rows and
+            the j-th of w columns of patches of the image.
+        variance: (H, W) variance of the observation, > 0; infinity = do not use this pixel.
+        depth_mm: (H, W) depth as in the frame: millimetres, 0 = no return.
     """
 
     sequence: int
@@ -50,9 +52,13 @@ class FeatureField:
 class Detections:
     """Detections of one frame, for the names of the present search.
 
-    boxes_px (N, 4) float32 x0, y0, x1, y1; scores (N,) float32 in [0, 1]; names one each.
-    points_map (P, 3) float32 metres: surface points of all detections;
-    point_owner (P,) int32: index of the detection that a point belongs to.
+    Attributes:
+        detector_id: which detector made them.
+        names: one name for each of the N detections.
+        boxes_px: (N, 4) x0, y0, x1, y1 in pixels of the frame.
+        scores: (N,) in [0, 1].
+        points_map: (P, 3) surface points of all detections, in metres of the map frame.
+        point_owner: (P,) index of the detection that a point belongs to.
     """
 
     sequence: int
@@ -80,7 +86,11 @@ class Detections:
 
 @dataclass(frozen=True, slots=True)
 class TextRequest:
-    """Texts to embed."""
+    """Texts to embed.
+
+    Attributes:
+        texts: 1 to 256 texts.
+    """
 
     texts: tuple[str, ...]
 
@@ -96,13 +106,18 @@ class TextRequest:
 class TextEmbeddings:
     """Embeddings of texts, with the calibration that turns a cosine into a score.
 
-    embeddings (N, D) float32 unit rows. neutral (M, D) float32 unit rows: other concepts a
-    cell may show; neutral_mask (N, M) uint8, 1 where neutral word m competes with text n
-    (synonyms do not). score = softmax over {text, competing neutrals} of temperature * cosine.
-    M = 0: the encoder has no calibration and score = (1 + cosine) / 2.
-    floor: a best score below this means "not here"; 0: not measured for this encoder.
-    nearest: per text, the nearest known words if it is outside the encoder's vocabulary, else
-    none; () for an encoder with an open vocabulary.
+    score = softmax over {text, competing neutrals} of temperature * cosine. Without neutral words
+    (M = 0) the encoder has no calibration and score = (1 + cosine) / 2.
+
+    Attributes:
+        texts: the N texts of the request.
+        embeddings: (N, D) unit rows.
+        neutral: (M, D) unit rows: other concepts that a cell may show.
+        neutral_mask: (N, M) 1 where neutral word m competes with text n (synonyms do not).
+        temperature: factor of the cosine in the softmax.
+        floor: a best score below this means "not here"; 0: not measured for this encoder.
+        nearest: per text, the nearest known words if it is outside the encoder's vocabulary,
+            else none; empty for an encoder with an open vocabulary.
     """
 
     encoder_id: str

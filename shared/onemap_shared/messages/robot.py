@@ -15,8 +15,9 @@ from onemap_shared.messages.checks import expect
 class RgbdFrame:
     """One aligned colour and depth image with the camera's pose at capture.
 
-    rgb (H, W, 3) uint8; depth_mm (H, W) uint16 along the optical axis, 0 = no return;
-    T_map_camera (4, 4) float64, rigid.
+    Attributes:
+        rgb: (H, W, 3) red, green, blue; row 0 is the top of the image.
+        depth_mm: (H, W) depth along the optical axis in millimetres, 0 = no return.
     """
 
     sequence: int
@@ -36,7 +37,16 @@ class RgbdFrame:
 
 @dataclass(frozen=True, slots=True)
 class Odometry:
-    """Where the robot's body is and how fast it moves (body frame: x forward, z up)."""
+    """Where the robot's body is and how fast it moves (body frame: x forward, z up).
+
+    Attributes:
+        sequence: counts these messages; frames have a count of their own.
+        stamp_ns: time of the pose, in nanoseconds of the robot's wall clock.
+        T_map_body: (4, 4) rigid transform from the body frame to the map frame.
+        linear_mps: speed forwards, in metres per second.
+        angular_radps: turning speed, in radians per second, positive to the left.
+        collided: whether an obstacle stopped the robot since the previous message.
+    """
 
     sequence: int
     stamp_ns: int
@@ -51,7 +61,15 @@ class Odometry:
 
 @dataclass(frozen=True, slots=True)
 class VelocityCommand:
-    """Drive with this velocity for at most ``validity_ms`` after it arrived, then brake."""
+    """Drive with this velocity for at most ``validity_ms`` after it arrived, then brake.
+
+    Attributes:
+        sequence: counts the commands.
+        stamp_ns: when the command was made, on the planner's wall clock.
+        linear_mps: speed forwards, in metres per second; negative backwards.
+        angular_radps: turning speed, in radians per second, positive to the left.
+        validity_ms: milliseconds after its arrival for which the command holds.
+    """
 
     sequence: int
     stamp_ns: int

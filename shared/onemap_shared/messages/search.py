@@ -37,7 +37,9 @@ FINAL_STATES = frozenset(
 class SearchRequest:
     """Request to find these objects, one after the other.
 
-    patience_s: seconds that the caller waits for the answer; no robot may start later.
+    Attributes:
+        objects: 1 to 20 names.
+        patience_s: seconds that the caller waits for the answer; no robot may start later.
     """
 
     objects: tuple[str, ...]
@@ -62,7 +64,19 @@ class SearchId:
 
 @dataclass(frozen=True, slots=True)
 class ObjectResult:
-    """How the search for one object ended. ``position_m`` is (x, y, z), empty if not found."""
+    """How the search for one object ended.
+
+    Attributes:
+        name: of the object.
+        outcome: a final state.
+        reason: why it ended, in one sentence.
+        position_m: x, y, z of the object in the map frame, empty if not found.
+        score: similarity of the map where it was found, in [0, 1]; 0 if not found.
+        duration_s: seconds that the search for this object took.
+        path_length_m: metres that the robot drove for it.
+        start_xy_m: x, y of the robot when the search for it began; empty if not known.
+        end_xy_m: x, y of the robot when it ended; empty if not known.
+    """
 
     name: str
     outcome: SearchState
@@ -77,9 +91,17 @@ class ObjectResult:
 
 @dataclass(frozen=True, slots=True)
 class SearchStatus:
-    """Status of a search. ``state``: of the present object; of the whole search when final.
+    """Status of a search.
 
-    ``reason``: what happens now or why it ended, in one sentence.
+    Attributes:
+        state: of the present object; of the whole search when final.
+        objects: the names, in the order in which they are searched.
+        index: of the present object in ``objects``.
+        reason: what happens now or why it ended, in one sentence.
+        results: of the objects that are done.
+        started_ns: when the search began, in nanoseconds of the planner's wall clock.
+        updated_ns: when this status was made, by the same clock.
+        path_length_m: metres that the robot drove in this search.
     """
 
     search_id: str
@@ -113,7 +135,12 @@ class SearchListRequest:
 
 @dataclass(frozen=True, slots=True)
 class SearchList:
-    """The remembered searches, newest first; left_out: older ones, too long for one message."""
+    """The remembered searches, newest first.
+
+    Attributes:
+        searches: their status.
+        left_out: number of older ones, too many for one message.
+    """
 
     searches: tuple[SearchStatus, ...]
     left_out: int = 0
@@ -130,9 +157,18 @@ class SearchList:
 class PlannedPath:
     """Path, goal, frontiers and regions of the last plan, for display.
 
-    All arrays float32, metres in the map frame; scores in [0, 1].
-    points_m (N, 2) path; goal_m (0 or 1, 2); goal_kind: frontier, region, detection or none.
-    frontiers_m (F, 2) with frontier_scores (F,); regions_m (R, 2) with region_scores (R,).
+    Places are in metres of the map frame, scores in [0, 1].
+
+    Attributes:
+        stamp_ns: when the plan was made, on the planner's wall clock.
+        goal_kind: frontier, region, detection or none.
+        goal_reason: why this goal, in one sentence.
+        points_m: (N, 2) the path, from the robot to the goal.
+        goal_m: (G, 2) the goal: one row, none without a goal.
+        frontiers_m: (F, 2) where the frontiers are.
+        frontier_scores: (F,) their scores.
+        regions_m: (R, 2) where the regions are.
+        region_scores: (R,) their scores.
     """
 
     stamp_ns: int
