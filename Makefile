@@ -9,7 +9,7 @@ PIP_INSTALL := $(BIN)/pip install --disable-pip-version-check
 # With more than four, the real-time services that the tests start would wait for each other.
 PARALLEL := -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo test extras setup-demo setup-dev format check types unit coverage clean
+.PHONY: demo test extras setup-demo setup-dev format check types unit coverage docs-pages clean
 
 demo: setup-demo
 	$(BIN)/onemap demo $(ARGS)
@@ -55,6 +55,10 @@ unit:
 coverage:
 	$(BIN)/pytest $(PARALLEL) --cov --cov-report=
 	$(BIN)/coverage report --skip-covered --fail-under 95
+
+# The pages of docs/ that are written from the code; `make test` fails when they are out of date.
+docs-pages: setup-dev
+	$(BIN)/python -m onemap_tools.docs
 
 extras: setup-dev
 	$(BIN)/python deploy/check_extras.py
