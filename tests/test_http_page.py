@@ -1,0 +1,30 @@
+"""The page about HTTP names every address of the gateway, and no other."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+import re
+
+from onemap_gateway.http import routes
+from tests.structure import ROOT
+
+UNDOCUMENTED = {"/", "/favicon.ico"}
+ADDRESS = re.compile(r"`(?:(?:GET|POST|PUT|DELETE|WS) )?(/[\w./{}]*)`")
+
+
+def addresses() -> set[str]:
+    """The paths of all routes, every parameter of an id called as on the page."""
+    modules = [
+        importlib.import_module(f"{routes.__name__}.{found.name}")
+        for found in pkgutil.iter_modules(routes.__path__)
+    ]
+    paths = {route.path for module in modules for route in module.router.routes}
+    return {path.replace("{search_id}", "{id}") for path in paths} - UNDOCUMENTED
+
+
+def test_the_page_names_every_address() -> None:
+    page = (ROOT / "docs" / "http.md").read_text(encoding="utf-8")
+    named = set(ADDRESS.findall(page))
+    assert len(named) > 15
+    assert named - {"/openapi.json"} == addresses()
