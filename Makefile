@@ -9,7 +9,7 @@ PIP_INSTALL := $(BIN)/pip install --disable-pip-version-check
 # With more than four, the real-time services that the tests start would wait for each other.
 PARALLEL := -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo test extras setup-demo setup-dev format check types unit coverage docs-pages clean
+.PHONY: demo test extras setup-demo setup-dev format check types unit coverage docs docs-pages clean
 
 demo: setup-demo
 	$(BIN)/onemap demo $(ARGS)
@@ -56,6 +56,15 @@ coverage:
 	$(BIN)/pytest $(PARALLEL) --cov --cov-report=
 	$(BIN)/coverage report --skip-covered --fail-under 95
 
+# The documents as a site, in site/; broken links fail. mkdocs is in no other extra.
+docs: $(VENV)/.docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+	@echo "Look at it: $(BIN)/python -m http.server --directory site"
+
+$(VENV)/.docs: pyproject.toml constraints.txt | $(BIN)/python
+	$(PIP_INSTALL) -c constraints.txt -e '.[docs]'
+	touch $@
+
 # The pages of docs/ that are written from the code; `make test` fails when they are out of date.
 docs-pages: setup-dev
 	$(BIN)/python -m onemap_tools.docs
@@ -64,4 +73,4 @@ extras: setup-dev
 	$(BIN)/python deploy/check_extras.py
 
 clean:
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage .coverage.* runs
+	rm -rf $(VENV) site .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage .coverage.* runs
