@@ -122,10 +122,19 @@ def test_pose_noise_moves_the_report_and_not_the_robot() -> None:
 
 @pytest.mark.parametrize(
     ("scene", "reason"),
-    [("castle", "'castle' is unknown"), ("nowhere.glb", "does not exist"), ("a.stl", "suffix")],
+    [
+        ("castle", "scene 'castle' is unknown"),
+        ("nowhere.glb", "does not exist"),
+        ("a.stl", "suffix '.stl' is not one of .glb, .gltf, .obj, .ply"),
+        ("bad.obj", "bad.yaml: up is 'x'; it must be y or z"),
+    ],
 )
-def test_a_scene_that_cannot_be_opened_does_not_start(scene: str, reason: str) -> None:
-    config = SimulatorConfig(scene=scene)
+def test_a_scene_that_cannot_be_opened_does_not_start(
+    tmp_path: Path, scene: str, reason: str
+) -> None:
+    (tmp_path / "bad.obj").touch()
+    (tmp_path / "bad.yaml").write_text("up: x\n")
+    config = SimulatorConfig(scene=str(tmp_path / scene) if "." in scene else scene)
     with pytest.raises(StartError, match=reason):
         check(config)
     with pytest.raises(StartError, match=reason):
