@@ -63,8 +63,8 @@ def test_the_same_world_gives_the_same_search() -> None:
 
 
 def test_a_stale_map_stops_the_robot_and_the_search_goes_on_after_it() -> None:
-    run = start(in_four_rooms(), "sofa")
-    while run.now_s < 20.0:
+    run = start(in_two_rooms(), "bed")
+    while run.now_s < 10.0:
         run.step()
     before = run.state
     run.stale_reason = "the map is 1.2 s old"
@@ -87,8 +87,8 @@ def test_a_missing_map_fails_the_search_with_the_reason() -> None:
 
 
 def test_a_restarted_mapper_makes_it_look_around_again() -> None:
-    run = start(in_four_rooms(), "sofa")
-    while run.now_s < 20.0:
+    run = start(in_two_rooms(), "bed")
+    while run.now_s < 10.0:
         run.step()
     assert isinstance(run.state.search.phase, Exploring)
     run.world.forget()
