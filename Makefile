@@ -14,7 +14,9 @@ PARALLEL := -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 demo: setup-demo
 	$(BIN)/onemap demo $(ARGS)
 
-test: setup-dev check types coverage
+# Types are checked beside the tests: mypy has one thread, and tests wait for services.
+test: setup-dev check
+	@$(MAKE) --no-print-directory --jobs=2 types coverage
 
 setup-demo: $(VENV)/.demo
 setup-dev: $(VENV)/.dev
