@@ -119,13 +119,18 @@ def perception(
             document = bench.run(tuple(each.value for each in backend or Backend), params)
         else:
             document = bench.run_configured(_encoder_params(config), params)
+    raise typer.Exit(_report_results(document, as_json))
+
+
+def _report_results(document: dict[str, Any], as_json: bool) -> int:
+    """Print the measured backends; the exit code says whether all of them could be measured."""
+    results = document["results"]
     if as_json:
         print_json(document)
     else:
-        for result in document["results"]:
+        for result in results:
             print("  ".join(f"{name} {value}" for name, value in result.items()))
-    failed = any("problem" in result for result in document["results"])
-    raise typer.Exit(EXIT_FAILED if failed else EXIT_OK)
+    return EXIT_FAILED if any("problem" in result for result in results) else EXIT_OK
 
 
 @app.command()
