@@ -61,7 +61,8 @@ def _fields_of(message: Any) -> tuple[tuple[str, Any, bool], ...]:
 
 
 def _is_array(hint: Any) -> bool:
-    return typing.get_origin(hint) is np.ndarray or hint is np.ndarray
+    """Whether a field travels in the body: arrays do, and bytes."""
+    return typing.get_origin(hint) is np.ndarray or hint in (np.ndarray, bytes)
 
 
 def encode(message: object) -> Packet:
@@ -75,6 +76,7 @@ def encode(message: object) -> Packet:
         if not is_array:
             values[name] = _plain(value, hint)
             continue
+        value = np.frombuffer(value, np.uint8) if hint is bytes else value
         array = np.ascontiguousarray(value, dtype=value.dtype.newbyteorder("<"))
         arrays[name] = [array.dtype.str, list(array.shape), offset]
         padding = -array.nbytes % ALIGNMENT
@@ -92,7 +94,8 @@ def decode(message: type[M], packet: Packet) -> M:
     try:
         for name, hint, is_array in _fields(message):
             if is_array:
-                content[name] = _array(name, header["arrays"].get(name), packet.body)
+                array = _array(name, header["arrays"].get(name), packet.body)
+                content[name] = _bytes(name, array) if hint is bytes else array
             else:
                 content[name] = _typed(name, header["values"].get(name), hint)
         return message(**content)
@@ -144,6 +147,12 @@ def _array(name: str, description: Any, body: bytes) -> np.ndarray:
             f"array {name} needs bytes {offset} to {offset + size}, the body has {len(body)}"
         )
     return np.frombuffer(body, dtype, count=prod(shape), offset=offset).reshape(shape)
+
+
+def _bytes(name: str, array: np.ndarray) -> bytes:
+    if array.dtype != np.uint8 or array.ndim != 1:
+        raise WireError(f"array {name} is {array.dtype} {array.shape}; expected uint8 (any,)")
+    return array.tobytes()
 
 
 def _plain(value: Any, hint: Any) -> Any:

@@ -32,6 +32,10 @@ STATUS = m.SearchStatus(
 )
 
 SAVED = m.SavedMap("flat", 4096, 123, "mini-1", "minilm", 0.1, 100, 3)
+KEPT = m.KeptObject(
+    "3f9a12c4", "bed", (1.0, 2.0, 0.4), (0.5, 1.0, 1.5, 3.0), 0.93, 2, "s1", 100, 123,
+    (4.0, 6.0, 20.0, 18.0), 3,
+)  # fmt: skip
 
 
 def f32(*shape: int) -> np.ndarray:
@@ -51,14 +55,14 @@ SAMPLES: tuple[Any, ...] = (
     ),
     m.Detections(
         7, 123, "patches", ("sofa", "sofa"), f32(2, 4), f32(2), f32(3, 3),
-        np.array([0, 1, 1], np.int32),
+        np.array([0, 1, 1], np.int32), b"jpeg", 0.5,
     ),
     m.TextRequest(("sofa", "teddy bear")),
     m.TextEmbeddings(
         "mini-1", "minilm", ("sofa",), f32(1, 4), f32(3, 4), np.ones((1, 3), np.uint8), 20.0,
         0.3, (("armchair", "bed"),),
     ),
-    m.MapRevision(4, 7, 123, "mini-1", "minilm", 3, 100, 4096, 8.5, 5.0),
+    m.MapRevision(4, 7, 123, "mini-1", "minilm", 3, 100, 4096, 8.5, 5.0, 9),
     m.SimilarityRequest("sofa", 3, include_grid=True),
     m.SimilarityReply(
         "sofa", 4, 123, "mini-1", f32(2, 2), f32(2, 4), f32(2), f32(2), GRID, f32(4, 5),
@@ -76,6 +80,15 @@ SAMPLES: tuple[Any, ...] = (
     m.MapListRequest("flat"),
     SAVED,
     m.MapList((SAVED,), 3),
+    m.ObjectFind(
+        "bed", (1.0, 2.0, 0.4), (0.5, 1.0, 1.5, 3.0), 0.93, 123, "s1", (4.0, 6.0, 20.0, 18.0),
+        b"jpeg",
+    ),
+    KEPT,
+    m.ObjectId("3f9a12c4"),
+    m.PicturedObject(KEPT, b"\xff\xd8\xff"),
+    m.ObjectListRequest(),
+    m.ObjectList((KEPT,), 3),
     m.SearchRequest(("sofa", "bed")),
     m.SearchId("s1"),
     STATUS,

@@ -10,7 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_shared import wire
-from onemap_shared.messages import FeatureField, Heartbeat, Odometry, RgbdFrame, SearchStatus
+from onemap_shared.messages import (
+    FeatureField,
+    Heartbeat,
+    ObjectFind,
+    Odometry,
+    RgbdFrame,
+    SearchStatus,
+)
 from onemap_shared.wire import Packet, WireError, decode, encode
 from tests.shared.samples import SAMPLES, equal, message_types
 
@@ -52,6 +59,29 @@ def tamper(message: Any, **changes: Any) -> Packet:
         else:
             header[path] = value
     return Packet(msgpack.packb(header), packet.body)
+
+
+FIND = next(sample for sample in SAMPLES if isinstance(sample, ObjectFind))
+BAD_FINDS = {
+    "bytes of another type": (tamper(FIND, arrays_picture=["<i4", [1], 0]), "expected uint8"),
+    "bytes of two axes": (tamper(FIND, arrays_picture=["|u1", [2, 2], 0]), "expected uint8"),
+    "bytes beyond the body": (tamper(FIND, arrays_picture=["|u1", [99], 0]), "needs bytes"),
+    "no bytes": (tamper(FIND, arrays_picture=None), "missing or not described"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_FINDS)
+def test_bad_bytes_are_refused_with_the_reason(name: str) -> None:
+    packet, reason = BAD_FINDS[name]
+    with pytest.raises(WireError, match=reason):
+        decode(ObjectFind, packet)
+
+
+def test_bytes_travel_in_the_body_whatever_their_length() -> None:
+    for picture in (b"", bytes(200_000), b"\x00\xff"):
+        find = dataclasses.replace(FIND, picture=picture)
+        assert decode(ObjectFind, encode(find)) == find
+        assert len(encode(find).header) < 1000
 
 
 BAD_PACKETS = {

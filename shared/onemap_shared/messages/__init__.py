@@ -20,6 +20,7 @@ Attributes:
 """
 
 from onemap_shared.messages.checks import (
+    MAX_PICTURE_BYTES,
     MAX_TEXT_CHARS,
     check_text,
     expect,
@@ -47,6 +48,15 @@ from onemap_shared.messages.map import (
     SimilarityReply,
     SimilarityRequest,
 )
+from onemap_shared.messages.objects import (
+    MAX_LISTED_OBJECTS,
+    KeptObject,
+    ObjectFind,
+    ObjectId,
+    ObjectList,
+    ObjectListRequest,
+    PicturedObject,
+)
 from onemap_shared.messages.perception import (
     SAME_MEANING_COSINE,
     Detections,
@@ -72,13 +82,16 @@ __all__ = [
     "FINAL_STATES",
     "MAX_FILE_TEXT_CHARS",
     "MAX_LISTED_MAPS",
+    "MAX_LISTED_OBJECTS",
     "MAX_OBJECTS",
+    "MAX_PICTURE_BYTES",
     "MAX_RIVALS",
     "MAX_TEXT_CHARS",
     "SAME_MEANING_COSINE",
     "Detections",
     "FeatureField",
     "Heartbeat",
+    "KeptObject",
     "Layer",
     "MapClear",
     "MapFile",
@@ -86,9 +99,14 @@ __all__ = [
     "MapListRequest",
     "MapRevision",
     "MapSummary",
+    "ObjectFind",
+    "ObjectId",
+    "ObjectList",
+    "ObjectListRequest",
     "ObjectResult",
     "Occupancy",
     "Odometry",
+    "PicturedObject",
     "PlannedPath",
     "RgbdFrame",
     "SavedMap",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 MAX_TEXT_CHARS = 200  # of the name of one object
+MAX_PICTURE_BYTES = 256 * 1024  # simulated frames of 640 x 480 take up to 42 kB
 
 
 def expect(array: np.ndarray, name: str, dtype: type, shape: tuple[int | None, ...]) -> None:
@@ -29,6 +30,15 @@ def expect_share(value: float, name: str) -> None:
     """Raise ValueError unless 0 <= value <= 1; also refuses NaN."""
     if not 0.0 <= value <= 1.0:
         raise ValueError(f"{name} is {value}; it must lie in [0, 1]")
+
+
+def check_picture(picture: bytes) -> None:
+    """Raise ValueError if a picture is too large; empty stands for none."""
+    if len(picture) > MAX_PICTURE_BYTES:
+        raise ValueError(
+            f"the picture has {len(picture)} bytes; the limit is {MAX_PICTURE_BYTES}: make it "
+            "smaller or leave it out"
+        )
 
 
 def clean_texts(message: object, field: str, what: str = "text") -> None:

@@ -43,6 +43,7 @@ class MapRevision:
         memory_bytes: memory that the map takes.
         update_ms: milliseconds that the last frame took.
         rate_hz: frames fused per second, of late.
+        objects_version: changes whenever the list of found objects does.
     """
 
     revision: int
@@ -55,6 +56,7 @@ class MapRevision:
     memory_bytes: int
     update_ms: float
     rate_hz: float
+    objects_version: int = 0
 
 
 @dataclass(frozen=True, slots=True)

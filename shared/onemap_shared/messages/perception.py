@@ -8,7 +8,13 @@ import numpy as np
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F16, F32, F64, I32, I64, U8, U16, Bool, check_rigid
-from onemap_shared.messages.checks import clean_texts, expect, expect_finite, expect_share
+from onemap_shared.messages.checks import (
+    check_picture,
+    clean_texts,
+    expect,
+    expect_finite,
+    expect_share,
+)
 
 # Texts of an encoder without neutral words mean the same from this cosine on. Not measured (no
 # weights are at hand); chosen high, so that paraphrases rather fail to compete than block.
@@ -59,6 +65,8 @@ class Detections:
         scores: (N,) in [0, 1].
         points_map: (P, 3) surface points of all detections, in metres of the map frame.
         point_owner: (P,) index of the detection that a point belongs to.
+        picture: the frame as JPEG, in which the target was detected; else empty.
+        picture_scale: pixels of the picture for one pixel of the frame, at most 1.
     """
 
     sequence: int
@@ -69,9 +77,14 @@ class Detections:
     scores: F32
     points_map: F32
     point_owner: I32
+    picture: bytes = b""
+    picture_scale: float = 1.0
 
     def __post_init__(self) -> None:
         count = len(self.names)
+        check_picture(self.picture)
+        if not 0.0 < self.picture_scale <= 1.0:  # also refuses NaN
+            raise ValueError(f"picture_scale is {self.picture_scale}; it must lie in (0, 1]")
         expect(self.boxes_px, "boxes_px", np.float32, (count, 4))
         expect(self.scores, "scores", np.float32, (count,))
         expect(self.points_map, "points_map", np.float32, (None, 3))

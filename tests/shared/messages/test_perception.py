@@ -7,7 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from onemap_shared.messages import Detections, FeatureField, TextEmbeddings, TextRequest
+from onemap_shared.messages import (
+    MAX_PICTURE_BYTES,
+    Detections,
+    FeatureField,
+    TextEmbeddings,
+    TextRequest,
+)
 from tests.shared.messages.broken import assert_refused, sample
 
 
@@ -28,6 +34,12 @@ def test_a_damaged_field_is_refused(changes: dict[str, Any], reason: str) -> Non
 def test_points_belong_to_detections_of_the_frame() -> None:
     assert_refused(Detections, "point_owner", point_owner=np.array([0, 1, 2], np.int32))
     assert_refused(Detections, "point_owner", point_owner=np.array([0, -1, 1], np.int32))
+
+
+def test_a_picture_is_no_larger_than_its_frame() -> None:
+    for scale in (0.0, 1.5, float("nan")):
+        assert_refused(Detections, "picture_scale", picture_scale=scale)
+    assert_refused(Detections, "make it smaller", picture=bytes(MAX_PICTURE_BYTES + 1))
 
 
 @pytest.mark.parametrize("count", [0, 257])

@@ -20,7 +20,7 @@ POSE = np.array([[1.0, 0, 0, 1.5], [0, 1, 0, -2], [0, 0, 1, 0], [0, 0, 0, 1]])
 EXAMPLE = messages.Odometry(41, 1_700_000_000_000_000_000, POSE, 0.5, -0.25)
 SERVICE, INSTANCE = "<service>", "<instance>"
 BYTES_PER_LINE = 16
-SCALARS = {int: "integer", float: "number", str: "string", bool: "boolean"}
+SCALARS = {int: "integer", float: "number", str: "string", bool: "boolean", bytes: "bytes"}
 
 
 def messages_page() -> str:

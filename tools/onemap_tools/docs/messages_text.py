@@ -34,10 +34,11 @@ The encoding `application/octet-stream` with the schema's name is set, but not r
 The header is a msgpack map with three keys:
 
 - `schema`: `onemap.` + name of the message + `/{version}`, for example `onemap.Odometry/{version}`.
-- `values`: a map with every field that is no array. Lists are msgpack arrays, a value of several
-  fields is a map of them. A number may be sent as an integer; an integer must be one.
+- `values`: a map with every field that is neither array nor bytes. Lists are msgpack arrays, a
+  value of several fields is a map of them. A number may be sent as an integer; an integer must be
+  one.
 - `arrays`: a map with, for every array, the list of dtype, shape (a list) and the offset in the
-  body.
+  body. A field of bytes is sent as an array of uint8 with one axis.
 
 The body holds the arrays one after the other, little-endian, the last axis contiguous, each
 padded with zeros to a multiple of {alignment} bytes, so that each begins at one. Without arrays it
