@@ -91,12 +91,14 @@ def test_while_a_search_runs_every_frame_is_looked_at_for_its_target(world: Worl
     assert seen.names == ("red",)
     assert seen.detector_id == "patches/toy"
     assert len(seen.points_map) > 0
+    assert seen.picture
     world.planner.put(replace(SEARCH, index=1))
     world.camera.put(frame(2))
     world.service.step(0.0)
     other = world.detections.take(0.0)
     assert other is not None
     assert (other.sequence, other.names) == (2, ("red",))  # a rival keeps its own name
+    assert not other.picture
     world.planner.put(replace(SEARCH, state=SearchState.FOUND))
     world.camera.put(frame(3))
     world.service.step(0.0)

@@ -8,15 +8,16 @@ from dataclasses import dataclass
 
 from onemap_perception.detectors.protocol import Detector
 from onemap_perception.target_detection import Target, detect_in_frame
-from onemap_shared.geometry import F16
+from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import Detections, RgbdFrame
 
 
 @dataclass(frozen=True, slots=True)
 class DetectionResult:
-    """Detections of ``target`` in one frame, and how long they took."""
+    """Detections of ``target`` in one frame with image ``rgb``, and how long they took."""
 
     target: Target
+    rgb: U8
     detections: Detections
     detect_ms: float
 
@@ -73,4 +74,4 @@ class DetectorRunner:
     ) -> DetectionResult:
         begun_s = self._clock_s()
         detections = detect_in_frame(self._detector, target, frame, features)
-        return DetectionResult(target, detections, (self._clock_s() - begun_s) * 1e3)
+        return DetectionResult(target, frame.rgb, detections, (self._clock_s() - begun_s) * 1e3)

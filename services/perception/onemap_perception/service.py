@@ -13,6 +13,7 @@ from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError, OutOfDeviceMemoryError, UnknownWordError
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.feature_field import feature_field
+from onemap_perception.frame_picture import with_picture
 from onemap_perception.target_detection import Target, make_target
 from onemap_perception.telemetry import PerceptionTelemetry
 from onemap_perception.variance import VarianceParams
@@ -142,7 +143,7 @@ class Perception:
             return
         self._telemetry.detection_done(result.detect_ms)
         if self._target is not None and result.target.name == self._target.name:
-            self._detections.put(result.detections)
+            self._detections.put(with_picture(result.detections, result.rgb, result.target.name))
 
     def _update_target(self) -> None:
         """Follow the search that the planner publishes."""

@@ -1,0 +1,71 @@
+"""The picture sent along with detections."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from onemap_perception.detectors.patches import PatchDetector, PatchesParams
+from onemap_perception.frame_picture import MAX_SIDE_PX, encode_picture, with_picture
+from onemap_perception.target_detection import detect_in_frame, make_target
+from onemap_shared.geometry import U8
+from onemap_shared.messages import Detections
+from tests.perception.toy import ColourEncoder, frame
+
+ENCODER = ColourEncoder()
+SHOWN = frame()
+
+
+def decoded(picture: bytes) -> np.ndarray:
+    image = cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_COLOR)
+    assert image is not None
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB))
+
+
+def detections() -> Detections:
+    detector = PatchDetector(PatchesParams(), "toy")
+    return detect_in_frame(
+        detector, make_target(ENCODER, "red", ()), SHOWN, ENCODER.encode(SHOWN.rgb)
+    )
+
+
+def test_the_target_is_shown_as_it_was_seen() -> None:
+    shown = with_picture(detections(), SHOWN.rgb, "Red")
+    image = decoded(shown.picture)
+    assert image.shape == SHOWN.rgb.shape
+    x0, y0, x1, y1 = (int(side) for side in shown.boxes_px[0])
+    np.testing.assert_allclose(image[y0 + 4 : y1 - 4, x0 + 4 : x1 - 4].mean((0, 1)), (200, 0, 0),
+                               atol=15)  # fmt: skip
+    assert shown.picture_scale == 1.0
+
+
+def test_without_the_target_there_is_no_picture() -> None:
+    rivals = detections()
+    assert with_picture(rivals, SHOWN.rgb, "blue") is rivals
+    nothing = replace(
+        rivals,
+        names=(),
+        boxes_px=rivals.boxes_px[:0],
+        scores=rivals.scores[:0],
+        points_map=rivals.points_map[:0],
+        point_owner=rivals.point_owner[:0],
+    )
+    assert with_picture(nothing, SHOWN.rgb, "red").picture == b""
+
+
+@pytest.mark.parametrize("shape", [(1080, 1920, 3), (1920, 1080, 3), (640, 4000, 3), (1, 9000, 3)])
+def test_a_large_frame_is_made_smaller(shape: tuple[int, int, int]) -> None:
+    picture, scale = encode_picture(np.full(shape, 90, np.uint8))
+    image = decoded(picture)
+    assert max(image.shape) == MAX_SIDE_PX
+    assert scale == pytest.approx(MAX_SIDE_PX / max(shape))
+    assert image.shape[0] == max(round(shape[0] * scale), 1)
+
+
+def test_noise_that_stays_too_large_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    noise: U8 = np.random.default_rng(0).integers(0, 256, (640, 640, 3), dtype=np.uint8)
+    assert encode_picture(noise[:64, :64])[0]
+    assert encode_picture(noise) == (b"", 1.0)
