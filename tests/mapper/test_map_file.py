@@ -13,8 +13,11 @@ import pytest
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.frame_update import compute_update
 from onemap_mapper.map_file import ARRAYS, map_path, read, write
+from onemap_mapper.objects import NO_OBJECTS, to_bytes
+from onemap_mapper.params import ObjectParams
 from onemap_mapper.snapshot import VERSION, MapFileError, MapSnapshot, take
 from tests.mapper import scenes
+from tests.mapper.finds import object_find
 
 PARAMS = scenes.params()
 
@@ -50,6 +53,23 @@ def test_what_is_written_is_read(
     assert again.header == taken.header
     for name in ARRAYS:
         np.testing.assert_array_equal(getattr(again, name), getattr(taken, name), strict=True)
+
+
+def test_found_objects_are_written_with_the_map(taken: MapSnapshot, tmp_path: Path) -> None:
+    found = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff", ObjectParams())
+    write(dataclasses.replace(taken, objects=found), tmp_path / "a.npz")
+    assert read(tmp_path / "a.npz").objects == found
+    write(taken, tmp_path / "b.npz")
+    assert read(tmp_path / "b.npz").objects == NO_OBJECTS
+
+
+def test_damaged_objects_are_refused(taken: MapSnapshot, tmp_path: Path) -> None:
+    found = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff", ObjectParams())
+    half = np.frombuffer(to_bytes(found)[:-8], np.uint8)
+    write(taken, tmp_path / "a.npz")
+    for objects in (half, np.zeros(3), np.array("nothing")):
+        with pytest.raises(MapFileError, match="damaged"):
+            read(rewritten(tmp_path / "a.npz", objects=objects))
 
 
 def test_names_in_the_file_are_those_of_the_format(taken: MapSnapshot, tmp_path: Path) -> None:

@@ -93,9 +93,9 @@ def test_a_text_asked_of_a_map_without_features_is_nowhere() -> None:
 
 
 def test_revision_and_summary_describe_the_map(belief: BeliefMap) -> None:
-    revision = revision_of(belief, update_ms=7.0, rate_hz=5.0)
+    revision = revision_of(belief, update_ms=7.0, rate_hz=5.0, objects_version=4)
     assert (revision.frames_fused, revision.sequence) == (3, 2)
-    assert (revision.update_ms, revision.rate_hz) == (7.0, 5.0)
+    assert (revision.update_ms, revision.rate_hz, revision.objects_version) == (7.0, 5.0, 4)
     summary = summary_of(belief)
     assert summary.cells_observed == revision.cells_observed == belief.store.count > 0
     assert (summary.cell_size_m, summary.path) == (0.1, "")

@@ -21,6 +21,7 @@ from onemap_shared.messages import (
     MapFile,
     MapListRequest,
     MapRevision,
+    ObjectListRequest,
     Occupancy,
     SearchReset,
     SearchView,
@@ -32,6 +33,7 @@ from onemap_shared.messages import (
 from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError, RequestRejected
 from tests.mapper import scenes
+from tests.mapper.finds import object_find
 
 SOFA = np.eye(16, dtype=np.float32)[3]
 WORDS = {"desk": np.eye(16, dtype=np.float32)[1], "cup": np.eye(16, dtype=np.float32)[2]}
@@ -397,3 +399,40 @@ def test_a_missing_gpu_is_reported() -> None:
         pytest.skip("this machine has a CUDA device")
     with pytest.raises(StartError, match="no GPU"):
         build(MemoryRouter().bus("mapper"), MapperConfig(device="cuda"))
+
+
+def test_found_objects_go_with_the_map(rig: Rig, tmp_path: Path) -> None:
+    def names() -> list[str]:
+        listed = rig.client.call(keys.MAP_OBJECTS, ObjectListRequest())
+        return [kept.name for kept in listed.objects]
+
+    rig.feed(sofa_ahead(0))
+    before = rig.newest()
+    rig.client.call(keys.MAP_REMEMBER, object_find("bed"))
+    after = rig.newest()  # announced at once, without a new frame
+    assert (after.revision, after.frames_fused) == (before.revision, before.frames_fused)
+    assert after.objects_version > before.objects_version
+    rig.client.call(keys.MAP_SAVE, MapFile("flat"))
+    rig.client.call(keys.MAP_REMEMBER, object_find("sofa"))
+    rig.client.call(keys.MAP_LOAD, MapFile("flat"))
+    assert names() == ["bed"]
+    loaded = rig.newest()
+    assert loaded.objects_version > after.objects_version + 1
+    rig.client.call(keys.MAP_CLEAR, MapClear())
+    assert names() == []
+    assert rig.newest().objects_version > loaded.objects_version
+    assert Rig(tmp_path / "maps").mapper.list_maps(MapListRequest()).maps[0].name == "flat"
+
+
+def test_objects_that_cannot_be_written_are_a_problem(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_arguments: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    rig.feed(*(sofa_ahead(k) for k in range(3)))
+    assert rig.mapper.health().problem == ""
+    monkeypatch.setattr("onemap_mapper.object_file.write", full)
+    rig.client.call(keys.MAP_REMEMBER, object_find("bed"))
+    assert "cannot write the found objects" in rig.mapper.health().problem
+    assert rig.mapper.health().ready

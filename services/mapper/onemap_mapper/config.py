@@ -8,10 +8,10 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from onemap_mapper.params import MapParams, RegionParams
+from onemap_mapper.params import MapParams, ObjectParams, RegionParams
 
 
-class MapperConfig(RegionParams, MapParams):
+class MapperConfig(ObjectParams, RegionParams, MapParams):
     """How the map is built, queried and kept."""
 
     former_keys: ClassVar[Mapping[str, str]] = {
@@ -28,5 +28,7 @@ class MapperConfig(RegionParams, MapParams):
         "of seven, a 640 x 480 frame took 28 ms with one thread and 770 ms with two.",
     )
     map_folder: Path = Field(
-        default=Path("maps"), description="Where maps are saved to and loaded from."
+        default=Path("maps"),
+        description="Where maps are saved to and loaded from, and where the found objects are "
+        "kept for a restart of the mapper.",
     )

@@ -15,10 +15,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
+from onemap_mapper.objects import NO_OBJECTS, from_bytes, to_bytes
 from onemap_mapper.snapshot import FORMAT, VERSION, MapFileError, MapHeader, MapSnapshot
 
 SUFFIX = ".npz"
@@ -33,6 +34,7 @@ ARRAYS = (
     "evidence",
     "clear",
 )
+OBJECTS = "objects"  # only in files of maps with found objects
 
 
 class MapNotFound(MapFileError):
@@ -50,18 +52,27 @@ def map_path(folder: Path, name: str) -> Path:
 
 def write(snapshot: MapSnapshot, path: Path) -> int:
     """Write the file atomically; returns its size in bytes."""
+    arrays = {name: getattr(snapshot, name) for name in ARRAYS}
+    if snapshot.objects.objects:
+        arrays[OBJECTS] = np.frombuffer(to_bytes(snapshot.objects), np.uint8)
+    with replacing(path) as file:
+        np.savez(file, header=np.array(json.dumps(asdict(snapshot.header))), **arrays)
+    return path.stat().st_size
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[BinaryIO]:
+    """A file to write; at the end it takes the place of ``path`` as a whole, or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         with temporary.open("wb") as file:
-            arrays = {name: getattr(snapshot, name) for name in ARRAYS}
-            np.savez(file, header=np.array(json.dumps(asdict(snapshot.header))), **arrays)
+            yield file
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
-    return path.stat().st_size
 
 
 def read(path: Path) -> MapSnapshot:
@@ -69,7 +80,9 @@ def read(path: Path) -> MapSnapshot:
     require(path)
     with _opened(path) as archive:
         header = _header(archive, path)
-        snapshot = MapSnapshot(header, **{name: archive[name] for name in ARRAYS})
+        arrays = {name: archive[name] for name in ARRAYS}
+        objects = from_bytes(archive[OBJECTS].tobytes()) if OBJECTS in archive else NO_OBJECTS
+        snapshot = MapSnapshot(header, **arrays, objects=objects)
     _check_arrays(snapshot, path)
     return snapshot
 

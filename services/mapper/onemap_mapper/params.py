@@ -11,6 +11,7 @@ from typing import Literal
 import torch
 from pydantic import Field, model_validator
 
+from onemap_shared.messages import MAX_LISTED_OBJECTS
 from onemap_shared.params import Params
 
 
@@ -137,6 +138,26 @@ class RegionParams(Params):
         le=1,
         description="Uncalibrated encoders only: and among this share of the highest, the paper's "
         "top 5 percentile.",
+    )
+
+
+class ObjectParams(Params):
+    """Which found objects are kept with the map."""
+
+    same_object_m: float = Field(
+        default=1.0,
+        gt=0,
+        le=10,
+        description="m along the floor; a find of the same name within this distance is the same "
+        "object seen again. The middle of what is seen of a bed moves by up to half its size with "
+        "the side it is seen from; two objects of one name that stand closer are one entry.",
+    )
+    max_objects: int = Field(
+        default=100,
+        ge=1,
+        le=MAX_LISTED_OBJECTS,
+        description="Found objects that are kept; the one found longest ago makes room. Their "
+        "pictures, some 30 kB each, lie in memory and are written again with every find.",
     )
 
 

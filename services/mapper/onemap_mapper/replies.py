@@ -101,7 +101,9 @@ def search_view(
     )
 
 
-def revision_of(belief: BeliefMap, *, update_ms: float, rate_hz: float) -> MapRevision:
+def revision_of(
+    belief: BeliefMap, *, update_ms: float, rate_hz: float, objects_version: int
+) -> MapRevision:
     """The state of the map, published after every change."""
     return MapRevision(
         revision=belief.revision,
@@ -114,6 +116,7 @@ def revision_of(belief: BeliefMap, *, update_ms: float, rate_hz: float) -> MapRe
         memory_bytes=belief.memory_bytes,
         update_ms=update_ms,
         rate_hz=rate_hz,
+        objects_version=objects_version,
     )
 
 

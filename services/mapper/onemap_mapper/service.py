@@ -18,6 +18,8 @@ from onemap_mapper.belief_map import BeliefMap, FieldRejected
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.diagnostics.telemetry import MapperTelemetry
 from onemap_mapper.frame_update import compute_update
+from onemap_mapper.object_keeper import ObjectKeeper
+from onemap_mapper.objects import NO_OBJECTS
 from onemap_mapper.replies import (
     revision_of,
     search_view,
@@ -66,6 +68,7 @@ class Mapper:
         self._telemetry = MapperTelemetry()
         self._fields = bus.subscribe(keys.FIELD)
         self._revisions = bus.publish(keys.MAP_REVISION)
+        self._objects = ObjectKeeper(bus, config.map_folder, config, self._announce_objects)
         bus.serve(keys.MAP_SIMILARITY, self.similarity)
         bus.serve(keys.MAP_SEARCH_VIEW, self.search_view)
         bus.serve(keys.MAP_SEARCH_RESET, self.reset_searched)
@@ -93,7 +96,7 @@ class Mapper:
                 metrics["map_age_s"] = (time.time_ns() - self._map.stamp_ns) * 1e-9
             now_s = time.monotonic()
             metrics |= self._telemetry.metrics(now_s, self._fields.counters)
-            problem = self._telemetry.problem(now_s)
+            problem = self._telemetry.problem(now_s) or self._objects.problem
             ready = self._telemetry.ready(now_s)
         return Health(ready=ready, problem=problem, metrics=metrics)
 
@@ -130,12 +133,12 @@ class Mapper:
             return summary_of(self._map)
 
     def save(self, request: MapFile) -> MapSummary:
-        """Write the map to the configured folder."""
+        """Write the map, with its found objects, to the configured folder."""
         path = map_file.map_path(self._config.map_folder, request.name)
         with self._lock:
             if self._map.dimension == 0:
                 raise _empty()
-            taken = snapshot.take(self._map)
+            taken = snapshot.take(self._map, self._objects.memory)
             summary = summary_of(self._map)
         created = not path.exists()
         try:
@@ -148,7 +151,10 @@ class Mapper:
         return replace(summary, path=str(path), file_bytes=size, created=created)
 
     def load(self, request: MapFile) -> MapSummary:
-        """Replace the map by one from the configured folder; a rejected file changes nothing."""
+        """Replace the map, with its found objects, by one from the configured folder.
+
+        A rejected file changes nothing.
+        """
         path = map_file.map_path(self._config.map_folder, request.name)
         try:
             content = map_file.read(path)
@@ -166,6 +172,7 @@ class Mapper:
                 raise RequestRejected("encoder_mismatch", str(problem)) from problem
             self._replace(restored)
             summary = summary_of(self._map)
+        self._objects.replace(content.objects)
         LOG.info("loaded %d cells from %s", summary.cells_observed, path)
         return replace(summary, path=str(path), file_bytes=path.stat().st_size)
 
@@ -192,10 +199,12 @@ class Mapper:
         return deleted
 
     def clear(self, _request: MapClear) -> MapSummary:
-        """Start an empty map."""
+        """Start an empty map, without found objects."""
         with self._lock:
             self._replace(BeliefMap(self._config, first_revision=self._map.revision + 1))
-            return summary_of(self._map)
+            summary = summary_of(self._map)
+        self._objects.replace(NO_OBJECTS)
+        return summary
 
     def _fuse(self, field: FeatureField) -> None:
         started_s = time.monotonic()
@@ -230,8 +239,18 @@ class Mapper:
         """Publish the revision; the caller holds the lock, so that revisions leave in order."""
         rate_hz = self._telemetry.rate_hz(time.monotonic())
         self._revisions.put(
-            revision_of(self._map, update_ms=self._telemetry.update_ms, rate_hz=rate_hz)
+            revision_of(
+                self._map,
+                update_ms=self._telemetry.update_ms,
+                rate_hz=rate_hz,
+                objects_version=self._objects.memory.version,
+            )
         )
+
+    def _announce_objects(self) -> None:
+        """Publish the revision with the new version of the found objects."""
+        with self._lock:
+            self._announce()
 
     def _require_content(self) -> None:
         with self._lock:

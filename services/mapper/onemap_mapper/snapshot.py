@@ -9,6 +9,7 @@ import torch
 from numpy.typing import NDArray
 
 from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.occupancy import OccupancyUpdate
 from onemap_mapper.params import MapParams
 from onemap_mapper.tiles import MapTooLarge
@@ -46,7 +47,8 @@ class MapSnapshot:
     """A copy of a map, detached from it.
 
     cells (n, 2) int32 world cells with features (n, D), confidence and searched (n,) float32;
-    driving_cells (m, 2) int32 with evidence (m, levels) int8 and clear (m,) uint8.
+    driving_cells (m, 2) int32 with evidence (m, levels) int8 and clear (m,) uint8. objects: what
+    was found.
     """
 
     header: MapHeader
@@ -57,10 +59,11 @@ class MapSnapshot:
     driving_cells: NDArray[np.int32]
     evidence: NDArray[np.int8]
     clear: NDArray[np.uint8]
+    objects: ObjectMemory = NO_OBJECTS
 
 
-def take(belief: BeliefMap) -> MapSnapshot:
-    """A copy of the map's content."""
+def take(belief: BeliefMap, objects: ObjectMemory = NO_OBJECTS) -> MapSnapshot:
+    """A copy of the map's content, with the objects that were found."""
     store, params = belief.store, belief.params
     rows = np.nonzero(belief.clear.values | belief.evidence.values.any(axis=1))[0]
     header = MapHeader(
@@ -87,13 +90,14 @@ def take(belief: BeliefMap) -> MapSnapshot:
         driving_cells=belief.tiles.cells(rows).astype(np.int32),
         evidence=belief.evidence.values[rows],
         clear=belief.clear.values[rows].astype(np.uint8),
+        objects=objects,
     )
 
 
 def restore(
     snapshot: MapSnapshot, params: MapParams, *, encoder_id: str, first_revision: int
 ) -> BeliefMap:
-    """A new map with the snapshot's content.
+    """A new map with the snapshot's content; its found objects are kept elsewhere.
 
     ``encoder_id`` is the encoder in use, empty if none is known yet. Raises ``EncoderMismatch``
     if the map was made by another one, ``MapFileError`` if it has another grid.

@@ -1,0 +1,147 @@
+"""The objects that were found, as they are kept with the map, and their form on disk."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass, replace
+from math import hypot, inf
+
+from onemap_mapper.params import ObjectParams
+from onemap_shared.messages import KeptObject, ObjectFind, ObjectList, PicturedObject
+from onemap_shared.names import same_name
+from onemap_shared.wire import Packet, decode, encode
+
+HEADER_LENGTH = struct.Struct("<I")
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectMemory:
+    """Found objects with their pictures, the one found last at the end.
+
+    version: changes whenever the objects do; left_out: objects that had to make room.
+    """
+
+    objects: tuple[PicturedObject, ...] = ()
+    version: int = 0
+    left_out: int = 0
+
+    def listed(self) -> ObjectList:
+        """All objects without their pictures, the one found last first."""
+        return ObjectList(tuple(entry.kept for entry in reversed(self.objects)), self.left_out)
+
+    def get(self, object_id: str) -> PicturedObject | None:
+        """The object with this id; None if there is none."""
+        return next((o for o in self.objects if o.kept.object_id == object_id), None)
+
+    def with_find(self, find: ObjectFind, new_id: str, params: ObjectParams) -> ObjectMemory:
+        """The memory after a find: of a known object, which keeps its id, or of a new one.
+
+        A find that was remembered before, as when its sender did not hear of it, changes nothing.
+        """
+        known = self.same_object(find, params)
+        if known is not None and _is_repeated(known.kept, find):
+            return self
+        kept = _first_time(find, new_id) if known is None else _again(known.kept, find)
+        others = tuple(entry for entry in self.objects if entry is not known)
+        objects = (*others, PicturedObject(kept, find.picture))
+        return replace(self, objects=objects, version=self.version + 1).limited(params)
+
+    def without(self, object_id: str) -> ObjectMemory:
+        """The memory without the object of this id."""
+        left = tuple(entry for entry in self.objects if entry.kept.object_id != object_id)
+        return replace(self, objects=left, version=self.version + 1)
+
+    def limited(self, params: ObjectParams) -> ObjectMemory:
+        """The memory with at most ``max_objects``; those found longest ago are left out."""
+        surplus = max(len(self.objects) - params.max_objects, 0)
+        return replace(self, objects=self.objects[surplus:], left_out=self.left_out + surplus)
+
+    def same_object(self, find: ObjectFind, params: ObjectParams) -> PicturedObject | None:
+        """The nearest object of the find's name within ``same_object_m``; None if there is none."""
+        x_m, y_m = find.position_m[:2]
+        near = [
+            (hypot(entry.kept.position_m[0] - x_m, entry.kept.position_m[1] - y_m), index)
+            for index, entry in enumerate(self.objects)
+            if same_name(entry.kept.name, find.name)
+        ]
+        distance_m, index = min(near, default=(inf, 0))
+        return self.objects[index] if distance_m <= params.same_object_m else None
+
+
+NO_OBJECTS = ObjectMemory()
+
+
+def to_bytes(memory: ObjectMemory) -> bytes:
+    """The memory as it is saved: the length of the header, the header, the body of a packet."""
+    packet = encode(
+        ObjectArchive(
+            objects=tuple(entry.kept for entry in memory.objects),
+            version=memory.version,
+            left_out=memory.left_out,
+            pictures=b"".join(entry.picture for entry in memory.objects),
+        )
+    )
+    return HEADER_LENGTH.pack(len(packet.header)) + packet.header + packet.body
+
+
+def from_bytes(data: bytes) -> ObjectMemory:
+    """The memory that was saved as ``data``; raises ValueError if that is damaged."""
+    if len(data) < HEADER_LENGTH.size:
+        raise ValueError(f"the found objects have {len(data)} bytes: their beginning is missing")
+    (length,) = HEADER_LENGTH.unpack_from(data)
+    body_at = HEADER_LENGTH.size + length
+    archive = decode(ObjectArchive, Packet(data[HEADER_LENGTH.size : body_at], data[body_at:]))
+    objects, begin = [], 0
+    for kept in archive.objects:
+        end = begin + kept.picture_bytes
+        objects.append(PicturedObject(kept, archive.pictures[begin:end]))
+        begin = end
+    return ObjectMemory(tuple(objects), archive.version, archive.left_out)
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectArchive:
+    """The objects as they are encoded; pictures: all of them, one after the other."""
+
+    objects: tuple[KeptObject, ...]
+    version: int
+    left_out: int
+    pictures: bytes
+
+    def __post_init__(self) -> None:
+        expected = sum(kept.picture_bytes for kept in self.objects)
+        if expected != len(self.pictures):
+            raise ValueError(f"the pictures have {len(self.pictures)} bytes, expected {expected}")
+        if len({kept.object_id for kept in self.objects}) < len(self.objects):
+            raise ValueError("two objects have the same id")
+        if min(self.version, self.left_out) < 0:
+            raise ValueError("version and left_out must not be negative")
+
+
+def _is_repeated(known: KeptObject, find: ObjectFind) -> bool:
+    return (known.search_id, known.last_seen_ns, known.position_m) == (
+        find.search_id,
+        find.stamp_ns,
+        find.position_m,
+    )
+
+
+def _first_time(find: ObjectFind, object_id: str) -> KeptObject:
+    return KeptObject(
+        object_id=object_id,
+        name=find.name,
+        position_m=find.position_m,
+        extent_m=find.extent_m,
+        score=find.score,
+        times_found=1,
+        search_id=find.search_id,
+        first_found_ns=find.stamp_ns,
+        last_seen_ns=find.stamp_ns,
+        box_px=find.box_px,
+        picture_bytes=len(find.picture),
+    )
+
+
+def _again(known: KeptObject, find: ObjectFind) -> KeptObject:
+    newest = _first_time(find, known.object_id)
+    return replace(newest, times_found=known.times_found + 1, first_found_ns=known.first_found_ns)

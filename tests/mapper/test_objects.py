@@ -1,0 +1,146 @@
+"""Found objects: what is the same object, which are kept, and their form on disk."""
+
+from __future__ import annotations
+
+import struct
+from contextlib import suppress
+from dataclasses import replace
+from itertools import count
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_mapper.objects import NO_OBJECTS, ObjectMemory, from_bytes, to_bytes
+from onemap_mapper.params import ObjectParams
+from onemap_shared.messages import ObjectFind
+from tests.mapper.finds import PICTURE, object_find
+
+PARAMS = ObjectParams()
+
+
+def remembered(*finds: ObjectFind, params: ObjectParams = PARAMS) -> ObjectMemory:
+    """The memory after these finds, with ids 0, 1, 2."""
+    memory = NO_OBJECTS
+    for new_id, find in zip(count(), finds, strict=False):
+        memory = memory.with_find(find, str(new_id), params)
+    return memory
+
+
+def names(memory: ObjectMemory) -> list[str]:
+    return [kept.name for kept in memory.listed().objects]
+
+
+def test_a_find_becomes_an_object_with_its_picture() -> None:
+    memory = remembered(object_find("bed", 1.0, 2.0))
+    (kept,) = memory.listed().objects
+    assert (kept.object_id, kept.name, kept.position_m) == ("0", "bed", (1.0, 2.0, 0.4))
+    assert (kept.times_found, kept.first_found_ns, kept.last_seen_ns) == (1, 100, 100)
+    assert kept.picture_bytes == len(PICTURE)
+    known = memory.get("0")
+    assert known is not None
+    assert (known.kept, known.picture) == (kept, PICTURE)
+    assert memory.get("1") is None
+
+
+def test_a_find_nearby_is_the_object_seen_again() -> None:
+    again = object_find(
+        "The  Bed", 0.6, 0.0, stamp_ns=200, search_id="s2", picture=b"new", score=0.7
+    )
+    memory = remembered(object_find("bed"), object_find("sofa"), again)
+    assert names(memory) == ["The Bed", "sofa"]
+    kept = memory.listed().objects[0]
+    assert (kept.object_id, kept.times_found, kept.search_id) == ("0", 2, "s2")
+    assert (kept.position_m, kept.extent_m) == ((0.6, 0.0, 0.4), (-0.4, -1.0, 1.6, 1.0))
+    assert (kept.first_found_ns, kept.last_seen_ns, kept.score) == (100, 200, 0.7)
+    known = memory.get("0")
+    assert known is not None
+    assert known.picture == b"new"
+
+
+@pytest.mark.parametrize(
+    "find",
+    [
+        pytest.param(object_find("bed", 1.1, 0.0, stamp_ns=200), id="further away"),
+        pytest.param(object_find("sofa", stamp_ns=200), id="another name"),
+    ],
+)
+def test_other_finds_are_other_objects(find: ObjectFind) -> None:
+    memory = remembered(object_find("bed"), find)
+    assert [kept.object_id for kept in memory.listed().objects] == ["1", "0"]
+
+
+def test_the_nearest_object_of_the_name_is_seen_again() -> None:
+    chairs = [object_find("chair", x_m, 0.0, stamp_ns=n) for n, x_m in enumerate((0.0, 1.5, 1.0))]
+    memory = remembered(*chairs)
+    times = {kept.object_id: kept.times_found for kept in memory.listed().objects}
+    assert times == {"0": 1, "1": 2}
+
+
+def test_a_repeated_find_changes_nothing() -> None:
+    memory = remembered(object_find("bed"), object_find("sofa"))
+    assert memory.with_find(object_find("bed"), "new", PARAMS) is memory
+
+
+def test_the_oldest_makes_room() -> None:
+    finds = [object_find("chair", 5.0 * n, 0.0) for n in range(4)]
+    again = object_find("chair", 5.0, 0.0, stamp_ns=300)  # the second: now the newest
+    few = ObjectParams(max_objects=3)
+    memory = remembered(*finds[:3], again, finds[3], params=few)
+    assert [kept.object_id for kept in memory.listed().objects] == ["4", "1", "2"]
+    assert memory.listed().left_out == memory.left_out == 1
+
+
+def test_every_change_has_a_version_of_its_own() -> None:
+    memory = remembered(object_find("bed"), object_find("sofa"))
+    less = memory.without("0")
+    assert names(less) == ["sofa"]
+    assert len({NO_OBJECTS.version, remembered(object_find("bed")).version, memory.version,
+                less.version}) == 4  # fmt: skip
+
+
+finds = st.builds(
+    object_find,
+    st.sampled_from(["bed", "Sofa", "tea  pot", "Küche"]),
+    st.floats(-50, 50),
+    st.floats(-50, 50),
+    stamp_ns=st.integers(0, 2**63 - 1),
+    picture=st.binary(max_size=50),
+    box_px=st.sampled_from([(), (0.0, 1.5, 2.0, 3.0)]),
+)
+
+
+@given(st.lists(finds, max_size=8))
+def test_what_is_written_is_read(found: list[ObjectFind]) -> None:
+    memory = replace(remembered(*found), left_out=7)
+    assert from_bytes(to_bytes(memory)) == memory
+
+
+@given(st.data())
+def test_damaged_bytes_are_refused_or_harmless(data: st.DataObject) -> None:
+    """Whatever a byte is replaced by: a memory or a ValueError."""
+    saved = bytearray(to_bytes(remembered(object_find("bed"), object_find("sofa"))))
+    place = data.draw(st.integers(0, len(saved) - 1))
+    saved[place] = data.draw(st.integers(0, 255))
+    with suppress(ValueError):
+        assert len(from_bytes(bytes(saved)).objects) <= 2
+
+
+def test_a_truncated_memory_is_refused() -> None:
+    whole = to_bytes(remembered(object_find("bed")))
+    for length in (0, 3, 4, 50, len(whole) - 8):
+        with pytest.raises(ValueError, match=r"missing|not msgpack|needs bytes"):
+            from_bytes(whole[:length])
+    with pytest.raises(ValueError, match="limit"):
+        from_bytes(struct.pack("<I", 2**31) + bytes(2**19))
+
+
+def test_pictures_that_do_not_fit_and_ids_used_twice_are_refused() -> None:
+    (entry,) = remembered(object_find("bed")).objects
+    twice = ObjectMemory((entry, entry))
+    with pytest.raises(ValueError, match="same id"):
+        to_bytes(twice)
+    with pytest.raises(ValueError, match="pictures have 12 bytes, expected 9"):
+        to_bytes(ObjectMemory((replace(entry, kept=replace(entry.kept, picture_bytes=9)),)))
+    with pytest.raises(ValueError, match="negative"):
+        to_bytes(ObjectMemory(version=-1))
