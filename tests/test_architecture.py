@@ -43,6 +43,7 @@ TALKS = {
     "onemap_perception.onnx": "tells onnxruntime through the environment to be quiet",
     "onemap_mapper.object_keeper": "answers the bus's threads",
     "onemap_mapper.text_cache": "a cache that the bus's threads share",
+    "onemap_planner.find_outbox": "calls the mapper",
     "onemap_planner.search_commands": "answers the bus's threads",
     "onemap_planner.planning_thread": "the thread that plans while the loop steers",
     "onemap_planner.registry": "what that thread, the loop and the bus's threads share",

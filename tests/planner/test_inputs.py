@@ -85,3 +85,5 @@ def test_another_map_is_noticed_whatever_its_size(
     inputs = with_revision(LatestInputs(), revision_of(10, 10), 0.0)
     after = with_revision(inputs, revision_of(revision, frames), 1.0)
     assert (after.map_count > inputs.map_count) == another
+    exchanged = another and revision > 10  # a restarted mapper still has what was found
+    assert (after.exchange_count > inputs.exchange_count) == exchanged

@@ -25,7 +25,8 @@ class LatestInputs:
     """The newest message of each stream. Times are seconds of the planner's monotonic clock.
 
     collided_s: when a collision was last reported; odometer_m: distance driven since the start;
-    map_version: (revision, frames fused) of the newest map; map_count: different maps so far.
+    map_version: (revision, frames fused) of the newest map; map_count: different maps so far;
+    exchange_count: of these, those that took the place of another in a running mapper.
     """
 
     pose: Pose2d | None = None
@@ -35,6 +36,7 @@ class LatestInputs:
     revision: Arrival | None = None
     map_version: tuple[int, int] = (0, 0)
     map_count: int = 0
+    exchange_count: int = 0
 
     def ages(self, now_s: float) -> InputAges:
         """Ages of odometry and map at ``now_s``."""
@@ -64,7 +66,8 @@ def with_revision(inputs: LatestInputs, message: MapRevision, now_s: float) -> L
     """The inputs with the new revision of the map.
 
     It is another map (cleared, loaded, or of a restarted mapper) if it holds fewer frames than
-    before, or gained more frames than revisions.
+    before, or gained more frames than revisions. A restarted mapper counts revisions anew; its
+    found objects and their frame are those of before, unlike after clear and load.
     """
     arrival = Arrival(message.revision, message.stamp_ns, now_s)
     revisions = message.revision - inputs.map_version[0]
@@ -75,4 +78,5 @@ def with_revision(inputs: LatestInputs, message: MapRevision, now_s: float) -> L
         revision=newest(inputs.revision, arrival),
         map_version=(message.revision, message.frames_fused),
         map_count=inputs.map_count + another,
+        exchange_count=inputs.exchange_count + (another and revisions > 0),
     )

@@ -1,4 +1,5 @@
-"""Planning thread: requests a view of the map, runs a planning step, publishes its plan.
+"""Planning thread: requests a view of the map, runs a planning step, publishes its plan
+and sends what was found to the mapper.
 
 The map may answer slowly or not at all; the control loop reads ``result`` and never waits.
 """
@@ -11,6 +12,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from onemap_planner.find_outbox import FindOutbox
 from onemap_planner.inputs import LatestInputs
 from onemap_planner.motion.velocity_controller import Plan
 from onemap_planner.path_message import planned_path
@@ -73,6 +75,7 @@ class PlanningThread:
         self._period_s = period_s
         self._detections = bus.subscribe(keys.DETECTIONS, capacity=8)
         self._paths = bus.publish(keys.SEARCH_PATH)
+        self._finds = FindOutbox(bus)
         self._reset_target: tuple[str, int] | None = None
         if registry.state is not None:  # a restart does not reset the searched layer
             self._reset_target = _target_key(registry.state.search)
@@ -91,6 +94,10 @@ class PlanningThread:
         """Counters of the detections."""
         return self._detections.counters
 
+    def forget_finds(self) -> None:
+        """Drop the finds that the mapper has not acknowledged, because the map is another one."""
+        self._finds.clear()
+
     def close(self) -> None:
         """Stop the thread, without waiting for a call to the map."""
         self._stop.set()
@@ -103,6 +110,7 @@ class PlanningThread:
             if state is None or not state.search.active:
                 self._detections.take(0.0)
                 self.result = PlanningResult()
+                self._finds.send()
             else:
                 self._plan(state)
             self._stop.wait(max(self._period_s - (time.monotonic() - began_s), 0.0))
@@ -140,6 +148,8 @@ class PlanningThread:
         self._publish(
             next_state, decision, replace(self.result, stale_reason=stale_reason, plan_ms=plan_ms)
         )
+        if view is not None:  # without one the mapper would not answer this call either
+            self._finds.send()
 
     def _publish(
         self, state: PlannerState, decision: Decision | None, result: PlanningResult
@@ -155,6 +165,7 @@ class PlanningThread:
                 goals=len(offered.frontiers) + len(offered.regions),
             )
             self._paths.put(planned_path(state.search, decision, time.time_ns()))
+            self._finds.add(decision.finds)
         self.result = result
 
     def _request_view(self, state: PlannerState) -> SearchView:

@@ -74,10 +74,12 @@ class Planner:
             self._inputs = with_odometry(self._inputs, odometry, now_s)
         revision = self._revisions.take(0.0)
         if revision is not None:
-            map_count = self._inputs.map_count
-            self._inputs = with_revision(self._inputs, revision, now_s)
-            if self._inputs.map_count > map_count:
+            before = self._inputs
+            self._inputs = with_revision(before, revision, now_s)
+            if self._inputs.map_count > before.map_count:
                 self._registry.clear_found_objects()
+            if self._inputs.exchange_count > before.exchange_count:
+                self._planning_thread.forget_finds()
         if now_s >= self._next_control_s:
             self._next_control_s = max(self._next_control_s + 1.0 / self._config.control_hz, now_s)
             self._control_rate = self._control_rate.with_event(now_s)

@@ -12,6 +12,7 @@ from onemap_planner.world.candidates import (
     MAX_CANDIDATES,
     RECENT_SIGHTINGS,
     ObjectCandidate,
+    PictureOfObject,
     Sighting,
     merge_sightings,
     sightings_of,
@@ -93,6 +94,43 @@ def test_a_detection_the_map_does_not_support_does_not(
     similarity = np.full((20, 20), 0.1, np.float32)
     similarity[5:7, 5:7] = high
     assert sighted(similarity, detections([where])) == ()
+
+
+def test_a_sighting_has_its_frame_with_the_box_in_pixels_of_the_picture() -> None:
+    similarity = np.full((20, 20), 0.8, np.float32)
+    message = replace(
+        detections([(0.5, 0.5, 0.5)]),
+        boxes_px=np.array([[10, 20, 30, 40]], np.float32),
+        stamp_ns=7,
+        picture=b"jpeg",
+        picture_scale=0.5,
+    )
+    (found,) = sighted(similarity, message)
+    score = float(np.float32(0.8))
+    assert found.view == PictureOfObject(score, 7, (5.0, 10.0, 15.0, 20.0), b"jpeg")
+
+
+@pytest.mark.parametrize(
+    ("scores_and_pictures", "best"),
+    [
+        pytest.param([(0.5, b"x"), (0.9, b"x"), (0.7, b"x")], 1, id="the highest score"),
+        pytest.param([(0.9, b"x"), (0.9, b"x")], 1, id="the later one of two equal"),
+        pytest.param([(0.4, b"x"), (0.9, b"")], 0, id="the one with a picture"),
+        pytest.param([(0.4, b""), (0.9, b"")], 1, id="none has a picture"),
+    ],
+)
+def test_a_candidate_keeps_its_best_view(
+    scores_and_pictures: list[tuple[float, bytes]], best: int
+) -> None:
+    views = [
+        PictureOfObject(score, stamp_ns, (0.0, 0.0, 1.0, 1.0), picture)
+        for stamp_ns, (score, picture) in enumerate(scores_and_pictures)
+    ]
+    seen = [replace(sighting(0.0), view=view) for view in views]
+    (candidate,) = merge_sightings((), seen, PARAMS.consensus)
+    assert candidate.best_view == views[best]
+    (after,) = merge_sightings((candidate,), [sighting(0.0)], PARAMS.consensus)
+    assert after.best_view == views[best]
 
 
 def test_background_in_the_box_is_tolerated_and_left_out() -> None:

@@ -14,7 +14,7 @@ from onemap_planner.search.phases import Search
 from onemap_planner.world.candidates import ConsensusParams, ObjectCandidate
 from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, Velocity2d
-from onemap_shared.messages import Detections, SearchView
+from onemap_shared.messages import Detections, ObjectFind, SearchView
 from onemap_shared.trail import extended
 
 TRAIL_STEP_M = 0.1  # points closer together than this cover the same floor
@@ -101,12 +101,16 @@ class Observation:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """The motion until the next step, with the goal and what it was chosen from."""
+    """The motion until the next step, with the goal and what it was chosen from.
+
+    finds: objects that this step confirmed, for the map to keep.
+    """
 
     motion: Motion
     costmap: Costmap
     goal: Goal | None
     goal_candidates: GoalCandidates
+    finds: tuple[ObjectFind, ...] = ()
 
 
 def with_pose(state: PlannerState, pose: Pose2d) -> PlannerState:

@@ -13,6 +13,7 @@ from onemap_planner.policy.competition import with_found_object
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.evidence import update_candidates
 from onemap_planner.policy.explore import explore, select_candidate
+from onemap_planner.policy.finds import finds_of
 from onemap_planner.policy.goals import GoalCandidates
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.recovery import check_progress, handle_stuck, is_trapped, stuck_failure
@@ -75,6 +76,7 @@ def step(
     limit_s = params.explore.object_limit_s
     if state.active_time_s - state.search.target_start.since_active_time_s > limit_s:
         events = (TargetFailed(f"not found within {limit_s:.0f} s, the limit for one object"),)
+    decision = replace(decision, finds=finds_of(state.search, events, context.map_view.grid))
     for event in events:
         state = _apply(state, event, observation)
     if state.progress is not None and state.progress.backing_from is not None:

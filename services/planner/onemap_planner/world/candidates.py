@@ -52,11 +52,33 @@ class ConsensusParams(Params):
 
 
 @dataclass(frozen=True, slots=True)
+class PictureOfObject:
+    """A frame in which an object was detected.
+
+    score: the detector's, in [0, 1]; stamp_ns: when it was captured; box_px: x0, y0, x1, y1 in
+    pixels of the picture; picture: JPEG, empty if the frame came without one.
+    """
+
+    score: float
+    stamp_ns: int
+    box_px: tuple[float, float, float, float]
+    picture: bytes = b""
+
+    def is_better_than(self, other: PictureOfObject | None) -> bool:
+        """Whether it shows the object better than an earlier one; at equal scores it does."""
+        return other is None or (bool(self.picture), self.score) >= (
+            bool(other.picture),
+            other.score,
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class Sighting:
     """One detection that the map supports.
 
     xyz metres: middle of its supported points; cells: world cells they cover;
-    similarity in [0, 1]: highest among them; seen_from metres: where the robot was.
+    similarity in [0, 1]: highest among them; seen_from metres: where the robot was; view: the
+    frame of the detection.
     """
 
     xyz: tuple[float, float, float]
@@ -64,6 +86,7 @@ class Sighting:
     score: float
     similarity: float
     seen_from: tuple[float, float]
+    view: PictureOfObject | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +95,8 @@ class ObjectCandidate:
 
     xyz: their running mean, metres; seen_from: the latest positions of the robot;
     contradictions: frames in which another name was detected there and this one was not;
-    recent: the cells of each of the last ``RECENT_SIGHTINGS`` sightings.
+    recent: the cells of each of the last ``RECENT_SIGHTINGS`` sightings; best_view: the frame
+    with the highest score of the detector.
     """
 
     xyz: tuple[float, float, float]
@@ -83,6 +107,7 @@ class ObjectCandidate:
     seen_from: tuple[tuple[float, float], ...]
     contradictions: int = 0
     recent: tuple[WorldCells, ...] = ()
+    best_view: PictureOfObject | None = None
 
     @property
     def surface(self) -> WorldCells:
@@ -145,6 +170,7 @@ def sightings_of(
                 score=float(detections.scores[index]),
                 similarity=float(values[supported].max()),
                 seen_from=seen_from,
+                view=_view_of(detections, index),
             )
         )
     return tuple(found)
@@ -170,6 +196,7 @@ def merge_sightings(
                     sighting.similarity,
                     (sighting.seen_from,),
                     recent=(sighting.cells,),
+                    best_view=sighting.view,
                 )
             )
     known.sort(key=lambda candidate: (-candidate.sightings, candidate.xyz))
@@ -198,4 +225,21 @@ def _merged(candidate: ObjectCandidate, sighting: Sighting) -> ObjectCandidate:
         similarity=max(candidate.similarity, sighting.similarity),
         seen_from=(*candidate.seen_from[-4:], sighting.seen_from),
         recent=(*candidate.recent, sighting.cells)[-RECENT_SIGHTINGS:],
+        best_view=_better_view(candidate.best_view, sighting.view),
     )
+
+
+def _view_of(detections: Detections, index: int) -> PictureOfObject:
+    x0, y0, x1, y1 = (float(side) * detections.picture_scale for side in detections.boxes_px[index])
+    return PictureOfObject(
+        score=float(detections.scores[index]),
+        stamp_ns=detections.stamp_ns,
+        box_px=(x0, y0, x1, y1),
+        picture=detections.picture,
+    )
+
+
+def _better_view(
+    best: PictureOfObject | None, view: PictureOfObject | None
+) -> PictureOfObject | None:
+    return view if view is not None and view.is_better_than(best) else best
