@@ -20,7 +20,7 @@ def addresses() -> set[str]:
         for found in pkgutil.iter_modules(routes.__path__)
     ]
     paths = {route.path for module in modules for route in module.router.routes}
-    return {path.replace("{search_id}", "{id}") for path in paths} - UNDOCUMENTED
+    return {re.sub(r"{\w+_id}", "{id}", path) for path in paths} - UNDOCUMENTED
 
 
 def test_the_page_names_every_address() -> None:

@@ -28,6 +28,7 @@ from onemap_shared.transport import RequestRejected
 
 GRID = GridSpec(0.1, (-10, -5), (40, 30))
 STAMP_NS = 1_767_225_600_000_000_000
+PICTURE = b"\xff\xd8 a JPEG \xff\xd9"
 WAIT_S = 5.0  # far more than any message needs; a failure, not a pace
 
 
@@ -69,6 +70,7 @@ def revision(number: int, frames_fused: int | None = None) -> m.MapRevision:
         memory_bytes=1000,
         update_ms=12.0,
         rate_hz=5.0,
+        objects_version=4,
     )
 
 
@@ -139,6 +141,22 @@ def saved_map(name: str) -> m.SavedMap:
     return m.SavedMap(name, 2048, STAMP_NS, "fake-1", "fake", 0.1, 315, 7)
 
 
+def kept_object(object_id: str = "3f9a12c4", name: str = "bed") -> m.KeptObject:
+    return m.KeptObject(
+        object_id=object_id,
+        name=name,
+        position_m=(3.42, -1.15, 0.41),
+        extent_m=(2.5, -2.1, 4.4, -0.3),
+        score=0.93,
+        times_found=2,
+        search_id="s1",
+        first_found_ns=STAMP_NS,
+        last_seen_ns=STAMP_NS + 10**9,
+        box_px=(4.0, 6.0, 20.0, 18.0),
+        picture_bytes=len(PICTURE),
+    )
+
+
 def full_state() -> LiveState:
     """A state with one message of every stream."""
     state = LiveState()
@@ -163,6 +181,7 @@ class FakeMapper:
     router: MemoryRouter
     vocabulary: frozenset[str] = frozenset({"sofa", "kettle", "kite"})
     saved: list[str] = field(default_factory=list)
+    objects: list[m.KeptObject] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.bus = self.router.bus("mapper")
@@ -173,6 +192,9 @@ class FakeMapper:
         self.bus.serve(keys.MAP_LIST, self._list)
         self.bus.serve(keys.MAP_DELETE, self._delete)
         self.bus.serve(keys.MAP_CLEAR, lambda _request: self._summary(""))
+        self.bus.serve(keys.MAP_OBJECTS, lambda _: m.ObjectList(tuple(self.objects), 1))
+        self.bus.serve(keys.MAP_OBJECT, self._object)
+        self.bus.serve(keys.MAP_FORGET, self._forget)
 
     def _check(self, text: str) -> None:
         if text not in self.vocabulary:
@@ -224,6 +246,17 @@ class FakeMapper:
         self._require(request.name)
         self.saved.remove(request.name)
         return saved_map(request.name)
+
+    def _object(self, request: m.ObjectId) -> m.PicturedObject:
+        for kept in self.objects:
+            if kept.object_id == request.object_id:
+                return m.PicturedObject(kept, PICTURE if kept.picture_bytes else b"")
+        raise RequestRejected("unknown_object", f"there is no object {request.object_id!r}")
+
+    def _forget(self, request: m.ObjectId) -> m.KeptObject:
+        kept = self._object(request).kept
+        self.objects.remove(kept)
+        return kept
 
     def _require(self, name: str) -> None:
         if name not in self.saved:

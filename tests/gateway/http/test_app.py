@@ -66,7 +66,7 @@ def test_no_route_hangs_when_no_service_answers(
         request.getfixturevalue("silent")
     with client_on(router, GatewayConfig(call_timeout_s=0.1)) as client:
         for method, path, _ in operations(client):
-            address = path.format(search_id="s1", name="flat")
+            address = path.format(search_id="s1", name="flat", object_id="3f9a12c4")
             answer = client.request(method, address, json=BODIES.get(path))
             if path in WITHOUT_SERVICES:
                 assert answer.status_code == 200, path

@@ -5,20 +5,21 @@ from __future__ import annotations
 import pytest
 from starlette.testclient import TestClient
 
-from tests.gateway.fakes import FakePlanner
+from tests.gateway.fakes import FakeMapper, FakePlanner, kept_object
 from tests.gateway.http.test_app import operations
 
 CHANGING = {"content-length", "x-onemap-age"}  # from one request to the next
 EVENTS = "/v1/searches/{search_id}/events"
 
 
-def test_every_get_has_a_head_with_the_same_headers(client: TestClient) -> None:
+def test_every_get_has_a_head_with_the_same_headers(client: TestClient, mapper: FakeMapper) -> None:
+    mapper.objects.append(kept_object())
     client.post("/v1/searches", json={"object": "sofa"})
     client.put("/v1/maps/flat")
     paths = [path for method, path, _ in operations(client) if method == "GET" and path != EVENTS]
     assert len(paths) > 8
     for path in (*paths, "/", "/docs", "/openapi.json", "/static/app.js", "/nix"):
-        address = path.format(search_id="s1", name="flat")
+        address = path.format(search_id="s1", name="flat", object_id="3f9a12c4")
         whole, head = client.get(address), client.head(address)
         assert head.status_code == whole.status_code, path
         assert head.content == b"", path
@@ -47,6 +48,7 @@ def test_the_head_of_an_endless_stream_ends(client: TestClient, planner: FakePla
         ("/v1/queries", "POST, OPTIONS"),
         ("/v1/searches/s1", "GET, HEAD, DELETE, OPTIONS"),
         ("/v1/maps/flat", "GET, HEAD, PUT, DELETE, OPTIONS"),
+        ("/v1/objects/3f9a12c4", "GET, HEAD, DELETE, OPTIONS"),
         ("/static/app.js", "GET, HEAD, OPTIONS"),
     ],
 )

@@ -23,6 +23,7 @@ def test_the_live_document_is_json_and_whole() -> None:
     assert document["problem"] == "Silent."
     assert document["robot"]["yaw_rad"] == 0.5
     assert document["trail_m"] == [[1.0, 2.0]]
+    assert document["map"]["objects_version"] == 4
     assert document["camera"]["detections"][0]["name"] == "sofa"
     assert document["path"]["points_m"] == [[1, 2], [3, 4]]
     assert document["search"]["results"][0]["position_m"] == [1.0, 2.0, 0.4]

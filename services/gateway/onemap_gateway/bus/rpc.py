@@ -25,6 +25,9 @@ MAPPER = (
     keys.MAP_LIST,
     keys.MAP_DELETE,
     keys.MAP_CLEAR,
+    keys.MAP_OBJECTS,
+    keys.MAP_OBJECT,
+    keys.MAP_FORGET,
 )
 PLANNER = (keys.SEARCH_START, keys.SEARCH_CANCEL, keys.SEARCH_GET, keys.SEARCH_LIST)
 SERVED_BY = {

@@ -19,7 +19,17 @@ from onemap_gateway.http.problems import (
     from_validation_errors,
     problem_response,
 )
-from onemap_gateway.http.routes import camera, health, live, map, maps, pages, queries, searches
+from onemap_gateway.http.routes import (
+    camera,
+    health,
+    live,
+    map,
+    maps,
+    objects,
+    pages,
+    queries,
+    searches,
+)
 from onemap_gateway.http.security import SecurityMiddleware
 
 DESCRIPTION = """
@@ -32,7 +42,7 @@ each stands the same time in nanoseconds since 1970, as a string.
 
 `WS /v1/live` sends the whole state, a JSON object, about five times a second: robot, path,
 frontiers, detections, search, services, and the sequence numbers that tell a client when to
-fetch `/v1/map.png` and `/v1/camera.jpg` again.
+fetch `/v1/map.png`, `/v1/camera.jpg` and `/v1/objects` again.
 
 Every GET has a HEAD, and OPTIONS names in `Allow` what an address takes.
 
@@ -42,6 +52,7 @@ If the gateway has a token, every POST, PUT and DELETE needs `Authorization: Bea
 TAGS = [
     {"name": "queries", "description": "Where is it?"},
     {"name": "searches", "description": "Go and find."},
+    {"name": "objects", "description": "What was found, and where."},
     {"name": "map", "description": "The map of the floor: image, arrays, numbers."},
     {"name": "maps", "description": "Saved maps."},
     {"name": "camera", "description": "The newest camera image."},
@@ -61,7 +72,7 @@ def create_app(gateway: GatewayContext) -> FastAPI:
         redirect_slashes=False,
     )
     app.state.gateway = gateway
-    for part in (queries, searches, map, maps, camera, health, live, pages):
+    for part in (queries, searches, objects, map, maps, camera, health, live, pages):
         app.include_router(part.router)
     app.mount("/static/swagger-ui", pages.StaticPages(directory=pages.SWAGGER_UI))
     app.mount("/static", pages.StaticPages(directory=pages.STATIC))

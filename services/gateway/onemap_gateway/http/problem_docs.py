@@ -51,7 +51,7 @@ PROBLEM_STATUSES = {
     413: "The body is too large.",
     415: "The body's content type is not JSON.",
     401: "The token is missing or wrong.",
-    404: "No such search, or no such saved map.",
+    404: "No such search, saved map or object.",
     409: "Another search is under way (`search_id` names it), the map is empty, or it belongs to "
     "another encoder.",
     422: "The request cannot be understood, or the encoder does not know a word "

@@ -35,6 +35,7 @@ PROBLEM_TYPES: Mapping[str, ProblemType] = {
     "not_found": ProblemType(404, "There is no such thing here"),
     "unknown_search": ProblemType(404, "There is no such search"),
     "unknown_map": ProblemType(404, "There is no such map"),
+    "unknown_object": ProblemType(404, "There is no such object"),
     "method_not_allowed": ProblemType(405, "This address does not take this method"),
     "slow_body": ProblemType(408, "The body did not arrive in time"),
     "conflict": ProblemType(409, "Another search is under way"),

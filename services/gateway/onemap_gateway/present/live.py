@@ -60,6 +60,7 @@ def _map(state: LiveState, now_s: float, now_ns: int) -> dict[str, Any] | None:
         "rate_hz": round(state.revision.rate_hz(now_s), 2),
         "age_s": age_s(revision.stamp_ns, now_ns),
         "encoder_id": revision.encoder_id,
+        "objects_version": revision.objects_version,
     }
 
 

@@ -1,0 +1,98 @@
+"""What was found, and where."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Header, Path, Response
+
+from onemap_gateway.http.context import GatewayDep
+from onemap_gateway.http.problem_docs import problem_responses
+from onemap_gateway.http.problems import HttpProblem
+from onemap_gateway.present.objects import (
+    ADDRESS,
+    MapObjectReport,
+    ObjectListReply,
+    object_list,
+    object_report,
+    picture_tag,
+)
+from onemap_shared import keys
+from onemap_shared.messages import MAX_TEXT_CHARS, ObjectId, ObjectListRequest
+
+router = APIRouter(prefix=ADDRESS, tags=["objects"])
+
+
+def checked_object_id(
+    object_id: Annotated[
+        str, Path(description="The object's id, as in the list.", examples=["3f9a12c4"])
+    ],
+) -> ObjectId:
+    """The id for the mapper; one that no object can have is not found."""
+    try:
+        return ObjectId(object_id)
+    except ValueError:
+        raise HttpProblem(
+            "unknown_object", f"No object has the id {object_id[:MAX_TEXT_CHARS]!r}."
+        ) from None
+
+
+Id = Annotated[ObjectId, Depends(checked_object_id)]
+
+
+@router.get("", summary="What was found?", responses=problem_responses(503))
+async def list_objects(gateway: GatewayDep) -> ObjectListReply:
+    """Every object that a search found on this map, the one found last first.
+
+    They are kept with the map: saved, loaded and cleared with it, and kept when the mapper
+    restarts. A find of the same name within a metre is the same object found again.
+    """
+    return object_list(await gateway.call(keys.MAP_OBJECTS, ObjectListRequest()))
+
+
+@router.get(
+    "/{object_id}.jpg",
+    summary="The picture in which it was seen",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "The camera's image in which the object was seen best when it was last "
+            "found, at most 640 pixels on its longer side. `ETag` changes with the picture.",
+            "content": {"image/jpeg": {"schema": {"type": "string", "format": "binary"}}},
+        },
+        304: {"description": "The picture is still the one of `If-None-Match`."},
+        **problem_responses(404, 422, 503),
+    },
+)
+async def get_object_picture(
+    object_id: Id,
+    gateway: GatewayDep,
+    if_none_match: Annotated[str, Header(description="The `ETag` of an earlier reply.")] = "",
+) -> Response:
+    """The JPEG in which the object was last seen."""
+    found = await gateway.call(keys.MAP_OBJECT, object_id)
+    if not found.picture:
+        raise HttpProblem(
+            "unknown_object", f"There is no picture of the object {object_id.object_id!r}."
+        )
+    tag = picture_tag(found.kept)
+    headers = {"ETag": tag, "Cache-Control": "no-cache"}  # kept, and asked for again
+    if tag in if_none_match:
+        return Response(status_code=304, headers=headers)
+    return Response(found.picture, media_type="image/jpeg", headers=headers)
+
+
+@router.get("/{object_id}", summary="A found object", responses=problem_responses(404, 422, 503))
+async def get_object(object_id: Id, gateway: GatewayDep) -> MapObjectReport:
+    """Name, place, score and times of an object."""
+    return object_report((await gateway.call(keys.MAP_OBJECT, object_id)).kept)
+
+
+@router.delete(
+    "/{object_id}",
+    summary="Forget an object",
+    responses=problem_responses(401, 404, 422, 503),
+)
+async def forget_object(object_id: Id, gateway: GatewayDep) -> MapObjectReport:
+    """Remove an object that was found wrongly, and say what it was."""
+    return object_report(await gateway.call(keys.MAP_FORGET, object_id))
