@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from onemap_planner.config import PlannerConfig
+from onemap_planner.policy.state import TargetState
+from onemap_planner.search.phases import Confirming
 from onemap_planner.service import Planner
+from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
 from onemap_shared.memory_bus import MemoryRouter
@@ -110,6 +114,20 @@ class SimulatedServices:
         while (command := self.commands.take(0.0)) is not None:
             taken.append(command)
         return taken
+
+
+def confirm(planner: Planner, candidate: ObjectCandidate) -> None:
+    """Let the next step of a running search confirm the candidate, as after enough detections."""
+    registry = planner._registry
+    swapped = False
+    while not swapped:
+        state = registry.state
+        assert state is not None
+        search = replace(state.search, phase=Confirming(candidate, state.active_time_s))
+        known = replace(candidate, sightings=candidate.sightings + 100)
+        swapped = registry.compare_and_swap(
+            state, replace(state, search=search, target_state=TargetState(candidates=(known,)))
+        )
 
 
 def moves(command: VelocityCommand) -> bool:

@@ -8,13 +8,18 @@ import pytest
 
 from onemap_shared import keys
 from onemap_shared.messages import (
+    KeptObject,
+    MapRevision,
+    ObjectFind,
     SearchState,
     SearchView,
     SearchViewRequest,
     VelocityCommand,
 )
 from tests.planner.drawn_maps import search_view_of
-from tests.planner.simulated_services import ROOM, SimulatedServices, moves
+from tests.planner.one_room import candidate
+from tests.planner.simulated_services import ROOM, SimulatedServices, confirm, moves
+from tests.planner.test_find_outbox import KEPT
 
 
 def test_a_slow_mapper_does_not_hold_up_commands(services: SimulatedServices) -> None:
@@ -66,3 +71,47 @@ def test_a_dead_planning_thread_takes_the_process_down(services: SimulatedServic
     services.planner._planning_thread.close()
     with pytest.raises(RuntimeError, match="planning thread died"):
         services.planner.step(0.0)
+
+
+def found_sofa(services: SimulatedServices) -> None:
+    """A search that has found its sofa; no mapper keeps it yet."""
+    services.start("sofa")
+    confirm(services.planner, candidate(2.5, 2.0))
+    services.until(lambda: not services.get().active)
+    assert services.get().state is SearchState.FOUND
+
+
+def test_a_find_is_sent_until_the_mapper_takes_it(services: SimulatedServices) -> None:
+    taken: list[ObjectFind] = []
+
+    def remember(find: ObjectFind) -> KeptObject:
+        taken.append(find)
+        return KEPT
+
+    found_sofa(services)
+    services.mapper.serve(keys.MAP_REMEMBER, remember)
+    services.until(lambda: bool(taken))
+    (sofa,) = taken
+    assert (sofa.name, sofa.position_m) == ("sofa", (2.5, 2.0, 0.5))
+    assert sofa.search_id == services.get().search_id
+    assert services.planner._planning_thread._finds._oldest() is None
+
+
+def test_a_find_on_a_map_that_was_cleared_is_dropped(services: SimulatedServices) -> None:
+    found_sofa(services)
+    outbox = services.planner._planning_thread._finds
+    assert outbox._oldest() is not None
+    services.count += 1000  # the same mapper counts on, with an empty map
+    cleared = MapRevision(services.count, 0, 0, "mini", "mini", 0, 0, 1, 1.0, 4.0)
+    services.revisions.put(cleared)
+    services.frame(revision=False)
+    assert outbox._oldest() is None
+
+
+def test_a_find_outlives_a_restart_of_the_mapper(services: SimulatedServices) -> None:
+    found_sofa(services)
+    services.count = 0
+    services.revisions.put(MapRevision(0, 0, 0, "mini", "mini", 0, 0, 1, 1.0, 4.0))
+    services.frame(revision=False)
+    assert services.planner._inputs.map_count == 2
+    assert services.planner._planning_thread._finds._oldest() is not None

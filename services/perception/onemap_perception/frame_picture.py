@@ -28,7 +28,7 @@ def with_picture(detections: Detections, rgb: U8, target: str) -> Detections:
 def encode_picture(rgb: U8) -> tuple[bytes, float]:
     """JPEG of an image (H, W, 3), at most ``MAX_SIDE_PX`` on its longer side, and its scale.
 
-    Simulated frames of 640 x 480 take 17 to 42 kB, 30 kB in the median, and 0.8 ms on one core.
+    Simulated frames of 640 x 480 take 17 to 42 kB, 30 kB in the median, and 1 ms on one core.
     Empty, with scale 1, if it is too large even so, as noise may be.
     """
     height, width = rgb.shape[:2]
