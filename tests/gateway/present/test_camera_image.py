@@ -29,5 +29,15 @@ def test_boxes_beyond_the_image_do_no_harm() -> None:
     assert annotate_detections(rgbd().rgb, wild).shape == (24, 32, 3)
 
 
+def test_a_label_at_the_upper_edge_is_not_cut_off() -> None:
+    def label(top: float) -> np.ndarray:
+        box = np.array([[20.0, top, 140.0, 110.0]], np.float32)
+        seen = replace(detections("sofa"), boxes_px=box)
+        image = annotate_detections(np.zeros((120, 160, 3), np.uint8), seen)
+        return np.all(image == (12, 16, 22), axis=-1).any(axis=1)  # rows of its outline
+
+    assert label(0.0).sum() == label(60.0).sum()
+
+
 def test_jpeg_is_jpeg() -> None:
     assert encode_jpeg(rgbd().rgb, 80).startswith(b"\xff\xd8")

@@ -11,6 +11,7 @@ from onemap_shared.geometry import U8
 from onemap_shared.messages import Detections
 
 BOX: Rgb = (255, 190, 92)
+LABEL_TOP_PX = 16  # lowest row of a label at the upper edge: it is not cut off there
 
 
 def annotate_detections(rgb: U8, detections: Detections | None) -> U8:
@@ -24,7 +25,7 @@ def annotate_detections(rgb: U8, detections: Detections | None) -> U8:
         detections.names, detections.scores, boxes.tolist(), strict=True
     ):
         cv2.rectangle(image, (x0, y0), (x1, y1), BOX, 2, cv2.LINE_AA)
-        draw_text(image, f"{name} {score:.2f}", (max(x0, 2), max(y0 - 5, 12)), BOX)
+        draw_text(image, f"{name} {score:.2f}", (max(x0, 2), max(y0 - 5, LABEL_TOP_PX)), BOX)
     return image
 
 
