@@ -1,0 +1,1 @@
+"""A film of a demo: recorded while it searches, drawn and written when it has ended."""
