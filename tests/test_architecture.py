@@ -113,6 +113,7 @@ FILES = {
     "onemap_tools.cli.gateway_report": "a map",
     "onemap_tools.cli.map": "has the gateway load a map",
     "onemap_tools.cli.scene_report": "a folder",
+    "onemap_tools.demo.film.film_file": "a film",
     "onemap_tools.demo.picture": "a picture",
     "onemap_tools.demo.run": "the summary",
     "onemap_tools.demo.setup": "the run's configuration",
