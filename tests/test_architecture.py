@@ -68,6 +68,8 @@ TALKS = {
     "onemap_tools.cli.models": "reads the configuration",
     "onemap_tools.cli.run": "passes an argument on through the environment",
     "onemap_tools.cli.terminal": "standard output",
+    "onemap_tools.demo.film.filming": "reads the clock",
+    "onemap_tools.demo.film.recorder": "follows a run on the bus",
     "onemap_tools.demo.run": "runs a demo",
     "onemap_tools.demo.run_monitor": "follows a run on the bus",
     "onemap_tools.demo.setup": "reads the configuration and the environment",

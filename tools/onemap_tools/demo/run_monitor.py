@@ -35,11 +35,11 @@ class RunMonitor:
 
     def update(self, now_s: float) -> None:
         """Take the messages since the last update; ``now_s`` on a monotonic clock."""
-        for odometry in _waiting(self._odometry):
+        for odometry in waiting(self._odometry):
             x, y = (float(value) for value in odometry.T_map_body[:2, 3])
             self.yaw_rad = yaw_of(odometry.T_map_body)
             self.trail_m = extended(self.trail_m, (x, y), step_m=TRAIL_STEP_M)
-        for revision in _waiting(self._revisions):
+        for revision in waiting(self._revisions):
             self.revision = revision
         if self.revision is not None:
             self._counts.append(self.revision.frames_fused)
@@ -89,7 +89,7 @@ class RunMonitor:
             return None
 
 
-def _waiting(subscription: Subscription[M]) -> list[M]:
+def waiting(subscription: Subscription[M]) -> list[M]:
     """All messages in the queue."""
     messages = []
     while (message := subscription.take(0.0)) is not None:
