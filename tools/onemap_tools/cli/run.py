@@ -21,6 +21,13 @@ SCENE_HELP = (
     "A GLB, glTF, OBJ or PLY file instead. A YAML file beside it with the same name corrects it: "
     "categories (node: name), start (x, y, yaw), up (y or z). See 'onemap scene check'."
 )
+Film = Annotated[
+    Path | None,
+    typer.Option(
+        dir_okay=False,
+        help="Write an animation of the search here (.webp, .gif or .png): at most 15 s and 3 MB.",
+    ),
+]
 app = typer.Typer()
 
 
@@ -47,6 +54,7 @@ def demo(
     time_limit: Annotated[
         float, typer.Option(min=1, help="Seconds; then the search is cancelled.")
     ] = 360.0,
+    film: Film = None,
     as_json: Json = False,
 ) -> None:
     """Everything on this machine: a simulated robot searches for three objects.
@@ -68,6 +76,7 @@ def demo(
         port=choose_port(port, headless=not stay, console=console),
         folder=run_folder(out, datetime.now(), seed),
         time_limit_s=time_limit,
+        film=film,
     )
     document = run_with_report(options, console)
     if as_json:

@@ -5,8 +5,11 @@ from __future__ import annotations
 import json
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
@@ -15,6 +18,7 @@ from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.config import BusConfig, ConfigError
 from onemap_shared.messages import SearchState
+from onemap_shared.transport import Bus
 from onemap_tools.demo.report import describe
 from onemap_tools.demo.run_monitor import RunMonitor
 from onemap_tools.demo.setup import DemoOptions, DemoSetup, choose_objects, failed_document, set_up
@@ -27,6 +31,9 @@ from onemap_tools.processes.launch import Processes
 from onemap_tools.processes.network import accepts_connections
 from onemap_tools.processes.session import temporary_session
 from onemap_tools.progress import ProgressView, progress_of, progress_view
+
+if TYPE_CHECKING:
+    from onemap_tools.demo.film.recorder import FilmRecorder
 
 POLL_S = 0.25
 CONNECT_S = 5.0  # the router accepts connections before this wait begins
@@ -93,8 +100,10 @@ def run(options: DemoOptions, console: Console) -> dict[str, Any]:
                 _wait_until_ready(demo, gateway, view)
                 targets = _choose_targets(demo, monitor, console)
                 console.print(f"Searching for {', '.join(targets.objects)}. Live page: {setup.url}")
-                summary = _search(demo, gateway, monitor, targets, view)
-            document = _write_results(demo, monitor, summary)
+                with _filmed(demo, bus, console) as recorder:
+                    summary = _search(demo, gateway, monitor, targets, view, recorder=recorder)
+            film = options.film if recorder is not None and recorder.moments else None
+            document = _write_results(demo, monitor, summary, film)
         describe(summary, document, console)
         if not options.headless:
             _stay_up(demo, console)
@@ -140,12 +149,26 @@ def _choose_targets(demo: DemoRun, monitor: RunMonitor, console: Console) -> Dem
     return DemoTargets(objects, names)
 
 
+@contextmanager
+def _filmed(demo: DemoRun, bus: Bus, console: Console) -> Iterator[FilmRecorder | None]:
+    """The recorder of a film if the options name one; the film is written at the end."""
+    if demo.options.film is None:
+        yield None
+        return
+    from onemap_tools.demo.film.filming import filming
+
+    with filming(demo.options.film, bus, console) as recorder:
+        yield recorder
+
+
 def _search(
     demo: DemoRun,
     gateway: Client,
     monitor: RunMonitor,
     targets: DemoTargets,
     view: ProgressView,
+    *,
+    recorder: FilmRecorder | None = None,
 ) -> DemoSummary:
     """Search for the targets until all are finished or the time limit has passed."""
     handle = SearchHandle(gateway.search(targets.objects))
@@ -160,6 +183,8 @@ def _search(
             break
         demo.pause()
         monitor.update(time.monotonic())
+        if recorder is not None:
+            recorder.update(time.monotonic())
         handle.poll()
     search_s = time.monotonic() - began_s
     results = handle.report["results"]
@@ -182,8 +207,13 @@ def _failure_reason(report: dict[str, Any]) -> str:
     return str(report["reason"]) if early else ""
 
 
-def _write_results(demo: DemoRun, monitor: RunMonitor, summary: DemoSummary) -> dict[str, Any]:
-    """Write the picture and the summary into the run's folder; returns the summary document."""
+def _write_results(
+    demo: DemoRun, monitor: RunMonitor, summary: DemoSummary, film: Path | None = None
+) -> dict[str, Any]:
+    """Write the picture and the summary into the run's folder; returns the summary document.
+
+    ``film``: where the film was written, None without one.
+    """
     from onemap_tools.demo.picture import write_picture
 
     folder = demo.options.folder
@@ -204,6 +234,7 @@ def _write_results(demo: DemoRun, monitor: RunMonitor, summary: DemoSummary) -> 
         "seed": demo.options.seed,
         "scene": scene,
         "picture": str(picture) if picture else None,
+        "film": str(film) if film else None,
         "folder": str(folder),
     }
     (folder / "summary.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")

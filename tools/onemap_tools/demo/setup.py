@@ -40,7 +40,10 @@ UNINFORMATIVE = STRUCTURE | {"picture", "lamp"}
 
 @dataclass(frozen=True, slots=True)
 class DemoOptions:
-    """The options of the command line. Without ``objects`` the demo chooses them."""
+    """The options of the command line. Without ``objects`` the demo chooses them.
+
+    ``film``: where an animation of the search is written; None: nowhere.
+    """
 
     seed: int
     scene: Path | None
@@ -49,6 +52,7 @@ class DemoOptions:
     port: int
     folder: Path
     time_limit_s: float
+    film: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +108,10 @@ def set_up(options: DemoOptions) -> DemoSetup:
     check_robot("simulator", sections)
     if options.scene is not None:
         check_scene_file(options.scene)
+    if options.film is not None:
+        from onemap_tools.demo.film.encoding import check_film
+
+        check_film(options.film)
     make_folder(options.folder)
     config_file = options.folder / "config.yaml"
     config_file.write_text(yaml.safe_dump(sections, sort_keys=False), encoding="utf-8")
