@@ -111,6 +111,7 @@ FILES = {
     "onemap_simulator.scene.scene_file": "scenes",
     "onemap_shared.config": "the configuration",
     "onemap_tools.bench.perception": "results",
+    "onemap_tools.bench.place_labels": "labels",
     "onemap_tools.cli.floor_plan": "a picture",
     "onemap_tools.cli.gateway_report": "a map",
     "onemap_tools.cli.map": "has the gateway load a map",
