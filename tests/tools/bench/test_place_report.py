@@ -1,0 +1,122 @@
+"""A map's answers against labelled places."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.text.vocabulary import load_vocabulary
+from onemap_shared.geometry import F32
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import SimilarityReply
+from onemap_tools.bench.place_labels import PlaceLabel
+from onemap_tools.bench.place_report import (
+    outside_problem,
+    place_document,
+    place_results,
+    same_thing,
+    table_lines,
+    totals,
+)
+
+VOCABULARY = load_vocabulary(SHIPPED)
+GRID = GridSpec(0.5, (0, 0), (20, 10))  # 10 x 5 m
+SOFA, OTHER_SOFA = PlaceLabel("sofa", 2.0, 2.0, 1.0), PlaceLabel("sofa", 8.0, 2.0, 1.0)
+BED = PlaceLabel("bed", 5.0, 4.0, 0.8)
+HIDDEN = PlaceLabel("oven", 9.5, 4.5, 0.3)  # where nothing was observed
+
+
+def reply(text: str, *places: tuple[float, float, float]) -> SimilarityReply:
+    """Answers at these places (x, y, score), best first; 0.1 elsewhere, one corner not seen."""
+    scores: F32 = np.full(GRID.shape, 0.1, np.float32)
+    scores[18:, 8:] = np.nan
+    for x, y, score in places:
+        scores[tuple(GRID.cells(np.array([x, y])))] = score
+    centres = np.array([place[:2] for place in places], np.float32).reshape(-1, 2)
+    best = np.array([place[2] for place in places], np.float32)
+    extents = np.concatenate([centres, centres], axis=1)
+    return SimilarityReply(
+        text, 1, 1, "e", centres, extents, best, np.ones_like(best), GRID, scores
+    )
+
+
+def test_a_place_is_found_by_the_centre_of_an_answer() -> None:
+    replies = {"sofa": reply("sofa", (4.9, 0.6, 0.9), (2.2, 2.2, 0.7), (1.8, 1.8, 0.6))}
+    found, missed = place_results([SOFA, OTHER_SOFA], replies, VOCABULARY)
+    assert (found.rank, found.found) == (2, True)
+    assert (missed.rank, missed.found) == (None, False)
+    assert (found.best_here, missed.best_here) == pytest.approx((0.7, 0.1))
+    assert (found.best_elsewhere, missed.best_elsewhere) == pytest.approx((0.9, 0.9))
+
+
+def test_the_other_sofa_is_not_elsewhere() -> None:
+    replies = {"sofa": reply("sofa", (8.0, 2.0, 0.9), (2.2, 2.2, 0.7))}
+    first, second = place_results([SOFA, OTHER_SOFA], replies, VOCABULARY)
+    assert first.best_elsewhere == second.best_elsewhere == pytest.approx(0.1)
+    assert (first.rank, second.rank) == (2, 1)
+
+
+def test_what_a_place_looks_like_is_never_another_name_of_it() -> None:
+    replies = {
+        "sofa": reply("sofa", (2.0, 2.0, 0.5)),
+        "couch": reply("couch", (2.0, 2.0, 0.99)),
+        "rug": reply("rug", (2.0, 2.0, 0.8), (8.0, 2.0, 1.0)),
+        "bed": reply("bed", (2.0, 2.0, 0.6)),
+    }
+    assert same_thing("sofa", "couch", VOCABULARY)
+    assert not same_thing("printer", "whiteboard", VOCABULARY)  # both of no class
+    (result,) = place_results([SOFA], replies, VOCABULARY)
+    assert result.looks_like == "rug"
+    assert result.looks_like_score == pytest.approx(0.8)
+    (alone,) = place_results([SOFA], {"sofa": replies["sofa"]}, VOCABULARY)
+    assert (alone.looks_like, alone.looks_like_score) == (None, None)
+
+
+def test_totals_count_places_and_first_answers() -> None:
+    labels = [SOFA, OTHER_SOFA, BED, HIDDEN, PlaceLabel("gizmo", 2.0, 2.0, 1.0)]
+    replies = {
+        "sofa": reply("sofa", (8.0, 2.0, 0.9), (2.2, 2.2, 0.7)),
+        "bed": reply("bed", (1.0, 1.0, 0.9), (5.0, 4.0, 0.6)),
+        "oven": reply("oven"),
+        "gizmo": None,
+    }
+    results = place_results(labels, replies, VOCABULARY)
+    hidden, unknown = results[3:]
+    assert (hidden.mapped, hidden.best_here, hidden.looks_like) == (False, None, None)
+    assert (unknown.known, unknown.mapped, unknown.found) == (False, True, False)
+    counts = totals(labels, results, replies)
+    assert counts == {
+        "labelled": 5,
+        "found": 3,
+        "not_mapped": 1,
+        "names": 4,
+        "first_answer_right": 1,
+        "first_answer_wrong": 1,
+        "without_answer": 2,
+        "unknown_words": ["gizmo"],
+    }
+    document = {
+        **counts,
+        "places": [place_document(result) for result in results],
+        "encoder_id": "mini",
+        "frames": 5,
+        "cells": 99,
+        "seconds": 1.25,
+    }
+    lines = table_lines(document)
+    assert lines[0].split()[:3] == ["name", "x", "y"]
+    assert [line.split()[-1] for line in lines[4:6]] == ["-", "0.70"]
+    assert "not mapped" in lines[4]
+    assert "unknown word" in lines[5]
+    assert lines[-3].startswith("3 of 5 places found; of 4 names the first answer is right for 1")
+    assert lines[-2] == "Not asked for, unknown to the encoder: gizmo."
+    assert lines[-1] == "mini, 5 frames, 99 cells, 1.2 s"
+    assert len(table_lines({**document, "unknown_words": []})) == len(lines) - 1
+
+
+def test_a_label_outside_the_map_is_named() -> None:
+    assert outside_problem([SOFA, HIDDEN], GRID) == ""
+    problem = outside_problem([SOFA, PlaceLabel("bed", 40.0, 2.0, 1.0)], GRID)
+    assert problem.startswith("the label 'bed' at (40, 2) lies outside the map")
+    assert "(0.0, 0.0) to (10.0, 5.0) m" in problem
