@@ -218,6 +218,67 @@ def queries(
         print("\n".join(table_lines(result)))
 
 
+@app.command()
+def scene(
+    *,
+    path: Annotated[
+        Path, typer.Argument(exists=True, help="A GLB, glTF, OBJ or PLY file, or a recording.")
+    ],
+    labels: Annotated[
+        Path | None,
+        typer.Option(exists=True, dir_okay=False, help="YAML: a list of name, x, y, radius_m."),
+    ] = None,
+    places: Annotated[
+        int, typer.Option(min=1, max=100, help="From which a scene file is looked at.")
+    ] = 8,
+    out: Annotated[
+        Path | None,
+        typer.Option(file_okay=False, help="Write a map for each name and scene.json here."),
+    ] = None,
+    config: Config = None,
+    threads: Threads = 1,
+    as_json: Json = False,
+) -> None:
+    """What an encoder sees in a scene of your own: right, wrong and missing answers.
+
+    A recording (a folder with frames.json) is mapped from all of its frames. A scene
+    file is rendered with the simulator's camera, which stands at places spread over
+    the floor that a robot can reach and turns all around in eight steps; no robot
+    drives, and nothing is random.
+
+    The map is then asked for the name of every label. A place is found if the centre
+    of one of the answers lies in its circle (rank: of the first such). "here" and
+    "elsewhere" are the highest scores of a cell in the circle, and outside of all
+    circles of that name; "looks most like" is the other name, of mini's and of the
+    labels, with the highest score in the circle. Without --labels, the named objects
+    of a scene file are the labels.
+    """
+    with _cli_errors("demo"):
+        import torch
+
+        from onemap_mapper.config import MapperConfig
+        from onemap_perception.config import PerceptionConfig
+        from onemap_shared.config import read, section
+        from onemap_tools.bench import scene as bench
+        from onemap_tools.bench.place_report import table_lines
+
+        torch.set_num_threads(threads)
+        sections = read(config)
+        params = bench.SceneBenchParams(
+            path,
+            labels,
+            places,
+            out,
+            perception=section(sections, "perception", PerceptionConfig),
+            mapper=section(sections, "mapper", MapperConfig),
+        )
+        result = bench.run(params)
+    if as_json:
+        print_json(result)
+    else:
+        print("\n".join(table_lines(result)))
+
+
 def _encoder_params(config: Path | None) -> Any:
     from onemap_perception.config import PerceptionConfig
     from onemap_shared.config import load

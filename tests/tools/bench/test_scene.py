@@ -1,0 +1,116 @@
+"""Scenes and recordings mapped and asked, with the toy encoder and with mini."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from onemap_simulator.rendering.renderer import Renderer
+from onemap_simulator.rendering.rgbd_camera import CameraParams, measured_mm
+from onemap_simulator.replay.recorder import write_recording
+from onemap_simulator.replay.recording import RecordedFrame
+from onemap_simulator.scene.loading import load_scene
+from onemap_tools.bench.scene import SceneBenchParams, run
+from onemap_tools.bench.scene_tour import tour_poses
+from onemap_tools.cli.app import app
+from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR
+from tests.structure import ROOT
+from tests.tools.bench.furnished import write_room
+
+PHOTOGRAPHS = ROOT.parent / "shared" / "data" / "rgbd_study"
+LABELS = ROOT / "tests" / "data" / "rgbd_study.yaml"
+
+
+def bench(*arguments: object) -> Result:
+    return CliRunner().invoke(app, ["bench", "scene", *map(str, arguments)])
+
+
+def named(document: dict[str, Any], name: str) -> dict[str, Any]:
+    return next(dict(place) for place in document["places"] if place["name"] == name)
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_room(tmp_path_factory.mktemp("scene") / "room.glb")
+
+
+@pytest.mark.slow
+def test_a_scene_file_is_judged_by_its_own_names(room: Path, tmp_path: Path) -> None:
+    result = bench(room, "--places", "3", "--out", tmp_path / "out", "--json")
+    assert result.exit_code == EXIT_OK
+    document = json.loads(result.stdout.splitlines()[-1])
+    assert (document["labels"], document["labelled"], document["frames"]) == (None, 7, 24)
+    assert document["encoder_id"].startswith("mini-")
+    assert json.loads((tmp_path / "out" / "scene.json").read_text()) == document
+    assert len(list((tmp_path / "out").glob("*.png"))) == 7
+    television = named(document, "television")
+    assert television["mapped"]
+    assert television["best_here"] > television["best_elsewhere"]
+
+
+@pytest.mark.slow
+def test_a_recording_is_judged_by_labels(room: Path, tmp_path: Path) -> None:
+    scene, camera = load_scene(room), CameraParams()
+    renderer, frames = Renderer(scene), []
+    for pose in tour_poses(scene, camera, 1):
+        view = renderer.render(pose, camera.intrinsics, width=camera.width, height=camera.height)
+        depth_mm = measured_mm(view.depth_m, camera.min_depth_m, camera.max_depth_m)
+        frames.append(RecordedFrame(view.rgb, depth_mm, pose))
+    write_recording(tmp_path / "recording", frames, camera.intrinsics)
+    labels = tmp_path / "labels.yaml"
+    labels.write_text(
+        "- {name: sofa, x: 4.5, y: 0.5, radius_m: 1.2}\n"
+        "- {name: qwrtzpsdfg, x: 4.5, y: 0.5, radius_m: 1.2}\n"
+    )
+    result = bench(tmp_path / "recording", "--labels", labels)
+    assert result.exit_code == EXIT_OK
+    assert " of 2 places found" in result.stdout
+    assert "8 frames" in result.stdout
+    params = SceneBenchParams(tmp_path / "recording", labels)
+    labels.write_text("- {name: sofa, x: 90, y: 0.5, radius_m: 1.2}")
+    with pytest.raises(ValueError, match=r"labels\.yaml: the label 'sofa' at \(90, 0\.5\) lies"):
+        run(params)
+    for frame in frames:
+        frame.depth_mm[:] = 0
+    write_recording(tmp_path / "blind", frames, camera.intrinsics)
+    with pytest.raises(ValueError, match=r"nothing of .*blind could be mapped"):
+        run(replace(params, path=tmp_path / "blind"))
+
+
+def test_a_recording_needs_labels(tmp_path: Path) -> None:
+    result = bench(tmp_path)
+    assert result.exit_code == EXIT_USAGE_ERROR
+    assert "is a recording, which names nothing: give --labels" in result.stderr
+
+
+def test_a_folder_without_frames_is_one_sentence(tmp_path: Path) -> None:
+    result = bench(tmp_path, "--labels", LABELS)
+    assert result.exit_code == EXIT_USAGE_ERROR
+    assert len(result.stderr.splitlines()) == 1
+    assert "frames.json" in result.stderr
+
+
+def test_a_scene_without_names_needs_labels(tmp_path: Path) -> None:
+    result = bench(write_room(tmp_path / "room.ply"))
+    assert result.exit_code == EXIT_USAGE_ERROR
+    assert "has no named objects: give --labels" in result.stderr
+
+
+def test_a_map_that_cannot_be_written_is_one_sentence(room: Path, tmp_path: Path) -> None:
+    blocked = tmp_path / "file"
+    blocked.touch()
+    result = bench(room, "--places", "1", "--out", blocked / "out")
+    assert result.exit_code == EXIT_USAGE_ERROR
+    assert f"cannot write to {blocked / 'out'}: Not a directory" in result.stderr
+
+
+@pytest.mark.skipif(not PHOTOGRAPHS.exists(), reason=f"no recording in {PHOTOGRAPHS}")
+def test_the_photographs_are_measured() -> None:
+    document = run(SceneBenchParams(PHOTOGRAPHS, LABELS))
+    assert (document["frames"], document["labelled"], document["not_mapped"]) == (5, 17, 0)
+    assert named(document, "sofa")["found"]

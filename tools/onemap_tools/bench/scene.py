@@ -1,0 +1,189 @@
+"""What an encoder sees in a scene file or in a recording: a map of it, asked for labelled places.
+
+With the services' pure modules, without a bus and without a robot that moves.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from onemap_gateway.present.render import Overlay, encode_png, render_map
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.frame_update import compute_update
+from onemap_mapper.replies import search_view, similarity_reply
+from onemap_mapper.similarity import ScoreCache, text_query
+from onemap_perception.config import PerceptionConfig
+from onemap_perception.encoders.mini import SHIPPED
+from onemap_perception.encoders.protocol import Encoder
+from onemap_perception.errors import BackendError, UnknownWordError
+from onemap_perception.factory import make_encoder
+from onemap_perception.feature_field import feature_field
+from onemap_perception.text.vocabulary import load_vocabulary
+from onemap_shared.messages import RgbdFrame, SimilarityReply, SimilarityRequest
+from onemap_simulator.rendering.renderer import Renderer
+from onemap_simulator.rendering.rgbd_camera import CameraParams, measured_mm
+from onemap_simulator.replay.recording import Recording, RecordingError
+from onemap_simulator.scene.loading import load_scene
+from onemap_simulator.scene.scene import Scene
+from onemap_tools.bench.place_labels import PlaceLabel, labels_of_scene, read_labels
+from onemap_tools.bench.place_report import (
+    outside_problem,
+    place_document,
+    place_results,
+    totals,
+)
+from onemap_tools.bench.queries import EXCLUDED_CLASSES
+from onemap_tools.bench.scene_tour import tour_poses
+
+FRAME_NS = 100_000_000
+MAX_ANSWERS = 20  # regions of one reply: more than one room holds of a thing
+
+
+@dataclass(frozen=True, slots=True)
+class SceneBenchParams:
+    """What to map and how. ``labels``: None takes a scene file's own names."""
+
+    path: Path
+    labels: Path | None = None
+    places: int = 8
+    out: Path | None = None
+    perception: PerceptionConfig = field(default_factory=PerceptionConfig)
+    mapper: MapperConfig = field(default_factory=MapperConfig)
+
+
+def run(params: SceneBenchParams) -> dict[str, Any]:
+    """Map, ask and compare; ValueError in one sentence for what is wrong with the input."""
+    try:
+        encoder = make_encoder(params.perception.encoder)
+        started_s = time.perf_counter()
+        labels, frames = _open(params)
+        belief = map_frames(frames, encoder, params)
+    except (BackendError, RecordingError) as error:
+        raise ValueError(str(error)) from error
+    if not belief.store.count:
+        raise ValueError(f"nothing of {params.path} could be mapped: its frames have no depth")
+    if problem := outside_problem(labels, belief.grid):
+        raise ValueError(f"{params.labels or params.path}: {problem}")
+    vocabulary = load_vocabulary(SHIPPED)
+    names = tuple(dict.fromkeys(label.name for label in labels))
+    words = (
+        *names,
+        *(word for word in vocabulary.names if word not in {*names, *EXCLUDED_CLASSES}),
+    )
+    replies = {word: ask(belief, encoder, word, params.mapper) for word in words}
+    if not any(replies.values()):
+        raise ValueError("the encoder knows none of the labels' names")
+    results = place_results(labels, replies, vocabulary)
+    document = {
+        "benchmark": "scene",
+        "path": str(params.path),
+        "labels": str(params.labels) if params.labels else None,
+        "encoder_id": encoder.encoder_id,
+        "frames": belief.frames_fused,
+        "cells": belief.store.count,
+        "seconds": round(time.perf_counter() - started_s, 2),
+        **totals(labels, results, replies),
+        "places": [place_document(result) for result in results],
+    }
+    if params.out is not None:
+        _write(params.out, document, belief, labels, encoder)
+    return document
+
+
+def _open(params: SceneBenchParams) -> tuple[tuple[PlaceLabel, ...], Iterator[RgbdFrame]]:
+    """The labels and the frames of a recording or of a tour through a scene file."""
+    labels = read_labels(params.labels) if params.labels else ()
+    if params.path.is_dir():
+        if not labels:
+            raise ValueError(f"{params.path} is a recording, which names nothing: give --labels")
+        return labels, recorded_frames(Recording.open(params.path))
+    scene = load_scene(params.path)
+    labels = labels or labels_of_scene(scene)
+    if not labels:
+        raise ValueError(
+            f"{params.path} has no named objects: give --labels, or names in the YAML beside it"
+        )
+    return labels, toured_frames(scene, params.places)
+
+
+def recorded_frames(recording: Recording) -> Iterator[RgbdFrame]:
+    """All frames of a recording, in their order."""
+    for index in range(len(recording)):
+        frame = recording.frame(index)
+        yield RgbdFrame(
+            index,
+            (index + 1) * FRAME_NS,
+            frame.rgb,
+            frame.depth_mm,
+            recording.intrinsics,
+            frame.T_map_camera,
+        )
+
+
+def toured_frames(scene: Scene, places: int) -> Iterator[RgbdFrame]:
+    """What the simulator's camera shows from places spread over the floor, turning all around."""
+    camera, renderer = CameraParams(), Renderer(scene)
+    for index, pose in enumerate(tour_poses(scene, camera, places)):
+        view = renderer.render(pose, camera.intrinsics, width=camera.width, height=camera.height)
+        depth_mm = measured_mm(view.depth_m, camera.min_depth_m, camera.max_depth_m)
+        stamp_ns = (index + 1) * FRAME_NS
+        yield RgbdFrame(index, stamp_ns, view.rgb, depth_mm, camera.intrinsics, pose)
+
+
+def map_frames(
+    frames: Iterator[RgbdFrame], encoder: Encoder, params: SceneBenchParams
+) -> BeliefMap:
+    """The map of all frames."""
+    belief = BeliefMap(params.mapper)
+    for frame in frames:
+        features = encoder.encode(frame.rgb)
+        fields = feature_field(frame, features, encoder, params.perception.observation)
+        belief.fuse(compute_update(fields, belief.params))
+    return belief
+
+
+def ask(
+    belief: BeliefMap, encoder: Encoder, word: str, params: MapperConfig
+) -> SimilarityReply | None:
+    """The map's answers to a word with the score of every cell; None if it is unknown."""
+    try:
+        embeddings = encoder.embed_text((word,))
+    except UnknownWordError:
+        return None
+    return similarity_reply(
+        belief,
+        ScoreCache(),
+        query=text_query(embeddings, 0, params.torch_device),
+        request=SimilarityRequest(word, max_regions=MAX_ANSWERS, include_grid=True),
+        params=params,
+    )
+
+
+def _write(
+    folder: Path,
+    document: dict[str, Any],
+    belief: BeliefMap,
+    labels: Sequence[PlaceLabel],
+    encoder: Encoder,
+) -> None:
+    """Write the document, and a picture of the map with the labels for each name."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        text = json.dumps(document, indent=2) + "\n"
+        (folder / "scene.json").write_text(text, encoding="utf-8")
+        for name in dict.fromkeys(label.name for label in labels):
+            if name in document["unknown_words"]:
+                continue
+            query = text_query(encoder.embed_text((name,)), 0, belief.params.torch_device)
+            view = search_view(belief, ScoreCache(), text=name, query=query)
+            there = tuple((each.name, each.x, each.y) for each in labels if each.name == name)
+            drawn = render_map(view, Overlay(found=there))
+            (folder / f"{name.replace('/', '-')}.png").write_bytes(encode_png(drawn.image))
+    except OSError as problem:
+        raise ValueError(f"cannot write to {folder}: {problem.strerror or problem}") from problem
