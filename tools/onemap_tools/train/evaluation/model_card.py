@@ -33,7 +33,7 @@ INTRODUCTION = """\
 A small image encoder for OneMap's simulator. Every 8 x 8 patch of a picture becomes a unit
 vector in the space of all-MiniLM-L6-v2 sentence embeddings, so that a word is found by the
 cosine. It is **a synonym-tolerant encoder of its own world, not CLIP**: it knows
-{classes} kinds of things as the simulator draws them. It does not know photographs, and a thing
+{classes} kinds of things as the simulator draws them. It was not trained on photographs, and a thing
 outside its classes looks to it like the most similar thing inside.
 
 - Network: {parameters:.1f} million parameters. The trunk is EfficientNet-Lite0 (strides 4 to 32), a
@@ -84,7 +84,8 @@ names of the held-out apartments:
 - Words that name no class score low, and get no answer below the floor of `calibration.json`;
   similar concepts leak, and the floor has to be measured for each training.
 - Held-out apartments come from the same generator as the training ones; expect much worse on any
-  other renderer, and nothing useful on photographs.
+  other renderer. What the shipped weights found in photographs and in a room of other furniture
+  is in docs/benchmarks.md (`onemap bench scene`).
 """
 
 
