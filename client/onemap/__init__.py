@@ -13,6 +13,7 @@ from onemap.connection import DEFAULT_URL
 from onemap.errors import InvalidSetting, OneMapError, Unreachable
 from onemap.events import SearchChanged, SearchEvent, SearchInterrupted
 from onemap.map_files import MapFiles
+from onemap.map_objects import MapObject
 from onemap.remote_search import RemoteSearch, RemoteSearches, Retry
 from onemap.replies import (
     MapContent,
@@ -33,6 +34,7 @@ __all__ = [
     "InvalidSetting",
     "MapContent",
     "MapFiles",
+    "MapObject",
     "MapStatistics",
     "ObjectOutcome",
     "OneMapError",

@@ -10,6 +10,7 @@ import httpx
 from onemap.connection import DEFAULT_URL, TIMEOUT_S, Connection
 from onemap.errors import OneMapError, Unreachable
 from onemap.map_files import MapFiles
+from onemap.map_objects import ADDRESS, MapObject, object_path
 from onemap.remote_search import RemoteSearch, RemoteSearches, Retry
 from onemap.replies import QueryResult, SystemStatus
 
@@ -58,6 +59,20 @@ class Client:
     def search(self, objects: str | Sequence[str]) -> RemoteSearch:
         """Go and find: one object, or several, one after the other."""
         return self.searches.start((objects,) if isinstance(objects, str) else tuple(objects))
+
+    def objects(self) -> list[MapObject]:
+        """What was found on this map, the object found last first."""
+        return self._connection.fetch(
+            lambda document: list(map(MapObject.of, document["objects"])), "GET", ADDRESS
+        )
+
+    def object_picture(self, object_id: str) -> bytes:
+        """The JPEG in which a found object was seen best."""
+        return self._connection.download(f"{object_path(object_id)}.jpg")
+
+    def forget_object(self, object_id: str) -> MapObject:
+        """Remove an object that was found wrongly, and say what it was."""
+        return self._connection.fetch(MapObject.of, "DELETE", object_path(object_id))
 
     def status(self) -> SystemStatus:
         """What runs, and how."""
