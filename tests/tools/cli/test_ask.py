@@ -9,6 +9,7 @@ from unittest.mock import Mock
 import pytest
 from typer.testing import CliRunner
 
+from onemap_gateway.present.objects import MapObjectReport
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Heartbeat
 from onemap_shared.transport import Bus
@@ -22,6 +23,7 @@ RUNNER = CliRunner()
 REQUESTS = (
     ("query", "red", "sofa"),
     ("search", "sofa"),
+    ("objects",),
     ("status",),
     ("map", "info"),
     ("map", "save", "flat"),
@@ -39,6 +41,17 @@ def test_a_query_without_a_match_exits_with_1() -> None:
     assert result.exit_code == EXIT_FAILED
     assert json.loads(result.stdout.splitlines()[-1]) == reply
     assert plain.stdout.strip() == reply["message"]
+
+
+def test_objects_are_printed_and_are_json() -> None:
+    (example,) = MapObjectReport.model_json_schema()["examples"]
+    reply = {"objects": [example], "left_out": 3}
+    with fake_gateway({("GET", "/v1/objects"): (200, reply)}) as url:
+        result = RUNNER.invoke(app, ["objects", "--url", url, "--json"])
+        plain = RUNNER.invoke(app, ["objects", "--url", url])
+    assert (result.exit_code, plain.exit_code) == (EXIT_OK, EXIT_OK)
+    assert json.loads(result.stdout.splitlines()[-1]) == {"objects": [example]}
+    assert "3f9a12c4" in plain.stdout
 
 
 @pytest.mark.parametrize("command", REQUESTS, ids=" ".join)

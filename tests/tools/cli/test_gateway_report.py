@@ -15,6 +15,7 @@ from onemap_tools.cli.gateway_report import (
     describe_change,
     describe_export,
     describe_info,
+    describe_objects,
     describe_query,
     describe_search,
     describe_status,
@@ -150,3 +151,23 @@ def test_a_query_without_a_match_has_a_message(console: Console) -> None:
     why = "Nothing on the map looks like 'yeti': the best score is 0.04. Did you mean 'bed'?"
     describe_query({"text": "yeti", "regions": [], "message": why}, console)
     assert why in " ".join(text_of(console).split())
+
+
+def test_found_objects_have_a_row_each(console: Console) -> None:
+    found = {
+        "id": "3f9a12c4",
+        "name": "bed [old]",  # no markup
+        "position_m": [3.42, -1.15, 0.41],
+        "score": 0.934,
+        "times_found": 2,
+        "last_seen_at": "2026-01-01T00:09:51.000Z",
+    }
+    describe_objects([found], console)
+    text = text_of(console)
+    for part in ("bed [old]", "(3.42, -1.15, 0.41) m", "0.93", "2 x", "2026-01-01 00:09:51"):
+        assert part in text
+
+
+def test_without_objects_it_says_so(console: Console) -> None:
+    describe_objects([], console)
+    assert "Nothing was found on this map yet" in text_of(console)

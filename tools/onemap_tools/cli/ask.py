@@ -63,6 +63,20 @@ def search_command(
 
 
 @app.command(rich_help_panel=PANEL)
+def objects(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
+    """What was found on this map, and where, the last first."""
+    from onemap_tools.cli.gateway_report import describe_objects
+    from onemap_tools.cli.terminal import print_json, result_console
+    from onemap_tools.gateway import gateway_client
+
+    with gateway_client(url, token) as gateway:
+        found = [dict(each.document) for each in gateway.objects()]
+    describe_objects(found, result_console(as_json))
+    if as_json:
+        print_json({"objects": found})
+
+
+@app.command(rich_help_panel=PANEL)
 def status(
     *,
     service: Annotated[

@@ -1,4 +1,4 @@
-"""Prints what the gateway replied to a query, a search, a status or a map request."""
+"""Prints what the gateway replied to a query, a search, or a request for objects, status or map."""
 
 from __future__ import annotations
 
@@ -55,6 +55,25 @@ def describe_query(reply: dict[str, Any], console: Console) -> None:
             f"The encoder does not know {reply['text']!r}; did you mean "
             f"{' or '.join(repr(word) for word in near)}?"
         )
+
+
+def describe_objects(objects: list[dict[str, Any]], console: Console) -> None:
+    """Print one row per found object: name, place, score, times, id."""
+    if not objects:
+        console.print("Nothing was found on this map yet: 'onemap search' goes and looks.")
+        return
+    table = Table("object", "position", "score", "found", "last seen (UTC)", "id")
+    for known in objects:
+        place = ", ".join(f"{value:.2f}" for value in known["position_m"])
+        table.add_row(
+            Text(known["name"]),
+            f"({place}) m",
+            f"{known['score']:.2f}",
+            f"{known['times_found']} x",
+            known["last_seen_at"][:19].replace("T", " "),
+            known["id"],
+        )
+    console.print(table)
 
 
 def describe_status(status: dict[str, Any], console: Console) -> None:
