@@ -114,7 +114,7 @@ def test_a_sighting_has_its_frame_with_the_box_in_pixels_of_the_picture() -> Non
     ("scores_and_pictures", "best"),
     [
         pytest.param([(0.5, b"x"), (0.9, b"x"), (0.7, b"x")], 1, id="the highest score"),
-        pytest.param([(0.9, b"x"), (0.9, b"x")], 1, id="the later one of two equal"),
+        pytest.param([(0.9, b"x"), (0.89, b"x")], 1, id="the later one of two about equal"),
         pytest.param([(0.4, b"x"), (0.9, b"")], 0, id="the one with a picture"),
         pytest.param([(0.4, b""), (0.9, b"")], 1, id="none has a picture"),
     ],

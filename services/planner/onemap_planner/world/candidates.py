@@ -22,6 +22,7 @@ from onemap_shared.params import Params
 MAX_CELLS = 2000  # of one candidate: a bed covers about 400 cells of 10 cm
 MAX_CANDIDATES = 64  # candidates kept, those with the most sightings
 RECENT_SIGHTINGS = 12  # the latest ones, from near, locate the surface: 1.5 s at 8 Hz
+SCORE_STEP = 0.1  # the detector's scores of one object tremble by less
 SURFACE_SHARE = 0.25  # of the votes of the most seen cell; a stray point of one frame has less
 
 
@@ -65,11 +66,15 @@ class PictureOfObject:
     picture: bytes = b""
 
     def is_better_than(self, other: PictureOfObject | None) -> bool:
-        """Whether it shows the object better than an earlier one; at equal scores it does."""
-        return other is None or (bool(self.picture), self.score) >= (
-            bool(other.picture),
-            other.score,
-        )
+        """Whether it shows the object better than an earlier one.
+
+        At about the same score it does: the later ones are from near and have it in the middle.
+        """
+        return other is None or self._quality >= other._quality
+
+    @property
+    def _quality(self) -> tuple[bool, int]:
+        return bool(self.picture), round(self.score / SCORE_STEP)
 
 
 @dataclass(frozen=True, slots=True)
