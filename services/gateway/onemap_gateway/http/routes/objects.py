@@ -45,7 +45,7 @@ async def list_objects(gateway: GatewayDep) -> ObjectListReply:
     """Every object that a search found on this map, the one found last first.
 
     They are kept with the map: saved, loaded and cleared with it, and kept when the mapper
-    restarts. A find of the same name within a metre is the same object found again.
+    restarts. A find of the same name nearby is the same object found again.
     """
     return object_list(await gateway.call(keys.MAP_OBJECTS, ObjectListRequest()))
 
