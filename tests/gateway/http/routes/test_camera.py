@@ -23,7 +23,7 @@ def test_the_camera_shows_the_newest_image_with_its_detections(router: MemoryRou
         plain = client.get("/v1/camera.jpg?detections=false")
     assert drawn.headers["X-OneMap-Sequence"] == "5"
     assert decoded(plain.content).shape == (24, 32, 3)
-    edge = (slice(15, 18), 4)  # rows and column of the box's left side, below its label
+    edge = (slice(17, 20), 4)  # rows and column of the corner of the box below its label
     np.testing.assert_allclose(decoded(drawn.content)[edge].mean(axis=0), BOX, atol=60)
     np.testing.assert_allclose(decoded(plain.content)[edge].mean(axis=0), (200, 0, 0), atol=30)
 

@@ -33,8 +33,8 @@ INTRODUCTION = """\
 A small image encoder for OneMap's simulator. Every 8 x 8 patch of a picture becomes a unit
 vector in the space of all-MiniLM-L6-v2 sentence embeddings, so that a word is found by the
 cosine. It is **a synonym-tolerant encoder of its own world, not CLIP**: it knows
-{classes} kinds of things as the simulator draws them. It was not trained on photographs, and a thing
-outside its classes looks to it like the most similar thing inside.
+{classes} kinds of things as the simulator draws them. It was not trained on photographs, and a
+thing outside its classes looks to it like the most similar thing inside.
 
 - Network: {parameters:.1f} million parameters. The trunk is EfficientNet-Lite0 (strides 4 to 32), a
   feature pyramid leads back to stride 8 and 384 numbers per patch. Weights in half precision,
