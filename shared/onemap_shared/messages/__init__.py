@@ -71,11 +71,13 @@ from onemap_shared.messages.search import (
     ObjectResult,
     PlannedPath,
     SearchId,
+    SearchKind,
     SearchList,
     SearchListRequest,
     SearchRequest,
     SearchState,
     SearchStatus,
+    subject_of,
 )
 
 __all__ = [
@@ -111,6 +113,7 @@ __all__ = [
     "RgbdFrame",
     "SavedMap",
     "SearchId",
+    "SearchKind",
     "SearchList",
     "SearchListRequest",
     "SearchRequest",
@@ -130,4 +133,5 @@ __all__ = [
     "expect",
     "expect_finite",
     "expect_share",
+    "subject_of",
 ]

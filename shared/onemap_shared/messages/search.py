@@ -4,17 +4,29 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from math import isfinite
 
 import numpy as np
 
-from onemap_shared.geometry import F32
+from onemap_shared.geometry import F32, MAX_COORDINATE_M
 from onemap_shared.messages.checks import clean_texts, expect, expect_finite
 
 MAX_OBJECTS = 20  # objects of one search
 
 
+class SearchKind(str, Enum):
+    """What a search is for: find objects, drive to a place, or drive to where it can be seen."""
+
+    FIND = "find"
+    GO_TO = "go_to"
+    LOOK_AT = "look_at"
+
+    def __str__(self) -> str:
+        return self.value
+
+
 class SearchState(str, Enum):
-    """States of a search; the last four are final."""
+    """States of a search; the last five are final, ``arrived`` only of a drive to a place."""
 
     EXPLORING = "exploring"
     APPROACHING = "approaching"
@@ -23,36 +35,72 @@ class SearchState(str, Enum):
     NOT_FOUND = "not_found"
     FAILED = "failed"
     CANCELLED = "cancelled"
+    ARRIVED = "arrived"
 
     def __str__(self) -> str:
         return self.value
 
 
 FINAL_STATES = frozenset(
-    {SearchState.FOUND, SearchState.NOT_FOUND, SearchState.FAILED, SearchState.CANCELLED}
+    {
+        SearchState.FOUND,
+        SearchState.NOT_FOUND,
+        SearchState.FAILED,
+        SearchState.CANCELLED,
+        SearchState.ARRIVED,
+    }
 )
 
 
 @dataclass(frozen=True, slots=True)
 class SearchRequest:
-    """Request to find these objects, one after the other.
+    """Request to find objects, one after the other, or to drive to a place.
 
     Attributes:
-        objects: 1 to 20 names.
+        objects: 1 to 20 names; empty for a place.
         patience_s: seconds that the caller waits for the answer; no robot may start later.
+        kind: what to do.
+        place_m: x, y in the map frame, at most 100 km from its origin; empty for objects.
     """
 
     objects: tuple[str, ...]
     patience_s: float = 2.0
+    kind: SearchKind = SearchKind.FIND
+    place_m: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.patience_s > 0:  # also refuses NaN
             raise ValueError(f"patience_s is {self.patience_s}; it must be positive")
+        _check_place(self.kind, self.place_m)
+        if self.kind is not SearchKind.FIND:
+            if self.objects:
+                raise ValueError(f"a search of kind {self.kind} has objects; it has only a place")
+            return
         if not 1 <= len(self.objects) <= MAX_OBJECTS:
             raise ValueError(
                 f"a search has {len(self.objects)} objects; between 1 and {MAX_OBJECTS} are allowed"
             )
         clean_texts(self, "objects", "object name")
+
+
+def _check_place(kind: SearchKind, place_m: tuple[float, ...]) -> None:
+    """Raise ValueError unless ``place_m`` is a place that a search of this kind may have."""
+    if kind is SearchKind.FIND:
+        if place_m:
+            raise ValueError(f"a search of kind {kind} has a place; it has only objects")
+        return
+    if len(place_m) != 2:
+        raise ValueError(f"place_m has {len(place_m)} numbers; it must be x and y in metres")
+    if not all(isfinite(value) and abs(value) <= MAX_COORDINATE_M for value in place_m):
+        raise ValueError(
+            f"place_m is {place_m}; x and y must lie within {MAX_COORDINATE_M:g} m of the origin: "
+            "are their units metres?"
+        )
+
+
+def subject_of(target: str, place_m: tuple[float, ...]) -> str:
+    """An object or, if there is one, a place (x, y in metres) in words."""
+    return f"the place ({place_m[0]:.2f}, {place_m[1]:.2f})" if place_m else repr(target)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,10 +112,10 @@ class SearchId:
 
 @dataclass(frozen=True, slots=True)
 class ObjectResult:
-    """How the search for one object ended.
+    """How the search for one object, or the drive to the place, ended.
 
     Attributes:
-        name: of the object.
+        name: of the object; empty for a place.
         outcome: a final state.
         reason: why it ended, in one sentence.
         position_m: x, y, z of the object in the map frame, empty if not found.
@@ -95,13 +143,15 @@ class SearchStatus:
 
     Attributes:
         state: of the present object; of the whole search when final.
-        objects: the names, in the order in which they are searched.
+        objects: the names, in the order in which they are searched; empty for a place.
         index: of the present object in ``objects``.
         reason: what happens now or why it ended, in one sentence.
         results: of the objects that are done.
         started_ns: when the search began, in nanoseconds of the planner's wall clock.
         updated_ns: when this status was made, by the same clock.
         path_length_m: metres that the robot drove in this search.
+        kind: what the search is for.
+        place_m: x, y of the place to drive to or to look at; empty for objects.
     """
 
     search_id: str
@@ -113,8 +163,11 @@ class SearchStatus:
     started_ns: int
     updated_ns: int
     path_length_m: float
+    kind: SearchKind = SearchKind.FIND
+    place_m: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
+        _check_place(self.kind, self.place_m)
         clean_texts(self, "objects", "object name")
 
     @property
@@ -124,8 +177,13 @@ class SearchStatus:
 
     @property
     def target(self) -> str:
-        """The object now searched for, empty when the search is over."""
+        """The object now searched for, empty when the search is over or for a place."""
         return self.objects[self.index] if self.active and self.index < len(self.objects) else ""
+
+    @property
+    def subject(self) -> str:
+        """What the search is for, in words: the present object or the place."""
+        return subject_of(self.target, self.place_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +219,7 @@ class PlannedPath:
 
     Attributes:
         stamp_ns: when the plan was made, on the planner's wall clock.
-        goal_kind: frontier, region, detection or none.
+        goal_kind: frontier, region, detection, go_to, look_at or none.
         goal_reason: why this goal, in one sentence.
         points_m: (N, 2) the path, from the robot to the goal.
         goal_m: (G, 2) the goal: one row, none without a goal.

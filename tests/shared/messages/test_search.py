@@ -10,9 +10,11 @@ import pytest
 from onemap_shared.messages import (
     FINAL_STATES,
     PlannedPath,
+    SearchKind,
     SearchList,
     SearchRequest,
     SearchStatus,
+    subject_of,
 )
 from tests.shared.messages.broken import assert_refused, sample
 
@@ -51,3 +53,44 @@ def test_a_path_has_a_score_for_each_frontier_and_region() -> None:
     assert_refused(PlannedPath, "frontier_scores has shape", frontier_scores=one)
     assert_refused(PlannedPath, "region_scores has shape", region_scores=one)
     assert_refused(PlannedPath, "points_m contains", points_m=np.full((1, 2), np.nan, np.float32))
+
+
+PLACES = (SearchKind.GO_TO, SearchKind.LOOK_AT)
+
+
+@pytest.mark.parametrize("kind", PLACES)
+def test_a_drive_has_a_place_and_no_objects(kind: SearchKind) -> None:
+    request = SearchRequest((), kind=kind, place_m=(1.0, -2.5))
+    assert request.objects == ()
+    with pytest.raises(ValueError, match="has objects; it has only a place"):
+        SearchRequest(("sofa",), kind=kind, place_m=(1.0, -2.5))
+
+
+@pytest.mark.parametrize(
+    ("place_m", "reason"),
+    [
+        ((), "has 0 numbers"),
+        ((1.0, 2.0, 3.0), "has 3 numbers"),
+        ((float("nan"), 0.0), "within 100000 m"),
+        ((0.0, float("-inf")), "within 100000 m"),
+        ((1.1e5, 0.0), "are their units metres"),
+    ],
+)
+def test_a_place_is_finite_and_not_far_from_the_origin(
+    place_m: tuple[float, ...], reason: str
+) -> None:
+    with pytest.raises(ValueError, match=reason):
+        SearchRequest((), kind=SearchKind.GO_TO, place_m=place_m)
+    assert_refused(SearchStatus, reason, kind=SearchKind.LOOK_AT, place_m=place_m)
+
+
+def test_a_search_for_objects_has_no_place() -> None:
+    assert_refused(SearchRequest, "has only objects", place_m=(1.0, 2.0))
+
+
+def test_a_drive_is_for_its_place() -> None:
+    status = sample(SearchStatus)
+    assert status.subject == "'bed'"
+    drive = dataclasses.replace(status, objects=(), kind=SearchKind.GO_TO, place_m=(1.0, -2.5))
+    assert (drive.target, drive.subject) == ("", "the place (1.00, -2.50)")
+    assert subject_of("", (1.0, -2.5)) == drive.subject

@@ -34,7 +34,7 @@ def messages_page() -> str:
     for cls in _nested(types):
         lines += _message(cls, common)
     lines += [ENUMS]
-    for kind in (messages.SearchState, messages.Occupancy, messages.Layer):
+    for kind in (messages.SearchKind, messages.SearchState, messages.Occupancy, messages.Layer):
         lines += _enum(kind)
     return "\n".join(lines).rstrip() + "\n"
 
