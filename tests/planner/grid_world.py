@@ -17,7 +17,7 @@ from onemap_planner.policy.competition import rival_names
 from onemap_planner.policy.state import Decision, Observation, PlannerState
 from onemap_planner.policy.step import step
 from onemap_planner.search.events import EventStamp
-from onemap_planner.search.phases import Search
+from onemap_planner.search.phases import Destination, Search
 from onemap_planner.search.state_machine import new_search
 from onemap_shared.geometry import F32, F64, U8, Bool, Velocity2d
 from onemap_shared.grid import GridSpec
@@ -241,11 +241,12 @@ class SimulatedSearch:
     def step(self) -> None:
         """One planning period: a frame, a planning step, then driving until the next."""
         target = self.state.search.target
-        if self.state.search.index not in self.targets_reset:
+        if target and self.state.search.index not in self.targets_reset:
             self.targets_reset.append(self.state.search.index)
             self.world.since_reset = np.zeros_like(self.world.since_reset)
         seen = self.world.look()
         params = self.config
+        found_objects = self.state.found_objects if target else ()
         observation = Observation(
             now_s=self.now_s,
             pose=self.world.pose,
@@ -253,7 +254,7 @@ class SimulatedSearch:
             command=self.world.velocity,
             collided=self.world.collided,
             view=self.world.view(
-                target, rival_names(target, self.state.search.objects, self.state.found_objects)
+                target, rival_names(target, self.state.search.objects, found_objects)
             ),
             detections=(self.world.detect(target, seen),),
             stale_reason=self.stale_reason,
@@ -287,6 +288,12 @@ def start(world: GridWorld, *objects: str) -> SimulatedSearch:
     """A search for the objects, about to begin."""
     stamp = EventStamp(0.0, 0.0, world.pose.xy, world.odometer_m)
     return SimulatedSearch(world, new_search("search-1", objects, stamp, started_ns=0))
+
+
+def start_drive(world: GridWorld, destination: Destination) -> SimulatedSearch:
+    """A drive to a place, about to begin."""
+    stamp = EventStamp(0.0, 0.0, world.pose.xy, world.odometer_m)
+    return SimulatedSearch(world, new_search("drive-1", (), stamp, 0, destination))
 
 
 def in_four_rooms(x: float = 1.0, y: float = 1.0, yaw_rad: float = 0.0) -> GridWorld:

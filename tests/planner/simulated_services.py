@@ -20,6 +20,7 @@ from onemap_shared.messages import (
     MapSummary,
     Odometry,
     SearchId,
+    SearchKind,
     SearchRequest,
     SearchReset,
     SearchStatus,
@@ -105,6 +106,10 @@ class SimulatedServices:
 
     def start(self, *objects: str) -> SearchStatus:
         return self.caller.call(keys.SEARCH_START, SearchRequest(objects))
+
+    def go_to(self, x_m: float, y_m: float) -> SearchStatus:
+        request = SearchRequest((), kind=SearchKind.GO_TO, place_m=(x_m, y_m))
+        return self.caller.call(keys.SEARCH_START, request)
 
     def get(self, search_id: str = "") -> SearchStatus:
         return self.caller.call(keys.SEARCH_GET, SearchId(search_id))

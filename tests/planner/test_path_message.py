@@ -1,8 +1,9 @@
 """The message shows goal, path, frontiers and regions of the present decision."""
 
 from onemap_planner.path_message import planned_path
-from onemap_planner.search.phases import Exploring
-from tests.planner.grid_world import in_four_rooms, start
+from onemap_planner.search.phases import Destination, Exploring
+from onemap_shared.messages import SearchKind
+from tests.planner.grid_world import in_four_rooms, in_two_rooms, start, start_drive
 
 
 def test_the_message_shows_the_goal_of_each_phase() -> None:
@@ -19,3 +20,14 @@ def test_the_message_shows_the_goal_of_each_phase() -> None:
     assert {"none", "frontier", "detection"} <= kinds
     over = planned_path(run.state.search, None, 5)
     assert (over.goal_kind, len(over.points_m)) == ("none", 0)
+
+
+def test_the_message_of_a_drive_names_its_kind() -> None:
+    run = start_drive(in_two_rooms(), Destination(SearchKind.GO_TO, (2.0, 6.0)))
+    kinds = set()
+    while run.state.search.active and run.now_s < 300.0:
+        run.step()
+        shown = planned_path(run.state.search, run.decision, 5)
+        kinds.add(shown.goal_kind)
+        assert len(shown.goal_m) == (shown.goal_kind != "none")
+    assert kinds == {"none", "go_to"}

@@ -19,13 +19,15 @@ NOW = EventStamp(9.0, 8.0, (1.0, 1.0), 14.0)
 
 def test_one_search_at_a_time() -> None:
     registry = SearchRegistry()
-    first = registry.start("a", ("cup",), THEN, 1)
-    with pytest.raises(RequestRejected, match="search a is still looking for 'cup'") as refused:
-        registry.start("b", ("bed",), THEN, 2)
+    first = registry.start(new_search("a", ("cup",), THEN, 1))
+    with pytest.raises(RequestRejected, match="search a for 'cup' is still active") as refused:
+        registry.start(new_search("b", ("bed",), THEN, 2))
     assert refused.value.code == "conflict"
     registry.cancel("a", NOW)
     assert not registry.find("a").active
-    assert registry.start("b", ("bed",), THEN, 2).search_id == registry.find("").search_id
+    assert (
+        registry.start(new_search("b", ("bed",), THEN, 2)).search_id == registry.find("").search_id
+    )
     assert registry.find("a").search_id == first.search_id
     assert registry.cancel("a", NOW) == registry.find("a")  # over already
 
@@ -42,7 +44,7 @@ def test_unknown_searches_are_refused() -> None:
 
 def test_a_search_cancelled_during_a_step_stays_cancelled() -> None:
     registry = SearchRegistry()
-    registry.start("a", ("cup",), THEN, 1)
+    registry.start(new_search("a", ("cup",), THEN, 1))
     taken = registry.state
     assert taken is not None
     registry.cancel("", NOW)
@@ -54,13 +56,13 @@ def test_a_search_cancelled_during_a_step_stays_cancelled() -> None:
 def test_the_end_of_a_search_is_recorded_once() -> None:
     times = iter([100, 200])
     registry = SearchRegistry(clock_ns=lambda: next(times))
-    registry.start("a", ("cup",), THEN, 1)
+    registry.start(new_search("a", ("cup",), THEN, 1))
     taken = registry.state
     assert taken is not None
     exploring = replace(taken.search, phase=Exploring())
     given_up = transition(exploring, Exhausted("nothing left"), NOW)
     assert registry.compare_and_swap(taken, replace(taken, search=given_up))
-    registry.start("b", ("bed",), THEN, 150)
+    registry.start(new_search("b", ("bed",), THEN, 150))
     registry.cancel("b", NOW)
     for search_id, ended_ns in (("a", 100), ("b", 200), ("b", 200)):
         message = status(registry.cancel(search_id, NOW), odometer_m=0.0, now_ns=999)
@@ -70,7 +72,7 @@ def test_the_end_of_a_search_is_recorded_once() -> None:
 def test_only_the_last_searches_are_kept() -> None:
     registry = SearchRegistry()
     for number in range(MAX_PAST_SEARCHES + 2):
-        registry.start(str(number), ("cup",), THEN, number)
+        registry.start(new_search(str(number), ("cup",), THEN, number))
         registry.cancel("", NOW)
     with pytest.raises(RequestRejected):
         registry.find("0")

@@ -14,6 +14,7 @@ from onemap_planner.service import Planner
 from onemap_shared import keys
 from onemap_shared.messages import (
     SearchId,
+    SearchKind,
     SearchState,
 )
 from onemap_shared.transport import RemoteError
@@ -149,3 +150,55 @@ def test_silence_without_a_search_is_a_problem_after_a_while(services: Simulated
     assert not health.ready
     assert health.problem == "odometry has never arrived"
     assert np.isfinite(list((health.metrics or {}).values())).all()
+
+
+def test_a_drive_asks_for_no_similarity_and_keeps_the_searched_layer(
+    services: SimulatedServices,
+) -> None:
+    status = services.go_to(3.0, 2.0)
+    assert (status.kind, status.place_m, status.objects) == (SearchKind.GO_TO, (3.0, 2.0), ())
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    assert set(services.asked) == {""}
+    assert services.resets == []
+    with pytest.raises(RemoteError, match=r"for the place \(3.00, 2.00\) is still active"):
+        services.start("sofa")
+
+
+def test_a_drive_arrives_where_the_robot_stands(services: SimulatedServices) -> None:
+    services.go_to(2.0, 2.0)  # the robot is there and, on this bus, never moves
+    services.until(lambda: not services.get().active)
+    assert services.get().state is SearchState.ARRIVED
+    assert services.get().reason == "standing 0.00 m from the place (2.00, 2.00)"
+
+
+def test_a_cancelled_drive_stops_the_robot(services: SimulatedServices) -> None:
+    services.go_to(3.0, 2.0)
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    services.caller.call(keys.SEARCH_CANCEL, SearchId())
+    services.frame()
+    services.sent_commands()
+    services.frame()
+    assert not any(map(moves, services.sent_commands()))
+    assert services.get().state is SearchState.CANCELLED
+
+
+def test_a_drive_stops_while_the_map_is_stale(services: SimulatedServices) -> None:
+    services.go_to(3.0, 2.0)
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    services.until(lambda: services.get().reason.startswith("waiting:"), revision=False)
+    services.frame(revision=False)
+    services.sent_commands()
+    services.frame(revision=False)
+    assert not any(map(moves, services.sent_commands()))
+
+
+def test_a_restarted_planner_goes_on_with_its_drive(tmp_path: Path) -> None:
+    config = PlannerConfig(state_dir=tmp_path)
+    services = SimulatedServices(config)
+    started = services.go_to(3.0, 2.0)
+    services.until((tmp_path / FILE_NAME).exists)
+    services.planner._planning_thread.close()  # killed: nothing is tidied up
+    services.planner = Planner(services.router.bus("planner"), config)
+    again = services.get()
+    assert (again.search_id, again.place_m) == (started.search_id, (3.0, 2.0))
+    services.planner.close()

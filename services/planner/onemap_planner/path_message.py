@@ -7,7 +7,7 @@ import numpy as np
 from onemap_planner.motion.motions import Drive
 from onemap_planner.policy.goals import GoalKind
 from onemap_planner.policy.state import Decision
-from onemap_planner.search.phases import Approaching, Confirming, Exploring, Search
+from onemap_planner.search.phases import Approaching, Confirming, Driving, Exploring, Search
 from onemap_shared.geometry import F32, F64
 from onemap_shared.messages import PlannedPath
 
@@ -24,6 +24,9 @@ def planned_path(search: Search, decision: Decision | None, stamp_ns: int) -> Pl
         case Exploring() if decision.goal is not None:
             goal = decision.goal
             return _message(stamp_ns, str(goal.kind), goal.reason, decision=decision)
+        case Driving() if decision.goal is not None:
+            reason = decision.goal.reason
+            return _message(stamp_ns, str(search.kind), reason, decision=decision)
         case _:
             return _message(stamp_ns, NO_GOAL, search.reason, decision=decision)
 

@@ -169,8 +169,13 @@ class PlanningThread:
         self.result = result
 
     def _request_view(self, state: PlannerState) -> SearchView:
-        """The view for the present object; a new object first resets the searched layer."""
+        """The view for the present object; a new object first resets the searched layer.
+
+        A drive to a place needs neither a similarity nor the searched layer.
+        """
         search = state.search
+        if not search.target:
+            return self._bus.call(keys.MAP_SEARCH_VIEW, SearchViewRequest(), VIEW_TIMEOUT_S)
         if isinstance(search.phase, Starting) and self._reset_target != _target_key(search):
             reset = SearchReset(search.search_id)
             self._bus.call(keys.MAP_SEARCH_RESET, reset, VIEW_TIMEOUT_S)

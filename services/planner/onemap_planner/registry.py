@@ -11,7 +11,7 @@ from onemap_planner.policy.competition import NO_SYNONYMS, Synonyms
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.search.events import Cancelled, EventStamp
 from onemap_planner.search.phases import Search
-from onemap_planner.search.state_machine import new_search, transition
+from onemap_planner.search.state_machine import transition
 from onemap_shared.transport import RequestRejected
 
 MAX_PAST_SEARCHES = 50  # older searches that are kept
@@ -39,19 +39,11 @@ class SearchRegistry:
         """State of the newest search; None if there was none."""
         return self._state
 
-    def start(
-        self,
-        search_id: str,
-        objects: tuple[str, ...],
-        stamp: EventStamp,
-        started_ns: int,
-        synonyms: Synonyms = NO_SYNONYMS,
-    ) -> Search:
-        """Begin a search; rejected while another is active. Found objects are kept."""
+    def start(self, search: Search, synonyms: Synonyms = NO_SYNONYMS) -> Search:
+        """Begin a new search; rejected while another is active. Found objects are kept."""
         with self._lock:
             self._reject_if_active()
             before = self._state
-            search = new_search(search_id, objects, stamp, started_ns)
             self._state = PlannerState(search, synonyms=synonyms)
             if before is not None:
                 self._state = replace(
@@ -79,8 +71,8 @@ class SearchRegistry:
         other = self._state.search
         raise RequestRejected(
             "conflict",
-            f"search {other.search_id} is still looking for {other.target!r}: wait for it or "
-            "cancel it",
+            f"search {other.search_id} for {other.subject} is still active: wait for it or cancel "
+            "it",
         )
 
     def cancel(self, search_id: str, stamp: EventStamp) -> Search:

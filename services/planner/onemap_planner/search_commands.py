@@ -12,10 +12,11 @@ from contextlib import suppress
 from itertools import accumulate
 
 from onemap_planner.inputs import LatestInputs
-from onemap_planner.policy.competition import Synonyms, synonyms_of
+from onemap_planner.policy.competition import NO_SYNONYMS, Synonyms, synonyms_of
 from onemap_planner.registry import SearchRegistry
 from onemap_planner.search.events import EventStamp
-from onemap_planner.search.phases import Search
+from onemap_planner.search.phases import Destination, Search
+from onemap_planner.search.state_machine import new_search
 from onemap_shared import keys
 from onemap_shared.messages import (
     SearchId,
@@ -58,12 +59,16 @@ class SearchCommands:
     def _start(self, request: SearchRequest) -> SearchStatus:
         began_s = time.monotonic()
         self._registry.reject_if_active()
-        synonyms = self._check_names(request.objects)
+        synonyms = self._check_names(request.objects) if request.objects else NO_SYNONYMS
         _reject_if_late(request, time.monotonic() - began_s)
-        search = self._registry.start(
-            uuid.uuid4().hex[:12], request.objects, self._stamp(), time.time_ns(), synonyms
+        search = new_search(
+            uuid.uuid4().hex[:12],
+            request.objects,
+            self._stamp(),
+            time.time_ns(),
+            Destination.of(request),
         )
-        return self._status_of(search)
+        return self._status_of(self._registry.start(search, synonyms))
 
     def _cancel(self, request: SearchId) -> SearchStatus:
         return self._status_of(self._registry.cancel(request.search_id, self._stamp()))

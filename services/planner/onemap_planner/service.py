@@ -207,7 +207,7 @@ def _restored(config: PlannerConfig, now_s: float) -> Search | None:
         LOG.error("the search that was active is lost: %s", problem)
         return None
     if search is not None:
-        LOG.info("resuming search %s for %r", search.search_id, search.target)
+        LOG.info("resuming search %s for %s", search.search_id, search.subject)
     return search
 
 

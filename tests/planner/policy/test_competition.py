@@ -135,13 +135,13 @@ def test_found_objects_are_kept_up_to_a_limit_from_one_search_to_the_next() -> N
     assert len(found_objects) == MAX_FOUND_OBJECTS
     assert found_objects[-1] == FoundObject(str(MAX_FOUND_OBJECTS + 2), PILLOW)
     registry = SearchRegistry()
-    registry.start("a", ("bed",), STAMP, 0)
+    registry.start(new_search("a", ("bed",), STAMP, 0))
     taken = registry.state
     assert taken is not None
     over = replace(taken.search, phase=Finished(SearchState.FOUND))
     known = replace(taken, search=over, found_objects=(FoundObject("bed", BED),), known_m2=40.0)
     registry.compare_and_swap(taken, known)
-    registry.start("b", ("sofa",), STAMP, 0)
+    registry.start(new_search("b", ("sofa",), STAMP, 0))
     assert registry.state is not None
     assert (registry.state.found_objects, registry.state.known_m2) == (
         (FoundObject("bed", BED),),

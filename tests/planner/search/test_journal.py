@@ -7,9 +7,9 @@ import pytest
 
 from onemap_planner.search.events import Cancelled, EventStamp, Exhausted
 from onemap_planner.search.journal import FILE_NAME, JournalError, load, save
-from onemap_planner.search.phases import Exploring, Starting, TargetStart
+from onemap_planner.search.phases import Destination, Driving, Exploring, Starting, TargetStart
 from onemap_planner.search.state_machine import new_search, status, transition
-from onemap_shared.messages import SearchState
+from onemap_shared.messages import SearchKind, SearchState
 
 THEN = EventStamp(5.0, 4.0, (0.5, -1.0), 10.0)
 NOW = EventStamp(9.0, 8.0, (1.0, 1.0), 14.0)
@@ -64,6 +64,8 @@ def test_a_search_that_is_over_leaves_no_journal(tmp_path: Path) -> None:
         '{"schema": 1, "objects": ["cup"], "results": [], "start_xy_m": null}',
         '{"schema": 1, "objects": [], "results": [], "start_xy_m": null}',
         '{"schema": 1, "objects": ["cup"], "results": [{}], "start_xy_m": null}',
+        '{"schema": 1, "objects": [], "results": [], "start_xy_m": null, "kind": "go_to"}',
+        '{"schema": 1, "objects": [], "results": [], "start_xy_m": null, "kind": "fly"}',
         "\x00\x01",
     ],
 )
@@ -71,3 +73,15 @@ def test_a_broken_journal_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / FILE_NAME).write_text(text)
     with pytest.raises(JournalError, match=FILE_NAME):
         load(tmp_path, 0.0)
+
+
+def test_a_drive_goes_on_to_its_place(tmp_path: Path) -> None:
+    there = Destination(SearchKind.LOOK_AT, (1.5, -2.5))
+    search = replace(new_search("id", (), THEN, 7, there), phase=Driving(there))
+    save(tmp_path, search, now_s=6.0, odometer_m=11.0)
+    restored = load(tmp_path, now_s=1000.0)
+    assert restored is not None
+    assert (restored.destination, restored.phase, restored.objects) == (there, Starting(), ())
+    assert restored.kind is SearchKind.LOOK_AT
+    save(tmp_path, transition(search, Cancelled(), NOW), now_s=9.0, odometer_m=14.0)
+    assert load(tmp_path, 0.0) is None

@@ -10,6 +10,7 @@ from onemap_planner.search.events import (
     Cancelled,
     CandidateSelected,
     Confirmed,
+    DestinationReached,
     Event,
     EventStamp,
     Exhausted,
@@ -23,6 +24,8 @@ from onemap_planner.search.events import (
 from onemap_planner.search.phases import (
     Approaching,
     Confirming,
+    Destination,
+    Driving,
     Exploring,
     Finished,
     LookingAround,
@@ -32,18 +35,20 @@ from onemap_planner.search.phases import (
 )
 from onemap_planner.search.state_machine import new_search, status, transition
 from onemap_planner.world.candidates import ObjectCandidate
-from onemap_shared.messages import SearchState
+from onemap_shared.messages import SearchKind, SearchState
 
 CUP = ObjectCandidate((2.0, 1.0, 0.5), frozenset({(20, 10)}), 4, 0.9, 0.8, ((1.0, 1.0),))
 THEN = EventStamp(5.0, 4.0, (0.0, 0.0), 10.0)
 NOW = EventStamp(9.0, 8.0, (1.0, 1.0), 14.0)
 
+THERE = Destination(SearchKind.GO_TO, (1.5, -2.5))
 PHASES: tuple[Phase, ...] = (
     Starting(),
     LookingAround(1.0),
     Exploring(),
     Approaching(CUP),
     Confirming(CUP, 6.0),
+    Driving(THERE),
     Finished(SearchState.FOUND),
 )
 EVENTS: tuple[Event, ...] = (
@@ -56,6 +61,7 @@ EVENTS: tuple[Event, ...] = (
     Arrived(CUP),
     Confirmed(CUP),
     Rejected(),
+    DestinationReached("there"),
     Exhausted("nothing left"),
     TargetFailed("no such word"),
     SearchFailed("stuck"),
@@ -76,10 +82,15 @@ TABLE: dict[tuple[type, Event], Phase] = {
     (Confirming, MapRestarted()): LookingAround(),
     (Confirming, Rejected()): Exploring(),
     (Confirming, Confirmed(CUP)): Finished(SearchState.FOUND),
+    (Driving, MapRestarted()): LookingAround(),
+    (Driving, Exhausted("nothing left")): Finished(SearchState.FAILED),
+    (Driving, DestinationReached("there")): Finished(SearchState.ARRIVED),
 }
 
 
 def at(phase: Phase, *objects: str) -> Search:
+    if isinstance(phase, Driving):
+        return replace(new_search("id", (), THEN, 7, phase.destination), phase=phase)
     return replace(new_search("id", objects or ("cup",), THEN, 7), phase=phase)
 
 
@@ -149,6 +160,7 @@ def test_a_search_that_began_without_odometry_starts_where_the_map_answers() -> 
         (Exploring(), SearchState.EXPLORING),
         (Approaching(CUP), SearchState.APPROACHING),
         (Confirming(CUP, 0.0), SearchState.CONFIRMING),
+        (Driving(THERE), SearchState.APPROACHING),
         (Finished(SearchState.CANCELLED), SearchState.CANCELLED),
     ],
 )
@@ -165,3 +177,35 @@ def test_the_status_says_what_is_waited_for_while_active() -> None:
     over = transition(at(Exploring()), Cancelled(), NOW)
     assert status(over, odometer_m=20.0, now_ns=99, waiting="x").reason == "cancelled"
     assert status(over, odometer_m=20.0, now_ns=99).path_length_m == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "reason"),
+    [
+        (SearchKind.GO_TO, "driving to the place (1.50, -2.50)"),
+        (SearchKind.LOOK_AT, "driving to where the place (1.50, -2.50) can be seen"),
+    ],
+)
+def test_a_drive_begins_when_the_map_is_there(kind: SearchKind, reason: str) -> None:
+    there = Destination(kind, (1.5, -2.5))
+    search = new_search("id", (), THEN, 7, there)
+    assert search.reason == "asking the map about the place (1.50, -2.50)"
+    around = transition(search, MapReady(look_around=True), NOW)
+    assert around.reason == "looking around for the place (1.50, -2.50)"
+    for begun in (
+        transition(search, MapReady(look_around=False), NOW),
+        transition(around, Rotated(2 * math.pi), NOW),
+    ):
+        assert (begun.phase, begun.reason) == (Driving(there), reason)
+
+
+def test_a_drive_has_one_result_and_its_reason() -> None:
+    search = replace(new_search("id", (), THEN, 7, THERE), phase=Driving(THERE))
+    search = transition(search, DestinationReached("standing 0.10 m from it"), NOW)
+    assert search.reason == "standing 0.10 m from it"
+    (result,) = search.results
+    assert (result.name, result.outcome, result.position_m) == ("", SearchState.ARRIVED, ())
+    assert (result.start_xy_m, result.end_xy_m) == ((0.0, 0.0), (1.0, 1.0))
+    message = status(search, odometer_m=14.0, now_ns=99)
+    assert (message.kind, message.place_m) == (SearchKind.GO_TO, (1.5, -2.5))
+    assert (message.objects, message.active) == ((), False)

@@ -37,8 +37,13 @@ def cost_to_go_from(cost: F64, cell: tuple[int, int], *, cell_size_m: float) -> 
 
     A step costs its length times the mean of both cells' cost.
     """
+    return cost_to_go_from_any(cost, np.array([cell]), cell_size_m=cell_size_m)
+
+
+def cost_to_go_from_any(cost: F64, cells: I64, *, cell_size_m: float) -> CostToGo:
+    """Costs and paths from the nearest of ``cells`` (N, 2), N >= 1, all with positive costs."""
     paths = MCP_Geometric(cost, fully_connected=True)
-    cost_cells, _ = paths.find_costs([cell])
+    cost_cells, _ = paths.find_costs(cells.tolist())
     return CostToGo(cell_size_m * cost_cells, paths)
 
 

@@ -18,12 +18,13 @@ SURROUNDINGS_M = 1.0  # radius of the circle of `known_fraction_around`
 
 @dataclass(frozen=True, slots=True)
 class PlanningContext:
-    """What the map offers from the pose of the robot."""
+    """What the map offers from the pose of the robot; params: those of the costmap."""
 
     pose: Pose2d
     map_view: MapView
     costmap: Costmap
     cost_to_go: CostToGo
+    params: CostmapParams
 
     def drive_to(self, viewpoint_xy: tuple[float, float], look_xy: tuple[float, float]) -> Drive:
         """The smoothed optimal path to a reachable point (metres), facing ``look_xy`` there."""
@@ -76,4 +77,4 @@ def build_context(
     cost_to_go = cost_to_go_from(
         costmap.cost, (int(here[0]), int(here[1])), cell_size_m=map_view.grid.cell_size_m
     )
-    return PlanningContext(pose, map_view, costmap, cost_to_go)
+    return PlanningContext(pose, map_view, costmap, cost_to_go, params)

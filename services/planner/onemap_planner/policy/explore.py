@@ -16,7 +16,7 @@ from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import (
     ActiveGoal,
     PlannerState,
-    blacklist,
+    abandon_finished,
     is_blacklisted,
     reconsider,
 )
@@ -51,7 +51,7 @@ def explore(
         find_frontiers(context.map_view, context.costmap, params.frontier),
         find_regions(context.map_view, params.region),
     )
-    state = _abandon_finished(state, params)
+    state = abandon_finished(state, params.explore.linger_s)
     goal = select_goal(
         _options(state, context, goal_candidates, params),
         state.target_state.active_goal.goal if state.target_state.active_goal else None,
@@ -118,19 +118,6 @@ def _unconfirmed(state: PlannerState, params: PlannerParams) -> tuple[ObjectCand
     return tuple(c for c in state.target_state.candidates if c.sightings < least)[
         :MAX_CANDIDATES_TRIED
     ]
-
-
-def _abandon_finished(state: PlannerState, params: PlannerParams) -> PlannerState:
-    """Blacklist the active goal if it was viewed for ``linger_s`` or its time is over."""
-    active_goal = state.target_state.active_goal
-    if active_goal is None:
-        return state
-    visited = (
-        active_goal.arrived_s is not None
-        and state.active_time_s - active_goal.arrived_s >= params.explore.linger_s
-    )
-    late = state.active_time_s - active_goal.since_s > active_goal.budget_s
-    return blacklist(state, active_goal.goal) if visited or late else state
 
 
 def _activate(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveGoal:

@@ -21,6 +21,8 @@ class GoalKind(str, Enum):
     FRONTIER = "frontier"
     REGION = "region"
     DETECTION = "detection"
+    GO_TO = "go_to"
+    LOOK_AT = "look_at"
 
     def __str__(self) -> str:
         return self.value

@@ -11,6 +11,7 @@ from onemap_planner.motion.progress import RecoveryParams
 from onemap_planner.motion.pure_pursuit import DriveParams
 from onemap_planner.motion.staleness import StalenessParams
 from onemap_planner.policy.goals import GoalParams
+from onemap_planner.policy.unknown_way import PlaceParams
 from onemap_planner.world.candidates import ConsensusParams
 from onemap_planner.world.costmap import CostmapParams
 from onemap_planner.world.frontiers import FrontierParams
@@ -109,6 +110,10 @@ class PlannerParams(Params):
     explore: ExploreParams = Field(
         default=ExploreParams(),
         description="Times in seconds and distances in metres of the search itself.",
+    )
+    place: PlaceParams = Field(
+        default=PlaceParams(),
+        description="When a place counts as reached, or as seen, in metres.",
     )
     drive: DriveParams = Field(
         default=DriveParams(),

@@ -133,6 +133,19 @@ def blacklist(state: PlannerState, goal: Goal) -> PlannerState:
     )
 
 
+def abandon_finished(state: PlannerState, linger_s: float) -> PlannerState:
+    """Blacklist the active goal if it was viewed for ``linger_s`` or its time is over."""
+    active_goal = state.target_state.active_goal
+    if active_goal is None:
+        return state
+    visited = (
+        active_goal.arrived_s is not None
+        and state.active_time_s - active_goal.arrived_s >= linger_s
+    )
+    late = state.active_time_s - active_goal.since_s > active_goal.budget_s
+    return blacklist(state, active_goal.goal) if visited or late else state
+
+
 def reconsider(state: PlannerState) -> PlannerState:
     """The state that considers rejected candidates once more, because no goal is left."""
     return replace(state, target_state=TargetState(reconsidered=True))

@@ -11,6 +11,7 @@ from dataclasses import replace
 from onemap_planner.motion.motions import Motion, Rest, Reverse, Rotate
 from onemap_planner.policy.competition import with_found_object
 from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.drive_to_place import drive_to_place
 from onemap_planner.policy.evidence import update_candidates
 from onemap_planner.policy.explore import explore, select_candidate
 from onemap_planner.policy.finds import finds_of
@@ -39,6 +40,7 @@ from onemap_planner.search.events import (
 from onemap_planner.search.phases import (
     Approaching,
     Confirming,
+    Driving,
     Exploring,
     LookingAround,
     Starting,
@@ -75,7 +77,8 @@ def step(
         events = (*more, *events)
     limit_s = params.explore.object_limit_s
     if state.active_time_s - state.search.target_start.since_active_time_s > limit_s:
-        events = (TargetFailed(f"not found within {limit_s:.0f} s, the limit for one object"),)
+        missed = "not found" if state.search.target else "not reached"
+        events = (TargetFailed(f"{missed} within {limit_s:.0f} s, the limit for one object"),)
     decision = replace(decision, finds=finds_of(state.search, events, context.map_view.grid))
     for event in events:
         state = _apply(state, event, observation)
@@ -146,14 +149,16 @@ def _run_phase(
             event = select_candidate(state, context, params)
             if event is None:
                 state, motion, event, goal_candidates = explore(state, context, params)
-            if isinstance(event, Exhausted) and is_trapped(state, context.pose, params):
-                event = stuck_failure(state)  # nothing was searched: no goal could be reached
         case Approaching() as phase:
             state, motion, event = approach(state, phase, context, params)
         case Confirming() as phase:
             state, motion, event = confirm(state, phase, context, params)
+        case Driving(destination):
+            state, motion, event = drive_to_place(state, destination, context, params)
         case _:
             pass
+    if isinstance(event, Exhausted) and is_trapped(state, context.pose, params):
+        event = stuck_failure(state)  # nothing was searched: no goal could be reached
     goal = state.target_state.active_goal.goal if state.target_state.active_goal else None
     decision = Decision(motion, context.costmap, goal, goal_candidates)
     return state, decision, () if event is None else (event,)

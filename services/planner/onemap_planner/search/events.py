@@ -67,6 +67,13 @@ class Rejected:
 
 
 @dataclass(frozen=True, slots=True)
+class DestinationReached:
+    """The robot stands at the destination, or where it sees it; reason: how far from it."""
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
 class Exhausted:
     """No reachable goal is left."""
 
@@ -100,6 +107,7 @@ Event = (
     | Arrived
     | Confirmed
     | Rejected
+    | DestinationReached
     | Exhausted
     | TargetFailed
     | SearchFailed

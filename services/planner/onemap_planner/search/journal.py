@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from onemap_planner.search.events import EventStamp
-from onemap_planner.search.phases import Search, TargetStart
+from onemap_planner.search.phases import Destination, Search, TargetStart
 from onemap_planner.search.state_machine import new_search
-from onemap_shared.messages import ObjectResult, SearchRequest, SearchState
+from onemap_shared.messages import ObjectResult, SearchKind, SearchRequest, SearchState
 
 SCHEMA = 1
 FILE_NAME = "search.json"
@@ -35,6 +35,8 @@ def save(folder: Path, search: Search, *, now_s: float, odometer_m: float) -> No
         "schema": SCHEMA,
         "search_id": search.search_id,
         "objects": search.objects,
+        "kind": search.kind.value,
+        "place_m": search.destination.xy if search.destination else (),
         "results": [asdict(result) for result in search.results],
         "started_ns": search.started_ns,
         "elapsed_s": now_s - search.target_start.since_s,
@@ -70,9 +72,15 @@ def load(folder: Path, now_s: float) -> Search | None:
 def _search(document: Any, now_s: float) -> Search:
     if document["schema"] != SCHEMA:
         raise ValueError(f"schema {document['schema']}")
-    objects = SearchRequest(tuple(document["objects"])).objects
+    # a journal of an earlier release has neither kind nor place
+    request = SearchRequest(
+        tuple(document["objects"]),
+        kind=SearchKind(document.get("kind", SearchKind.FIND.value)),
+        place_m=tuple(float(value) for value in document.get("place_m", ())),
+    )
+    objects = request.objects
     results = tuple(_result(entry) for entry in document["results"])
-    if len(results) >= len(objects):
+    if len(results) >= max(len(objects), 1):
         raise ValueError("all its objects are done")
     xy = document["start_xy_m"]
     target_start = TargetStart(
@@ -86,6 +94,7 @@ def _search(document: Any, now_s: float) -> Search:
         objects[len(results) :],
         EventStamp(now_s, 0.0, None, 0.0),
         int(document["started_ns"]),
+        Destination.of(request),
     )
     return replace(
         start, objects=objects, index=len(results), results=results, target_start=target_start

@@ -5,7 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from onemap_planner.world.candidates import ObjectCandidate
-from onemap_shared.messages import ObjectResult, SearchState
+from onemap_shared.messages import (
+    ObjectResult,
+    SearchKind,
+    SearchRequest,
+    SearchState,
+    subject_of,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,13 +50,36 @@ class Confirming:
 
 
 @dataclass(frozen=True, slots=True)
+class Destination:
+    """A place, xy metres, to drive to or (kind ``LOOK_AT``) to look at."""
+
+    kind: SearchKind
+    xy: tuple[float, float]
+
+    @classmethod
+    def of(cls, request: SearchRequest) -> Destination | None:
+        """The destination of a request; None if it is for objects."""
+        if request.kind is SearchKind.FIND:
+            return None
+        x, y = request.place_m
+        return cls(request.kind, (x, y))
+
+
+@dataclass(frozen=True, slots=True)
+class Driving:
+    """Driving to the destination, exploring what is unknown on the way."""
+
+    destination: Destination
+
+
+@dataclass(frozen=True, slots=True)
 class Finished:
     """The search has ended as ``state``."""
 
     state: SearchState
 
 
-Phase = Starting | LookingAround | Exploring | Approaching | Confirming | Finished
+Phase = Starting | LookingAround | Exploring | Approaching | Confirming | Driving | Finished
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +96,7 @@ class TargetStart:
 class Search:
     """One search: its objects, the index and phase of the present one, the results so far.
 
+    destination: of a drive to a place, which has no objects; None for a search for objects.
     started_ns and ended_ns: nanoseconds since 1970; ended_ns is None until it is over.
     """
 
@@ -79,6 +109,7 @@ class Search:
     reason: str
     started_ns: int
     ended_ns: int | None = None
+    destination: Destination | None = None
 
     @property
     def active(self) -> bool:
@@ -87,5 +118,15 @@ class Search:
 
     @property
     def target(self) -> str:
-        """The object now searched for, empty when the search is over."""
-        return self.objects[self.index] if self.active else ""
+        """The object now searched for, empty when the search is over or for a place."""
+        return self.objects[self.index] if self.active and self.objects else ""
+
+    @property
+    def kind(self) -> SearchKind:
+        """What the search is for."""
+        return SearchKind.FIND if self.destination is None else self.destination.kind
+
+    @property
+    def subject(self) -> str:
+        """What the search is for, in words: the present object or the place."""
+        return subject_of(self.target, self.destination.xy if self.destination else ())

@@ -13,6 +13,7 @@ from onemap_planner.search.events import (
     Cancelled,
     CandidateSelected,
     Confirmed,
+    DestinationReached,
     Event,
     EventStamp,
     Exhausted,
@@ -26,6 +27,8 @@ from onemap_planner.search.events import (
 from onemap_planner.search.phases import (
     Approaching,
     Confirming,
+    Destination,
+    Driving,
     Exploring,
     Finished,
     LookingAround,
@@ -35,17 +38,22 @@ from onemap_planner.search.phases import (
     TargetStart,
 )
 from onemap_planner.world.candidates import ObjectCandidate
-from onemap_shared.messages import ObjectResult, SearchState, SearchStatus
+from onemap_shared.messages import ObjectResult, SearchKind, SearchState, SearchStatus
 
 
 def new_search(
-    search_id: str, objects: tuple[str, ...], stamp: EventStamp, started_ns: int
+    search_id: str,
+    objects: tuple[str, ...],
+    stamp: EventStamp,
+    started_ns: int,
+    destination: Destination | None = None,
 ) -> Search:
-    """A new search at its first object."""
-    target_start = _target_start(stamp)
-    return Search(
-        search_id, objects, 0, Starting(), target_start, (), _starting(objects[0]), started_ns
+    """A new search at its first object, or without objects a drive to the destination."""
+    start = _target_start(stamp)
+    search = Search(
+        search_id, objects, 0, Starting(), start, (), "", started_ns, destination=destination
     )
+    return replace(search, reason=_starting(search))
 
 
 def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
@@ -68,15 +76,19 @@ def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
                 else replace(search.target_start, xy=stamp.xy)
             )
             search = replace(search, target_start=target_start)
-            return _look_around(search, "looking around") if look_around else _explore(search)
+            return _look_around(search, "looking around") if look_around else _set_out(search)
         case (LookingAround(turned_rad), Rotated(by_rad)):
             total = turned_rad + by_rad
             full = total >= 2 * math.pi
-            return _explore(search) if full else replace(search, phase=LookingAround(total))
-        case (Exploring() | Approaching() | Confirming(), MapRestarted()):
+            return _set_out(search) if full else replace(search, phase=LookingAround(total))
+        case (Exploring() | Approaching() | Confirming() | Driving(), MapRestarted()):
             return _look_around(search, "the map began anew: looking around")
         case (LookingAround() | Exploring(), CandidateSelected(candidate)):
             return replace(search, phase=Approaching(candidate), reason=_approaching(candidate))
+        case (Driving(), DestinationReached(reason)):
+            return _finish_target(search, SearchState.ARRIVED, reason, stamp)
+        case (Driving(), Exhausted(reason)):
+            return _finish_target(search, SearchState.FAILED, reason, stamp)
         case (Exploring(), Exhausted(reason)):
             return _finish_target(search, SearchState.NOT_FOUND, reason, stamp)
         case (Approaching(), Arrived(candidate)):
@@ -85,7 +97,7 @@ def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
         case (Confirming(), Confirmed(candidate)):
             return _finish_target(search, SearchState.FOUND, _found(candidate), stamp, candidate)
         case (Approaching() | Confirming(), Rejected()):
-            return _explore(search)
+            return _set_out(search)
         case _:
             return search
 
@@ -105,6 +117,8 @@ def status(search: Search, *, odometer_m: float, now_ns: int, waiting: str = "")
         started_ns=search.started_ns,
         updated_ns=now_ns if search.ended_ns is None else search.ended_ns,
         path_length_m=_driven(search, odometer_m),
+        kind=search.kind,
+        place_m=search.destination.xy if search.destination else (),
     )
 
 
@@ -121,7 +135,7 @@ def _wire_state(phase: Phase) -> SearchState:
     match phase:
         case Finished(state):
             return state
-        case Approaching():
+        case Approaching() | Driving():
             return SearchState.APPROACHING
         case Confirming():
             return SearchState.CONFIRMING
@@ -137,7 +151,7 @@ def _result(
     candidate: ObjectCandidate | None,
 ) -> ObjectResult:
     return ObjectResult(
-        name=search.objects[search.index],
+        name=search.target,
         outcome=outcome,
         reason=reason,
         position_m=candidate.xyz if candidate else (),
@@ -160,14 +174,16 @@ def _finish_target(
     results = (*search.results, _result(search, outcome, reason, stamp, candidate))
     if len(results) < len(search.objects):
         target_start = _target_start(stamp)
-        return replace(
+        search = replace(
             search,
             index=search.index + 1,
             phase=Starting(),
             target_start=target_start,
             results=results,
-            reason=_starting(search.objects[search.index + 1]),
         )
+        return replace(search, reason=_starting(search))
+    if search.destination is not None:
+        return replace(search, phase=Finished(outcome), results=results, reason=reason)
     outcomes = {result.outcome for result in results}
     overall = next(
         state
@@ -194,16 +210,21 @@ def _summary(results: tuple[ObjectResult, ...]) -> str:
     return text if not missing else f"{text}; {'; '.join(missing)}"
 
 
-def _starting(name: str) -> str:
-    return f"asking the map about {name!r}"
+def _starting(search: Search) -> str:
+    return f"asking the map about {search.subject}"
 
 
-def _explore(search: Search) -> Search:
-    return replace(search, phase=Exploring(), reason=f"exploring for {search.target!r}")
+def _set_out(search: Search) -> Search:
+    destination = search.destination
+    if destination is None:
+        return replace(search, phase=Exploring(), reason=f"exploring for {search.subject}")
+    look = destination.kind is SearchKind.LOOK_AT
+    reason = f"driving to {f'where {search.subject} can be seen' if look else search.subject}"
+    return replace(search, phase=Driving(destination), reason=reason)
 
 
 def _look_around(search: Search, what: str) -> Search:
-    return replace(search, phase=LookingAround(), reason=f"{what} for {search.target!r}")
+    return replace(search, phase=LookingAround(), reason=f"{what} for {search.subject}")
 
 
 def _approaching(candidate: ObjectCandidate) -> str:
