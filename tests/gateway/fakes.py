@@ -297,7 +297,8 @@ class FakePlanner:
             raise RequestRejected(
                 "unknown_word", "'flurb' (did you mean 'curb'?) is no word", words
             )
-        self.status = search("s1", objects=request.objects)
+        status = search("s1", objects=request.objects)
+        self.status = replace(status, kind=request.kind, place_m=request.place_m)
         self._publisher.put(self.status)
         return self.status
 

@@ -119,9 +119,9 @@ def test_the_words_of_a_schema_keep_their_case() -> None:
     assert "[A-Z]" in detail
 
 
-def test_a_search_names_its_objects_in_one_way() -> None:
-    for body in ("{}", '{"object": "sofa", "objects": ["bed"]}'):
-        assert "either as 'objects'" in refused(SearchStart, body).detail
+def test_a_search_says_in_one_way_what_to_do() -> None:
+    for body in ("{}", '{"object": "sofa", "go_to_m": [1, 2]}'):
+        assert "exactly one of 'objects'" in refused(SearchStart, body).detail
 
 
 def test_a_body_that_is_no_json_is_a_bad_request() -> None:

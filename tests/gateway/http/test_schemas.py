@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import pytest
 from pydantic import ValidationError
 
 from onemap_gateway.http.schemas import MapName, QueryRequest, RequestModel, SearchStart
-from onemap_shared.messages import MAX_OBJECTS, MAX_TEXT_CHARS
+from onemap_shared.messages import MAX_OBJECTS, MAX_TEXT_CHARS, SearchKind, SearchRequest
 
 
 def test_a_search_names_one_object_or_a_list_in_order() -> None:
@@ -22,6 +24,38 @@ def test_a_search_names_one_object_or_a_list_in_order() -> None:
 def test_a_search_for_none_for_both_or_for_too_many_is_refused(body: dict[str, object]) -> None:
     with pytest.raises(ValidationError):
         SearchStart.model_validate(body)
+
+
+MEMBERS: dict[str, object] = {
+    "objects": ["sofa"],
+    "object": "sofa",
+    "go_to_m": [1, -2.5],
+    "look_at_m": [1, -2.5],
+}
+
+
+def test_a_search_has_exactly_one_of_four_members() -> None:
+    for name, value in MEMBERS.items():
+        SearchStart.model_validate({name: value})
+    for both in combinations(MEMBERS, 2):
+        with pytest.raises(ValidationError, match="exactly one of"):
+            SearchStart.model_validate({name: MEMBERS[name] for name in both})
+
+
+def test_a_place_becomes_a_request_without_objects() -> None:
+    go = SearchStart.model_validate({"go_to_m": [1, -2.5]}).request(3.0)
+    assert go == SearchRequest((), 3.0, SearchKind.GO_TO, (1.0, -2.5))
+    look = SearchStart.model_validate({"look_at_m": [1, -2.5]}).request(3.0)
+    assert look == SearchRequest((), 3.0, SearchKind.LOOK_AT, (1.0, -2.5))
+    assert SearchStart(object="sofa").request(3.0) == SearchRequest(("sofa",), 3.0)
+
+
+@pytest.mark.parametrize(
+    "place", [[], [1], [1, 2, 3], ["1", "2"], [1, None], [1, float("nan")], [2e5, 0], "1, 2", 1]
+)
+def test_what_is_no_place_is_refused(place: object) -> None:
+    with pytest.raises(ValidationError):
+        SearchStart.model_validate({"go_to_m": place})
 
 
 @pytest.mark.parametrize("text", ["", "  ", "x" * (MAX_TEXT_CHARS + 1), 5, None])

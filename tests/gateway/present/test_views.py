@@ -12,12 +12,13 @@ from onemap_gateway.present.views import (
     age_s,
     build_overlay,
     finite,
+    found_objects,
     map_archive,
     map_info,
     no_match_message,
     search_report,
 )
-from onemap_shared.messages import SearchState, SimilarityReply
+from onemap_shared.messages import ObjectResult, SearchKind, SearchState, SimilarityReply
 from tests.gateway import fakes
 from tests.gateway.fakes import STAMP_NS, full_state, search_view
 
@@ -129,3 +130,20 @@ def test_an_overlay_of_nothing_is_empty() -> None:
     assert not overlay.robot
     assert not overlay.found
     assert len(overlay.path_m) == len(overlay.trail_m) == 0
+
+
+def test_a_drive_has_a_place_and_a_result_without_name_and_object() -> None:
+    here = (1.02, -2.49)
+    result = ObjectResult("", SearchState.ARRIVED, "there", (), 0.0, 9.0, 4.0, (0.0, 0.0), here)
+    status = replace(
+        fakes.search(state=SearchState.ARRIVED, objects=()),
+        kind=SearchKind.GO_TO,
+        place_m=(1.0, -2.5),
+        results=(result,),
+    )
+    report = search_report(status, STAMP_NS)
+    assert (report.kind, report.place_m, report.objects) == (SearchKind.GO_TO, (1.0, -2.5), ())
+    (shown,) = report.results
+    assert (shown.name, shown.outcome, shown.position_m) == ("", SearchState.ARRIVED, None)
+    assert shown.end_xy_m == here
+    assert found_objects(status) == ()

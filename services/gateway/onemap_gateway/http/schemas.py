@@ -7,13 +7,27 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictStr, model_validator
 
-from onemap_shared.messages import MAX_OBJECTS, MAX_TEXT_CHARS, check_text
+from onemap_shared.geometry import MAX_COORDINATE_M
+from onemap_shared.messages import (
+    MAX_OBJECTS,
+    MAX_TEXT_CHARS,
+    SearchKind,
+    SearchRequest,
+    check_text,
+)
 
 ObjectName = Annotated[
     StrictStr,
     AfterValidator(check_text),
     Field(description=f"An object in plain words, at most {MAX_TEXT_CHARS} characters."),
 ]
+
+
+Coordinate = Annotated[
+    float,
+    Field(strict=True, allow_inf_nan=False, ge=-MAX_COORDINATE_M, le=MAX_COORDINATE_M),
+]
+Place = tuple[Coordinate, Coordinate]
 
 
 class RequestModel(BaseModel):
@@ -33,30 +47,50 @@ class QueryRequest(RequestModel):
 
 
 class SearchStart(RequestModel):
-    """Go and find: ``objects``, one after the other, or a single ``object``."""
+    """What the robot is to do: exactly one of these.
+
+    ``objects``: find them, one after the other; ``object``: find a single one; ``go_to_m``: drive
+    to a place; ``look_at_m``: drive to where a place can be seen, and face it.
+    """
 
     model_config = ConfigDict(
         json_schema_extra={
-            "examples": [{"objects": ["sofa", "teddy bear", "kettle"]}, {"object": "sofa"}]
+            "examples": [
+                {"objects": ["sofa", "teddy bear", "kettle"]},
+                {"object": "sofa"},
+                {"go_to_m": [2.5, -1.0]},
+                {"look_at_m": [2.5, -1.0]},
+            ]
         }
     )
 
     objects: Annotated[list[ObjectName], Field(min_length=1, max_length=MAX_OBJECTS)] | None = None
     object: ObjectName | None = None
+    go_to_m: Place | None = Field(default=None, description="x, y in the map frame, metres.")
+    look_at_m: Place | None = Field(default=None, description="x, y in the map frame, metres.")
 
     @model_validator(mode="after")
-    def _one_of_both(self) -> SearchStart:
-        if (self.objects is None) == (self.object is None):
+    def _exactly_one(self) -> SearchStart:
+        members = (self.objects, self.object, self.go_to_m, self.look_at_m)
+        if sum(member is not None for member in members) != 1:
             raise ValueError(
-                "name what to find, either as 'objects', a list, or as 'object', a text; "
-                'for example {"objects": ["sofa"]}'
+                "give exactly one of 'objects', a list, 'object', a text, 'go_to_m' and "
+                '\'look_at_m\', both [x, y] in metres; for example {"objects": ["sofa"]}'
             )
         return self
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What to find, in order."""
+        """What to find, in order; empty for a place."""
         return tuple(self.objects or ()) if self.object is None else (self.object,)
+
+    def request(self, patience_s: float) -> SearchRequest:
+        """The planner's request; ``patience_s``: seconds that the client waits for its reply."""
+        if self.go_to_m is not None:
+            return SearchRequest((), patience_s, SearchKind.GO_TO, self.go_to_m)
+        if self.look_at_m is not None:
+            return SearchRequest((), patience_s, SearchKind.LOOK_AT, self.look_at_m)
+        return SearchRequest(self.names, patience_s)
 
 
 MAP_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from onemap_shared.messages import SearchState
+from onemap_shared.messages import SearchKind, SearchState
 
 Time = Annotated[
     str,
@@ -103,9 +103,9 @@ class QueryReply(BaseModel):
 
 
 class ObjectReport(BaseModel):
-    """How the search for one object ended."""
+    """How the search for one object, or the drive to the place, ended."""
 
-    name: str
+    name: str = Field(description="Of the object; empty for a place.")
     outcome: SearchState
     reason: str
     position_m: tuple[float, float, float] | None = Field(description="x, y, z; null: not found.")
@@ -124,6 +124,8 @@ class SearchReport(BaseModel):
             "examples": [
                 {
                     "id": "8f14e45f",
+                    "kind": "find",
+                    "place_m": None,
                     "state": "exploring",
                     "active": True,
                     "objects": ["sofa", "kettle"],
@@ -143,11 +145,17 @@ class SearchReport(BaseModel):
     )
 
     id: str
+    kind: SearchKind
+    place_m: tuple[float, float] | None = Field(
+        description="x, y of the place to drive to or to look at, metres; null for objects."
+    )
     state: SearchState
     active: bool = Field(description="Whether the search still runs.")
-    objects: tuple[str, ...]
+    objects: tuple[str, ...] = Field(description="What is to be found; empty for a place.")
     index: int = Field(description="Which of the objects is now sought, from 0.")
-    target: str = Field(description="The object now sought; empty when the search is over.")
+    target: str = Field(
+        description="The object now sought; empty when the search is over or for a place."
+    )
     reason: str = Field(description="In a sentence, what is going on or why it ended.")
     results: list[ObjectReport]
     elapsed_s: float

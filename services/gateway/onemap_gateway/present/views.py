@@ -109,6 +109,8 @@ def search_report(status: SearchStatus, now_ns: int) -> SearchReport:
     end_ns = now_ns if status.active else status.updated_ns
     return SearchReport(
         id=status.search_id,
+        kind=status.kind,
+        place_m=millimetres(status.place_m) or None,
         state=status.state,
         active=status.active,
         objects=status.objects,

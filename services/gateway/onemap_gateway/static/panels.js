@@ -8,6 +8,7 @@ const STATES = {
   not_found: "not found",
   failed: "failed",
   cancelled: "stopped",
+  arrived: "arrived",
 };
 
 const NOTICE_MS = 1500;
@@ -75,9 +76,7 @@ export function showSearch(search) {
   by("search-card").hidden = !search;
   document.body.classList.toggle("searching", Boolean(search?.active));
   if (!search) return;
-  by("search-title").textContent = search.active
-    ? `Looking for the ${search.target}`
-    : `Search for ${search.objects.join(", ")}`;
+  by("search-title").textContent = title(search);
   by("search-state").textContent = STATES[search.state] ?? search.state;
   by("search-state").className = `state ${search.state}`;
   by("search-reason").textContent = capital(search.reason);
@@ -92,6 +91,14 @@ export function showSearch(search) {
       return element("li", { className: kind }, [words]);
     }),
   );
+}
+
+function title(search) {
+  if (search.place_m) {
+    const place = search.place_m.map((value) => value.toFixed(1)).join(", ");
+    return search.kind === "look_at" ? `Looking at ${place} m` : `Driving to ${place} m`;
+  }
+  return search.active ? `Looking for the ${search.target}` : `Search for ${search.objects.join(", ")}`;
 }
 
 function describe(search, name, index) {

@@ -157,3 +157,39 @@ def test_without_a_planner_it_is_named(router: MemoryRouter, method: str, path: 
         answer = client.request(method, path, json=body)
     assert answer.status_code == 503
     assert answer.json()["service"] == "planner"
+
+
+@pytest.mark.parametrize("kind", ["go_to", "look_at"])
+def test_the_robot_is_sent_to_a_place(client: TestClient, planner: FakePlanner, kind: str) -> None:
+    answer = client.post("/v1/searches", json={f"{kind}_m": [1, -2.5]})
+    assert answer.status_code == 201
+    report = answer.json()
+    assert (report["kind"], report["place_m"]) == (kind, [1.0, -2.5])
+    assert (report["objects"], report["target"], report["active"]) == ([], "", True)
+    planner.move(SearchState.ARRIVED)
+    report = client.get("/v1/searches/s1").json()
+    assert (report["state"], report["active"]) == ("arrived", False)
+
+
+def test_a_search_for_objects_has_no_place(client: TestClient) -> None:
+    report = client.post("/v1/searches", json={"object": "sofa"}).json()
+    assert (report["kind"], report["place_m"]) == ("find", None)
+
+
+def test_a_drive_is_named_by_its_place_when_another_is_refused(client: TestClient) -> None:
+    client.post("/v1/searches", json={"go_to_m": [1, -2.5]})
+    answer = client.post("/v1/searches", json={"object": "kettle"})
+    assert answer.status_code == 409
+    assert "a search for the place (1.00, -2.50)" in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("place", ["[NaN, 1]", "[1e6, 1]", "[1]", "[]", "null"])
+def test_what_is_no_place_is_refused(client: TestClient, planner: FakePlanner, place: str) -> None:
+    answer = client.post(
+        "/v1/searches",
+        content=f'{{"go_to_m": {place}}}',
+        headers={"Content-Type": "application/json"},
+    )
+    assert answer.status_code in (400, 422)
+    assert answer.json()["detail"]
+    assert planner.status is None

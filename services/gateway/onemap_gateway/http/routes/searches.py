@@ -1,4 +1,4 @@
-"""Go and find."""
+"""Go and find, drive to a place, look at a place."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from onemap_gateway.http.schemas import SearchStart
 from onemap_gateway.present.replies import SearchListReply, SearchReport
 from onemap_gateway.present.views import search_list, search_report
 from onemap_shared import keys
-from onemap_shared.messages import SearchId, SearchListRequest, SearchRequest, SearchStatus
+from onemap_shared.messages import SearchId, SearchListRequest, SearchStatus
 
 router = APIRouter(prefix="/v1/searches", tags=["searches"])
 
@@ -40,7 +40,7 @@ Id = Annotated[str, Depends(planner_search_id)]
 @router.post(
     "",
     status_code=201,
-    summary="Go and find",
+    summary="Go and find, or go there",
     responses={
         201: {"headers": {"Location": {"schema": {"type": "string"}}}},
         **problem_responses(*BODY, 401, 409, 422, 503),
@@ -51,10 +51,14 @@ async def start_search(
 ) -> SearchReport:
     """Explore until the objects are found, one after the other, and walk up to each.
 
+    With `go_to_m` drive to a place instead, on known floor, exploring unknown floor on the way;
+    with `look_at_m` to where it can be seen, and face it. Such a search ends as `arrived`, or as
+    `failed` with the reason; its only result says in `end_xy_m` where the robot stands.
+
     One search at a time: a second one gets 409 with the `search_id` of the first.
     """
     try:
-        search = SearchRequest(request.names, patience_s=gateway.config.call_timeout_s)
+        search = request.request(gateway.config.call_timeout_s)
         status = await gateway.call(keys.SEARCH_START, search)
     except HttpProblem as problem:
         if problem.code != "conflict":
@@ -71,8 +75,8 @@ async def _conflict(gateway: GatewayContext, problem: HttpProblem) -> HttpProble
         return problem
     return HttpProblem(
         "conflict",
-        f"The robot is searching for {first.target!r}: wait until it is done, or cancel with "
-        f"DELETE /v1/searches/{first.search_id}.",
+        f"The robot is busy with a search for {first.subject}: wait until it is done, or cancel "
+        f"with DELETE /v1/searches/{first.search_id}.",
         search_id=first.search_id,
     )
 
