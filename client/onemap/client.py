@@ -74,6 +74,14 @@ class Client:
         """Remove an object that was found wrongly, and say what it was."""
         return self._connection.fetch(MapObject.of, "DELETE", object_path(object_id))
 
+    def go_to(self, x_m: float, y_m: float) -> RemoteSearch:
+        """Drive to a place in the map, metres; the search ends as ``arrived`` or ``failed``."""
+        return self.searches.go_to(x_m, y_m)
+
+    def look_at(self, x_m: float, y_m: float) -> RemoteSearch:
+        """Drive to where a place in the map can be seen, metres, and face it."""
+        return self.searches.look_at(x_m, y_m)
+
     def status(self) -> SystemStatus:
         """What runs, and how."""
         return self._connection.fetch(SystemStatus.of, "GET", "/v1/status")

@@ -63,7 +63,7 @@ class Unreachable(OneMapError):
 
 
 class InvalidSetting(OneMapError, ValueError):
-    """An address, a token or the name of a map that cannot be used."""
+    """An address, a token, a place or the name of a map that cannot be used."""
 
 
 def problem_error(status: int, document: object, otherwise: str) -> OneMapError:

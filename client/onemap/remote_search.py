@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass, replace
+from math import isfinite
+from typing import Any
 from urllib.parse import quote
 
 from onemap.connection import Connection
-from onemap.errors import OneMapError
+from onemap.errors import InvalidSetting, OneMapError
 from onemap.events import SearchChanged, SearchEvent, SearchInterrupted, search_event
 from onemap.events import stream_messages as messages_of
 from onemap.replies import SearchSnapshot
@@ -120,6 +122,14 @@ class RemoteSearches:
         """Search for these objects, one after the other."""
         return self._search("POST", "/v1/searches", {"objects": objects})
 
+    def go_to(self, x_m: float, y_m: float) -> RemoteSearch:
+        """Drive to a place."""
+        return self._search("POST", "/v1/searches", {"go_to_m": _place(x_m, y_m)})
+
+    def look_at(self, x_m: float, y_m: float) -> RemoteSearch:
+        """Drive to where a place can be seen, and face it."""
+        return self._search("POST", "/v1/searches", {"look_at_m": _place(x_m, y_m)})
+
     def get(self, search_id: str = "current") -> RemoteSearch:
         """A search by its id; ``current`` is the newest."""
         return self._search("GET", f"/v1/searches/{quote(search_id, safe='')}")
@@ -134,10 +144,16 @@ class RemoteSearches:
         return tuple(RemoteSearch(self._connection, each, self._retry) for each in snapshots)
 
     def _search(
-        self, method: str, path: str, body: Mapping[str, Sequence[str]] | None = None
+        self, method: str, path: str, body: Mapping[str, Any] | None = None
     ) -> RemoteSearch:
         snapshot = self._connection.fetch(SearchSnapshot.of, method, path, body)
         return RemoteSearch(self._connection, snapshot, self._retry)
+
+
+def _place(x_m: float, y_m: float) -> tuple[float, float]:
+    if not (isfinite(x_m) and isfinite(y_m)):  # JSON has no such numbers
+        raise InvalidSetting(f"({x_m}, {y_m}) is no place: x and y must be finite, in metres.")
+    return float(x_m), float(y_m)
 
 
 def _differ(a: SearchSnapshot, b: SearchSnapshot) -> bool:

@@ -13,7 +13,7 @@ from datetime import datetime, timezone
 from typing import Any
 
 Document = Mapping[str, Any]
-FINAL_STATES = ("found", "not_found", "failed", "cancelled")
+FINAL_STATES = ("found", "not_found", "failed", "cancelled", "arrived")
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,9 +74,10 @@ class QueryResult:
 
 @dataclass(frozen=True, slots=True)
 class ObjectOutcome:
-    """How the search for one object ended: ``outcome`` is one of ``FINAL_STATES``.
+    """How the search for one object, or the drive to the place, ended.
 
-    position_m: x, y, z of the object; None if it was not found.
+    name: of the object, empty for a place; outcome: one of ``FINAL_STATES``; position_m: x, y, z
+    of the object, None if it was not found.
     """
 
     name: str
@@ -115,7 +116,8 @@ class SearchSnapshot:
 
     state: exploring, approaching, confirming, or one of ``FINAL_STATES``; target: the object now
     sought; reason: in a sentence, what goes on or why it ended; results: of the objects that are
-    done; updated_ns: nanoseconds since 1970.
+    done; updated_ns: nanoseconds since 1970; kind: find, go_to or look_at; place_m: x, y of the
+    place to go to or to look at, None for objects.
     """
 
     id: str
@@ -127,6 +129,8 @@ class SearchSnapshot:
     elapsed_s: float
     path_length_m: float
     updated_ns: int
+    kind: str
+    place_m: tuple[float, float] | None
     document: Document = field(repr=False, compare=False)
 
     @property
@@ -136,8 +140,14 @@ class SearchSnapshot:
 
     @property
     def all_found(self) -> bool:
-        """Whether every object of the search was found."""
-        return sum(result.found for result in self.results) == len(self.objects)
+        """Whether every object of the search was found; False for a place."""
+        found = sum(result.found for result in self.results)
+        return bool(self.objects) and found == len(self.objects)
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the robot has reached the place, or looks at it; False for objects."""
+        return self.state == "arrived"
 
     @classmethod
     def of(cls, document: Document) -> SearchSnapshot:
@@ -152,6 +162,8 @@ class SearchSnapshot:
             elapsed_s=float(document.get("elapsed_s", 0.0)),
             path_length_m=float(document.get("path_length_m", 0.0)),
             updated_ns=int(document.get("updated_ns", 0)),
+            kind=str(document.get("kind", "find")),
+            place_m=_point(place_m) if (place_m := document.get("place_m")) else None,
             document=document,
         )
 

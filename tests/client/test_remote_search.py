@@ -11,6 +11,7 @@ import pytest
 
 from onemap import (
     Client,
+    InvalidSetting,
     OneMapError,
     Retry,
     SearchChanged,
@@ -149,3 +150,32 @@ def test_an_event_that_cannot_be_read_is_an_error() -> None:
         search = client_of(b"event: status\ndata: " + body + b"\n\n").search("sofa")
         with pytest.raises(OneMapError, match="cannot be read"):
             search.wait()
+
+
+def test_a_drive_to_a_place_ends_as_arrived(client: Client, planner: FakePlanner) -> None:
+    drive = client.go_to(1, -2.5)
+    assert (drive.latest.kind, drive.latest.place_m) == ("go_to", (1.0, -2.5))
+    assert (drive.latest.objects, drive.latest.target) == ((), "")
+    planner.move(SearchState.ARRIVED, "standing 0.05 m from it")
+    assert drive.wait().arrived
+    assert not drive.latest.active
+    assert not drive.latest.all_found  # nothing was sought
+
+
+def test_a_view_of_a_place_is_asked_for(client: Client, planner: FakePlanner) -> None:
+    drive = client.look_at(1.0, -2.5)
+    assert (drive.latest.kind, drive.latest.place_m) == ("look_at", (1.0, -2.5))
+    planner.move(SearchState.FAILED)
+    assert not drive.wait().arrived
+
+
+@pytest.mark.parametrize("place", [(float("nan"), 0.0), (0.0, float("inf"))])
+def test_a_place_that_is_none_is_refused_here(client: Client, place: tuple[float, float]) -> None:
+    with pytest.raises(InvalidSetting, match="must be finite"):
+        client.go_to(*place)
+
+
+def test_a_place_in_other_units_is_refused_there(client: Client, planner: FakePlanner) -> None:
+    with pytest.raises(OneMapError, match="less than or equal to 100000") as error:
+        client.go_to(2e5, 0.0)
+    assert error.value.status == 422

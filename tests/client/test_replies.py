@@ -35,3 +35,9 @@ def test_a_search_is_complete_if_every_object_was_found() -> None:
     assert not SearchSnapshot.of({**report, "results": []}).all_found
     assert ObjectOutcome.of(found).position_m == (1.0, 2.0, 0.5)
     assert ObjectOutcome.of({**found, "position_m": None}).position_m is None
+
+
+def test_a_gateway_without_kinds_only_finds() -> None:
+    report = {"id": "s1", "state": "exploring", "objects": ["sofa"], "results": []}
+    snapshot = SearchSnapshot.of(report)
+    assert (snapshot.kind, snapshot.place_m, snapshot.arrived) == ("find", None, False)
