@@ -7,8 +7,19 @@ from math import pi
 import numpy as np
 import pytest
 
+from onemap_planner.search.phases import Destination, Finished
+from onemap_shared.messages import SearchKind, SearchState
 from onemap_simulator.config import SimulatorConfig
-from onemap_tools.bench.lockstep import SimulatedClock, SimulatedRobot
+from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.generation.style import STYLES
+from onemap_simulator.physics.collision import CollisionMap
+from onemap_tools.bench.lockstep import (
+    LockstepSimulation,
+    PerceptionPipeline,
+    SimulatedClock,
+    SimulatedRobot,
+    SystemConfig,
+)
 from tests.simulator.scenes import box_room
 
 
@@ -43,3 +54,23 @@ def test_without_noise_odometry_is_the_true_pose(robot: SimulatedRobot) -> None:
     assert 0 < np.abs(odometry - drifting.xy).max() < 0.05 * 6
     assert len(np.unique(odometry[:, 0])) == 50
     assert abs(drifting.xy[0]) < 2 * pi
+
+
+@pytest.mark.slow
+def test_a_place_in_a_room_that_was_never_seen_is_reached() -> None:
+    config = SystemConfig()
+    scene = generate_apartment(config.simulator.seed, STYLES[config.simulator.style])
+    start = np.array(scene.start[:2])
+    floor = CollisionMap.of(scene, config.simulator.robot.height_m)
+    roomy = floor.reachable_cells(*scene.start[:2], radius_m=0.25) & (floor.clearance > 0.5)
+    places = floor.grid.centres(np.argwhere(roomy))
+    farthest = places[np.argmax(np.hypot(*(places - start).T))]
+    assert np.hypot(*(farthest - start)) > 5.0  # in another room
+
+    simulation = LockstepSimulation(scene, config, PerceptionPipeline(config.perception))
+    destination = Destination(SearchKind.GO_TO, (float(farthest[0]), float(farthest[1])))
+    search = simulation.drive(destination, limit_s=300.0)
+    assert search.phase == Finished(SearchState.ARRIVED), search.reason
+    assert np.hypot(*(farthest - simulation.robot.xy)) < 0.3
+    (result,) = search.results
+    assert result.path_length_m < 3.0 * np.hypot(*(farthest - start))

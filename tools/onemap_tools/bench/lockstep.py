@@ -33,7 +33,7 @@ from onemap_planner.policy.competition import rival_names, synonyms_of
 from onemap_planner.policy.state import Observation, PlannerState
 from onemap_planner.policy.step import step
 from onemap_planner.search.events import EventStamp
-from onemap_planner.search.phases import Search, Starting
+from onemap_planner.search.phases import Destination, Search, Starting
 from onemap_planner.search.state_machine import new_search
 from onemap_shared.geometry import Velocity2d, yaw_of
 from onemap_shared.messages import Detections, FeatureField, RgbdFrame, SearchView
@@ -160,9 +160,20 @@ class LockstepSimulation:
 
     def search(self, objects: tuple[str, ...], limit_s: float) -> Search:
         """Search for the objects in order, until the search ends or ``limit_s`` have passed."""
-        stamp = EventStamp(self.now_s, 0.0, self.robot.xy, self._odometer_m)
         synonyms = synonyms_of(self._perception.encoder.embed_text(objects))
-        self.state = PlannerState(new_search("lockstep", objects, stamp, 0), synonyms=synonyms)
+        search = new_search("lockstep", objects, self._stamp(), 0)
+        return self._run(PlannerState(search, synonyms=synonyms), limit_s)
+
+    def drive(self, destination: Destination, limit_s: float) -> Search:
+        """Drive to a place, until the drive ends or ``limit_s`` have passed."""
+        search = new_search("lockstep", (), self._stamp(), 0, destination)
+        return self._run(PlannerState(search), limit_s)
+
+    def _stamp(self) -> EventStamp:
+        return EventStamp(self.now_s, 0.0, self.robot.xy, self._odometer_m)
+
+    def _run(self, state: PlannerState, limit_s: float) -> Search:
+        self.state = state
         end_s = self.now_s + limit_s
         while self.state.search.active and self.now_s < end_s:
             self._step(self.state)
@@ -195,6 +206,8 @@ class LockstepSimulation:
         frame = self.robot.frame(self.now_s)
         field = self._perception.field(frame)
         self.belief.fuse(compute_update(field, self.belief.params))
+        if not search.target:
+            return
         target = make_target(self._perception.encoder, search.target, search.objects)
         self._detections.append(
             detect_in_frame(self._perception.detector, target, frame, field.features)
@@ -220,6 +233,8 @@ class LockstepSimulation:
 
     def _view(self, state: PlannerState) -> SearchView:
         search = state.search
+        if not search.target:
+            return search_view(self.belief, self._scores, text="", query=None)
         target_key = (search.search_id, search.index)
         if isinstance(search.phase, Starting) and self._reset_for != target_key:
             self.belief.reset_searched()
