@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 
 import pytest
 from rich.console import Console
@@ -115,3 +116,11 @@ def test_a_terminal_gets_the_live_panel() -> None:
         view.wait(1.0, "waiting [for] the robot")
         view.show(PROGRESS)
     assert "exploring" in text_of(terminal)
+
+
+def test_a_drive_has_no_row_of_objects() -> None:
+    drive = replace(PROGRESS, objects=(), done=(), target="", state="approaching")
+    out = console()
+    out.print(panel(drive))
+    assert "approaching: walking to a frontier" in text_of(out)
+    assert "objects" not in text_of(out)

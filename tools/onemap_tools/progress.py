@@ -15,7 +15,13 @@ from rich.table import Table
 from rich.text import Text
 
 LINE_EVERY_S = 5.0
-COLOURS = {"found": "green", "not_found": "yellow", "failed": "red", "cancelled": "yellow"}
+COLOURS = {
+    "found": "green",
+    "arrived": "green",
+    "not_found": "yellow",
+    "failed": "red",
+    "cancelled": "yellow",
+}
 BAR_WIDTH = 40
 
 
@@ -37,9 +43,10 @@ class MapUpdates:
 
 @dataclass(frozen=True, slots=True)
 class SearchProgress:
-    """A search at one instant. ``done``: name and outcome of the objects that are finished.
+    """A search at one instant; a drive to a place has no objects.
 
-    ``position_m``: the robot's x, y in the map frame; None where unknown.
+    ``done``: name and outcome of the objects that are finished. ``position_m``: the robot's x, y
+    in the map frame; None where unknown.
     """
 
     elapsed_s: float
@@ -129,11 +136,11 @@ class LineView:
 
     def show(self, progress: SearchProgress) -> None:
         """See ``ProgressView``."""
-        done = f"{len(progress.done)}/{len(progress.objects)}"
+        done = f"[{len(progress.done)}/{len(progress.objects)}] " if progress.objects else ""
         updates = str(progress.map)
         of_map = f"map {updates}; " if updates else ""
         text = (
-            f"[{done}] {progress.target or 'search'}: {progress.state}; robot {progress.robot}; "
+            f"{done}{progress.target or 'search'}: {progress.state}; robot {progress.robot}; "
             f"{of_map}{progress.reason}"
         )
         self._line(progress.elapsed_s, (progress.target, progress.state), text)
@@ -179,14 +186,15 @@ def panel(progress: SearchProgress) -> Group:
     table = Table.grid(padding=(0, 2))
     table.add_column(style="dim")
     table.add_column()
-    table.add_row("objects", names)
+    if progress.objects:
+        table.add_row("objects", names)
     table.add_row("state", Text(f"{progress.state}: {progress.reason}"))
     table.add_row("robot", Text(progress.robot))
     if updates := str(progress.map):
         table.add_row("map", Text(updates))
     table.add_row("time", Text(f"{progress.elapsed_s:.0f} s"))
     bar = ProgressBar(total=len(progress.objects), completed=len(progress.done), width=BAR_WIDTH)
-    return Group(bar, table)
+    return Group(bar, table) if progress.objects else Group(table)
 
 
 def _object(name: str, outcome: str | None, progress: SearchProgress) -> Text:

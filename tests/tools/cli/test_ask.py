@@ -24,6 +24,7 @@ REQUESTS = (
     ("query", "red", "sofa"),
     ("search", "sofa"),
     ("objects",),
+    ("go", "1", "-2.5"),
     ("status",),
     ("map", "info"),
     ("map", "save", "flat"),
@@ -205,3 +206,35 @@ def test_a_search_exits_with_0_only_if_all_were_found() -> None:
         done = RUNNER.invoke(app, ["search", "sofa", "--url", url, "--json"])
     assert done.exit_code == EXIT_OK
     assert json.loads(done.stdout) == report
+
+
+@pytest.mark.parametrize(("state", "code"), [("arrived", EXIT_OK), ("failed", EXIT_FAILED)])
+@pytest.mark.parametrize("place", [("-1.2", "-3"), ("--", "-1.2", "-3")], ids=" ".join)
+def test_go_exits_with_0_only_if_the_robot_arrived(
+    state: str, code: int, place: tuple[str, ...]
+) -> None:
+    report = {
+        "id": "s1",
+        "state": state,
+        "objects": [],
+        "target": "",
+        "reason": "standing 0.05 m from the place (-1.20, -3.00)",
+        "results": [],
+        "elapsed_s": 12.0,
+        "path_length_m": 3.5,
+    }
+    with fake_gateway({("POST", "/v1/searches"): (201, report)}) as url:
+        result = RUNNER.invoke(app, ["go", "--url", url, "--json", *place])
+        plain = RUNNER.invoke(app, ["go", "--url", url, *place])
+    assert (result.exit_code, plain.exit_code) == (code, code)
+    assert json.loads(result.stdout.splitlines()[-1]) == report
+    assert plain.stdout == (
+        f"{state.capitalize()}: standing 0.05 m from the place (-1.20, -3.00) (12 s, 3.5 m).\n"
+    )
+
+
+@pytest.mark.parametrize("words", [("1",), ("1", "east"), ("1", "2", "--lok"), ("nan", "1")])
+def test_what_is_no_place_is_a_usage_error(words: tuple[str, ...]) -> None:
+    result = RUNNER.invoke(app, ["go", *words, "--json"])
+    assert result.exit_code == EXIT_USAGE_ERROR
+    assert error_of(result)["exit_code"] == EXIT_USAGE_ERROR

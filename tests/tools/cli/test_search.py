@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from typing import Any
 
 import httpx
@@ -10,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from onemap import Client
-from onemap_tools.cli.search import all_found, search
+from onemap_tools.cli.search import all_found, arrived, drive, search
 
 RESULT: dict[str, Any] = {
     "name": "sofa",
@@ -114,3 +115,33 @@ def test_a_search_is_complete_only_if_every_object_was_found() -> None:
     assert all_found(report("found", RESULT))
     assert not all_found(report("not_found", missed))
     assert not all_found(report("cancelled"))
+
+
+DRIVE: dict[str, Any] = {
+    **report("approaching"),
+    "objects": [],
+    "target": "",
+    "reason": "driving to the place (1.00, -2.50)",
+}
+
+
+def test_a_drive_is_shown_until_it_ends() -> None:
+    out = console()
+    gateway = gateway_client(DRIVE, DRIVE, {**DRIVE, "state": "arrived"})
+    final = drive(gateway, (1.0, -2.5), out, look=False)
+    assert arrived(final)
+    assert "search: approaching; robot drove 2.0 m; driving to the place" in text_of(out)
+    assert "[" not in text_of(out)  # there are no objects to count
+
+
+@pytest.mark.parametrize(("look", "member"), [(False, "go_to_m"), (True, "look_at_m")])
+def test_a_drive_asks_for_the_place_or_for_a_view_of_it(look: bool, member: str) -> None:
+    sent: list[bytes] = []
+
+    def handle(request: httpx.Request) -> httpx.Response:
+        sent.append(request.content)
+        return httpx.Response(201, json={**DRIVE, "state": "failed"})
+
+    gateway = Client(transport=httpx.MockTransport(handle))
+    assert not arrived(drive(gateway, (1.0, -2.5), console(), look=look))
+    assert json.loads(sent[0]) == {member: [1.0, -2.5]}

@@ -62,6 +62,32 @@ def search_command(
     raise typer.Exit(EXIT_OK if all_found(report) else EXIT_FAILED)
 
 
+@app.command(rich_help_panel=PANEL, context_settings={"ignore_unknown_options": True})
+def go(
+    x: Annotated[float, typer.Argument(help="Metres along the map's x; may be negative.")],
+    y: Annotated[float, typer.Argument(help="Metres along the map's y; may be negative.")],
+    *,
+    look: Annotated[
+        bool, typer.Option("--look", help="Only to where the place can be seen, and face it.")
+    ] = False,
+    url: Url = DEFAULT_URL,
+    token: Token = "",
+    as_json: Json = False,
+) -> None:
+    """Drive to a place in the map. Ctrl-C cancels. Exit code 0 only if the robot arrived."""
+    from onemap_tools.cli.gateway_report import describe_drive
+    from onemap_tools.cli.search import arrived, drive
+    from onemap_tools.cli.terminal import print_json, progress_console, result_console
+    from onemap_tools.gateway import gateway_client
+
+    with gateway_client(url, token) as gateway:
+        report = drive(gateway, (x, y), progress_console(), look=look)
+    result_console(as_json).print(describe_drive(report), soft_wrap=True)
+    if as_json:
+        print_json(report)
+    raise typer.Exit(EXIT_OK if arrived(report) else EXIT_FAILED)
+
+
 @app.command(rich_help_panel=PANEL)
 def objects(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """What was found on this map, and where, the last first."""

@@ -35,6 +35,12 @@ def describe_search(report: dict[str, Any], console: Console) -> None:
         console.print(report["reason"])
 
 
+def describe_drive(report: dict[str, Any]) -> Text:
+    """How a drive to a place ended, in a line."""
+    driven = f"{report['elapsed_s']:.0f} s, {report['path_length_m']:.1f} m"
+    return Text(f"{report['state'].capitalize()}: {report['reason']} ({driven}).")
+
+
 def describe_query(reply: dict[str, Any], console: Console) -> None:
     """Print the regions of the map that match, best first."""
     if not reply["regions"]:

@@ -1,12 +1,13 @@
-"""Runs ``onemap search``: starts a search at the gateway and shows it until it ends."""
+"""Runs ``onemap search`` and ``onemap go``: starts a search and shows it until it ends."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from rich.console import Console
 
-from onemap import Client, OneMapError
+from onemap import Client, OneMapError, RemoteSearch
 from onemap_shared.messages import SearchState
 from onemap_tools.gateway import SearchHandle
 from onemap_tools.processes.interrupts import interruptible
@@ -30,8 +31,20 @@ def map_updates(gateway: Client) -> MapUpdates:
 
 def search(gateway: Client, objects: tuple[str, ...], console: Console) -> dict[str, Any]:
     """Search for the objects one after the other; Ctrl-C cancels. Returns the final report."""
+    return _follow(gateway, lambda: gateway.search(objects), console)
+
+
+def drive(
+    gateway: Client, place_m: tuple[float, float], console: Console, *, look: bool
+) -> dict[str, Any]:
+    """Drive to a place, or to where it can be seen; Ctrl-C cancels. Returns the final report."""
+    start = gateway.look_at if look else gateway.go_to
+    return _follow(gateway, lambda: start(*place_m), console)
+
+
+def _follow(gateway: Client, start: Callable[[], RemoteSearch], console: Console) -> dict[str, Any]:
     with interruptible() as stop, progress_view(console) as view:
-        handle = SearchHandle(gateway.search(objects))
+        handle = SearchHandle(start())
         while handle.active:
             view.show(progress_of(handle.report, map_updates(gateway)))
             if stop.wait(POLL_S):
@@ -46,3 +59,8 @@ def all_found(report: dict[str, Any]) -> bool:
     """Whether every object of the search was found."""
     found = [r["name"] for r in report["results"] if r["outcome"] == SearchState.FOUND.value]
     return len(found) == len(report["objects"])
+
+
+def arrived(report: dict[str, Any]) -> bool:
+    """Whether a drive has reached its place, or a view of it."""
+    return bool(report["state"] == SearchState.ARRIVED.value)
