@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import pytest
 
+from onemap_planner.policy.competition import FoundObject
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.registry import MAX_PAST_SEARCHES, SearchRegistry
 from onemap_planner.search.events import EventStamp, Exhausted
-from onemap_planner.search.phases import Exploring
+from onemap_planner.search.phases import Destination, Exploring
 from onemap_planner.search.state_machine import new_search, status, transition
+from onemap_shared.messages import SearchKind
 from onemap_shared.transport import RequestRejected
 
 THEN = EventStamp(5.0, 4.0, (0.5, -1.0), 10.0)
@@ -90,3 +92,19 @@ def test_a_restored_search_is_the_newest() -> None:
 
 def test_before_the_first_search_none_is_listed() -> None:
     assert SearchRegistry().all() == []
+
+
+def test_found_objects_are_kept_over_a_drive_to_a_place() -> None:
+    registry = SearchRegistry()
+    registry.start(new_search("a", ("cup",), THEN, 1))
+    taken = registry.state
+    assert taken is not None
+    found = (FoundObject("cup", frozenset({(1, 2)})),)
+    assert registry.compare_and_swap(taken, replace(taken, found_objects=found, known_m2=7.0))
+    registry.cancel("", NOW)
+    there = Destination(SearchKind.GO_TO, (1.5, -2.5))
+    registry.start(new_search("b", (), THEN, 2, there))
+    assert registry.state is not None
+    assert (registry.state.found_objects, registry.state.known_m2) == (found, 7.0)
+    with pytest.raises(RequestRejected, match=r"search b for the place \(1.50, -2.50\) is still"):
+        registry.reject_if_active()

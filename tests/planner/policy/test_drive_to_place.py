@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -169,9 +170,9 @@ def test_cancelling_stops_the_robot() -> None:
     while run.world.velocity.linear_mps < 0.3 and run.now_s < 60.0:
         run.step()
     stamp = EventStamp(run.now_s, run.now_s, run.world.pose.xy, 0.0)
-    run.state = run.state.__class__(transition(run.state.search, Cancelled(), stamp))
-    run._control()
-    assert run.world.velocity == STOP or run.world.velocity.linear_mps == 0.0
+    run.state = replace(run.state, search=transition(run.state.search, Cancelled(), stamp))
+    run.step()
+    assert run.world.velocity == STOP
     assert outcome(run) is SearchState.CANCELLED
 
 
@@ -218,7 +219,7 @@ def test_the_time_limit_ends_a_drive() -> None:
 
 def test_on_the_way_the_goal_is_a_frontier_and_then_the_place() -> None:
     run = start_drive(in_two_rooms(), place(4.0, 7.0))
-    kinds = []
+    kinds: list[GoalKind] = []
     while run.state.search.active:
         run.step()
         goal = run.decision.goal if run.decision else None
