@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from pydantic import Field
@@ -10,7 +11,7 @@ from pydantic import Field
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, U8, U16, camera_mount
 from onemap_shared.params import Params
-from onemap_simulator.rendering.renderer import Renderer
+from onemap_simulator.rendering.renderer import RenderedImage
 
 
 class CameraParams(Params):
@@ -69,10 +70,21 @@ class RgbdImage:
     depth_mm: U16
 
 
+class SceneRenderer(Protocol):
+    """Renders one scene from any pose."""
+
+    def render(
+        self, T_map_camera: F64, intrinsics: Intrinsics, *, width: int, height: int
+    ) -> RenderedImage:
+        """The image at T_map_camera (4, 4)."""
+
+
 class RgbdCamera:
     """Captures RGB-D images of one scene; deterministic for a generator and order of poses."""
 
-    def __init__(self, renderer: Renderer, params: CameraParams, rng: np.random.Generator) -> None:
+    def __init__(
+        self, renderer: SceneRenderer, params: CameraParams, rng: np.random.Generator
+    ) -> None:
         self._renderer = renderer
         self._params = params
         self._rng = rng
