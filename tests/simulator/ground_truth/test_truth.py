@@ -189,3 +189,13 @@ def test_horizontal_distance_agrees_with_many_points_on_the_triangles(seed: int)
     points = np.einsum("nk,tkd->tnd", weights, triangles)[..., :2]
     sampled = float(np.linalg.norm(points - place, axis=2).min())
     assert horizontal_distances(triangles, place).min() == pytest.approx(sampled, abs=0.05)
+
+
+def test_the_shortest_path_leads_around_the_wall_to_a_success_place() -> None:
+    truth = truth_of(divided_room())
+    path = truth.shortest_path("bed", 1.0, 1.0)
+    np.testing.assert_allclose(path[0], (1.0, 1.0), atol=0.05)
+    assert path[:, 1].max() > 2.9  # through the door
+    assert truth.distances("bed", float(path[-1, 0]), float(path[-1, 1])).path_m == 0
+    assert len(truth.shortest_path("sofa", 1.0, 1.0)) == 0
+    assert len(truth.shortest_path("bed", 50.0, 1.0)) == 0

@@ -53,14 +53,19 @@ class ShortestPaths:
 
     def length(self, cell: I64) -> float:
         """Length in cells of the path from a free cell (2,), infinity if there is none."""
+        path = self.cells_from(cell)
+        return string_pulled_length(path, self.free) if len(path) else np.inf
+
+    def cells_from(self, cell: I64) -> I64:
+        """The path (N, 2) from a free cell (2,) to a goal, empty if there is none."""
         row = int(self.number[tuple(cell)])
         if not np.isfinite(self.lengths[row]):
-            return np.inf
+            return np.zeros((0, 2), np.int64)
         path = []
         while row >= 0:
             path.append(self.cells[row])
             row = int(self.next_row[row])
-        return string_pulled_length(np.array(path), self.free)
+        return np.array(path)
 
 
 def string_pulled_length(cells: I64, free: Bool) -> float:

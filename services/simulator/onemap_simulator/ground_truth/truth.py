@@ -63,6 +63,16 @@ class SceneTruth:
         straight = float(horizontal_distances(mine, place).min(initial=np.inf))
         return CategoryDistances(len(objects), straight, self._path_m(wanted, place))
 
+    def shortest_path(self, name: str, x_m: float, y_m: float) -> F64:
+        """Places (N, 2) in metres from a place to a category's nearest success place.
+
+        Empty if no path leads there. Not string-pulled: ``distances`` has its length.
+        """
+        start = _nearest(self._free, self._grid, np.array([x_m, y_m]))
+        if start is None:
+            return np.zeros((0, 2))
+        return self._grid.centres(self._paths_to(normalised(name)).cells_from(start))
+
     def success_cells(self, name: str) -> tuple[GridSpec, Bool]:
         """Cells (nx, ny) whose centres are success places of a category, and their grid."""
         places = np.zeros(self._free.shape, bool)
@@ -110,9 +120,12 @@ class SceneTruth:
         start = _nearest(self._free, self._grid, place)
         if start is None:
             return np.inf
+        return self._paths_to(category).length(start) * CELL_SIZE_M
+
+    def _paths_to(self, category: str) -> ShortestPaths:
         if category not in self._paths:
             self._paths[category] = ShortestPaths.to(self.success_cells(category)[1], self._free)
-        return self._paths[category].length(start) * CELL_SIZE_M
+        return self._paths[category]
 
 
 def truth_reply(truth: SceneTruth, request: TruthRequest) -> Truth:
