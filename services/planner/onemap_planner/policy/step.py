@@ -6,6 +6,7 @@ it from the bus, the tests from a grid world, the benchmark from a simulator in 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from onemap_planner.motion.motions import Motion, Rest, Reverse, Rotate
@@ -52,10 +53,23 @@ MAX_STEP_PERIOD_S = 1.0  # active time counted for one step: a longer pause was 
 MAP_RESTART_FRACTION = 0.5  # a map whose known area falls below this part was begun again
 
 
+# Chooses where to drive while no candidate is approached, as ``explore`` does.
+Exploration = Callable[
+    [PlannerState, PlanningContext, PlannerParams],
+    tuple[PlannerState, Motion, Event | None, GoalCandidates],
+]
+
+
 def step(
-    state: PlannerState, observation: Observation, params: PlannerParams
+    state: PlannerState,
+    observation: Observation,
+    params: PlannerParams,
+    exploration: Exploration = explore,
 ) -> tuple[PlannerState, Decision | None]:
-    """The next state and what to do; no decision while the inputs are stale or missing."""
+    """The next state and what to do; no decision while the inputs are stale or missing.
+
+    exploration: that of another method, which a benchmark compares.
+    """
     state = _advance_clock(state, observation)
     if observation.stale_reason or observation.pose is None or observation.view is None:
         return _wait_for_inputs(state, observation, params), None
@@ -71,7 +85,7 @@ def step(
     )
     state = _take_in_map(state, observation, context, params)
     turned_rad = max(0.0, wrap_angle(observation.pose.yaw_rad - before.yaw_rad))
-    state, decision, events = _run_phase(state, context, turned_rad, params)
+    state, decision, events = _run_phase(state, context, turned_rad, params, exploration)
     if stuck:
         state, more = handle_stuck(state, params)
         events = (*more, *events)
@@ -133,7 +147,11 @@ def _take_in_map(
 
 
 def _run_phase(
-    state: PlannerState, context: PlanningContext, turned_rad: float, params: PlannerParams
+    state: PlannerState,
+    context: PlanningContext,
+    turned_rad: float,
+    params: PlannerParams,
+    exploration: Exploration,
 ) -> tuple[PlannerState, Decision, tuple[Event, ...]]:
     """The state, the decision and the events of the present phase."""
     motion: Motion = Rest()
@@ -148,7 +166,7 @@ def _run_phase(
         case Exploring():
             event = select_candidate(state, context, params)
             if event is None:
-                state, motion, event, goal_candidates = explore(state, context, params)
+                state, motion, event, goal_candidates = exploration(state, context, params)
         case Approaching() as phase:
             state, motion, event = approach(state, phase, context, params)
         case Confirming() as phase:
