@@ -7,7 +7,8 @@ is a function of configuration and seed; no bus is involved.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -43,8 +44,9 @@ from onemap_simulator.physics.pose_noise import noisy_pose
 from onemap_simulator.physics.robot import RobotState
 from onemap_simulator.physics.simulation import Simulation
 from onemap_simulator.rendering.renderer import Renderer
-from onemap_simulator.rendering.rgbd_camera import RgbdCamera
+from onemap_simulator.rendering.rgbd_camera import RgbdCamera, SceneRenderer
 from onemap_simulator.scene.scene import Scene
+from onemap_tools.bench.search_method import ONEMAP, SearchMethod
 
 COMMAND_VALID_S = 0.3  # as ``VelocityCommand`` has it by default
 
@@ -60,11 +62,17 @@ class SystemConfig:
 
 
 class PerceptionPipeline:
-    """Encoder and detector of a configuration."""
+    """Encoder and detector: those of a configuration, or given ones."""
 
-    def __init__(self, config: PerceptionConfig) -> None:
-        self.encoder: Encoder = make_encoder(config.encoder)
-        self.detector: Detector = make_detector(config.detector, self.encoder)
+    def __init__(
+        self,
+        config: PerceptionConfig,
+        *,
+        encoder: Encoder | None = None,
+        detector: Detector | None = None,
+    ) -> None:
+        self.encoder: Encoder = encoder or make_encoder(config.encoder)
+        self.detector: Detector = detector or make_detector(config.detector, self.encoder)
         self._variance = config.observation
 
     def field(self, frame: RgbdFrame) -> FeatureField:
@@ -76,7 +84,9 @@ class PerceptionPipeline:
 class SimulatedRobot:
     """The simulator's robot and camera in simulated time."""
 
-    def __init__(self, scene: Scene, config: SimulatorConfig) -> None:
+    def __init__(
+        self, scene: Scene, config: SimulatorConfig, renderer: SceneRenderer | None = None
+    ) -> None:
         robot = config.robot
         camera_rng, self._pose_rng = np.random.default_rng(config.seed).spawn(2)
         self._noise = config.pose_noise
@@ -86,7 +96,7 @@ class SimulatedRobot:
             RobotState(*scene.start),
             now_s=0.0,
         )
-        self._camera = RgbdCamera(Renderer(scene), config.camera, camera_rng)
+        self._camera = RgbdCamera(renderer or Renderer(scene), config.camera, camera_rng)
         self._frames = 0
         self.collided = False
 
@@ -95,6 +105,11 @@ class SimulatedRobot:
         """True position in the map, metres."""
         T_map_body = self._simulation.state.pose
         return float(T_map_body[0, 3]), float(T_map_body[1, 3])
+
+    @property
+    def contacts(self) -> int:
+        """How often an obstacle stopped the robot from above ``IMPACT_MPS``."""
+        return self._simulation.counts.collisions
 
     def advance(self, command: Velocity2d, before_s: float, now_s: float) -> None:
         """Move until ``now_s`` under a command received at ``before_s``."""
@@ -136,14 +151,28 @@ class SimulatedClock:
         return True
 
 
+# Told of every frame and of what was detected in it.
+FrameWatch = Callable[[RgbdFrame, Detections], None]
+
+
 class LockstepSimulation:
     """One robot that searches in one scene."""
 
-    def __init__(self, scene: Scene, config: SystemConfig, perception: PerceptionPipeline) -> None:
-        self.robot = SimulatedRobot(scene, config.simulator)
+    def __init__(
+        self,
+        scene: Scene,
+        config: SystemConfig,
+        perception: PerceptionPipeline,
+        *,
+        method: SearchMethod = ONEMAP,
+        renderer: SceneRenderer | None = None,
+        watch: FrameWatch | None = None,
+    ) -> None:
+        self.robot = SimulatedRobot(scene, config.simulator, renderer)
         self.belief = BeliefMap(config.mapper)
         self.state: PlannerState | None = None
         self._config, self._perception = config, perception
+        self._method, self._watch = method, watch
         self._scores = ScoreCache()
         self._queries: dict[str, TextQuery] = {}
         self._clock = SimulatedClock()
@@ -152,6 +181,7 @@ class LockstepSimulation:
         self._odometer_m = 0.0
         self._detections: list[Detections] = []
         self._reset_for: tuple[str, int] | None = None
+        self._map_of: int | None = None  # index of the object that the last frame was taken for
 
     @property
     def now_s(self) -> float:
@@ -184,6 +214,7 @@ class LockstepSimulation:
         planner, simulator = self._config.planner, self._config.simulator
         if clock.is_due("frame", simulator.rgbd_hz):
             self._process_frame(state.search)
+            state = self.state or state
         T_map_body = robot.odometry()
         pose = Pose2d(float(T_map_body[0, 3]), float(T_map_body[1, 3]), yaw_of(T_map_body))
         if clock.is_due("plan", planner.plan_hz):
@@ -205,13 +236,30 @@ class LockstepSimulation:
     def _process_frame(self, search: Search) -> None:
         frame = self.robot.frame(self.now_s)
         field = self._perception.field(frame)
+        if self._map_of != search.index:
+            self._begin_object(search.index)
         self.belief.fuse(compute_update(field, self.belief.params))
         if not search.target:
             return
         target = make_target(self._perception.encoder, search.target, search.objects)
-        self._detections.append(
-            detect_in_frame(self._perception.detector, target, frame, field.features)
-        )
+        detections = detect_in_frame(self._perception.detector, target, frame, field.features)
+        self._detections.append(detections)
+        if self._method.value_map is not None and target.queries is not None:
+            self._method.value_map.add(field, target.queries)
+        if self._watch is not None:
+            self._watch(frame, detections)
+
+    def _begin_object(self, index: int) -> None:
+        """Clear what the method does not keep from one object to the next."""
+        if self._method.value_map is not None:
+            self._method.value_map.clear()
+        if self._method.forgets and self.state is not None and index > 0:
+            self.belief = BeliefMap(self._config.mapper, first_revision=self.belief.revision)
+            self._scores = ScoreCache()
+            self.state = replace(
+                self.state, blacklisted_frontiers=(), found_objects=(), trail=(), known_m2=0.0
+            )
+        self._map_of = index
 
     def _plan(self, state: PlannerState, pose: Pose2d) -> None:
         observation = Observation(
@@ -225,7 +273,9 @@ class LockstepSimulation:
             stale_reason="",
         )
         self._detections.clear()
-        self.state, decision = step(state, observation, self._config.planner)
+        self.state, decision = step(
+            state, observation, self._config.planner, self._method.exploration
+        )
         if decision is not None:
             self._motion_plan = Plan(
                 state.search.search_id, decision.motion, decision.costmap, self.now_s
@@ -246,9 +296,12 @@ class LockstepSimulation:
                 search.target, search.objects, state.found_objects, state.synonyms
             )
         ]
-        return search_view(
+        view = search_view(
             self.belief, self._scores, text=search.target, query=query, rivals=rivals
         )
+        if self._method.value_map is not None:
+            view = self._method.value_map.view(view)
+        return self._method.view(view)
 
     def _query(self, text: str) -> TextQuery:
         if text not in self._queries:
