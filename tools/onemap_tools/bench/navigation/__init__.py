@@ -1,0 +1,1 @@
+"""Multi-object navigation in generated apartments, in simulated time."""
