@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,8 +12,13 @@ from typer.testing import CliRunner
 
 from onemap_tools.bench import claims, fusion, perception, queries
 from onemap_tools.bench.claims import EpisodeParams, EpisodeResult
+from onemap_tools.bench.navigation import benchmark
+from onemap_tools.bench.navigation.benchmark import NavigationOptions
+from onemap_tools.bench.navigation.choices import Apartments, Features, Method
+from onemap_tools.bench.navigation.metrics import summary
 from onemap_tools.bench.query_report import QueryBenchParams
 from onemap_tools.cli.app import app
+from tests.tools.bench.navigation.records import episode, found
 
 
 def bench(*arguments: str) -> tuple[int, str]:
@@ -86,6 +92,28 @@ def test_queries_maps_as_many_apartments_as_asked_for(monkeypatch: pytest.Monkey
     assert asked == [QueryBenchParams(seeds=(800, 801, 802, 803), styles=styles, images=9)]
 
 
+def test_navigation_runs_what_is_asked_for(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    asked: list[Any] = []
+
+    def run(options: NavigationOptions, **how: Any) -> dict[str, Any]:
+        asked.append((options, how["workers"], how["out"]))
+        how["report"](episode(1, found("bed", 1.0, 2.0)))
+        return {**options.document(), **summary([episode(1, found("bed", 1.0, 2.0))], 1)}
+
+    monkeypatch.setattr(benchmark, "run_benchmark", run)
+    options = ("--method", "nearest_frontier", "--features", "mini", "--episodes", "2")
+    more = ("--apartments", "odd", "--seed", "4", "--workers", "2", "--out", str(tmp_path))
+    code, text = bench("navigation", *options, *more, "--json")
+    assert code == 0, text
+    assert json.loads(text.splitlines()[-1])["metrics"]["spl"]["value"] == 0.5
+    expected = NavigationOptions(
+        Method.NEAREST_FRONTIER, Features.MINI, 2, 4, apartments=Apartments.ODD
+    )
+    assert asked == [(expected, 2, tmp_path)]
+    _, table = bench("navigation")
+    assert "SPL per object                         0.500" in table
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
@@ -95,6 +123,7 @@ def test_queries_maps_as_many_apartments_as_asked_for(monkeypatch: pytest.Monkey
         (("claims", "--seeds", "three"), "--seeds is 'three'; write 1-10 or 3,5,8"),
         (("claims", "--style", "baroque"), "'baroque' is not one of"),
         (("queries", "--apartments", "1"), "--apartments"),
+        (("navigation", "--method", "luck"), "'luck' is not one of"),
     ],
 )
 def test_wrong_options_end_with_2_and_a_sentence(arguments: tuple[str, ...], sentence: str) -> None:

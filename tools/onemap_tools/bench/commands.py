@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from onemap_tools.bench.navigation.choices import Apartments, Features, Method
 from onemap_tools.cli.options import Config, Json
 from onemap_tools.cli.terminal import print_json
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError, requires_extra
@@ -277,6 +278,64 @@ def scene(
         print_json(result)
     else:
         print("\n".join(table_lines(result)))
+
+
+@app.command()
+def navigation(
+    *,
+    method: Annotated[Method, typer.Option(help="Of searching.")] = Method.ONEMAP,
+    features: Annotated[
+        Features, typer.Option(help="uncalibrated: simulated, with scores as CLIP's.")
+    ] = Features.SIMULATED,
+    episodes: Annotated[int, typer.Option(min=1, help="Apartments, one episode in each.")] = 10,
+    seed: Annotated[int, typer.Option(min=0, help="Of the first apartment.")] = 1,
+    apartments: Annotated[
+        Apartments, typer.Option(help="Settings are chosen on even seeds.")
+    ] = Apartments.ALL,
+    style: Annotated[SearchStyle, typer.Option(help="Of the apartments.")] = SearchStyle.TRAINING,
+    objects_per_episode: Annotated[
+        int, typer.Option(min=1, max=10, help="Objects, one after the other.")
+    ] = 3,
+    limit: Annotated[float, typer.Option(min=1, help="Simulated seconds per object.")] = 300.0,
+    workers: Annotated[int, typer.Option(min=1, help="Episodes at once, a core each.")] = 1,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; a killed run goes on there.")
+    ] = None,
+    config: Config = None,
+    as_json: Json = False,
+) -> None:
+    """How well a method finds sequences of objects in generated apartments.
+
+    Searches in simulated time, with the modules that the services run, each from
+    a random start for objects that the seed draws from what the apartment has.
+    The simulator's ground truth judges success as Habitat does; the intervals
+    are 95 % bootstrap intervals over episodes. The same command gives the same
+    result, apart from wall_s.
+    """
+    with _cli_errors("demo"):
+        from onemap_tools.bench.navigation import benchmark
+        from onemap_tools.bench.navigation.report import episode_line, table_lines
+
+        options = benchmark.NavigationOptions(
+            method=method,
+            features=features,
+            episodes=episodes,
+            seed=seed,
+            apartments=apartments,
+            style=style.value,
+            objects=objects_per_episode,
+            limit_s=limit,
+            config=config,
+        )
+        result = benchmark.run_benchmark(
+            options,
+            workers=workers,
+            out=out,
+            report=lambda record: typer.echo(episode_line(record), err=True),
+        )
+    typer.echo("\n".join(table_lines(result)), err=as_json)
+    if as_json:
+        print_json(result)
 
 
 def _encoder_params(config: Path | None) -> Any:

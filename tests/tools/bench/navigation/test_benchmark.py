@@ -1,0 +1,67 @@
+"""The benchmark: processes, a folder that goes on, one result."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from onemap_tools.bench.navigation import benchmark
+from onemap_tools.bench.navigation.benchmark import NavigationOptions, run_benchmark
+from onemap_tools.bench.navigation.choices import Apartments, Features, Method
+from onemap_tools.bench.navigation.episode_run import EpisodeSetup
+from onemap_tools.bench.navigation.records import EpisodeRecord, Failure
+from onemap_tools.bench.navigation.report import episode_line, table_lines
+from tests.tools.bench.navigation.records import episode, failed
+
+OPTIONS = NavigationOptions(Method.ORACLE, Features.SIMULATED, 3, 1, Apartments.ODD, objects=2)
+
+
+def test_the_options_name_every_episode() -> None:
+    setups = OPTIONS.setups()
+    assert [setup.config.simulator.seed for setup in setups] == [1, 3, 5]
+    assert [setup.index for setup in setups] == [0, 1, 2]
+    assert OPTIONS.document()["config"]["planner"]["plan_hz"] == 4.0
+
+
+@pytest.mark.slow
+def test_a_run_goes_on_where_it_was_killed(tmp_path: Path) -> None:
+    ran: list[EpisodeRecord] = []
+    first = run_benchmark(OPTIONS, workers=2, out=tmp_path, report=ran.append)
+    assert [len(ran), first["episodes"], first["metrics"]["spl"]["value"]] == [3, 3, 1.0]
+    file = tmp_path / "episodes.jsonl"
+    file.write_text("\n".join(file.read_text().splitlines()[:2])[:-40])
+    ran.clear()
+    second = run_benchmark(OPTIONS, workers=1, out=tmp_path, report=ran.append)
+    assert len(ran) == 2  # one was cut off, one is missing
+    for result in (first, second):
+        del result["wall_s"]
+        for each in result["results"]:
+            del each["wall_s"]
+    assert first == second
+    assert json.loads((tmp_path / "results.json").read_text())["episodes"] == 3
+    with pytest.raises(ValueError, match="episodes 3 instead of 4"):
+        run_benchmark(replace(OPTIONS, episodes=4), workers=1, out=tmp_path, report=ran.append)
+    assert "found, SPL 1.00" in episode_line(ran[0])
+
+
+def test_the_table_has_a_line_for_every_metric(monkeypatch: pytest.MonkeyPatch) -> None:
+    def run_all(setups: list[EpisodeSetup], workers: int) -> list[EpisodeRecord]:
+        assert workers == 2
+        return [benchmark.timed_episode(setup) for setup in setups]
+
+    monkeypatch.setattr(benchmark, "run_all", run_all)
+    options = replace(OPTIONS, episodes=1)
+    result = run_benchmark(options, workers=2, out=None, report=lambda _: None)
+    lines = table_lines(result)
+    assert lines[0] == "oracle, simulated features: 1 episodes, 2 objects, 95 % intervals"
+    assert any(line.startswith("SPL of object 2") for line in lines)
+    assert any(line.startswith("failed: never in view") for line in lines)
+
+
+def test_a_failure_is_named_in_the_episode_s_line() -> None:
+    late = replace(failed("fan", 2.0, Failure.NEVER_IN_VIEW), timed_out=True)
+    line = episode_line(episode(6, failed("bed", 1.0, Failure.STUCK), late))
+    assert line == "apartment 7, 60 s: bed: the search failed; fan: never in view (time)"

@@ -1,0 +1,70 @@
+"""Exploration by frontiers: which is chosen, when it is kept, and when none is left."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from onemap_planner.motion.motions import Drive, Rest
+from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.state import PlannerState
+from onemap_planner.search.events import Exhausted
+from onemap_tools.bench.navigation.frontier_exploration import (
+    NEAREST_FRONTIER,
+    FrontierExploration,
+)
+from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
+from tests.planner.one_room import POSE, SEARCH, candidate, context, planner_state
+
+
+def seen(*rows: str) -> PlanningContext:
+    view = search_view_of(drawn_map(*rows, scale=5))
+    return build_context(POSE, view, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+
+
+BOTH_ENDS = seen(*["   .........      "] * 10)
+
+
+def test_the_nearest_frontier_is_chosen_and_kept() -> None:
+    state, motion, event, candidates = NEAREST_FRONTIER(PlannerState(SEARCH), BOTH_ENDS, PARAMS)
+    assert isinstance(motion, Drive)
+    assert event is None
+    assert len(candidates.frontiers) >= 2
+    goal = state.target_state.active_goal
+    assert goal is not None
+    again, *_ = NEAREST_FRONTIER(replace(state, active_time_s=1.0), BOTH_ENDS, PARAMS)
+    assert again.target_state.active_goal == goal
+    farthest = FrontierExploration(lambda goal, _: goal.utility.travel_m, margin=0.0)
+    other, *_ = farthest(state, BOTH_ENDS, PARAMS)
+    assert other.target_state.active_goal is not None
+    away_m = other.target_state.active_goal.goal.utility.travel_m
+    assert away_m > goal.goal.utility.travel_m
+
+
+def test_a_goal_that_takes_too_long_or_was_visited_is_blacklisted() -> None:
+    state, *_ = NEAREST_FRONTIER(PlannerState(SEARCH), BOTH_ENDS, PARAMS)
+    goal = state.target_state.active_goal
+    assert goal is not None
+    late = replace(state, active_time_s=goal.budget_s + 0.1)
+    after, *_ = NEAREST_FRONTIER(late, BOTH_ENDS, PARAMS)
+    assert goal.goal.look_xy in after.blacklisted_frontiers
+    there = replace(state.target_state, active_goal=replace(goal, arrived_s=0.0))
+    lingered = replace(state, target_state=there, active_time_s=PARAMS.explore.linger_s)
+    after, *_ = NEAREST_FRONTIER(lingered, BOTH_ENDS, PARAMS)
+    assert goal.goal.look_xy in after.blacklisted_frontiers
+
+
+def test_without_a_frontier_rejected_candidates_are_reconsidered_before_it_ends() -> None:
+    settle_s = PARAMS.explore.settle_s
+    state = planner_state()
+    rejected = replace(state.target_state, rejected=(candidate(2.5, 2.5),))
+    state, motion, event, _ = NEAREST_FRONTIER(
+        replace(state, target_state=rejected), context(), PARAMS
+    )
+    assert (motion, event) == (Rest(), None)
+    state, *_ = NEAREST_FRONTIER(replace(state, active_time_s=settle_s + 0.1), context(), PARAMS)
+    assert state.target_state.reconsidered
+    state, *_ = NEAREST_FRONTIER(state, context(), PARAMS)
+    late = replace(state, active_time_s=2 * settle_s + 0.2)
+    _, _, event, _ = NEAREST_FRONTIER(late, context(), PARAMS)
+    assert isinstance(event, Exhausted)
+    assert "no frontier is left on" in event.reason

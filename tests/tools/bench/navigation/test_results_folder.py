@@ -1,0 +1,41 @@
+"""A killed run goes on, a folder of other options is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from onemap_tools.bench.navigation.results_folder import ResultsFolder
+from tests.tools.bench.navigation.records import episode, found
+
+OPTIONS = {"method": "onemap", "seed": 1, "config": {"planner": {"plan_hz": 4.0}}}
+FIRST, SECOND = episode(0, found("bed", 4, 8)), episode(1, found("fan", 1, 1))
+
+
+def test_finished_episodes_are_kept_and_a_cut_off_line_is_not(tmp_path: Path) -> None:
+    out = tmp_path / "runs" / "one"
+    folder = ResultsFolder(out, OPTIONS)
+    assert folder.finished == []
+    folder.add(SECOND)
+    folder.add(FIRST)
+    file = out / "episodes.jsonl"
+    file.write_text(file.read_text() + json.dumps(FIRST.document())[:50])
+    again = ResultsFolder(out, OPTIONS)
+    assert again.finished == [SECOND, FIRST]
+    again.add(episode(2, found("sofa", 1, 2)))
+    assert len(ResultsFolder(out, OPTIONS).finished) == 3
+    again.write_results({"sr": 1.0})
+    assert json.loads((out / "results.json").read_text()) == {"sr": 1.0}
+
+
+def test_a_folder_of_other_options_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    ResultsFolder(tmp_path, OPTIONS)
+    with pytest.raises(ValueError, match="holds results with seed 1 instead of 2: choose another"):
+        ResultsFolder(tmp_path, {**OPTIONS, "seed": 2})
+    with pytest.raises(ValueError, match=r"config\.planner\.plan_hz 4\.0 instead of 5\.0"):
+        ResultsFolder(tmp_path, {**OPTIONS, "config": {"planner": {"plan_hz": 5.0}}})
+    (tmp_path / "options.json").write_text("{")
+    with pytest.raises(ValueError, match="is damaged"):
+        ResultsFolder(tmp_path, OPTIONS)

@@ -1,0 +1,124 @@
+"""Runs the episodes of the benchmark in processes and sums them up."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from onemap_tools.bench.claims import read_sections
+from onemap_tools.bench.navigation.choices import Apartments, Features, Method
+from onemap_tools.bench.navigation.episode_run import EpisodeSetup, run_episode
+from onemap_tools.bench.navigation.episodes import apartment_seeds
+from onemap_tools.bench.navigation.metrics import summary
+from onemap_tools.bench.navigation.records import EpisodeRecord
+from onemap_tools.bench.navigation.results_folder import ResultsFolder
+
+Report = Callable[[EpisodeRecord], None]
+
+
+@dataclass(frozen=True, slots=True)
+class NavigationOptions:
+    """What is run. limit_s: simulated seconds per object; seed: of the first apartment."""
+
+    method: Method
+    features: Features
+    episodes: int
+    seed: int
+    apartments: Apartments = Apartments.ALL
+    style: str = "training"
+    objects: int = 3
+    limit_s: float = 300.0
+    config: Path | None = None
+
+    def setups(self) -> tuple[EpisodeSetup, ...]:
+        """One per episode."""
+        seeds = apartment_seeds(self.seed, self.episodes, self.apartments)
+        return tuple(
+            EpisodeSetup(
+                index,
+                read_sections(self.config, seed, self.style),
+                self.method,
+                self.features,
+                self.objects,
+                self.limit_s,
+            )
+            for index, seed in enumerate(seeds)
+        )
+
+    def document(self) -> dict[str, Any]:
+        """As a JSON object, with the settings of the planner and the mapper."""
+        config = read_sections(self.config, self.seed, self.style)
+        sections = {
+            name: getattr(config, name).model_dump(mode="json")
+            for name in ("simulator", "perception", "mapper", "planner")
+        }
+        return {
+            "method": self.method.value,
+            "features": self.features.value,
+            "episodes": self.episodes,
+            "seed": self.seed,
+            "apartments": self.apartments.value,
+            "style": self.style,
+            "objects_per_episode": self.objects,
+            "limit_s": self.limit_s,
+            "config": sections,
+        }
+
+
+def run_benchmark(
+    options: NavigationOptions, *, workers: int, out: Path | None, report: Report
+) -> dict[str, Any]:
+    """Run what is not yet in the folder; the summary, which holds no wall times but ``wall_s``."""
+    started_s = time.perf_counter()
+    setups, described = options.setups(), options.document()
+    folder = None if out is None else ResultsFolder(out, described)
+    done = {record.index: record for record in folder.finished} if folder else {}
+    todo = [setup for setup in setups if setup.index not in done]
+    for record in run_all(todo, workers):
+        done[record.index] = record
+        if folder:
+            folder.add(record)
+        report(record)
+    episodes = [done[index] for index in sorted(done)]
+    del described["config"]
+    result = {
+        "benchmark": "navigation",
+        **described,
+        **summary(episodes, options.seed),
+        "wall_s": round(time.perf_counter() - started_s, 1),
+    }
+    if folder:
+        folder.write_results(result)
+    return {**result, "results": [_short(episode) for episode in episodes]}
+
+
+def run_all(setups: Sequence[EpisodeSetup], workers: int) -> Iterator[EpisodeRecord]:
+    """Run the episodes in ``workers`` processes; yields them as they end."""
+    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        running = [pool.submit(timed_episode, setup) for setup in setups]
+        try:
+            for each in as_completed(running):
+                yield each.result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def timed_episode(setup: EpisodeSetup) -> EpisodeRecord:
+    """Run an episode on one core, with its time in seconds."""
+    torch.set_num_threads(1)
+    started_s = time.perf_counter()
+    record = run_episode(setup)
+    return replace(record, wall_s=round(time.perf_counter() - started_s, 1))
+
+
+def _short(episode: EpisodeRecord) -> dict[str, Any]:
+    document = episode.document()
+    del document["trajectory"]
+    return document

@@ -1,0 +1,30 @@
+"""What ``onemap bench navigation`` is asked to run; imports nothing, the command line reads it."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Method(str, Enum):
+    """The methods that are compared."""
+
+    ONEMAP = "onemap"
+    ONEMAP_RESET = "onemap_reset"
+    NEAREST_FRONTIER = "nearest_frontier"
+    ORACLE = "oracle"
+
+
+class Features(str, Enum):
+    """What perception is made of; uncalibrated: simulated, with scores like CLIP's."""
+
+    SIMULATED = "simulated"
+    UNCALIBRATED = "uncalibrated"
+    MINI = "mini"
+
+
+class Apartments(str, Enum):
+    """Which seeds of apartments: settings are chosen on the even ones, odd ones are reported."""
+
+    ALL = "all"
+    EVEN = "even"
+    ODD = "odd"

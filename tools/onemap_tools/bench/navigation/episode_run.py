@@ -1,0 +1,230 @@
+"""Runs one episode in simulated time and judges it by the simulator's ground truth."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field, replace
+from math import isfinite
+
+import numpy as np
+
+from onemap_perception.encoders.mini import SHIPPED
+from onemap_planner.search.phases import Search
+from onemap_shared.messages import Detections, ObjectResult, RgbdFrame, SearchState, TruthRequest
+from onemap_shared.names import normalised
+from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.generation.style import STYLES
+from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
+from onemap_simulator.rendering.label_renderer import LabelRenderer
+from onemap_simulator.scene.scene import Scene
+from onemap_tools.bench.lockstep import LockstepSimulation, PerceptionPipeline, SystemConfig
+from onemap_tools.bench.navigation.choices import Features, Method
+from onemap_tools.bench.navigation.episodes import NavigationEpisode, draw_episode
+from onemap_tools.bench.navigation.methods import planner_config, search_method
+from onemap_tools.bench.navigation.oracle import oracle_objects
+from onemap_tools.bench.navigation.records import EpisodeRecord, Failure, ObjectRecord
+from onemap_tools.bench.navigation.simulated_detector import (
+    SimulatedDetector,
+    SimulatedDetectorParams,
+)
+from onemap_tools.bench.navigation.simulated_features import (
+    UNCALIBRATED,
+    SimulatedEncoder,
+    SimulatedFeatureParams,
+)
+from onemap_tools.demo.summary import ObjectSummary
+from onemap_tools.demo.truth import evaluate_result
+
+RGBD_HZ = 4.0  # what the services reach on two cores
+SIMULATED_CAMERA_PX = (160, 120)  # labels need no texture; half the time of 320 x 240
+VIEW_PX = (80, 60)  # of the labels by which it is decided what is in view
+IN_VIEW_SHARE = 0.004  # of the image: what the simulated detector can detect
+OVERALL_LIMIT = 1.2  # of the sum of the objects' limits: the planner's own limit ends them
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeSetup:
+    """config: its simulator has the apartment's seed and style; limit_s: simulated seconds per
+    object."""
+
+    index: int
+    config: SystemConfig
+    method: Method
+    features: Features
+    objects: int
+    limit_s: float
+
+
+@dataclass(slots=True)
+class FrameCounts:
+    """What was seen and detected of each object while it was sought, and where the robot was."""
+
+    categories: tuple[str, ...]
+    in_view: dict[str, int] = field(default_factory=dict)
+    detected: dict[str, int] = field(default_factory=dict)
+    trajectory: list[tuple[float, float]] = field(default_factory=list)
+
+
+def run_episode(setup: EpisodeSetup) -> EpisodeRecord:
+    """Run the episode; ``wall_s`` stays 0."""
+    simulator = setup.config.simulator
+    scene = generate_apartment(simulator.seed, STYLES[simulator.style])
+    robot = simulator.robot
+    truth = SceneTruth(
+        scene,
+        radius_m=robot.radius_m,
+        height_m=robot.height_m,
+        eye_height_m=simulator.camera.height_m,
+    )
+    episode = draw_episode(
+        scene,
+        truth,
+        seed=simulator.seed,
+        objects=setup.objects,
+        radius_m=robot.radius_m,
+        height_m=robot.height_m,
+    )
+    record = EpisodeRecord(setup.index, simulator.seed, episode.start, (), 0, 0.0, (), 0.0)
+    if setup.method is Method.ORACLE:
+        speed_mps = setup.config.planner.drive.max_linear_mps
+        objects, trajectory = oracle_objects(truth, episode, speed_mps)
+        time_s = sum(item.time_s for item in objects)
+        return replace(record, objects=objects, trajectory=trajectory, simulated_s=time_s)
+    return _search(replace(scene, start=episode.start), truth, episode, setup, record)
+
+
+def _search(
+    scene: Scene,
+    truth: SceneTruth,
+    episode: NavigationEpisode,
+    setup: EpisodeSetup,
+    record: EpisodeRecord,
+) -> EpisodeRecord:
+    config = system_config(setup)
+    labels = LabelRenderer(scene)
+    counts = FrameCounts(tuple(normalised(thing.category) for thing in scene.objects))
+    simulation = LockstepSimulation(
+        scene,
+        config,
+        perception(scene, setup, config),
+        method=search_method(setup.method),
+        renderer=None if setup.features is Features.MINI else labels,
+        watch=lambda frame, found: _count(counts, labels, simulation, frame, found),
+    )
+    limit_s = setup.limit_s * len(episode.objects) * OVERALL_LIMIT
+    search = simulation.search(episode.objects, limit_s)
+    return replace(
+        record,
+        objects=tuple(_judged(search, truth, episode, counts)),
+        contacts=simulation.robot.contacts,
+        simulated_s=round(simulation.now_s, 3),
+        trajectory=tuple(counts.trajectory),
+    )
+
+
+def system_config(setup: EpisodeSetup) -> SystemConfig:
+    """The configuration of the episode: frame rate, camera, and the method's planner."""
+    simulator = setup.config.simulator.model_copy(update={"rgbd_hz": RGBD_HZ})
+    if setup.features is not Features.MINI:
+        width, height = SIMULATED_CAMERA_PX
+        camera = simulator.camera.model_copy(update={"width": width, "height": height})
+        simulator = simulator.model_copy(update={"camera": camera})
+    planner = planner_config(setup.config.planner, setup.method, setup.limit_s)
+    return replace(setup.config, simulator=simulator, planner=planner)
+
+
+def perception(scene: Scene, setup: EpisodeSetup, config: SystemConfig) -> PerceptionPipeline:
+    """The configured perception, or the simulated one with the errors of the apartment's seed."""
+    if setup.features is Features.MINI:
+        return PerceptionPipeline(config.perception)
+    seed = config.simulator.seed
+    calibrated = setup.features is Features.SIMULATED
+    params = SimulatedFeatureParams() if calibrated else UNCALIBRATED
+    encoder = SimulatedEncoder(scene, SHIPPED, params, np.random.default_rng((seed, 1)))
+    detector = SimulatedDetector(scene, SimulatedDetectorParams(), seed)
+    return PerceptionPipeline(config.perception, encoder=encoder, detector=detector)
+
+
+def _count(
+    counts: FrameCounts,
+    labels: LabelRenderer,
+    simulation: LockstepSimulation,
+    frame: RgbdFrame,
+    found: Detections,
+) -> None:
+    counts.trajectory.append(simulation.robot.xy)
+    state = simulation.state
+    if state is None or not state.search.active:
+        return
+    name, (width, height) = state.search.target, VIEW_PX
+    rows, columns = frame.depth_mm.shape
+    intrinsics = frame.intrinsics.scaled(width / columns, height / rows)
+    image = labels.render(frame.T_map_camera, intrinsics, width=width, height=height)
+    pixels = np.bincount(image.labels[image.labels >= 0], minlength=len(counts.categories))
+    large = pixels >= IN_VIEW_SHARE * width * height
+    if any(counts.categories[i] == normalised(name) for i in np.flatnonzero(large)):
+        counts.in_view[name] = counts.in_view.get(name, 0) + 1
+        counts.detected[name] = counts.detected.get(name, 0) + (name in found.names)
+
+
+def _judged(
+    search: Search, truth: SceneTruth, episode: NavigationEpisode, counts: FrameCounts
+) -> list[ObjectRecord]:
+    """The records of all objects; those that the search did not come to are not found."""
+    missing = [_not_sought(name) for name in episode.objects[len(search.results) :]]
+    records = []
+    for result in (*search.results, *missing):
+        judged = evaluate_result(
+            asdict(result),
+            result.name,
+            lambda name, place: truth_reply(truth, TruthRequest(name, *place[:2])),
+        )
+        records.append(object_record(judged, counts))
+    return records
+
+
+def object_record(judged: ObjectSummary, counts: FrameCounts) -> ObjectRecord:
+    """The record of a judged result."""
+    in_view, detected = counts.in_view.get(judged.name, 0), counts.detected.get(judged.name, 0)
+    return ObjectRecord(
+        name=judged.name,
+        outcome=str(judged.outcome),
+        reason=judged.reason,
+        success=judged.success,
+        claimed_wrongly=judged.claimed_wrongly,
+        spl=judged.spl,
+        path_length_m=judged.path_length_m,
+        shortest_path_m=_finite(judged.shortest_path_m),
+        goal_distance_m=_finite(judged.goal_distance_m),
+        time_s=judged.time_s,
+        in_view=in_view,
+        detected=detected,
+        failure=failure_of(judged, in_view, detected),
+        timed_out=not judged.claimed and is_timeout(judged.reason),
+    )
+
+
+def failure_of(judged: ObjectSummary, in_view: int, detected: int) -> Failure:
+    """Why the object does not count as found."""
+    if judged.success:
+        return Failure.NONE
+    if judged.claimed:
+        right = normalised(judged.nearest) == normalised(judged.name)
+        return Failure.STOPPED_SHORT if right else Failure.WRONG_OBJECT
+    if judged.outcome == SearchState.FAILED.value and not is_timeout(judged.reason):
+        return Failure.STUCK
+    if not in_view:
+        return Failure.NEVER_IN_VIEW
+    return Failure.NOT_ACCEPTED if detected else Failure.NOT_DETECTED
+
+
+def is_timeout(reason: str) -> bool:
+    """Whether the reason of a result is its time limit."""
+    return "the limit" in reason or reason == "the time was over"
+
+
+def _not_sought(name: str) -> ObjectResult:
+    return ObjectResult(name, SearchState.NOT_FOUND, "the time was over", (), 0.0, 0.0, 0.0, (), ())
+
+
+def _finite(value: float) -> float | None:
+    return value if isfinite(value) else None

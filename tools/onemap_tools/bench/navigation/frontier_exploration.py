@@ -1,0 +1,124 @@
+"""Exploration of the baselines: drive to frontiers, ranked by a rule; the map's words are unused.
+
+A frontier counts as visited when the robot stood there for ``linger_s`` or needed too long, as in
+OneMap's own exploration; without any left for ``settle_s`` the object counts as not found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from onemap_planner.motion.motions import Motion, Rest
+from onemap_planner.motion.pure_pursuit import arrived
+from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.goal_generation import frontier_goals
+from onemap_planner.policy.goals import Goal, GoalCandidates
+from onemap_planner.policy.params import PlannerParams
+from onemap_planner.policy.state import (
+    ActiveGoal,
+    PlannerState,
+    blacklist,
+    is_blacklisted,
+    reconsider,
+)
+from onemap_planner.search.events import Event, Exhausted
+from onemap_planner.world.frontiers import find_frontiers
+
+Step = tuple[PlannerState, Motion, Event | None, GoalCandidates]
+
+
+@dataclass(frozen=True, slots=True)
+class FrontierExploration:
+    """rank: the higher, the better a goal; margin: by how much another goal must rank higher than
+    the present one to replace it."""
+
+    rank: Callable[[Goal, PlanningContext], float]
+    margin: float
+
+    def __call__(
+        self, state: PlannerState, context: PlanningContext, params: PlannerParams
+    ) -> Step:
+        """See ``Exploration``."""
+        state = _without_finished(state, params)
+        candidates = GoalCandidates(
+            find_frontiers(context.map_view, context.costmap, params.frontier)
+        )
+        goals = [
+            goal
+            for goal in frontier_goals(
+                candidates.frontiers, context.costmap, context.cost_to_go, params=params.goal
+            )
+            if not is_blacklisted(state, goal, params.explore.blacklist_radius_m)
+        ]
+        if not goals:
+            return *_idle(state, context, params), candidates
+        goal = self._choose(goals, state, context, params)
+        motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
+        active = _active(state, goal, params)
+        if active.arrived_s is None and arrived(motion, context.pose, params.drive):
+            active = replace(active, arrived_s=state.active_time_s)
+        target = replace(state.target_state, active_goal=active, idle_since_s=None)
+        return replace(state, target_state=target), motion, None, candidates
+
+    def _choose(
+        self,
+        goals: list[Goal],
+        state: PlannerState,
+        context: PlanningContext,
+        params: PlannerParams,
+    ) -> Goal:
+        ranks = [self.rank(goal, context) for goal in goals]
+        best = int(np.argmax(ranks))
+        active = state.target_state.active_goal
+        if active is None:
+            return goals[best]
+        place = active.goal.look_xy
+        same = [i for i, g in enumerate(goals) if g.looks_at(place, params.goal.same_goal_m)]
+        if not same:
+            return goals[best]
+        kept = max(same, key=lambda i: ranks[i])
+        return goals[kept] if ranks[best] <= ranks[kept] + self.margin else goals[best]
+
+
+def nearness(goal: Goal, _: PlanningContext) -> float:
+    """Rank by the path to the goal, metres: the nearest first."""
+    return -goal.utility.travel_m
+
+
+NEAREST_FRONTIER = FrontierExploration(nearness, margin=float("inf"))
+
+
+def _without_finished(state: PlannerState, params: PlannerParams) -> PlannerState:
+    active = state.target_state.active_goal
+    if active is None:
+        return state
+    arrived_s, now_s = active.arrived_s, state.active_time_s
+    visited = arrived_s is not None and now_s - arrived_s >= params.explore.linger_s
+    late = now_s - active.since_s > active.budget_s
+    return blacklist(state, active.goal) if visited or late else state
+
+
+def _active(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveGoal:
+    active = state.target_state.active_goal
+    if active is not None and goal.looks_at(active.goal.look_xy, params.goal.same_goal_m):
+        return replace(active, goal=goal)
+    explore = params.explore
+    budget_s = explore.goal_base_s + explore.goal_s_per_m * goal.utility.travel_m
+    return ActiveGoal(goal, state.active_time_s, budget_s)
+
+
+def _idle(
+    state: PlannerState, context: PlanningContext, params: PlannerParams
+) -> tuple[PlannerState, Motion, Event | None]:
+    since_s = state.target_state.idle_since_s
+    since_s = state.active_time_s if since_s is None else since_s
+    target = replace(state.target_state, active_goal=None, idle_since_s=since_s)
+    state = replace(state, target_state=target)
+    if state.active_time_s - since_s < params.explore.settle_s:
+        return state, Rest(), None
+    if state.target_state.rejected and not state.target_state.reconsidered:
+        return reconsider(state), Rest(), None
+    return state, Rest(), Exhausted(f"no frontier is left on {context.known_m2():.0f} m²")

@@ -1,0 +1,54 @@
+"""The methods that the benchmark compares: each a set of switches and planner parameters."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from onemap_mapper.replies import NO_GRID
+from onemap_planner.config import PlannerConfig
+from onemap_shared.messages import SearchView
+from onemap_tools.bench.navigation.choices import Method
+from onemap_tools.bench.navigation.frontier_exploration import NEAREST_FRONTIER
+from onemap_tools.bench.search_method import ONEMAP, SearchMethod
+
+# Without consensus: any cell of a detection counts.
+ANY_DETECTION = {"consensus": {"percentile": 0.0, "floor": 0.0}}
+DETECTOR_ONLY = frozenset({Method.NEAREST_FRONTIER})
+
+
+def search_method(method: Method) -> SearchMethod:
+    """The switches of a method that searches."""
+    match method:
+        case Method.ONEMAP_RESET:
+            return replace(ONEMAP, forgets=True)
+        case Method.NEAREST_FRONTIER:
+            return SearchMethod(exploration=NEAREST_FRONTIER, view=without_similarity)
+        case _:
+            return ONEMAP
+
+
+def planner_config(config: PlannerConfig, method: Method, limit_s: float) -> PlannerConfig:
+    """The planner's parameters for a method and seconds per object."""
+    changed = merged(config.model_dump(), {"explore": {"object_limit_s": limit_s}})
+    if method in DETECTOR_ONLY:
+        changed = merged(changed, ANY_DETECTION)
+    return PlannerConfig.model_validate(changed)
+
+
+def without_similarity(view: SearchView) -> SearchView:
+    """The view with similarity 0 in all observed cells and no competing names."""
+    return replace(view, similarity=view.similarity * np.float32(0), rival=NO_GRID)
+
+
+def merged(document: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """The document with the changes, sections within sections."""
+    return {
+        **document,
+        **{
+            name: merged(document[name], value) if isinstance(value, dict) else value
+            for name, value in changes.items()
+        },
+    }

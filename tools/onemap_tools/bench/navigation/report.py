@@ -1,0 +1,52 @@
+"""The benchmark's result as lines of text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from onemap_tools.bench.navigation.metrics import Estimate
+from onemap_tools.bench.navigation.records import EpisodeRecord, ObjectRecord
+
+TITLES = {
+    "sr": "SR per object",
+    "spl": "SPL per object",
+    "sequence_sr": "SR of the sequence",
+    "sequence_spl": "SPL of the sequence",
+    "pr": "PR (found before the first failure)",
+    "ppl": "PPL",
+    "spl_third_over_first": "SPL, third over first object",
+    "wrong_claims": "wrong claims per object",
+    "contacts": "contacts per episode",
+    "path_m": "path per object, m",
+    "time_s": "time per object, s",
+}
+
+
+def episode_line(episode: EpisodeRecord) -> str:
+    """One episode as a line of text."""
+    objects = "; ".join(_object(item) for item in episode.objects)
+    return f"apartment {episode.seed}, {episode.simulated_s:.0f} s: {objects}"
+
+
+def _object(item: ObjectRecord) -> str:
+    if item.success:
+        return f"{item.name} found, SPL {item.spl:.2f} over {item.path_length_m:.1f} m"
+    return f"{item.name}: {item.failure.value}{' (time)' if item.timed_out else ''}"
+
+
+def table_lines(result: Mapping[str, Any]) -> list[str]:
+    """Metrics with their intervals, and the reasons of failure."""
+    lines = [
+        f"{result['method']}, {result['features']} features: {result['episodes']} episodes, "
+        f"{result['objects']} objects, 95 % intervals"
+    ]
+    for name, values in result["metrics"].items():
+        lines.append(f"{_title(name):38} {Estimate(**values)}")
+    lines += [f"{'failed: ' + name:38} {count}" for name, count in result["failures"].items()]
+    return [*lines, f"{'of these, by the time limit':38} {result['timed_out']}"]
+
+
+def _title(name: str) -> str:
+    position = name.removeprefix("spl_")
+    return TITLES.get(name, f"SPL of object {position}")

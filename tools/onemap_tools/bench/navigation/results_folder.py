@@ -1,0 +1,93 @@
+"""The folder of a benchmark's results: options, one line per finished episode, the report.
+
+A run that was killed goes on where it stopped; a last line that was cut off is run again.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from onemap_tools.bench.navigation.records import EpisodeRecord, episode_record
+
+OPTIONS_FILE, EPISODES_FILE, RESULTS_FILE = "options.json", "episodes.jsonl", "results.json"
+
+
+class ResultsFolder:
+    """Opens or creates the folder; ValueError if it holds results of other options."""
+
+    def __init__(self, folder: Path, options: Mapping[str, Any]) -> None:
+        self.folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+        file = folder / OPTIONS_FILE
+        wanted = json.loads(json.dumps(options))
+        if file.exists():
+            refuse_others(folder, _options(file), wanted)
+        else:
+            file.write_text(json.dumps(wanted, indent=2) + "\n", encoding="utf-8")
+        self._episodes = folder / EPISODES_FILE
+        self.finished = _finished(self._episodes)
+        self._episodes.write_text("".join(map(_line, self.finished)), encoding="utf-8")
+
+    def add(self, record: EpisodeRecord) -> None:
+        """Keep a finished episode."""
+        with self._episodes.open("a", encoding="utf-8") as file:
+            file.write(_line(record))
+
+    def write_results(self, document: Mapping[str, Any]) -> None:
+        """Write the summary, and the episodes in their order."""
+        text = json.dumps(document, indent=2) + "\n"
+        (self.folder / RESULTS_FILE).write_text(text, encoding="utf-8")
+
+
+def refuse_others(folder: Path, before: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
+    """Raise ValueError that names the options in which the two differ."""
+    had, want = flat(before), flat(wanted)
+    differing = [
+        f"{name} {had.get(name)!r} instead of {want.get(name)!r}"
+        for name in dict.fromkeys((*had, *want))
+        if had.get(name) != want.get(name)
+    ]
+    if differing:
+        raise ValueError(
+            f"{folder} holds results with {', '.join(differing)}: choose another folder for --out"
+        )
+
+
+def flat(document: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """The document's values by dotted names."""
+    values: dict[str, Any] = {}
+    for name, value in document.items():
+        inner = flat(value, f"{prefix}{name}.") if isinstance(value, dict) else None
+        values |= {f"{prefix}{name}": value} if inner is None else inner
+    return values
+
+
+def _options(file: Path) -> Mapping[str, Any]:
+    try:
+        options = json.loads(file.read_text(encoding="utf-8"))
+    except ValueError:
+        options = None
+    if not isinstance(options, dict):
+        raise ValueError(f"{file} is damaged: choose another folder for --out")
+    return options
+
+
+def _finished(file: Path) -> list[EpisodeRecord]:
+    """The episodes of the file; a line that is not one, cut off by a kill, is left out."""
+    if not file.exists():
+        return []
+    records = {}
+    for line in file.read_text(encoding="utf-8").splitlines():
+        try:
+            record = episode_record(json.loads(line))
+        except (ValueError, KeyError, TypeError):
+            continue
+        records[record.index] = record
+    return list(records.values())
+
+
+def _line(record: EpisodeRecord) -> str:
+    return json.dumps(record.document(), allow_nan=False) + "\n"
