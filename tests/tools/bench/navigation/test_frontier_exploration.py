@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from onemap_planner.motion.motions import Drive, Rest
 from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.search.events import Exhausted
 from onemap_tools.bench.navigation.frontier_exploration import (
     NEAREST_FRONTIER,
     FrontierExploration,
+    frontier_value,
+    information_gain,
+    unknown_in_view_m2,
 )
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import POSE, SEARCH, candidate, context, planner_state
@@ -19,6 +25,10 @@ from tests.planner.one_room import POSE, SEARCH, candidate, context, planner_sta
 def seen(*rows: str) -> PlanningContext:
     view = search_view_of(drawn_map(*rows, scale=5))
     return build_context(POSE, view, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+
+
+def utility(travel_m: float) -> GoalUtility:
+    return GoalUtility.of(0.0, travel_m, PARAMS.goal)
 
 
 BOTH_ENDS = seen(*["   .........      "] * 10)
@@ -68,3 +78,27 @@ def test_without_a_frontier_rejected_candidates_are_reconsidered_before_it_ends(
     _, _, event, _ = NEAREST_FRONTIER(late, context(), PARAMS)
     assert isinstance(event, Exhausted)
     assert "no frontier is left on" in event.reason
+
+
+def test_more_unknown_in_view_is_worth_a_longer_way() -> None:
+    wall, room, door = "#" * 16, "#.......#      #", "#.......       #"
+    one_door = seen(wall, *[room] * 3, *[door] * 2, *[room] * 6, wall)
+    x_m, y_m = one_door.pose.xy
+    in_corner = unknown_in_view_m2(np.array([0.75, 0.75]), one_door.map_view)
+    before_door = unknown_in_view_m2(np.array([2.5, 3.5]), one_door.map_view)
+    assert 0 <= in_corner < 1.0 < before_door < 12.0
+    near = Goal(GoalKind.FRONTIER, (x_m, y_m), (x_m, y_m), utility(0.0), "")
+    far = replace(near, utility=utility(5.0))
+    assert information_gain(near, one_door) > information_gain(far, one_door) > 0
+
+
+def test_the_value_of_a_frontier_is_the_highest_near_it() -> None:
+    place = BOTH_ENDS.map_view.grid.centres(np.array([12, 12]))
+    similarity = np.full(BOTH_ENDS.map_view.grid.shape, np.nan, np.float32)
+    similarity[14, 12], similarity[25, 12] = 0.6, 0.9
+    context = replace(BOTH_ENDS, map_view=replace(BOTH_ENDS.map_view, similarity=similarity))
+    xy = (float(place[0]), float(place[1]))
+    goal = Goal(GoalKind.FRONTIER, xy, xy, utility(1.0), "")
+    assert frontier_value(goal, context) == np.float32(0.6)
+    away = replace(goal, look_xy=(xy[0] - 5.0, xy[1]))
+    assert frontier_value(away, context) == 0.0

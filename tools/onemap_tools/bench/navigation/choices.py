@@ -10,7 +10,10 @@ class Method(str, Enum):
 
     ONEMAP = "onemap"
     ONEMAP_RESET = "onemap_reset"
+    ONEMAP_NO_CONSENSUS = "onemap_no_consensus"
+    VLFM = "vlfm"
     NEAREST_FRONTIER = "nearest_frontier"
+    INFORMATION_GAIN = "information_gain"
     ORACLE = "oracle"
 
 

@@ -106,7 +106,7 @@ def _search(
         scene,
         config,
         perception(scene, setup, config),
-        method=search_method(setup.method),
+        method=search_method(setup.method, config.mapper.cell_size_m),
         renderer=None if setup.features is Features.MINI else labels,
         watch=lambda frame, found: _count(counts, labels, simulation, frame, found),
     )

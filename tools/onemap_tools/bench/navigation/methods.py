@@ -11,31 +11,50 @@ from onemap_mapper.replies import NO_GRID
 from onemap_planner.config import PlannerConfig
 from onemap_shared.messages import SearchView
 from onemap_tools.bench.navigation.choices import Method
-from onemap_tools.bench.navigation.frontier_exploration import NEAREST_FRONTIER
-from onemap_tools.bench.search_method import ONEMAP, SearchMethod
+from onemap_tools.bench.navigation.frontier_exploration import (
+    INFORMATION_GAIN,
+    NEAREST_FRONTIER,
+    VLFM,
+)
+from onemap_tools.bench.navigation.value_map import ConfidenceValueMap
+from onemap_tools.bench.search_method import SearchMethod
 
 # Without consensus: any cell of a detection counts.
 ANY_DETECTION = {"consensus": {"percentile": 0.0, "floor": 0.0}}
-DETECTOR_ONLY = frozenset({Method.NEAREST_FRONTIER})
+NO_CONSENSUS = frozenset(
+    {Method.ONEMAP_NO_CONSENSUS, Method.VLFM, Method.NEAREST_FRONTIER, Method.INFORMATION_GAIN}
+)
 
 
-def search_method(method: Method) -> SearchMethod:
-    """The switches of a method that searches."""
+def search_method(method: Method, cell_size_m: float) -> SearchMethod:
+    """The switches of a method that searches on a map of these cells."""
     match method:
         case Method.ONEMAP_RESET:
-            return replace(ONEMAP, forgets=True)
+            return SearchMethod(forgets=True)
+        case Method.ONEMAP_NO_CONSENSUS:
+            return SearchMethod(view=without_rivals)
         case Method.NEAREST_FRONTIER:
             return SearchMethod(exploration=NEAREST_FRONTIER, view=without_similarity)
+        case Method.INFORMATION_GAIN:
+            return SearchMethod(exploration=INFORMATION_GAIN, view=without_similarity)
+        case Method.VLFM:
+            values = ConfidenceValueMap(cell_size_m)
+            return SearchMethod(exploration=VLFM, value_map=values, forgets=True)
         case _:
-            return ONEMAP
+            return SearchMethod()
 
 
 def planner_config(config: PlannerConfig, method: Method, limit_s: float) -> PlannerConfig:
     """The planner's parameters for a method and seconds per object."""
     changed = merged(config.model_dump(), {"explore": {"object_limit_s": limit_s}})
-    if method in DETECTOR_ONLY:
+    if method in NO_CONSENSUS:
         changed = merged(changed, ANY_DETECTION)
     return PlannerConfig.model_validate(changed)
+
+
+def without_rivals(view: SearchView) -> SearchView:
+    """The view without competing names."""
+    return replace(view, rival=NO_GRID)
 
 
 def without_similarity(view: SearchView) -> SearchView:

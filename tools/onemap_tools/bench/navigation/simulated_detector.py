@@ -44,7 +44,8 @@ class SimulatedDetectorParams(Params):
         ge=0,
         le=1,
         description="Chance that an object is taken for something of a given other name, for good: "
-        "about one wrong object per name in an apartment of a hundred.",
+        "about one wrong object per name in an apartment of a hundred. The paper's detector alone "
+        "claims a wrong object in 26.6 % of the searches.",
     )
     confused_frames: float = Field(
         default=0.5,
