@@ -37,7 +37,7 @@ def draw_floor_plan(scene: Scene, floor: FloorMap, start: StartPose | None) -> U
     for _, outline in outlines:
         plan[outline & floor.obstacles] = THING  # only the outline of what is no obstacle, a rug
         plan[outline & ~cv2.erode(outline.astype(np.uint8), np.ones((3, 3))).astype(bool)] = EDGE
-    scale = max(LONGEST_PX // max(floor.grid.shape), 1)
+    scale = _scale(floor.grid)
     large = np.repeat(np.repeat(plan, scale, axis=0), scale, axis=1)
     image: U8 = np.ascontiguousarray(large.transpose(1, 0, 2)[::-1])
     if start is not None:
@@ -47,6 +47,15 @@ def draw_floor_plan(scene: Scene, floor: FloorMap, start: StartPose | None) -> U
         middle = floor.grid.centres(np.argwhere(outline)).mean(axis=0)
         _draw_label(image, name, _pixel(floor.grid, scale, middle), taken)
     return image
+
+
+def draw_path(image: U8, grid: GridSpec, path: F64, colour: tuple[int, int, int]) -> U8:
+    """The floor plan with a line through places (N, 2) in metres, in BGR."""
+    scale = _scale(grid)
+    drawn: U8 = image.copy()
+    pixels = np.array([_pixel(grid, scale, place) for place in path], np.int32).reshape(-1, 1, 2)
+    cv2.polylines(drawn, [pixels], False, colour, 2, cv2.LINE_AA)
+    return drawn
 
 
 def write_png(file: Path, image: U8) -> None:
@@ -64,6 +73,11 @@ def _outlines(scene: Scene, grid: GridSpec) -> list[tuple[str, Bool]]:
         if thing.category not in STRUCTURE | {UNNAMED}
     ]
     return sorted(outlines, key=lambda item: -int(item[1].sum()))
+
+
+def _scale(grid: GridSpec) -> int:
+    """Pixels per cell."""
+    return max(LONGEST_PX // max(grid.shape), 1)
 
 
 def _pixel(grid: GridSpec, scale: int, position_m: F64) -> tuple[int, int]:

@@ -47,14 +47,17 @@ def test_a_run_goes_on_where_it_was_killed(tmp_path: Path) -> None:
     assert "found, SPL 1.00" in episode_line(ran[0])
 
 
-def test_the_table_has_a_line_for_every_metric(monkeypatch: pytest.MonkeyPatch) -> None:
-    def run_all(setups: list[EpisodeSetup], workers: int) -> list[EpisodeRecord]:
+def test_the_table_has_a_line_for_every_metric_and_the_folder_a_picture(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def run_all(setups: list[EpisodeSetup], workers: int, out: Path) -> list[EpisodeRecord]:
         assert workers == 2
-        return [benchmark.timed_episode(setup) for setup in setups]
+        return [benchmark.timed_episode(setup, out) for setup in setups]
 
     monkeypatch.setattr(benchmark, "run_all", run_all)
     options = replace(OPTIONS, episodes=1)
-    result = run_benchmark(options, workers=2, out=None, report=lambda _: None)
+    result = run_benchmark(options, workers=2, out=tmp_path, report=lambda _: None)
+    assert (tmp_path / "episode_0000.png").read_bytes().startswith(b"\x89PNG")
     lines = table_lines(result)
     assert lines[0] == "oracle, simulated features: 1 episodes, 2 objects, 95 % intervals"
     assert any(line.startswith("SPL of object 2") for line in lines)

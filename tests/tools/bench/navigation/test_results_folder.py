@@ -26,8 +26,16 @@ def test_finished_episodes_are_kept_and_a_cut_off_line_is_not(tmp_path: Path) ->
     assert again.finished == [SECOND, FIRST]
     again.add(episode(2, found("sofa", 1, 2)))
     assert len(ResultsFolder(out, OPTIONS).finished) == 3
-    again.write_results({"sr": 1.0})
-    assert json.loads((out / "results.json").read_text()) == {"sr": 1.0}
+    metrics = {"spl_1": {"value": 0.5, "low": 0.25, "high": 0.75}}
+    how = dict.fromkeys(("episodes", "objects_per_episode", "seed", "apartments", "style"), 1)
+    document = {"method": "<vlfm>", "features": "mini", **how, "metrics": metrics, "failures": {}}
+    again.write_results(document, again.finished)
+    assert json.loads((out / "results.json").read_text()) == document
+    page = (out / "index.html").read_text()
+    assert "&lt;vlfm&gt;, mini features" in page
+    assert "episode_0001.png" in page
+    assert "0.500 [0.250, 0.750]" in page
+    assert "object 1" in (out / "spl_by_position.svg").read_text()
 
 
 def test_a_folder_of_other_options_is_refused_in_a_sentence(tmp_path: Path) -> None:

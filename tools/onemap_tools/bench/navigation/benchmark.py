@@ -17,8 +17,11 @@ from onemap_tools.bench.navigation.choices import Apartments, Features, Method
 from onemap_tools.bench.navigation.episode_run import EpisodeSetup, run_episode
 from onemap_tools.bench.navigation.episodes import apartment_seeds
 from onemap_tools.bench.navigation.metrics import summary
+from onemap_tools.bench.navigation.page import picture_name
+from onemap_tools.bench.navigation.picture import episode_picture
 from onemap_tools.bench.navigation.records import EpisodeRecord
 from onemap_tools.bench.navigation.results_folder import ResultsFolder
+from onemap_tools.cli.floor_plan import write_png
 
 Report = Callable[[EpisodeRecord], None]
 
@@ -81,7 +84,7 @@ def run_benchmark(
     folder = None if out is None else ResultsFolder(out, described)
     done = {record.index: record for record in folder.finished} if folder else {}
     todo = [setup for setup in setups if setup.index not in done]
-    for record in run_all(todo, workers):
+    for record in run_all(todo, workers, out):
         done[record.index] = record
         if folder:
             folder.add(record)
@@ -95,14 +98,19 @@ def run_benchmark(
         "wall_s": round(time.perf_counter() - started_s, 1),
     }
     if folder:
-        folder.write_results(result)
+        folder.write_results(result, episodes)
     return {**result, "results": [_short(episode) for episode in episodes]}
 
 
-def run_all(setups: Sequence[EpisodeSetup], workers: int) -> Iterator[EpisodeRecord]:
-    """Run the episodes in ``workers`` processes; yields them as they end."""
+def run_all(
+    setups: Sequence[EpisodeSetup], workers: int, pictures: Path | None
+) -> Iterator[EpisodeRecord]:
+    """Run the episodes in ``workers`` processes; yields them as they end.
+
+    pictures: folder for one picture of each.
+    """
     with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        running = [pool.submit(timed_episode, setup) for setup in setups]
+        running = [pool.submit(timed_episode, setup, pictures) for setup in setups]
         try:
             for each in as_completed(running):
                 yield each.result()
@@ -110,11 +118,15 @@ def run_all(setups: Sequence[EpisodeSetup], workers: int) -> Iterator[EpisodeRec
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def timed_episode(setup: EpisodeSetup) -> EpisodeRecord:
-    """Run an episode on one core, with its time in seconds."""
+def timed_episode(setup: EpisodeSetup, pictures: Path | None) -> EpisodeRecord:
+    """Run an episode on one core, with its time in seconds, and write its picture."""
     torch.set_num_threads(1)
     started_s = time.perf_counter()
     record = run_episode(setup)
+    if pictures is not None:
+        simulator = setup.config.simulator
+        image = episode_picture(record, simulator.style, simulator.robot)
+        write_png(pictures / picture_name(record.index), image)
     return replace(record, wall_s=round(time.perf_counter() - started_s, 1))
 
 

@@ -42,11 +42,12 @@ def table_lines(result: Mapping[str, Any]) -> list[str]:
         f"{result['objects']} objects, 95 % intervals"
     ]
     for name, values in result["metrics"].items():
-        lines.append(f"{_title(name):38} {Estimate(**values)}")
+        lines.append(f"{title(name):38} {Estimate(**values)}")
     lines += [f"{'failed: ' + name:38} {count}" for name, count in result["failures"].items()]
     return [*lines, f"{'of these, by the time limit':38} {result['timed_out']}"]
 
 
-def _title(name: str) -> str:
+def title(name: str) -> str:
+    """The metric's name for people."""
     position = name.removeprefix("spl_")
     return TITLES.get(name, f"SPL of object {position}")

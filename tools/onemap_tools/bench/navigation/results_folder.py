@@ -6,13 +6,15 @@ A run that was killed goes on where it stopped; a last line that was cut off is 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from onemap_tools.bench.navigation.page import page_html, spl_plot
 from onemap_tools.bench.navigation.records import EpisodeRecord, episode_record
 
-OPTIONS_FILE, EPISODES_FILE, RESULTS_FILE = "options.json", "episodes.jsonl", "results.json"
+OPTIONS_FILE, EPISODES_FILE = "options.json", "episodes.jsonl"
+RESULTS_FILE, PAGE_FILE, PLOT_FILE = "results.json", "index.html", "spl_by_position.svg"
 
 
 class ResultsFolder:
@@ -36,10 +38,14 @@ class ResultsFolder:
         with self._episodes.open("a", encoding="utf-8") as file:
             file.write(_line(record))
 
-    def write_results(self, document: Mapping[str, Any]) -> None:
-        """Write the summary, and the episodes in their order."""
-        text = json.dumps(document, indent=2) + "\n"
-        (self.folder / RESULTS_FILE).write_text(text, encoding="utf-8")
+    def write_results(self, document: Mapping[str, Any], episodes: Sequence[EpisodeRecord]) -> None:
+        """Write the summary, its plot and the page with the episodes in their order."""
+        for name, text in (
+            (RESULTS_FILE, json.dumps(document, indent=2) + "\n"),
+            (PLOT_FILE, spl_plot(document["metrics"])),
+            (PAGE_FILE, page_html(document, episodes)),
+        ):
+            (self.folder / name).write_text(text, encoding="utf-8")
 
 
 def refuse_others(folder: Path, before: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
