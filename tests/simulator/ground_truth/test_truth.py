@@ -199,3 +199,12 @@ def test_the_shortest_path_leads_around_the_wall_to_a_success_place() -> None:
     assert truth.distances("bed", float(path[-1, 0]), float(path[-1, 1])).path_m == 0
     assert len(truth.shortest_path("sofa", 1.0, 1.0)) == 0
     assert len(truth.shortest_path("bed", 50.0, 1.0)) == 0
+
+
+def test_the_least_way_between_two_categories() -> None:
+    sofa: Box = ("sofa", (0.2, 0.2, 0.0), (1.0, 1.0, 0.5))
+    chair: Box = ("chair", (4.6, 0.4, 0.0), (4.9, 0.8, 0.9))
+    truth = truth_of(divided_room(BED, sofa, chair))
+    assert truth.least_way_m("bed", "chair") == 0.0
+    assert 3.0 < truth.least_way_m("sofa", "bed") < 8.0
+    assert truth.least_way_m("sofa", "toilet") == np.inf

@@ -73,6 +73,15 @@ class SceneTruth:
             return np.zeros((0, 2))
         return self._grid.centres(self._paths_to(normalised(name)).cells_from(start))
 
+    def least_way_m(self, first: str, second: str) -> float:
+        """Least path length in metres from a success place of one category to one of another.
+
+        Infinity without a path. Not string-pulled.
+        """
+        paths = self._paths_to(normalised(second))
+        starts = paths.number[self.success_cells(first)[1]]
+        return float(paths.lengths[starts].min(initial=np.inf)) * CELL_SIZE_M
+
     def success_cells(self, name: str) -> tuple[GridSpec, Bool]:
         """Cells (nx, ny) whose centres are success places of a category, and their grid."""
         places = np.zeros(self._free.shape, bool)

@@ -78,6 +78,7 @@ def test_simulated_features_have_a_small_camera_and_mini_the_configured_one() ->
     assert small.rgbd_hz == mini.rgbd_hz == 4.0
 
 
+@pytest.mark.slow
 def test_the_oracle_finds_everything_on_the_shortest_path() -> None:
     record = run_episode(setup(Method.ORACLE))
     assert [(item.success, item.spl) for item in record.objects] == [(True, 1.0)] * 2
@@ -103,6 +104,6 @@ def test_every_kind_of_features_runs_an_episode(features: Features) -> None:
 
 @pytest.mark.slow
 def test_an_episode_repeats_itself() -> None:
-    first, second = (run_episode(setup(Method.ONEMAP)) for _ in range(2))
+    first, second = (run_episode(setup(Method.ONEMAP, limit_s=10.0)) for _ in range(2))
     assert first == second
     assert any(item.in_view for item in first.objects)

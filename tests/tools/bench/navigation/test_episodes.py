@@ -12,7 +12,7 @@ from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.navigation.choices import Apartments
 from onemap_tools.bench.navigation.episodes import (
     GOALS,
-    MIN_START_M,
+    MIN_WAY_M,
     NavigationEpisode,
     apartment_seeds,
     draw_episode,
@@ -28,6 +28,7 @@ def room() -> Scene:
     builder.add("wall", (7.9, 0, 0), (8.1, 4, 2.5))
     builder.add("bed", (0.2, 0.2, 0), (1.2, 2.0, 0.5))
     builder.add("desk", (7.0, 0.2, 0), (7.8, 1.2, 0.7))
+    builder.add("chair", (6.2, 0.4, 0), (6.6, 0.8, 0.9))  # beside the desk: never after it
     builder.add("cup", (7.2, 0.4, 0.7), (7.3, 0.5, 0.8))
     builder.add("toilet", (9.2, 0.2, 0), (9.8, 0.8, 0.5))
     return replace(builder.build(), start=(4.0, 2.0, 0.0))
@@ -55,17 +56,21 @@ def test_objects_are_distinct_reachable_goals_and_the_start_is_free() -> None:
     truth, collision = truth_of(scene), CollisionMap.of(scene, 1.1)
     drawn = [draw(scene, seed, 2) for seed in range(6)]
     for episode in drawn:
-        assert set(episode.objects) == {"bed", "desk"} <= GOALS  # the toilet has no way to it
+        assert "bed" in episode.objects  # the toilet has no way to it
+        assert set(episode.objects) < {"bed", "desk", "chair"} < GOALS
         x, y, _ = episode.start
         assert collision.clearance_m(x, y) > 0.2
-        assert truth.distances(episode.objects[0], x, y).path_m >= MIN_START_M
+        assert truth.distances(episode.objects[0], x, y).path_m >= MIN_WAY_M
+        assert truth.least_way_m(*episode.objects) >= MIN_WAY_M
     assert len({episode.start for episode in drawn}) == 6
     assert drawn[0] == draw(scene, 0, 2)
 
 
 def test_too_few_objects_are_said_in_a_sentence() -> None:
-    with pytest.raises(ValueError, match=r"has \d kinds of object that can be reached, not 3"):
-        draw(room(), 1, 3)
+    with pytest.raises(
+        ValueError, match="has 2 kinds of object that can be reached one after the other, not 4"
+    ):
+        draw(room(), 1, 4)
 
 
 def test_the_oracle_drives_the_shortest_paths_one_after_the_other() -> None:

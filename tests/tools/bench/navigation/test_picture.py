@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.physics.robot import RobotParams
@@ -24,6 +25,7 @@ def test_the_trajectory_is_cut_where_the_next_object_begins() -> None:
     assert paths_of(replace(WALK, trajectory=())) == []
 
 
+@pytest.mark.slow
 def test_each_path_is_drawn_in_its_colour() -> None:
     x, y, yaw = generate_apartment(1).start
     steps = np.linspace(0, 0.6, 9)

@@ -20,7 +20,7 @@ GOALS = frozenset(
     + ("refrigerator", "sink", "sofa", "stool", "suitcase", "table", "television", "toilet")
     + ("trash can", "wardrobe", "washing machine")
 )
-MIN_START_M = 1.0  # shortest way to the first object: the robot does not start in front of it
+MIN_WAY_M = 1.0  # to each object, from the start or wherever the one before can be found
 START_MARGIN_M = 0.1  # between the robot and obstacles at the start
 
 
@@ -51,20 +51,27 @@ def draw_episode(
     reachable = collision.reachable_cells(*scene.start[:2], radius_m)
     reachable &= collision.clearance >= radius_m + START_MARGIN_M
     start = _draw_start(collision, reachable, rng)
-    first: list[str] = []
-    others: list[str] = []
-    for name in rng.permutation(sorted(GOALS.intersection(scene.categories))):
-        way_m = truth.distances(str(name), *start[:2]).path_m
-        if not np.isfinite(way_m):
-            continue
-        chosen = others if first or way_m < MIN_START_M else first
-        chosen.append(str(name))
-        if first and len(others) >= objects - 1:
-            return NavigationEpisode(seed, (*first, *others[: objects - 1]), start)
-    raise ValueError(
-        f"{scene.name} has {len(first) + len(others)} kinds of object that can be reached, "
-        f"not {objects}; choose fewer with --objects-per-episode"
-    )
+    left = [str(name) for name in rng.permutation(sorted(GOALS.intersection(scene.categories)))]
+    chosen: list[str] = []
+    while len(chosen) < objects:
+        name = next((each for each in left if _is_away(each, chosen, start, truth)), None)
+        if name is None:
+            raise ValueError(
+                f"{scene.name} has {len(chosen)} kinds of object that can be reached one after "
+                f"the other, not {objects}; choose fewer with --objects-per-episode"
+            )
+        chosen.append(name)
+        left.remove(name)
+    return NavigationEpisode(seed, tuple(chosen), start)
+
+
+def _is_away(
+    name: str, before: list[str], start: tuple[float, float, float], truth: SceneTruth
+) -> bool:
+    """Whether there is a way to it, not too short from the start or the object before."""
+    from_start_m = truth.distances(name, *start[:2]).path_m
+    way_m = truth.least_way_m(before[-1], name) if before else from_start_m
+    return bool(np.isfinite(from_start_m)) and way_m >= MIN_WAY_M
 
 
 def _draw_start(
