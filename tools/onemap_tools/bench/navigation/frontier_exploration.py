@@ -20,9 +20,9 @@ from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import (
     ActiveGoal,
     PlannerState,
+    TargetState,
     blacklist,
     is_blacklisted,
-    reconsider,
 )
 from onemap_planner.search.events import Event, Exhausted
 from onemap_planner.world.costmap import distance_cells
@@ -162,5 +162,5 @@ def _idle(
     if state.active_time_s - since_s < params.explore.settle_s:
         return state, Rest(), None
     if state.target_state.rejected and not state.target_state.reconsidered:
-        return reconsider(state), Rest(), None
+        return replace(state, target_state=TargetState(reconsidered=True)), Rest(), None
     return state, Rest(), Exhausted(f"no frontier is left on {context.known_m2():.0f} m²")

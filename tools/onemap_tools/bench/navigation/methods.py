@@ -16,7 +16,7 @@ from onemap_tools.bench.navigation.frontier_exploration import (
     NEAREST_FRONTIER,
     VLFM,
 )
-from onemap_tools.bench.navigation.value_map import ConfidenceValueMap
+from onemap_tools.bench.navigation.value_map import ConfidenceValueMap, scored_view
 from onemap_tools.bench.search_method import SearchMethod
 
 # Without consensus: any cell of a detection counts.
@@ -58,8 +58,8 @@ def without_rivals(view: SearchView) -> SearchView:
 
 
 def without_similarity(view: SearchView) -> SearchView:
-    """The view with similarity 0 in all observed cells and no competing names."""
-    return replace(view, similarity=view.similarity * np.float32(0), rival=NO_GRID)
+    """The view with similarity 0 in all observed cells and nothing else that words decide."""
+    return scored_view(view, view.similarity * np.float32(0))
 
 
 def merged(document: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:

@@ -7,11 +7,8 @@ scaled to 0 at the edge of the image. The image's embedding is the mean of its p
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from onemap_mapper.replies import NO_GRID
 from onemap_shared.camera import ray_directions, unproject_to_map
 from onemap_shared.geometry import F32, F64
 from onemap_shared.grid import GridSpec
@@ -58,8 +55,21 @@ class ConfidenceValueMap:
         inside = self._grid.contains(cells)
         x, y = np.moveaxis(np.clip(cells, 0, np.asarray(self._grid.shape) - 1), -1, 0)
         known = inside & (self._confidence[x, y] > 0)
-        similarity = np.where(known, self._value[x, y], np.float32(np.nan))
-        return replace(view, similarity=similarity, rival=NO_GRID)
+        return scored_view(view, np.where(known, self._value[x, y], np.float32(np.nan)))
+
+
+def scored_view(view: SearchView, similarity: F32) -> SearchView:
+    """The layers of a view with this similarity (nx, ny), without what else words decide."""
+    return SearchView(
+        text=view.text,
+        revision=view.revision,
+        sequence=view.sequence,
+        stamp_ns=view.stamp_ns,
+        grid=view.grid,
+        occupancy=view.occupancy,
+        layers=view.layers,
+        similarity=similarity,
+    )
 
 
 def image_score(field: FeatureField, query: TextEmbeddings) -> float:
