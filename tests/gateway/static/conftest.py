@@ -15,6 +15,8 @@ from tests.gateway import fakes
 from tests.gateway.fakes import FakeMapper, FakePlanner
 from tests.gateway.static.chromium import COMMAND, Chromium, Page, running_chromium
 
+PHONE = (360, 640)
+
 
 @dataclass
 class Robot:
@@ -38,6 +40,12 @@ class Robot:
         found = (fakes.find_result(name, x_m, y_m),)
         self.planner.status = replace(self.planner.status, results=found)
         self.planner.move(SearchState.FOUND, f"found the {name}")
+
+
+def start_search(page: Page, text: str = "sofa, kettle") -> None:
+    page.type("#text", text)
+    page.click("#find")
+    page.wait_for("document.body.classList.contains('searching')")
 
 
 @pytest.fixture(scope="session")

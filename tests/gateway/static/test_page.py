@@ -1,16 +1,14 @@
-"""The live page in a browser: ask, search, stop, finds, phone, light and dark, accessibility."""
+"""The live page in a browser: ask, search, stop, finds, phone, light and dark."""
 
 from __future__ import annotations
 
 import pytest
 
 from tests.gateway.static.chromium import Page
-from tests.gateway.static.conftest import Robot
+from tests.gateway.static.conftest import PHONE, Robot, start_search
 
 pytestmark = pytest.mark.slow
 
-PHONE = (360, 640)
-NAMED_ROLES = {"button", "link", "textbox", "image", "Canvas", "img", "DisclosureTriangle"}
 # The colour of a canvas pixel is shown nowhere else: count those of one colour on the map.
 PIXELS = """(() => {
   const canvas = document.getElementById("map");
@@ -24,32 +22,6 @@ PIXELS = """(() => {
   }
   return count;
 })()"""
-# Texts whose contrast with what is behind them is under that of WCAG 2.2 AA.
-FAINT_TEXTS = """(() => {
-  const parse = (text) => (text.match(/[\\d.]+/g) ?? [0, 0, 0, 0]).map(Number);
-  const over = ([r, g, b, a = 1], below) => [r, g, b].map((c, i) => c * a + below[i] * (1 - a));
-  const behind = (node) => {
-    if (!node) return [255, 255, 255];
-    return over(parse(getComputedStyle(node).backgroundColor), behind(node.parentElement));
-  };
-  const luminance = (colour) => colour
-    .map((c) => c / 255)
-    .map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4))
-    .reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
-  const faint = [];
-  const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-  while (texts.nextNode()) {
-    const node = texts.currentNode.parentElement;
-    if (!texts.currentNode.data.trim() || !node.checkVisibility()) continue;
-    const ground = behind(node);
-    const ink = over(parse(getComputedStyle(node).color), ground);
-    const [low, high] = [luminance(ink), luminance(ground)].sort((a, b) => a - b);
-    const contrast = (high + 0.05) / (low + 0.05);
-    if (contrast < 4.5) faint.push(`${texts.currentNode.data.trim()}: ${contrast.toFixed(2)}`);
-  }
-  return faint;
-})()"""
-
 # The finds after: one, the same seen again in another search, one elsewhere, a cleared map.
 FINDS = """(async () => {
   const { Finds } = await import("/static/finds.js");
@@ -64,12 +36,6 @@ FINDS = """(async () => {
     return finds.list().map(({ name }) => name);
   });
 })()"""
-
-
-def start_search(page: Page, text: str = "sofa, kettle") -> None:
-    page.type("#text", text)
-    page.click("#find")
-    page.wait_for("document.body.classList.contains('searching')")
 
 
 def test_every_typed_name_is_asked(page: Page, robot: Robot) -> None:
@@ -185,32 +151,6 @@ def test_stop_is_in_sight_in_a_low_window(page: Page, robot: Robot) -> None:
 
 
 @pytest.mark.parametrize("scheme", ["dark", "light"])
-@pytest.mark.parametrize("size", [(1280, 800), PHONE], ids=["desk", "phone"])
-def test_the_page_is_accessible(
-    page: Page, robot: Robot, scheme: str, size: tuple[int, int]
-) -> None:
-    page.prefer(scheme)
-    page.resize(*size)
-    page.open(robot.address)
-    page.click("#find")  # shows the error
-    page.wait_for("!document.getElementById('error').hidden")
-    start_search(page)
-    page.type("#text", "sofa, kite, flurb")
-    page.click("#where")
-    page.wait_for("document.querySelectorAll('#regions-card h2').length === 3")
-    page.wait_for("document.querySelectorAll('#notices li').length > 0")
-    page.evaluate("document.getElementById('legend').open = true")
-    assert page.evaluate(FAINT_TEXTS) == []
-    unnamed = [role for role, name in page.accessible_nodes() if role in NAMED_ROLES and not name]
-    assert unnamed == []
-    headings = "document.querySelectorAll('h1').length"
-    assert page.evaluate(headings) == 1
-    ids = "[...document.querySelectorAll('[id]')].map((node) => node.id)"
-    assert page.evaluate(f"new Set({ids}).size === {ids}.length")
-    assert page.evaluate("document.documentElement.lang") == "en"
-
-
-@pytest.mark.parametrize("scheme", ["dark", "light"])
 def test_the_map_has_the_colours_of_the_page(page: Page, robot: Robot, scheme: str) -> None:
     page.prefer(scheme)
     page.open(robot.address)
@@ -226,9 +166,3 @@ def test_the_legend_names_what_is_drawn(page: Page, robot: Robot) -> None:
     )
     for name in drawn.split(", "):
         assert name in legend
-
-
-def test_the_api_documentation_opens_without_errors(page: Page, robot: Robot) -> None:
-    page.call("Page.navigate", url=f"{robot.address}docs")
-    page.wait_for("document.querySelector('.opblock') && document.querySelector('#problems tr')")
-    assert page.errors == []
