@@ -84,7 +84,7 @@ def test_axe_finds_no_violation_on_the_page(
     page.wait_for("document.querySelectorAll('#notices li').length > 0")
     assert violations(page) == [], "with answers and a search that runs"
     page.click("#stop")
-    page.wait_for("document.getElementById('search-state').innerText === 'stopped'")
+    page.wait_for("document.getElementById('search-state').innerText === 'cancelled'")
     page.type("#text", "")
     page.click("#find")
     page.wait_for("!document.getElementById('error').hidden")

@@ -96,7 +96,7 @@ def test_a_search_is_started_followed_and_stopped(page: Page, robot: Robot) -> N
     robot.move()
     page.wait_for(f"{PIXELS % 'path'} > 20")
     page.click("#stop")
-    page.wait_for("document.getElementById('search-state').innerText === 'stopped'")
+    page.wait_for("document.getElementById('search-state').innerText === 'cancelled'")
     page.wait_for(f"{PIXELS % 'path'} === 0")
     assert page.evaluate("document.getElementById('stop').hidden")
     assert page.errors == []
@@ -134,7 +134,7 @@ def test_stop_is_in_sight_on_a_phone(page: Page, robot: Robot, scheme: str) -> N
     height = page.evaluate("document.getElementById('stop').getBoundingClientRect().height")
     assert height >= 44
     page.click("#stop")
-    page.wait_for("document.getElementById('search-state').innerText === 'stopped'")
+    page.wait_for("document.getElementById('search-state').innerText === 'cancelled'")
     assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
     assert page.errors == []
 

@@ -1,15 +1,6 @@
 // The parts of the page that show text and numbers.
 
-const STATES = {
-  exploring: "exploring",
-  approaching: "walking up to it",
-  confirming: "looking closely",
-  found: "found",
-  not_found: "not found",
-  failed: "failed",
-  cancelled: "stopped",
-  arrived: "arrived",
-};
+import { capital, duration, place, seconds } from "./format.js";
 
 const NOTICE_MS = 1500;
 
@@ -25,7 +16,7 @@ export function element(tag, { className = "", text = "", title = "" } = {}, chi
 export const by = (id) => document.getElementById(id);
 
 // Replace the children only if their content has changed: else hovering and screen readers restart.
-function refill(node, shown, children) {
+export function refill(node, shown, children) {
   const key = JSON.stringify(shown);
   if (node.dataset.shown === key) return;
   node.dataset.shown = key;
@@ -76,13 +67,13 @@ export function showSearch(search) {
   by("search-card").hidden = !search;
   document.body.classList.toggle("searching", Boolean(search?.active));
   if (!search) return;
-  by("search-title").textContent = title(search);
-  by("search-state").textContent = STATES[search.state] ?? search.state;
+  by("search-title").textContent = searchTitle(search);
+  by("search-state").textContent = search.state.replaceAll("_", " ");
   by("search-state").className = `state ${search.state}`;
   by("search-reason").textContent = capital(search.reason);
   by("stop").hidden = !search.active;
   by("search-numbers").textContent =
-    `${duration(search.elapsed_s)} · ${search.path_length_m.toFixed(1)} m walked`;
+    `${duration(search.elapsed_s)} · ${search.path_length_m.toFixed(1)} m driven`;
   const rows = search.objects.map((name, index) => describe(search, name, index));
   refill(by("objects"), rows, () =>
     rows.map(([kind, name, note]) => {
@@ -93,12 +84,10 @@ export function showSearch(search) {
   );
 }
 
-function title(search) {
-  if (search.place_m) {
-    const place = search.place_m.map((value) => value.toFixed(1)).join(", ");
-    return search.kind === "look_at" ? `Looking at ${place} m` : `Driving to ${place} m`;
-  }
-  return search.active ? `Looking for the ${search.target}` : `Search for ${search.objects.join(", ")}`;
+function searchTitle({ kind, active, target, objects, place_m: goal }) {
+  if (kind === "go_to") return `${active ? "Driving" : "Drive"} to (${place(goal)})`;
+  if (kind === "look_at") return `${active ? "Going to look" : "Look"} at (${place(goal)})`;
+  return active ? `Looking for the ${target}` : `Search for ${objects.join(", ")}`;
 }
 
 function describe(search, name, index) {
@@ -107,8 +96,7 @@ function describe(search, name, index) {
     return [search.active && index === search.index ? "now" : "waiting", name, ""];
   }
   if (result.outcome !== "found") return [result.outcome, name, capital(result.reason)];
-  const [x, y] = result.position_m ?? [0, 0];
-  const where = `at ${x.toFixed(1)}, ${y.toFixed(1)} m`;
+  const where = `at ${place(result.position_m)} m`;
   return ["found", name, `${where} · ${duration(result.duration_s)} · ${result.path_length_m.toFixed(1)} m`];
 }
 
@@ -136,10 +124,9 @@ function answerTitle(answer, shown, onAnswer) {
 
 function answerRows(answer, { onRegion, onWord }) {
   const rows = answer.regions.map((region) => {
-    const [x, y] = region.centre_m;
     const button = element("button", { title: "Show it on the map" }, [
       element("span", { className: "rank", text: String(region.rank) }),
-      element("span", { text: `${x.toFixed(1)}, ${y.toFixed(1)} m` }),
+      element("span", { text: `${place(region.centre_m)} m` }),
       element("span", { className: "score", text: `score ${region.score.toFixed(2)}` }),
     ]);
     button.type = "button";
@@ -190,17 +177,4 @@ export function showFacts(map) {
 export function showError(text) {
   by("error").hidden = !text;
   by("error").textContent = text;
-}
-
-function capital(text) {
-  return text && text[0].toUpperCase() + text.slice(1);
-}
-
-function seconds(value) {
-  return value < 10 ? `${value.toFixed(1)} s` : duration(value);
-}
-
-function duration(value) {
-  const whole = Math.round(value);
-  return whole < 60 ? `${whole} s` : `${Math.floor(whole / 60)} min ${whole % 60} s`;
 }

@@ -1,0 +1,31 @@
+// Numbers, times and places as the page writes them.
+
+export function capital(text) {
+  return text && text[0].toUpperCase() + text.slice(1);
+}
+
+export function seconds(value) {
+  return value < 10 ? `${value.toFixed(1)} s` : duration(value);
+}
+
+export function duration(value) {
+  const whole = Math.round(value);
+  return whole < 60 ? `${whole} s` : `${Math.floor(whole / 60)} min ${whole % 60} s`;
+}
+
+// x and y of a place in metres; what follows them is left out.
+export function place([x, y]) {
+  return `${decimetres(x)}, ${decimetres(y)}`;
+}
+
+function decimetres(metres) {
+  return (Math.round(metres * 10) / 10 || 0).toFixed(1); // || 0: never -0.0
+}
+
+// A time, without its date if that is today, in the browser's time zone.
+export function clockTime(rfc3339) {
+  const time = new Date(rfc3339);
+  const today = time.toDateString() === new Date().toDateString();
+  const date = today ? {} : { day: "numeric", month: "short", year: "numeric" };
+  return time.toLocaleString("en-GB", { ...date, hour: "2-digit", minute: "2-digit" });
+}
