@@ -58,7 +58,9 @@ def detections(*names: str, sequence: int = 1) -> m.Detections:
     )
 
 
-def revision(number: int, frames_fused: int | None = None) -> m.MapRevision:
+def revision(
+    number: int, frames_fused: int | None = None, objects_version: int = 4
+) -> m.MapRevision:
     return m.MapRevision(
         revision=number,
         sequence=number,
@@ -70,7 +72,7 @@ def revision(number: int, frames_fused: int | None = None) -> m.MapRevision:
         memory_bytes=1000,
         update_ms=12.0,
         rate_hz=5.0,
-        objects_version=4,
+        objects_version=objects_version,
     )
 
 
@@ -182,6 +184,7 @@ class FakeMapper:
     vocabulary: frozenset[str] = frozenset({"sofa", "kettle", "kite"})
     saved: list[str] = field(default_factory=list)
     objects: list[m.KeptObject] = field(default_factory=list)
+    picture: bytes = PICTURE
 
     def __post_init__(self) -> None:
         self.bus = self.router.bus("mapper")
@@ -250,7 +253,7 @@ class FakeMapper:
     def _object(self, request: m.ObjectId) -> m.PicturedObject:
         for kept in self.objects:
             if kept.object_id == request.object_id:
-                return m.PicturedObject(kept, PICTURE if kept.picture_bytes else b"")
+                return m.PicturedObject(kept, self.picture if kept.picture_bytes else b"")
         raise RequestRejected("unknown_object", f"there is no object {request.object_id!r}")
 
     def _forget(self, request: m.ObjectId) -> m.KeptObject:

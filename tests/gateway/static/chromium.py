@@ -95,15 +95,32 @@ class Page:
         self.wait_for("(" + CENTRE % name + ")")
         place = self.centre(selector)
         assert place is not None
-        for kind in ("mousePressed", "mouseReleased"):
-            self.call(
-                "Input.dispatchMouseEvent",
-                type=kind,
-                x=place[0],
-                y=place[1],
-                button="left",
-                clickCount=1,
-            )
+        self.drag(place, place)
+
+    def drag(
+        self, start: tuple[float, float], end: tuple[float, float], button: str = "left"
+    ) -> None:
+        """Press the mouse at ``start`` and release it at ``end``; a click if they are the same."""
+        mouse = {"button": button, "clickCount": 1}
+        self._mouse("mousePressed", start, **mouse)
+        if start != end:
+            self._mouse("mouseMoved", end, **mouse)
+        self._mouse("mouseReleased", end, **mouse)
+
+    def tap(self, place: tuple[float, float]) -> None:
+        """Touch the place with a finger."""
+        points = [{"x": place[0], "y": place[1]}]
+        self.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=points)
+        self.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+
+    def press(self, key: str) -> None:
+        """Press a key; "Enter" and " " also activate what has the focus."""
+        text = {"Enter": "\r", " ": " "}.get(key, "")
+        for kind in ("keyDown", "keyUp"):
+            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, text=text)
+
+    def _mouse(self, kind: str, place: tuple[float, float], **mouse: Any) -> None:
+        self.call("Input.dispatchMouseEvent", type=kind, x=place[0], y=place[1], **mouse)
 
     def type(self, selector: str, text: str) -> None:
         """Replace the text of a field."""

@@ -3,14 +3,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
+import cv2
+import numpy as np
 import pytest
 
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.service import build
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
-from onemap_shared.messages import SearchState
+from onemap_shared.messages import KeptObject
 from tests.gateway import fakes
 from tests.gateway.fakes import FakeMapper, FakePlanner
 from tests.gateway.static.chromium import COMMAND, Chromium, Page, running_chromium
@@ -18,13 +21,22 @@ from tests.gateway.static.chromium import COMMAND, Chromium, Page, running_chrom
 PHONE = (360, 640)
 
 
+def photograph() -> bytes:
+    """A JPEG of 320 x 240 pixels."""
+    image = np.full((240, 320, 3), 120, np.uint8)
+    image[60:180, 64:208] = (40, 90, 200)
+    return bytes(cv2.imencode(".jpg", image)[1])
+
+
 @dataclass
 class Robot:
     """What the page shows: a robot, a mapper and a planner that answer, a gateway's address."""
 
     address: str
+    mapper: FakeMapper
     planner: FakePlanner
     router: MemoryRouter
+    _version: int = 4
 
     def move(self) -> None:
         """Publish a pose, a path and a revision of the map."""
@@ -34,12 +46,62 @@ class Robot:
         bus.publish(keys.MAP_REVISION).put(fakes.revision(7))
         bus.publish(keys.SEARCH_PATH).put(fakes.planned_path((1.0, 0.5), (1.8, 0.9)))
 
-    def find(self, name: str, x_m: float, y_m: float) -> None:
-        """End the search with a find."""
+    def drive(self) -> tuple[str, tuple[float, ...]]:
+        """Kind and place of what the planner was asked for."""
         assert self.planner.status is not None
-        found = (fakes.find_result(name, x_m, y_m),)
-        self.planner.status = replace(self.planner.status, results=found)
-        self.planner.move(SearchState.FOUND, f"found the {name}")
+        return self.planner.status.kind, self.planner.status.place_m
+
+    def keep(self, name: str, x_m: float, y_m: float, **changes: Any) -> None:
+        """Let the mapper keep a find; without ``picture_bytes`` it has no photograph."""
+        count = len(self.mapper.objects)
+        kept = replace(
+            fakes.kept_object(f"o{count}", name),
+            position_m=(x_m, y_m, 0.4),
+            box_px=(64.0, 60.0, 208.0, 180.0),
+            **changes,
+        )
+        self.show_finds(kept, *self.mapper.objects)
+
+    def show_finds(self, *finds: KeptObject) -> None:
+        """Let the mapper keep these finds only."""
+        self.mapper.objects = list(finds)
+        self._version += 1
+        revision = fakes.revision(7, objects_version=self._version)
+        self.router.bus("mapper").publish(keys.MAP_REVISION).put(revision)
+
+
+# The middle of all pixels of one colour on the map, in the window; null if there are none.
+MIDDLE = """(() => {
+  const canvas = document.getElementById("map");
+  const style = getComputedStyle(document.documentElement);
+  const hex = style.getPropertyValue("--map-%s").trim();
+  const [r, g, b] = [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
+  const { data, width } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  const box = canvas.getBoundingClientRect();
+  let [x, y, count] = [0, 0, 0];
+  for (let i = 0; i < data.length; i += 4) {
+    const off = Math.abs(data[i] - r) + Math.abs(data[i + 1] - g) + Math.abs(data[i + 2] - b);
+    if (off > 11) continue;
+    x += (i / 4) %% width;
+    y += Math.floor(i / 4 / width);
+    count += 1;
+  }
+  return count && [box.x + x / count, box.y + y / count];
+})()"""
+
+
+def middle_of(page: Page, colour: str) -> tuple[float, float]:
+    """Where the map shows a colour of style.css."""
+    page.wait_for(MIDDLE % colour)
+    x, y = page.evaluate(MIDDLE % colour)
+    return (x, y)
+
+
+def open_still(page: Page, robot: Robot) -> None:
+    """Open the page without its notices: they come after a second and would move the map."""
+    page.open(robot.address)
+    page.evaluate("document.getElementById('notices').style.display = 'none'")
+    page.wait_for(MIDDLE % "free")  # the image of the map is there, and fitted
 
 
 def start_search(page: Page, text: str = "sofa, kettle") -> None:
@@ -66,10 +128,18 @@ def page(chromium: Chromium) -> Iterator[Page]:
 
 
 @pytest.fixture
-def robot(router: MemoryRouter, mapper: FakeMapper, planner: FakePlanner) -> Iterator[Robot]:
+def gateway_config() -> GatewayConfig:
+    return GatewayConfig(port=0, live_rate_hz=20)
+
+
+@pytest.fixture
+def robot(
+    router: MemoryRouter, mapper: FakeMapper, planner: FakePlanner, gateway_config: GatewayConfig
+) -> Iterator[Robot]:
     mapper.vocabulary = frozenset({"sofa", "kettle", "kite"})
-    worker = build(router.bus("gateway"), GatewayConfig(port=0, live_rate_hz=20))
-    robot = Robot(f"http://127.0.0.1:{worker.port}/", planner, router)
+    mapper.picture = photograph()
+    worker = build(router.bus("gateway"), gateway_config)
+    robot = Robot(f"http://127.0.0.1:{worker.port}/", mapper, planner, router)
     robot.move()
     yield robot
     worker.close()

@@ -22,20 +22,6 @@ PIXELS = """(() => {
   }
   return count;
 })()"""
-# The finds after: one, the same seen again in another search, one elsewhere, a cleared map.
-FINDS = """(async () => {
-  const { Finds } = await import("/static/finds.js");
-  const finds = new Finds();
-  const state = (id, x, frames) => ({
-    map: { frames_fused: frames },
-    search: { id, results: [{ name: "sofa", outcome: "found", position_m: [x, 0, 0] }] },
-  });
-  const cleared = { map: { frames_fused: 0 }, search: null };
-  return [state("a", 1, 5), state("b", 1.2, 6), state("c", 4, 7), cleared].map((next) => {
-    finds.update(next);
-    return finds.list().map(({ name }) => name);
-  });
-})()"""
 
 
 def test_every_typed_name_is_asked(page: Page, robot: Robot) -> None:
@@ -100,25 +86,6 @@ def test_a_search_is_started_followed_and_stopped(page: Page, robot: Robot) -> N
     page.wait_for(f"{PIXELS % 'path'} === 0")
     assert page.evaluate("document.getElementById('stop').hidden")
     assert page.errors == []
-
-
-def test_finds_stay_when_their_search_has_ended_and_another_begins(
-    page: Page, robot: Robot
-) -> None:
-    page.open(robot.address)
-    start_search(page, "sofa")
-    robot.find("sofa", 0.4, 1.1)
-    page.wait_for("document.getElementById('search-state').innerText === 'found'")
-    page.wait_for(f"{PIXELS % 'find'} > 40")
-    start_search(page, "kettle")
-    page.wait_for("document.getElementById('search-title').innerText === 'Looking for the kettle'")
-    assert page.evaluate(PIXELS % "find") > 40
-
-
-def test_finds_are_one_per_place_and_go_with_their_map(page: Page, robot: Robot) -> None:
-    page.open(robot.address)
-    names = page.evaluate(FINDS)
-    assert names == [["sofa"], ["sofa"], ["sofa", "sofa"], []]
 
 
 @pytest.mark.parametrize("scheme", ["dark", "light"])

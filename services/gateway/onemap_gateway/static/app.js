@@ -3,18 +3,25 @@
 import { fetchImage, send } from "./api.js";
 import { CameraView } from "./camera.js";
 import { follow } from "./live.js";
-import { MapView } from "./map.js";
+import { FindCard } from "./find_card.js";
 import { Finds } from "./finds.js";
+import { MapView } from "./map.js";
 import { by, showAnswers, showError, showFacts, showNotices, showSearch, showServices } from "./panels.js";
 
 const MAP_MS = 600; // between two images of the map
+const FINDS_MS = 500; // between two looks whether there are others
 const SCALE = 4; // pixels per cell
 const PHONE = "(max-width: 860px)"; // as in style.css
 const NOTHING_TYPED = "Type what you are looking for, for example: sofa, kettle.";
 const REFUSED = [409, 422]; // answers that concern one name, not all of them
 
-const map = new MapView(by("map"));
-const finds = new Finds();
+const map = new MapView(by("map"), {
+  onFind: (find) => card.show(find),
+  onPlace() {},
+  onMove: () => card.follow(),
+});
+const card = new FindCard(map);
+const finds = new Finds((find) => showFind(find));
 const light = matchMedia("(prefers-color-scheme: light)");
 const camera = new CameraView(by("camera"), by("camera-numbers"));
 let state = null;
@@ -26,12 +33,12 @@ by("legend").open = !matchMedia(PHONE).matches;
 light.addEventListener("change", () => map.showTheme());
 follow(onState, onConnection);
 repeat(refreshMap, MAP_MS);
+repeat(refreshFinds, FINDS_MS);
 repeat(refreshCamera, 100);
 
 function onState(next) {
   state = next;
-  finds.update(state);
-  map.show(state, finds.list());
+  map.show(state);
   showServices(state.services);
   showNotices(state);
   showSearch(state.search);
@@ -69,6 +76,17 @@ async function refreshMap() {
   shownMap = wanted;
 }
 
+async function refreshFinds() {
+  if (!(await finds.refresh(state.map?.objects_version))) return;
+  map.showFinds(finds.objects);
+  card.update(finds.objects);
+}
+
+function showFind(find) {
+  map.lookAt(...find.position_m);
+  card.show(find);
+}
+
 let shownFrame = -1;
 async function refreshCamera() {
   if (!state.camera || state.camera.sequence === shownFrame) return;
@@ -94,13 +112,13 @@ function names() {
 }
 
 // Run the task of a button; show the error if it fails.
-async function act(button, task) {
-  showError("");
+async function act(button, task, show = showError) {
+  show("");
   button.disabled = true;
   try {
     await task();
   } catch (problem) {
-    showError(problem.message);
+    show(problem.message);
   } finally {
     button.disabled = false;
   }
@@ -154,11 +172,31 @@ function queryInstead(text, word) {
 
 function startSearch() {
   return act(by("find"), async () => {
-    await send("POST", "/v1/searches", { objects: requiredNames() });
-    clearResult();
-    dismissed = "";
+    await beginSearch({ objects: requiredNames() });
   });
 }
+
+async function beginSearch(request) {
+  await send("POST", "/v1/searches", request);
+  clearResult();
+  dismissed = "";
+}
+
+// Send the robot to the place of a popup; key: go_to_m or look_at_m.
+function drive(button, popup, key) {
+  return inPopup(button, popup, () => beginSearch({ [key]: popup.place.map(millimetres) }));
+}
+
+function inPopup(button, popup, task) {
+  const shown = popup.place;
+  const run = async () => {
+    await task();
+    if (popup.place === shown) popup.close(); // it may have been opened elsewhere meanwhile
+  };
+  return act(button, run, (text) => popup.showError(text));
+}
+
+const millimetres = (metres) => Math.round(metres * 1000) / 1000;
 
 function clearResult() {
   queried = "";
@@ -184,6 +222,11 @@ by("heat").addEventListener("click", () => {
   if (!queried) dismissed = state.search?.target ?? "";
   clearResult();
 });
+by("find-go").addEventListener("click", (event) => drive(event.target, card, "go_to_m"));
+by("find-look").addEventListener("click", (event) => drive(event.target, card, "look_at_m"));
+by("find-forget").addEventListener("click", (event) =>
+  inPopup(event.target, card, () => send("DELETE", `/v1/objects/${card.object.id}`)),
+);
 by("zoom-in").addEventListener("click", () => map.zoom(1.4));
 by("zoom-out").addEventListener("click", () => map.zoom(1 / 1.4));
 by("zoom-fit").addEventListener("click", () => map.fit());

@@ -1,36 +1,41 @@
-// The finds of all searches since the page was opened; they stay when their search has ended.
+// The objects found so far, which the robot keeps with its map, and the list of them.
 
-const SAME_PLACE_M = 0.5; // two finds of one name that are nearer are one object, seen twice
+import { send } from "./api.js";
+import { clockTime, place } from "./format.js";
+import { by, element, refill } from "./panels.js";
 
 export class Finds {
-  constructor() {
-    this.byResult = new Map(); // "search/index" -> { name, x, y }
-    this.frames = 0;
+  // onOpen(object): one was chosen in the list
+  constructor(onOpen) {
+    this.objects = [];
+    this.version = null;
+    this.onOpen = onOpen;
   }
 
-  // Take the finds of a state; forget all when the map was cleared or replaced.
-  update(state) {
-    const frames = state.map?.frames_fused ?? this.frames;
-    if (frames < this.frames) this.byResult.clear();
-    this.frames = frames;
-    const { search } = state;
-    (search?.results ?? []).forEach((result, index) => {
-      const key = `${search.id}/${index}`;
-      if (result.outcome !== "found" || !result.position_m || this.byResult.has(key)) return;
-      this.add(key, { name: result.name, x: result.position_m[0], y: result.position_m[1] });
-    });
+  // Fetch the objects if the robot has others than are shown; whether it had.
+  async refresh(version) {
+    if (version === undefined || version === this.version) return false;
+    const { objects, left_out: leftOut } = await send("GET", "/v1/objects");
+    this.version = version;
+    this.objects = objects;
+    this.showList(leftOut);
+    return true;
   }
 
-  add(key, find) {
-    for (const [other, { name, x, y }] of this.byResult) {
-      if (name === find.name && Math.hypot(x - find.x, y - find.y) < SAME_PLACE_M) {
-        this.byResult.delete(other);
-      }
-    }
-    this.byResult.set(key, find);
+  showList(leftOut) {
+    by("finds-card").hidden = !this.objects.length;
+    by("finds-left-out").hidden = !leftOut;
+    by("finds-left-out").textContent = `Not kept any more, for want of room: ${leftOut}.`;
+    refill(by("finds"), this.objects, () => this.objects.map((object) => this.row(object)));
   }
 
-  list() {
-    return [...this.byResult.values()];
+  row(object) {
+    const button = element("button", { title: "Show it on the map" }, [
+      element("span", { text: object.name }),
+      element("small", { text: `${place(object.position_m)} m, seen ${clockTime(object.last_seen_at)}` }),
+    ]);
+    button.type = "button";
+    button.addEventListener("click", () => this.onOpen(object));
+    return element("li", {}, [button]);
   }
 }

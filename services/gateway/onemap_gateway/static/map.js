@@ -1,5 +1,7 @@
 // The map on a canvas: the gateway's image of the floor, and over it what moves.
 
+import { listen } from "./gestures.js";
+
 // Custom properties of style.css, which has them for light and for dark pages.
 const COLOURS = [
   "unknown", "trail", "path", "frontier", "region", "robot", "collided", "find", "ink",
@@ -9,11 +11,16 @@ const TRAIL_JUMP_M = 1.0;
 const ROBOT_MARGIN_M = 0.7; // around the robot when all of the map is shown
 const GLIDE_S = 0.15; // states come every 0.2 s: the robot reaches one about when the next is here
 const LABEL_PX = 16; // height of a label
+const PIN_PX = 15; // from a pin's tip to the middle of its head
+const REACH_PX = 13; // around a pin's head in which a click is meant for it
+const TOUCH_REACH_PX = 24; // the same for a finger
 const FONT = "13px system-ui, 'DejaVu Sans', sans-serif";
 
 export class MapView {
-  constructor(canvas) {
+  // actions: onFind(find), onPlace([x, y] in metres), onMove()
+  constructor(canvas, actions) {
     this.canvas = canvas;
+    this.actions = actions;
     this.context = canvas.getContext("2d");
     this.image = null; // { bitmap, bounds: [x_min, y_min, x_max, y_max] }
     this.camera = { x: 0, y: 0, pixelsPerM: 60 };
@@ -21,13 +28,16 @@ export class MapView {
     this.state = null;
     this.answers = [];
     this.finds = [];
+    this.marked = null; // [x, y]: the place that a window stands at
     this.robot = null;
     this.trail = [];
     this.dirty = true;
     this.last = performance.now();
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.showTheme();
-    this.listen();
+    listen(this, (column, row, byTouch) => this.choose(column, row, byTouch));
+    canvas.addEventListener("pointermove", (event) => this.hover(event));
+    for (const name of ["focus", "blur"]) canvas.addEventListener(name, () => (this.dirty = true));
     requestAnimationFrame((now) => this.tick(now));
   }
 
@@ -40,10 +50,8 @@ export class MapView {
     this.dirty = true;
   }
 
-  // finds: [{ name, x, y }] in metres
-  show(state, finds) {
+  show(state) {
     this.state = state;
-    this.finds = finds;
     if (state.trail_m) this.trail = state.trail_m;
     const robot = state.robot;
     if (robot && !this.robot) this.robot = { x: robot.x_m, y: robot.y_m, yaw: robot.yaw_rad };
@@ -59,6 +67,17 @@ export class MapView {
 
   showAnswers(answers) {
     this.answers = answers;
+    this.dirty = true;
+  }
+
+  // finds: objects of /v1/objects, newest first
+  showFinds(finds) {
+    this.finds = [...finds].reverse(); // the newest is drawn last, over the others
+    this.dirty = true;
+  }
+
+  mark(place) {
+    this.marked = place;
     this.dirty = true;
   }
 
@@ -116,55 +135,22 @@ export class MapView {
     return [x + (column - width / 2) / pixelsPerM, y - (row - height / 2) / pixelsPerM];
   }
 
-  listen() {
-    const pointers = new Map();
-    this.canvas.addEventListener("pointerdown", (event) => {
-      this.canvas.setPointerCapture(event.pointerId);
-      pointers.set(event.pointerId, event);
-    });
-    this.canvas.addEventListener("pointermove", (event) => {
-      const before = pointers.get(event.pointerId);
-      if (!before) return;
-      if (pointers.size === 2) {
-        const [other] = [...pointers.values()].filter((p) => p.pointerId !== event.pointerId);
-        const span = (p) => Math.hypot(p.offsetX - other.offsetX, p.offsetY - other.offsetY);
-        this.zoom(span(event) / Math.max(span(before), 1), other.offsetX, other.offsetY);
-      } else {
-        this.pan(event.offsetX - before.offsetX, event.offsetY - before.offsetY);
-      }
-      pointers.set(event.pointerId, event);
-    });
-    for (const name of ["pointerup", "pointercancel"]) {
-      this.canvas.addEventListener(name, (event) => pointers.delete(event.pointerId));
-    }
-    this.canvas.addEventListener(
-      "wheel",
-      (event) => {
-        event.preventDefault();
-        this.zoom(Math.exp(-event.deltaY * 0.0015), event.offsetX, event.offsetY);
-      },
-      { passive: false },
-    );
-    this.canvas.addEventListener("dblclick", () => this.fit());
-    this.canvas.addEventListener("keydown", (event) => this.onKey(event));
+  choose(column, row, byTouch) {
+    const find = this.findAt(column, row, byTouch ? TOUCH_REACH_PX : REACH_PX);
+    if (find) this.actions.onFind(find);
+    else if (this.image) this.actions.onPlace(this.metres(column, row));
   }
 
-  onKey(event) {
-    const step = 60;
-    const actions = {
-      ArrowLeft: () => this.pan(step, 0),
-      ArrowRight: () => this.pan(-step, 0),
-      ArrowUp: () => this.pan(0, step),
-      ArrowDown: () => this.pan(0, -step),
-      "+": () => this.zoom(1.25),
-      "=": () => this.zoom(1.25),
-      "-": () => this.zoom(0.8),
-      0: () => this.fit(),
-    };
-    const action = actions[event.key];
-    if (!action || event.ctrlKey || event.metaKey) return;
-    event.preventDefault();
-    action();
+  // The find whose pin is there; undefined if none is.
+  findAt(column, row, reach) {
+    return this.finds.findLast(({ position_m: [x, y] }) => {
+      const [tip, base] = this.pixels(x, y);
+      return Math.hypot(column - tip, row - base + PIN_PX) < reach;
+    });
+  }
+
+  hover({ offsetX, offsetY }) {
+    this.canvas.style.cursor = this.findAt(offsetX, offsetY, REACH_PX) ? "pointer" : "";
   }
 
   resize() {
@@ -181,6 +167,7 @@ export class MapView {
     if (this.glide(passed) || this.dirty) {
       this.dirty = false;
       this.draw();
+      this.actions.onMove();
     }
     requestAnimationFrame((next) => this.tick(next));
   }
@@ -226,6 +213,8 @@ export class MapView {
     }
     for (const find of this.finds) this.drawFind(find);
     if (this.robot) this.drawRobot();
+    if (this.marked) this.drawCross(...this.pixels(...this.marked));
+    else if (canvas.matches(":focus-visible")) this.drawCross(canvas.clientWidth / 2, canvas.clientHeight / 2);
     this.drawScaleBar();
   }
 
@@ -265,9 +254,9 @@ export class MapView {
 
   drawFind(find) {
     const { context } = this;
-    const [column, row] = this.pixels(find.x, find.y);
+    const [column, row] = this.pixels(...find.position_m);
     context.beginPath(); // a pin whose tip is the place
-    context.arc(column, row - 15, 7.5, Math.PI * 0.85, Math.PI * 0.15);
+    context.arc(column, row - PIN_PX, 7.5, Math.PI * 0.85, Math.PI * 0.15);
     context.lineTo(column, row);
     context.closePath();
     context.fillStyle = this.colours.find;
@@ -276,10 +265,25 @@ export class MapView {
     context.fill();
     context.stroke();
     context.beginPath();
-    context.arc(column, row - 15, 2.6, 0, 2 * Math.PI);
+    context.arc(column, row - PIN_PX, 2.6, 0, 2 * Math.PI);
     context.fillStyle = this.colours.unknown;
     context.fill();
     this.label(find.name, column + 12, row - 11, this.colours.find);
+  }
+
+  // The chosen place, or the one that Enter chooses.
+  drawCross(column, row) {
+    const { context } = this;
+    for (const [colour, width] of [[this.colours.unknown, 5], [this.colours.robot, 2]]) {
+      context.strokeStyle = colour;
+      context.lineWidth = width;
+      context.beginPath();
+      for (const [dx, dy] of [[1, 0], [0, 1], [-1, 0], [0, -1]]) {
+        context.moveTo(column + 3 * dx, row + 3 * dy);
+        context.lineTo(column + 11 * dx, row + 11 * dy);
+      }
+      context.stroke();
+    }
   }
 
   drawRobot() {

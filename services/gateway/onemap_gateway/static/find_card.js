@@ -1,0 +1,61 @@
+// The card of a find: its photograph, what is known of it, and what can be done.
+
+import { clockTime, place } from "./format.js";
+import { by } from "./panels.js";
+import { Popup } from "./popup.js";
+
+export class FindCard extends Popup {
+  constructor(map) {
+    super(by("find-card"), map);
+    this.object = null;
+    this.photo = by("find-photo");
+    this.photo.addEventListener("load", () => this.showBox());
+    this.photo.addEventListener("error", () => this.showPhoto(false));
+  }
+
+  show(object) {
+    this.fill(object);
+    this.open(object.position_m.slice(0, 2));
+  }
+
+  fill(object) {
+    const pictured = this.object?.id === object.id && this.object.last_seen_ns === object.last_seen_ns;
+    this.object = object;
+    by("find-name").textContent = object.name;
+    by("find-facts").textContent =
+      `score ${object.score.toFixed(2)} · seen ${clockTime(object.last_seen_at)} · at ${place(object.position_m)} m`;
+    if (pictured) return;
+    by("find-box").hidden = true; // until the size of the photograph is known
+    this.showPhoto(Boolean(object.picture));
+    this.photo.alt = `Photograph of the ${object.name}`;
+    // A find that was seen again has another photograph at the same address.
+    if (object.picture) this.photo.src = `${object.picture}?seen=${object.last_seen_ns}`;
+  }
+
+  // The finds have changed: show the new state of this one, or close.
+  update(objects) {
+    if (!this.isOpen) return;
+    const object = objects.find(({ id }) => id === this.object.id);
+    if (object) this.fill(object);
+    else this.close();
+  }
+
+  showPhoto(there) {
+    by("find-picture").hidden = !there;
+    by("find-no-photo").hidden = there;
+  }
+
+  // The box around the object, in parts of the photograph.
+  showBox() {
+    const { naturalWidth: width, naturalHeight: height } = this.photo;
+    const { box_px: box } = this.object;
+    const frame = by("find-box");
+    frame.hidden = !box;
+    if (box) {
+      const [left, top, right, bottom] = box;
+      const parts = [top / height, 1 - right / width, 1 - bottom / height, left / width];
+      frame.style.inset = parts.map((part) => `${Math.max(part, 0) * 100}%`).join(" ");
+    }
+    this.follow();
+  }
+}

@@ -1,0 +1,129 @@
+"""Finds on the page: pins, list, card with the photograph, what it offers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from tests.gateway.static.axe import violations
+from tests.gateway.static.chromium import Page
+from tests.gateway.static.conftest import PHONE, Robot, middle_of, open_still, start_search
+
+pytestmark = pytest.mark.slow
+
+CARD_OPEN = "document.getElementById('find-card').open"
+PHOTO_SHOWN = "document.getElementById('find-photo').naturalWidth === 320"
+# Left, top, right and bottom of the box, in pixels of the photograph.
+BOX = """(() => {
+  const photo = document.getElementById("find-photo").getBoundingClientRect();
+  const box = document.getElementById("find-box").getBoundingClientRect();
+  const [x0, y0, zoom] = [photo.left, photo.top, 320 / photo.width];
+  return [box.left - x0, box.top - y0, box.right - x0, box.bottom - y0].map((px) => px * zoom);
+})()"""
+
+
+def open_with_a_sofa(page: Page, robot: Robot) -> None:
+    """The page with one find, near the robot."""
+    robot.keep("sofa", 0.4, 1.1)
+    open_still(page, robot)
+    page.wait_for("document.querySelectorAll('#finds li').length === 1")
+
+
+def open_card(page: Page) -> None:
+    page.click("#finds button")
+    page.wait_for(CARD_OPEN)
+
+
+def test_a_click_on_a_pin_shows_its_photograph(page: Page, robot: Robot) -> None:
+    open_with_a_sofa(page, robot)
+    pin = middle_of(page, "find")
+    page.drag(pin, pin)
+    page.wait_for(f"{CARD_OPEN} && {PHOTO_SHOWN}")
+    card = page.text("#find-card")
+    for part in ("sofa", "score 0.93", "2026", "0.4, 1.1 m", "Drive there", "Look at it", "Forget"):
+        assert part in card
+    page.wait_for("!document.getElementById('find-box').hidden")
+    assert page.evaluate(BOX) == pytest.approx([64, 60, 208, 180], abs=2)
+    assert page.errors == []
+
+
+def test_a_finger_opens_the_card_on_a_phone(page: Page, robot: Robot) -> None:
+    page.resize(*PHONE, mobile=True)
+    open_with_a_sofa(page, robot)
+    page.tap(middle_of(page, "find"))
+    page.wait_for(f"{CARD_OPEN} && {PHOTO_SHOWN}")
+    for button in ("go", "look", "forget"):
+        assert page.centre(f"#find-{button}") is not None
+    assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
+    page.click("#find-card .close")
+    page.wait_for(f"!{CARD_OPEN}")
+
+
+def test_the_keyboard_opens_a_find_from_the_list(page: Page, robot: Robot) -> None:
+    open_with_a_sofa(page, robot)
+    assert "sofa" in page.text("#finds")
+    assert "0.4, 1.1 m, seen 1 Jan" in page.text("#finds")
+    for key in ("Enter", " "):
+        page.evaluate("document.querySelector('#finds button').focus()")
+        page.press(key)
+        page.wait_for(CARD_OPEN)
+        assert page.evaluate("document.activeElement.id") == "find-go"
+        page.press("Escape")
+        page.wait_for(f"!{CARD_OPEN}")
+        assert page.evaluate("document.activeElement.closest('#finds') !== null")
+
+
+def test_finds_are_there_after_a_reload_and_during_the_next_search(
+    page: Page, robot: Robot
+) -> None:
+    open_with_a_sofa(page, robot)
+    open_still(page, robot)
+    page.wait_for("document.querySelectorAll('#finds li').length === 1")
+    middle_of(page, "find")
+    start_search(page, "kettle")
+    middle_of(page, "find")
+
+
+def test_a_new_find_appears_and_a_forgotten_one_goes(page: Page, robot: Robot) -> None:
+    open_still(page, robot)
+    assert page.evaluate("document.getElementById('finds-card').hidden")
+    robot.keep("sofa", 0.4, 1.1)
+    page.wait_for("document.querySelectorAll('#finds li').length === 1")
+    open_card(page)
+    page.click("#find-forget")
+    page.wait_for(f"!{CARD_OPEN}")
+    robot.show_finds(*robot.mapper.objects)
+    page.wait_for("document.getElementById('finds-card').hidden")
+    assert page.errors == []
+
+
+def test_the_card_follows_its_find(page: Page, robot: Robot) -> None:
+    open_with_a_sofa(page, robot)
+    open_card(page)
+    (sofa,) = robot.mapper.objects
+    robot.show_finds(replace(sofa, score=0.5))
+    page.wait_for("document.getElementById('find-facts').innerText.includes('score 0.50')")
+    robot.show_finds()
+    page.wait_for(f"!{CARD_OPEN}")
+
+
+def test_a_find_without_a_photograph_says_so(page: Page, robot: Robot) -> None:
+    robot.keep("sofa", 0.4, 1.1, picture_bytes=0)
+    open_still(page, robot)
+    page.wait_for("document.querySelectorAll('#finds li').length === 1")
+    open_card(page)
+    assert "There is no photograph of it." in page.text("#find-card")
+    assert not page.evaluate("document.getElementById('find-photo').checkVisibility()")
+
+
+def test_the_card_has_no_violation(page: Page, robot: Robot) -> None:
+    for scheme in ("dark", "light"):
+        page.prefer(scheme)
+        for size in ((1280, 800), PHONE):
+            page.resize(*size)
+            open_with_a_sofa(page, robot)
+            open_card(page)
+            page.wait_for(PHOTO_SHOWN)
+            assert violations(page) == [], (scheme, size)
+            robot.show_finds()
