@@ -45,6 +45,7 @@ def test_a_click_on_a_pin_shows_its_photograph(page: Page, robot: Robot) -> None
         assert part in card
     page.wait_for("!document.getElementById('find-box').hidden")
     assert page.evaluate(BOX) == pytest.approx([64, 60, 208, 180], abs=2)
+    assert not page.evaluate("document.getElementById('place-menu').open")
     assert page.errors == []
 
 
@@ -115,6 +116,15 @@ def test_a_find_without_a_photograph_says_so(page: Page, robot: Robot) -> None:
     open_card(page)
     assert "There is no photograph of it." in page.text("#find-card")
     assert not page.evaluate("document.getElementById('find-photo').checkVisibility()")
+
+
+@pytest.mark.parametrize(("button", "kind"), [("#find-go", "go_to"), ("#find-look", "look_at")])
+def test_the_robot_is_sent_to_a_find(page: Page, robot: Robot, button: str, kind: str) -> None:
+    open_with_a_sofa(page, robot)
+    open_card(page)
+    page.click(button)
+    page.wait_for(f"!{CARD_OPEN}")
+    assert robot.drive() == (kind, (0.4, 1.1))
 
 
 def test_the_card_has_no_violation(page: Page, robot: Robot) -> None:

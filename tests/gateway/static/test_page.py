@@ -129,7 +129,8 @@ def test_the_legend_names_what_is_drawn(page: Page, robot: Robot) -> None:
     page.open(robot.address)
     legend = page.text("#legend")
     drawn = (
-        "floor, wall, unknown, similarity, robot, driven, path, goal, frontier, look, answer, found"
+        "floor, wall, unknown, similarity, robot, driven, path, goal, frontier, look, answer, "
+        "found, chosen place"
     )
     for name in drawn.split(", "):
         assert name in legend

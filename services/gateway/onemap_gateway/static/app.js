@@ -7,6 +7,7 @@ import { FindCard } from "./find_card.js";
 import { Finds } from "./finds.js";
 import { MapView } from "./map.js";
 import { by, showAnswers, showError, showFacts, showNotices, showSearch, showServices } from "./panels.js";
+import { PlaceMenu } from "./place_menu.js";
 
 const MAP_MS = 600; // between two images of the map
 const FINDS_MS = 500; // between two looks whether there are others
@@ -17,9 +18,10 @@ const REFUSED = [409, 422]; // answers that concern one name, not all of them
 
 const map = new MapView(by("map"), {
   onFind: (find) => card.show(find),
-  onPlace() {},
-  onMove: () => card.follow(),
+  onPlace: (place) => menu.show(place),
+  onMove: () => [menu, card].forEach((popup) => popup.follow()),
 });
+const menu = new PlaceMenu(map);
 const card = new FindCard(map);
 const finds = new Finds((find) => showFind(find));
 const light = matchMedia("(prefers-color-scheme: light)");
@@ -222,6 +224,8 @@ by("heat").addEventListener("click", () => {
   if (!queried) dismissed = state.search?.target ?? "";
   clearResult();
 });
+by("place-go").addEventListener("click", (event) => drive(event.target, menu, "go_to_m"));
+by("place-look").addEventListener("click", (event) => drive(event.target, menu, "look_at_m"));
 by("find-go").addEventListener("click", (event) => drive(event.target, card, "go_to_m"));
 by("find-look").addEventListener("click", (event) => drive(event.target, card, "look_at_m"));
 by("find-forget").addEventListener("click", (event) =>

@@ -1,0 +1,151 @@
+"""Sending the robot to a place of the map: mouse, finger, keyboard, refusals, the search card."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from pydantic import SecretStr
+
+from onemap_gateway.config import GatewayConfig
+from onemap_shared.messages import SearchState
+from tests.gateway.static.axe import violations
+from tests.gateway.static.chromium import Page
+from tests.gateway.static.conftest import MIDDLE, PHONE, Robot, middle_of, open_still, start_search
+
+pytestmark = pytest.mark.slow
+
+MENU_OPEN = "document.getElementById('place-menu').open"
+
+
+def open_page(page: Page, robot: Robot) -> tuple[float, float]:
+    """The page with its map; the middle of the map's floor in the window."""
+    open_still(page, robot)
+    return middle_of(page, "free")
+
+
+def named_place(page: Page) -> list[float]:
+    """The place in the title of the menu."""
+    return [float(number) for number in re.findall(r"-?\d+\.\d", page.text("#place-title"))]
+
+
+@pytest.mark.parametrize(
+    ("button", "kind", "title"),
+    [
+        ("#place-go", "go_to", "Driving to ({}, {})"),
+        ("#place-look", "look_at", "Going to look at ({}, {})"),
+    ],
+)
+def test_a_click_sends_the_robot(
+    page: Page, robot: Robot, button: str, kind: str, title: str
+) -> None:
+    place = open_page(page, robot)
+    page.drag(place, place)
+    page.wait_for(MENU_OPEN)
+    x_m, y_m = named_place(page)
+    page.click(button)
+    page.wait_for(f"!{MENU_OPEN} && document.body.classList.contains('searching')")
+    started, place_m = robot.drive()
+    assert started == kind
+    assert place_m == pytest.approx((x_m, y_m), abs=0.051)
+    wanted = title.format(x_m, y_m)
+    page.wait_for(f"document.getElementById('search-title').innerText === '{wanted}'")
+    assert page.text("#search-reason") == "Looking around"
+    assert page.centre("#stop") is not None
+    robot.planner.move(SearchState.ARRIVED, "stands at the place")
+    page.wait_for("document.getElementById('search-state').innerText === 'arrived'")
+    assert page.evaluate("document.getElementById('stop').hidden")
+    assert page.errors == []
+
+
+def test_a_drive_can_be_stopped(page: Page, robot: Robot) -> None:
+    place = open_page(page, robot)
+    page.drag(place, place)
+    page.click("#place-go")
+    page.wait_for("document.body.classList.contains('searching')")
+    page.click("#stop")
+    page.wait_for("document.getElementById('search-state').innerText === 'cancelled'")
+
+
+def test_a_drag_moves_the_map_and_opens_nothing(page: Page, robot: Robot) -> None:
+    place = open_page(page, robot)
+    page.drag(place, (place[0] + 80, place[1]))
+    page.wait_for(f"{MIDDLE % 'free'}[0] > {place[0] + 40}")
+    assert not page.evaluate(MENU_OPEN)
+
+
+def test_escape_and_a_click_elsewhere_close_the_menu(page: Page, robot: Robot) -> None:
+    place = open_page(page, robot)
+    page.drag(place, place)
+    page.wait_for(MENU_OPEN)
+    page.press("Escape")
+    page.wait_for(f"!{MENU_OPEN}")
+    page.drag(place, place, button="right")
+    page.wait_for(MENU_OPEN)
+    page.click("#text")
+    page.wait_for(f"!{MENU_OPEN}")
+    assert robot.planner.status is None
+
+
+def test_the_keyboard_chooses_the_middle_of_the_map(page: Page, robot: Robot) -> None:
+    open_page(page, robot)
+    page.evaluate("document.getElementById('map').focus({ focusVisible: true })")
+    page.press("Enter")
+    page.wait_for(MENU_OPEN)
+    assert page.evaluate("document.activeElement.id") == "place-go"
+    page.press("Enter")
+    page.wait_for(f"!{MENU_OPEN}")
+    assert robot.drive()[0] == "go_to"
+
+
+def test_a_finger_sends_the_robot_on_a_phone(page: Page, robot: Robot) -> None:
+    page.resize(*PHONE, mobile=True)
+    place = open_page(page, robot)
+    page.tap(place)
+    page.wait_for(MENU_OPEN)
+    assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
+    page.click("#place-go")
+    page.wait_for("document.body.classList.contains('searching')")
+    assert page.centre("#stop") is not None
+    page.tap((place[0] - 60, place[1]))  # elsewhere: the same place would be a double tap
+    page.wait_for(MENU_OPEN)
+    assert page.centre("#stop") is not None, "the menu covers Stop"
+
+
+def test_a_running_search_is_not_replaced(page: Page, robot: Robot) -> None:
+    place = open_page(page, robot)
+    start_search(page, "sofa")
+    page.drag(place, place)
+    page.click("#place-go")
+    page.wait_for("!document.querySelector('#place-menu .error').hidden")
+    assert "a search for 'sofa'" in page.text("#place-menu .error")
+    assert robot.drive() == ("find", ())
+    page.press("Escape")
+    page.drag(place, place)
+    page.wait_for(MENU_OPEN)
+    assert page.evaluate("document.querySelector('#place-menu .error').hidden")
+
+
+@pytest.mark.parametrize(
+    "gateway_config", [GatewayConfig(port=0, live_rate_hz=20, token=SecretStr("secret"))]
+)
+def test_a_drive_asks_for_the_token(page: Page, robot: Robot) -> None:
+    place = open_page(page, robot)
+    page.drag(place, place)
+    page.click("#place-go")
+    page.wait_for("document.getElementById('token-dialog').open")
+    page.type("#token", "secret")
+    page.click("#token-dialog .primary")
+    page.wait_for(f"!{MENU_OPEN} && document.body.classList.contains('searching')")
+    assert robot.drive()[0] == "go_to"
+
+
+def test_the_menu_has_no_violation(page: Page, robot: Robot) -> None:
+    for scheme in ("dark", "light"):
+        page.prefer(scheme)
+        for size in ((1280, 800), PHONE):
+            page.resize(*size)
+            place = open_page(page, robot)
+            page.drag(place, place)
+            page.wait_for(MENU_OPEN)
+            assert violations(page) == [], (scheme, size)
