@@ -96,20 +96,35 @@ def test_navigation_runs_what_is_asked_for(monkeypatch: pytest.MonkeyPatch, tmp_
     asked: list[Any] = []
 
     def run(options: NavigationOptions, **how: Any) -> dict[str, Any]:
-        asked.append((options, how["workers"], how["out"]))
+        asked.append((options, how["workers"], how["out"], how["beside"]))
         how["report"](episode(1, found("bed", 1.0, 2.0)))
-        return {**options.document(), **summary([episode(1, found("bed", 1.0, 2.0))], 1)}
+        return {
+            **options.document(),
+            **summary([episode(1, found("bed", 1.0, 2.0))], 1),
+            "compared_with": {},
+        }
 
     monkeypatch.setattr(benchmark, "run_benchmark", run)
     options = ("--method", "nearest_frontier", "--features", "mini", "--episodes", "2")
-    more = ("--apartments", "odd", "--seed", "4", "--workers", "2", "--out", str(tmp_path))
+    more = (
+        "--apartments",
+        "odd",
+        "--seed",
+        "4",
+        "--workers",
+        "2",
+        "--out",
+        str(tmp_path),
+        "--beside",
+        "a",
+    )
     code, text = bench("navigation", *options, *more, "--json")
     assert code == 0, text
     assert json.loads(text.splitlines()[-1])["metrics"]["spl"]["value"] == 0.5
     expected = NavigationOptions(
         Method.NEAREST_FRONTIER, Features.MINI, 2, 4, apartments=Apartments.ODD
     )
-    assert asked == [(expected, 2, tmp_path)]
+    assert asked == [(expected, 2, tmp_path, [Path("a")])]
     _, table = bench("navigation")
     assert "SPL per object                         0.500" in table
 

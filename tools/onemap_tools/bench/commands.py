@@ -42,6 +42,9 @@ class QueryStyles(str, Enum):
     BOTH = "both"
 
 
+Beside = Annotated[
+    list[Path] | None, typer.Option(help="Folder of another method's results, to compare with.")
+]
 Frames = Annotated[int, typer.Option(min=1, help="Frames to measure.")]
 Threads = Annotated[int, typer.Option(min=1, help="CPU threads of torch.")]
 
@@ -301,6 +304,7 @@ def navigation(
     out: Annotated[
         Path | None, typer.Option(help="Folder of the results; a killed run goes on there.")
     ] = None,
+    beside: Beside = None,
     config: Config = None,
     as_json: Json = False,
 ) -> None:
@@ -308,9 +312,8 @@ def navigation(
 
     Searches in simulated time, with the modules that the services run, each from
     a random start for objects that the seed draws from what the apartment has.
-    The simulator's ground truth judges success as Habitat does; the intervals
-    are 95 % bootstrap intervals over episodes. The same command gives the same
-    result, apart from wall_s.
+    The simulator's ground truth judges success as Habitat does; intervals are
+    95 % bootstrap intervals. The same command gives the same result but for wall_s.
     """
     with _cli_errors("demo"):
         from onemap_tools.bench.navigation import benchmark
@@ -332,6 +335,7 @@ def navigation(
             workers=workers,
             out=out,
             report=lambda record: typer.echo(episode_line(record), err=True),
+            beside=beside or (),
         )
     typer.echo("\n".join(table_lines(result)), err=as_json)
     if as_json:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from onemap_tools.bench.navigation.results_folder import ResultsFolder
+from onemap_tools.bench.navigation.results_folder import ResultsFolder, read_beside
 from tests.tools.bench.navigation.records import episode, found
 
 OPTIONS = {"method": "onemap", "seed": 1, "config": {"planner": {"plan_hz": 4.0}}}
@@ -29,12 +29,14 @@ def test_finished_episodes_are_kept_and_a_cut_off_line_is_not(tmp_path: Path) ->
     metrics = {"spl_1": {"value": 0.5, "low": 0.25, "high": 0.75}}
     how = dict.fromkeys(("episodes", "objects_per_episode", "seed", "apartments", "style"), 1)
     document = {"method": "<vlfm>", "features": "mini", **how, "metrics": metrics, "failures": {}}
+    document["compared_with"] = {"<oracle>": {"spl": metrics["spl_1"]}}
     again.write_results(document, again.finished)
     assert json.loads((out / "results.json").read_text()) == document
     page = (out / "index.html").read_text()
     assert "&lt;vlfm&gt;, mini features" in page
     assert "episode_0001.png" in page
     assert "0.500 [0.250, 0.750]" in page
+    assert "SPL per object, over that of &lt;oracle&gt;" in page
     assert "object 1" in (out / "spl_by_position.svg").read_text()
 
 
@@ -47,3 +49,12 @@ def test_a_folder_of_other_options_is_refused_in_a_sentence(tmp_path: Path) -> N
     (tmp_path / "options.json").write_text("{")
     with pytest.raises(ValueError, match="is damaged"):
         ResultsFolder(tmp_path, OPTIONS)
+
+
+def test_only_runs_that_differ_in_the_method_are_compared(tmp_path: Path) -> None:
+    ResultsFolder(tmp_path, OPTIONS).add(FIRST)
+    assert read_beside(tmp_path, {**OPTIONS, "method": "vlfm"}) == ("onemap", [FIRST])
+    with pytest.raises(ValueError, match=r"plan_hz 4\.0 instead of 5\.0: only runs"):
+        read_beside(tmp_path, {**OPTIONS, "config": {"planner": {"plan_hz": 5.0}}})
+    with pytest.raises(ValueError, match="holds no results"):
+        read_beside(tmp_path / "none", OPTIONS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -14,13 +15,14 @@ import torch
 
 from onemap_tools.bench.claims import read_sections
 from onemap_tools.bench.navigation.choices import Apartments, Features, Method
+from onemap_tools.bench.navigation.comparison import comparison
 from onemap_tools.bench.navigation.episode_run import EpisodeSetup, run_episode
 from onemap_tools.bench.navigation.episodes import apartment_seeds
 from onemap_tools.bench.navigation.metrics import summary
 from onemap_tools.bench.navigation.page import picture_name
 from onemap_tools.bench.navigation.picture import episode_picture
 from onemap_tools.bench.navigation.records import EpisodeRecord
-from onemap_tools.bench.navigation.results_folder import ResultsFolder
+from onemap_tools.bench.navigation.results_folder import ResultsFolder, read_beside
 from onemap_tools.cli.floor_plan import write_png
 
 Report = Callable[[EpisodeRecord], None]
@@ -76,11 +78,20 @@ class NavigationOptions:
 
 
 def run_benchmark(
-    options: NavigationOptions, *, workers: int, out: Path | None, report: Report
+    options: NavigationOptions,
+    *,
+    workers: int,
+    out: Path | None,
+    report: Report,
+    beside: Sequence[Path] = (),
 ) -> dict[str, Any]:
-    """Run what is not yet in the folder; the summary, which holds no wall times but ``wall_s``."""
+    """Run what is not yet in the folder; the summary, which holds no wall times but ``wall_s``.
+
+    beside: folders of other methods' results, to compare with.
+    """
     started_s = time.perf_counter()
     setups, described = options.setups(), options.document()
+    others = dict(read_beside(folder, json.loads(json.dumps(described))) for folder in beside)
     folder = None if out is None else ResultsFolder(out, described)
     done = {record.index: record for record in folder.finished} if folder else {}
     todo = [setup for setup in setups if setup.index not in done]
@@ -95,6 +106,13 @@ def run_benchmark(
         "benchmark": "navigation",
         **described,
         **summary(episodes, options.seed),
+        "compared_with": {
+            method: {
+                name: each.document()
+                for name, each in comparison(episodes, theirs, options.seed).items()
+            }
+            for method, theirs in others.items()
+        },
         "wall_s": round(time.perf_counter() - started_s, 1),
     }
     if folder:

@@ -78,7 +78,7 @@ def estimate(values: F64, value: float) -> Estimate:
 def estimates(episodes: Sequence[EpisodeRecord], seed: int) -> dict[str, Estimate]:
     """All metrics by name."""
     weights, once = resampling_weights(len(episodes), seed), np.ones((1, len(episodes)))
-    ratios = _ratios(episodes)
+    ratios = ratios_of(episodes)
     found = {
         name: estimate(ratio.of(weights), float(ratio.of(once)[0]))
         for name, ratio in ratios.items()
@@ -107,7 +107,8 @@ def summary(episodes: Sequence[EpisodeRecord], seed: int) -> dict[str, Any]:
     }
 
 
-def _ratios(episodes: Sequence[EpisodeRecord]) -> dict[str, Ratio]:
+def ratios_of(episodes: Sequence[EpisodeRecord]) -> dict[str, Ratio]:
+    """All metrics but ``spl_third_over_first`` by name."""
     ones = np.ones(len(episodes))
     counts = _column(episodes, lambda e: len(e.objects))
     per_object: dict[str, Callable[[EpisodeRecord], float]] = {

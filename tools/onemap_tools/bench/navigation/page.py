@@ -8,7 +8,7 @@ from typing import Any
 
 from onemap_tools.bench.navigation.metrics import Estimate
 from onemap_tools.bench.navigation.records import EpisodeRecord
-from onemap_tools.bench.navigation.report import episode_line, title
+from onemap_tools.bench.navigation.report import comparison_lines, episode_line, title
 
 WIDTH_PX, HEIGHT_PX, MARGIN_PX, BAR_PX = 420, 260, 40, 60
 STYLE = (
@@ -46,10 +46,15 @@ def page_html(result: Mapping[str, Any], episodes: Sequence[EpisodeRecord]) -> s
         f"apartments from seed {result['seed']} ({result['apartments']}, {result['style']}). "
         "Values with 95 % bootstrap intervals over episodes.</p>"
         f"<table>{rows}</table><h2>SPL by position</h2>{spl_plot(result['metrics'])}"
-        f"<h2>Failures</h2><table>{failures}</table>"
+        f"{_comparison(result)}<h2>Failures</h2><table>{failures}</table>"
         "<h2>Episodes</h2><p>Red: the start. The path to the first object is blue, to the second "
         f"green, to the third orange, then again from blue.</p>{figures}</html>\n"
     )
+
+
+def _comparison(result: Mapping[str, Any]) -> str:
+    lines = "".join(f"<li>{html_text(line)}</li>" for line in comparison_lines(result))
+    return f"<h2>Beside other methods</h2><ul>{lines}</ul>" if lines else ""
 
 
 def spl_plot(metrics: Mapping[str, Mapping[str, float | None]]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from onemap_tools.bench.navigation.comparison import DIFFERENCES
 from onemap_tools.bench.navigation.metrics import Estimate
 from onemap_tools.bench.navigation.records import EpisodeRecord, ObjectRecord
 
@@ -44,7 +45,21 @@ def table_lines(result: Mapping[str, Any]) -> list[str]:
     for name, values in result["metrics"].items():
         lines.append(f"{title(name):38} {Estimate(**values)}")
     lines += [f"{'failed: ' + name:38} {count}" for name, count in result["failures"].items()]
-    return [*lines, f"{'of these, by the time limit':38} {result['timed_out']}"]
+    lines.append(f"{'of these, by the time limit':38} {result['timed_out']}")
+    return lines + comparison_lines(result)
+
+
+def comparison_lines(result: Mapping[str, Any]) -> list[str]:
+    """Ratios to, or differences from, the other methods."""
+    return [
+        f"{_compared(name, method):52} {Estimate(**values)}"
+        for method, metrics in result["compared_with"].items()
+        for name, values in metrics.items()
+    ]
+
+
+def _compared(name: str, method: str) -> str:
+    return f"{title(name)}, {'less that of' if name in DIFFERENCES else 'over that of'} {method}"
 
 
 def title(name: str) -> str:

@@ -26,7 +26,7 @@ class ResultsFolder:
         file = folder / OPTIONS_FILE
         wanted = json.loads(json.dumps(options))
         if file.exists():
-            refuse_others(folder, _options(file), wanted)
+            refuse_others(folder, _options(file), wanted, "choose another folder for --out")
         else:
             file.write_text(json.dumps(wanted, indent=2) + "\n", encoding="utf-8")
         self._episodes = folder / EPISODES_FILE
@@ -48,7 +48,21 @@ class ResultsFolder:
             (self.folder / name).write_text(text, encoding="utf-8")
 
 
-def refuse_others(folder: Path, before: Mapping[str, Any], wanted: Mapping[str, Any]) -> None:
+def read_beside(folder: Path, options: Mapping[str, Any]) -> tuple[str, list[EpisodeRecord]]:
+    """Method and episodes of another run; ValueError if more than method and apartments differ."""
+    file = folder / OPTIONS_FILE
+    if not file.exists():
+        raise ValueError(f"{folder} holds no results of onemap bench navigation")
+    before = dict(_options(file))
+    free = ("method", "episodes", "seed", "apartments")
+    wanted = {**options, **{name: before.get(name) for name in free}}
+    refuse_others(folder, before, wanted, "only runs that differ in the method can be compared")
+    return str(before["method"]), _finished(folder / EPISODES_FILE)
+
+
+def refuse_others(
+    folder: Path, before: Mapping[str, Any], wanted: Mapping[str, Any], advice: str
+) -> None:
     """Raise ValueError that names the options in which the two differ."""
     had, want = flat(before), flat(wanted)
     differing = [
@@ -57,9 +71,7 @@ def refuse_others(folder: Path, before: Mapping[str, Any], wanted: Mapping[str, 
         if had.get(name) != want.get(name)
     ]
     if differing:
-        raise ValueError(
-            f"{folder} holds results with {', '.join(differing)}: choose another folder for --out"
-        )
+        raise ValueError(f"{folder} holds results with {', '.join(differing)}: {advice}")
 
 
 def flat(document: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
