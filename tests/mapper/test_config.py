@@ -17,7 +17,7 @@ def test_the_section_is_the_parameters_and_two_keys_of_the_service() -> None:
 
 @pytest.mark.parametrize(
     ("former", "now"),
-    [("forgetting_per_s", "process_noise_per_s"), ("low_height_m", "clearing_height_m")],
+    [("forgetting_per_s", "process_noise_per_s")],
 )
 def test_a_former_key_is_refused_with_its_new_name(former: str, now: str) -> None:
     with pytest.raises(ConfigError, match=f"mapper.{former} is now called '{now}'"):

@@ -85,7 +85,7 @@ def test_names_in_the_file_are_those_of_the_format(taken: MapSnapshot, tmp_path:
         *("format", "version", "encoder_id", "text_space", "dimension", "cell_size_m"),
         *("obstacle_min_height_m", "obstacle_max_height_m", "frames_fused", "sequence", "stamp_ns"),
     }
-    assert (header["format"], header["version"]) == ("onemap-map", 1)
+    assert (header["format"], header["version"]) == ("onemap-map", 2)
 
 
 @pytest.mark.parametrize("name", ["a", "a.npz", "A-1_b.c", "x.npz.npz"])
@@ -149,7 +149,7 @@ def test_pickles_are_never_read(taken: MapSnapshot, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        ({"header": {"version": 2}}, "version 2"),
+        ({"header": {"version": 3}}, "version 3"),
         ({"header": {"version": None}}, "version None"),
         ({"header": {"dimension": 17}}, "features"),
         ({"header": {"frames_fused": "many"}}, "frames_fused"),
@@ -206,4 +206,4 @@ def test_an_empty_map_is_written_and_read(tmp_path: Path) -> None:
     write(take(BeliefMap(PARAMS)), tmp_path / "a.npz")
     again = read(tmp_path / "a.npz")
     assert (again.header.encoder_id, len(again.cells), len(again.driving_cells)) == ("", 0, 0)
-    assert VERSION == 1
+    assert VERSION == 2

@@ -101,3 +101,11 @@ def test_columns_of_another_height_are_refused(belief: BeliefMap) -> None:
     low = dataclasses.replace(taken, evidence=taken.evidence[:, :3])
     with pytest.raises(MapFileError, match="3 levels"):
         restored(low)
+
+
+def test_a_file_without_drops_is_still_read(belief: BeliefMap) -> None:
+    taken = take(belief)
+    header = dataclasses.replace(taken.header, version=1)
+    old = dataclasses.replace(taken, header=header, evidence=taken.evidence[:, :-1])
+    assert (taken.evidence[:, -1] <= 0).all()
+    np.testing.assert_array_equal(restored(old).occupancy_grid(), belief.occupancy_grid())

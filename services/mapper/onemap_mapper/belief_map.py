@@ -18,7 +18,7 @@ from onemap_mapper.occupancy import (
 )
 from onemap_mapper.params import MapParams
 from onemap_mapper.tiles import TileIndex, TileLayer
-from onemap_shared.geometry import F32, I64, U8
+from onemap_shared.geometry import F32, F64, I64, U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy
 
@@ -46,10 +46,10 @@ class BeliefMap:
         self.store = CellStore(0, device=params.torch_device, dtype=params.torch_dtype)
         self.tiles = TileIndex(params)
         self.slots = TileLayer(np.int32, NO_SLOT)
-        self.evidence = TileLayer(np.int8, 0, (params.levels,))
+        self.evidence = TileLayer(np.int8, 0, (params.levels + 1,))
         self.clear = TileLayer(np.bool_, 0)
         self.occupancy = TileLayer(np.uint8, Occupancy.UNKNOWN)
-        self._start_marked_free = False  # around the robot's first pose
+        self._start_m: F64 | None = None  # the camera's first position
 
     @property
     def dimension(self) -> int:
@@ -70,10 +70,7 @@ class BeliefMap:
     def fuse(self, update: FrameUpdate) -> None:
         """Fuse one frame. Raises ``FieldRejected`` before anything has changed."""
         self._check(update)
-        free = np.zeros((0, 2), np.int64)
-        if not self._start_marked_free:
-            radius_m = self.params.initially_free_radius_m
-            free = cells_within(update.camera_m, radius_m, self.params.cell_size_m)
+        free = self._assumed_free(update)
         self.grow(np.concatenate([update.cells, update.occupancy.cells, free]))
         if self.dimension == 0:
             self.set_encoder(update.encoder_id, update.text_space, update.features.shape[1])
@@ -82,9 +79,9 @@ class BeliefMap:
         slots = self.slots_of(update.cells)
         self.store.fuse(slots, update.features, update.confidence, revision=self.revision)
         self.fuse_occupancy(update.occupancy)
-        if not self._start_marked_free:
-            self._mark_free(free)
-        self._start_marked_free = True
+        self._mark_free(free)
+        if self._start_m is None:
+            self._start_m = update.camera_m
         self.frames_fused += 1
         self.sequence, self.stamp_ns = update.sequence, update.stamp_ns
 
@@ -162,6 +159,20 @@ class BeliefMap:
         if self.params.process_noise_per_s > 0 and elapsed_s > 0:
             rate_per_s = self.params.process_noise_per_s
             self.store.add_process_noise(rate_per_s=rate_per_s, elapsed_s=elapsed_s)
+
+    def _assumed_free(self, update: FrameUpdate) -> I64:
+        """Cells (n, 2) that count as free though no camera sees their floor.
+
+        Around the camera's first position; and, while it is there, from there to the nearest
+        floor in view: the floor between both is in no image.
+        """
+        radius_m, none = self.params.initially_free_radius_m, np.zeros((0, 2), np.int64)
+        start_m = update.camera_m if self._start_m is None else self._start_m
+        if radius_m == 0 or np.linalg.norm(update.camera_m[:2] - start_m[:2]) > radius_m:
+            return none
+        first = self._start_m is None
+        disc = cells_within(start_m, radius_m, self.params.cell_size_m) if first else none
+        return np.concatenate([disc, update.occupancy.cells[update.occupancy.blind]])
 
     def _mark_free(self, cells: I64) -> None:
         rows = self.tiles.rows(cells)

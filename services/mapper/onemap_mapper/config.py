@@ -16,7 +16,6 @@ class MapperConfig(ObjectParams, RegionParams, MapParams):
 
     former_keys: ClassVar[Mapping[str, str]] = {
         "forgetting_per_s": "process_noise_per_s",
-        "low_height_m": "clearing_height_m",
     }
 
     threads: int = Field(

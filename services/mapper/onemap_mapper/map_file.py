@@ -20,7 +20,14 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from onemap_mapper.objects import NO_OBJECTS, from_bytes, to_bytes
-from onemap_mapper.snapshot import FORMAT, VERSION, MapFileError, MapHeader, MapSnapshot
+from onemap_mapper.snapshot import (
+    FORMAT,
+    VERSION,
+    VERSION_WITHOUT_DROPS,
+    MapFileError,
+    MapHeader,
+    MapSnapshot,
+)
 
 SUFFIX = ".npz"
 NAME = re.compile(r"[A-Za-z0-9._-]+")
@@ -129,9 +136,10 @@ def _header(archive: Any, path: Path) -> MapHeader:
 def _check_identity(raw: Any, path: Path) -> None:
     if not isinstance(raw, dict) or raw.get("format") != FORMAT:
         raise MapFileError(f"{path.name} is not a map of OneMap")
-    if raw.get("version") != VERSION:
+    if raw.get("version") not in (VERSION_WITHOUT_DROPS, VERSION):
         raise MapFileError(
-            f"{path.name} has format version {raw.get('version')}; this program reads {VERSION}"
+            f"{path.name} has format version {raw.get('version')}; this program reads "
+            f"{VERSION_WITHOUT_DROPS} and {VERSION}"
         )
 
 

@@ -2,9 +2,10 @@
 
 Each cell is a column of voxels over the heights of the robot's body. A point is evidence for its
 voxel; a ray that passes through a voxel and ends behind it is evidence against it. So a ray over a
-coffee table does not clear the table, and the floor seen under a table does not either. A cell is
-free once its floor, or the space just above the floor, was observed and no voxel of its column is
-occupied.
+coffee table does not clear the table, and the floor seen under a table does not either. One more
+voxel lies below the floor: a drop fills it, floor that is seen empties it. A cell is free once its
+floor was seen and no voxel of its column is occupied; a ray that passes just above a cell does not
+show that there is floor.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from onemap_mapper.floor import floor_points
 from onemap_mapper.params import OccupancyParams
 from onemap_mapper.point_cloud import PointCloud
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
@@ -26,6 +28,7 @@ I16 = NDArray[np.int16]
 # Evidence is a log-odds in steps of about 0.4, an int8 per voxel.
 HIT = 4  # MIN_HITS points or more: an unobserved voxel becomes occupied at once
 SINGLE_HIT = 2  # one point: a far leg or table edge, or noise, so two frames are needed
+DROP_HIT = 2  # a drop needs two frames: an error of the pitch lowers all floor of one frame
 MISS = 1  # four frames erase what was hit in one frame, twelve what was hit in many
 MAX_EVIDENCE = 12  # bounded, so that a removed obstacle disappears within twelve frames
 MIN_EVIDENCE = -4  # and a new one appears within two
@@ -39,13 +42,15 @@ RAY_STEP = 1.0  # cells between samples: a ray through a voxel's corner seldom c
 class OccupancyUpdate:
     """The evidence of one frame, per cell.
 
-    cells (n, 2) int64 world cells; evidence (n, levels) int8 to add; clear (n,) bool: the
-    floor or the space just above it was observed.
+    cells (n, 2) int64 world cells; evidence (n, levels + 1) int8 to add, the last for the voxel
+    below the floor; clear (n,) bool: the floor was seen; blind (n,) bool: the cell lies between
+    the camera and the nearest floor in view.
     """
 
     cells: I64
     evidence: I8
     clear: Bool
+    blind: Bool
 
 
 def occupancy_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpdate:
@@ -58,31 +63,54 @@ def occupancy_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpd
     slack = params.height_error_per_m * depth_m
     z = points[..., 2]
     usable = (depth_m > 0) & (depth_m <= params.occupancy_range_m)
-    floor = points[usable & (np.abs(z) <= params.floor_tolerance_m + slack)]
     is_obstacle = (z >= params.obstacle_min_height_m + slack) & (z < params.obstacle_max_height_m)
     obstacles = points[usable & is_obstacle]
-    box = _box((floor, obstacles, samples, camera[None]), params.cell_size_m)
+    floor = floor_points(cloud, params)
+    box = _box(
+        (floor.seen, floor.drops, floor.blind, obstacles, samples, camera[None]),
+        params.cell_size_m,
+    )
+    clear, blind = _marked(floor.seen, box), _marked(floor.blind, box)
+    voxels = _voxel_evidence(obstacles, samples, box, params)
+    evidence = np.concatenate([voxels, _drop_evidence(floor.drops, clear, box)[..., None]], axis=2)
+    touched = clear | blind | evidence.any(axis=2)
+    cells = np.argwhere(touched) + np.asarray(box.origin_cell)
+    return OccupancyUpdate(cells, evidence[touched], clear[touched], blind[touched])
+
+
+def _voxel_evidence(obstacles: F32, samples: F32, box: GridSpec, params: OccupancyParams) -> I8:
+    """Evidence (nx, ny, levels) of points on obstacles and of samples of free space."""
     hits = np.zeros((*box.shape, params.levels), np.int64)
     np.add.at(hits.reshape(-1), voxel_indices(obstacles, box, params), 1)
     crossed = np.zeros(hits.shape, bool)
-    high = samples[samples[:, 2] >= params.obstacle_min_height_m]
-    crossed.reshape(-1)[voxel_indices(high, box, params)] = True
-    clear = np.zeros(box.shape, bool)
-    for observed in (floor, samples[samples[:, 2] < params.clearing_height_m]):
-        clear[tuple(box.cells(observed[:, :2].astype(np.float64)).T)] = True
-    evidence = (crossed * np.int8(-MISS)).astype(np.int8)
+    crossed.reshape(-1)[voxel_indices(samples, box, params)] = True
+    evidence: I8 = (crossed * np.int8(-MISS)).astype(np.int8)
     evidence[hits > 0] = SINGLE_HIT
     evidence[hits >= MIN_HITS] = HIT
-    touched = clear | evidence.any(axis=2)
-    cells = np.argwhere(touched) + np.asarray(box.origin_cell)
-    return OccupancyUpdate(cells, evidence[touched], clear[touched])
+    return evidence
+
+
+def _drop_evidence(drops: F32, clear: Bool, box: GridSpec) -> I8:
+    """Evidence (nx, ny) for the voxel below the floor, of places where floor is missing."""
+    hits = np.zeros(box.shape, np.int64)
+    np.add.at(hits, tuple(box.cells(drops.astype(np.float64)).T), 1)
+    evidence: I8 = (clear * np.int8(-MISS)).astype(np.int8)
+    evidence[hits >= MIN_HITS] = DROP_HIT
+    return evidence
+
+
+def _marked(places: F32, box: GridSpec) -> Bool:
+    """Mask (nx, ny) of the cells that hold a place."""
+    mask = np.zeros(box.shape, bool)
+    mask[tuple(box.cells(places.astype(np.float64)).T)] = True
+    return mask
 
 
 def ray_samples(camera: F32, ends: F32, *, params: OccupancyParams) -> F32:
     """Points (n, 3) in the free space between camera (3,) and surface points (m, 3).
 
-    Within the clearing range, below the robot's height and above the floor; not in the last cell
-    before the surface, because depth noise moves the surface across cell borders.
+    Within the clearing range and the heights of obstacles; not in the last cell before the
+    surface, because depth noise moves the surface across cell borders.
     """
     step = RAY_STEP * params.cell_size_m
     rays = ends - camera
@@ -91,7 +119,7 @@ def ray_samples(camera: F32, ends: F32, *, params: OccupancyParams) -> F32:
     rays = rays / np.maximum(length, 1e-6)[:, None]
     z = camera[2] + rays[:, 2, None] * distances
     inside = distances <= (length - params.cell_size_m)[:, None]
-    inside &= (z < params.obstacle_max_height_m) & (z > -params.floor_tolerance_m)
+    inside &= (z < params.obstacle_max_height_m) & (z >= params.obstacle_min_height_m)
     samples = np.empty((np.count_nonzero(inside), 3), np.float32)
     for k in range(2):
         samples[:, k] = (camera[k] + rays[:, k, None] * distances)[inside]
@@ -117,13 +145,13 @@ def _box(clouds: tuple[F32, ...], cell_size_m: float) -> GridSpec:
 
 
 def accumulated_evidence(evidence: I8, added: I8) -> I8:
-    """The sum of evidence and added (n, levels) int8, within MIN_EVIDENCE and MAX_EVIDENCE."""
+    """The sum of evidence and added (n, levels + 1) int8, within MIN_EVIDENCE and MAX_EVIDENCE."""
     total: I16 = np.clip(evidence.astype(np.int16) + added, MIN_EVIDENCE, MAX_EVIDENCE)
     return total.astype(np.int8)
 
 
 def occupancy_states(evidence: I8, clear: Bool) -> U8:
-    """Values of ``Occupancy`` (n,) uint8 from evidence (n, levels) and clear (n,)."""
+    """Values of ``Occupancy`` (n,) uint8 from evidence (n, levels + 1) and clear (n,)."""
     occupied = (evidence >= OCCUPIED_THRESHOLD).any(axis=1)
     state: U8 = np.where(clear, Occupancy.FREE, Occupancy.UNKNOWN).astype(np.uint8)
     state[occupied] = Occupancy.OCCUPIED

@@ -78,11 +78,41 @@ class OccupancyParams(GridParams):
     obstacle_max_height_m: float = Field(
         default=1.2, gt=0, description="m; the robot's height, it passes under what is higher."
     )
-    clearing_height_m: float = Field(
-        default=0.30,
+    drop_min_depth_m: float = Field(
+        default=0.06,
         gt=0,
-        description="m; a ray lower than this shows that a cell is free even where the floor "
-        "itself gives no depth: dark, glossy or seen at a grazing angle.",
+        le=0.5,
+        description="m; a surface this much lower than the floor before it is a drop, and a cell "
+        "where floor is missing is occupied. Lower thresholds are driven over.",
+    )
+    drop_range_m: float = Field(
+        default=4.0,
+        ge=0,
+        le=20,
+        description="m from the camera to the place where floor is missing; 0: no drop is ever "
+        "concluded. Further edges are found when the robot comes nearer.",
+    )
+    missing_floor_range_m: float = Field(
+        default=3.0,
+        ge=0,
+        le=20,
+        description="m; where seen floor ends nearer than this at a large hole without depth, "
+        "as at the top of stairs, its end is an edge. 0 for a camera that sees no dark floor.",
+    )
+    tilt_error_per_m: float = Field(
+        default=0.035,
+        ge=0,
+        le=0.2,
+        description="m of height per m of distance that an error of the camera's pitch explains: "
+        "2 degrees. Lower things are drops even if the edge before them was not in view; a ramp "
+        "that falls more steeply is one.",
+    )
+    floor_gap_m: float = Field(
+        default=0.4,
+        gt=0,
+        le=2,
+        description="m; floor between two points of it that are neighbours in the image counts "
+        "as seen: at a grazing angle the image samples the floor sparsely.",
     )
     height_error_per_m: float = Field(
         default=0.01,

@@ -14,7 +14,8 @@ from onemap_mapper.occupancy import OccupancyUpdate
 from onemap_mapper.params import MapParams
 from onemap_mapper.tiles import MapTooLarge
 
-FORMAT, VERSION = "onemap-map", 1
+FORMAT, VERSION = "onemap-map", 2
+VERSION_WITHOUT_DROPS = 1  # its columns have no voxel below the floor
 
 
 class MapFileError(ValueError):
@@ -47,8 +48,8 @@ class MapSnapshot:
     """A copy of a map, detached from it.
 
     cells (n, 2) int32 world cells with features (n, D), confidence and searched (n,) float32;
-    driving_cells (m, 2) int32 with evidence (m, levels) int8 and clear (m,) uint8. objects: what
-    was found.
+    driving_cells (m, 2) int32 with evidence (m, levels + 1) int8 and clear (m,) uint8.
+    objects: what was found.
     """
 
     header: MapHeader
@@ -117,10 +118,13 @@ def restore(
         raise MapFileError(
             f"the map has cell size and obstacle heights {theirs} m, the configuration {ours} m"
         )
-    if snapshot.evidence.shape[1] != params.levels:
+    evidence = snapshot.evidence
+    if header.version == VERSION_WITHOUT_DROPS:
+        evidence = np.pad(evidence, ((0, 0), (0, 1)))
+    if evidence.shape[1] != params.levels + 1:
         raise MapFileError(
-            f"the map's columns have {snapshot.evidence.shape[1]} levels, ours "
-            f"{params.levels}: the file is damaged"
+            f"the map's columns have {evidence.shape[1]} levels, ours {params.levels + 1}: the "
+            "file is damaged"
         )
     belief = BeliefMap(params, first_revision=first_revision)
     cells, driving_cells = snapshot.cells.astype(np.int64), snapshot.driving_cells.astype(np.int64)
@@ -128,7 +132,8 @@ def restore(
         belief.grow(np.concatenate([cells, driving_cells]))
     except MapTooLarge as problem:
         raise MapFileError(f"the map is larger than max_extent_m allows: {problem}") from problem
-    belief.fuse_occupancy(OccupancyUpdate(driving_cells, snapshot.evidence, snapshot.clear > 0))
+    clear = snapshot.clear > 0
+    belief.fuse_occupancy(OccupancyUpdate(driving_cells, evidence, clear, np.zeros_like(clear)))
     if header.dimension > 0:
         belief.set_encoder(header.encoder_id, header.text_space, header.dimension)
         confidence, searched, features = (

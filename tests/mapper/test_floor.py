@@ -1,0 +1,217 @@
+"""Floor and drops in depth images of a floor that ends at a step down, or goes on."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.floor import floor_points
+from onemap_mapper.frame_update import compute_update
+from onemap_mapper.occupancy import occupancy_update
+from onemap_mapper.params import MapParams
+from onemap_mapper.point_cloud import PointCloud
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
+from onemap_shared.messages import Occupancy
+from tests.mapper import scenes
+from tests.mapper.scenes import Box
+
+PARAMS = scenes.params()
+CAMERA = Intrinsics.from_fov(320, 240, np.deg2rad(79))
+SIZE = (240, 320)
+EDGE_M = 3.0
+FLOOR = (Box((-9, -9, -4), (9, 9, 0)),)
+MOUNTS = [(0.3, 0.0), (0.6, 30.0), (1.0, 12.0), (1.2, 0.0)]
+NO_RETURN = 99.0  # a fall so deep that no depth comes back
+
+
+def step_down(fall_m: float) -> tuple[Box, ...]:
+    """Floor at z = 0 up to x = EDGE_M, then lower by ``fall_m``."""
+    here = Box((-9, -9, -4), (EDGE_M, 9, 0))
+    if fall_m == NO_RETURN:
+        return (here,)
+    return (here, Box((EDGE_M, -9, -8), (12, 9, -fall_m)))
+
+
+def tilted(pitch_deg: float, roll_deg: float) -> F64:
+    """An error of the body's attitude (4, 4)."""
+    p, r = np.radians(pitch_deg), np.radians(roll_deg)
+    T = np.eye(4)
+    R_pitch = [[np.cos(p), 0, np.sin(p)], [0, 1, 0], [-np.sin(p), 0, np.cos(p)]]
+    R_roll = [[1, 0, 0], [0, np.cos(r), -np.sin(r)], [0, np.sin(r), np.cos(r)]]
+    T[:3, :3] = np.array(R_pitch) @ R_roll
+    return T
+
+
+@cache
+def true_depth(boxes: tuple[Box, ...], x_m: float, height_m: float, pitch_deg: float) -> F32:
+    T = pose_2d(x_m, 0, 0) @ camera_mount(0.1, height_m, np.deg2rad(pitch_deg))
+    return scenes.depth_of(boxes, T, CAMERA, SIZE)
+
+
+def seen(
+    boxes: tuple[Box, ...],
+    mount: tuple[float, float],
+    *,
+    noise: float = 0.0,
+    attitude_deg: float = 0.0,
+    seed: int = 0,
+    params: MapParams = PARAMS,
+) -> BeliefMap:
+    """The map of a drive along x up to 1.2 m before the edge."""
+    rng, belief = np.random.default_rng(seed), BeliefMap(params)
+    for x_m in np.linspace(0.0, EDGE_M - 1.2, 7):
+        depth = true_depth(boxes, float(x_m), *mount)
+        depth = depth + noise * depth**2 * rng.standard_normal(SIZE, np.float32)
+        depth = np.where((depth > 0.1) & (depth < 8), np.rint(depth * 1000) / 1000, 0)
+        position = rng.normal(0, 0.02, 2) * (attitude_deg > 0)
+        yaw, pitch, roll = rng.normal(0, attitude_deg, 3)
+        body = pose_2d(x_m + position[0], position[1], np.deg2rad(yaw)) @ tilted(pitch, roll)
+        T = body @ camera_mount(0.1, mount[0], np.deg2rad(mount[1]))
+        cloud = PointCloud.of(depth.astype(np.float32), intrinsics=CAMERA, T_map_camera=T)
+        frame = occupancy_update(cloud, params)
+        belief.grow(frame.cells)
+        belief.fuse_occupancy(frame)
+    return belief
+
+
+def states(belief: BeliefMap, x_m: F64, y_m: F64) -> F64:
+    """States (len(x), len(y)) of the cells at these coordinates."""
+    xy = np.stack(np.meshgrid(x_m, y_m, indexing="ij"), axis=-1)
+    cells = belief.grid.cells(xy)
+    inside = belief.grid.contains(cells)
+    found = np.full(inside.shape, int(Occupancy.UNKNOWN))
+    found[inside] = belief.occupancy_grid()[tuple(cells[inside].T)]
+    return found
+
+
+ACROSS = np.arange(-0.95, 1.0, 0.1)
+AT_EDGE = np.arange(EDGE_M - 0.35, EDGE_M + 0.5, 0.1)
+BEYOND = np.arange(EDGE_M + 0.15, EDGE_M + 2.5, 0.1)
+
+
+@pytest.mark.parametrize("mount", MOUNTS)
+@pytest.mark.parametrize("fall_m", [0.10, 0.18, 0.5, 3.0, NO_RETURN])
+def test_the_edge_of_a_step_down_is_closed(fall_m: float, mount: tuple[float, float]) -> None:
+    belief = seen(step_down(fall_m), mount, noise=0.002)
+    assert (states(belief, AT_EDGE, ACROSS) == Occupancy.OCCUPIED).any(axis=0).all()
+    before = states(belief, np.arange(2.15, EDGE_M - 0.3, 0.1), ACROSS)
+    assert (before == Occupancy.FREE).mean() > 0.95
+    if fall_m >= 0.18:
+        assert (states(belief, BEYOND, ACROSS) == Occupancy.FREE).mean() < 0.02
+
+
+@pytest.mark.parametrize("fall_m", [0.10, 0.18, 0.5, 3.0, NO_RETURN])
+@pytest.mark.parametrize("mount", [(0.3, 0.0), (1.0, 12.0)])
+def test_noise_leaves_no_gap_in_the_edge(fall_m: float, mount: tuple[float, float]) -> None:
+    belief = seen(step_down(fall_m), mount, noise=0.005, attitude_deg=1.0, seed=7)
+    assert (states(belief, AT_EDGE, ACROSS) == Occupancy.OCCUPIED).any(axis=0).all()
+    if fall_m >= 0.5:
+        assert (states(belief, BEYOND, ACROSS) == Occupancy.FREE).mean() < 0.02
+
+
+@pytest.mark.parametrize("mount", MOUNTS)
+def test_flat_floor_has_no_edge_in_spite_of_noise(mount: tuple[float, float]) -> None:
+    belief = seen(FLOOR, mount, noise=0.005, attitude_deg=1.0, seed=8)
+    assert (belief.evidence.values[:, -1] < 3).all()
+    assert (states(belief, np.arange(2.25, 3.5, 0.1), ACROSS) == Occupancy.FREE).mean() > 0.95
+
+
+@pytest.mark.parametrize("fall_m", [-0.03, -0.02, 0.02, 0.03])
+def test_a_threshold_of_a_door_is_no_edge(fall_m: float) -> None:
+    lower = Box((EDGE_M, -9, -8), (12, 9, -fall_m))
+    belief = seen((Box((-9, -9, -4), (EDGE_M, 9, 0)), lower), (1.0, 12.0), noise=0.002)
+    assert (states(belief, np.arange(2.2, 4.5, 0.1), ACROSS) == Occupancy.FREE).mean() > 0.95
+
+
+def test_a_ray_over_a_cell_does_not_make_it_free() -> None:
+    """Depth only from a wall's foot, not from the floor before it, as on glossy floor."""
+    depth = true_depth((*FLOOR, Box((4, -9, 0), (5, 9, 3))), 0.0, 1.0, 12.0)
+    T = pose_2d(0, 0, 0) @ camera_mount(0.1, 1.0, np.deg2rad(12.0))
+    cloud = PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T)
+    wall = PointCloud.of(
+        np.where(cloud.points_m[..., 2] > 0.2, depth, 0), intrinsics=CAMERA, T_map_camera=T
+    )
+    assert not occupancy_update(wall, PARAMS).clear.any()
+    assert occupancy_update(cloud, PARAMS).clear.any()
+
+
+def test_small_holes_in_the_depth_are_no_drops() -> None:
+    rng = np.random.default_rng(3)
+    depth = true_depth(FLOOR, 0.0, 1.0, 12.0)
+    T = pose_2d(0, 0, 0) @ camera_mount(0.1, 1.0, np.deg2rad(12.0))
+    depth = np.where(rng.random(SIZE) < 0.3, 0, depth).astype(np.float32)
+    depth[150:158, 100:108] = 0
+    holes = floor_points(PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T), PARAMS)
+    assert len(holes.drops) == 0
+    depth[130:180, 100:180] = 0
+    hole = floor_points(PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T), PARAMS)
+    assert len(hole.drops) > 0
+    off = scenes.params(missing_floor_range_m=0)
+    assert (
+        len(floor_points(PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T), off).drops) == 0
+    )
+
+
+@pytest.mark.parametrize("below", [0.4, 3.0, NO_RETURN])
+def test_an_opening_is_closed_on_all_sides(below: float) -> None:
+    """A stairwell of 0.8 x 1 m, passed straight ahead: no free cell in it, none beside its rim."""
+    opening = (
+        Box((-9, -9, -4), (2.5, 9, 0)),
+        Box((3.3, -9, -4), (9, 9, 0)),
+        Box((2.5, -9, -4), (3.3, -0.5, 0)),
+        Box((2.5, 0.5, -4), (3.3, 9, 0)),
+        Box((2.5, -0.5, -9), (3.3, 0.5, -below)),
+    )
+    belief = BeliefMap(PARAMS)
+    for x_m in (0.0, 0.5, 1.0, 1.2):
+        depth = true_depth(opening, x_m, 1.0, 12.0)
+        T = pose_2d(x_m, 0, 0) @ camera_mount(0.1, 1.0, np.deg2rad(12.0))
+        cloud = PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T)
+        if below == NO_RETURN:
+            depth = np.where(cloud.points_m[..., 2] < -0.005, 0, depth).astype(np.float32)
+            cloud = PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T)
+        frame = occupancy_update(cloud, PARAMS)
+        belief.grow(frame.cells)
+        belief.fuse_occupancy(frame)
+    inside = states(belief, np.arange(2.65, 3.1, 0.1), np.arange(-0.35, 0.4, 0.1))
+    assert (inside == Occupancy.OCCUPIED).mean() > 0.9
+    assert not (inside == Occupancy.FREE).any()
+    beside = states(belief, np.arange(2.65, 3.1, 0.1), np.array([-0.65, -0.55, 0.55, 0.65]))
+    assert (beside == Occupancy.FREE).mean() > 0.5
+
+
+def test_a_drop_goes_when_floor_is_seen_there() -> None:
+    """A cover is laid over a hole."""
+    belief = seen(step_down(0.5), (1.0, 12.0))
+    depth = true_depth(FLOOR, 1.0, 1.0, 12.0)
+    T = pose_2d(1.0, 0, 0) @ camera_mount(0.1, 1.0, np.deg2rad(12.0))
+    frame = occupancy_update(PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T), PARAMS)
+    for _ in range(15):
+        belief.grow(frame.cells)
+        belief.fuse_occupancy(frame)
+    assert (states(belief, AT_EDGE, ACROSS) == Occupancy.FREE).all()
+
+
+def test_floor_too_near_for_the_camera_is_free_at_the_start_only() -> None:
+    boxes = (Box((-9, -9, -4), (9, 9, 0)),)
+    belief = BeliefMap(PARAMS)
+    belief.fuse(compute_update(scenes.field(0, scenes.pose(0.0), boxes=boxes), PARAMS))
+    ahead = states(belief, np.arange(0.05, 2.0, 0.1), np.array([0.05]))
+    assert (ahead == Occupancy.FREE).all()
+    belief.fuse(compute_update(scenes.field(1, scenes.pose(0.0, 5.0), boxes=boxes), PARAMS))
+    assert states(belief, np.array([0.05]), np.array([5.05])).tolist() == [[Occupancy.UNKNOWN]]
+
+
+def test_a_ramp_that_falls_gently_is_floor_for_its_first_metre() -> None:
+    """Five degrees, as a surface of short steps of 9 mm."""
+    ramp = tuple(
+        Box((EDGE_M + k / 10, -9, -8), (EDGE_M + (k + 1) / 10, 9, -0.0087 * (k + 1)))
+        for k in range(15)
+    )
+    belief = seen((Box((-9, -9, -4), (EDGE_M, 9, 0)), *ramp), (1.0, 12.0))
+    first = states(belief, np.arange(EDGE_M - 0.25, EDGE_M + 0.7, 0.1), ACROSS)
+    assert (first == Occupancy.FREE).mean() > 0.95
