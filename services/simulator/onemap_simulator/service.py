@@ -29,6 +29,7 @@ from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
 from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.missing_floor import MissingFloor
 from onemap_simulator.physics.pose_noise import noisy_pose
 from onemap_simulator.physics.robot import RobotState
 from onemap_simulator.physics.simulation import Simulation
@@ -125,6 +126,7 @@ class SimulatorWorker:
             robot,
             RobotState(*scene.start),
             now_s=time.monotonic(),
+            missing_floor=MissingFloor.of(scene, robot.height_m),
         )
         truth = SceneTruth(
             scene,
@@ -171,6 +173,7 @@ class SimulatorWorker:
                 "commands_received": counts.commands_received,
                 "commands_refused": self._commands.counters.refused,
                 "deadman_stops": counts.deadman_stops,
+                "edges_crossed": counts.edges_crossed,
             },
         )
 

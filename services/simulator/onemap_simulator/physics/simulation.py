@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from onemap_shared.geometry import Velocity2d
 from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.missing_floor import MissingFloor
 from onemap_simulator.physics.robot import (
     Deadman,
     RobotParams,
@@ -20,15 +21,19 @@ MAX_PAUSE_S = 1.0  # simulated at most after a pause, such as a suspended comput
 
 @dataclass(frozen=True, slots=True)
 class SimulationCounts:
-    """Since the start: collisions, commands received, stops by the deadman timer."""
+    """Since the start: collisions, commands received, stops by the deadman timer.
+
+    ``edges_crossed``: how often the robot's disc came over a place without floor.
+    """
 
     collisions: int = 0
     commands_received: int = 0
     deadman_stops: int = 0
+    edges_crossed: int = 0
 
 
 class Simulation:
-    """One robot in a collision map."""
+    """One robot in a collision map. It does not fall where floor is missing: that is counted."""
 
     def __init__(
         self,
@@ -37,13 +42,16 @@ class Simulation:
         start: RobotState,
         *,
         now_s: float,
+        missing_floor: MissingFloor | None = None,
     ) -> None:
         self._collision = collision
+        self._missing_floor = missing_floor
         self._parameters = params
         self._deadman = Deadman(params.deadman_s)
         self._now_s = now_s
         self.state = start
         self.counts = SimulationCounts()
+        self._over_edge = self._is_over_edge()
         if self._collides(start.x_m, start.y_m):
             raise ValueError(
                 f"the robot's start ({start.x_m:.2f}, {start.y_m:.2f}) is "
@@ -75,6 +83,9 @@ class Simulation:
                 self._count(deadman_stops=1)
             if self.state.collided and abs(before.velocity.linear_mps) > IMPACT_MPS:
                 self._count(collisions=1)
+            was_over_edge, self._over_edge = self._over_edge, self._is_over_edge()
+            if self._over_edge and not was_over_edge:
+                self._count(edges_crossed=1)
             collided = collided or self.state.collided
             self._now_s += dt_s
         return collided
@@ -82,12 +93,10 @@ class Simulation:
     def _collides(self, x_m: float, y_m: float) -> bool:
         return self._collision.clearance_m(x_m, y_m) < self._parameters.radius_m
 
-    def _count(
-        self, *, collisions: int = 0, commands_received: int = 0, deadman_stops: int = 0
-    ) -> None:
-        now = self.counts
-        self.counts = SimulationCounts(
-            now.collisions + collisions,
-            now.commands_received + commands_received,
-            now.deadman_stops + deadman_stops,
-        )
+    def _is_over_edge(self) -> bool:
+        state, floor = self.state, self._missing_floor
+        return floor is not None and floor.touches(state.x_m, state.y_m, self._parameters.radius_m)
+
+    def _count(self, **more: int) -> None:
+        total = {name: getattr(self.counts, name) + count for name, count in more.items()}
+        self.counts = replace(self.counts, **total)
