@@ -20,6 +20,7 @@ def test_the_example_in_the_documentation_is_read(tmp_path: Path) -> None:
     assert corrections.categories == {"geometry_12": "sofa", "Cube.004": "coffee table"}
     assert corrections.start == (1.5, 2.0, 0.0)
     assert corrections.up == "z"
+    assert corrections.floor_m == 0.0
 
 
 @pytest.mark.parametrize(
@@ -32,6 +33,8 @@ def test_the_example_in_the_documentation_is_read(tmp_path: Path) -> None:
         ("start: [1, 2, .nan]", "three numbers"),
         ("start: here", "three numbers"),
         ("up: x", "must be y or z"),
+        ("floor: low", "height in metres"),
+        ("floor: true", "height in metres"),
         ("categories: [sofa]", "must map"),
         ("categories: {Sofa-01: 3}", "must map"),
     ],

@@ -9,6 +9,7 @@ import pytest
 import trimesh
 
 from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.physics.missing_floor import MissingFloor
 from onemap_simulator.scene.loading import floor_height, load_scene
 from onemap_simulator.scene.scene import Scene
 from tests.simulator.scene.files import RED, room_of
@@ -111,3 +112,17 @@ def test_the_floor_is_the_largest_low_level() -> None:
     assert top_or_bottom == pytest.approx(0.1)
     wedge = np.array([[0.0, 0, 3], [1, 0, 4], [0, 1, 4]])
     assert floor_height(wedge, np.array([[0, 1, 2]])) == 3.0
+
+
+def test_the_yaml_names_the_floor_above_a_storey(tmp_path: Path) -> None:
+    """A landing of 2 m over a hall of 6 m that lies 3 m lower."""
+    landing, hall = trimesh.creation.box((2, 2, 0.2)), trimesh.creation.box((6, 6, 0.2))
+    hall.apply_translation((0, 0, -3.0))
+    trimesh.util.concatenate([landing, hall]).export(tmp_path / "house.ply")
+    assert load_scene(tmp_path / "house.ply").vertices[:, 2].max() == pytest.approx(3.0)
+    (tmp_path / "house.yaml").write_text("floor: 0.1\nstart: [0, 0, 0]\n")
+    scene = load_scene(tmp_path / "house.ply")
+    assert scene.vertices[:, 2].max() == pytest.approx(0.0, abs=1e-6)
+    floor = MissingFloor.of(scene, 1.1)
+    assert not floor.touches(0.0, 0.0, 0.2)
+    assert floor.touches(0.9, 0.0, 0.2)

@@ -27,7 +27,8 @@ def load_scene(path: Path | str) -> Scene:
 
     glTF is turned from y-up; OBJ and PLY are taken as z-up unless the YAML says ``up: y``.
     Everything is shifted vertically so that the floor lies at z = 0: the level within the
-    lowest metre with the largest horizontal area, else the lowest point. Node names become
+    lowest metre with the largest horizontal area, else the lowest point; the YAML's ``floor``
+    names it in a scene with a storey below. Node names become
     categories (see ``scene_file``), PLY is one "object"; the YAML's ``categories`` rename nodes.
     Without a ``start`` the robot starts where the largest free floor has most clearance.
     ValueError: a missing, unreadable, empty or unsupported file, one that is wider than 200 m,
@@ -74,7 +75,8 @@ def assemble(file: SceneFile) -> tuple[Scene, float]:
     points = np.concatenate(vertices)
     if not np.isfinite(points).all():
         raise ValueError(f"scene {name} has vertices that are NaN or infinite")
-    floor_m = floor_height(points, faces)
+    given = file.corrections.floor_m
+    floor_m = floor_height(points, faces) if given is None else given
     points[:, 2] -= floor_m
     scene = Scene(
         name=name,
