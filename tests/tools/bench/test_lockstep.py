@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -20,7 +21,7 @@ from onemap_tools.bench.lockstep import (
     SimulatedRobot,
     SystemConfig,
 )
-from tests.simulator.scenes import box_room
+from tests.simulator.scenes import box_room, with_opening
 
 
 def test_tasks_are_due_at_their_rate() -> None:
@@ -74,3 +75,16 @@ def test_a_place_in_a_room_that_was_never_seen_is_reached() -> None:
     assert np.hypot(*(farthest - simulation.robot.xy)) < 0.3
     (result,) = search.results
     assert result.path_length_m < 3.0 * np.hypot(*(farthest - start))
+
+
+@pytest.mark.slow
+def test_a_search_for_what_stands_behind_a_stairwell_stays_on_the_floor() -> None:
+    """The straight way from the start to the sofa leads over an opening of 0.7 x 1 m."""
+    scene = with_opening(generate_apartment(2), (4.5, 4.9, 5.2, 5.9))
+    scene = replace(scene, start=(2.3, 5.43, 0.0))
+    config = SystemConfig(simulator=SimulatorConfig(seed=2))
+    simulation = LockstepSimulation(scene, config, PerceptionPipeline(config.perception))
+    search = simulation.search(("sofa",), 60.0)
+    assert [result.outcome for result in search.results] == [SearchState.FOUND]
+    assert simulation.robot.edges_crossed == 0
+    assert simulation.robot.contacts == 0

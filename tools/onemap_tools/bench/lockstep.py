@@ -40,6 +40,7 @@ from onemap_shared.geometry import Velocity2d, yaw_of
 from onemap_shared.messages import Detections, FeatureField, RgbdFrame, SearchView
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.missing_floor import MissingFloor
 from onemap_simulator.physics.pose_noise import noisy_pose
 from onemap_simulator.physics.robot import RobotState
 from onemap_simulator.physics.simulation import Simulation
@@ -95,6 +96,7 @@ class SimulatedRobot:
             robot,
             RobotState(*scene.start),
             now_s=0.0,
+            missing_floor=MissingFloor.of(scene, robot.height_m),
         )
         self._camera = RgbdCamera(renderer or Renderer(scene), config.camera, camera_rng)
         self._frames = 0
@@ -110,6 +112,11 @@ class SimulatedRobot:
     def contacts(self) -> int:
         """How often an obstacle stopped the robot from above ``IMPACT_MPS``."""
         return self._simulation.counts.collisions
+
+    @property
+    def edges_crossed(self) -> int:
+        """How often the robot's disc came over a place without floor."""
+        return self._simulation.counts.edges_crossed
 
     def advance(self, command: Velocity2d, before_s: float, now_s: float) -> None:
         """Move until ``now_s`` under a command received at ``before_s``."""
