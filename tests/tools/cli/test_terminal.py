@@ -221,9 +221,11 @@ def test_json_replaces_prose_on_stdout(capsys: pytest.CaptureFixture[str]) -> No
     assert capsys.readouterr() == ('{"ok": true}\n', "a table\nstarting\n")
 
 
-def test_the_demo_stays_up_only_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+@pytest.mark.parametrize("terminal", [True, False])
+def test_the_demo_stays_up_on_a_terminal_or_as_told(
+    monkeypatch: pytest.MonkeyPatch, terminal: bool
+) -> None:
+    monkeypatch.setattr("sys.stdout.isatty", lambda: terminal, raising=False)
+    assert stays_up(headless=None) == terminal
     assert stays_up(headless=False)
     assert not stays_up(headless=True)
-    monkeypatch.setattr("sys.stdout.isatty", lambda: False, raising=False)
-    assert not stays_up(headless=False)

@@ -43,7 +43,13 @@ def demo(
         str | None,
         typer.Option(help="What to find, separated by commas; by default what the scene has."),
     ] = None,
-    headless: Annotated[bool, typer.Option(help="End after the search.")] = False,
+    headless: Annotated[
+        bool | None,
+        typer.Option(
+            help="End after the search; by default where the output is no terminal.",
+            show_default=False,
+        ),
+    ] = None,
     port: Annotated[
         int,
         typer.Option(min=0, max=65535, help=f"Of the live page; 0: {DEFAULT_PORT}, headless any."),

@@ -27,9 +27,9 @@ def result_console(as_json: bool) -> Console:
     return plain_console(stderr=as_json)
 
 
-def stays_up(headless: bool) -> bool:
-    """Whether the demo keeps running after the search: only on a terminal."""
-    return not headless and sys.stdout.isatty()
+def stays_up(headless: bool | None) -> bool:
+    """Whether the demo keeps running after the search; if not said, only on a terminal."""
+    return sys.stdout.isatty() if headless is None else not headless
 
 
 def print_json(document: dict[str, Any]) -> None:
