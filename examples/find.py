@@ -7,11 +7,20 @@ from __future__ import annotations
 
 import sys
 
-from onemap import Client
+from onemap import Client, OneMapError
 
 
 def main(name: str, url: str = "http://127.0.0.1:8080") -> int:
-    """Print where ``name`` may be, follow a search for it; 0 only if it was found."""
+    """0 only if ``name`` was found; a refusal is one sentence that says what to do."""
+    try:
+        return find(name, url)
+    except OneMapError as error:
+        print(error, file=sys.stderr)
+        return 1
+
+
+def find(name: str, url: str) -> int:
+    """Print where ``name`` may be, then follow a search for it."""
     with Client(url) as client:
         for region in client.query(name).regions:
             x_m, y_m = region.centre_m

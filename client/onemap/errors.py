@@ -40,6 +40,11 @@ class OneMapError(Exception):
         return {str(each["word"]): tuple(each.get("did_you_mean", ())) for each in words}
 
     @property
+    def search_id(self) -> str:
+        """The search that runs already, which refused this one (409); else empty."""
+        return str(self.document.get("search_id", ""))
+
+    @property
     def temporary(self) -> bool:
         """Whether the same request may succeed a little later."""
         return self.status in GATEWAY_ERRORS

@@ -17,8 +17,8 @@ class SearchChanged:
     search: SearchSnapshot
 
     def __str__(self) -> str:
-        """One line for people: object, state, reason."""
-        return f"{self.search.target or 'search'}: {self.search.state}: {self.search.reason}"
+        """One line for people: object or place, state, reason."""
+        return f"{self.search.subject}: {self.search.state}: {self.search.reason}"
 
 
 @dataclass(frozen=True, slots=True)

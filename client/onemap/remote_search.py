@@ -49,6 +49,10 @@ class RemoteSearch:
         self._sleep = sleep
         self.latest = latest
 
+    def __repr__(self) -> str:
+        """Id, subject and state: what a list of searches shows."""
+        return f"RemoteSearch({self.id}, {self.latest.subject}, {self.latest.state})"
+
     @property
     def id(self) -> str:
         """The id by which ``client.searches.get`` finds the search again."""

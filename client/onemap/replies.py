@@ -77,7 +77,8 @@ class ObjectOutcome:
     """How the search for one object, or the drive to the place, ended.
 
     name: of the object, empty for a place; outcome: one of ``FINAL_STATES``; position_m: x, y, z
-    of the object, None if it was not found.
+    of the object, None if it was not found; end_xy_m: where the robot stood then, None if that
+    was not known.
     """
 
     name: str
@@ -87,6 +88,7 @@ class ObjectOutcome:
     score: float
     duration_s: float
     path_length_m: float
+    end_xy_m: tuple[float, ...] | None
     document: Document = field(repr=False, compare=False)
 
     @property
@@ -97,7 +99,7 @@ class ObjectOutcome:
     @classmethod
     def of(cls, document: Document) -> ObjectOutcome:
         """The outcome that ``document`` describes."""
-        position_m = document.get("position_m")
+        position_m, end_xy_m = document.get("position_m"), document.get("end_xy_m")
         return cls(
             name=str(document["name"]),
             outcome=str(document["outcome"]),
@@ -106,6 +108,7 @@ class ObjectOutcome:
             score=float(document.get("score", 0.0)),
             duration_s=float(document.get("duration_s", 0.0)),
             path_length_m=float(document.get("path_length_m", 0.0)),
+            end_xy_m=_floats(end_xy_m) if end_xy_m else None,
             document=document,
         )
 
@@ -143,6 +146,13 @@ class SearchSnapshot:
         """Whether every object of the search was found; False for a place."""
         found = sum(result.found for result in self.results)
         return bool(self.objects) and found == len(self.objects)
+
+    @property
+    def subject(self) -> str:
+        """What it is about now: the object sought, the place, or the search."""
+        if self.place_m is not None:
+            return f"({self.place_m[0]:g}, {self.place_m[1]:g})"
+        return self.target or "search"
 
     @property
     def arrived(self) -> bool:
