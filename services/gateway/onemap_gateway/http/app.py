@@ -36,9 +36,9 @@ DESCRIPTION = """
 Ask a robot where things are, and send it to find them.
 
 Errors are problem details (RFC 9457): `detail` says in a sentence what to do, `service` which
-service is missing. All lengths are metres in the map's frame, x forward from where the robot
-started, y to its left; positions are rounded to millimetres. Times are RFC 3339 in UTC; beside
-each stands the same time in nanoseconds since 1970, as a string.
+service is missing. All lengths are metres in the map's frame, which is the frame of the robot's
+poses (z up, the floor at 0); positions are rounded to millimetres. Times are RFC 3339 in UTC;
+beside each stands the same time in nanoseconds since 1970, as a string.
 
 `WS /v1/live` sends the whole state, a JSON object, about five times a second: robot, path,
 frontiers, detections, search, services, and the sequence numbers that tell a client when to
