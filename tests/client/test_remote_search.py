@@ -58,6 +58,7 @@ def test_searches_are_listed(client: Client, planner: FakePlanner) -> None:
     started = client.search("sofa")
     (listed,) = client.searches.list()
     assert (listed.id, listed.latest.state) == (started.id, "exploring")
+    assert repr(listed) == "RemoteSearch(s1, sofa, exploring)"
 
 
 def test_a_search_that_is_not_there_is_an_error(client: Client, planner: FakePlanner) -> None:
@@ -72,7 +73,7 @@ def test_a_second_search_is_refused_with_the_first(client: Client, planner: Fake
     client.search("sofa")
     with pytest.raises(OneMapError, match="DELETE /v1/searches/s1") as error:
         client.search("kettle")
-    assert (error.value.status, error.value.document["search_id"]) == (409, "s1")
+    assert (error.value.status, error.value.search_id) == (409, "s1")
 
 
 class BrokenBody(httpx.SyncByteStream):
@@ -156,6 +157,7 @@ def test_a_drive_to_a_place_ends_as_arrived(client: Client, planner: FakePlanner
     drive = client.go_to(1, -2.5)
     assert (drive.latest.kind, drive.latest.place_m) == ("go_to", (1.0, -2.5))
     assert (drive.latest.objects, drive.latest.target) == ((), "")
+    assert str(next(drive.events())).startswith("(1, -2.5): ")
     planner.move(SearchState.ARRIVED, "standing 0.05 m from it")
     assert drive.wait().arrived
     assert not drive.latest.active

@@ -41,3 +41,9 @@ def test_a_gateway_without_kinds_only_finds() -> None:
     report = {"id": "s1", "state": "exploring", "objects": ["sofa"], "results": []}
     snapshot = SearchSnapshot.of(report)
     assert (snapshot.kind, snapshot.place_m, snapshot.arrived) == ("find", None, False)
+
+
+def test_an_outcome_says_where_the_robot_stood() -> None:
+    outcome = {"name": "", "outcome": "arrived", "end_xy_m": [1.5, -2.0]}
+    assert ObjectOutcome.of(outcome).end_xy_m == (1.5, -2.0)
+    assert ObjectOutcome.of({**outcome, "end_xy_m": None}).end_xy_m is None

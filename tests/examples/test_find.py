@@ -49,6 +49,16 @@ def test_it_prints_places_events_and_results(routes: Routes, code: int, last: st
     assert lines[-1] == last
 
 
+def test_a_refusal_is_one_sentence() -> None:
+    problem = {"status": 409, "detail": "The robot is searching for 'bed'.", "search_id": "s0"}
+    routes = {**gateway_with("found"), ("POST", "/v1/searches"): (409, problem)}
+    with fake_gateway(routes) as url:
+        done = subprocess.run(
+            [sys.executable, str(SCRIPT), "sofa", url], capture_output=True, text=True, check=False
+        )
+    assert (done.returncode, done.stderr) == (1, "The robot is searching for 'bed'.\n")
+
+
 def test_the_documentation_shows_it() -> None:
     page = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
     code = SCRIPT.read_text(encoding="utf-8").partition("import sys\n")[2]
