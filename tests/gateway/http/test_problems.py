@@ -124,6 +124,22 @@ def test_a_search_says_in_one_way_what_to_do() -> None:
         assert "exactly one of 'objects'" in refused(SearchStart, body).detail
 
 
+@pytest.mark.parametrize(
+    ("body", "detail"),
+    [
+        ('{"objects": []}', "'objects' has 0 entries; give at least 1."),
+        (json.dumps({"objects": ["sofa"] * 21}), "'objects' has 21 entries; give at most 20."),
+        ('{"objects": "sofa"}', "'objects' must be a list."),
+        ('{"go_to_m": [1, 2, 3]}', "'go_to_m' has 3 entries; give at most 2."),
+        ('{"go_to_m": [1]}', "'go_to_m[1]' is missing."),
+        ('{"go_to_m": 5}', "'go_to_m' must be a list."),
+        ('{"go_to_m": ["a", 2]}', "'go_to_m[0]': input should be a valid number."),
+    ],
+)
+def test_a_list_is_refused_in_words(body: str, detail: str) -> None:
+    assert refused(SearchStart, body).detail == detail
+
+
 def test_a_body_that_is_no_json_is_a_bad_request() -> None:
     assert refused(QueryRequest, '{"text": ').status == 400
 

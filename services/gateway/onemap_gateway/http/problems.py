@@ -156,7 +156,8 @@ def from_validation_errors(errors: Sequence[Mapping[str, Any]]) -> HttpProblem:
 
 def _field_path(error: Mapping[str, Any]) -> str:
     # The first part says body, path or query: the reader sees that from the name.
-    return ".".join(str(part) for part in error["loc"][1:])
+    names = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in error["loc"][1:]]
+    return "".join(names).removeprefix(".")
 
 
 def _reason(error: Mapping[str, Any]) -> str:
@@ -166,6 +167,13 @@ def _reason(error: Mapping[str, Any]) -> str:
             return f"{place!r} is no field of this request: remove it or correct its name"
         case "missing":
             return f"{place!r} is missing" if place else "this request needs a JSON body"
+        case "too_short" | "too_long":
+            limits = error["ctx"]
+            least, most = limits.get("min_length", 0), limits.get("max_length")
+            wanted = f"at least {least}" if error["type"] == "too_short" else f"at most {most}"
+            return f"{place!r} has {limits['actual_length']} entries; give {wanted}"
+        case "tuple_type" | "list_type":
+            return f"{place!r} must be a list"
         case "value_error":  # the schema's own sentence
             return str(error["msg"]).removeprefix("Value error, ")
         case _:
