@@ -199,4 +199,7 @@ def _typed(name: str, value: Any, hint: Any) -> Any:
         accepted, convert = _SCALARS.get(hint, ((), hint))
         if type(value) in accepted:
             return convert(value)
-    raise WireError(f"field {name} is {type(value).__name__}, expected {hint}")
+    wanted = getattr(hint, "__name__", str(hint))
+    if value is None:
+        raise WireError(f"field {name} ({wanted}) is missing: docs/messages.md lists all fields")
+    raise WireError(f"field {name} is {type(value).__name__}, expected {wanted}")

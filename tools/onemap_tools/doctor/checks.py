@@ -108,7 +108,8 @@ def check_streams(observed: Observations) -> list[Finding]:
                 _error(
                     f"{stream.refused} messages on {stream.name} could not be read, the last "
                     f"because: {stream.last_problem}.",
-                    f"Run the same version of OneMap for the {stream.source} and here.",
+                    f"Send it as docs/messages.md describes; if the {stream.source} is OneMap's "
+                    "own, run the same version there and here.",
                 )
             )
         if stream.age_s is not None and stream.age_s > OLD_S:
