@@ -105,7 +105,7 @@ BAD_PACKETS = {
     "extra array": (tamper(FRAME, arrays_more=["|u1", [1], 0]), "expected 3"),
     "text for a number": (tamper(FRAME, values_sequence="7"), "expected"),
     "bool for a number": (tamper(FRAME, values_sequence=True), "expected"),
-    "missing value": (tamper(FRAME, values_sequence=None), "expected"),
+    "missing value": (tamper(FRAME, values_sequence=None), r"field sequence \(int\) is missing"),
     "broken nested value": (tamper(FRAME, values_intrinsics={"fx": 1.0}), r"intrinsics\.fy"),
 }
 

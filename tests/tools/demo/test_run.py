@@ -60,7 +60,7 @@ def console() -> Console:
 def demo_of(folder: Path, *exits: ProcessExit, time_limit_s: float = 60.0) -> DemoRun:
     """A run whose processes exit like this."""
     processes: Any = SimpleNamespace(collect=lambda _: list(exits), folder=folder / "logs")
-    setup: Any = SimpleNamespace(url="http://127.0.0.1:1")
+    setup: Any = SimpleNamespace(url="http://127.0.0.1:1", config_file="config.yaml")
     limited = replace(options(folder), time_limit_s=time_limit_s)
     return DemoRun(limited, setup, processes, threading.Event())
 

@@ -21,7 +21,7 @@ from onemap_tools.processes.network import accepts_connections, any_free_port
 from onemap_tools.processes.router import CANNOT_LISTEN
 from onemap_tools.processes.services import CORE
 from onemap_tools.processes.session import temporary_session
-from onemap_tools.processes.up import choose, refuse_conflicts, supervise, up
+from onemap_tools.processes.up import choose, page_url, refuse_conflicts, supervise, up
 from tests.shared.test_bus import Router, eventually, router
 
 __all__ = ["router"]  # the fixture
@@ -146,18 +146,36 @@ def config_of(folder: Path, endpoint: str, port: int = 0) -> Path:
 @pytest.mark.usefixtures("sleepers")
 def test_services_run_until_the_signal(router: Router, tmp_path: Path) -> None:
     out = StopAt("Ctrl-C ends them")
-    config = config_of(tmp_path, router.endpoint)
+    port = any_free_port()
+    config = config_of(tmp_path, router.endpoint, port)
     eventually(lambda: accepts_connections(router.endpoint) or None)
     up(config, ("mapper", "gateway"), tmp_path / "logs", Console(file=out, width=500))
     lines = out.getvalue().splitlines()
     assert lines == [
-        f"Started mapper, gateway; logs in {tmp_path / 'logs'}. Ctrl-C ends them.",
+        f"Started mapper, gateway; logs in {tmp_path / 'logs'}. "
+        f"Live page: http://127.0.0.1:{port}. Ctrl-C ends them.",
         "Stopping ...",
     ]
     assert sorted(log.name for log in (tmp_path / "logs").iterdir()) == [
         "gateway.log",
         "mapper.log",
     ]
+
+
+@pytest.mark.parametrize(
+    ("names", "gateway", "url"),
+    [
+        (("mapper",), {}, ""),
+        (("gateway",), {}, "http://127.0.0.1:8080"),
+        (("gateway",), {"host": "0.0.0.0", "token": "t" * 32}, "http://127.0.0.1:8080"),
+        (("gateway",), {"host": "localhost", "port": 90}, "http://localhost:90"),
+        (("gateway",), {"port": 0}, ""),
+    ],
+)
+def test_the_page_s_address_is_that_on_this_machine(
+    names: tuple[str, ...], gateway: dict[str, object], url: str
+) -> None:
+    assert page_url(names, {"gateway": gateway}) == url
 
 
 @pytest.mark.usefixtures("sleepers")

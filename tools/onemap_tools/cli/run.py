@@ -28,6 +28,13 @@ Film = Annotated[
         help="Write an animation of the search here (.webp, .gif or .png): at most 15 s and 3 MB.",
     ),
 ]
+Headless = Annotated[
+    bool | None,
+    typer.Option(
+        help="End after the search; by default where the output is no terminal.",
+        show_default=False,
+    ),
+]
 app = typer.Typer()
 
 
@@ -43,13 +50,7 @@ def demo(
         str | None,
         typer.Option(help="What to find, separated by commas; by default what the scene has."),
     ] = None,
-    headless: Annotated[
-        bool | None,
-        typer.Option(
-            help="End after the search; by default where the output is no terminal.",
-            show_default=False,
-        ),
-    ] = None,
+    headless: Headless = None,
     port: Annotated[
         int,
         typer.Option(min=0, max=65535, help=f"Of the live page; 0: {DEFAULT_PORT}, headless any."),

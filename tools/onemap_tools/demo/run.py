@@ -244,6 +244,7 @@ def _write_results(
 def _stay_up(demo: DemoRun, console: Console) -> None:
     """Keep the processes running until Ctrl-C."""
     console.print(f"The robot is yours: {demo.setup.url}   (Ctrl-C ends everything)")
+    console.print(f"What is wrong, if anything: onemap doctor --config {demo.setup.config_file}")
     while True:
         try:
             demo.pause()

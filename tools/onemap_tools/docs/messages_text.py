@@ -11,8 +11,8 @@ Everything that travels between processes. A program in any language that has Ze
 can take part: a robot publishes [RgbdFrame](#rgbdframe) and [Odometry](#odometry) and obeys
 [VelocityCommand](#velocitycommand).
 
-- **Connection.** Every process is a Zenoh client of one router, by default
-  `tcp/127.0.0.1:7447`. With `bus.namespace` all keys have that prefix.
+- **Connection.** Every process is a Zenoh 1.x client of one router (measured with 1.10.2), by
+  default `tcp/127.0.0.1:7447`. With `bus.namespace` all keys have that prefix.
 - **Frames of reference.** Map and body: x forward, y left, z up. Camera: x right, y down,
   z forward. `T_map_camera` takes points of the camera frame to the map frame.
 - **Delivery.** All topics are published with congestion control "drop". frame: priority

@@ -88,7 +88,7 @@ def up(config: Path | None, only: Collection[str], log_folder: Path, console: Co
         with claimed(bus_config, names, processes, stop, console) as held:
             if held:
                 check_port(names, sections)
-                _run(processes, stop, console)
+                _run(processes, page_url(names, sections), stop, console)
 
 
 @contextmanager
@@ -149,10 +149,22 @@ def check_port(names: Collection[str], sections: Mapping[str, Any]) -> None:
         raise CliError(f"Nothing was started: the gateway {problem}.") from problem
 
 
-def _run(processes: Processes, stop: threading.Event, console: Console) -> None:
+def page_url(names: Collection[str], sections: Mapping[str, Any]) -> str:
+    """Address of the live page as this machine reaches it; empty if no gateway is started."""
+    if "gateway" not in names:
+        return ""
+    from onemap_gateway.config import GatewayConfig
+
+    gateway = section(sections, "gateway", GatewayConfig)
+    host = "127.0.0.1" if gateway.host in ("0.0.0.0", "::") else gateway.host
+    return f"http://{host}:{gateway.port}" if gateway.port else ""
+
+
+def _run(processes: Processes, url: str, stop: threading.Event, console: Console) -> None:
     processes.start()
     names = ", ".join(processes.names)
-    console.print(f"Started {names}; logs in {processes.folder}. Ctrl-C ends them.")
+    page = f"Live page: {url}. " if url else ""
+    console.print(f"Started {names}; logs in {processes.folder}. {page}Ctrl-C ends them.")
     while not stop.wait(WATCH_S):
         supervise(processes, time.monotonic(), console)
     console.print("Stopping ...")
