@@ -47,7 +47,11 @@ def test_a_run_goes_on_where_it_was_killed(tmp_path: Path) -> None:
         run_benchmark(replace(options, episodes=4), workers=1, out=tmp_path, report=ran.append)
     assert "found, SPL 1.00" in episode_line(ran[0])
     same = run_benchmark(options, workers=1, out=None, report=ran.append, beside=(tmp_path,))
-    assert same["compared_with"]["oracle"]["spl"] == {"value": 1.0, "low": 1.0, "high": 1.0}
+    assert same["compared_with"]["oracle"]["compared"]["spl"] == {
+        "value": 1.0,
+        "low": 1.0,
+        "high": 1.0,
+    }
 
 
 @pytest.mark.slow

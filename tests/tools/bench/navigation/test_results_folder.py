@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -29,7 +30,9 @@ def test_finished_episodes_are_kept_and_a_cut_off_line_is_not(tmp_path: Path) ->
     metrics = {"spl_1": {"value": 0.5, "low": 0.25, "high": 0.75}}
     how = dict.fromkeys(("episodes", "objects_per_episode", "seed", "apartments", "style"), 1)
     document = {"method": "<vlfm>", "features": "mini", **how, "metrics": metrics, "failures": {}}
-    document["compared_with"] = {"<oracle>": {"spl": metrics["spl_1"]}}
+    document["compared_with"] = {
+        "<oracle>": {"metrics": metrics, "compared": {"spl": metrics["spl_1"]}}
+    }
     again.write_results(document, again.finished)
     assert json.loads((out / "results.json").read_text()) == document
     page = (out / "index.html").read_text()
@@ -37,7 +40,9 @@ def test_finished_episodes_are_kept_and_a_cut_off_line_is_not(tmp_path: Path) ->
     assert "episode_0001.png" in page
     assert "0.500 [0.250, 0.750]" in page
     assert "SPL per object, over that of &lt;oracle&gt;" in page
-    assert "object 1" in (out / "spl_by_position.svg").read_text()
+    plot = ElementTree.fromstring((out / "spl_by_position.svg").read_text())
+    labels = [each.text for each in plot.iter("{http://www.w3.org/2000/svg}text")]
+    assert labels[-4:] == ["1", "<vlfm>", "1", "<oracle>"]
 
 
 def test_a_folder_of_other_options_is_refused_in_a_sentence(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from onemap_tools.bench.navigation.choices import Apartments, Features, Method
 from onemap_tools.bench.navigation.comparison import comparison
 from onemap_tools.bench.navigation.episode_run import EpisodeSetup, run_episode
 from onemap_tools.bench.navigation.episodes import apartment_seeds
-from onemap_tools.bench.navigation.metrics import summary
+from onemap_tools.bench.navigation.metrics import estimates, summary
 from onemap_tools.bench.navigation.page import picture_name
 from onemap_tools.bench.navigation.picture import episode_picture
 from onemap_tools.bench.navigation.records import EpisodeRecord
@@ -107,17 +107,23 @@ def run_benchmark(
         **described,
         **summary(episodes, options.seed),
         "compared_with": {
-            method: {
-                name: each.document()
-                for name, each in comparison(episodes, theirs, options.seed).items()
-            }
-            for method, theirs in others.items()
+            method: _beside(episodes, theirs, options.seed) for method, theirs in others.items()
         },
         "wall_s": round(time.perf_counter() - started_s, 1),
     }
     if folder:
         folder.write_results(result, episodes)
     return {**result, "results": [_short(episode) for episode in episodes]}
+
+
+def _beside(
+    own: Sequence[EpisodeRecord], other: Sequence[EpisodeRecord], seed: int
+) -> dict[str, Any]:
+    """The other method's metrics, and own over or less those on the same apartments."""
+    return {
+        "metrics": {name: each.document() for name, each in estimates(other, seed).items()},
+        "compared": {name: each.document() for name, each in comparison(own, other, seed).items()},
+    }
 
 
 def run_all(

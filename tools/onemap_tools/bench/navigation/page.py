@@ -10,7 +10,8 @@ from onemap_tools.bench.navigation.metrics import Estimate
 from onemap_tools.bench.navigation.records import EpisodeRecord
 from onemap_tools.bench.navigation.report import comparison_lines, episode_line, title
 
-WIDTH_PX, HEIGHT_PX, MARGIN_PX, BAR_PX = 420, 260, 40, 60
+HEIGHT_PX, MARGIN_PX, BAR_PX = 260, 40, 44
+Metrics = Mapping[str, Mapping[str, float | None]]
 STYLE = (
     "body{font:15px/1.5 system-ui,sans-serif;max-width:1100px;margin:2em auto;padding:0 1em}"
     "table{border-collapse:collapse}td,th{padding:.15em 1em .15em 0;text-align:left}"
@@ -45,7 +46,7 @@ def page_html(result: Mapping[str, Any], episodes: Sequence[EpisodeRecord]) -> s
         f"<p>{result['episodes']} episodes of {result['objects_per_episode']} objects, "
         f"apartments from seed {result['seed']} ({result['apartments']}, {result['style']}). "
         "Values with 95 % bootstrap intervals over episodes.</p>"
-        f"<table>{rows}</table><h2>SPL by position</h2>{spl_plot(result['metrics'])}"
+        f"<table>{rows}</table><h2>SPL by position</h2>{spl_plot(metrics_by_method(result))}"
         f"{_comparison(result)}<h2>Failures</h2><table>{failures}</table>"
         "<h2>Episodes</h2><p>Red: the start. The path to the first object is blue, to the second "
         f"green, to the third orange, then again from blue.</p>{figures}</html>\n"
@@ -57,36 +58,59 @@ def _comparison(result: Mapping[str, Any]) -> str:
     return f"<h2>Beside other methods</h2><ul>{lines}</ul>" if lines else ""
 
 
-def spl_plot(metrics: Mapping[str, Mapping[str, float | None]]) -> str:
-    """An SVG of the SPL of each position with its interval."""
-    bars = []
-    for position in range(1, len(metrics) + 1):
-        values = metrics.get(f"spl_{position}")
-        if values is not None and values["value"] is not None:
-            bars.append(_bar(position, Estimate(**values)))
+def metrics_by_method(result: Mapping[str, Any]) -> dict[str, Metrics]:
+    """The metrics of this run and of those beside it."""
+    others = {method: other["metrics"] for method, other in result["compared_with"].items()}
+    return {result["method"]: result["metrics"], **others}
+
+
+def spl_plot(methods: Mapping[str, Metrics]) -> str:
+    """An SVG of the SPL of the first, second, third object with intervals, grouped by method."""
+    groups = {name: _spl_by_position(metrics) for name, metrics in methods.items()}
+    step_px = BAR_PX * (1 + max(map(len, groups.values()), default=1))
+    width_px = MARGIN_PX + step_px * len(groups)
     base = HEIGHT_PX - MARGIN_PX
     ticks = "".join(
         f'<text x="4" y="{_y(share) + 4:.0f}">{share:.2f}</text>'
-        f'<line x1="{MARGIN_PX}" x2="{WIDTH_PX}" y1="{_y(share):.1f}" y2="{_y(share):.1f}" '
+        f'<line x1="{MARGIN_PX}" x2="{width_px}" y1="{_y(share):.1f}" y2="{_y(share):.1f}" '
         'stroke="#ddd"/>'
         for share in (0.0, 0.25, 0.5, 0.75, 1.0)
     )
+    bars = "".join(
+        _group(name, spl, MARGIN_PX + step_px * index + BAR_PX // 2)
+        for index, (name, spl) in enumerate(groups.items())
+    )
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH_PX}" height="{HEIGHT_PX}" '
-        f'font-family="sans-serif" font-size="12">{ticks}{"".join(bars)}'
-        f'<line x1="{MARGIN_PX}" x2="{WIDTH_PX}" y1="{base}" y2="{base}" stroke="#333"/></svg>\n'
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width_px}" height="{HEIGHT_PX}" '
+        f'font-family="sans-serif" font-size="12">{ticks}{bars}'
+        f'<line x1="{MARGIN_PX}" x2="{width_px}" y1="{base}" y2="{base}" stroke="#333"/></svg>\n'
     )
 
 
-def _bar(position: int, spl: Estimate) -> str:
-    left = MARGIN_PX + 20 + (position - 1) * 2 * BAR_PX
-    middle, top = left + BAR_PX / 2, _y(spl.value or 0.0)
+def _spl_by_position(metrics: Metrics) -> dict[int, Estimate]:
+    """The positions for which there is a value."""
+    named = {k: metrics[f"spl_{k}"] for k in range(1, len(metrics) + 1) if f"spl_{k}" in metrics}
+    return {k: Estimate(**each) for k, each in named.items() if each["value"] is not None}
+
+
+def _group(method: str, spl: Mapping[int, Estimate], left_px: int) -> str:
+    bars = "".join(
+        _bar(position, each, left_px + index * BAR_PX)
+        for index, (position, each) in enumerate(spl.items())
+    )
+    middle = left_px + BAR_PX * len(spl) / 2
+    name = html_text(method)
+    return f'{bars}<text x="{middle}" y="{HEIGHT_PX - 6}" text-anchor="middle">{name}</text>'
+
+
+def _bar(position: int, spl: Estimate, left_px: int) -> str:
+    middle, top = left_px + BAR_PX / 2, _y(spl.value or 0.0)
     low, high = _y(spl.low or 0.0), _y(spl.high or 0.0)
     return (
-        f'<rect x="{left}" y="{top:.1f}" width="{BAR_PX}" height="{_y(0.0) - top:.1f}" '
-        'fill="#5b8fd6"/>'
+        f'<rect x="{left_px + 2}" y="{top:.1f}" width="{BAR_PX - 4}" '
+        f'height="{_y(0.0) - top:.1f}" fill="#5b8fd6"/>'
         f'<line x1="{middle}" x2="{middle}" y1="{low:.1f}" y2="{high:.1f}" stroke="#222"/>'
-        f'<text x="{middle}" y="{HEIGHT_PX - 20}" text-anchor="middle">object {position}</text>'
+        f'<text x="{middle}" y="{HEIGHT_PX - 24}" text-anchor="middle">{position}</text>'
     )
 
 

@@ -53,8 +53,8 @@ def comparison_lines(result: Mapping[str, Any]) -> list[str]:
     """Ratios to, or differences from, the other methods."""
     return [
         f"{_compared(name, method):52} {Estimate(**values)}"
-        for method, metrics in result["compared_with"].items()
-        for name, values in metrics.items()
+        for method, other in result["compared_with"].items()
+        for name, values in other["compared"].items()
     ]
 
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from onemap_tools.bench.navigation.page import page_html, spl_plot
+from onemap_tools.bench.navigation.page import metrics_by_method, page_html, spl_plot
 from onemap_tools.bench.navigation.records import EpisodeRecord, episode_record
 
 OPTIONS_FILE, EPISODES_FILE = "options.json", "episodes.jsonl"
@@ -42,7 +42,7 @@ class ResultsFolder:
         """Write the summary, its plot and the page with the episodes in their order."""
         for name, text in (
             (RESULTS_FILE, json.dumps(document, indent=2) + "\n"),
-            (PLOT_FILE, spl_plot(document["metrics"])),
+            (PLOT_FILE, spl_plot(metrics_by_method(document))),
             (PAGE_FILE, page_html(document, episodes)),
         ):
             (self.folder / name).write_text(text, encoding="utf-8")
