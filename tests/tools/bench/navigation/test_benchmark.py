@@ -46,7 +46,7 @@ def test_a_run_goes_on_where_it_was_killed(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="episodes 2 instead of 4"):
         run_benchmark(replace(options, episodes=4), workers=1, out=tmp_path, report=ran.append)
     assert "found, SPL 1.00" in episode_line(ran[0])
-    same = run_benchmark(options, workers=1, out=None, report=ran.append, beside=(tmp_path,))
+    same = run_benchmark(options, workers=1, out=tmp_path, report=ran.append, beside=(tmp_path,))
     assert same["compared_with"]["oracle"]["compared"]["spl"] == {
         "value": 1.0,
         "low": 1.0,

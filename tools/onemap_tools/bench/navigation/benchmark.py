@@ -21,7 +21,7 @@ from onemap_tools.bench.navigation.episodes import apartment_seeds
 from onemap_tools.bench.navigation.metrics import estimates, summary
 from onemap_tools.bench.navigation.page import picture_name
 from onemap_tools.bench.navigation.picture import episode_picture
-from onemap_tools.bench.navigation.records import EpisodeRecord
+from onemap_tools.bench.navigation.records import EpisodeRecord, episode_record
 from onemap_tools.bench.navigation.results_folder import ResultsFolder, read_beside
 from onemap_tools.cli.floor_plan import write_png
 
@@ -95,7 +95,8 @@ def run_benchmark(
     folder = None if out is None else ResultsFolder(out, described)
     done = {record.index: record for record in folder.finished} if folder else {}
     todo = [setup for setup in setups if setup.index not in done]
-    for record in run_all(todo, workers, out):
+    for finished in run_all(todo, workers, out):
+        record = episode_record(finished.document())  # rounded as one that is read from the folder
         done[record.index] = record
         if folder:
             folder.add(record)
