@@ -63,16 +63,17 @@ def test_a_goal_that_takes_too_long_or_was_visited_is_blacklisted() -> None:
     assert goal.goal.look_xy in after.blacklisted_frontiers
 
 
-def test_without_a_frontier_rejected_candidates_are_reconsidered_before_it_ends() -> None:
+def test_without_a_frontier_everything_is_tried_once_more_before_it_ends() -> None:
     settle_s = PARAMS.explore.settle_s
     state = planner_state()
     rejected = replace(state.target_state, rejected=(candidate(2.5, 2.5),))
-    state, motion, event, _ = NEAREST_FRONTIER(
-        replace(state, target_state=rejected), context(), PARAMS
-    )
+    state = replace(state, target_state=rejected, blacklisted_frontiers=((1.0, 1.0),))
+    state, motion, event, _ = NEAREST_FRONTIER(state, context(), PARAMS)
     assert (motion, event) == (Rest(), None)
     state, *_ = NEAREST_FRONTIER(replace(state, active_time_s=settle_s + 0.1), context(), PARAMS)
     assert state.target_state.reconsidered
+    assert state.target_state.rejected == ()
+    assert state.blacklisted_frontiers == ()
     state, *_ = NEAREST_FRONTIER(state, context(), PARAMS)
     late = replace(state, active_time_s=2 * settle_s + 0.2)
     _, _, event, _ = NEAREST_FRONTIER(late, context(), PARAMS)

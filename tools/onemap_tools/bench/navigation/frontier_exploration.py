@@ -1,7 +1,8 @@
 """Exploration of the baselines: drive to frontiers, ranked by a rule.
 
 A frontier counts as visited when the robot stood there for ``linger_s`` or needed too long, as in
-OneMap's own exploration; without any left for ``settle_s`` the object counts as not found.
+OneMap's own exploration. Without any left for ``settle_s`` all of them, and rejected candidates,
+are tried once more; then the object counts as not found.
 """
 
 from __future__ import annotations
@@ -161,6 +162,7 @@ def _idle(
     state = replace(state, target_state=target)
     if state.active_time_s - since_s < params.explore.settle_s:
         return state, Rest(), None
-    if state.target_state.rejected and not state.target_state.reconsidered:
-        return replace(state, target_state=TargetState(reconsidered=True)), Rest(), None
+    if not state.target_state.reconsidered:
+        anew = replace(state, target_state=TargetState(reconsidered=True), blacklisted_frontiers=())
+        return anew, Rest(), None
     return state, Rest(), Exhausted(f"no frontier is left on {context.known_m2():.0f} m²")
