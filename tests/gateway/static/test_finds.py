@@ -14,6 +14,12 @@ pytestmark = pytest.mark.slow
 
 CARD_OPEN = "document.getElementById('find-card').open"
 PHOTO_SHOWN = "document.getElementById('find-photo').naturalWidth === 320"
+# Starts a search as another client does.
+SEARCH_ELSEWHERE = """fetch("/v1/searches", {
+  method: "POST",
+  headers: { "Content-Type": "application/json" },
+  body: JSON.stringify({ objects: ["kettle"] }),
+}).then((response) => response.status)"""
 # Left, top, right and bottom of the box, in pixels of the photograph.
 BOX = """(() => {
   const photo = document.getElementById("find-photo").getBoundingClientRect();
@@ -59,6 +65,27 @@ def test_a_finger_opens_the_card_on_a_phone(page: Page, robot: Robot) -> None:
     assert page.evaluate("document.documentElement.scrollWidth") <= PHONE[0]
     page.click("#find-card .close")
     page.wait_for(f"!{CARD_OPEN}")
+
+
+@pytest.mark.parametrize("size", [PHONE, (390, 844), (844, 390)])
+def test_the_card_leaves_stop_free_on_a_phone(
+    page: Page, robot: Robot, size: tuple[int, int]
+) -> None:
+    page.resize(*size, mobile=True)
+    open_with_a_sofa(page, robot)
+    open_card(page)
+    page.wait_for(PHOTO_SHOWN)
+    page.evaluate(SEARCH_ELSEWHERE)
+    page.wait_for("document.body.classList.contains('searching')")
+    assert page.centre("#stop") is not None, "the search began under an open card"
+    page.evaluate("document.getElementById('find-go').click()")  # refused
+    page.wait_for("!document.querySelector('#find-card .error').hidden")
+    assert page.centre("#stop") is not None, "with an error in the card"
+    page.click("#find-card .close")
+    open_card(page)
+    assert page.centre("#stop") is not None, "the card was opened during a search"
+    page.click("#stop")
+    page.wait_for("document.getElementById('search-state').innerText === 'cancelled'")
 
 
 def test_the_keyboard_opens_a_find_from_the_list(page: Page, robot: Robot) -> None:
