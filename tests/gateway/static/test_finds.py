@@ -120,10 +120,43 @@ def test_a_new_find_appears_and_a_forgotten_one_goes(page: Page, robot: Robot) -
     page.wait_for("document.querySelectorAll('#finds li').length === 1")
     open_card(page)
     page.click("#find-forget")
+    page.click("#forget-yes")
     page.wait_for(f"!{CARD_OPEN}")
     robot.show_finds(*robot.mapper.objects)
     page.wait_for("document.getElementById('finds-card').hidden")
     assert page.errors == []
+
+
+def test_a_find_is_forgotten_only_after_a_second_answer(page: Page, robot: Robot) -> None:
+    open_with_a_sofa(page, robot)
+    open_card(page)
+    page.click("#find-forget")
+    assert page.text("#find-question") == "Forget the sofa?"
+    assert violations(page) == []
+    page.click("#forget-no")
+    assert not page.evaluate("document.getElementById('find-question').checkVisibility()")
+    assert len(robot.mapper.objects) == 1
+    page.click("#find-forget")
+    page.press("Escape")
+    page.wait_for(f"!{CARD_OPEN}")
+    open_card(page)
+    assert page.centre("#find-go") is not None, "the card opens without the question"
+    assert len(robot.mapper.objects) == 1
+
+
+def test_the_keyboard_forgets_a_find(page: Page, robot: Robot) -> None:
+    open_with_a_sofa(page, robot)
+    open_card(page)
+    page.evaluate("document.getElementById('find-forget').focus()")
+    page.press("Enter")
+    assert page.evaluate("document.activeElement.id") == "forget-no"
+    page.press("Enter")
+    assert page.evaluate("document.activeElement.id") == "find-forget"
+    page.press("Enter")
+    page.evaluate("document.getElementById('forget-yes').focus()")
+    page.press("Enter")
+    page.wait_for(f"!{CARD_OPEN}")
+    assert robot.mapper.objects == []
 
 
 def test_the_card_follows_its_find(page: Page, robot: Robot) -> None:

@@ -228,7 +228,7 @@ by("place-go").addEventListener("click", (event) => drive(event.target, menu, "g
 by("place-look").addEventListener("click", (event) => drive(event.target, menu, "look_at_m"));
 by("find-go").addEventListener("click", (event) => drive(event.target, card, "go_to_m"));
 by("find-look").addEventListener("click", (event) => drive(event.target, card, "look_at_m"));
-by("find-forget").addEventListener("click", (event) =>
+by("forget-yes").addEventListener("click", (event) =>
   inPopup(event.target, card, () => send("DELETE", `/v1/objects/${card.object.id}`)),
 );
 by("zoom-in").addEventListener("click", () => map.zoom(1.4));

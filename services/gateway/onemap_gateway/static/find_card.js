@@ -11,10 +11,13 @@ export class FindCard extends Popup {
     this.photo = by("find-photo");
     this.photo.addEventListener("load", () => this.showBox());
     this.photo.addEventListener("error", () => this.showPhoto(false));
+    by("find-forget").addEventListener("click", () => this.askForget());
+    by("forget-no").addEventListener("click", () => this.keep());
   }
 
   show(object) {
     this.fill(object);
+    this.showQuestion(false);
     this.open(object.position_m.slice(0, 2));
   }
 
@@ -38,6 +41,25 @@ export class FindCard extends Popup {
     const object = objects.find(({ id }) => id === this.object.id);
     if (object) this.fill(object);
     else this.close();
+  }
+
+  // Ask before the object is forgotten; the focus goes to the answer that changes nothing.
+  askForget() {
+    by("find-question").textContent = `Forget the ${this.object.name}?`;
+    this.showQuestion(true);
+    by("forget-no").focus();
+  }
+
+  keep() {
+    this.showQuestion(false);
+    by("find-forget").focus();
+  }
+
+  showQuestion(asked) {
+    by("find-confirm").hidden = !asked;
+    by("find-actions").hidden = asked;
+    this.showError("");
+    this.follow(); // its height may have changed
   }
 
   showPhoto(there) {
