@@ -40,6 +40,27 @@ def test_every_typed_name_is_asked(page: Page, robot: Robot) -> None:
     assert page.errors == []
 
 
+@pytest.mark.parametrize(("typed", "count"), [("sofa", 2), ("kite", 3)])
+@pytest.mark.parametrize("searching", [False, True])
+def test_an_answer_is_in_sight_on_a_phone(
+    page: Page, robot: Robot, typed: str, count: int, searching: bool
+) -> None:
+    page.resize(390, 844, mobile=True)
+    page.open(robot.address)
+    start_search(page)
+    if not searching:
+        page.click("#stop")
+        page.wait_for("document.getElementById('search-state').innerText === 'cancelled'")
+    page.evaluate("window.scrollTo(0, 0)")
+    page.type("#text", typed)
+    page.click("#where")
+    page.wait_for(f"document.querySelectorAll('#regions-card li').length === {count}")
+    page.wait_for("window.scrollY > 0")
+    assert page.centre("#regions-card h2") is not None
+    assert page.centre("#regions-card li:last-child") is not None
+    assert page.errors == []
+
+
 def test_a_suggested_word_replaces_only_its_own_name(page: Page, robot: Robot) -> None:
     page.open(robot.address)
     page.type("#text", "sofa, kite")

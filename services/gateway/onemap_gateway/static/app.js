@@ -6,7 +6,7 @@ import { follow } from "./live.js";
 import { FindCard } from "./find_card.js";
 import { Finds } from "./finds.js";
 import { MapView } from "./map.js";
-import { by, showAnswers, showError, showFacts, showNotices, showSearch, showServices } from "./panels.js";
+import { by, reveal, showAnswers, showError, showFacts, showNotices, showSearch, showServices } from "./panels.js";
 import { PlaceMenu } from "./place_menu.js";
 
 const MAP_MS = 600; // between two images of the map
@@ -141,6 +141,7 @@ function query() {
     // One after the other: at most one asks for the token.
     for (const text of requiredNames()) answers.push(await ask(text));
     showQueried(answers, answers.find((answer) => answer.regions.length) ?? answers[0]);
+    reveal(by("regions-card"));
   });
 }
 

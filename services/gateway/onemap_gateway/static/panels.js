@@ -15,6 +15,12 @@ export function element(tag, { className = "", text = "", title = "" } = {}, chi
 
 export const by = (id) => document.getElementById(id);
 
+// Scroll no further than is needed to see the node.
+export function reveal(node) {
+  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  node.scrollIntoView({ block: "nearest", behavior: still ? "auto" : "smooth" });
+}
+
 // Replace the children only if their content has changed: else hovering and screen readers restart.
 export function refill(node, shown, children) {
   const key = JSON.stringify(shown);
