@@ -98,9 +98,8 @@ def middle_of(page: Page, colour: str) -> tuple[float, float]:
 
 
 def open_still(page: Page, robot: Robot) -> None:
-    """Open the page without its notices: they come after a second and would move the map."""
+    """Open the page and wait until its map stands still."""
     page.open(robot.address)
-    page.evaluate("document.getElementById('notices').style.display = 'none'")
     page.wait_for(MIDDLE % "free")  # the image of the map is there, and fitted
 
 

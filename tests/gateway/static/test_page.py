@@ -23,6 +23,20 @@ PIXELS = """(() => {
   return count;
 })()"""
 
+# Where the page's parts are: what a notice must not move.
+PLACES = """["#map", "#zoom-in", "#where", "#regions-card"].map((name) => {
+  const { x, y, width, height } = document.querySelector(name).getBoundingClientRect();
+  return [x, y + scrollY, width, height];
+})"""
+# Whether a notice lies on the heat map's or a zoom button.
+COVERED = """[...document.querySelectorAll("#notices li, #lost")].some((notice) => {
+  const a = notice.getBoundingClientRect();
+  return [...document.querySelectorAll("#heat, .zoom")].some((button) => {
+    const b = button.getBoundingClientRect();
+    return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+  });
+})"""
+
 
 def test_every_typed_name_is_asked(page: Page, robot: Robot) -> None:
     page.open(robot.address)
@@ -136,6 +150,28 @@ def test_stop_is_in_sight_in_a_low_window(page: Page, robot: Robot) -> None:
     page.wait_for("document.querySelectorAll('#regions-card li').length === 4")
     page.evaluate("document.querySelector('.side').scrollTo(0, 10000)")
     assert page.centre("#stop") is not None
+
+
+@pytest.mark.parametrize("size", [(1280, 800), PHONE])
+def test_notices_move_nothing_and_cover_no_button(
+    page: Page, robot: Robot, size: tuple[int, int]
+) -> None:
+    page.resize(*size)
+    page.open(robot.address)
+    page.type("#text", "sofa")
+    page.click("#where")
+    page.wait_for("!document.getElementById('heat').hidden")
+    page.evaluate("document.getElementById('notices').style.display = 'none'")
+    before = page.evaluate(PLACES)
+    page.evaluate("document.getElementById('notices').style.display = ''")
+    page.wait_for("document.querySelectorAll('#notices li').length > 1")
+    page.evaluate("document.getElementById('lost').hidden = false")
+    assert page.evaluate(PLACES) == before
+    page.evaluate("window.scrollTo(0, 0)")
+    for button in ("#heat", "#zoom-in", "#zoom-out", "#zoom-fit"):
+        assert page.centre(button) is not None, button
+    assert page.centre("#notices li") is None, "a press on a notice is meant for the map"
+    assert page.evaluate(COVERED) is False
 
 
 @pytest.mark.parametrize("scheme", ["dark", "light"])

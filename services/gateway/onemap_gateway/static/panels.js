@@ -54,12 +54,12 @@ export function showNotices(state) {
   }
   refill(by("notices"), notices, () =>
     notices.map(([condition, name, problem]) =>
-      element("li", { className: condition }, [element("b", { text: name }), problem]),
+      element("li", { className: `notice ${condition}` }, [element("b", { text: name }), problem]),
     ),
   );
 }
 
-// Whether the problem lasts: a short one would only move the page's content.
+// Whether the problem lasts: a notice of a short one could not be read.
 function lasts(name, problem) {
   if (!problem) {
     wrongSince.delete(name);
