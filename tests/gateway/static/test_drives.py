@@ -118,12 +118,37 @@ def test_a_running_search_is_not_replaced(page: Page, robot: Robot) -> None:
     page.drag(place, place)
     page.click("#place-go")
     page.wait_for("!document.querySelector('#place-menu .error').hidden")
-    assert "a search for 'sofa'" in page.text("#place-menu .error")
+    assert page.text("#place-menu .error") == (
+        "The robot is looking for the sofa: wait until it is done, or press Stop."
+    )
     assert robot.drive() == ("find", ())
     page.press("Escape")
     page.drag(place, place)
     page.wait_for(MENU_OPEN)
     assert page.evaluate("document.querySelector('#place-menu .error').hidden")
+
+
+def test_a_search_does_not_replace_a_drive(page: Page, robot: Robot) -> None:
+    place = open_page(page, robot)
+    page.drag(place, place)
+    page.wait_for(MENU_OPEN)
+    x_m, y_m = named_place(page)
+    page.click("#place-go")
+    page.wait_for("document.body.classList.contains('searching')")
+    page.type("#text", "sofa")
+    page.click("#find")
+    page.wait_for("!document.getElementById('error').hidden")
+    assert page.text("#error") == (
+        f"The robot is driving to ({x_m}, {y_m}): wait until it is done, or press Stop."
+    )
+
+
+def test_a_search_that_the_page_does_not_know_yet_is_named_another(
+    page: Page, robot: Robot
+) -> None:
+    open_page(page, robot)
+    page.evaluate("import('/static/panels.js').then((panels) => (window.panels = panels))")
+    assert page.evaluate("panels.activity(null)") == "busy with another search"
 
 
 @pytest.mark.parametrize(

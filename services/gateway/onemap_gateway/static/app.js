@@ -6,7 +6,7 @@ import { follow } from "./live.js";
 import { FindCard } from "./find_card.js";
 import { Finds } from "./finds.js";
 import { MapView } from "./map.js";
-import { by, reveal, showAnswers, showError, showFacts, showNotices, showSearch, showServices } from "./panels.js";
+import { activity, by, reveal, showAnswers, showError, showFacts, showNotices, showSearch, showServices } from "./panels.js";
 import { PlaceMenu } from "./place_menu.js";
 
 const MAP_MS = 600; // between two images of the map
@@ -120,10 +120,17 @@ async function act(button, task, show = showError) {
   try {
     await task();
   } catch (problem) {
-    show(problem.message);
+    show(sentenceOf(problem));
   } finally {
     button.disabled = false;
   }
+}
+
+// What to tell the user; the gateway's own sentence names the request that ends a search.
+function sentenceOf(problem) {
+  if (!problem.problem?.search_id) return problem.message;
+  const search = state?.search?.id === problem.problem.search_id ? state.search : null;
+  return `The robot is ${activity(search)}: wait until it is done, or press Stop.`;
 }
 
 // The typed names; asks for some if there are none.

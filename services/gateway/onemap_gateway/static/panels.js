@@ -96,6 +96,13 @@ function searchTitle({ kind, active, target, objects, place_m: goal }) {
   return active ? `Looking for the ${target}` : `Search for ${objects.join(", ")}`;
 }
 
+// What the robot does, after "The robot is"; search: null if it is not known.
+export function activity(search) {
+  if (!search?.active) return "busy with another search";
+  const title = searchTitle(search);
+  return title[0].toLowerCase() + title.slice(1);
+}
+
 function describe(search, name, index) {
   const result = search.results[index];
   if (!result) {
