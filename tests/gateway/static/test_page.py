@@ -37,6 +37,37 @@ COVERED = """[...document.querySelectorAll("#notices li, #lost")].some((notice) 
   });
 })"""
 
+# A map of 10 m x 10 m, 390 px wide, with five regions in a row; `labels`: what it has written last.
+PROBE = """(async () => {
+  const { MapView } = await import("/static/map.js");
+  const canvas = document.createElement("canvas");
+  canvas.style.cssText = "position: fixed; inset: 0; width: 390px; height: 388px; z-index: 9";
+  document.body.append(canvas);
+  const context = canvas.getContext("2d");
+  const { fillRect, fillText } = CanvasRenderingContext2D.prototype;
+  window.labels = [];
+  context.fillRect = (...box) => {
+    labels = [];
+    fillRect.apply(context, box);
+  };
+  context.fillText = (text, x, y) => {
+    labels.push({ text, x, y, width: context.measureText(text).width });
+    fillText.call(context, text, x, y);
+  };
+  window.view = new MapView(canvas, { onMove() {} });
+  view.show({ path: null });
+  view.showImage(await createImageBitmap(new ImageData(1, 1)), [0, 0, 10, 10]);
+  const regions = [1, 2, 3, 4, 5].map((rank) => (
+    { rank, extent_m: [rank, 5, rank + 0.9, 6] }
+  ));
+  view.showAnswers([{ text: "bed", regions }]);
+})()"""
+NEXT_PICTURE = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+# Labels less than 6 pixels beside, or less than 16 above, another.
+CLOSE_LABELS = """labels.flatMap((a, i) => labels.slice(i + 1)
+  .filter((b) => a.x < b.x + b.width + 6 && b.x < a.x + a.width + 6 && Math.abs(a.y - b.y) < 16)
+  .map((b) => `${a.text}, ${b.text}`))"""
+
 
 def test_every_typed_name_is_asked(page: Page, robot: Robot) -> None:
     page.open(robot.address)
@@ -150,6 +181,28 @@ def test_stop_is_in_sight_in_a_low_window(page: Page, robot: Robot) -> None:
     page.wait_for("document.querySelectorAll('#regions-card li').length === 4")
     page.evaluate("document.querySelector('.side').scrollTo(0, 10000)")
     assert page.centre("#stop") is not None
+
+
+def test_the_age_does_not_cover_the_fitted_map(page: Page, robot: Robot) -> None:
+    page.resize(390, 844, mobile=True)
+    page.open(robot.address)
+    page.wait_for("!document.getElementById('freshness').hidden")
+    age = page.evaluate("""document.getElementById("freshness").getBoundingClientRect().bottom
+        - document.getElementById("map").getBoundingClientRect().top""")
+    page.evaluate(PROBE)
+    page.wait_for("view.canvas.height === 388")
+    assert page.evaluate("view.pixels(0, 10)[1]") > age
+    assert page.evaluate("view.pixels(0, 0)[1]") < 388
+
+
+def test_the_numbers_of_neighbouring_regions_stand_apart(page: Page, robot: Robot) -> None:
+    page.open(robot.address)
+    page.evaluate(PROBE)
+    page.wait_for("view.canvas.height === 388 && labels.length > 5")
+    for _ in range(20):
+        page.evaluate("view.zoom(0.94)")
+        page.evaluate(NEXT_PICTURE)
+        assert page.evaluate(CLOSE_LABELS) == []
 
 
 @pytest.mark.parametrize("size", [(1280, 800), PHONE])

@@ -11,6 +11,8 @@ const TRAIL_JUMP_M = 1.0;
 const ROBOT_MARGIN_M = 0.7; // around the robot when all of the map is shown
 const GLIDE_S = 0.15; // states come every 0.2 s: the robot reaches one about when the next is here
 const LABEL_PX = 16; // height of a label
+const LABEL_GAP_PX = 7; // between two labels beside each other: their outlines, and a space
+const TOP_PX = 44; // at the top when all of the map is shown: there stands its age
 const PIN_PX = 15; // from a pin's tip to the middle of its head
 const REACH_PX = 13; // around a pin's head in which a click is meant for it
 const TOUCH_REACH_PX = 24; // the same for a finger
@@ -92,8 +94,10 @@ export class MapView {
       [x1, y1] = [Math.max(x1, x + ROBOT_MARGIN_M), Math.max(y1, y + ROBOT_MARGIN_M)];
     }
     const { clientWidth: width, clientHeight: height } = this.canvas;
-    const scale = Math.min(width / (x1 - x0), height / (y1 - y0)) * 0.94;
-    this.camera = { x: (x0 + x1) / 2, y: (y0 + y1) / 2, pixelsPerM: Math.min(scale, 160) };
+    const room = Math.max(height - TOP_PX, 1);
+    const fitting = Math.min(width / (x1 - x0), room / (y1 - y0)) * 0.94;
+    const pixelsPerM = Math.min(fitting, 160);
+    this.camera = { x: (x0 + x1) / 2, y: (y0 + y1) / 2 + TOP_PX / 2 / pixelsPerM, pixelsPerM };
   }
 
   lookAt(x, y) {
@@ -362,7 +366,9 @@ export class MapView {
     context.font = FONT;
     const right = column + context.measureText(text).width;
     const covers = (box) =>
-      column < box.right && box.column < right && Math.abs(row - box.row) < LABEL_PX;
+      column < box.right + LABEL_GAP_PX &&
+      box.column < right + LABEL_GAP_PX &&
+      Math.abs(row - box.row) < LABEL_PX;
     while (this.labels.some(covers)) row -= LABEL_PX; // above the label that stands there
     this.labels.push({ column, right, row });
     context.lineWidth = 4;
