@@ -131,7 +131,8 @@ class Page:
         self.call("Input.insertText", text=text)
 
     def resize(self, width_px: int, height_px: int, *, mobile: bool = False) -> None:
-        """Set the size of the window."""
+        """Set the size of the window; ``mobile``: of a telephone that is touched."""
+        self.call("Emulation.setTouchEmulationEnabled", enabled=mobile)
         self.call(
             "Emulation.setDeviceMetricsOverride",
             width=width_px,

@@ -235,6 +235,40 @@ def test_the_map_has_the_colours_of_the_page(page: Page, robot: Robot, scheme: s
     page.wait_for(f"{PIXELS % 'occupied'} > 50")
 
 
+def test_the_legend_is_closed_on_a_phone_and_leaves_the_zoom_buttons_free(
+    page: Page, robot: Robot
+) -> None:
+    page.open(robot.address)
+    assert page.evaluate("document.getElementById('legend').open")
+    for size in (PHONE, (390, 844), (844, 390)):
+        page.resize(*size, mobile=True)
+        page.wait_for("!document.getElementById('legend').open")
+        page.click("#legend summary")
+        page.wait_for("document.getElementById('legend').open")
+        page.evaluate("window.scrollTo(0, 0)")
+        for button in ("in", "out", "fit"):
+            assert page.centre(f"#zoom-{button}") is not None, (size, button)
+        page.resize(1280, 800)
+        page.wait_for("document.getElementById('legend').open")
+
+
+def test_a_phone_says_tap_and_has_a_wide_link_to_the_api(page: Page, robot: Robot) -> None:
+    target = """(() => {
+      const { width, height } = document.querySelector(".bar .quiet").getBoundingClientRect();
+      return Math.min(width, height);
+    })()"""
+    page.open(robot.address)
+    assert "Or click on the map" in page.text(".ask")
+    assert page.evaluate(target) >= 24
+    page.resize(390, 844, mobile=True)
+    page.wait_for("!document.getElementById('legend').open")
+    page.evaluate("document.getElementById('legend').open = true")
+    assert "Or tap on the map" in page.text(".ask")
+    assert "found (tap it)" in page.text("#legend")
+    assert page.evaluate(target) >= 44
+    assert page.centre(".bar .quiet") is not None
+
+
 def test_the_legend_names_what_is_drawn(page: Page, robot: Robot) -> None:
     page.open(robot.address)
     legend = page.text("#legend")

@@ -12,7 +12,6 @@ import { PlaceMenu } from "./place_menu.js";
 const MAP_MS = 600; // between two images of the map
 const FINDS_MS = 500; // between two looks whether there are others
 const SCALE = 4; // pixels per cell
-const PHONE = "(max-width: 860px)"; // as in style.css
 const NOTHING_TYPED = "Type what you are looking for, for example: sofa, kettle.";
 const REFUSED = [409, 422]; // answers that concern one name, not all of them
 
@@ -24,6 +23,7 @@ const map = new MapView(by("map"), {
 const menu = new PlaceMenu(map);
 const card = new FindCard(map);
 const finds = new Finds((find) => showFind(find));
+const phone = matchMedia("(max-width: 860px)"); // as in style.css
 const light = matchMedia("(prefers-color-scheme: light)");
 const camera = new CameraView(by("camera"), by("camera-numbers"));
 let state = null;
@@ -31,12 +31,17 @@ let connected = false;
 let queried = ""; // text whose similarity is shown; empty: the current target
 let dismissed = ""; // the target whose heatmap the user removed
 
-by("legend").open = !matchMedia(PHONE).matches;
+showLegend();
+phone.addEventListener("change", showLegend);
 light.addEventListener("change", () => map.showTheme());
 follow(onState, onConnection);
 repeat(refreshMap, MAP_MS);
 repeat(refreshFinds, FINDS_MS);
 repeat(refreshCamera, 100);
+
+function showLegend() {
+  by("legend").open = !phone.matches;
+}
 
 function onState(next) {
   state = next;
