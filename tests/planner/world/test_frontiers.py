@@ -32,7 +32,25 @@ def test_the_border_of_explored_and_observed_takes_the_best_similarity_beyond() 
     similarity[7, 7] = 0.9  # in E: no reason to cross the border
     (found,) = frontiers_of(*rows, similarity=similarity)
     assert not found.unknown
-    assert found.score == pytest.approx(0.7)
+    assert found.score == pytest.approx(0.7 - PARAMS.frontier.decay_per_m * 1.3, abs=0.05)
+
+
+def test_similarity_beyond_counts_less_the_farther_the_way_to_it() -> None:
+    rows = ("#" * 16, "#.." + "," * 12 + "#", "#.." + "," * 12 + "#", "#" * 16)
+    similarity = np.zeros((20, 80), np.float32)
+    similarity[7, 15 + 10] = 0.9  # 1 m beyond the border
+    similarity[7, 15 + 50] = 1.0  # 5 m beyond
+    (found,) = frontiers_of(*rows, similarity=similarity)
+    assert found.score == pytest.approx(0.9 - PARAMS.frontier.decay_per_m * 1.0, abs=0.02)
+
+
+def test_the_way_to_what_is_similar_does_not_lead_through_walls() -> None:
+    rows = ("#######", "#,,,,,#", "#,#####", "#..,,,#", "#######")
+    similarity = np.zeros((25, 35), np.float32)
+    similarity[7, 27] = 1.0  # beside the border, but around the wall
+    found = frontiers_of(*rows, similarity=similarity)
+    assert found
+    assert all(f.score < 0.5 for f in found if not f.unknown)
 
 
 def test_similarity_counts_only_where_it_connects() -> None:

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from pydantic import Field, PositiveFloat
-from scipy import ndimage
+from scipy import ndimage, sparse
+from scipy.sparse.csgraph import dijkstra
 
 from onemap_planner.world.components import CONNECTIVITY_8, components
 from onemap_planner.world.costmap import Costmap
@@ -20,6 +21,7 @@ from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.messages import Occupancy
 from onemap_shared.params import Params
 
+LEAST_SIMILARITY = 0.05  # less is worth no metre of way
 CONNECTIVITY_4 = ndimage.generate_binary_structure(2, 1)
 
 
@@ -48,6 +50,11 @@ class FrontierParams(Params):
         description="Similarity expected in unknown space: above the usual 0.1 of other objects, "
         "so that the unknown is preferred to a second look at them.",
     )
+    decay_per_m: PositiveFloat = Field(
+        default=0.3,
+        description="Similarity that a cell beyond the border loses per metre of way from it: a "
+        "certain match counts for 2.7 m, one below the prior of the unknown sooner.",
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +62,9 @@ class Frontier:
     """A segment of a border.
 
     cells (K, 2) int64: free cells on this side; beyond_xy (2,) metres: middle of what lies
-    directly beyond; score in [0, 1]: the highest similarity in O - E reachable there,
-    and for a border of the unknown at least the prior; ``unknown`` names the kind of border.
+    directly beyond; score in [0, 1]: the highest similarity in O - E reachable there, less
+    the way to it, and for a border of the unknown at least the prior; ``unknown`` names the
+    kind of border.
     """
 
     cells: I64
@@ -76,7 +84,7 @@ def find_frontiers(
     hidden = (map_view.occupancy == Occupancy.UNKNOWN) & ~costmap.free
     unknown = _without_small_parts(hidden, params.min_beyond_m2, area_m2)
     unknown &= ~_blind_spots(hidden, costmap.occupied, params.blind_spot_m2, area_m2)
-    similarity_beyond = _similarity_beyond(map_view, unexplored)
+    similarity_beyond = _similarity_beyond(map_view, unexplored, params.decay_per_m)
     found: list[Frontier] = []
     floor = costmap.free & (map_view.occupancy != Occupancy.UNKNOWN)
     for beyond, on_this_side, is_unknown in (
@@ -113,15 +121,46 @@ def _blind_spots(hidden: Bool, occupied: Bool, most_m2: float, cell_area_m2: flo
     return spots
 
 
-def _similarity_beyond(map_view: MapView, unexplored: Bool) -> F64:
-    """(nx, ny): for cells of O - E the highest similarity of their component, else 0."""
-    parts, count = ndimage.label(unexplored, CONNECTIVITY_8)
-    similarity = np.nan_to_num(map_view.similarity, nan=0.0).astype(np.float64)
-    best = np.zeros(count + 1)
-    np.maximum.at(best, parts.ravel(), similarity.ravel())
-    best[0] = 0.0
-    similarity_beyond: F64 = best[parts]
-    return similarity_beyond
+def _similarity_beyond(map_view: MapView, unexplored: Bool, decay_per_m: float) -> F64:
+    """(nx, ny): for cells of O - E the highest similarity, less the way to it; else 0.
+
+    The way runs through O - E alone. One run of Dijkstra from an additional node, whose edge to
+    each cell costs what the cell's similarity lacks to 1.
+    """
+    value = np.zeros(map_view.grid.shape)
+    cells = np.argwhere(unexplored)
+    if len(cells) == 0:
+        return value
+    similarity = np.nan_to_num(map_view.similarity[unexplored], nan=0.0).astype(np.float64)
+    lacking = np.maximum(1.0 - similarity, 1e-9)  # a sparse graph has no edges of length 0
+    start = len(cells)
+    a, b, steps = _adjacent(unexplored)
+    graph = sparse.csr_array(
+        (
+            np.concatenate([steps * decay_per_m * map_view.grid.cell_size_m, lacking]),
+            (np.append(a, np.full(start, start)), np.append(b, np.arange(start))),
+        ),
+        shape=(start + 1, start + 1),
+    )
+    lost = dijkstra(graph, directed=False, indices=start, limit=1.0 - LEAST_SIMILARITY)[:start]
+    value[unexplored] = np.clip(1.0 - lost, 0.0, 1.0)
+    return value
+
+
+def _adjacent(mask: Bool) -> tuple[I64, I64, F64]:
+    """Pairs of 8-connected true cells, as numbers (P,) in row order, and their distance in cells."""
+    number = np.full(np.add(mask.shape, 2), -1)
+    number[1:-1, 1:-1][mask] = np.arange(mask.sum())
+    here = number[1:-1, 1:-1]
+    nx, ny = here.shape
+    first, second, steps = [], [], []
+    for dx, dy in ((0, 1), (1, -1), (1, 0), (1, 1)):
+        there = number[1 + dx : 1 + dx + nx, 1 + dy : 1 + dy + ny]
+        both = (here >= 0) & (there >= 0)
+        first.append(here[both])
+        second.append(there[both])
+        steps.append(np.full(len(first[-1]), float(np.hypot(dx, dy))))
+    return np.concatenate(first), np.concatenate(second), np.concatenate(steps)
 
 
 def _segments(border: Bool, cell_size_m: float, params: FrontierParams) -> list[I64]:
