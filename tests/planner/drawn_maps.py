@@ -8,7 +8,7 @@ from onemap_planner.motion.path import CostToGo, cost_to_go_from
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.world.costmap import Costmap, CostmapParams, build_costmap
 from onemap_planner.world.map_view import MapView
-from onemap_shared.geometry import F32
+from onemap_shared.geometry import F32, F64
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy, SearchView
 
@@ -55,13 +55,17 @@ def drawn_map(*rows: str, scale: int = 1, similarity: F32 | None = None) -> MapV
 
 
 def costmap_of(
-    map_view: MapView, robot_xy: tuple[float, float], params: CostmapParams = POINT_ROBOT
+    map_view: MapView,
+    robot_xy: tuple[float, float],
+    params: CostmapParams = POINT_ROBOT,
+    *,
+    trail_xy: F64 = NO_POINTS,
 ) -> Costmap:
-    """The costmap without trail and virtual obstacles."""
+    """The costmap without virtual obstacles, and without a trail unless one is given."""
     return build_costmap(
         map_view,
         robot_xy=np.array(robot_xy),
-        trail_xy=NO_POINTS,
+        trail_xy=trail_xy,
         obstacles_xy=NO_POINTS,
         params=params,
     )

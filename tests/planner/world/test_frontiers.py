@@ -20,7 +20,7 @@ def test_a_closed_room_has_none() -> None:
 def test_a_door_to_the_unknown_is_one() -> None:
     (found,) = frontiers_of("#####  ", "#....  ", "#...#  ", "#####  ")
     assert found.unknown
-    assert found.score == PARAMS.frontier.unknown_prior
+    assert found.score == pytest.approx(PARAMS.frontier.unknown_prior, abs=1e-3)
     assert found.beyond_xy[1] > 2.5  # it looks outward
     assert {int(y) for _, y in found.cells} == {24}
 
@@ -77,6 +77,32 @@ def test_the_camera_s_blind_spot_is_no_frontier_but_a_hidden_corner_is() -> None
     )
     behind = [*open_floor[:3], "..#  ..", "..#  ..", *open_floor[5:]]
     assert any(1 < f.beyond_xy[0] < 3 and 1 < f.beyond_xy[1] < 3 for f in frontiers_of(*behind))
+
+
+def test_a_pocket_is_worth_less_than_a_door() -> None:
+    rows = ("#######  ", "#......  ", "####.##  ", "####.##  ", "# ...##  ", "#######  ")
+    found = sorted(frontiers_of(*rows), key=lambda f: f.beyond_xy[1])
+    pocket, door = found
+    assert pocket.unknown
+    assert door.unknown
+    assert pocket.score < 0.5 * door.score
+
+
+def test_what_the_camera_missed_along_the_way_is_no_frontier() -> None:
+    rows = ["........"] * 4 + ["##  ...."] + ["........"] * 4  # the spot touches a wall
+    map_view = drawn_map(*rows, scale=5)
+
+    def spots(trail: list[list[float]]) -> list[Frontier]:
+        costmap = costmap_of(map_view, (0.25, 2.0), trail_xy=np.array(trail).reshape(-1, 2))
+        return [
+            f
+            for f in find_frontiers(map_view, costmap, PARAMS.frontier)
+            if 1.8 < f.beyond_xy[0] < 2.7 and 0.8 < f.beyond_xy[1] < 2.2
+        ]
+
+    assert spots([])
+    assert not spots([[1.8, 1.5]])
+    assert spots([[0.4, 1.5]])  # seen from 1.6 m away: the camera sees the floor there
 
 
 def test_long_frontiers_are_cut() -> None:

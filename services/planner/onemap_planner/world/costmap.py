@@ -70,7 +70,7 @@ class Costmap:
     occupied bool; free bool: known to be free floor; navigable bool: N; cost float64: metres
     of effort per metre driven, >= 1, negative where impassable (a superset of N is passable
     while the robot has to escape); clearance_m float32: to the nearest obstacle's edge,
-    infinity without obstacles.
+    infinity without obstacles; trail_distance_m float32: to where the robot's centre has been.
     """
 
     grid: GridSpec
@@ -79,6 +79,7 @@ class Costmap:
     navigable: Bool
     cost: F64
     clearance_m: F32
+    trail_distance_m: F32
 
     @property
     def passable(self) -> Bool:
@@ -98,7 +99,8 @@ def build_costmap(
     """
     grid, size = map_view.grid, map_view.grid.cell_size_m
     occupied = (map_view.occupancy == Occupancy.OCCUPIED) | _mark(grid, obstacles_xy)
-    driven = _near(_mark(grid, np.vstack([trail_xy, robot_xy])), params.radius_m / size)
+    trail_distance = _distance(_mark(grid, np.vstack([trail_xy, robot_xy]))) * size
+    driven = trail_distance <= params.radius_m
     free = ((map_view.occupancy == Occupancy.FREE) | driven) & ~occupied
     clearance = _distance(occupied) * size - size / 2
     needed = params.min_clearance_m
@@ -114,7 +116,15 @@ def build_costmap(
         around = (distance <= params.escape_radius_m) & (~occupied | body) & ~navigable
         lack = np.clip((needed - clearance[around]) / needed, 0.0, 2.0)
         cost[around] = ESCAPE_COST * (1.0 + 4.0 * lack)
-    return Costmap(grid, occupied, free, navigable, cost, clearance.astype(np.float32))
+    return Costmap(
+        grid,
+        occupied,
+        free,
+        navigable,
+        cost,
+        clearance.astype(np.float32),
+        trail_distance.astype(np.float32),
+    )
 
 
 def _mark(grid: GridSpec, points_xy: F64) -> Bool:
@@ -132,11 +142,6 @@ def _distance(mask: Bool) -> F64:
         return np.full(mask.shape, np.inf)
     distance: F64 = ndimage.distance_transform_edt(~mask)
     return distance
-
-
-def _near(mask: Bool, radius_cells: float) -> Bool:
-    near: Bool = _distance(mask) <= radius_cells
-    return near
 
 
 def distance_cells(grid: GridSpec, cell: I64) -> F64:

@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import dijkstra
 from onemap_planner.world.components import CONNECTIVITY_8, components
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import MapView
+from onemap_planner.world.visible_area import unknown_in_view
 from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.messages import Occupancy
 from onemap_shared.params import Params
@@ -41,7 +42,7 @@ class FrontierParams(Params):
     blind_spot_m2: PositiveFloat = Field(
         default=3.0,
         description="Square metres of unknown floor amid known floor that are no frontier: a "
-        "camera at 1 m does not see a circle of 0.9 m around the robot.",
+        "camera at 1 m does not see a circle of 1.1 m around the robot.",
     )
     unknown_prior: float = Field(
         default=0.2,
@@ -49,6 +50,21 @@ class FrontierParams(Params):
         le=1,
         description="Similarity expected in unknown space: above the usual 0.1 of other objects, "
         "so that the unknown is preferred to a second look at them.",
+    )
+    view_m: PositiveFloat = Field(
+        default=3.0,
+        description="Metres of unknown space in view from a frontier that count for what it may "
+        "show; farther, features are seldom certain enough for explored.",
+    )
+    view_scale_m2: PositiveFloat = Field(
+        default=1.0,
+        description="Square metres of unknown space in view for 63 percent of the prior: a door "
+        "shows 5 and more, a pocket behind a chair 0.3.",
+    )
+    blind_radius_m: PositiveFloat = Field(
+        default=1.2,
+        description="Metres around the robot's way within which an unknown spot is what the "
+        "camera could not see: at 1 m height it sees the floor from 1.1 m on.",
     )
     decay_per_m: PositiveFloat = Field(
         default=0.3,
@@ -63,8 +79,8 @@ class Frontier:
 
     cells (K, 2) int64: free cells on this side; beyond_xy (2,) metres: middle of what lies
     directly beyond; score in [0, 1]: the highest similarity in O - E reachable there, less
-    the way to it, and for a border of the unknown at least the prior; ``unknown`` names the
-    kind of border.
+    the way to it, and for a border of the unknown at least the prior's share that the unknown
+    area in view deserves; ``unknown`` names the kind of border.
     """
 
     cells: I64
@@ -83,7 +99,7 @@ def find_frontiers(
     )
     hidden = (map_view.occupancy == Occupancy.UNKNOWN) & ~costmap.free
     unknown = _without_small_parts(hidden, params.min_beyond_m2, area_m2)
-    unknown &= ~_blind_spots(hidden, costmap.occupied, params.blind_spot_m2, area_m2)
+    unknown &= ~_blind_spots(hidden, costmap, params, area_m2)
     similarity_beyond = _similarity_beyond(map_view, unexplored, params.decay_per_m)
     found: list[Frontier] = []
     floor = costmap.free & (map_view.occupancy != Occupancy.UNKNOWN)
@@ -93,7 +109,9 @@ def find_frontiers(
     ):
         border = on_this_side & ndimage.binary_dilation(beyond, CONNECTIVITY_4)
         for cells in _segments(border, map_view.grid.cell_size_m, params):
-            score = _score(similarity_beyond, cells, params.unknown_prior if is_unknown else 0.0)
+            score = _score(similarity_beyond, cells)
+            if is_unknown:
+                score = max(score, params.unknown_prior * _view_share(map_view, cells, params))
             found.append(Frontier(cells, _beyond(map_view, beyond, cells), score, is_unknown))
     return tuple(found)
 
@@ -107,17 +125,23 @@ def _without_small_parts(mask: Bool, least_m2: float, cell_area_m2: float) -> Bo
     return kept
 
 
-def _blind_spots(hidden: Bool, occupied: Bool, most_m2: float, cell_area_m2: float) -> Bool:
-    """Mask of small unknown components that touch no obstacle.
+def _blind_spots(
+    hidden: Bool, costmap: Costmap, params: FrontierParams, cell_area_m2: float
+) -> Bool:
+    """Mask of small unknown components that touch no obstacle, or lie along the robot's way.
 
     The camera does not see the floor next to the robot, but would have seen an object there
     above it. Cells hidden by furniture touch the furniture.
     """
     parts, count = ndimage.label(hidden, CONNECTIVITY_8)
-    small = np.bincount(parts.ravel(), minlength=count + 1) * cell_area_m2 <= most_m2
-    small[parts[ndimage.binary_dilation(occupied, CONNECTIVITY_8)]] = False
-    small[0] = False
-    spots: Bool = small[parts]
+    small = np.bincount(parts.ravel(), minlength=count + 1) * cell_area_m2 <= params.blind_spot_m2
+    apart = np.ones(count + 1, bool)
+    apart[parts[ndimage.binary_dilation(costmap.occupied, CONNECTIVITY_8)]] = False
+    near = np.ones(count + 1, bool)
+    near[parts[costmap.trail_distance_m > params.blind_radius_m]] = False
+    blind = small & (apart | near)
+    blind[0] = False
+    spots: Bool = blind[parts]
     return spots
 
 
@@ -148,7 +172,7 @@ def _similarity_beyond(map_view: MapView, unexplored: Bool, decay_per_m: float) 
 
 
 def _adjacent(mask: Bool) -> tuple[I64, I64, F64]:
-    """Pairs of 8-connected true cells, as numbers (P,) in row order, and their distance in cells."""
+    """Pairs of 8-connected true cells, numbered (P,) in row order, and their distance in cells."""
     number = np.full(np.add(mask.shape, 2), -1)
     number[1:-1, 1:-1][mask] = np.arange(mask.sum())
     here = number[1:-1, 1:-1]
@@ -191,9 +215,16 @@ def _neighbours(cells: I64, shape: tuple[int, int]) -> I64:
     return around[((around >= 0) & (around < shape)).all(axis=1)]
 
 
-def _score(similarity_beyond: F64, cells: I64, prior: float) -> float:
+def _score(similarity_beyond: F64, cells: I64) -> float:
     around = _neighbours(cells, (similarity_beyond.shape[0], similarity_beyond.shape[1]))
-    return max(prior, float(similarity_beyond[around[:, 0], around[:, 1]].max()))
+    return float(similarity_beyond[around[:, 0], around[:, 1]].max())
+
+
+def _view_share(map_view: MapView, cells: I64, params: FrontierParams) -> float:
+    """How much of the prior a frontier deserves: in (0, 1], by the unknown area in view."""
+    middle = cells[np.hypot(*(cells - cells.mean(axis=0)).T).argmin()]
+    (area_m2,) = unknown_in_view(map_view, middle[None], params.view_m)
+    return float(1.0 - np.exp(-area_m2 / params.view_scale_m2))
 
 
 def _beyond(map_view: MapView, beyond: Bool, cells: I64) -> F64:
