@@ -7,7 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from onemap_planner.motion.path import cost_to_go_from
 from onemap_planner.world.costmap import build_costmap
+from onemap_shared.geometry import F64
 from onemap_shared.messages import Occupancy
 from tests.planner.drawn_maps import (
     NO_POINTS,
@@ -81,6 +83,23 @@ def test_a_robot_on_unseen_floor_may_drive_to_seen_floor() -> None:
     costmap = costmap_of(replace(OPEN, occupancy=hole), (1.25, 1.25), PARAMS.costmap)
     assert costmap.passable[8, 12]
     assert not costmap.navigable[8, 12]
+
+
+def test_the_way_that_the_robot_came_stays_open() -> None:
+    map_view = drawn_map(*["......"] * 2, "######", *["......"] * 2, scale=5)
+    map_view.occupancy[10:15, 13:17] = Occupancy.FREE  # noise narrowed the door to 0.4 m
+    trail = np.column_stack([np.linspace(0.55, 1.95, 15), np.full(15, 1.45)])
+
+    def reaches_the_other_room(trail_xy: F64) -> bool:
+        costmap = costmap_of(map_view, (0.55, 0.5), PARAMS.costmap, trail_xy=trail_xy)
+        cost_to_go = cost_to_go_from(costmap.cost, (5, 5), cell_size_m=0.1)
+        assert not costmap.navigable[12, 14]
+        return bool(np.isfinite(cost_to_go.cost_m[20, 5]))
+
+    assert not reaches_the_other_room(NO_POINTS)
+    assert reaches_the_other_room(trail)
+    map_view.occupancy[12, 12:17] = Occupancy.OCCUPIED  # the door was closed since
+    assert not reaches_the_other_room(trail)
 
 
 def test_a_virtual_obstacle_blocks_its_surroundings() -> None:

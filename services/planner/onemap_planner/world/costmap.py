@@ -18,6 +18,7 @@ from onemap_shared.messages import Occupancy
 from onemap_shared.params import Params
 
 IMPASSABLE = -1.0  # MCP_Geometric's mark for cells that no path enters
+RETURN_COST = 4.0  # a metre along the own trail where N is interrupted: the last way to be taken
 ESCAPE_COST = 5.0  # a metre outside N costs at least five inside, so that it is left soon
 
 
@@ -68,8 +69,8 @@ class Costmap:
     """All arrays (nx, ny) on ``grid``.
 
     occupied bool; free bool: known to be free floor; navigable bool: N; cost float64: metres
-    of effort per metre driven, >= 1, negative where impassable (a superset of N is passable
-    while the robot has to escape); clearance_m float32: to the nearest obstacle's edge,
+    of effort per metre driven, >= 1, negative where impassable (passable besides N: the
+    robot's own trail, and its surroundings while it has to escape); clearance_m float32: to the nearest obstacle's edge,
     infinity without obstacles; trail_distance_m float32: to where the robot's centre has been.
     """
 
@@ -109,11 +110,14 @@ def build_costmap(
         (params.inflation_radius_m - clearance) / (params.inflation_radius_m - needed), 0.0, 1.0
     )
     cost = np.where(navigable, 1.0 + params.inflation_weight * proximity**2, IMPASSABLE)
+    way_back = ndimage.binary_dilation(_mark(grid, trail_xy), CONNECTIVITY_8)
+    way_back &= ~navigable & (clearance >= params.radius_m / 2)
+    cost[way_back] = RETURN_COST
     robot = grid.cells(robot_xy)
     if _component_m2(navigable, robot, map_view.cell_area_m2) < params.escape_below_m2:
         distance = distance_cells(grid, robot) * size
         body = distance <= params.radius_m
-        around = (distance <= params.escape_radius_m) & (~occupied | body) & ~navigable
+        around = (distance <= params.escape_radius_m) & (~occupied | body) & (cost < 0)
         lack = np.clip((needed - clearance[around]) / needed, 0.0, 2.0)
         cost[around] = ESCAPE_COST * (1.0 + 4.0 * lack)
     return Costmap(
