@@ -84,6 +84,16 @@ def test_a_view_of_a_text_holds_the_best_rival_of_each_cell(belief: BeliefMap) -
     assert np.nanmax(view.similarity) < 0.9 < np.nanmax(view.rival)
 
 
+def test_guidance_ranks_the_observed_cells_where_the_score_is_zero(belief: BeliefMap) -> None:
+    far_from_it = replace(query("sofa", SOFA), temperature=1e4)  # a score of 0 or 1 everywhere
+    view = search_view(belief, ScoreCache(), text="sofa", query=far_from_it)
+    observed = np.isfinite(view.similarity)
+    assert ((view.guidance > 0) == observed).all()
+    assert len(np.unique(view.guidance[observed])) > 10
+    assert view.guidance[view.similarity > 0.9].min() > 200
+    assert search_view(belief, ScoreCache(), text="", query=None).guidance.shape == (0, 0)
+
+
 def test_a_text_asked_of_a_map_without_features_is_nowhere() -> None:
     blind = BeliefMap(scenes.params())
     blind.fuse(compute_update(scenes.field(0, scenes.pose(), boxes=()), blind.params))

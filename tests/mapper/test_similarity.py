@@ -7,10 +7,20 @@ import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays as hypothesis_arrays
 
 from onemap_mapper import similarity
 from onemap_mapper.cell_store import CellStore
-from onemap_mapper.similarity import ScoreCache, TextQuery, scores, text_query
+from onemap_mapper.similarity import (
+    ScoreCache,
+    TextQuery,
+    cosines,
+    ranks,
+    scores,
+    scores_of,
+    text_query,
+)
+from onemap_shared.geometry import F32
 from onemap_shared.messages import TextEmbeddings
 
 CPU = torch.device("cpu")
@@ -63,19 +73,43 @@ def test_only_changed_cells_are_computed_again(monkeypatch: pytest.MonkeyPatch) 
 
     def counting(features: torch.Tensor, query: TextQuery) -> torch.Tensor:
         computed.append(len(features))
-        return scores(features, query)
+        return cosines(features, query)
 
-    monkeypatch.setattr(similarity, "scores", counting)
+    monkeypatch.setattr(similarity, "cosines", counting)
     for revision, slots in enumerate(([0, 1, 2, 3], [1, 4]), start=1):
         store.add(np.zeros((max(slots) + 1 - store.count, 2), np.int64))
         features = torch.from_numpy(unit(rng, len(slots), 8))
         store.fuse(np.array(slots), features, torch.ones(len(slots)), revision=revision)
         cached = cache.scores(query, store, revision)
-        fresh = scores(store.features(np.arange(store.count)), query)
-        np.testing.assert_allclose(cached, fresh, atol=1e-6)
+        everything = cosines(store.features(np.arange(store.count)), query)
+        np.testing.assert_allclose(cached, scores_of(everything, query), atol=1e-6)
     assert computed == [4, 2]
     cache.scores(query, store, 2)
     assert computed == [4, 2]
+
+
+@given(
+    values=hypothesis_arrays(np.float32, st.integers(1, 300), elements=st.floats(-1, 1, width=16))
+)
+def test_ranks_keep_the_order_and_span_the_range(values: F32) -> None:
+    rank = ranks(values)
+    order = np.argsort(values, kind="stable")
+    assert (np.diff(rank[order].astype(int)) >= 0).all()
+    assert rank.min() == 1
+    assert (rank[values == values.min()] == 1).all()
+    top = rank[values == values.max()]
+    assert (top == top[0]).all()
+    if len(np.unique(values)) == len(values) > 1:
+        assert top[0] == 255
+
+
+def test_ranks_of_many_cells_are_those_of_a_sample() -> None:
+    values = np.random.default_rng(0).random(50_000).astype(np.float32)
+    np.testing.assert_allclose(ranks(values), 1 + values * 254, atol=8)
+
+
+def test_nothing_has_no_ranks() -> None:
+    assert ranks(np.zeros(0, np.float32)).shape == (0,)
 
 
 def test_a_new_embedding_of_the_same_text_is_not_mixed_with_the_old() -> None:

@@ -9,8 +9,8 @@ import numpy as np
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.params import RegionParams
 from onemap_mapper.regions import find_regions, region_threshold, scoring_at_least
-from onemap_mapper.similarity import ScoreCache, TextQuery
-from onemap_shared.geometry import F32
+from onemap_mapper.similarity import ScoreCache, TextQuery, ranks
+from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import (
     MapRevision,
     MapSummary,
@@ -20,6 +20,7 @@ from onemap_shared.messages import (
 )
 
 NO_GRID: F32 = np.zeros((0, 0), np.float32)
+NO_RANKS: U8 = np.zeros((0, 0), np.uint8)
 
 
 def similarity_reply(
@@ -79,9 +80,12 @@ def search_view(
 
     ``rival`` holds each cell's best score over the rivals.
     """
-    similarity = NO_GRID
+    similarity, guidance = NO_GRID, NO_RANKS
     if query is not None:
-        similarity = belief.to_grid(cache.scores(query, belief.store, belief.revision))
+        cells = cache.cell_scores(query, belief.store, belief.revision)
+        similarity = belief.to_grid(cells.scores)
+        guidance = np.nan_to_num(belief.to_grid(ranks(cells.cosines).astype(np.float32)))
+        guidance = guidance.astype(np.uint8)
     elif text:  # a map without features: nothing was observed
         similarity = np.full(belief.grid.shape, np.nan, np.float32)
     rival = NO_GRID
@@ -98,6 +102,7 @@ def search_view(
         layers=belief.layers(),
         similarity=similarity,
         rival=rival,
+        guidance=guidance,
     )
 
 

@@ -154,6 +154,8 @@ class SearchView:
         similarity: (nx, ny) score in [0, 1], NaN where not observed; (0, 0) without a text.
         rival: (nx, ny) the same for the best of the request's rivals; (0, 0) without any that
             the encoder knows.
+        guidance: (nx, ny) rank of the cell's cosine among all observed cells, 1 lowest to 255
+            highest, 0 where not observed; (0, 0) without a text.
     """
 
     text: str
@@ -165,12 +167,14 @@ class SearchView:
     layers: U8
     similarity: F32
     rival: F32 = field(default_factory=lambda: np.zeros((0, 0), np.float32))
+    guidance: U8 = field(default_factory=lambda: np.zeros((0, 0), np.uint8))
 
     def __post_init__(self) -> None:
         expect(self.occupancy, "occupancy", np.uint8, self.grid.shape)
         expect(self.layers, "layers", np.uint8, self.grid.shape)
         expect(self.similarity, "similarity", np.float32, (None, None))
         expect(self.rival, "rival", np.float32, (None, None))
+        expect(self.guidance, "guidance", np.uint8, (None, None))
 
 
 @dataclass(frozen=True, slots=True)

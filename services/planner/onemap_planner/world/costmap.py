@@ -70,8 +70,9 @@ class Costmap:
 
     occupied bool; free bool: known to be free floor; navigable bool: N; cost float64: metres
     of effort per metre driven, >= 1, negative where impassable (passable besides N: the
-    robot's own trail, and its surroundings while it has to escape); clearance_m float32: to the nearest obstacle's edge,
-    infinity without obstacles; trail_distance_m float32: to where the robot's centre has been.
+    robot's own trail, and its surroundings while it has to escape); clearance_m float32: to
+    the nearest obstacle's edge, infinity without obstacles; trail_distance_m float32: to where
+    the robot's centre has been.
     """
 
     grid: GridSpec

@@ -23,7 +23,8 @@ class MapView:
 
     occupancy uint8, values of ``Occupancy``; observed O, explored E, searched C bool;
     similarity float32 in [0, 1], NaN where not observed; rival the same for the best of the
-    names that compete with the object, -infinity where none does.
+    names that compete with the object, -infinity where none does; guidance float32 in [0, 1]:
+    rank of the cell's cosine among all observed cells, NaN where not observed.
     """
 
     grid: GridSpec
@@ -33,6 +34,7 @@ class MapView:
     searched: Bool
     similarity: F32
     rival: F32
+    guidance: F32
 
     @property
     def cell_area_m2(self) -> float:
@@ -78,6 +80,10 @@ def map_view_around(view: SearchView, robot_xy: F64) -> MapView:
     rival = np.full(grid.shape, -np.inf, np.float32)
     if view.rival.shape == view.grid.shape:
         rival[into] = np.nan_to_num(view.rival[out_of], nan=-np.inf)
+    guidance = np.full(grid.shape, np.nan, np.float32)
+    if view.guidance.shape == view.grid.shape:
+        ranked = view.guidance[out_of]
+        guidance[into] = np.where(ranked > 0, (ranked - np.float32(1.0)) / 254, np.nan)
     return MapView(
         grid=grid,
         occupancy=occupancy,
@@ -86,6 +92,7 @@ def map_view_around(view: SearchView, robot_xy: F64) -> MapView:
         searched=(layers & Layer.SEARCHED) > 0,
         similarity=similarity,
         rival=rival,
+        guidance=guidance,
     )
 
 
