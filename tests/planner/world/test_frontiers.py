@@ -1,5 +1,7 @@
 """Both borders are frontiers; noise and blind spots are not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -86,6 +88,23 @@ def test_a_pocket_is_worth_less_than_a_door() -> None:
     assert pocket.unknown
     assert door.unknown
     assert pocket.score < 0.5 * door.score
+
+
+def test_of_two_doors_the_one_beside_related_things_is_expected_to_show_more() -> None:
+    rows = ("       ", "##...##", "#.....#", "#.....#", "#.....#", "#.....#", "##...##", "       ")
+    map_view = drawn_map(*rows, scale=5)
+    low, high = 0.1, 0.9
+    guidance = np.where(map_view.observed, low, np.nan).astype(np.float32)
+    guidance[20:][map_view.observed[20:]] = high
+    found = find_frontiers(
+        replace(map_view, guidance=guidance),
+        costmap_of(map_view, (0.75, 0.75)),
+        PARAMS.frontier,
+    )
+    beside = {f.beyond_xy[0] > 2.0: f.score for f in found}
+    prior, weight = PARAMS.frontier.unknown_prior, PARAMS.frontier.hint_weight
+    assert beside[False] == pytest.approx(prior * (1 - weight * 0.8), rel=0.1)
+    assert beside[True] == pytest.approx(prior * (1 + weight * 0.8), rel=0.1)
 
 
 def test_what_the_camera_missed_along_the_way_is_no_frontier() -> None:
