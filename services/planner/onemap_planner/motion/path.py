@@ -25,11 +25,17 @@ class CostToGo:
     """
 
     cost_m: F64
+    cell_size_m: float
     _paths: Any  # the MCP_Geometric that holds the predecessors
 
     def path_to(self, cell: tuple[int, int]) -> I64:
         """Cells (N, 2) from the start to ``cell``, 8-connected; the cell must be reachable."""
         return np.asarray(self._paths.traceback(cell), dtype=np.int64)
+
+    def length_m(self, cell: tuple[int, int]) -> float:
+        """Length in metres of the cheapest path to ``cell``, which must be reachable."""
+        steps = np.diff(self.path_to(cell), axis=0)
+        return self.cell_size_m * float(np.hypot(*steps.T).sum())
 
 
 def cost_to_go_from(cost: F64, cell: tuple[int, int], *, cell_size_m: float) -> CostToGo:
@@ -44,7 +50,7 @@ def cost_to_go_from_any(cost: F64, cells: I64, *, cell_size_m: float) -> CostToG
     """Costs and paths from the nearest of ``cells`` (N, 2), N >= 1, all with positive costs."""
     paths = MCP_Geometric(cost, fully_connected=True)
     cost_cells, _ = paths.find_costs(cells.tolist())
-    return CostToGo(cell_size_m * cost_cells, paths)
+    return CostToGo(cell_size_m * cost_cells, cell_size_m, paths)
 
 
 def segment_cells(start: F64, end: F64) -> tuple[I64, F64]:

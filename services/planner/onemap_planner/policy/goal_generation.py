@@ -42,7 +42,7 @@ def frontier_goals(
         if viewpoint is None:
             continue
         utility = GoalUtility.of(
-            frontier.score, cost_to_go.cost_m[tuple(viewpoint)], params, length_m=len(cells) * size
+            frontier.score, _travel_m(cost_to_go, viewpoint), params, length_m=len(cells) * size
         )
         what = "unknown space" if frontier.unknown else "a place seen only from afar"
         reason = (
@@ -81,7 +81,7 @@ def region_goals(
             viewpoint = least_occluded(around)
         if viewpoint is None:
             continue
-        utility = GoalUtility.of(region.score, cost_to_go.cost_m[tuple(viewpoint)], params)
+        utility = GoalUtility.of(region.score, _travel_m(cost_to_go, viewpoint), params)
         reason = f"region: similarity {region.score:.2f} on the map, {utility.travel_m:.1f} m away"
         goals.append(
             Goal(GoalKind.REGION, _xy(costmap, viewpoint), _pair(region.peak_xy), utility, reason)
@@ -103,9 +103,7 @@ def detection_goals(
         if viewpoint_xy is None:
             continue
         cell = context.costmap.grid.cells(np.asarray(viewpoint_xy))
-        utility = GoalUtility.of(
-            candidate.similarity, context.cost_to_go.cost_m[cell[0], cell[1]], params
-        )
+        utility = GoalUtility.of(candidate.similarity, _travel_m(context.cost_to_go, cell), params)
         reason = (
             f"detection: seen {candidate.sightings} times, similarity {candidate.similarity:.2f}, "
             f"a closer look {utility.travel_m:.1f} m away"
@@ -125,6 +123,11 @@ def _frontier_viewpoint(cells: I64, nearest: I64, costmap: Costmap) -> I64 | Non
         if line_is_clear(~costmap.occupied, viewpoint, cell):
             return viewpoint
     return None
+
+
+def _travel_m(cost_to_go: CostToGo, cell: I64) -> float:
+    """Metres of path: its cost would make a way along a wall count up to fourfold."""
+    return cost_to_go.length_m((int(cell[0]), int(cell[1])))
 
 
 def _xy(costmap: Costmap, cell: I64) -> tuple[float, float]:
