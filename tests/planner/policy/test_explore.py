@@ -80,3 +80,29 @@ def test_without_a_goal_rejected_candidates_are_reconsidered_and_then_the_object
     _, _, event, _ = explore(replace(state, active_time_s=2 * settle_s + 0.2), room, PARAMS)
     assert isinstance(event, Exhausted)
     assert "searched everything reachable: 16 m² explored; best match 0.10" in event.reason
+
+
+def test_floor_that_noise_cut_off_is_searched_for_once_more_and_then_named() -> None:
+    two_rooms = build_context(
+        POSE,
+        search_view_of(
+            drawn_map("#####", "#...#", "#...#", "#####", *["#...#"] * 3, "#####", scale=5)
+        ),
+        trail=(),
+        obstacles_xy=NO_POINTS,
+        params=PARAMS.costmap,
+    )
+    assert two_rooms.unreachable_m2() > 1.0
+    wary = PARAMS.model_copy(
+        update={"explore": PARAMS.explore.model_copy(update={"cut_off_m2": 1.0})}
+    )
+    settle_s = PARAMS.explore.settle_s
+    state = replace(planner_state(), blacklisted_frontiers=((1.9, 1.0),))
+    state, *_ = explore(state, two_rooms, wary)
+    state, _, event, _ = explore(replace(state, active_time_s=settle_s + 0.1), two_rooms, wary)
+    assert event is None
+    assert state.blacklisted_frontiers == ()
+    state, *_ = explore(state, two_rooms, wary)
+    _, _, event, _ = explore(replace(state, active_time_s=2 * settle_s + 0.2), two_rooms, wary)
+    assert isinstance(event, Exhausted)
+    assert "m² of floor seen that no way leads to" in event.reason

@@ -44,6 +44,13 @@ def test_goals_are_blacklisted_after_enough_visits(kind: GoalKind, looks: int) -
 
 def test_rejected_candidates_are_reconsidered_once() -> None:
     state = reject_candidate(planner_state(candidate(2.5, 2.5)), candidate(2.5, 2.5))
-    again = reconsider(state)
+    again = reconsider(state, frontiers=False)
     assert again.target_state.rejected == ()
     assert again.target_state.reconsidered
+
+
+@pytest.mark.parametrize("frontiers", [True, False])
+def test_blacklisted_frontiers_are_reconsidered_on_request(frontiers: bool) -> None:
+    state = replace(planner_state(), blacklisted_frontiers=((1.0, 2.0),))
+    again = reconsider(state, frontiers=frontiers)
+    assert again.blacklisted_frontiers == (() if frontiers else ((1.0, 2.0),))

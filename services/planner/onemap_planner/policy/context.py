@@ -47,6 +47,11 @@ class PlanningContext:
         circle = np.pi * (SURROUNDINGS_M / grid.cell_size_m) ** 2  # the window may cut the mask
         return float(known.sum() / circle)
 
+    def unreachable_m2(self) -> float:
+        """Free floor with room for the robot that no path leads to, in square metres."""
+        cut_off = self.costmap.navigable & ~np.isfinite(self.cost_to_go.cost_m)
+        return float(cut_off.sum()) * self.map_view.cell_area_m2
+
     def known_m2(self) -> float:
         """Known area in square metres."""
         known = int((self.map_view.occupancy != Occupancy.UNKNOWN).sum())

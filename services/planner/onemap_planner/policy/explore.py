@@ -26,6 +26,7 @@ from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.regions import SimilarRegion, find_regions, remaining_regions
 
+LEAST_NAMED_M2 = 1.0  # less floor out of reach is the rim of furniture
 MAX_CANDIDATES_TRIED = 5  # candidates considered in one step, those with the most sightings
 
 
@@ -144,8 +145,10 @@ def _idle(
     )
     if state.active_time_s - since_s < params.explore.settle_s:
         return state, Rest(), None
-    if state.target_state.rejected and not state.target_state.reconsidered:
-        return reconsider(state), Rest(), None
+    cut_off = context.unreachable_m2() >= params.explore.cut_off_m2
+    again = state.target_state.rejected or (cut_off and state.blacklisted_frontiers)
+    if again and not state.target_state.reconsidered:
+        return reconsider(state, frontiers=cut_off), Rest(), None
     return state, Rest(), Exhausted(_covered(state, context))
 
 
@@ -154,6 +157,9 @@ def _covered(state: PlannerState, context: PlanningContext) -> str:
     map_view = context.map_view
     area_m2 = float(map_view.explored.sum()) * map_view.cell_area_m2
     text = f"searched everything reachable: {area_m2:.0f} m² explored"
+    cut_off_m2 = context.unreachable_m2()
+    if cut_off_m2 >= LEAST_NAMED_M2:
+        text += f", {cut_off_m2:.0f} m² of floor seen that no way leads to"
     similarity = np.nan_to_num(map_view.similarity, nan=-1.0)
     best = np.unravel_index(int(np.argmax(similarity)), similarity.shape)
     if similarity[best] < 0:

@@ -68,6 +68,11 @@ class ExploreParams(Params):
         description="Known part of the 1 m circle below which the robot first looks around: one "
         "view shows 22 percent, in a corner 45 percent can be known.",
     )
+    cut_off_m2: PositiveFloat = Field(
+        default=2.0,
+        description="Square metres of free floor that no path leads to, from which on all "
+        "frontiers are visited once more before the object counts as not found: a small room.",
+    )
     object_limit_s: PositiveFloat = Field(
         default=600.0, description="Seconds per object; a flat of 100 m2 takes about 200."
     )

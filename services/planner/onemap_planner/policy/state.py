@@ -146,9 +146,16 @@ def abandon_finished(state: PlannerState, linger_s: float) -> PlannerState:
     return blacklist(state, active_goal.goal) if visited or late else state
 
 
-def reconsider(state: PlannerState) -> PlannerState:
-    """The state that considers rejected candidates once more, because no goal is left."""
-    return replace(state, target_state=TargetState(reconsidered=True))
+def reconsider(state: PlannerState, *, frontiers: bool) -> PlannerState:
+    """The state that considers rejected candidates once more, because no goal is left.
+
+    frontiers: also those that stayed after their visit, since one of them may be the way to a
+    part of the flat that noise cut off.
+    """
+    blacklisted = () if frontiers else state.blacklisted_frontiers
+    return replace(
+        state, target_state=TargetState(reconsidered=True), blacklisted_frontiers=blacklisted
+    )
 
 
 def is_blacklisted(state: PlannerState, goal: Goal, within_m: float) -> bool:
