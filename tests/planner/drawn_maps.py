@@ -50,7 +50,7 @@ def drawn_map(*rows: str, scale: int = 1, similarity: F32 | None = None) -> MapV
             if similarity is None
             else similarity
         ),
-        rival=np.full(letters.shape, -np.inf, np.float32),
+        margin=np.full(letters.shape, np.inf, np.float32),
         guidance=np.where(observed, np.float32(0.5), np.float32(np.nan)),
     )
 

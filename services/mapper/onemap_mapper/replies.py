@@ -103,6 +103,7 @@ def search_view(
         similarity=similarity,
         rival=rival,
         guidance=guidance,
+        calibrated=query is None or query.calibrated,
     )
 
 

@@ -63,7 +63,8 @@ def scores(features: Tensor, query: TextQuery) -> Tensor:
 def cosines(features: Tensor, query: TextQuery) -> Tensor:
     """Cosines (n, 1 + m) of cell features (n, D) with the text and its competing words."""
     norms = torch.linalg.vector_norm(features, dim=1, keepdim=True)
-    return features @ query.concepts.T / norms.clamp(min=1e-12)
+    cosine: Tensor = features @ query.concepts.T / norms.clamp(min=1e-12)
+    return cosine
 
 
 def scores_of(cosine: Tensor, query: TextQuery) -> Tensor:
@@ -71,7 +72,8 @@ def scores_of(cosine: Tensor, query: TextQuery) -> Tensor:
     if not query.calibrated:
         halves: Tensor = (1.0 + cosine[:, 0]) / 2.0
         return halves.clamp(0.0, 1.0)
-    return torch.softmax(query.temperature * cosine, dim=1)[:, 0]
+    shares: Tensor = torch.softmax(query.temperature * cosine, dim=1)[:, 0]
+    return shares
 
 
 def ranks(values: F32) -> U8:

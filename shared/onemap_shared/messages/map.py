@@ -156,6 +156,7 @@ class SearchView:
             the encoder knows.
         guidance: (nx, ny) rank of the cell's cosine among all observed cells, 1 lowest to 255
             highest, 0 where not observed; (0, 0) without a text.
+        calibrated: whether the similarity is a probability; else only its order means anything.
     """
 
     text: str
@@ -168,6 +169,7 @@ class SearchView:
     similarity: F32
     rival: F32 = field(default_factory=lambda: np.zeros((0, 0), np.float32))
     guidance: U8 = field(default_factory=lambda: np.zeros((0, 0), np.uint8))
+    calibrated: bool = True
 
     def __post_init__(self) -> None:
         expect(self.occupancy, "occupancy", np.uint8, self.grid.shape)

@@ -51,7 +51,7 @@ def map_view_where(
     for cells, grid in ((own, similarity), (rival, best)):
         for cell, score in cells.items():
             grid[cell] = score
-    return replace(drawn_map(*["." * 20] * 20), similarity=similarity, rival=best)
+    return replace(drawn_map(*["." * 20] * 20), similarity=similarity, margin=similarity - best)
 
 
 def message(**cells_of: frozenset[tuple[int, int]]) -> Detections:

@@ -21,10 +21,10 @@ def similar_to_sofa(rival: float = -np.inf) -> PlanningContext:
     """The room with similarity 0.8 on the sofa's cells, and this rival similarity there."""
     plain = context()
     view = plain.map_view
-    own, other = view.similarity.copy(), view.rival.copy()
+    own, other = view.similarity.copy(), np.full_like(view.similarity, -np.inf)
     x, y = view.indices_of(SOFA).T
     own[x, y], other[x, y] = 0.8, rival
-    return replace(plain, map_view=replace(view, similarity=own, rival=other))
+    return replace(plain, map_view=replace(view, similarity=own, margin=own - other))
 
 
 def frame(name: str = "sofa") -> Detections:

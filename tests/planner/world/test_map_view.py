@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.world.map_view import MapView, map_view_around
+from onemap_planner.world.map_view import map_view_around
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy, SearchView
 from tests.planner.drawn_maps import (
@@ -44,25 +44,30 @@ def test_an_empty_map_gives_a_window_around_the_robot() -> None:
     assert np.isnan(map_view.similarity).all()
 
 
-BED = frozenset((x, y) for x in range(4, 14) for y in range(4, 12))
-
-
-def map_view_where(
-    own: dict[tuple[int, int], float], rival: dict[tuple[int, int], float]
-) -> MapView:
-    """20 x 20 cells of 0.1 m with these scores of the target and of its best rival."""
-    similarity, best = (np.full((20, 20), 0.05, np.float32) for _ in range(2))
-    for cells, grid in ((own, similarity), (rival, best)):
-        for cell, score in cells.items():
-            grid[cell] = score
-    return replace(drawn_map(*["." * 20] * 20), similarity=similarity, rival=best)
-
-
-def test_the_rival_s_score_survives_the_crop_around_the_robot() -> None:
-    map_view = map_view_where({}, dict.fromkeys(BED, 0.7))
-    view = replace(search_view_of(map_view), rival=map_view.rival)
-    cropped = map_view_around(view, np.array([0.5, 0.5]))
+def test_the_margin_over_a_rival_survives_the_crop_around_the_robot() -> None:
+    view = search_view_of(drawn_map(*["." * 20] * 20))  # similarity 0.1
+    rival = np.full(view.grid.shape, np.nan, np.float32)
+    rival[5, 5], rival[5, 6] = 0.7, 0.05
+    cropped = map_view_around(replace(view, rival=rival), np.array([0.5, 0.5]))
     x, y = np.array([5, 5]) - np.asarray(cropped.grid.origin_cell)
-    assert cropped.rival[x, y] == pytest.approx(0.7)
-    alone = map_view_around(search_view_of(map_view), np.array([0.5, 0.5]))
-    assert np.isneginf(alone.rival).all()
+    assert cropped.margin[x, y] == pytest.approx(-0.6)
+    assert cropped.margin[x, y + 1] == pytest.approx(0.05)
+    assert np.isposinf(cropped.margin[x + 5, y])
+    assert np.isposinf(map_view_around(view, np.array([0.5, 0.5])).margin).all()
+
+
+def test_without_calibration_the_place_in_the_ranking_is_the_similarity() -> None:
+    view = search_view_of(drawn_map(*["." * 10] * 10))
+    guidance = np.arange(1, 101, dtype=np.float32).reshape(10, 10) * 2.54 + 1
+    view = replace(
+        view,
+        similarity=np.linspace(0.61, 0.63, 100, dtype=np.float32).reshape(10, 10),
+        guidance=guidance.astype(np.uint8),
+    )
+    at = np.array([0.5, 0.5])
+    assert np.nanmin(map_view_around(view, at).similarity) > 0.6
+    ranked = map_view_around(replace(view, calibrated=False), at)
+    known = ranked.similarity[ranked.observed]
+    assert (np.sort(known)[:90] == 0).all()
+    assert known.max() == pytest.approx(1.0)
+    assert 8 <= (known > 0).sum() <= 11

@@ -86,10 +86,9 @@ def conflicting_object(
         if not _overlap(found_object.cells, candidate.cells):
             continue
         cells = map_view.indices_of(candidate.cells | found_object.cells)
-        own = map_view.similarity[cells[:, 0], cells[:, 1]]
-        other = map_view.rival[cells[:, 0], cells[:, 1]]
-        observed = np.isfinite(own) & np.isfinite(other)
-        if observed.any() and other[observed].mean() > own[observed].mean():
+        margin = map_view.margin[cells[:, 0], cells[:, 1]]
+        contested = margin[np.isfinite(margin)]
+        if contested.size and contested.mean() < 0:
             return found_object
     return None
 

@@ -162,7 +162,7 @@ def sightings_of(
         points, cells = points[inside], cells[inside]
         values = map_view.similarity[cells[:, 0], cells[:, 1]]
         # NaN compares false. Cells where another name is more similar count for that name.
-        supported = (values >= threshold) & (values >= map_view.rival[cells[:, 0], cells[:, 1]])
+        supported = (values >= threshold) & (map_view.margin[cells[:, 0], cells[:, 1]] >= 0)
         covered = len(np.unique(cells, axis=0))
         backing = np.unique(cells[supported], axis=0)
         if covered == 0 or len(backing) < max(1.0, params.support_fraction * covered):

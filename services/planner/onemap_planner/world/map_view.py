@@ -22,9 +22,10 @@ class MapView:
     """The layers of a ``SearchView`` as masks, all (nx, ny) on ``grid``.
 
     occupancy uint8, values of ``Occupancy``; observed O, explored E, searched C bool;
-    similarity float32 in [0, 1], NaN where not observed; rival the same for the best of the
-    names that compete with the object, -infinity where none does; guidance float32 in [0, 1]:
-    rank of the cell's cosine among all observed cells, NaN where not observed.
+    similarity float32 in [0, 1], NaN where not observed: the score, or for an encoder without
+    calibration the place among the map's top tenth; margin float32: the score less that of the
+    best name that competes with the object, infinity where none does, NaN where not observed;
+    guidance float32 in [0, 1]: rank of the cell's cosine, NaN where not observed.
     """
 
     grid: GridSpec
@@ -33,7 +34,7 @@ class MapView:
     explored: Bool
     searched: Bool
     similarity: F32
-    rival: F32
+    margin: F32
     guidance: F32
 
     @property
@@ -77,9 +78,10 @@ def map_view_around(view: SearchView, robot_xy: F64) -> MapView:
     similarity = np.full(grid.shape, np.nan, np.float32)
     if view.similarity.shape == view.grid.shape:
         similarity[into] = view.similarity[out_of]
-    rival = np.full(grid.shape, -np.inf, np.float32)
+    margin = np.full(grid.shape, np.inf, np.float32)
     if view.rival.shape == view.grid.shape:
-        rival[into] = np.nan_to_num(view.rival[out_of], nan=-np.inf)
+        rival = np.nan_to_num(view.rival[out_of], nan=-np.inf)
+        margin[into] = similarity[into] - rival
     guidance = np.full(grid.shape, np.nan, np.float32)
     if view.guidance.shape == view.grid.shape:
         ranked = view.guidance[out_of]
@@ -90,10 +92,20 @@ def map_view_around(view: SearchView, robot_xy: F64) -> MapView:
         observed=(layers & Layer.OBSERVED) > 0,
         explored=(layers & Layer.EXPLORED) > 0,
         searched=(layers & Layer.SEARCHED) > 0,
-        similarity=similarity,
-        rival=rival,
+        similarity=similarity if view.calibrated else _top_tenth(guidance),
+        margin=margin,
         guidance=guidance,
     )
+
+
+def _top_tenth(guidance: F32) -> F32:
+    """Similarity (nx, ny) by rank: 0 up to the 90th percentile of the map, 1 for its best cell.
+
+    The cosines of an encoder without calibration lie close together, each encoder's elsewhere:
+    no threshold on them holds for two encoders, but a rank does.
+    """
+    similarity: F32 = np.clip((guidance - np.float32(0.9)) / np.float32(0.1), 0.0, 1.0)
+    return similarity
 
 
 def _known_box(view: SearchView, robot: I64) -> I64:

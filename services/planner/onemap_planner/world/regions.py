@@ -1,4 +1,8 @@
-"""Regions of high similarity that are explored, but not yet searched (E - C)."""
+"""Regions of high similarity that are observed, but not yet searched (O - C).
+
+The paper takes E - C. What was seen only from afar is as good a reason to go there, once a
+viewpoint of it can be reached.
+"""
 
 from __future__ import annotations
 
@@ -47,8 +51,8 @@ class SimilarRegion:
 
 
 def find_regions(map_view: MapView, params: SimilarRegionParams) -> tuple[SimilarRegion, ...]:
-    """Components of similarity above the threshold in E - C, best first."""
-    return _clusters(map_view, map_view.explored & ~map_view.searched, params.threshold, params)
+    """Components of similarity above the threshold in O - C, best first."""
+    return _clusters(map_view, map_view.observed & ~map_view.searched, params.threshold, params)
 
 
 def remaining_regions(map_view: MapView, params: SimilarRegionParams) -> tuple[SimilarRegion, ...]:
