@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from onemap_planner.motion.motions import Drive, Rest
-from onemap_planner.policy.context import build_context
+from onemap_planner.motion.motions import Drive, Pose2d, Rest
+from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import explore, select_candidate
 from onemap_planner.policy.state import PlannerState
 from onemap_planner.search.events import CandidateSelected, Exhausted
@@ -60,6 +60,31 @@ def test_a_goal_that_takes_too_long_is_blacklisted() -> None:
     late = replace(state, active_time_s=goal.budget_s + 0.1)
     after, *_ = explore(late, HALF_KNOWN, PARAMS)
     assert goal.goal.look_xy in after.blacklisted_frontiers
+
+
+def test_a_goal_that_recedes_along_a_corridor_gets_a_new_budget() -> None:
+    def corridor(known_m: float) -> PlanningContext:
+        known = int(known_m / 0.1)
+        rows = ["#" * 160, *["#" + "." * known + " " * (159 - known)] * 14, "#" * 160]
+        return build_context(
+            Pose2d(0.8, 0.8, 0.0),
+            search_view_of(drawn_map(*rows)),
+            trail=(),
+            obstacles_xy=NO_POINTS,
+            params=PARAMS.costmap,
+        )
+
+    state = PlannerState(SEARCH)
+    since_s = []
+    for step in range(12):  # the end of what is known recedes by 0.5 m each second
+        state = replace(state, active_time_s=float(step))
+        state, *_ = explore(state, corridor(4.0 + 0.5 * step), PARAMS)
+        goal = state.target_state.active_goal
+        assert goal is not None
+        since_s.append(goal.since_s)
+    assert since_s[1] == 0.0
+    assert len(set(since_s)) >= 3
+    assert not state.blacklisted_frontiers
 
 
 def test_without_a_goal_rejected_candidates_are_reconsidered_and_then_the_object_is_given_up() -> (

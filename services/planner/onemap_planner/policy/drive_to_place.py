@@ -76,7 +76,7 @@ def _activate(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveG
         if hypot(x - old_x, y - old_y) <= SAME_GOAL_M:
             return active_goal
     budget_s = params.explore.goal_base_s + params.explore.goal_s_per_m * goal.utility.travel_m
-    return ActiveGoal(goal, state.active_time_s, budget_s)
+    return ActiveGoal(goal, state.active_time_s, budget_s, goal.look_xy)
 
 
 def _without_goal(

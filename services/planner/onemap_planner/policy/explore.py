@@ -122,16 +122,20 @@ def _unconfirmed(state: PlannerState, params: PlannerParams) -> tuple[ObjectCand
 
 
 def _activate(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveGoal:
-    """The active goal: the present one if the goal is about the same point, else a new one."""
+    """The active goal: the present one if the goal is about the same point, else a new one.
+
+    A goal that recedes, as the end of a corridor does, gets a new budget once it is elsewhere.
+    """
     active_goal = state.target_state.active_goal
     if (
         active_goal is not None
         and active_goal.goal.kind is goal.kind
         and goal.looks_at(active_goal.goal.look_xy, params.goal.same_goal_m)
+        and goal.looks_at(active_goal.budget_xy, 2 * params.goal.same_goal_m)
     ):
         return replace(active_goal, goal=goal)
     budget_s = params.explore.goal_base_s + params.explore.goal_s_per_m * goal.utility.travel_m
-    return ActiveGoal(goal, state.active_time_s, budget_s)
+    return ActiveGoal(goal, state.active_time_s, budget_s, goal.look_xy)
 
 
 def _idle(

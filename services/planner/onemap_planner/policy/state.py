@@ -24,11 +24,15 @@ TRAIL_LENGTH = 5000  # points, 500 m
 
 @dataclass(frozen=True, slots=True)
 class ActiveGoal:
-    """The goal that the robot drives to. Seconds are active time; arrived_s None: on its way."""
+    """The goal that the robot drives to. Seconds are active time; arrived_s None: on its way.
+
+    budget_xy: where the goal was, in metres, when it got its budget of seconds.
+    """
 
     goal: Goal
     since_s: float
     budget_s: float
+    budget_xy: tuple[float, float]
     arrived_s: float | None = None
 
 

@@ -150,7 +150,7 @@ def _active(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveGoa
         return replace(active, goal=goal)
     explore = params.explore
     budget_s = explore.goal_base_s + explore.goal_s_per_m * goal.utility.travel_m
-    return ActiveGoal(goal, state.active_time_s, budget_s)
+    return ActiveGoal(goal, state.active_time_s, budget_s, goal.look_xy)
 
 
 def _idle(
