@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
-from onemap_planner.world.visible_area import unknown_in_view
+from onemap_planner.world.visible_area import area_in_view
+from onemap_shared.messages import Occupancy
 from tests.planner.drawn_maps import drawn_map
 
 
 def area_m2(rows: tuple[str, ...], cell: tuple[int, int], range_m: float = 1.0) -> float:
-    (area,) = unknown_in_view(drawn_map(*rows, scale=5), np.array([cell]), range_m)
+    map_view = drawn_map(*rows, scale=5)
+    unknown = map_view.occupancy == Occupancy.UNKNOWN
+    (area,) = area_in_view(map_view, unknown, np.array([cell]), range_m)
     return float(area)
 
 

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import dijkstra
 from onemap_planner.world.components import CONNECTIVITY_8, components
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import MapView
-from onemap_planner.world.visible_area import unknown_in_view
+from onemap_planner.world.visible_area import area_in_view
 from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.messages import Occupancy
 from onemap_shared.params import Params
@@ -75,8 +75,8 @@ class FrontierParams(Params):
     )
     blind_radius_m: PositiveFloat = Field(
         default=1.2,
-        description="Metres around the robot's way within which an unknown spot is what the "
-        "camera could not see: at 1 m height it sees the floor from 1.1 m on.",
+        description="Metres around the robot's way within which unknown floor tells nothing: a "
+        "camera at 1 m sees the floor from 1.1 m on, but what stands there it saw above it.",
     )
     decay_per_m: PositiveFloat = Field(
         default=0.3,
@@ -111,7 +111,10 @@ def find_frontiers(
     )
     hidden = (map_view.occupancy == Occupancy.UNKNOWN) & ~costmap.free
     unknown = _without_small_parts(hidden, params.min_beyond_m2, area_m2)
-    unknown &= ~_blind_spots(hidden, costmap, params, area_m2)
+    unknown &= ~_blind_spots(hidden, costmap.occupied, params.blind_spot_m2, area_m2)
+    telling = (map_view.occupancy == Occupancy.UNKNOWN) & (
+        costmap.trail_distance_m > params.blind_radius_m
+    )
     hints = _hints(map_view, params)
     similarity_beyond = _similarity_beyond(map_view, unexplored, params.decay_per_m)
     found: list[Frontier] = []
@@ -125,7 +128,7 @@ def find_frontiers(
             score = _score(similarity_beyond, cells)
             if is_unknown:
                 expected = params.unknown_prior * float(hints[cells[:, 0], cells[:, 1]].mean())
-                score = max(score, expected * _view_share(map_view, cells, params))
+                score = max(score, expected * _view_share(map_view, telling, cells, params))
             found.append(Frontier(cells, _beyond(map_view, beyond, cells), score, is_unknown))
     return tuple(found)
 
@@ -139,23 +142,17 @@ def _without_small_parts(mask: Bool, least_m2: float, cell_area_m2: float) -> Bo
     return kept
 
 
-def _blind_spots(
-    hidden: Bool, costmap: Costmap, params: FrontierParams, cell_area_m2: float
-) -> Bool:
-    """Mask of small unknown components that touch no obstacle, or lie along the robot's way.
+def _blind_spots(hidden: Bool, occupied: Bool, most_m2: float, cell_area_m2: float) -> Bool:
+    """Mask of small unknown components that touch no obstacle.
 
     The camera does not see the floor next to the robot, but would have seen an object there
     above it. Cells hidden by furniture touch the furniture.
     """
     parts, count = ndimage.label(hidden, CONNECTIVITY_8)
-    small = np.bincount(parts.ravel(), minlength=count + 1) * cell_area_m2 <= params.blind_spot_m2
-    apart = np.ones(count + 1, bool)
-    apart[parts[ndimage.binary_dilation(costmap.occupied, CONNECTIVITY_8)]] = False
-    near = np.ones(count + 1, bool)
-    near[parts[costmap.trail_distance_m > params.blind_radius_m]] = False
-    blind = small & (apart | near)
-    blind[0] = False
-    spots: Bool = blind[parts]
+    small = np.bincount(parts.ravel(), minlength=count + 1) * cell_area_m2 <= most_m2
+    small[parts[ndimage.binary_dilation(occupied, CONNECTIVITY_8)]] = False
+    small[0] = False
+    spots: Bool = small[parts]
     return spots
 
 
@@ -250,10 +247,10 @@ def _hints(map_view: MapView, params: FrontierParams) -> F64:
     return factor
 
 
-def _view_share(map_view: MapView, cells: I64, params: FrontierParams) -> float:
-    """How much of the prior a frontier deserves: in (0, 1], by the unknown area in view."""
+def _view_share(map_view: MapView, telling: Bool, cells: I64, params: FrontierParams) -> float:
+    """How much of the prior a frontier deserves: in [0, 1), by the telling area in view."""
     middle = cells[np.hypot(*(cells - cells.mean(axis=0)).T).argmin()]
-    (area_m2,) = unknown_in_view(map_view, middle[None], params.view_m)
+    (area_m2,) = area_in_view(map_view, telling, middle[None], params.view_m)
     return float(1.0 - np.exp(-area_m2 / params.view_scale_m2))
 
 
