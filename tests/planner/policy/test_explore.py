@@ -7,7 +7,7 @@ import pytest
 from onemap_planner.motion.motions import Drive, Pose2d, Rest
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import explore, select_candidate
-from onemap_planner.policy.state import PlannerState
+from onemap_planner.policy.state import PlannerState, blacklist
 from onemap_planner.search.events import CandidateSelected, Exhausted
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import POSE, SEARCH, candidate, context, planner_state
@@ -131,3 +131,28 @@ def test_floor_that_noise_cut_off_is_searched_for_once_more_and_then_named() -> 
     _, _, event, _ = explore(replace(state, active_time_s=2 * settle_s + 0.2), two_rooms, wary)
     assert isinstance(event, Exhausted)
     assert "m² of floor seen that no way leads to" in event.reason
+
+
+def test_a_gap_too_narrow_for_a_frontier_is_looked_into() -> None:
+    wall = "#" + "." * 28 + "##" + "." * 28 + "#"
+    door = "#" + "." * 28 + "  " + "." * 28 + "#"  # 0.14 m2 of unknown floor
+    view = drawn_map("#" * 60, *[wall] * 5, *[door] * 7, *[wall] * 4, "#" * 60)
+    halves = build_context(
+        Pose2d(0.9, 0.9, 0.0),
+        search_view_of(view),
+        trail=(),
+        obstacles_xy=NO_POINTS,
+        params=PARAMS.costmap,
+    )
+    assert halves.unreachable_m2() > 1.0
+    state, motion, event, candidates = explore(planner_state(), halves, PARAMS)
+    assert candidates.frontiers == ()
+    assert event is None
+    assert isinstance(motion, Drive)
+    goal = state.target_state.active_goal
+    assert goal is not None
+    assert goal.goal.look_xy[1] > 2.8
+    for _ in range(2):  # looked into from near and from farther away: it cannot be seen
+        state = blacklist(state, goal.goal)
+    state, _, _, _ = explore(state, halves, PARAMS)
+    assert state.target_state.active_goal is None

@@ -10,7 +10,7 @@ from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, smooth_path
 from onemap_planner.world.costmap import Costmap, CostmapParams, build_costmap, distance_cells
 from onemap_planner.world.map_view import MapView, map_view_around
-from onemap_shared.geometry import F64
+from onemap_shared.geometry import F64, Bool
 from onemap_shared.messages import Occupancy, SearchView
 
 SURROUNDINGS_M = 1.0  # radius of the circle of `known_fraction_around`
@@ -47,10 +47,14 @@ class PlanningContext:
         circle = np.pi * (SURROUNDINGS_M / grid.cell_size_m) ** 2  # the window may cut the mask
         return float(known.sum() / circle)
 
+    def cut_off(self) -> Bool:
+        """Mask (nx, ny) of the free floor with room for the robot that no path leads to."""
+        mask: Bool = self.costmap.navigable & ~np.isfinite(self.cost_to_go.cost_m)
+        return mask
+
     def unreachable_m2(self) -> float:
-        """Free floor with room for the robot that no path leads to, in square metres."""
-        cut_off = self.costmap.navigable & ~np.isfinite(self.cost_to_go.cost_m)
-        return float(cut_off.sum()) * self.map_view.cell_area_m2
+        """Area of ``cut_off`` in square metres."""
+        return float(self.cut_off().sum()) * self.map_view.cell_area_m2
 
     def known_m2(self) -> float:
         """Known area in square metres."""

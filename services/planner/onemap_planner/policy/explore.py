@@ -13,6 +13,7 @@ from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goal_generation import detection_goals, frontier_goals, region_goals
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind, select_goal
 from onemap_planner.policy.params import PlannerParams
+from onemap_planner.policy.place_goals import frontier_goal
 from onemap_planner.policy.state import (
     ActiveGoal,
     PlannerState,
@@ -20,12 +21,17 @@ from onemap_planner.policy.state import (
     is_blacklisted,
     reconsider,
 )
+from onemap_planner.policy.unknown_way import visit_counts
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.events import CandidateSelected, Event, Exhausted
+from onemap_planner.search.phases import Destination
 from onemap_planner.world.candidates import ObjectCandidate
+from onemap_planner.world.components import components
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.regions import SimilarRegion, find_regions, remaining_regions
+from onemap_shared.messages import SearchKind
 
+LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
 LEAST_NAMED_M2 = 1.0  # less floor out of reach is the rim of furniture
 MAX_CANDIDATES_TRIED = 5  # candidates considered in one step, those with the most sightings
 
@@ -83,8 +89,32 @@ def _options(
     worthwhile = _without_blacklisted(state, goals, params)
     if worthwhile:
         return worthwhile
+    way_out = _way_to_cut_off(state, context, params)
+    if way_out is not None:
+        return [way_out]
     remaining = remaining_regions(context.map_view, params.region)
     return _without_blacklisted(state, _region_goals(state, context, remaining, params), params)
+
+
+def _way_to_cut_off(
+    state: PlannerState, context: PlanningContext, params: PlannerParams
+) -> Goal | None:
+    """A look into the unknown gap before the largest part of the floor that no path leads to.
+
+    The gap may be too narrow for a frontier, such as floor that the camera missed in a doorway.
+    """
+    parts = components(context.cut_off())
+    largest = max(parts, key=len, default=None)
+    if largest is None or len(largest) * context.map_view.cell_area_m2 < LEAST_CUT_OFF_M2:
+        return None
+    grid = context.costmap.grid
+    here = grid.cells(np.asarray(context.pose.xy))
+    nearest = largest[np.hypot(*(largest - here).T).argmin()]
+    x, y = grid.centres(nearest)
+    visited_xy = np.array(state.blacklisted_frontiers, np.float64).reshape(-1, 2)
+    visits = visit_counts(context, visited_xy, params.explore.blacklist_radius_m)
+    there = Destination(SearchKind.GO_TO, (float(x), float(y)))
+    return frontier_goal(there, context, visits, params.place)
 
 
 def _region_goals(

@@ -44,7 +44,7 @@ def place_goals(
         final = _standing(destination.xy, context, params)
     if final is not None:
         yield _goal(destination, final, context)
-    frontier = _frontier(destination, context, visits, params)
+    frontier = frontier_goal(destination, context, visits, params)
     if frontier is not None:
         yield frontier
     if final is None:
@@ -54,11 +54,14 @@ def place_goals(
             yield _goal(destination, final, context)
 
 
-def _frontier(
+def frontier_goal(
     destination: Destination, context: PlanningContext, visits: I64, params: PlaceParams
 ) -> Goal | None:
-    """The frontier on the way. On the second visit the robot looks from farther away, because
-    the camera does not see the floor before its feet."""
+    """The frontier on the way; None if the way is known, or none leads there.
+
+    On the second visit the robot looks from farther away, because the camera does not see the
+    floor before its feet.
+    """
     look = destination.kind is SearchKind.LOOK_AT
     frontier = frontier_on_way(
         destination.xy,
