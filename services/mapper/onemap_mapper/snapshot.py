@@ -104,28 +104,8 @@ def restore(
     if the map was made by another one, ``MapFileError`` if it has another grid.
     """
     header = snapshot.header
-    if encoder_id and header.encoder_id and header.encoder_id != encoder_id:
-        raise EncoderMismatch(
-            f"the map was made with encoder {header.encoder_id}, but {encoder_id} is running"
-        )
-    ours = (
-        params.cell_size_m,
-        params.obstacle_min_height_m,
-        params.obstacle_max_height_m,
-    )
-    theirs = (header.cell_size_m, header.obstacle_min_height_m, header.obstacle_max_height_m)
-    if ours != theirs:
-        raise MapFileError(
-            f"the map has cell size and obstacle heights {theirs} m, the configuration {ours} m"
-        )
-    evidence = snapshot.evidence
-    if header.version == VERSION_WITHOUT_DROPS:
-        evidence = np.pad(evidence, ((0, 0), (0, 1)))
-    if evidence.shape[1] != params.levels + 1:
-        raise MapFileError(
-            f"the map's columns have {evidence.shape[1]} levels, ours {params.levels + 1}: the "
-            "file is damaged"
-        )
+    _check_header(header, params, encoder_id)
+    evidence = _evidence(snapshot, params)
     belief = BeliefMap(params, first_revision=first_revision)
     cells, driving_cells = snapshot.cells.astype(np.int64), snapshot.driving_cells.astype(np.int64)
     try:
@@ -146,3 +126,30 @@ def restore(
     belief.frames_fused, belief.sequence = header.frames_fused, header.sequence
     belief.stamp_ns = header.stamp_ns
     return belief
+
+
+def _check_header(header: MapHeader, params: MapParams, encoder_id: str) -> None:
+    """Raise unless the map is of the encoder in use and of the configured grid."""
+    if encoder_id and header.encoder_id and header.encoder_id != encoder_id:
+        raise EncoderMismatch(
+            f"the map was made with encoder {header.encoder_id}, but {encoder_id} is running"
+        )
+    ours = (params.cell_size_m, params.obstacle_min_height_m, params.obstacle_max_height_m)
+    theirs = (header.cell_size_m, header.obstacle_min_height_m, header.obstacle_max_height_m)
+    if ours != theirs:
+        raise MapFileError(
+            f"the map has cell size and obstacle heights {theirs} m, the configuration {ours} m"
+        )
+
+
+def _evidence(snapshot: MapSnapshot, params: MapParams) -> NDArray[np.int8]:
+    """Evidence (m, levels + 1) of the columns; an old file has no level for drops."""
+    evidence = snapshot.evidence
+    if snapshot.header.version == VERSION_WITHOUT_DROPS:
+        evidence = np.pad(evidence, ((0, 0), (0, 1)))
+    if evidence.shape[1] != params.levels + 1:
+        raise MapFileError(
+            f"the map's columns have {evidence.shape[1]} levels, ours {params.levels + 1}: the "
+            "file is damaged"
+        )
+    return evidence
