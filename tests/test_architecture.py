@@ -64,6 +64,7 @@ TALKS = {
     "onemap_tools.bench.fusion": "times",
     "onemap_tools.bench.navigation.benchmark": "times, in processes of its own",
     "onemap_tools.bench.perception": "times",
+    "onemap_tools.bench.planning": "times",
     "onemap_tools.bench.scene": "times",
     "onemap_tools.cli.command_group": "the command line",
     "onemap_tools.cli.config_report": "reads the configuration",

@@ -75,6 +75,32 @@ def fusion(
 
 
 @app.command()
+def planning(
+    *,
+    size: Annotated[
+        list[int] | None, typer.Option(min=10, max=100, help="Metres; default 10, 20, 30 and 50.")
+    ] = None,
+    steps: Annotated[int, typer.Option(min=1, help="Planning steps to measure.")] = 40,
+    as_json: Json = False,
+) -> None:
+    """How long a planning step takes, by the size of the building.
+
+    A square building of rooms of 5 m, six in ten of them seen; the robot explores
+    and drives towards its goal. Processor time, which other processes disturb
+    less: of the median step, of the longest one in twenty, and the mean.
+    """
+    with _cli_errors("planner"):
+        from onemap_tools.bench.planning import SIZES_M, run
+
+        result = run(tuple(size or SIZES_M), steps)
+    if as_json:
+        print_json(result)
+    else:
+        for row in result["results"]:
+            print("  ".join(f"{name} {value}" for name, value in row.items()))
+
+
+@app.command()
 def perception(
     *,
     config: Config = None,

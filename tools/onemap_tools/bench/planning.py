@@ -1,0 +1,139 @@
+"""Time of a planning step in drawn buildings of several sizes."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy import ndimage
+
+from onemap_planner.config import PlannerConfig
+from onemap_planner.motion.motions import Drive, Pose2d
+from onemap_planner.policy.state import Decision, Observation, PlannerState
+from onemap_planner.policy.step import step
+from onemap_planner.search.events import EventStamp
+from onemap_planner.search.phases import Exploring
+from onemap_planner.search.state_machine import new_search
+from onemap_shared.geometry import F32, U8, Bool, Velocity2d
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import Layer, Occupancy, SearchView
+
+CELL_M = 0.1  # as the mapper has it by default
+ROOM_CELLS = 50  # 5 m
+DOOR_CELLS = 10
+SEEN_SHARE = 0.6  # of the rooms; the others are frontiers to choose from
+WARM_UP = 3  # steps that are not counted: first imports and allocations
+SEED = 0
+SIZES_M = (10, 20, 30, 50)
+SPEED_MPS = 0.4  # at which the robot follows its path
+
+
+def run(sizes_m: tuple[int, ...], steps: int) -> dict[str, Any]:
+    """Plan ``steps`` times in a building of each size; processor time in milliseconds."""
+    return {
+        "benchmark": "planning",
+        "steps": steps,
+        "results": [_time_steps(size_m, steps) for size_m in sizes_m],
+        "cores": len(os.sched_getaffinity(0)),
+        "load_average": round(os.getloadavg()[0], 2),
+    }
+
+
+def _time_steps(size_m: int, steps: int) -> dict[str, Any]:
+    params = PlannerConfig()
+    view = building_view(size_m, np.random.default_rng(SEED))
+    pose, state = _start(view), exploring(view)
+    times_ms = []
+    for index in range(steps + WARM_UP):
+        observation = Observation(
+            now_s=index / params.plan_hz,
+            pose=pose,
+            odometer_m=0.0,
+            command=Velocity2d(0.0, 0.0),
+            collided=False,
+            view=replace(view, sequence=index),
+            detections=(),
+            stale_reason="",
+        )
+        started = time.process_time()
+        state, decision = step(state, observation, params)
+        times_ms.append((time.process_time() - started) * 1e3)
+        pose = _moved(pose, decision, SPEED_MPS / params.plan_hz)
+    counted = np.array(times_ms[WARM_UP:])
+    return {
+        "size_m": size_m,
+        "known_m2": round(state.known_m2),
+        "cpu_p50_ms": round(float(np.median(counted)), 1),
+        "cpu_p95_ms": round(float(np.quantile(counted, 0.95)), 1),
+        "cpu_mean_ms": round(float(counted.mean()), 1),
+    }
+
+
+def exploring(view: SearchView) -> PlannerState:
+    """A search that has looked around and explores."""
+    pose = _start(view)
+    stamp = EventStamp(0.0, 0.0, pose.xy, 0.0)
+    search = new_search("benchmark", (view.text,), stamp, 0)
+    return PlannerState(replace(search, phase=Exploring()))
+
+
+def building_view(size_m: int, rng: np.random.Generator) -> SearchView:
+    """A square building of rooms of 5 m with doors to all sides, seen in part.
+
+    The rooms around the middle are seen; similarity is smooth noise with a few peaks.
+    """
+    cells = round(size_m / CELL_M)
+    seen = _seen(cells, rng)
+    occupancy = np.where(_walls(cells), Occupancy.OCCUPIED, Occupancy.FREE).astype(np.uint8)
+    occupancy[~seen] = Occupancy.UNKNOWN
+    noise = ndimage.gaussian_filter(rng.standard_normal((cells, cells)), 5)
+    explored = seen & (ndimage.gaussian_filter(rng.standard_normal((cells, cells)), 10) > -0.02)
+    layers: U8 = (seen * int(Layer.OBSERVED) | explored * int(Layer.EXPLORED)).astype(np.uint8)
+    similarity: F32 = (np.clip(noise / noise.max(), 0.0, 1.0) ** 4).astype(np.float32)
+    rank = noise.ravel().argsort().argsort().reshape(cells, cells) / cells**2
+    return SearchView(
+        text="bed",
+        revision=0,
+        sequence=0,
+        stamp_ns=1,
+        grid=GridSpec(CELL_M, (0, 0), (cells, cells)),
+        occupancy=occupancy,
+        layers=layers,
+        similarity=np.where(seen, similarity, np.nan).astype(np.float32),
+        guidance=np.where(seen, 1 + 254 * rank, 0).astype(np.uint8),
+    )
+
+
+def _walls(cells: int) -> Bool:
+    along = np.arange(cells) % ROOM_CELLS
+    wall, door = along == 0, np.abs(along - ROOM_CELLS // 2) <= DOOR_CELLS // 2
+    walls: Bool = (wall[:, None] & ~door) | (wall & ~door[:, None])
+    return walls
+
+
+def _seen(cells: int, rng: np.random.Generator) -> Bool:
+    room = np.arange(cells) // ROOM_CELLS
+    rooms = rng.random((room[-1] + 1, room[-1] + 1)) < SEEN_SHARE
+    middle = room[cells // 2]
+    rooms[middle], rooms[:, middle] = True, True
+    seen: Bool = rooms[room[:, None], room]
+    return seen
+
+
+def _start(view: SearchView) -> Pose2d:
+    """In the middle of a room in the middle of the building."""
+    middle = (view.grid.shape[0] // 2 // ROOM_CELLS + 0.5) * ROOM_CELLS * CELL_M
+    return Pose2d(middle, middle, 0.0)
+
+
+def _moved(pose: Pose2d, decision: Decision | None, distance_m: float) -> Pose2d:
+    """The pose after ``distance_m`` along the path of the decision, if it has one."""
+    if decision is None or not isinstance(decision.motion, Drive):
+        return pose
+    points = decision.motion.points_xy
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    x, y = (float(np.interp(distance_m, along, points[:, axis])) for axis in (0, 1))
+    return Pose2d(x, y, float(np.arctan2(y - pose.y_m, x - pose.x_m)))
