@@ -16,7 +16,7 @@ def test_a_frontier_s_goal_is_reachable_and_says_why() -> None:
     (found,) = frontier_goals(frontiers, costmap, cost_to_go, params=PARAMS.goal)
     cell = costmap.grid.cells(np.array(found.viewpoint_xy))
     assert costmap.navigable[tuple(cell)]
-    assert found.utility.travel_m == pytest.approx(cost_to_go.length_m((cell[0], cell[1])))
+    assert found.utility.travel_m == pytest.approx(cost_to_go.lengths_m(cell[None])[0])
     assert found.utility.travel_m < float(cost_to_go.cost_m[tuple(cell)])
     assert "unknown space" in found.reason
     assert found.look_xy[1] > 3.4

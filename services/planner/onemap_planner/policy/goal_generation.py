@@ -34,31 +34,35 @@ def frontier_goals(
         return []
     size = costmap.grid.cell_size_m
     away, nearest = ndimage.distance_transform_edt(~reachable_mask, return_indices=True)
-    goals = []
+    visible: list[tuple[Frontier, I64]] = []
     for frontier in frontiers:
         cells = frontier.cells
         near = away[cells[:, 0], cells[:, 1]] * size <= params.viewpoint_within_m
         viewpoint = _frontier_viewpoint(cells[near], nearest, costmap)
-        if viewpoint is None:
-            continue
-        utility = GoalUtility.of(
-            frontier.score, _travel_m(cost_to_go, viewpoint), params, length_m=len(cells) * size
-        )
-        what = "unknown space" if frontier.unknown else "a place seen only from afar"
-        reason = (
-            f"frontier: {what} {utility.travel_m:.1f} m away, "
-            f"similarity {frontier.score:.2f} expected beyond"
-        )
-        goals.append(
-            Goal(
-                GoalKind.FRONTIER,
-                _xy(costmap, viewpoint),
-                _pair(frontier.beyond_xy),
-                utility,
-                reason,
-            )
-        )
-    return goals
+        if viewpoint is not None:
+            visible.append((frontier, viewpoint))
+    ways_m = cost_to_go.lengths_m(np.array([cell for _, cell in visible]).reshape(-1, 2))
+    return [
+        _frontier_goal(frontier, _xy(costmap, viewpoint), travel_m, size, params)
+        for (frontier, viewpoint), travel_m in zip(visible, ways_m.tolist(), strict=True)
+    ]
+
+
+def _frontier_goal(
+    frontier: Frontier,
+    viewpoint_xy: tuple[float, float],
+    travel_m: float,
+    cell_size_m: float,
+    params: GoalParams,
+) -> Goal:
+    length_m = len(frontier.cells) * cell_size_m
+    utility = GoalUtility.of(frontier.score, travel_m, params, length_m=length_m)
+    what = "unknown space" if frontier.unknown else "a place seen only from afar"
+    reason = (
+        f"frontier: {what} {travel_m:.1f} m away, similarity {frontier.score:.2f} expected beyond"
+    )
+    look_xy = _pair(frontier.beyond_xy)
+    return Goal(GoalKind.FRONTIER, viewpoint_xy, look_xy, utility, reason)
 
 
 def region_goals(
@@ -127,7 +131,7 @@ def _frontier_viewpoint(cells: I64, nearest: I64, costmap: Costmap) -> I64 | Non
 
 def _travel_m(cost_to_go: CostToGo, cell: I64) -> float:
     """Metres of path: its cost would make a way along a wall count up to fourfold."""
-    return cost_to_go.length_m((int(cell[0]), int(cell[1])))
+    return float(cost_to_go.lengths_m(cell[None])[0])
 
 
 def _xy(costmap: Costmap, cell: I64) -> tuple[float, float]:

@@ -55,7 +55,7 @@ def viewpoints_around(
     local = target - corner
     mask[local[:, 0], local[:, 1]] = True
     cells, nearest = ndimage.distance_transform_edt(~mask, return_indices=True)
-    fit = reachable(costmap, cost_to_go)[box]
+    fit = costmap.navigable[box] & np.isfinite(cost_to_go.cost_m[box])
     fit &= (cells * size >= band_m[0]) & (cells * size <= band_m[1])
     viewpoints = np.argwhere(fit)
     away = np.hypot(*(viewpoints[:, None] + corner - tried[None]).transpose(2, 0, 1)) * size

@@ -7,7 +7,7 @@ the floor behind a door was seen, and only this border leads the robot through t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pydantic import Field, PositiveFloat
@@ -115,7 +115,6 @@ def find_frontiers(
     telling = (map_view.occupancy == Occupancy.UNKNOWN) & (
         costmap.trail_distance_m > params.blind_radius_m
     )
-    hints = _hints(map_view, params)
     similarity_beyond = _similarity_beyond(map_view, unexplored, params.decay_per_m)
     found: list[Frontier] = []
     floor = costmap.free & (map_view.occupancy != Occupancy.UNKNOWN)
@@ -126,11 +125,8 @@ def find_frontiers(
         border = on_this_side & ndimage.binary_dilation(beyond, CONNECTIVITY_4)
         for cells in _segments(border, map_view.grid.cell_size_m, params):
             score = _score(similarity_beyond, cells)
-            if is_unknown:
-                expected = params.unknown_prior * float(hints[cells[:, 0], cells[:, 1]].mean())
-                score = max(score, expected * _view_share(map_view, telling, cells, params))
             found.append(Frontier(cells, _beyond(map_view, beyond, cells), score, is_unknown))
-    return tuple(found)
+    return tuple(_with_prior(found, map_view, telling, params))
 
 
 def _without_small_parts(mask: Bool, least_m2: float, cell_area_m2: float) -> Bool:
@@ -247,11 +243,31 @@ def _hints(map_view: MapView, params: FrontierParams) -> F64:
     return factor
 
 
-def _view_share(map_view: MapView, telling: Bool, cells: I64, params: FrontierParams) -> float:
-    """How much of the prior a frontier deserves: in [0, 1), by the telling area in view."""
-    middle = cells[np.hypot(*(cells - cells.mean(axis=0)).T).argmin()]
-    (area_m2,) = area_in_view(map_view, telling, middle[None], params.view_m)
-    return float(1.0 - np.exp(-area_m2 / params.view_scale_m2))
+def _with_prior(
+    frontiers: list[Frontier], map_view: MapView, telling: Bool, params: FrontierParams
+) -> list[Frontier]:
+    """Those of the unknown score at least the prior, as far as they deserve it.
+
+    By the surroundings, and by the telling area in view from the middle of the frontier.
+    """
+    asked = [frontier.cells for frontier in frontiers if frontier.unknown]
+    if not asked:
+        return frontiers
+    middles = np.array([_middle(cells) for cells in asked])
+    area_m2 = area_in_view(map_view, telling, middles, params.view_m)
+    share = 1.0 - np.exp(-area_m2 / params.view_scale_m2)
+    hints = _hints(map_view, params)
+    near = np.array([hints[cells[:, 0], cells[:, 1]].mean() for cells in asked])
+    priors = iter((params.unknown_prior * near * share).tolist())
+    return [
+        replace(frontier, score=max(frontier.score, next(priors))) if frontier.unknown else frontier
+        for frontier in frontiers
+    ]
+
+
+def _middle(cells: I64) -> I64:
+    middle: I64 = cells[np.hypot(*(cells - cells.mean(axis=0)).T).argmin()]
+    return middle
 
 
 def _beyond(map_view: MapView, beyond: Bool, cells: I64) -> F64:
