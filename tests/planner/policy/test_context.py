@@ -25,10 +25,6 @@ def test_unknown_cells_lower_the_known_fraction() -> None:
     assert unseen.known_fraction_around() == 0.0
 
 
-def test_the_known_area_is_that_of_the_map() -> None:
-    assert context().known_m2() == pytest.approx(4.0 * 4.0)
-
-
 def test_a_virtual_obstacle_is_on_the_costmap() -> None:
     view = search_view_of(drawn_map(*["." * 8] * 8, scale=5))
     obstacle = np.array([[2.05, 2.05]])

@@ -18,13 +18,17 @@ SURROUNDINGS_M = 1.0  # radius of the circle of `known_fraction_around`
 
 @dataclass(frozen=True, slots=True)
 class PlanningContext:
-    """What the map offers from the pose of the robot; params: those of the costmap."""
+    """What the map offers from the pose of the robot; params: those of the costmap.
+
+    whole: whether all of the known map is in it, or the part around the way to the goal only.
+    """
 
     pose: Pose2d
     map_view: MapView
     costmap: Costmap
     cost_to_go: CostToGo
     params: CostmapParams
+    whole: bool = True
 
     def drive_to(self, viewpoint_xy: tuple[float, float], look_xy: tuple[float, float]) -> Drive:
         """The smoothed optimal path to a reachable point (metres), facing ``look_xy`` there."""
@@ -56,11 +60,6 @@ class PlanningContext:
         """Area of ``cut_off`` in square metres."""
         return float(self.cut_off().sum()) * self.map_view.cell_area_m2
 
-    def known_m2(self) -> float:
-        """Known area in square metres."""
-        known = int((self.map_view.occupancy != Occupancy.UNKNOWN).sum())
-        return known * self.map_view.cell_area_m2
-
 
 def build_context(
     pose: Pose2d,
@@ -69,12 +68,14 @@ def build_context(
     trail: tuple[tuple[float, float], ...],
     obstacles_xy: F64,
     params: CostmapParams,
+    window_xy: F64 | None = None,
 ) -> PlanningContext:
     """The context at this pose.
 
-    trail: where the robot has been, metres; obstacles_xy (B, 2): virtual obstacles, metres.
+    trail: where the robot has been, metres; obstacles_xy (B, 2): virtual obstacles, metres;
+    window_xy: see ``map_view_around``.
     """
-    map_view = map_view_around(view, np.asarray(pose.xy))
+    map_view = map_view_around(view, np.asarray(pose.xy), window_xy)
     costmap = build_costmap(
         map_view,
         robot_xy=np.asarray(pose.xy),
@@ -86,4 +87,4 @@ def build_context(
     cost_to_go = cost_to_go_from(
         costmap.cost, (int(here[0]), int(here[1])), cell_size_m=map_view.grid.cell_size_m
     )
-    return PlanningContext(pose, map_view, costmap, cost_to_go, params)
+    return PlanningContext(pose, map_view, costmap, cost_to_go, params, window_xy is None)

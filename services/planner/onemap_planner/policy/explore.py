@@ -10,6 +10,7 @@ from onemap_planner.motion.motions import Motion, Rest
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.competition import found_object_at, found_under_other_names
 from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.follow_goal import compared
 from onemap_planner.policy.goal_generation import detection_goals, frontier_goals, region_goals
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind, select_goal
 from onemap_planner.policy.params import PlannerParams
@@ -70,6 +71,7 @@ def explore(
     active_goal = _activate(state, goal, params)
     if active_goal.arrived_s is None and arrived(motion, context.pose, params.drive):
         active_goal = replace(active_goal, arrived_s=state.active_time_s)
+    active_goal = compared(active_goal, motion, state.active_time_s, goal_candidates)
     target_state = replace(state.target_state, active_goal=active_goal, idle_since_s=None)
     return replace(state, target_state=target_state), motion, None, goal_candidates
 

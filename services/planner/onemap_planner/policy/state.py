@@ -23,10 +23,23 @@ TRAIL_LENGTH = 5000  # points, 500 m
 
 
 @dataclass(frozen=True, slots=True)
+class GoalComparison:
+    """When all goals were last compared, in seconds of active time, and among what.
+
+    corners_xy (2, 2): lowest and highest x and y of the way to the chosen one, metres.
+    """
+
+    at_s: float
+    corners_xy: F64
+    candidates: GoalCandidates
+
+
+@dataclass(frozen=True, slots=True)
 class ActiveGoal:
     """The goal that the robot drives to. Seconds are active time; arrived_s None: on its way.
 
-    budget_xy: where the goal was, in metres, when it got its budget of seconds.
+    budget_xy: where the goal was, in metres, when it got its budget of seconds. comparison: that
+    it was chosen in; None: it is chosen anew in each step.
     """
 
     goal: Goal
@@ -34,6 +47,7 @@ class ActiveGoal:
     budget_s: float
     budget_xy: tuple[float, float]
     arrived_s: float | None = None
+    comparison: GoalComparison | None = None
 
 
 @dataclass(frozen=True, slots=True)

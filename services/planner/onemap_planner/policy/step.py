@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from onemap_planner.motion.motions import Motion, Rest, Reverse, Rotate
+from onemap_planner.motion.motions import Motion, Pose2d, Rest, Reverse, Rotate
 from onemap_planner.policy.competition import with_found_object
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.drive_to_place import drive_to_place
 from onemap_planner.policy.evidence import update_candidates
 from onemap_planner.policy.explore import explore, select_candidate
 from onemap_planner.policy.finds import finds_of
+from onemap_planner.policy.follow_goal import can_follow, follow_goal, follow_window
 from onemap_planner.policy.goals import GoalCandidates
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.recovery import check_progress, handle_stuck, is_trapped, stuck_failure
@@ -47,7 +48,9 @@ from onemap_planner.search.phases import (
     Starting,
 )
 from onemap_planner.search.state_machine import transition
-from onemap_shared.geometry import wrap_angle
+from onemap_planner.world.map_view import known_area_m2
+from onemap_shared.geometry import F64, wrap_angle
+from onemap_shared.messages import SearchView
 
 MAX_STEP_PERIOD_S = 1.0  # active time counted for one step: a longer pause was no searching
 MAP_RESTART_FRACTION = 0.5  # a map whose known area falls below this part was begun again
@@ -76,13 +79,11 @@ def step(
     before = state.pose or observation.pose
     state = with_pose(state, observation.pose)
     state, stuck = check_progress(state, observation, params)
-    context = build_context(
-        observation.pose,
-        observation.view,
-        trail=state.trail,
-        obstacles_xy=state.obstacles_xy,
-        params=params.costmap,
+    context = _context(
+        state, observation.pose, observation.view, params, follow_window(state, observation, params)
     )
+    if not context.whole and not can_follow(state, context):
+        context = _context(state, observation.pose, observation.view, params, None)
     state = _take_in_map(state, observation, context, params)
     turned_rad = max(0.0, wrap_angle(observation.pose.yaw_rad - before.yaw_rad))
     state, decision, events = _run_phase(state, context, turned_rad, params, exploration)
@@ -99,6 +100,23 @@ def step(
     if state.progress is not None and state.progress.backing_from is not None:
         decision = replace(decision, motion=Reverse())
     return state, decision
+
+
+def _context(
+    state: PlannerState,
+    pose: Pose2d,
+    view: SearchView,
+    params: PlannerParams,
+    window_xy: F64 | None,
+) -> PlanningContext:
+    return build_context(
+        pose,
+        view,
+        trail=state.trail,
+        obstacles_xy=state.obstacles_xy,
+        params=params.costmap,
+        window_xy=window_xy,
+    )
 
 
 def _advance_clock(state: PlannerState, observation: Observation) -> PlannerState:
@@ -132,7 +150,7 @@ def _take_in_map(
     state: PlannerState, observation: Observation, context: PlanningContext, params: PlannerParams
 ) -> PlannerState:
     """The state with the new detections; a map that was begun again resets what came from it."""
-    known_m2 = context.known_m2()
+    known_m2 = known_area_m2(observation.view) if observation.view is not None else 0.0
     if known_m2 < MAP_RESTART_FRACTION * state.known_m2:
         state = replace(
             state,
@@ -143,6 +161,8 @@ def _take_in_map(
         )
         return _apply(state, MapRestarted(), observation)
     state = replace(state, known_m2=known_m2)
+    if not context.whole:
+        return state
     return update_candidates(state, observation.detections, context, params.consensus)
 
 
@@ -163,6 +183,8 @@ def _run_phase(
         case LookingAround():
             motion = Rotate()
             event = select_candidate(state, context, params) or Rotated(turned_rad)
+        case Exploring() if not context.whole:
+            state, motion, goal_candidates = follow_goal(state, context, params)
         case Exploring():
             event = select_candidate(state, context, params)
             if event is None:

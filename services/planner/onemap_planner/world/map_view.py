@@ -55,13 +55,24 @@ class MapView:
         return inside
 
 
-def map_view_around(view: SearchView, robot_xy: F64) -> MapView:
+def known_area_m2(view: SearchView) -> float:
+    """Known area in square metres."""
+    known = int(np.count_nonzero(view.occupancy != Occupancy.UNKNOWN))
+    return known * view.grid.cell_size_m**2
+
+
+def map_view_around(view: SearchView, robot_xy: F64, window_xy: F64 | None = None) -> MapView:
     """The known part of the view, cropped or grown so that the robot (2,) metres is inside.
 
+    window_xy (2, 2): lowest and highest x and y, metres, outside of which nothing is needed.
     Maps come in tiles with many unknown cells; planning time depends on the known area only.
     """
     robot = view.grid.cells(robot_xy)
     source = _known_box(view, robot)
+    if window_xy is not None:
+        low, high = view.grid.cells(window_xy)
+        source = np.stack([np.maximum(source[0], low), np.minimum(source[1], high + 1)])
+        source[1] = np.maximum(source[0], source[1])
     lower = np.minimum(source[0], robot) - BORDER_CELLS
     upper = np.maximum(source[1], robot + 1) + BORDER_CELLS
     origin = lower + np.asarray(view.grid.origin_cell)

@@ -64,7 +64,7 @@ class FrontierExploration:
             if not is_blacklisted(state, goal, params.explore.blacklist_radius_m)
         ]
         if not goals:
-            return *_idle(state, context, params), candidates
+            return *_idle(state, params), candidates
         goal = self._choose(goals, state, context, params)
         motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
         active = _active(state, goal, params)
@@ -153,9 +153,7 @@ def _active(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveGoa
     return ActiveGoal(goal, state.active_time_s, budget_s, goal.look_xy)
 
 
-def _idle(
-    state: PlannerState, context: PlanningContext, params: PlannerParams
-) -> tuple[PlannerState, Motion, Event | None]:
+def _idle(state: PlannerState, params: PlannerParams) -> tuple[PlannerState, Motion, Event | None]:
     since_s = state.target_state.idle_since_s
     since_s = state.active_time_s if since_s is None else since_s
     target = replace(state.target_state, active_goal=None, idle_since_s=since_s)
@@ -165,4 +163,4 @@ def _idle(
     if not state.target_state.reconsidered:
         anew = replace(state, target_state=TargetState(reconsidered=True), blacklisted_frontiers=())
         return anew, Rest(), None
-    return state, Rest(), Exhausted(f"no frontier is left on {context.known_m2():.0f} m²")
+    return state, Rest(), Exhausted(f"no frontier is left on {state.known_m2:.0f} m²")
