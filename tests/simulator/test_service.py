@@ -16,7 +16,7 @@ from onemap_shared.transport import RemoteError
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.pose_noise import PoseNoiseParams
 from onemap_simulator.rendering.rgbd_camera import CameraParams
-from onemap_simulator.service import SimulatorWorker, build, check
+from onemap_simulator.service import SimulatorWorker, build, check, open_scene
 from tests.simulator.scenes import box_room
 
 CONFIG = SimulatorConfig(rgbd_hz=60, odometry_hz=200, camera=CameraParams(width=32, height=24))
@@ -167,3 +167,15 @@ def test_the_generated_apartment_is_shown() -> None:
     frame = first_frame(CONFIG)
     assert (frame.depth_mm > 0).mean() > 0.9  # closed all around; little lies beyond the range
     assert frame.rgb.std(axis=(0, 1)).min() > 5
+
+
+def test_the_configured_start_is_where_the_robot_stands() -> None:
+    x, y, _ = open_scene(CONFIG).start
+    moved = open_scene(CONFIG.model_copy(update={"start": (x + 0.1, y, 1.0)}))
+    assert moved.start == (x + 0.1, y, 1.0)
+
+
+def test_a_start_in_a_wall_or_outside_is_refused() -> None:
+    for start in ((1000.0, 0.0, 0.0), (-1000.0, 5.0, 0.0)):
+        with pytest.raises(ValueError, match="choose a place on its free floor"):
+            open_scene(CONFIG.model_copy(update={"start": start}))

@@ -27,6 +27,11 @@ class SimulatorConfig(Params):
         default="training",
         description="Distributions of a generated apartment; 'held out' was never trained on.",
     )
+    start: tuple[float, float, float] | None = Field(
+        default=None,
+        description="Where the robot starts: x and y in metres, heading in radians. Without it, "
+        "as the scene says: in a generated apartment in the middle of a room.",
+    )
     rgbd_hz: float = Field(
         default=8.0,
         gt=0,

@@ -12,7 +12,7 @@ import queue
 import threading
 import time
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -31,7 +31,7 @@ from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.missing_floor import MissingFloor
 from onemap_simulator.physics.pose_noise import noisy_pose
-from onemap_simulator.physics.robot import RobotState
+from onemap_simulator.physics.robot import RobotParams, RobotState
 from onemap_simulator.physics.simulation import Simulation
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import RgbdCamera
@@ -212,8 +212,22 @@ def open_scene(config: SimulatorConfig) -> Scene:
     """Generate the apartment of the seed and style, or read the scene's file; else ValueError."""
     check_scene(config.scene)
     if config.scene == APARTMENT:
-        return generate_apartment(config.seed, STYLES[config.style])
-    return load_scene(Path(config.scene))
+        scene = generate_apartment(config.seed, STYLES[config.style])
+    else:
+        scene = load_scene(Path(config.scene))
+    return scene if config.start is None else _with_start(scene, config.start, config.robot)
+
+
+def _with_start(scene: Scene, start: tuple[float, float, float], robot: RobotParams) -> Scene:
+    x, y, _ = start
+    clearance_m = CollisionMap.of(scene, robot.height_m).clearance_m(x, y)
+    if clearance_m < robot.radius_m:
+        raise ValueError(
+            f"simulator.start ({x:g}, {y:g}) is {clearance_m:.2f} m from an obstacle or outside of "
+            f"scene {scene.name!r}; the robot needs {robot.radius_m:g} m: choose a place on its "
+            "free floor"
+        )
+    return replace(scene, start=start)
 
 
 def check_scene(name: str) -> None:
