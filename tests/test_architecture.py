@@ -63,6 +63,7 @@ TALKS = {
     "onemap_tools.bench.commands": "reads the configuration",
     "onemap_tools.bench.fusion": "times",
     "onemap_tools.bench.navigation.benchmark": "times, in processes of its own",
+    "onemap_tools.bench.navigation.process_run": "runs the services",
     "onemap_tools.bench.perception": "times",
     "onemap_tools.bench.planning": "times",
     "onemap_tools.bench.scene": "times",

@@ -12,6 +12,7 @@ from onemap_shared.geometry import pose_2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
+    Heartbeat,
     MapRevision,
     Odometry,
     SearchView,
@@ -40,6 +41,18 @@ def test_the_trail_leaves_out_a_standing_robot() -> None:
     assert monitor.trail_m == ((0.0, 0.0), (0.1, 0.0), (0.2, 0.0))
     assert monitor.position_m == (0.2, 0.0)
     assert monitor.yaw_rad == pytest.approx(0.5)
+
+
+def test_contacts_are_those_of_the_simulators_newest_heartbeat() -> None:
+    router = MemoryRouter()
+    monitor = RunMonitor(router.bus())
+    simulator = router.bus().publish(keys.heartbeat("simulator"))
+    monitor.update(0.0)
+    assert monitor.contacts is None
+    for metrics in ({"collisions": 1.0}, {"collisions": 3.0}, {"rgbd_hz": 8.0}):
+        simulator.put(Heartbeat("simulator", "a", 1, 1, ready=True, metrics=metrics))
+    monitor.update(0.1)
+    assert monitor.contacts == 3
 
 
 def test_the_map_rate_counts_frames_since_the_restart() -> None:

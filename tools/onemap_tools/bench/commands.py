@@ -340,6 +340,9 @@ def navigation(
     a random start for objects that the seed draws from what the apartment has.
     The simulator's ground truth judges success as Habitat does; intervals are
     95 % bootstrap intervals. The same command gives the same result but for wall_s.
+
+    onemap_processes is onemap over the real services in real time, with --features
+    mini: a check of the simulated time, on a machine that does nothing else.
     """
     with _cli_errors("demo"):
         from onemap_tools.bench.navigation import benchmark

@@ -198,6 +198,7 @@ def _search(
         search_s=search_s,
         map_rate_hz=monitor.map_rate_hz,
         failure=failure or _failure_reason(handle.report),
+        contacts=monitor.contacts,
     )
 
 

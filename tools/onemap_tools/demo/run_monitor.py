@@ -6,7 +6,13 @@ import time
 from typing import TypeVar
 
 from onemap_shared.geometry import yaw_of
-from onemap_shared.keys import MAP_REVISION, MAP_SEARCH_VIEW, ROBOT_ODOMETRY, ROBOT_TRUTH
+from onemap_shared.keys import (
+    MAP_REVISION,
+    MAP_SEARCH_VIEW,
+    ROBOT_ODOMETRY,
+    ROBOT_TRUTH,
+    heartbeat,
+)
 from onemap_shared.messages import MapRevision, SearchView, SearchViewRequest, Truth, TruthRequest
 from onemap_shared.rates import mean_rate_hz
 from onemap_shared.trail import PointM, extended
@@ -21,17 +27,22 @@ TRUTH_S = 10.0  # long enough for a busy machine to answer
 
 
 class RunMonitor:
-    """Collects odometry and map revisions; call ``update`` several times a second."""
+    """Collects odometry, map revisions and contacts; call ``update`` several times a second.
+
+    contacts: those above 0.05 m/s that the simulator has counted; None before its first heartbeat.
+    """
 
     def __init__(self, bus: Bus) -> None:
         self._bus = bus
         self._odometry = bus.subscribe(ROBOT_ODOMETRY, QUEUE)
         self._revisions = bus.subscribe(MAP_REVISION, QUEUE)
+        self._heartbeats = bus.subscribe(heartbeat("simulator"), QUEUE)
         self._counts: list[int] = []
         self._times_s: list[float] = []
         self.trail_m: tuple[PointM, ...] = ()
         self.yaw_rad = 0.0
         self.revision: MapRevision | None = None
+        self.contacts: int | None = None
 
     def update(self, now_s: float) -> None:
         """Take the messages since the last update; ``now_s`` on a monotonic clock."""
@@ -39,6 +50,9 @@ class RunMonitor:
             x, y = (float(value) for value in odometry.T_map_body[:2, 3])
             self.yaw_rad = yaw_of(odometry.T_map_body)
             self.trail_m = extended(self.trail_m, (x, y), step_m=TRAIL_STEP_M)
+        for beat in waiting(self._heartbeats):
+            if "collisions" in beat.metrics:
+                self.contacts = int(beat.metrics["collisions"])
         for revision in waiting(self._revisions):
             self.revision = revision
         if self.revision is not None:

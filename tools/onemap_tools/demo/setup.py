@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -42,7 +42,8 @@ UNINFORMATIVE = STRUCTURE | {"picture", "lamp"}
 class DemoOptions:
     """The options of the command line. Without ``objects`` the demo chooses them.
 
-    ``film``: where an animation of the search is written; None: nowhere.
+    ``film``: where an animation of the search is written; None: nowhere. ``settings``: of the
+    configuration's sections, above the environment's.
     """
 
     seed: int
@@ -53,6 +54,7 @@ class DemoOptions:
     folder: Path
     time_limit_s: float
     film: Path | None = None
+    settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,8 +160,9 @@ def demo_sections(
     }
     if options.scene is not None:
         fixed["simulator"]["scene"] = str(options.scene.resolve())
-    for name, values in fixed.items():
-        sections[name] = {**sections.get(name, {}), **values}
+    for part in (options.settings, fixed):
+        for name, values in part.items():
+            sections[name] = {**sections.get(name, {}), **values}
     return sections
 
 

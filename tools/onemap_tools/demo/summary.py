@@ -79,7 +79,8 @@ class DemoSummary:
     """The result of a demo run.
 
     ``wanted``: all objects to search for, in order. ``failure``: why the run ended early, empty
-    if it did not; "trouble" in the JSON document.
+    if it did not; "trouble" in the JSON document. ``contacts``: above 0.05 m/s, as the simulator
+    counted them; None if it did not say.
     """
 
     wanted: tuple[str, ...]
@@ -88,6 +89,7 @@ class DemoSummary:
     search_s: float
     map_rate_hz: float
     failure: str = ""
+    contacts: int | None = None
 
     @property
     def found(self) -> int:
@@ -145,6 +147,7 @@ class DemoSummary:
             "duration_s": round(self.duration_s, 2),
             "search_s": round(self.search_s, 2),
             "map_rate_hz": json_value(self.map_rate_hz),
+            "contacts": self.contacts,
             "trouble": self.failure,
         }
 

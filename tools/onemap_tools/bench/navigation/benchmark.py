@@ -21,6 +21,7 @@ from onemap_tools.bench.navigation.episodes import apartment_seeds
 from onemap_tools.bench.navigation.metrics import estimates, summary
 from onemap_tools.bench.navigation.page import picture_name
 from onemap_tools.bench.navigation.picture import episode_picture
+from onemap_tools.bench.navigation.process_run import run_in_processes
 from onemap_tools.bench.navigation.records import EpisodeRecord, episode_record
 from onemap_tools.bench.navigation.results_folder import ResultsFolder, read_beside
 from onemap_tools.cli.floor_plan import write_png
@@ -43,7 +44,12 @@ class NavigationOptions:
     config: Path | None = None
 
     def setups(self) -> tuple[EpisodeSetup, ...]:
-        """One per episode."""
+        """One per episode; ValueError if method and features do not go together."""
+        in_processes = self.method is Method.ONEMAP_PROCESSES
+        if in_processes and self.features is not Features.MINI:
+            raise ValueError(
+                f"--method {self.method.value} runs the real perception: give --features mini"
+            )
         seeds = apartment_seeds(self.seed, self.episodes, self.apartments)
         return tuple(
             EpisodeSetup(
@@ -147,7 +153,8 @@ def timed_episode(setup: EpisodeSetup, pictures: Path | None) -> EpisodeRecord:
     """Run an episode on one core, with its time in seconds, and write its picture."""
     torch.set_num_threads(1)
     started_s = time.perf_counter()
-    record = run_episode(setup)
+    in_processes = setup.method is Method.ONEMAP_PROCESSES
+    record = run_in_processes(setup) if in_processes else run_episode(setup)
     if pictures is not None:
         simulator = setup.config.simulator
         image = episode_picture(record, simulator.style, simulator.robot)

@@ -15,6 +15,7 @@ class Method(str, Enum):
     NEAREST_FRONTIER = "nearest_frontier"
     INFORMATION_GAIN = "information_gain"
     ORACLE = "oracle"
+    ONEMAP_PROCESSES = "onemap_processes"
 
 
 class Features(str, Enum):

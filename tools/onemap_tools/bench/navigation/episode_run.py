@@ -65,7 +65,19 @@ class FrameCounts:
 
 
 def run_episode(setup: EpisodeSetup) -> EpisodeRecord:
-    """Run the episode; ``wall_s`` stays 0."""
+    """Run the episode in simulated time; ``wall_s`` stays 0."""
+    scene, truth, episode = drawn_episode(setup)
+    record = EpisodeRecord(setup.index, episode.seed, episode.start, (), 0, 0.0, (), 0.0)
+    if setup.method is Method.ORACLE:
+        speed_mps = setup.config.planner.drive.max_linear_mps
+        objects, trajectory = oracle_objects(truth, episode, speed_mps)
+        time_s = sum(item.time_s for item in objects)
+        return replace(record, objects=objects, trajectory=trajectory, simulated_s=time_s)
+    return _search(replace(scene, start=episode.start), truth, episode, setup, record)
+
+
+def drawn_episode(setup: EpisodeSetup) -> tuple[Scene, SceneTruth, NavigationEpisode]:
+    """The apartment of the setup, its ground truth, and what to do in it."""
     simulator = setup.config.simulator
     scene = generate_apartment(simulator.seed, STYLES[simulator.style])
     robot = simulator.robot
@@ -83,13 +95,7 @@ def run_episode(setup: EpisodeSetup) -> EpisodeRecord:
         radius_m=robot.radius_m,
         height_m=robot.height_m,
     )
-    record = EpisodeRecord(setup.index, simulator.seed, episode.start, (), 0, 0.0, (), 0.0)
-    if setup.method is Method.ORACLE:
-        speed_mps = setup.config.planner.drive.max_linear_mps
-        objects, trajectory = oracle_objects(truth, episode, speed_mps)
-        time_s = sum(item.time_s for item in objects)
-        return replace(record, objects=objects, trajectory=trajectory, simulated_s=time_s)
-    return _search(replace(scene, start=episode.start), truth, episode, setup, record)
+    return scene, truth, episode
 
 
 def _search(
@@ -170,7 +176,7 @@ def _judged(
     search: Search, truth: SceneTruth, episode: NavigationEpisode, counts: FrameCounts
 ) -> list[ObjectRecord]:
     """The records of all objects; those that the search did not come to are not found."""
-    missing = [_not_sought(name) for name in episode.objects[len(search.results) :]]
+    missing = [not_sought(name) for name in episode.objects[len(search.results) :]]
     records = []
     for result in (*search.results, *missing):
         judged = evaluate_result(
@@ -222,7 +228,8 @@ def is_timeout(reason: str) -> bool:
     return "the limit" in reason or reason == "the time was over"
 
 
-def _not_sought(name: str) -> ObjectResult:
+def not_sought(name: str) -> ObjectResult:
+    """The result for an object that the search did not come to."""
     return ObjectResult(name, SearchState.NOT_FOUND, "the time was over", (), 0.0, 0.0, 0.0, (), ())
 
 
