@@ -114,6 +114,7 @@ FILES = {
     "onemap_simulator.scene.corrections": "the YAML beside a scene",
     "onemap_simulator.scene.scene_file": "scenes",
     "onemap_shared.config": "the configuration",
+    "onemap_tools.bench.habitat.episode_files": "episodes",
     "onemap_tools.bench.navigation.results_folder": "results",
     "onemap_tools.bench.perception": "results",
     "onemap_tools.bench.place_labels": "labels",

@@ -1,0 +1,116 @@
+"""Files and folders of episodes: order, goals, limits."""
+
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+
+import pytest
+
+from onemap_tools.bench.habitat import episode_files
+from onemap_tools.bench.habitat.episode_files import read_episodes
+from tests.tools.bench.habitat.files import (
+    SCENE_V1,
+    SCENE_V2,
+    index_file,
+    multi_object,
+    objectnav,
+    write,
+)
+
+
+@pytest.fixture
+def split(tmp_path: Path) -> Path:
+    """A split as Habitat lays it out: an index and a file per scene."""
+    folder = tmp_path / "objectnav" / "val"
+    write(folder / "content" / "TEEsavR23oF.json.gz", objectnav(SCENE_V1, "chair", "bed"))
+    write(folder / "content" / "HaxA7YrQdEC.json.gz", objectnav(SCENE_V2, "bed", "sofa"))
+    write(folder / "val.json.gz", index_file())
+    return folder
+
+
+@pytest.fixture
+def sequences(tmp_path: Path) -> Path:
+    """The paper's episodes: a folder per scene."""
+    folder = tmp_path / "multiobject_episodes"
+    two = multi_object(SCENE_V2, ["bed", "sofa"], ["sofa", "bed"])
+    write(folder / "00801-HaxA7YrQdEC" / "HaxA7YrQdEC_episodes.json.gz", two)
+    one = multi_object(SCENE_V1, ["chair", "bed", "chair"])
+    write(folder / "00800-TEEsavR23oF" / "TEEsavR23oF_episodes.json.gz", one)
+    return folder
+
+
+def test_a_split_is_its_index_its_folder_or_its_content(split: Path) -> None:
+    for path in (split / "val.json.gz", split, split / "content"):
+        episodes = read_episodes(path, None, None).episodes
+        assert [each.index for each in episodes] == [0, 1, 2, 3]
+        assert [each.objects[0] for each in episodes] == ["bed", "sofa", "chair", "bed"]
+    alone = read_episodes(split / "content" / "TEEsavR23oF.json.gz", None, None)
+    assert [each.objects[0] for each in alone.episodes] == ["chair", "bed"]
+
+
+def test_a_whole_dataset_in_one_file_is_read_beside_a_content_folder(split: Path) -> None:
+    whole = write(split / "mini.json.gz", objectnav(SCENE_V1, "chair"))
+    assert len(read_episodes(whole, None, None).episodes) == 1
+
+
+def test_no_more_files_are_opened_than_the_count_needs(split: Path) -> None:
+    (split / "content" / "TEEsavR23oF.json.gz").write_bytes(b"damaged")
+    assert len(read_episodes(split, None, 1).episodes) == 1
+    assert len(read_episodes(split, None, 2).episodes) == 2
+    with pytest.raises(ValueError, match=r"TEEsavR23oF\.json\.gz is not readable as gzip"):
+        read_episodes(split, None, 3)
+
+
+def test_sequences_get_their_goals_from_the_episodes_of_single_objects(
+    split: Path, sequences: Path
+) -> None:
+    write(split / "content" / "OtherScene.json.gz", {"episodes": "not looked at"})
+    found = read_episodes(sequences, split / "content", None)
+    assert [each.index for each in found.episodes] == [0, 1, 2]
+    assert [len(each.objects) for each in found.episodes] == [3, 2, 2]  # 00800 comes first
+    assert len(found.goals["TEEsavR23oF.basis.glb", "chair"].view_points) == 4
+    with pytest.raises(ValueError, match="give the ObjectNav episodes of the same scenes with"):
+        read_episodes(sequences, None, None)
+
+
+def test_goals_may_come_from_one_file_of_any_name(split: Path, sequences: Path) -> None:
+    goals = split / "content" / "TEEsavR23oF.json.gz"
+    other = goals.rename(split / "all.json.gz")
+    assert len(read_episodes(sequences, other, 1).episodes) == 1
+
+
+def test_what_cannot_be_read_is_refused_in_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(ValueError, match="there is no file or folder"):
+        read_episodes(tmp_path / "absent", None, None)
+    with pytest.raises(ValueError, match=r"holds 0 files \*\.json\.gz; 1 to 2000 are read"):
+        read_episodes(tmp_path, None, None)
+    file = write(tmp_path / "a.json.gz", index_file())
+    with pytest.raises(ValueError, match="holds no episode"):
+        read_episodes(file, None, None)
+    whole = file.read_bytes()
+    file.write_bytes(whole[:-12])
+    with pytest.raises(ValueError, match="not readable as gzip"):
+        read_episodes(file, None, None)
+    file.write_bytes(gzip.compress(b"[" * 100_000))
+    with pytest.raises(ValueError, match="not readable as JSON"):
+        read_episodes(file, None, None)
+    file.write_bytes(gzip.compress(b"{"))
+    with pytest.raises(ValueError, match="not readable as JSON"):
+        read_episodes(file, None, None)
+    monkeypatch.setattr(episode_files, "MAX_FILE_BYTES", 10)
+    with pytest.raises(ValueError, match=r"has \d+ bytes; at most 10 are read"):
+        read_episodes(file, None, None)
+
+
+def test_a_file_that_unpacks_without_end_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(episode_files, "MAX_JSON_BYTES", 1_000_000)
+    bomb = tmp_path / "bomb.json.gz"
+    bomb.write_bytes(gzip.compress(b" " * 20_000_000))
+    assert bomb.stat().st_size < 100_000
+    with pytest.raises(ValueError, match="unpacks to more than 1000000 bytes: it is not read"):
+        read_episodes(bomb, None, None)
