@@ -62,6 +62,7 @@ TALKS = {
     "onemap_tools.bench.claims": "times, in processes of its own",
     "onemap_tools.bench.commands": "reads the configuration",
     "onemap_tools.bench.fusion": "times",
+    "onemap_tools.bench.habitat.lockstep_robot": "a bus inside one process",
     "onemap_tools.bench.habitat.robot": "a robot on the bus",
     "onemap_tools.bench.navigation.benchmark": "times, in processes of its own",
     "onemap_tools.bench.navigation.process_run": "runs the services",

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -36,7 +37,7 @@ from onemap_planner.policy.step import step
 from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Destination, Search, Starting
 from onemap_planner.search.state_machine import new_search
-from onemap_shared.geometry import Velocity2d, yaw_of
+from onemap_shared.geometry import F64, Velocity2d, yaw_of
 from onemap_shared.messages import Detections, FeatureField, RgbdFrame, SearchView
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
@@ -80,6 +81,35 @@ class PerceptionPipeline:
         """The frame's features and variances, as perception publishes them."""
         features = self.encoder.encode(frame.rgb)
         return feature_field(frame, features, self.encoder, self._variance)
+
+
+class Robot(Protocol):
+    """A robot whose time is an argument, in seconds."""
+
+    @property
+    def xy(self) -> tuple[float, float]:
+        """True position in the map, metres."""
+
+    @property
+    def collided(self) -> bool:
+        """Whether an obstacle stopped it during the last ``advance``."""
+
+    @property
+    def contacts(self) -> int:
+        """How often an obstacle stopped it from above the speed of a contact."""
+
+    @property
+    def edges_crossed(self) -> int:
+        """How often it came over a place without floor."""
+
+    def advance(self, command: Velocity2d, before_s: float, now_s: float) -> None:
+        """Move until ``now_s`` under a command received at ``before_s``."""
+
+    def odometry(self) -> F64:
+        """T_map_body (4, 4) as odometry reports it."""
+
+    def frame(self, now_s: float) -> RgbdFrame:
+        """The camera's frame at ``now_s``."""
 
 
 class SimulatedRobot:
@@ -163,11 +193,11 @@ FrameWatch = Callable[[RgbdFrame, Detections], None]
 
 
 class LockstepSimulation:
-    """One robot that searches in one scene."""
+    """One robot that searches in one scene, or a given robot wherever it is."""
 
     def __init__(
         self,
-        scene: Scene,
+        scene: Scene | Robot,
         config: SystemConfig,
         perception: PerceptionPipeline,
         *,
@@ -175,7 +205,9 @@ class LockstepSimulation:
         renderer: SceneRenderer | None = None,
         watch: FrameWatch | None = None,
     ) -> None:
-        self.robot = SimulatedRobot(scene, config.simulator, renderer)
+        self.robot: Robot = (
+            SimulatedRobot(scene, config.simulator, renderer) if isinstance(scene, Scene) else scene
+        )
         self.belief = BeliefMap(config.mapper)
         self.state: PlannerState | None = None
         self._config, self._perception = config, perception
