@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+import ast
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Odometry, RgbdFrame, VelocityCommand
 from onemap_tools.bench.habitat.params import HabitatRobotParams
 from onemap_tools.bench.habitat.robot import HabitatRobot, PlanarPose, after, measured_mm
-from tests.structure import ROOT, modules
+from tests.structure import ROOT
 from tests.tools.bench.habitat.fake_world import FLOOR_Y_M, FakeWorld
 
 PARAMS = HabitatRobotParams(width=16, height=16)
@@ -140,12 +140,13 @@ def test_depth_out_of_range_is_no_return() -> None:
     assert measured_mm(depth, 0.5, 5.0).tolist() == [[0, 0, 500, 5000, 0, 0, 0]]
 
 
-def test_in_habitat_s_environment_nothing_of_onemap_is_needed_but_shared() -> None:
-    folder = "onemap_tools.bench.habitat."
-    adapter = {folder + name for name in ("coordinates", "params", "world", "habitat_world")}
-    adapter.add(folder + "robot")
-    known = {module.name: module for module in modules(Path(ROOT))}
-    for name in adapter:
-        ours = {top for top, _ in known[name].imports if top.startswith("onemap")}
-        foreign = {top for top in ours if not top.startswith("onemap_shared.")}
-        assert {each for each in foreign if not any(each.startswith(a) for a in adapter)} == set()
+@pytest.mark.parametrize("name", ["coordinates", "params", "world", "habitat_world", "robot"])
+def test_in_habitat_s_environment_nothing_of_onemap_is_needed_but_shared(name: str) -> None:
+    path = ROOT / "tools" / "onemap_tools" / "bench" / "habitat" / f"{name}.py"
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    modules = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    ours = [each for each in modules if each.startswith("onemap")]
+    allowed = ("onemap_shared.", "onemap_tools.bench.habitat.")
+    assert [each for each in ours if not each.startswith(allowed)] == []
+    siblings = {each.rpartition(".")[2] for each in ours if each.startswith(allowed[1])}
+    assert siblings <= {"coordinates", "params", "world"}

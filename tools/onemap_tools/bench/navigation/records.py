@@ -52,7 +52,7 @@ class ObjectRecord:
 class EpisodeRecord:
     """One episode. start: x, y, yaw; trajectory: true positions in metres, one per frame;
     contacts: above 0.05 m/s, counted by the simulator; wall_s is the only value that differs
-    between two runs."""
+    between two runs; scene: where it ran, empty for the apartment of the seed."""
 
     index: int
     seed: int
@@ -62,6 +62,7 @@ class EpisodeRecord:
     simulated_s: float
     trajectory: tuple[tuple[float, float], ...]
     wall_s: float
+    scene: str = ""
 
     @property
     def progress(self) -> int:

@@ -27,7 +27,8 @@ TITLES = {
 def episode_line(episode: EpisodeRecord) -> str:
     """One episode as a line of text."""
     objects = "; ".join(_object(item) for item in episode.objects)
-    return f"apartment {episode.seed}, {episode.simulated_s:.0f} s: {objects}"
+    where = episode.scene or f"apartment {episode.seed}"
+    return f"{where}, {episode.simulated_s:.0f} s: {objects}"
 
 
 def _object(item: ObjectRecord) -> str:
