@@ -17,6 +17,10 @@ STYLE = (
     "table{border-collapse:collapse}td,th{padding:.15em 1em .15em 0;text-align:left}"
     "figure{margin:2em 0}img{max-width:100%;border:1px solid #ccc}"
 )
+LEGEND = (
+    "<p>Red: the start. The path to the first object is blue, to the second green, to the third "
+    "orange, then again from blue.</p>"
+)
 
 
 def picture_name(index: int) -> str:
@@ -25,7 +29,8 @@ def picture_name(index: int) -> str:
 
 
 def page_html(result: Mapping[str, Any], episodes: Sequence[EpisodeRecord]) -> str:
-    """The page; pictures are files beside it."""
+    """The page; pictures of apartments are files beside it, a run that is ``about`` another
+    world has none."""
     heading = f"{result['method']}, {result['features']} features"
     rows = "".join(
         f"<tr><td>{html_text(title(name))}</td><td>{Estimate(**values)}</td></tr>"
@@ -35,22 +40,29 @@ def page_html(result: Mapping[str, Any], episodes: Sequence[EpisodeRecord]) -> s
         f"<tr><td>{html_text(reason)}</td><td>{count}</td></tr>"
         for reason, count in result["failures"].items()
     )
-    figures = "".join(
-        f'<figure><img loading="lazy" src="{picture_name(each.index)}" alt="trajectory">'
-        f"<figcaption>{html_text(episode_line(each))}</figcaption></figure>"
-        for each in episodes
-    )
+    figures = "".join(_figure(each, has_picture=not result.get("about")) for each in episodes)
     return (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{html_text(heading)}</title>'
         f"<style>{STYLE}</style><h1>{html_text(heading)}</h1>"
-        f"<p>{result['episodes']} episodes of {result['objects_per_episode']} objects, "
-        f"apartments from seed {result['seed']} ({result['apartments']}, {result['style']}). "
+        f"<p>{html_text(result.get('about') or _about(result))} "
         "Values with 95 % bootstrap intervals over episodes.</p>"
         f"<table>{rows}</table><h2>SPL by position</h2>{spl_plot(metrics_by_method(result))}"
         f"{_comparison(result)}<h2>Failures</h2><table>{failures}</table>"
-        "<h2>Episodes</h2><p>Red: the start. The path to the first object is blue, to the second "
-        f"green, to the third orange, then again from blue.</p>{figures}</html>\n"
+        f"<h2>Episodes</h2>{'' if result.get('about') else LEGEND}{figures}</html>\n"
     )
+
+
+def _about(result: Mapping[str, Any]) -> str:
+    return (
+        f"{result['episodes']} episodes of {result['objects_per_episode']} objects, "
+        f"apartments from seed {result['seed']} ({result['apartments']}, {result['style']})."
+    )
+
+
+def _figure(episode: EpisodeRecord, *, has_picture: bool) -> str:
+    picture = f'<img loading="lazy" src="{picture_name(episode.index)}" alt="trajectory">'
+    caption = html_text(episode_line(episode))
+    return f"<figure>{picture * has_picture}<figcaption>{caption}</figcaption></figure>"
 
 
 def _comparison(result: Mapping[str, Any]) -> str:
