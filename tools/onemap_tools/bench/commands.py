@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from onemap_tools.bench.habitat.command import app as habitat_app
 from onemap_tools.bench.navigation.choices import Apartments, Features, Method
 from onemap_tools.cli.options import Config, Json
 from onemap_tools.cli.terminal import print_json
@@ -17,6 +18,7 @@ from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError
 
 PANEL = "Look deeper"
 app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")
+app.add_typer(habitat_app)  # without a name of its own: a command beside the others
 
 
 class Backend(str, Enum):
