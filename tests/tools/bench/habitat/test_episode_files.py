@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from onemap_tools.bench.habitat import episode_files
-from onemap_tools.bench.habitat.episode_files import read_episodes
+from onemap_tools.bench.habitat.episode_files import read_episode, read_episodes
 from tests.tools.bench.habitat.files import (
     SCENE_V1,
     SCENE_V2,
@@ -72,6 +72,13 @@ def test_sequences_get_their_goals_from_the_episodes_of_single_objects(
     assert len(found.goals["TEEsavR23oF.basis.glb", "chair"].view_points) == 4
     with pytest.raises(ValueError, match="give the ObjectNav episodes of the same scenes with"):
         read_episodes(sequences, None, None)
+
+
+def test_one_episode_needs_no_goals(sequences: Path) -> None:
+    third = read_episode(sequences, 2)
+    assert (third.index, third.objects) == (2, ("sofa", "bed"))
+    with pytest.raises(ValueError, match="holds 3 episodes: there is no number 3, they begin at 0"):
+        read_episode(sequences, 3)
 
 
 def test_goals_may_come_from_one_file_of_any_name(split: Path, sequences: Path) -> None:

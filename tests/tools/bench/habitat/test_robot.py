@@ -38,7 +38,7 @@ class Harness:
         start_s, steps = self.robot._now_s, round(seconds * 20)
         for n in range(steps):
             self.command(linear, angular)
-            self.robot.obey(start_s + n / 20)
+            self.robot.obey(self.robot.received(), start_s + n / 20)
             self.robot.advance(start_s + (n + 1) / 20)
         return self.odometry()
 
@@ -92,14 +92,14 @@ def test_speeds_are_limited() -> None:
 def test_a_command_that_expired_stops_it() -> None:
     harness = Harness()
     harness.command(0.5, validity_ms=100)
-    harness.robot.obey(0.0)
-    harness.robot.obey(0.0)  # nothing new: the command stays
+    harness.robot.obey(harness.robot.received(), 0.0)
+    harness.robot.obey(harness.robot.received(), 0.0)  # nothing new: the command stays
     harness.robot.advance(0.5)
     odometry = harness.odometry()
     assert odometry.T_map_body[0, 3] == pytest.approx(0.05)
     assert odometry.linear_mps == 0.0
     harness.command(0.5, validity_ms=9000)  # the deadman limit is shorter
-    harness.robot.obey(0.5)
+    harness.robot.obey(harness.robot.received(), 0.5)
     harness.robot.advance(1.4)
     assert harness.odometry().T_map_body[0, 3] == pytest.approx(0.05 + 0.5 * 0.3)
 
@@ -108,7 +108,7 @@ def test_a_pause_is_not_caught_up_with_for_long() -> None:
     harness = Harness()
     harness.robot.advance(100.0)
     harness.command(0.5)
-    harness.robot.obey(100.0)
+    harness.robot.obey(harness.robot.received(), 100.0)
     harness.robot.advance(100.1)
     assert harness.odometry().T_map_body[0, 3] == pytest.approx(0.05)
 
@@ -140,7 +140,11 @@ def test_depth_out_of_range_is_no_return() -> None:
     assert measured_mm(depth, 0.5, 5.0).tolist() == [[0, 0, 500, 5000, 0, 0, 0]]
 
 
-@pytest.mark.parametrize("name", ["coordinates", "params", "world", "habitat_world", "robot"])
+ADAPTER = {"coordinates", "params", "world", "habitat_world", "robot", "live", "__main__"}
+ADAPTER |= {"episode_layout", "episode_files"}
+
+
+@pytest.mark.parametrize("name", sorted(ADAPTER))
 def test_in_habitat_s_environment_nothing_of_onemap_is_needed_but_shared(name: str) -> None:
     path = ROOT / "tools" / "onemap_tools" / "bench" / "habitat" / f"{name}.py"
     tree = ast.parse(path.read_text(encoding="utf-8"))
@@ -149,4 +153,4 @@ def test_in_habitat_s_environment_nothing_of_onemap_is_needed_but_shared(name: s
     allowed = ("onemap_shared.", "onemap_tools.bench.habitat.")
     assert [each for each in ours if not each.startswith(allowed)] == []
     siblings = {each.rpartition(".")[2] for each in ours if each.startswith(allowed[1])}
-    assert siblings <= {"coordinates", "params", "world"}
+    assert siblings <= ADAPTER

@@ -63,6 +63,17 @@ def read_episodes(path: Path, goals: Path | None, count: int | None) -> EpisodeS
     return EpisodeSet(tuple(episodes), known)
 
 
+def read_episode(path: Path, index: int) -> HabitatEpisode:
+    """The episode of an index, for which no goals need be known; ValueError with one sentence."""
+    before = 0
+    for file in episode_files(path):
+        episodes = read_file(file).episodes
+        if index < before + len(episodes):
+            return replace(episodes[index - before], index=index)
+        before += len(episodes)
+    raise ValueError(f"{path} holds {before} episodes: there is no number {index}, they begin at 0")
+
+
 def _goals_for(episodes: Iterable[HabitatEpisode], path: Path) -> GoalsOfScene:
     """Goals of the episodes' scenes; files that are named after other scenes are not opened."""
     wanted = {PurePosixPath(episode.scene).name.split(".")[0] for episode in episodes}

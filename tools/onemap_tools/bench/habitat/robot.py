@@ -13,7 +13,7 @@ import numpy as np
 
 from onemap_shared.geometry import F32, F64, U16, Velocity2d, wrap_angle, yaw_of
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD
-from onemap_shared.messages import Odometry, RgbdFrame
+from onemap_shared.messages import Odometry, RgbdFrame, VelocityCommand
 from onemap_shared.transport import Bus
 from onemap_tools.bench.habitat.coordinates import (
     Point,
@@ -63,9 +63,12 @@ class HabitatRobot:
         """True T_map_body (4, 4)."""
         return body_pose(*self._world.pose, self.floor_y_m)
 
-    def obey(self, now_s: float, timeout_s: float = 0.0) -> None:
-        """Follow a command that has arrived, or arrives within ``timeout_s``, from ``now_s`` on."""
-        command = self._commands.take(timeout_s)
+    def received(self, timeout_s: float = 0.0) -> VelocityCommand | None:
+        """The newest command; None if none arrives within ``timeout_s``."""
+        return self._commands.take(timeout_s)
+
+    def obey(self, command: VelocityCommand | None, now_s: float) -> None:
+        """Follow a command that arrived at ``now_s``; None leaves the last one in force."""
         if command is None:
             return
         p = self._params
