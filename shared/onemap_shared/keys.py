@@ -47,6 +47,7 @@ class Procedure(Generic[Q, R]):
 
 ROBOT_RGBD = Topic("robot/rgbd/v1", m.RgbdFrame, Delivery.FRAME)
 ROBOT_ODOMETRY = Topic("robot/odometry/v1", m.Odometry)
+ROBOT_POSE_GRAPH = Topic("robot/pose_graph/v1", m.PoseGraph, latched=True)
 ROBOT_CMD_VEL = Topic("robot/cmd_vel/v1", m.VelocityCommand, Delivery.COMMAND)
 ROBOT_TRUTH = Procedure("robot/truth/v1", m.TruthRequest, m.Truth)
 

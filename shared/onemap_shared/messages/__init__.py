@@ -64,7 +64,13 @@ from onemap_shared.messages.perception import (
     TextEmbeddings,
     TextRequest,
 )
-from onemap_shared.messages.robot import Odometry, RgbdFrame, VelocityCommand
+from onemap_shared.messages.robot import (
+    MAX_KEYFRAMES,
+    Odometry,
+    PoseGraph,
+    RgbdFrame,
+    VelocityCommand,
+)
 from onemap_shared.messages.search import (
     FINAL_STATES,
     MAX_OBJECTS,
@@ -83,6 +89,7 @@ from onemap_shared.messages.search import (
 __all__ = [
     "FINAL_STATES",
     "MAX_FILE_TEXT_CHARS",
+    "MAX_KEYFRAMES",
     "MAX_LISTED_MAPS",
     "MAX_LISTED_OBJECTS",
     "MAX_OBJECTS",
@@ -110,6 +117,7 @@ __all__ = [
     "Odometry",
     "PicturedObject",
     "PlannedPath",
+    "PoseGraph",
     "RgbdFrame",
     "SavedMap",
     "SearchId",

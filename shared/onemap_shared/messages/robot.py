@@ -1,4 +1,4 @@
-"""Messages of a robot: RGB-D frames, odometry, velocity commands."""
+"""Messages of a robot: RGB-D frames, odometry, corrected poses, velocity commands."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F64, U8, U16, check_rigid
+from onemap_shared.geometry import F64, I64, U8, U16, check_rigid
 from onemap_shared.messages.checks import expect
+
+MAX_KEYFRAMES = 1024  # of one pose graph: 256 kB, which take 50 ms to check
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +59,46 @@ class Odometry:
 
     def __post_init__(self) -> None:
         check_rigid(self.T_map_body, "T_map_body")
+
+
+@dataclass(frozen=True, slots=True)
+class PoseGraph:
+    """Where the robot was, as SLAM says after a correction. Replaces the graph before it.
+
+    A graph without keyframes corrects nothing: it announces that corrections will follow, so that
+    the mapper keeps what it needs for them.
+
+    Attributes:
+        sequence: counts these messages.
+        stamp_ns: the last moment whose pose was published uncorrected; frames that were captured
+            later carry corrected poses.
+        keyframe_stamps_ns: (N,) times of the keyframes, strictly ascending, at most 1024.
+        T_map_body_published: (N, 4, 4) pose of the body, or of anything fixed to it, at these
+            times, as it was published with the frames then.
+        T_map_body: (N, 4, 4) the same pose as it is known now.
+    """
+
+    sequence: int
+    stamp_ns: int
+    keyframe_stamps_ns: I64
+    T_map_body_published: F64
+    T_map_body: F64
+
+    def __post_init__(self) -> None:
+        expect(self.keyframe_stamps_ns, "keyframe_stamps_ns", np.int64, (None,))
+        count = len(self.keyframe_stamps_ns)
+        if count > MAX_KEYFRAMES:
+            raise ValueError(
+                f"the pose graph has {count} keyframes; the limit is {MAX_KEYFRAMES}: leave out "
+                "every second one, corrections in between are interpolated"
+            )
+        if (np.diff(self.keyframe_stamps_ns) <= 0).any():
+            raise ValueError("keyframe_stamps_ns must be strictly ascending")
+        for name in ("T_map_body_published", "T_map_body"):
+            poses = getattr(self, name)
+            expect(poses, name, np.float64, (count, 4, 4))
+            for index, pose in enumerate(poses):
+                check_rigid(pose, f"{name}[{index}]")
 
 
 @dataclass(frozen=True, slots=True)

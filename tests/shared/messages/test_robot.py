@@ -7,7 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from onemap_shared.messages import Odometry, RgbdFrame, VelocityCommand
+from onemap_shared.messages import (
+    MAX_KEYFRAMES,
+    Odometry,
+    PoseGraph,
+    RgbdFrame,
+    VelocityCommand,
+)
 from tests.shared.messages.broken import assert_refused
 
 MIRRORED = np.diag([1.0, 1.0, -1.0, 1.0])
@@ -38,3 +44,23 @@ def test_a_mirrored_pose_is_refused() -> None:
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
 def test_a_velocity_that_is_not_finite_is_refused(field: str, value: float) -> None:
     assert_refused(VelocityCommand, "velocity is NaN or infinite", **{field: value})
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"keyframe_stamps_ns": np.array([5, 5])}, "strictly ascending"),
+        ({"keyframe_stamps_ns": np.array([5])}, "T_map_body_published has shape"),
+        ({"T_map_body": np.stack([np.eye(4), MIRRORED])}, r"T_map_body\[1\].*reflection"),
+        ({"keyframe_stamps_ns": np.arange(MAX_KEYFRAMES + 1)}, "1025 keyframes; the limit is 1024"),
+    ],
+)
+def test_a_pose_graph_that_contradicts_itself_is_refused(
+    changes: dict[str, Any], reason: str
+) -> None:
+    assert_refused(PoseGraph, reason, **changes)
+
+
+def test_a_pose_graph_may_be_empty() -> None:
+    none = np.zeros((0, 4, 4))
+    assert len(PoseGraph(1, 2, np.zeros(0, np.int64), none, none).T_map_body) == 0
