@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper import cell_store
-from onemap_mapper.cell_store import BLOCK, CellStore
+from onemap_mapper.cell_store import BLOCK, EMPTY_BELOW, CellStore, FeatureShare
 from onemap_mapper.fusion import fused, gain
 
 CPU = torch.device("cpu")
@@ -77,3 +77,75 @@ def test_forgetting_and_reset_touch_what_they_should() -> None:
     assert store.searched_confidence.tolist() == [0, 0]
     torch.testing.assert_close(store.confidence, torch.tensor([0.5, 0.8]))
     torch.testing.assert_close(store.features(slots), torch.ones((2, 3)))
+
+
+def share(rng: np.random.Generator, cells: np.ndarray, confidence: float = 1.0) -> FeatureShare:
+    count = len(cells)
+    c = torch.from_numpy(rng.uniform(0.5, 1.0, count).astype(np.float32)) * confidence
+    F = torch.from_numpy(rng.normal(size=(count, 3)).astype(np.float32))
+    return FeatureShare(cells, F, c, c / 2)
+
+
+@given(seed=st.integers(0, 2**16))
+@settings(max_examples=20, deadline=None)
+def test_taking_out_undoes_putting_in(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    store = new_store()
+    slots = store.add(rng.integers(-9, 9, (30, 2)))
+    first, second = (share(rng, store.cells.copy(), 10.0 ** rng.integers(-2, 3)) for _ in range(2))
+    store.put_in(slots, first, revision=1)
+    torch.testing.assert_close(store.features(slots), first.features)
+    torch.testing.assert_close(store.searched_confidence, first.searched)
+    store.put_in(slots, second, revision=2)
+    assert not store.take_out(slots, second, revision=3).any()
+    torch.testing.assert_close(store.features(slots), first.features, atol=0.05, rtol=0)
+    torch.testing.assert_close(store.confidence, first.confidence, rtol=0.01, atol=0)
+    assert (store.searched_confidence >= 0).all()
+    assert (store.changed_at == 3).all()
+
+
+def test_a_slot_of_which_nothing_remains_is_zero() -> None:
+    rng = np.random.default_rng(0)
+    store = new_store()
+    slots = store.add(np.arange(8).reshape(4, 2))
+    whole = share(rng, store.cells.copy())
+    store.put_in(slots, whole, revision=1)
+    faint = share(rng, store.cells[:1].copy(), 0.1 * EMPTY_BELOW[torch.float32])
+    store.put_in(slots[:1], faint, revision=2)
+    empty = store.take_out(slots[:3], whole.only(np.arange(3)), revision=3)
+    assert empty.all()
+    assert not store.features(slots[:3]).any()
+    np.testing.assert_array_equal(store.confidence > 0, [False, False, False, True])
+
+
+def test_more_is_never_taken_than_there_is() -> None:
+    rng = np.random.default_rng(1)
+    store = new_store()
+    slots = store.add(np.arange(8).reshape(4, 2))
+    store.put_in(slots, share(rng, store.cells.copy()), revision=1)
+    assert store.take_out(slots, share(rng, store.cells.copy(), 5.0), revision=2).all()
+    assert (store.confidence == 0).all()
+    assert (store.searched_confidence == 0).all()
+
+
+@given(seed=st.integers(0, 2**16))
+@settings(max_examples=20, deadline=None)
+def test_removed_slots_are_filled_with_the_last(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cell_store, "BLOCK", 7)
+        store = new_store()
+        count = int(rng.integers(1, 25))
+        slots = store.add(np.stack([np.arange(count), -np.arange(count)], axis=1))
+        whole = share(rng, store.cells.copy())
+        store.put_in(slots, whole, revision=1)
+        gone = rng.permutation(count)[: rng.integers(0, count + 1)]
+        filled = store.remove(gone, revision=2)
+        assert store.count == count - len(gone)
+        left = store.cells[:, 0]  # which was the slot
+        assert set(left) == set(range(count)) - set(gone)
+        torch.testing.assert_close(store.features(np.arange(store.count)), whole.features[left])
+        torch.testing.assert_close(store.confidence, whole.confidence[left])
+        np.testing.assert_array_equal(np.flatnonzero(store.changed_at == 2), np.sort(filled))
+        again = store.add(np.full((len(gone), 2), 99))
+        assert (store.confidence[torch.from_numpy(again)] == 0).all()

@@ -131,3 +131,15 @@ def test_the_cache_forgets_the_text_asked_longest_ago(monkeypatch: pytest.Monkey
     for text in ("a", "b", "c"):
         cache.scores(TextQuery(text, base.concepts, base.temperature), store, 0)
     assert list(cache._entries) == ["b", "c"]
+
+
+def test_scores_stay_right_when_slots_were_removed() -> None:
+    rng = np.random.default_rng(0)
+    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
+    slots = store.add(np.stack([np.arange(6), np.arange(6)], axis=1))
+    store.fuse(slots, torch.from_numpy(unit(rng, 6, 8)), torch.ones(6), revision=1)
+    query = text_query(embeddings(rng, 2), 0, CPU)
+    before = cache.scores(query, store, 1)
+    store.remove(np.array([1, 2]), revision=2)
+    after = cache.scores(query, store, 2)
+    np.testing.assert_allclose(after, before[store.cells[:, 0]], rtol=1e-6)

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from onemap_mapper.cell_store import CellStore
+from onemap_mapper.cell_store import CellStore, FeatureShare
 from onemap_mapper.frame_update import FrameUpdate
 from onemap_mapper.occupancy import (
+    I8,
     OccupancyUpdate,
     accumulated_evidence,
     cells_within,
@@ -18,7 +19,7 @@ from onemap_mapper.occupancy import (
 )
 from onemap_mapper.params import MapParams
 from onemap_mapper.tiles import TileIndex, TileLayer
-from onemap_shared.geometry import F32, F64, I64, U8
+from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy
 
@@ -49,7 +50,7 @@ class BeliefMap:
         self.evidence = TileLayer(np.int8, 0, (params.levels + 1,))
         self.clear = TileLayer(np.bool_, 0)
         self.occupancy = TileLayer(np.uint8, Occupancy.UNKNOWN)
-        self._start_m: F64 | None = None  # the camera's first position
+        self.start_m: F64 | None = None  # the camera's first position
 
     @property
     def dimension(self) -> int:
@@ -80,8 +81,8 @@ class BeliefMap:
         self.store.fuse(slots, update.features, update.confidence, revision=self.revision)
         self.fuse_occupancy(update.occupancy)
         self._mark_free(free)
-        if self._start_m is None:
-            self._start_m = update.camera_m
+        if self.start_m is None:
+            self.start_m = update.camera_m
         self.frames_fused += 1
         self.sequence, self.stamp_ns = update.sequence, update.stamp_ns
 
@@ -111,6 +112,30 @@ class BeliefMap:
         rows = self.tiles.rows(frame.cells)
         evidence = accumulated_evidence(self.evidence.values[rows], frame.evidence)
         clear = self.clear.values[rows] | frame.clear
+        self.evidence.values[rows] = evidence
+        self.clear.values[rows] = clear
+        self.occupancy.values[rows] = occupancy_states(evidence, clear)
+
+    def put_in(self, share: FeatureShare) -> None:
+        """Fuse a share of the features. Raises ``MapTooLarge`` before any change."""
+        self.grow(share.cells)
+        self.revision += 1
+        self.store.put_in(self.slots_of(share.cells), share, revision=self.revision)
+
+    def take_out(self, share: FeatureShare) -> None:
+        """Undo ``put_in``: cells of which nothing remains are no longer observed."""
+        self.revision += 1
+        rows = self.tiles.rows(share.cells)
+        slots = self.slots.values[rows].astype(np.int64)
+        known = slots != NO_SLOT  # the others were emptied before, up to rounding
+        rows, slots = rows[known], slots[known]
+        empty = self.store.take_out(slots, share.only(known), revision=self.revision)
+        self.slots.values[rows[empty]] = NO_SLOT
+        refilled = self.store.remove(slots[empty], revision=self.revision)
+        self.slots.values[self.tiles.rows(self.store.cells[refilled])] = refilled
+
+    def set_occupancy(self, rows: I64, evidence: I8, clear: Bool) -> None:
+        """Replace what is known of cells, by rows (n,) of ``tiles``, as ``OccupancyUpdate``."""
         self.evidence.values[rows] = evidence
         self.clear.values[rows] = clear
         self.occupancy.values[rows] = occupancy_states(evidence, clear)
@@ -167,10 +192,10 @@ class BeliefMap:
         floor in view: the floor between both is in no image.
         """
         radius_m, none = self.params.initially_free_radius_m, np.zeros((0, 2), np.int64)
-        start_m = update.camera_m if self._start_m is None else self._start_m
+        start_m = update.camera_m if self.start_m is None else self.start_m
         if radius_m == 0 or np.linalg.norm(update.camera_m[:2] - start_m[:2]) > radius_m:
             return none
-        first = self._start_m is None
+        first = self.start_m is None
         disc = cells_within(start_m, radius_m, self.params.cell_size_m) if first else none
         return np.concatenate([disc, update.occupancy.cells[update.occupancy.blind]])
 

@@ -7,15 +7,45 @@ observed area. Features lie in blocks, so that growing never copies them.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from onemap_mapper.fusion import fused, gain, with_process_noise
-from onemap_shared.geometry import I64
+from onemap_shared.geometry import I64, Bool
 
 BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
+# What remains of a cell is cleared below this share of its confidence: rounding errors of its
+# feature grow with the inverse of what remains, and would become as large as the feature.
+EMPTY_BELOW = {torch.float32: 1e-5, torch.float16: 2e-2}
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureShare:
+    """What some frames contribute to cells.
+
+    cells (n, 2) int64 distinct world cells; features (n, D), their confidence-weighted mean, in
+    any precision; confidence and searched (n,) float32, the sums of c and of that since the reset.
+    """
+
+    cells: I64
+    features: Tensor
+    confidence: Tensor
+    searched: Tensor
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the arrays."""
+        tensors = (self.features, self.confidence, self.searched)
+        return self.cells.nbytes + sum(each.numel() * each.element_size() for each in tensors)
+
+    def only(self, chosen: Bool | I64) -> FeatureShare:
+        """The share of some of the cells, by mask (n,) or by index."""
+        index = torch.from_numpy(chosen)
+        parts = (self.features[index], self.confidence[index], self.searched[index])
+        return FeatureShare(self.cells[chosen], *parts)
 
 
 class CellStore:
@@ -85,6 +115,54 @@ class CellStore:
             )
         self._confidence[:, index] += confidence
         self._changed_at[slots] = revision
+
+    def put_in(self, slots: I64, share: FeatureShare, *, revision: int) -> None:
+        """Fuse a share into the slots (n,) of its cells."""
+        confidence = share.confidence.to(self._device)
+        self.fuse(slots, share.features.to(self._device).float(), confidence, revision=revision)
+        index = torch.from_numpy(slots).to(self._device)
+        self._confidence[1, index] += share.searched.to(self._device) - confidence
+
+    def take_out(self, slots: I64, share: FeatureShare, *, revision: int) -> Bool:
+        """Undo ``put_in``; returns (n,) bool: nothing remains of the slot, which is now zero.
+
+        Fusing with the gain -c_s / (c - c_s) gives (c F - c_s F_s) / (c - c_s).
+        """
+        index = torch.from_numpy(slots).to(self._device)
+        before, taken = self._confidence[0, index], share.confidence.to(self._device)
+        rest = before - taken
+        empty = rest <= EMPTY_BELOW[self._dtype] * before
+        K = torch.where(empty, 0.0, -taken / rest)
+        features = share.features.to(self._device).float()
+        for block, chosen, within in self._by_block(slots):
+            table = self._blocks[block]
+            left = fused(table[within].float(), features[chosen], K[chosen])
+            table[within] = (left * ~empty[chosen, None]).to(self._dtype)
+        searched = self._confidence[1, index] - share.searched.to(self._device)
+        self._confidence[0, index] = torch.where(empty, 0.0, rest)
+        self._confidence[1, index] = torch.where(empty, 0.0, searched.clamp(min=0.0))
+        self._changed_at[slots] = revision
+        emptied: Bool = empty.cpu().numpy()
+        return emptied
+
+    def remove(self, slots: I64, *, revision: int) -> I64:
+        """Remove distinct slots; returns the slots (k,) that were filled again, with the last ones.
+
+        The other slots keep their numbers.
+        """
+        gone = np.zeros(self.count, bool)
+        gone[slots] = True
+        count = self.count - len(slots)
+        to, last = np.flatnonzero(gone[:count]), count + np.flatnonzero(~gone[count:])
+        features = self.features(last)
+        for block, chosen, within in self._by_block(to):
+            self._blocks[block][within] = features[chosen].to(self._dtype)
+        into, moved = (torch.from_numpy(each).to(self._device) for each in (to, last))
+        self._confidence[:, into] = self._confidence[:, moved]
+        self._confidence[:, count : self.count] = 0.0
+        self._cells[to], self._changed_at[to] = self._cells[last], revision
+        self.count = count
+        return to
 
     def features(self, slots: I64) -> Tensor:
         """Features (n, D) float32 of these slots, a copy."""

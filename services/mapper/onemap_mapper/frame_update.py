@@ -32,12 +32,18 @@ class FrameUpdate:
     stamp_ns: int
     encoder_id: str
     text_space: str
-    camera_m: F64
+    T_map_camera: F64
     cells: I64
     features: Tensor
     confidence: Tensor
     occupancy: OccupancyUpdate
     depth: DepthDiagnostics
+
+    @property
+    def camera_m(self) -> F64:
+        """The camera's position (3,) in the map frame."""
+        position: F64 = self.T_map_camera[:3, 3]
+        return position
 
 
 def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
@@ -58,7 +64,7 @@ def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
         stamp_ns=field.stamp_ns,
         encoder_id=field.encoder_id,
         text_space=field.text_space,
-        camera_m=cloud.camera_m,
+        T_map_camera=field.T_map_camera,
         cells=kernel.cells.cpu().numpy(),
         features=blurred(kernel, cell_features(weights, patches)),
         confidence=blurred(kernel, weights.confidence),

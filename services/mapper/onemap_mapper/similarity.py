@@ -119,8 +119,9 @@ class ScoreCache:
         both = np.zeros((2, store.count), np.float32)
         stale = np.arange(store.count)
         if cached is not None and cached.query is query:
-            both[0, : len(cached.scores)] = cached.scores
-            both[1, : len(cached.cosines)] = cached.cosines
+            kept = min(len(cached.scores), store.count)  # a corrected map may have fewer cells
+            both[0, :kept] = cached.scores[:kept]
+            both[1, :kept] = cached.cosines[:kept]
             stale = np.nonzero(store.changed_at > cached.revision)[0]
         for chosen, features in store.chunks(stale):
             cosine = cosines(features, query)
