@@ -8,10 +8,10 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from onemap_mapper.params import MapParams, ObjectParams, RegionParams
+from onemap_mapper.params import MapParams, ObjectParams, RegionParams, SubmapParams
 
 
-class MapperConfig(ObjectParams, RegionParams, MapParams):
+class MapperConfig(SubmapParams, ObjectParams, RegionParams, MapParams):
     """How the map is built, queried and kept."""
 
     former_keys: ClassVar[Mapping[str, str]] = {

@@ -1,0 +1,1 @@
+"""The map in parts, each of which can be moved when SLAM corrects the pose."""

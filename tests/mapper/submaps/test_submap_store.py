@@ -1,0 +1,288 @@
+"""The map as a sum of submaps: taking one out and putting it back, at its pose or at another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.frame_update import compute_update
+from onemap_mapper.submaps.submap import occupancy_of, submap_of
+from onemap_mapper.submaps.submap_store import SubmapStore
+from onemap_mapper.tiles import MapTooLarge
+from onemap_shared.geometry import F16, F64, I64, pose_2d
+from onemap_shared.messages import FeatureField, PoseGraph
+from tests.mapper import scenes
+
+FAINT = 1e-3  # confidence; one pixel at 2 m has 0.9
+PER_FRAME = 0.01  # m of way per submap: each frame becomes one
+
+
+def made(
+    fields: Sequence[FeatureField], store: bool = True, **changes: object
+) -> tuple[BeliefMap, SubmapStore]:
+    """A map of these fields with its submaps, or only the map."""
+    config = MapperConfig.model_validate({"submap_distance_m": PER_FRAME} | changes)
+    belief = BeliefMap(config)
+    submaps = SubmapStore(belief, config)
+    for field in fields:
+        update = compute_update(field, config)
+        belief.fuse(update)
+        if store:
+            submaps.add(update)
+    return belief, submaps
+
+
+def graph(fields: Sequence[FeatureField], corrections: Sequence[F64]) -> PoseGraph:
+    """A keyframe for each field, moved by these transforms of the map's frame."""
+    published = np.stack([field.T_map_camera for field in fields])
+    corrected = np.stack([D @ T for D, T in zip(corrections, published, strict=True)])
+    stamps = np.array([field.stamp_ns for field in fields])
+    return PoseGraph(1, int(stamps[-1]), stamps, published, corrected)
+
+
+def follow(submaps: SubmapStore, message: PoseGraph) -> int:
+    """Apply a graph to the end; returns how many submaps were moved."""
+    submaps.follow(message)
+    moved = 0
+    while submaps.move_next():
+        moved += 1
+    return moved
+
+
+def sorted_by_cell(cells: I64, *columns: np.ndarray) -> tuple[np.ndarray, ...]:
+    order = np.lexsort(cells.T)
+    return tuple(column[order] for column in (cells, *columns))
+
+
+def assert_same(one: BeliefMap, two: BeliefMap) -> None:
+    """The same cells with the same features, confidences and occupancy.
+
+    Features of submaps are rounded to float16, at most 2**-11 of their length. Cells that only the
+    tail of the blur reached, with a confidence below FAINT, may be lost to rounding.
+    """
+    features, occupancy = [], []
+    for belief in (one, two):
+        store = belief.store
+        assert (store.confidence > 0).all()
+        slots = belief.slots.values[belief.tiles.rows(store.cells)]
+        np.testing.assert_array_equal(slots, np.arange(store.count))
+        assert np.count_nonzero(belief.slots.values >= 0) == store.count
+        F = store.features(np.arange(store.count)).numpy()
+        both = np.stack([store.confidence, store.searched_confidence], axis=1)
+        features.append(sorted_by_cell(store.cells, F, both))
+        share = occupancy_of(belief)
+        state = belief.occupancy.values[belief.tiles.rows(share.cells)]
+        occupancy.append(sorted_by_cell(share.cells, share.evidence, share.clear, state))
+    for got, expected in zip(*occupancy, strict=True):
+        np.testing.assert_array_equal(got, expected)
+    keys = [cells @ np.array([1, 10**6]) for cells, _, _ in features]
+    for key, (_, _, both), others in zip(keys, features, keys[::-1], strict=True):
+        assert np.isin(key[both[:, 0] > FAINT], others).all()
+    _, *index = np.intersect1d(keys[0], keys[1], return_indices=True)
+    (F, c), (F_expected, c_expected) = (
+        (one_F[at], both[at]) for (_, one_F, both), at in zip(features, index, strict=True)
+    )
+    np.testing.assert_allclose(c, c_expected, rtol=1e-3, atol=FAINT)
+    clear = c_expected[:, 0] > 10 * FAINT
+    np.testing.assert_allclose(F[clear], F_expected[clear], atol=2e-3)
+
+
+def shown(seed: int, count: int = 4) -> list[FeatureField]:
+    """Fields of random features from random poses in a room."""
+    rng = np.random.default_rng(seed)
+    poses = zip(rng.uniform(-1.5, 1.5, (count, 2)), rng.uniform(-3, 3, count), strict=True)
+    return [scenes.field(k, scenes.pose(x, y, yaw)) for k, ((x, y), yaw) in enumerate(poses)]
+
+
+def shifted(field: FeatureField, x_m: float, y_m: float) -> FeatureField:
+    return replace(field, T_map_camera=pose_2d(x_m, y_m, 0.0) @ field.T_map_camera)
+
+
+def random_corrections(seed: int, count: int) -> list[F64]:
+    rng = np.random.default_rng((seed, 7))
+    moves = rng.normal(0, (0.5, 0.5, 0.2), (count, 3)).tolist()
+    return [pose_2d(x, y, yaw) for x, y, yaw in moves]
+
+
+STAY = pose_2d(0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_taken_out_is_as_if_never_seen(seed: int) -> None:
+    a, b, c = shown(seed, 3)
+    belief, _ = made((a, b, c), store=False)
+    without, _ = made((a, c), store=False)
+    alone, _ = made((b,), store=False)
+    share = submap_of(alone, b.stamp_ns, b.T_map_camera[:2, 3], torch.float32)
+    belief.take_out(share.features)
+    assert belief.store.count == without.store.count
+    slots = without.slots_of(belief.store.cells)
+    torch.testing.assert_close(
+        belief.store.confidence, without.store.confidence[slots], rtol=1e-3, atol=1e-6
+    )
+    left, expected = belief.store.features(np.arange(len(slots))), without.store.features(slots)
+    torch.testing.assert_close(left, expected, atol=2e-3, rtol=0)
+    belief.put_in(share.features)
+    whole, _ = made((a, b, c), store=False)
+    slots = whole.slots_of(belief.store.cells)
+    torch.testing.assert_close(
+        belief.store.features(np.arange(len(slots))), whole.store.features(slots), atol=1e-4, rtol=0
+    )
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_moved_is_as_if_seen_from_the_corrected_pose(seed: int) -> None:
+    """By whole cells, where moving needs no resampling."""
+    fields = shown(seed)
+    belief, submaps = made(fields)
+    moves = [(0.0, 0.0), (0.7, -0.3), (0.0, 0.0), (-0.4, 1.2)]
+    moved = follow(submaps, graph(fields, [pose_2d(x, y, 0.0) for x, y in moves]))
+    assert moved == 2
+    right = [shifted(field, x, y) for field, (x, y) in zip(fields, moves, strict=True)]
+    expected, theirs = made(right)
+    theirs.close()
+    assert_same(belief, expected)
+
+
+@given(st.integers(0, 1000))
+@settings(max_examples=5, deadline=None)
+def test_corrections_do_not_add_up(seed: int) -> None:
+    fields = shown(seed)
+    belief, submaps = made(fields)
+    untouched, theirs = made(fields)
+    theirs.close()
+    assert follow(submaps, graph(fields, random_corrections(seed, 4))) == 4
+    assert follow(submaps, graph(fields, random_corrections(seed + 1, 4))) == 4
+    direct, others = made(fields)
+    follow(others, graph(fields, random_corrections(seed + 1, 4)))
+    assert_same(belief, direct)
+    follow(submaps, graph(fields, [STAY] * 4))
+    assert_same(belief, untouched)
+    assert follow(submaps, graph(fields, [STAY] * 4)) == 0
+
+
+def test_frames_go_on_between_two_moves() -> None:
+    fields = shown(3, 5)
+    message = graph(fields[:3], random_corrections(1, 3))
+    belief, submaps = made(fields[:3])
+    submaps.follow(message)
+    assert submaps.move_next()
+    for field in fields[3:]:
+        update = compute_update(field, belief.params)
+        belief.fuse(update)
+        submaps.add(update)
+    while submaps.move_next():
+        pass
+    submaps.close()
+    first, theirs = made(fields[:3])
+    follow(theirs, message)
+    for field in fields[3:]:
+        update = compute_update(field, first.params)
+        first.fuse(update)
+        theirs.add(update)
+    theirs.close()
+    assert_same(belief, first)
+
+
+def test_a_late_frame_is_moved_too() -> None:
+    """Captured before the correction, computed after it."""
+    early, late, after = (scenes.field(k, scenes.pose(0.1 * k)) for k in range(3))
+    message = graph((early, late), [pose_2d(0.5, 0.0, 0.0)] * 2)
+    belief, submaps = made((early,), submap_distance_m=5.0)
+    assert follow(submaps, message) == 1
+    for field in (late, after):
+        update = compute_update(field, belief.params)
+        belief.fuse(update)
+        submaps.add(update)
+    assert submaps.move_next()
+    assert not submaps.move_next()
+    submaps.close()
+    expected, theirs = made(
+        (shifted(early, 0.5, 0.0), shifted(late, 0.5, 0.0), after), submap_distance_m=0.01
+    )
+    theirs.close()
+    assert_same(belief, expected)
+
+
+def test_frames_from_one_place_share_a_submap() -> None:
+    near = [scenes.field(k, scenes.pose(0.1 * k)) for k in range(6)]
+    _, submaps = made(near, submap_distance_m=0.35)
+    assert submaps.count == 2  # 0 to 0.3 m, 0.4 and 0.5 m
+    turning = [scenes.field(k, scenes.pose(yaw_rad=0.3 * k)) for k in range(6)]
+    _, submaps = made(turning, submap_distance_m=5.0, submap_turn_deg=45.0)
+    assert submaps.count == 2  # 0 to 0.6 rad, 0.9 to 1.5
+
+
+@pytest.mark.parametrize("limit", [{"max_submaps": 2}, {"submap_memory_mb": 1}])
+def test_beyond_the_limits_the_oldest_are_fixed(limit: dict[str, int]) -> None:
+    wide = [np.random.default_rng(k).normal(size=(6, 8, 256)) for k in range(6)]
+    fields = [replace(field, features=_unit(wide[k])) for k, field in enumerate(shown(2, 6))]
+    belief, submaps = made(fields, **limit)  # type: ignore[arg-type]
+    submaps.close()
+    before, fixed = submaps.nbytes, submaps.fixed
+    assert fixed >= 3
+    assert before <= 10**6 or submaps.count == 2
+    moves = [pose_2d(0.5, 0.0, 0.0)] * 6
+    assert follow(submaps, graph(fields, moves)) == 6 - fixed
+    right = fields[:fixed] + [shifted(field, 0.5, 0.0) for field in fields[fixed:]]
+    expected, theirs = made(right)
+    theirs.close()
+    assert_same(belief, expected)
+
+
+def test_what_the_map_held_before_stays() -> None:
+    fields = shown(4)
+    belief, _ = made(fields[:2], store=False)
+    submaps = SubmapStore(belief, MapperConfig(submap_distance_m=PER_FRAME))
+    for field in fields[2:]:
+        update = compute_update(field, belief.params)
+        belief.fuse(update)
+        submaps.add(update)
+    assert follow(submaps, graph(fields, [pose_2d(0.0, 0.6, 0.0)] * 4)) == 2
+    expected, theirs = made(fields[:2], store=False)
+    theirs = SubmapStore(expected, MapperConfig(submap_distance_m=PER_FRAME))
+    for field in fields[2:]:
+        update = compute_update(shifted(field, 0.0, 0.6), belief.params)
+        expected.fuse(update)
+        theirs.add(update)
+    theirs.close()
+    assert_same(belief, expected)
+
+
+def test_a_reset_of_what_was_searched_holds_after_a_move() -> None:
+    fields = shown(5)
+    belief, submaps = made(fields[:3])
+    belief.reset_searched()
+    submaps.reset_searched()
+    update = compute_update(fields[3], belief.params)
+    belief.fuse(update)
+    submaps.add(update)
+    follow(submaps, graph(fields, [pose_2d(0.5, 0.0, 0.0)] * 4))
+    alone, _ = made((shifted(fields[3], 0.5, 0.0),), store=False)
+    searched = belief.store.searched_confidence.sum()
+    torch.testing.assert_close(searched, alone.store.confidence.sum(), rtol=1e-3, atol=0)
+
+
+def test_a_correction_beyond_the_largest_map_changes_nothing() -> None:
+    fields = shown(6, 2)
+    belief, submaps = made(fields, max_extent_m=20.0)
+    submaps.follow(graph(fields, [pose_2d(500.0, 0.0, 0.0), STAY]))
+    with pytest.raises(MapTooLarge):
+        submaps.move_next()
+    assert not submaps.move_next()
+    expected, theirs = made(fields, max_extent_m=20.0)
+    theirs.close()
+    assert_same(belief, expected)
+
+
+def _unit(features: np.ndarray) -> F16:
+    unit: F16 = (features / np.linalg.norm(features, axis=-1, keepdims=True)).astype(np.float16)
+    return unit
