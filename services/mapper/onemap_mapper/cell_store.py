@@ -27,7 +27,7 @@ class FeatureShare:
     """What some frames contribute to cells.
 
     cells (n, 2) int64 distinct world cells; features (n, D), their confidence-weighted mean, in
-    any precision; confidence and searched (n,) float32, the sums of c and of that since the reset.
+    any precision; confidence and searched (n,) float64, the sums of c and of that since the reset.
     """
 
     cells: I64
@@ -56,7 +56,8 @@ class CellStore:
         self.count = 0
         self._device, self._dtype = device, dtype
         self._blocks: list[Tensor] = []
-        self._confidence = torch.zeros((2, 0), device=device)  # rows: c, and c since reset
+        # Rows: c, and c since reset. In float64, so that what is taken out again leaves nothing.
+        self._confidence = torch.zeros((2, 0), device=device, dtype=torch.float64)
         self._cells = np.zeros((0, 2), np.int64)
         self._changed_at = np.zeros(0, np.int64)
 
@@ -80,12 +81,12 @@ class CellStore:
     @property
     def confidence(self) -> Tensor:
         """c = 1 / sigma^2 (count,) float32 > 0."""
-        return self._confidence[0, : self.count]
+        return self._confidence[0, : self.count].float()
 
     @property
     def searched_confidence(self) -> Tensor:
         """1 / sigma_E^2 (count,) float32 >= 0, since the last reset."""
-        return self._confidence[1, : self.count]
+        return self._confidence[1, : self.count].float()
 
     def add(self, cells: I64) -> I64:
         """New slots (n,) for world cells (n, 2) that have none."""
@@ -110,11 +111,16 @@ class CellStore:
         K = gain(self._confidence[0, index], confidence)
         for block, chosen, within in self._by_block(slots):
             table = self._blocks[block]
-            table[within] = fused(table[within].float(), features[chosen], K[chosen]).to(
-                self._dtype
-            )
+            mean = fused(table[within].float(), features[chosen], K[chosen].float())
+            table[within] = mean.to(self._dtype)
         self._confidence[:, index] += confidence
         self._changed_at[slots] = revision
+
+    def share(self, dtype: torch.dtype) -> FeatureShare:
+        """A copy of all content, on the CPU, with features in ``dtype``."""
+        features = self.features(np.arange(self.count)).cpu().to(dtype)
+        c, searched = self._confidence[:, : self.count].cpu().clone()
+        return FeatureShare(self.cells.copy(), features, c, searched)
 
     def put_in(self, slots: I64, share: FeatureShare, *, revision: int) -> None:
         """Fuse a share into the slots (n,) of its cells."""
@@ -136,7 +142,7 @@ class CellStore:
         features = share.features.to(self._device).float()
         for block, chosen, within in self._by_block(slots):
             table = self._blocks[block]
-            left = fused(table[within].float(), features[chosen], K[chosen])
+            left = fused(table[within].float(), features[chosen], K[chosen].float())
             table[within] = (left * ~empty[chosen, None]).to(self._dtype)
         searched = self._confidence[1, index] - share.searched.to(self._device)
         self._confidence[0, index] = torch.where(empty, 0.0, rest)

@@ -88,14 +88,8 @@ class Submap:
 
 def submap_of(content: BeliefMap, stamp_ns: int, centre_m: F64, dtype: torch.dtype) -> Submap:
     """The submap with the content of a map of its frames; features are kept in ``dtype``."""
-    store = content.store
-    features = FeatureShare(
-        store.cells.copy(),
-        store.features(np.arange(store.count)).cpu().to(dtype),
-        store.confidence.cpu().clone(),
-        store.searched_confidence.cpu().clone(),
-    )
-    return Submap(stamp_ns, centre_m, features, occupancy_of(content))
+    share = content.store.share(dtype)
+    return Submap(stamp_ns, centre_m, share, occupancy_of(content))
 
 
 def occupancy_of(content: BeliefMap) -> OccupancyShare:
