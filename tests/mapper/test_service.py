@@ -13,6 +13,7 @@ import torch
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.service import Mapper, build
 from onemap_shared import keys
+from onemap_shared.geometry import pose_2d
 from onemap_shared.memory_bus import MemoryBus, MemoryRouter
 from onemap_shared.messages import (
     FeatureField,
@@ -23,6 +24,7 @@ from onemap_shared.messages import (
     MapRevision,
     ObjectListRequest,
     Occupancy,
+    PoseGraph,
     SearchReset,
     SearchView,
     SearchViewRequest,
@@ -436,3 +438,27 @@ def test_objects_that_cannot_be_written_are_a_problem(
     rig.client.call(keys.MAP_REMEMBER, object_find("bed"))
     assert "cannot write the found objects" in rig.mapper.health().problem
     assert rig.mapper.health().ready
+
+
+def test_the_map_follows_a_corrected_pose(rig: Rig) -> None:
+    graphs = rig.router.bus("robot").publish(keys.ROBOT_POSE_GRAPH)
+    none = np.zeros((0, 4, 4))
+    graphs.put(PoseGraph(1, 0, np.zeros(0, np.int64), none, none))
+    rig.mapper.step(0.0)
+    rig.feed(*(sofa_ahead(k) for k in range(3)))
+    before = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")).centres_m[0]
+    rig.client.call(keys.MAP_SEARCH_RESET, SearchReset(""))
+    field, announced = sofa_ahead(2), rig.newest().revision
+    published = field.T_map_camera[None]
+    corrected = pose_2d(1.0, -2.0, 0.0) @ published
+    stamps = np.array([field.stamp_ns])
+    graphs.put(PoseGraph(2, field.stamp_ns, stamps, published, corrected))
+    rig.mapper.step(0.0)
+    assert rig.newest().revision > announced
+    after = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")).centres_m[0]
+    np.testing.assert_allclose(after - before, (1.0, -2.0), atol=1e-3)
+    view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest(""))
+    assert not (view.layers & Layer.SEARCHED).any()
+    assert rig.metric("submaps") == 1
+    rig.client.call(keys.MAP_CLEAR, MapClear())
+    assert rig.metric("submaps") == 0

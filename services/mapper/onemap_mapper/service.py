@@ -20,6 +20,7 @@ from onemap_mapper.diagnostics.telemetry import MapperTelemetry
 from onemap_mapper.frame_update import compute_update
 from onemap_mapper.object_keeper import ObjectKeeper
 from onemap_mapper.objects import NO_OBJECTS
+from onemap_mapper.pose_graph_follower import PoseGraphFollower
 from onemap_mapper.replies import (
     revision_of,
     search_view,
@@ -67,6 +68,8 @@ class Mapper:
         self._encoder_seen = ""
         self._telemetry = MapperTelemetry()
         self._fields = bus.subscribe(keys.FIELD)
+        self._graphs = bus.subscribe(keys.ROBOT_POSE_GRAPH)
+        self._follower = PoseGraphFollower(config)
         self._revisions = bus.publish(keys.MAP_REVISION)
         self._objects = ObjectKeeper(bus, config.map_folder, config, self._announce_objects)
         bus.serve(keys.MAP_SIMILARITY, self.similarity)
@@ -79,10 +82,16 @@ class Mapper:
         bus.serve(keys.MAP_CLEAR, self.clear)
 
     def step(self, timeout_s: float) -> None:
-        """Fuse the newest field, if one arrives within the timeout."""
-        field = self._fields.take(timeout_s)
+        """Fuse the newest field, if one arrives within the timeout; then follow corrections."""
+        field = self._fields.take(0.0 if self._follower.busy else timeout_s)
         if field is not None:
             self._fuse(field)
+        graph = self._graphs.take(0.0)
+        with self._lock:
+            if graph is not None:
+                self._follower.receive(graph, self._map)
+            if self._follower.work():
+                self._announce()
 
     def health(self) -> Health:
         """Metrics of the map and of its frames, and the current problem."""
@@ -96,6 +105,7 @@ class Mapper:
                 metrics["map_age_s"] = (time.time_ns() - self._map.stamp_ns) * 1e-9
             now_s = time.monotonic()
             metrics |= self._telemetry.metrics(now_s, self._fields.counters)
+            metrics |= self._follower.metrics()
             problem = self._telemetry.problem(now_s) or self._objects.problem
             ready = self._telemetry.ready(now_s)
         return Health(ready=ready, problem=problem, metrics=metrics)
@@ -129,6 +139,7 @@ class Mapper:
         """Reset sigma_E: a new search begins."""
         with self._lock:
             self._map.reset_searched()
+            self._follower.reset_searched()
             self._announce()
             return summary_of(self._map)
 
@@ -216,8 +227,9 @@ class Mapper:
             return
         update = compute_update(field, self._config)
         with self._lock:
+            belief = self._map
             try:
-                self._map.fuse(update)
+                belief.fuse(update)
             except (FieldRejected, MapTooLarge) as problem:
                 self._telemetry.record_rejected(str(problem))
                 LOG.warning("frame %d rejected: %s", field.sequence, problem)
@@ -227,10 +239,14 @@ class Mapper:
                 now_s=now_s, update_ms=(now_s - started_s) * 1e3, depth=update.depth
             )
             self._announce()
+        with self._lock:  # again, so that the announced map can be read first
+            if self._map is belief:
+                self._follower.record(update)
 
     def _replace(self, belief: BeliefMap) -> None:
         """Exchange the map and everything derived from it; the caller holds the lock."""
         self._map = belief
+        self._follower.replace(belief)
         self._scores = ScoreCache()
         self._telemetry.reset_floor()
         self._announce()

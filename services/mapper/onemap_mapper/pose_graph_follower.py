@@ -1,0 +1,84 @@
+"""Follows the corrections of SLAM: keeps submaps and moves them in slices of limited time."""
+
+from __future__ import annotations
+
+import logging
+import time
+
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.frame_update import FrameUpdate
+from onemap_mapper.submaps.submap_store import SubmapStore
+from onemap_mapper.tiles import MapTooLarge
+from onemap_shared.messages import PoseGraph
+
+LOG = logging.getLogger("onemap.mapper")
+
+SLICE_S = 0.05  # of moving between two frames, which come every 0.1 s or slower
+
+
+class PoseGraphFollower:
+    """Idle, and without memory, until the first pose graph. The caller holds the map's lock."""
+
+    def __init__(self, config: MapperConfig) -> None:
+        self._config = config
+        self._graph: PoseGraph | None = None
+        self._submaps: SubmapStore | None = None
+        self.busy = False  # submaps remain to be moved
+
+    def receive(self, graph: PoseGraph, belief: BeliefMap) -> None:
+        """Follow this graph from now on; the first one makes what the map holds the fixed part."""
+        if self._config.process_noise_per_s > 0:
+            LOG.warning(
+                "pose graph %d ignored: with process_noise_per_s the map is no sum of submaps; "
+                "set it to 0 to have the map follow corrections",
+                graph.sequence,
+            )
+            return
+        self._graph = graph
+        if self._submaps is None:
+            self._submaps = SubmapStore(belief, self._config)
+        self._submaps.follow(graph)
+        self.busy = True
+
+    def replace(self, belief: BeliefMap) -> None:
+        """Go on with another map."""
+        if self._submaps is not None and self._graph is not None:
+            self._submaps = SubmapStore(belief, self._config)
+            self._submaps.follow(self._graph)
+
+    def record(self, update: FrameUpdate) -> None:
+        """Keep a frame that was just fused; it may be one from before the correction."""
+        if self._submaps is not None and self._graph is not None:
+            self._submaps.add(update)
+            self.busy = self.busy or update.stamp_ns <= self._graph.stamp_ns
+
+    def reset_searched(self) -> None:
+        """Reset sigma_E of the submaps."""
+        if self._submaps is not None:
+            self._submaps.reset_searched()
+
+    def work(self) -> int:
+        """Move submaps for about ``SLICE_S``; returns how many."""
+        if self._submaps is None or not self.busy:
+            return 0
+        moved, ends_s = 0, time.monotonic() + SLICE_S
+        while time.monotonic() < ends_s:
+            try:
+                if not self._submaps.move_next():
+                    self.busy = False
+                    break
+                moved += 1
+            except MapTooLarge as problem:
+                LOG.warning("a correction of the pose graph is ignored: %s", problem)
+        return moved
+
+    def metrics(self) -> dict[str, float]:
+        """Numbers for the heartbeat, once there was a graph."""
+        if self._submaps is None:
+            return {}
+        return {
+            "submaps": float(self._submaps.count),
+            "submaps_fixed": float(self._submaps.fixed),
+            "submap_bytes": float(self._submaps.nbytes),
+        }
