@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from onemap_tools.bench import claims, fusion, perception, queries
+from onemap_tools.bench import claims, fusion, perception, pose_graph, queries
 from onemap_tools.bench.claims import EpisodeParams, EpisodeResult
 from onemap_tools.bench.navigation import benchmark
 from onemap_tools.bench.navigation.benchmark import NavigationOptions
@@ -155,3 +155,20 @@ def test_a_missing_package_is_named_with_its_extra(monkeypatch: pytest.MonkeyPat
     code, text = bench("fusion")
     assert code == 2
     assert "needs the package 'torch': pip install 'onemap[mapper]'" in text
+
+
+def test_pose_graph_takes_seeds_and_drift(monkeypatch: pytest.MonkeyPatch) -> None:
+    row = {"wrong_occupied": 0.5, "wrong_free": 0.25, "similarity_error_m": 1.0}
+    cost = ("way_m", "end_error_m", "submaps", "submap_kb", "moved", "ms_per_moved")
+
+    def run(params: pose_graph.PoseGraphBenchParams) -> dict[str, Any]:
+        assert (params.seeds, params.drift, params.yaw_deg_per_m) == ((2, 3), 0.01, 0.5)
+        return {"rows": [{"map": "corrected", **row}], **dict.fromkeys(cost, 7)}
+
+    monkeypatch.setattr(pose_graph, "run", run)
+    options = ("--seeds", "2-3", "--drift", "0.01", "--yaw-drift", "0.5")
+    code, text = bench("pose-graph", *options)
+    assert code == 0
+    assert "50.0 %" in text.splitlines()[1]
+    code, text = bench("pose-graph", *options, "--json")
+    assert json.loads(text.splitlines()[-1])["way_m"] == 7

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from onemap_tools.bench.cli_errors import cli_errors
 from onemap_tools.bench.habitat.command import app as habitat_app
 from onemap_tools.bench.navigation.choices import Apartments, Features, Method
+from onemap_tools.bench.pose_graph_command import pose_graph
 from onemap_tools.cli.options import Config, Json
 from onemap_tools.cli.terminal import print_json
-from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError, requires_extra
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK
 
 PANEL = "Look deeper"
 app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")
 app.add_typer(habitat_app)  # without a name of its own: a command beside the others
+app.command()(pose_graph)
 
 
 class Backend(str, Enum):
@@ -66,7 +67,7 @@ def fusion(
     features are random. cpu_p50_ms is the processor time of a frame, which other
     processes disturb less.
     """
-    with _cli_errors("mapper"):
+    with cli_errors("mapper"):
         from onemap_tools.bench.fusion import run
 
         result = run(frames, device=device, threads=threads)
@@ -91,7 +92,7 @@ def planning(
     and drives towards its goal. Processor time, which other processes disturb
     less: of the median step, of the longest one in twenty, and the mean.
     """
-    with _cli_errors("planner"):
+    with cli_errors("planner"):
         from onemap_tools.bench.planning import SIZES_M, run
 
         result = run(tuple(size or SIZES_M), steps)
@@ -133,7 +134,7 @@ def perception(
     events too. The weights of --random-weights need no download: the time does
     not depend on their values.
     """
-    with _cli_errors("openclip"):
+    with cli_errors("openclip"):
         import torch
 
         from onemap_tools.bench import perception as bench
@@ -185,7 +186,7 @@ def claims(
     ground truth judges every claim; for a wrong one the report names the object
     nearest to the claimed place.
     """
-    with _cli_errors("demo"):
+    with cli_errors("demo"):
         from onemap_tools.bench import claims as bench
 
         names = tuple(name.strip() for name in objects.split(","))
@@ -229,7 +230,7 @@ def queries(
     one unrelated word in twenty is answered. It is chosen on apartments with odd
     seeds; the rates are measured on those with even seeds.
     """
-    with _cli_errors("demo"):
+    with cli_errors("demo"):
         import torch
 
         from onemap_tools.bench import queries as bench
@@ -285,7 +286,7 @@ def scene(
     labels, with the highest score in the circle. Without --labels, the named objects
     of a scene file are the labels.
     """
-    with _cli_errors("demo"):
+    with cli_errors("demo"):
         import torch
 
         from onemap_mapper.config import MapperConfig
@@ -346,7 +347,7 @@ def navigation(
     onemap_processes is onemap over the real services in real time, with --features
     mini: a check of the simulated time, on a machine that does nothing else.
     """
-    with _cli_errors("demo"):
+    with cli_errors("demo"):
         from onemap_tools.bench.navigation import benchmark
         from onemap_tools.bench.navigation.report import episode_line, table_lines
 
@@ -378,13 +379,3 @@ def _encoder_params(config: Path | None) -> Any:
     from onemap_shared.config import load
 
     return load(config, "perception", PerceptionConfig)[2].encoder
-
-
-@contextmanager
-def _cli_errors(extra: str) -> Iterator[None]:
-    """Turn foreseeable errors into a CliError; ``extra`` installs the benchmark's packages."""
-    try:
-        with requires_extra(extra, "This benchmark"):
-            yield
-    except ValueError as problem:
-        raise CliError(str(problem), EXIT_USAGE_ERROR) from problem
