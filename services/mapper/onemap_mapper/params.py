@@ -221,7 +221,7 @@ class SubmapParams(Params):
         ge=1,
         le=65_536,
         description="MB of memory for submaps; beyond it the oldest become fixed too. A submap of "
-        "an apartment takes 0.3 MB with 64 channels and 2 MB with 768, in float16.",
+        "an apartment takes 0.3 MB with 64 channels and 2.4 MB with 768, in float16.",
     )
 
 
