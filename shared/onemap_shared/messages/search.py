@@ -25,6 +25,16 @@ class SearchKind(str, Enum):
         return self.value
 
 
+class SearchOrder(str, Enum):
+    """In which order the objects of a search are sought: as given, or the cheapest."""
+
+    GIVEN = "given"
+    ANY = "any"
+
+    def __str__(self) -> str:
+        return self.value
+
+
 class SearchState(str, Enum):
     """States of a search; the last five are final, ``arrived`` only of a drive to a place."""
 
@@ -54,19 +64,21 @@ FINAL_STATES = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class SearchRequest:
-    """Request to find objects, one after the other, or to drive to a place.
+    """Request to find objects, or to drive to a place.
 
     Attributes:
         objects: 1 to 20 names; empty for a place.
         patience_s: seconds that the caller waits for the answer; no robot may start later.
         kind: what to do.
         place_m: x, y in the map frame, at most 100 km from its origin; empty for objects.
+        order: of the objects: as given, or the cheapest, which the planner revises on the way.
     """
 
     objects: tuple[str, ...]
     patience_s: float = 2.0
     kind: SearchKind = SearchKind.FIND
     place_m: tuple[float, ...] = ()
+    order: SearchOrder = SearchOrder.GIVEN
 
     def __post_init__(self) -> None:
         if not self.patience_s > 0:  # also refuses NaN
@@ -143,15 +155,16 @@ class SearchStatus:
 
     Attributes:
         state: of the present object; of the whole search when final.
-        objects: the names, in the order in which they are searched; empty for a place.
+        objects: the names, in the order of the request; empty for a place.
         index: of the present object in ``objects``.
         reason: what happens now or why it ended, in one sentence.
-        results: of the objects that are done.
+        results: of the objects that are done, in the order in which they ended.
         started_ns: when the search began, in nanoseconds of the planner's wall clock.
         updated_ns: when this status was made, by the same clock.
         path_length_m: metres that the robot drove in this search.
         kind: what the search is for.
         place_m: x, y of the place to drive to or to look at; empty for objects.
+        order: of the objects, as requested.
     """
 
     search_id: str
@@ -165,6 +178,7 @@ class SearchStatus:
     path_length_m: float
     kind: SearchKind = SearchKind.FIND
     place_m: tuple[float, ...] = ()
+    order: SearchOrder = SearchOrder.GIVEN
 
     def __post_init__(self) -> None:
         _check_place(self.kind, self.place_m)
@@ -179,6 +193,13 @@ class SearchStatus:
     def target(self) -> str:
         """The object now searched for, empty when the search is over or for a place."""
         return self.objects[self.index] if self.active and self.index < len(self.objects) else ""
+
+    def result_of(self, index: int) -> ObjectResult | None:
+        """The result of the object of this index; None while it is not done."""
+        name = self.objects[index]
+        results = [result for result in self.results if result.name == name]
+        earlier = self.objects[:index].count(name)  # a name may be there twice
+        return results[earlier] if earlier < len(results) else None
 
     @property
     def subject(self) -> str:

@@ -12,6 +12,7 @@ from onemap_shared.messages import (
     PlannedPath,
     SearchKind,
     SearchList,
+    SearchOrder,
     SearchRequest,
     SearchStatus,
     subject_of,
@@ -94,3 +95,18 @@ def test_a_drive_is_for_its_place() -> None:
     drive = dataclasses.replace(status, objects=(), kind=SearchKind.GO_TO, place_m=(1.0, -2.5))
     assert (drive.target, drive.subject) == ("", "the place (1.00, -2.50)")
     assert subject_of("", (1.0, -2.5)) == drive.subject
+
+
+def test_a_request_and_a_status_of_an_older_peer_are_in_the_given_order() -> None:
+    assert SearchRequest(("sofa",)).order is sample(SearchStatus).order is SearchOrder.GIVEN
+
+
+def test_each_object_has_its_own_result_in_whatever_order_they_ended() -> None:
+    status = sample(SearchStatus)
+    bed, first, second = (
+        dataclasses.replace(status.results[0], name=name, reason=reason)
+        for name, reason in (("bed", "1"), ("cup", "2"), ("cup", "3"))
+    )
+    objects = ("cup", "sofa", "bed", "cup")
+    status = dataclasses.replace(status, objects=objects, index=1, results=(bed, first, second))
+    assert [status.result_of(index) for index in range(4)] == [first, None, bed, second]
