@@ -67,6 +67,7 @@ class SearchCommands:
             self._stamp(),
             time.time_ns(),
             Destination.of(request),
+            order=request.order,
         )
         return self._status_of(self._registry.start(search, synonyms))
 

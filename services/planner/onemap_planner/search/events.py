@@ -81,6 +81,13 @@ class Exhausted:
 
 
 @dataclass(frozen=True, slots=True)
+class Reordered:
+    """The cheapest order of the objects still sought, by their indices, has changed."""
+
+    indices: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class TargetFailed:
     """The search for this object ends without a result; the next object may be searched."""
 
@@ -109,6 +116,7 @@ Event = (
     | Rejected
     | DestinationReached
     | Exhausted
+    | Reordered
     | TargetFailed
     | SearchFailed
     | Cancelled

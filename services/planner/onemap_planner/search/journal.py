@@ -12,9 +12,15 @@ from pathlib import Path
 from typing import Any
 
 from onemap_planner.search.events import EventStamp
-from onemap_planner.search.phases import Destination, Search, TargetStart
+from onemap_planner.search.phases import Destination, PausedTarget, Search, TargetStart
 from onemap_planner.search.state_machine import new_search
-from onemap_shared.messages import ObjectResult, SearchKind, SearchRequest, SearchState
+from onemap_shared.messages import (
+    ObjectResult,
+    SearchKind,
+    SearchOrder,
+    SearchRequest,
+    SearchState,
+)
 
 SCHEMA = 1
 FILE_NAME = "search.json"
@@ -37,6 +43,10 @@ def save(folder: Path, search: Search, *, now_s: float, odometer_m: float) -> No
         "objects": search.objects,
         "kind": search.kind.value,
         "place_m": search.destination.xy if search.destination else (),
+        "order": search.order.value,
+        "index": search.index,
+        "done": search.done,
+        "paused": [asdict(paused) for paused in search.paused],
         "results": [asdict(result) for result in search.results],
         "started_ns": search.started_ns,
         "elapsed_s": now_s - search.target_start.since_s,
@@ -72,7 +82,7 @@ def load(folder: Path, now_s: float) -> Search | None:
 def _search(document: Any, now_s: float) -> Search:
     if document["schema"] != SCHEMA:
         raise ValueError(f"schema {document['schema']}")
-    # a journal of an earlier release has neither kind nor place
+    # a journal of an earlier release has neither kind nor place, and no order
     request = SearchRequest(
         tuple(document["objects"]),
         kind=SearchKind(document.get("kind", SearchKind.FIND.value)),
@@ -82,23 +92,41 @@ def _search(document: Any, now_s: float) -> Search:
     results = tuple(_result(entry) for entry in document["results"])
     if len(results) >= max(len(objects), 1):
         raise ValueError("all its objects are done")
-    xy = document["start_xy_m"]
     target_start = TargetStart(
         since_s=now_s - float(document["elapsed_s"]),
         since_active_time_s=0.0,
-        xy=None if xy is None else (float(xy[0]), float(xy[1])),
+        xy=_pair(document["start_xy_m"]),
         odometer_m=-float(document["path_length_m"]),
     )
+    done = tuple(int(index) for index in document.get("done", range(len(results))))
+    index = int(document.get("index", len(results)))
+    known = {*done, index}
+    if len(known) != len(results) + 1 or not known <= set(range(max(len(objects), 1))):
+        raise ValueError(f"object {index} is sought and {done} are done")
     start = new_search(
         str(document["search_id"]),
-        objects[len(results) :],
+        objects[index : index + 1],
         EventStamp(now_s, 0.0, None, 0.0),
         int(document["started_ns"]),
         Destination.of(request),
+        order=SearchOrder(document.get("order", SearchOrder.GIVEN.value)),
+    )
+    paused = tuple(
+        PausedTarget(**{**entry, "xy": _pair(entry["xy"])}) for entry in document.get("paused", ())
     )
     return replace(
-        start, objects=objects, index=len(results), results=results, target_start=target_start
+        start,
+        objects=objects,
+        index=index,
+        results=results,
+        target_start=target_start,
+        done=done,
+        paused=paused,
     )
+
+
+def _pair(xy: Any) -> tuple[float, float] | None:
+    return None if xy is None else (float(xy[0]), float(xy[1]))
 
 
 def _result(entry: dict[str, Any]) -> ObjectResult:

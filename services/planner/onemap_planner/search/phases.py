@@ -8,6 +8,7 @@ from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared.messages import (
     ObjectResult,
     SearchKind,
+    SearchOrder,
     SearchRequest,
     SearchState,
     subject_of,
@@ -93,9 +94,26 @@ class TargetStart:
 
 
 @dataclass(frozen=True, slots=True)
+class PausedTarget:
+    """What was spent on an object that another one was preferred to.
+
+    index: of the object; spent_s and spent_active_time_s: seconds; driven_m: metres; xy: where
+    the search for it began, None if that is not known.
+    """
+
+    index: int
+    spent_s: float
+    spent_active_time_s: float
+    driven_m: float
+    xy: tuple[float, float] | None
+
+
+@dataclass(frozen=True, slots=True)
 class Search:
     """One search: its objects, the index and phase of the present one, the results so far.
 
+    done: indices of the objects of the results; planned: indices of those still sought in the
+    cheapest order known, empty until there is one; paused: those that were begun and put aside.
     destination: of a drive to a place, which has no objects; None for a search for objects.
     started_ns and ended_ns: nanoseconds since 1970; ended_ns is None until it is over.
     """
@@ -110,6 +128,10 @@ class Search:
     started_ns: int
     ended_ns: int | None = None
     destination: Destination | None = None
+    order: SearchOrder = SearchOrder.GIVEN
+    done: tuple[int, ...] = ()
+    planned: tuple[int, ...] = ()
+    paused: tuple[PausedTarget, ...] = ()
 
     @property
     def active(self) -> bool:

@@ -20,6 +20,7 @@ from onemap_planner.search.events import (
     MapReady,
     MapRestarted,
     Rejected,
+    Reordered,
     Rotated,
     SearchFailed,
     TargetFailed,
@@ -35,10 +36,16 @@ from onemap_planner.search.phases import (
     Phase,
     Search,
     Starting,
-    TargetStart,
 )
+from onemap_planner.search.turns import begun, next_index, reordered, starting, target_start
 from onemap_planner.world.candidates import ObjectCandidate
-from onemap_shared.messages import ObjectResult, SearchKind, SearchState, SearchStatus
+from onemap_shared.messages import (
+    ObjectResult,
+    SearchKind,
+    SearchOrder,
+    SearchState,
+    SearchStatus,
+)
 
 
 def new_search(
@@ -47,13 +54,14 @@ def new_search(
     stamp: EventStamp,
     started_ns: int,
     destination: Destination | None = None,
+    *,
+    order: SearchOrder = SearchOrder.GIVEN,
 ) -> Search:
     """A new search at its first object, or without objects a drive to the destination."""
-    start = _target_start(stamp)
-    search = Search(
-        search_id, objects, 0, Starting(), start, (), "", started_ns, destination=destination
-    )
-    return replace(search, reason=_starting(search))
+    start = target_start(stamp)
+    search = Search(search_id, objects, 0, Starting(), start, (), "", started_ns)
+    search = replace(search, destination=destination, order=order)
+    return replace(search, reason=starting(search))
 
 
 def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
@@ -70,12 +78,9 @@ def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
         case (_, TargetFailed(reason)):
             return _finish_target(search, SearchState.FAILED, reason, stamp)
         case (Starting(), MapReady(look_around)):
-            target_start = (
-                search.target_start
-                if search.target_start.xy is not None
-                else replace(search.target_start, xy=stamp.xy)
-            )
-            search = replace(search, target_start=target_start)
+            start = search.target_start
+            if start.xy is None:
+                search = replace(search, target_start=replace(start, xy=stamp.xy))
             return _look_around(search, "looking around") if look_around else _set_out(search)
         case (LookingAround(turned_rad), Rotated(by_rad)):
             total = turned_rad + by_rad
@@ -85,6 +90,8 @@ def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
             return _look_around(search, "the map began anew: looking around")
         case (LookingAround() | Exploring(), CandidateSelected(candidate)):
             return replace(search, phase=Approaching(candidate), reason=_approaching(candidate))
+        case (Exploring(), Reordered(indices)):
+            return reordered(search, indices, stamp)
         case (Driving(), DestinationReached(reason)):
             return _finish_target(search, SearchState.ARRIVED, reason, stamp)
         case (Driving(), Exhausted(reason)):
@@ -119,15 +126,13 @@ def status(search: Search, *, odometer_m: float, now_ns: int, waiting: str = "")
         path_length_m=_driven(search, odometer_m),
         kind=search.kind,
         place_m=search.destination.xy if search.destination else (),
+        order=search.order,
     )
-
-
-def _target_start(stamp: EventStamp) -> TargetStart:
-    return TargetStart(stamp.now_s, stamp.active_time_s, stamp.xy, stamp.odometer_m)
 
 
 def _driven(search: Search, odometer_m: float) -> float:
     done = sum(result.path_length_m for result in search.results)
+    done += sum(paused.driven_m for paused in search.paused)
     return done + (odometer_m - search.target_start.odometer_m if search.active else 0.0)
 
 
@@ -173,15 +178,9 @@ def _finish_target(
     """The present object is done; start the next or end the search."""
     results = (*search.results, _result(search, outcome, reason, stamp, candidate))
     if len(results) < len(search.objects):
-        target_start = _target_start(stamp)
-        search = replace(
-            search,
-            index=search.index + 1,
-            phase=Starting(),
-            target_start=target_start,
-            results=results,
-        )
-        return replace(search, reason=_starting(search))
+        index = next_index(search)
+        search = replace(search, results=results, done=(*search.done, search.index))
+        return begun(search, index, stamp)
     if search.destination is not None:
         return replace(search, phase=Finished(outcome), results=results, reason=reason)
     outcomes = {result.outcome for result in results}
@@ -208,10 +207,6 @@ def _summary(results: tuple[ObjectResult, ...]) -> str:
     ]
     text = f"found {len(found)} of {len(results)}"
     return text if not missing else f"{text}; {'; '.join(missing)}"
-
-
-def _starting(search: Search) -> str:
-    return f"asking the map about {search.subject}"
 
 
 def _set_out(search: Search) -> Search:
