@@ -25,7 +25,8 @@ class MapView:
     similarity float32 in [0, 1], NaN where not observed: the score, or for an encoder without
     calibration the place among the map's top tenth; margin float32: the score less that of the
     best name that competes with the object, infinity where none does, NaN where not observed;
-    guidance float32 in [0, 1]: rank of the cell's cosine, NaN where not observed.
+    guidance float32 in [0, 1]: rank of the cell's cosine, NaN where not observed; calibrated:
+    whether the score is a probability.
     """
 
     grid: GridSpec
@@ -36,6 +37,7 @@ class MapView:
     similarity: F32
     margin: F32
     guidance: F32
+    calibrated: bool = True
 
     @property
     def cell_area_m2(self) -> float:
@@ -106,6 +108,7 @@ def map_view_around(view: SearchView, robot_xy: F64, window_xy: F64 | None = Non
         similarity=similarity if view.calibrated else _top_tenth(guidance),
         margin=margin,
         guidance=guidance,
+        calibrated=view.calibrated,
     )
 
 
