@@ -14,6 +14,7 @@ from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.motion.pure_pursuit import limit_acceleration, target_velocity
 from onemap_planner.policy.competition import rival_names
+from onemap_planner.policy.object_order import name_to_ask
 from onemap_planner.policy.state import Decision, Observation, PlannerState
 from onemap_planner.policy.step import step
 from onemap_planner.search.events import EventStamp
@@ -241,7 +242,7 @@ class SimulatedSearch:
     def step(self) -> None:
         """One planning period: a frame, a planning step, then driving until the next."""
         target = self.state.search.target
-        if target and self.state.search.index not in self.targets_reset:
+        if target and [self.state.search.index] != self.targets_reset[-1:]:
             self.targets_reset.append(self.state.search.index)
             self.world.since_reset = np.zeros_like(self.world.since_reset)
         seen = self.world.look()
@@ -256,6 +257,7 @@ class SimulatedSearch:
             view=self.world.view(
                 target, rival_names(target, self.state.search.objects, found_objects)
             ),
+            other_view=self._other_view(),
             detections=(self.world.detect(target, seen),),
             stale_reason=self.stale_reason,
         )
@@ -265,6 +267,11 @@ class SimulatedSearch:
             self.reasons.append(self.state.search.reason)
         for _ in range(CONTROLS_PER_STEP):
             self._control()
+
+    def _other_view(self) -> SearchView | None:
+        name, search = name_to_ask(self.state, self.config.order), self.state.search
+        rivals = rival_names(name, search.objects, self.state.found_objects)
+        return self.world.view(name, rivals) if name else None
 
     def _control(self) -> None:
         params = self.config.drive

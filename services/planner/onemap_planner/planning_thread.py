@@ -17,8 +17,9 @@ from onemap_planner.inputs import LatestInputs
 from onemap_planner.motion.velocity_controller import Plan
 from onemap_planner.path_message import planned_path
 from onemap_planner.policy.competition import rival_names
+from onemap_planner.policy.object_order import name_to_ask
 from onemap_planner.policy.params import PlannerParams
-from onemap_planner.policy.state import Decision, Observation, PlannerState, TargetState
+from onemap_planner.policy.state import Decision, Observation, PlannerState, at_object
 from onemap_planner.policy.step import step
 from onemap_planner.registry import SearchRegistry
 from onemap_planner.search.events import EventStamp, TargetFailed
@@ -130,6 +131,7 @@ class PlanningThread:
             stale_reason = f"the map has not answered for {VIEW_TIMEOUT_S:g} s"
         except CallError:
             stale_reason = "the mapper is not there"
+        other_view = None if view is None else self._request_other_view(state)
         now, now_s = self._now(), time.monotonic()
         observation = Observation(
             now_s=now_s,
@@ -140,6 +142,7 @@ class PlanningThread:
             view=view,
             detections=self._new_detections(),
             stale_reason=stale_reason or now.inputs.stale_reason(now_s, self._params.staleness),
+            other_view=other_view,
         )
         next_state, decision = step(state, observation, self._params)
         plan_ms = (time.monotonic() - now_s) * 1e3
@@ -180,8 +183,19 @@ class PlanningThread:
             reset = SearchReset(search.search_id)
             self._bus.call(keys.MAP_SEARCH_RESET, reset, VIEW_TIMEOUT_S)
             self._reset_target = _target_key(search)
-        rivals = rival_names(search.target, search.objects, state.found_objects, state.synonyms)
-        request = SearchViewRequest(search.target, rivals)
+        return self._view_of(search.target, state)
+
+    def _request_other_view(self, state: PlannerState) -> SearchView | None:
+        """The view for a waiting object, if one is due; the search goes on without it."""
+        name = name_to_ask(state, self._params.order)
+        try:
+            return self._view_of(name, state) if name else None
+        except CallError:
+            return None
+
+    def _view_of(self, name: str, state: PlannerState) -> SearchView:
+        rivals = rival_names(name, state.search.objects, state.found_objects, state.synonyms)
+        request = SearchViewRequest(name, rivals)
         return self._bus.call(keys.MAP_SEARCH_VIEW, request, VIEW_TIMEOUT_S)
 
     def _fail_target(self, state: PlannerState, reason: str) -> None:
@@ -190,9 +204,8 @@ class PlanningThread:
         xy = inputs.pose.xy if inputs.pose else None
         stamp = EventStamp(time.monotonic(), state.active_time_s, xy, inputs.odometer_m)
         search = transition(state.search, TargetFailed(reason), stamp)
-        self._registry.compare_and_swap(
-            state, replace(state, search=search, target_state=TargetState())
-        )
+        next_state = at_object(state, search.index, keep=False)
+        self._registry.compare_and_swap(state, replace(next_state, search=search))
 
     def _new_detections(self) -> tuple[Detections, ...]:
         taken = []

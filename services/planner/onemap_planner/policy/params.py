@@ -11,6 +11,7 @@ from onemap_planner.motion.progress import RecoveryParams
 from onemap_planner.motion.pure_pursuit import DriveParams
 from onemap_planner.motion.staleness import StalenessParams
 from onemap_planner.policy.goals import GoalParams
+from onemap_planner.policy.order_params import ObjectOrderParams
 from onemap_planner.policy.unknown_way import PlaceParams
 from onemap_planner.world.candidates import ConsensusParams
 from onemap_planner.world.costmap import CostmapParams
@@ -115,6 +116,10 @@ class PlannerParams(Params):
     explore: ExploreParams = Field(
         default=ExploreParams(),
         description="Times in seconds and distances in metres of the search itself.",
+    )
+    order: ObjectOrderParams = Field(
+        default=ObjectOrderParams(),
+        description="How the cheapest order of objects is estimated, in metres of way.",
     )
     place: PlaceParams = Field(
         default=PlaceParams(),

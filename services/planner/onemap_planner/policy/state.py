@@ -10,9 +10,11 @@ from onemap_planner.motion.motions import Motion, Pose2d
 from onemap_planner.motion.progress import ProgressMonitor
 from onemap_planner.policy.competition import NO_SYNONYMS, FoundObject, Synonyms
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind
+from onemap_planner.policy.order_params import OrderMemory
 from onemap_planner.search.phases import Search
 from onemap_planner.world.candidates import ConsensusParams, ObjectCandidate
 from onemap_planner.world.costmap import Costmap
+from onemap_planner.world.map_view import WorldCells
 from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.messages import Detections, ObjectFind, SearchView
 from onemap_shared.trail import extended
@@ -57,6 +59,7 @@ class TargetState:
     blacklisted: goals at regions and candidates that were viewed without result. idle_since_s:
     since when there has been no goal, or no viewpoint of the candidate, in active time; None:
     there is one. reconsidered: whether rejected candidates got their second chance already.
+    refuted: similar cells that were searched before the object was put aside.
     """
 
     candidates: tuple[ObjectCandidate, ...] = ()
@@ -65,6 +68,7 @@ class TargetState:
     active_goal: ActiveGoal | None = None
     idle_since_s: float | None = None
     reconsidered: bool = False
+    refuted: WorldCells = frozenset()
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +80,9 @@ class PlannerState:
     has been, metres. found_objects: of this search and those before on the same map; synonyms:
     of all these names. known_m2: known area at the last step. active_time_s: seconds with
     fresh inputs; last_step_s: time of the last step; stale_since_s: since when the inputs are
-    stale, None while they are fresh; both of the planner's monotonic clock.
+    stale, None while they are fresh; both of the planner's monotonic clock. other_targets: what
+    is known of objects, by their indices, that wait while others are sought; order_memory: where
+    they may be.
     """
 
     search: Search
@@ -91,6 +97,8 @@ class PlannerState:
     active_time_s: float = 0.0
     last_step_s: float | None = None
     stale_since_s: float | None = None
+    other_targets: tuple[tuple[int, TargetState], ...] = ()
+    order_memory: OrderMemory = field(default_factory=OrderMemory)
 
     @property
     def obstacles_xy(self) -> F64:
@@ -104,7 +112,7 @@ class Observation:
 
     pose None: no odometry yet; view None: the map has not answered; detections: all since the
     last step, oldest first; command: the velocity last sent; stale_reason: why the inputs are
-    too old to act on, empty if they are fresh.
+    too old to act on, empty if they are fresh; other_view: of the object of ``name_to_ask``.
     """
 
     now_s: float
@@ -115,6 +123,7 @@ class Observation:
     view: SearchView | None
     detections: tuple[Detections, ...]
     stale_reason: str
+    other_view: SearchView | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +144,20 @@ def with_pose(state: PlannerState, pose: Pose2d) -> PlannerState:
     """The state at this pose, its trail extended."""
     trail = extended(state.trail, pose.xy, step_m=TRAIL_STEP_M, max_points=TRAIL_LENGTH)
     return replace(state, pose=pose, trail=trail)
+
+
+def at_object(state: PlannerState, index: int, *, keep: bool) -> PlannerState:
+    """The state with what is known of the object of this index; an object begins with nothing.
+
+    keep: what is known of the present one, because it waits from now on.
+    """
+    targets = dict(state.other_targets)
+    if keep:
+        targets[state.search.index] = replace(
+            state.target_state, active_goal=None, idle_since_s=None
+        )
+    target_state = targets.pop(index, TargetState())
+    return replace(state, target_state=target_state, other_targets=tuple(targets.items()))
 
 
 def blacklist(state: PlannerState, goal: Goal) -> PlannerState:

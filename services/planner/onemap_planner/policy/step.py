@@ -18,6 +18,8 @@ from onemap_planner.policy.explore import explore, select_candidate
 from onemap_planner.policy.finds import finds_of
 from onemap_planner.policy.follow_goal import can_follow, follow_goal, follow_window
 from onemap_planner.policy.goals import GoalCandidates
+from onemap_planner.policy.object_order import revise_order, take_in_view, with_turn
+from onemap_planner.policy.order_params import OrderMemory
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.recovery import check_progress, handle_stuck, is_trapped, stuck_failure
 from onemap_planner.policy.state import (
@@ -25,6 +27,7 @@ from onemap_planner.policy.state import (
     Observation,
     PlannerState,
     TargetState,
+    at_object,
     with_pose,
 )
 from onemap_planner.policy.verify import approach, confirm
@@ -35,6 +38,7 @@ from onemap_planner.search.events import (
     Exhausted,
     MapReady,
     MapRestarted,
+    Reordered,
     Rotated,
     SearchFailed,
     TargetFailed,
@@ -73,7 +77,7 @@ def step(
 
     exploration: that of another method, which a benchmark compares.
     """
-    state = _advance_clock(state, observation)
+    state = _advance_clock(with_turn(state, params.order), observation)
     if observation.stale_reason or observation.pose is None or observation.view is None:
         return _wait_for_inputs(state, observation, params), None
     before = state.pose or observation.pose
@@ -158,12 +162,17 @@ def _take_in_map(
             target_state=TargetState(),
             blacklisted_frontiers=(),
             found_objects=(),
+            other_targets=(),
+            order_memory=OrderMemory(),
         )
         return _apply(state, MapRestarted(), observation)
     state = replace(state, known_m2=known_m2)
+    frames = observation.detections
+    if observation.other_view is not None:
+        state = take_in_view(state, observation.other_view, frames, context, params)
     if not context.whole:
         return state
-    return update_candidates(state, observation.detections, context, params.consensus)
+    return update_candidates(state, frames, context, params.consensus)
 
 
 def _run_phase(
@@ -176,6 +185,7 @@ def _run_phase(
     """The state, the decision and the events of the present phase."""
     motion: Motion = Rest()
     event: Event | None = None
+    revised: Reordered | None = None
     goal_candidates = GoalCandidates()
     match state.search.phase:
         case Starting():
@@ -188,6 +198,8 @@ def _run_phase(
         case Exploring():
             event = select_candidate(state, context, params)
             if event is None:
+                state, revised = revise_order(state, context, params)
+            if event is None and (revised is None or revised.indices[0] == state.search.index):
                 state, motion, event, goal_candidates = exploration(state, context, params)
         case Approaching() as phase:
             state, motion, event = approach(state, phase, context, params)
@@ -201,7 +213,7 @@ def _run_phase(
         event = stuck_failure(state)  # nothing was searched: no goal could be reached
     goal = state.target_state.active_goal.goal if state.target_state.active_goal else None
     decision = Decision(motion, context.costmap, goal, goal_candidates)
-    return state, decision, () if event is None else (event,)
+    return state, decision, tuple(each for each in (revised, event) if each is not None)
 
 
 def _apply(state: PlannerState, event: Event, observation: Observation) -> PlannerState:
@@ -212,5 +224,6 @@ def _apply(state: PlannerState, event: Event, observation: Observation) -> Plann
         found = with_found_object(state.found_objects, state.search.target, event.candidate)
         state = replace(state, found_objects=found)
     search = transition(state.search, event, stamp)
-    target_state = state.target_state if search.index == state.search.index else TargetState()
-    return replace(state, search=search, target_state=target_state)
+    if search.index != state.search.index:
+        state = at_object(state, search.index, keep=isinstance(event, Reordered))
+    return replace(state, search=search)

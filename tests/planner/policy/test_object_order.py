@@ -1,0 +1,218 @@
+"""The order of objects follows what the map shows, steadily."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from onemap_planner.motion.motions import Pose2d
+from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
+from onemap_planner.policy.object_order import (
+    name_to_ask,
+    revise_order,
+    take_in_view,
+    with_turn,
+)
+from onemap_planner.policy.state import PlannerState, TargetState, at_object
+from onemap_planner.search.events import EventStamp, Reordered
+from onemap_planner.search.phases import Exploring, Finished
+from onemap_planner.search.state_machine import new_search, transition
+from onemap_shared.geometry import F32
+from onemap_shared.messages import Detections, SearchOrder, SearchState, SearchView
+from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
+from tests.planner.grid_world import in_four_rooms, start
+from tests.planner.one_room import candidate
+
+STAMP = EventStamp(0.0, 0.0, (1.0, 1.0), 0.0)
+HALL = drawn_map(*["#" * 8, *["#......#"] * 26, "#" * 8], scale=5)  # 14 x 4 m, all of it searched
+POSE = Pose2d(7.0, 2.0, 0.0)
+
+
+def view_of(text: str, *peaks: tuple[float, float, float]) -> SearchView:
+    """The hall with the similarity of peaks: x, y in metres, score."""
+    similarity: F32 = HALL.similarity.copy()
+    for x, y, score in peaks:
+        i, j = int(x / 0.1), int(y / 0.1)
+        similarity[i - 1 : i + 2, j - 1 : j + 2] = score
+    return search_view_of(replace(HALL, similarity=similarity), text)
+
+
+def context(view: SearchView) -> PlanningContext:
+    return build_context(POSE, view, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+
+
+def state_of(*names: str, order: SearchOrder = SearchOrder.ANY) -> PlannerState:
+    search = new_search("id", names, STAMP, 0, order=order)
+    return PlannerState(replace(search, phase=Exploring()))
+
+
+def revised(state: PlannerState, present: SearchView, *others: SearchView) -> Reordered | None:
+    here = context(present)
+    for view in others:
+        state = take_in_view(state, view, (), here, PARAMS)
+    return revise_order(state, here, PARAMS)[1]
+
+
+def test_waiting_objects_are_asked_for_in_turn() -> None:
+    state, asked = state_of("cup", "bed", "sofa"), []
+    for step in range(8):
+        state = replace(state, active_time_s=step * PARAMS.order.view_period_s / 2)
+        asked.append(name_to_ask(state, PARAMS.order))
+        state = with_turn(state, PARAMS.order)
+    assert asked == ["bed", "", "sofa", "", "bed", "", "sofa", ""]
+
+
+def test_nothing_is_asked_in_a_given_order_for_one_object_or_after_the_end() -> None:
+    given = state_of("cup", "bed", order=SearchOrder.GIVEN)
+    assert name_to_ask(given, PARAMS.order) == ""
+    assert with_turn(given, PARAMS.order) is given
+    assert name_to_ask(state_of("cup"), PARAMS.order) == ""
+    over = state_of("cup", "bed")
+    over = replace(over, search=replace(over.search, phase=Finished(SearchState.CANCELLED)))
+    assert name_to_ask(over, PARAMS.order) == ""
+    assert revise_order(given, context(view_of("cup")), PARAMS) == (given, None)
+
+
+def test_what_the_map_shows_near_by_is_fetched_first() -> None:
+    event = revised(
+        state_of("cup", "bed", "sofa"),
+        view_of("cup"),
+        view_of("bed", (11.0, 2.0, 0.9)),
+        view_of("sofa", (5.5, 2.0, 0.9)),
+    )
+    assert event == Reordered((2, 1, 0))
+
+
+@pytest.mark.parametrize(
+    ("score", "x", "order"),
+    [
+        pytest.param(0.9, 9.0, (1, 0), id="a likely place near by"),
+        pytest.param(0.45, 9.0, (0, 1), id="not likely enough"),
+        pytest.param(0.9, 13.2, (0, 1), id="too far to be cheaper by the margin"),
+    ],
+)
+def test_the_present_object_is_kept_unless_another_is_cheaper(
+    score: float, x: float, order: tuple[int, ...]
+) -> None:
+    cup, bed = view_of("cup"), view_of("bed", (x, 2.0, score))
+    here = replace(context(cup), pose=Pose2d(6.3, 2.0, 0.0))
+    state = take_in_view(state_of("cup", "bed"), bed, (), here, PARAMS)
+    assert revise_order(state, here, PARAMS)[1] == Reordered(order)
+
+
+def test_an_equal_alternative_does_not_make_it_alternate() -> None:
+    views = {
+        "cup": view_of("cup", (9.0, 2.0, 0.8)),
+        "bed": view_of("bed", (5.0, 2.0, 0.8)),
+    }
+    # the present object's place counts where it was not searched yet
+    fresh = {name: replace(view, layers=view.layers & np.uint8(3)) for name, view in views.items()}
+    for present, other in (("cup", "bed"), ("bed", "cup")):
+        event = revised(state_of(present, other), fresh[present], views[other])
+        assert event is not None
+        assert event.indices == (0, 1)
+
+
+def test_it_is_revised_once_a_second() -> None:
+    state, here = state_of("cup", "bed"), context(view_of("cup"))
+    state, event = revise_order(state, here, PARAMS)
+    assert event is not None
+    state = take_in_view(state, view_of("bed", (8.0, 2.0, 0.9)), (), here, PARAMS)
+    soon = replace(state, active_time_s=0.9)
+    assert revise_order(soon, here, PARAMS) == (soon, None)
+    later = replace(state, active_time_s=1.0)
+    assert revise_order(later, here, PARAMS)[1] == Reordered((1, 0))
+
+
+def test_an_order_that_is_already_planned_is_no_event() -> None:
+    state, here = state_of("cup", "bed"), context(view_of("cup"))
+    state = replace(state, search=replace(state.search, planned=(0, 1)))
+    assert revise_order(state, here, PARAMS)[1] is None
+
+
+def looked_at(x: float, y: float) -> Goal:
+    return Goal(GoalKind.REGION, (x, y), (x, y), GoalUtility(0.9, 0.0, 1.0, 0.0), "")
+
+
+def test_a_place_that_was_looked_at_in_vain_counts_less_and_less() -> None:
+    state, bed = state_of("cup", "bed"), view_of("bed", (8.0, 2.0, 0.9))
+    probabilities = []
+    for looks in range(4):
+        known = TargetState(blacklisted=(looked_at(8.0, 2.0),) * looks)
+        state = replace(state, other_targets=((1, known),))
+        places = take_in_view(state, bed, (), context(bed), PARAMS).order_memory.of(1)
+        probabilities.append(round(sum(place.probability for place in places), 3))
+    assert probabilities == [0.9, 0.45, 0.225, 0.0]
+
+
+def test_a_rejected_candidate_is_no_place() -> None:
+    state, bed = state_of("cup", "bed"), view_of("bed", (8.0, 2.0, 0.9))
+    known = TargetState(rejected=(candidate(8.0, 2.0),))
+    state = replace(state, other_targets=((1, known),))
+    assert take_in_view(state, bed, (), context(bed), PARAMS).order_memory.of(1) == ()
+
+
+def test_a_best_match_without_calibration_is_less_likely() -> None:
+    ranks = np.full(HALL.grid.shape, 100, np.uint8)
+    ranks[80:83, 19:22] = 255
+    bed = replace(view_of("bed"), calibrated=False, guidance=ranks)
+    state = take_in_view(state_of("cup", "bed"), bed, (), context(bed), PARAMS)
+    (place,) = state.order_memory.of(1)
+    assert place.probability == PARAMS.order.uncalibrated_probability
+
+
+def detections_of(name: str, x: float, y: float) -> Detections:
+    return Detections(
+        sequence=1,
+        stamp_ns=0,
+        detector_id="test",
+        names=(name,),
+        boxes_px=np.zeros((1, 4), np.float32),
+        scores=np.array([0.9], np.float32),
+        points_map=np.array([[x, y, 0.5]], np.float32),
+        point_owner=np.zeros(1, np.int32),
+    )
+
+
+def test_detections_of_a_waiting_object_are_kept_for_it() -> None:
+    state, bed = state_of("cup", "bed"), view_of("bed", (8.0, 2.0, 0.7))
+    frames = (detections_of("bed", 8.0, 2.0),) * 3
+    state = take_in_view(state, bed, frames, context(bed), PARAMS)
+    best = state.order_memory.of(1)[0]
+    assert best.probability == PARAMS.order.sighted_probability
+    taken = at_object(state, 1, keep=True)
+    assert taken.target_state.candidates[0].sightings == 3
+    assert dict(taken.other_targets) == {0: TargetState()}
+
+
+def test_where_an_object_was_searched_before_it_was_put_aside_is_remembered() -> None:
+    cup = view_of("cup", (4.0, 2.0, 0.9))  # searched without a detection
+    state = state_of("cup", "bed")
+    bed = view_of("bed", (8.0, 2.0, 0.9))
+    state = take_in_view(state, bed, (), context(cup), PARAMS)
+    state, event = revise_order(state, context(cup), PARAMS)
+    assert event == Reordered((1, 0))
+    search = transition(state.search, event, STAMP)
+    state = replace(at_object(state, 1, keep=True), search=search)
+    state = take_in_view(state, cup, (), context(bed), PARAMS)
+    assert state.order_memory.of(0) == ()
+
+
+@pytest.mark.slow
+def test_in_any_order_the_way_is_shorter_than_back_and_forth() -> None:
+    ways = []
+    for order in SearchOrder:
+        run = start(in_four_rooms(), "sofa", "bed", "vase", "table")
+        run.state = replace(run.state, search=replace(run.state.search, order=order))
+        search = run.until_over(400.0)
+        assert search.phase == Finished(SearchState.FOUND), run.reasons
+        assert not run.world.entered_solid
+        assert sum(result.path_length_m for result in search.results) == pytest.approx(
+            run.world.odometer_m, abs=0.1
+        )
+        ways.append(run.world.odometer_m)
+    given, any_order = ways
+    assert any_order < 0.9 * given
