@@ -56,9 +56,14 @@ class Client:
         body = {"text": text, "max_regions": max_regions}
         return self._connection.fetch(QueryResult.of, "POST", "/v1/queries", body)
 
-    def search(self, objects: str | Sequence[str]) -> RemoteSearch:
-        """Go and find: one object, or several, one after the other."""
-        return self.searches.start((objects,) if isinstance(objects, str) else tuple(objects))
+    def search(self, objects: str | Sequence[str], *, any_order: bool = False) -> RemoteSearch:
+        """Go and find: one object, or several, one after the other.
+
+        any_order: the robot takes the cheapest order by what its map shows, and revises it; the
+        results are in the order of ``objects`` all the same.
+        """
+        names = (objects,) if isinstance(objects, str) else tuple(objects)
+        return self.searches.start(names, any_order=any_order)
 
     def objects(self) -> list[MapObject]:
         """What was found on this map, the object found last first."""

@@ -122,9 +122,10 @@ class RemoteSearches:
         self._connection = connection
         self._retry = retry
 
-    def start(self, objects: tuple[str, ...]) -> RemoteSearch:
-        """Search for these objects, one after the other."""
-        return self._search("POST", "/v1/searches", {"objects": objects})
+    def start(self, objects: tuple[str, ...], *, any_order: bool = False) -> RemoteSearch:
+        """Search for these objects, one after the other, as given or in the cheapest order."""
+        order = {"order": "any"} if any_order else {}  # an older gateway knows no order
+        return self._search("POST", "/v1/searches", {"objects": objects, **order})
 
     def go_to(self, x_m: float, y_m: float) -> RemoteSearch:
         """Drive to a place."""

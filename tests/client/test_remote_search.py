@@ -19,7 +19,7 @@ from onemap import (
     SearchInterrupted,
     Unreachable,
 )
-from onemap_shared.messages import SearchState
+from onemap_shared.messages import SearchOrder, SearchState
 from tests.gateway.fakes import FakePlanner
 
 REPORT: dict[str, Any] = {"id": "s1", "objects": ["sofa"], "results": [], "updated_ns": 5}
@@ -181,3 +181,12 @@ def test_a_place_in_other_units_is_refused_there(client: Client, planner: FakePl
     with pytest.raises(OneMapError, match="less than or equal to 100000") as error:
         client.go_to(2e5, 0.0)
     assert error.value.status == 422
+
+
+def test_objects_are_sought_in_any_order_if_so_asked(client: Client, planner: FakePlanner) -> None:
+    orders = []
+    for any_order in (False, True):
+        client.search(["sofa", "kettle"], any_order=any_order).cancel()
+        assert planner.status is not None
+        orders.append(planner.status.order)
+    assert orders == [SearchOrder.GIVEN, SearchOrder.ANY]

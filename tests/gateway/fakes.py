@@ -301,7 +301,9 @@ class FakePlanner:
                 "unknown_word", "'flurb' (did you mean 'curb'?) is no word", words
             )
         status = search("s1", objects=request.objects)
-        self.status = replace(status, kind=request.kind, place_m=request.place_m)
+        self.status = replace(
+            status, kind=request.kind, place_m=request.place_m, order=request.order
+        )
         self._publisher.put(self.status)
         return self.status
 

@@ -8,7 +8,13 @@ import pytest
 from pydantic import ValidationError
 
 from onemap_gateway.http.schemas import MapName, QueryRequest, RequestModel, SearchStart
-from onemap_shared.messages import MAX_OBJECTS, MAX_TEXT_CHARS, SearchKind, SearchRequest
+from onemap_shared.messages import (
+    MAX_OBJECTS,
+    MAX_TEXT_CHARS,
+    SearchKind,
+    SearchOrder,
+    SearchRequest,
+)
 
 
 def test_a_search_names_one_object_or_a_list_in_order() -> None:
@@ -81,3 +87,19 @@ def test_the_examples_fit_and_unknown_fields_do_not(model: type[RequestModel]) -
         model.model_validate(example)
         with pytest.raises(ValidationError, match="extra_forbidden"):
             model.model_validate({**example, "speed": 3})
+
+
+def test_objects_may_be_sought_in_any_order() -> None:
+    names = ["sofa", "kettle"]
+    given = SearchStart.model_validate({"objects": names}).request(3.0)
+    assert given.order is SearchOrder.GIVEN
+    body = {"objects": names, "order": "any"}
+    assert SearchStart.model_validate(body).request(3.0).order is SearchOrder.ANY
+
+
+@pytest.mark.parametrize(
+    "body", [{"go_to_m": [1, 2], "order": "any"}, {"objects": ["sofa"], "order": "nearest"}]
+)
+def test_a_place_has_no_order_and_no_other_order_is_known(body: dict[str, object]) -> None:
+    with pytest.raises(ValidationError, match="order"):
+        SearchStart.model_validate(body)

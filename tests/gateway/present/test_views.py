@@ -18,7 +18,13 @@ from onemap_gateway.present.views import (
     no_match_message,
     search_report,
 )
-from onemap_shared.messages import ObjectResult, SearchKind, SearchState, SimilarityReply
+from onemap_shared.messages import (
+    ObjectResult,
+    SearchKind,
+    SearchOrder,
+    SearchState,
+    SimilarityReply,
+)
 from tests.gateway import fakes
 from tests.gateway.fakes import STAMP_NS, full_state, search_view
 
@@ -147,3 +153,16 @@ def test_a_drive_has_a_place_and_a_result_without_name_and_object() -> None:
     assert (shown.name, shown.outcome, shown.position_m) == ("", SearchState.ARRIVED, None)
     assert shown.end_xy_m == here
     assert found_objects(status) == ()
+
+
+def test_results_are_in_the_order_of_the_request() -> None:
+    results = tuple(
+        ObjectResult(name, SearchState.FOUND, "", (1.0, 2.0, 0.5), 0.9, seconds, 1.0, (), ())
+        for name, seconds in (("bed", 3.0), ("cup", 4.0))
+    )
+    status = replace(
+        fakes.search(objects=("cup", "sofa", "bed")), order=SearchOrder.ANY, results=results
+    )
+    report = search_report(status, STAMP_NS)
+    assert [(each.name, each.duration_s) for each in report.results] == [("cup", 4.0), ("bed", 3.0)]
+    assert report.order is SearchOrder.ANY

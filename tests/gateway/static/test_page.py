@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
+from onemap_shared.messages import ObjectResult, SearchOrder, SearchState
 from tests.gateway.static.chromium import Page
 from tests.gateway.static.conftest import PHONE, Robot, start_search
 
@@ -151,6 +154,31 @@ def test_a_search_is_started_followed_and_stopped(page: Page, robot: Robot) -> N
     page.wait_for("document.getElementById('search-state').innerText === 'cancelled'")
     page.wait_for(f"{PIXELS % 'path'} === 0")
     assert page.evaluate("document.getElementById('stop').hidden")
+    assert page.errors == []
+
+
+def test_several_objects_may_be_found_in_any_order(page: Page, robot: Robot) -> None:
+    page.open(robot.address)
+    shown = "!document.getElementById('order').hidden"
+    page.type("#text", "sofa")
+    assert not page.evaluate(shown)
+    page.type("#text", "sofa, kettle")
+    page.wait_for(shown)
+    page.click("#any-order")
+    page.click("#find")
+    page.wait_for("document.body.classList.contains('searching')")
+    assert robot.planner.status is not None
+    assert robot.planner.status.objects == ("sofa", "kettle")
+    assert robot.planner.status.order is SearchOrder.ANY
+    result = ObjectResult(
+        "kettle", SearchState.FOUND, "there", (1.0, 2.0, 0.5), 0.9, 3.0, 1.0, (), ()
+    )
+    robot.planner.status = replace(robot.planner.status, results=(result,))
+    robot.planner.move(SearchState.EXPLORING)
+    page.wait_for(
+        "[...document.querySelectorAll('#objects li')].map((row) => row.className).join()"
+        " === 'now,found'"
+    )
     assert page.errors == []
 
 

@@ -203,7 +203,7 @@ def test_a_search_exits_with_0_only_if_all_were_found() -> None:
     }
     report = {"id": "s1", "state": "found", "objects": ["sofa"], "results": [result], "reason": ""}
     with fake_gateway({("POST", "/v1/searches"): (201, report)}) as url:
-        done = RUNNER.invoke(app, ["search", "sofa", "--url", url, "--json"])
+        done = RUNNER.invoke(app, ["search", "sofa", "--any-order", "--url", url, "--json"])
     assert done.exit_code == EXIT_OK
     assert json.loads(done.stdout) == report
 

@@ -145,3 +145,16 @@ def test_a_drive_asks_for_the_place_or_for_a_view_of_it(look: bool, member: str)
     gateway = Client(transport=httpx.MockTransport(handle))
     assert not arrived(drive(gateway, (1.0, -2.5), console(), look=look))
     assert json.loads(sent[0]) == {member: [1.0, -2.5]}
+
+
+@pytest.mark.parametrize(("any_order", "body"), [(False, {}), (True, {"order": "any"})])
+def test_the_order_is_asked_for_only_if_it_is_any(any_order: bool, body: dict[str, Any]) -> None:
+    sent: list[Any] = []
+
+    def handle(request: httpx.Request) -> httpx.Response:
+        sent.append(json.loads(request.content))
+        return httpx.Response(200, json=report("found", RESULT))
+
+    client = Client(transport=httpx.MockTransport(handle))
+    search(client, ("sofa", "bed"), console(), any_order=any_order)
+    assert sent == [{"objects": ["sofa", "bed"], **body}]

@@ -44,6 +44,10 @@ def search_command(
     objects: Annotated[
         list[str], typer.Argument(help="Objects, one after the other; quote names of two words.")
     ],
+    *,
+    any_order: Annotated[
+        bool, typer.Option("--any-order", help="The cheapest first, by what the map shows.")
+    ] = False,
     url: Url = DEFAULT_URL,
     token: Token = "",
     as_json: Json = False,
@@ -55,7 +59,7 @@ def search_command(
     from onemap_tools.gateway import gateway_client
 
     with gateway_client(url, token) as gateway:
-        report = search(gateway, tuple(objects), progress_console())
+        report = search(gateway, tuple(objects), progress_console(), any_order=any_order)
     describe_search(report, result_console(as_json))
     if as_json:
         print_json(report)

@@ -29,9 +29,11 @@ def map_updates(gateway: Client) -> MapUpdates:
     return MapUpdates(revisions[0].age_s, revisions[0].rate_hz) if revisions else MapUpdates()
 
 
-def search(gateway: Client, objects: tuple[str, ...], console: Console) -> dict[str, Any]:
+def search(
+    gateway: Client, objects: tuple[str, ...], console: Console, *, any_order: bool = False
+) -> dict[str, Any]:
     """Search for the objects one after the other; Ctrl-C cancels. Returns the final report."""
-    return _follow(gateway, lambda: gateway.search(objects), console)
+    return _follow(gateway, lambda: gateway.search(objects, any_order=any_order), console)
 
 
 def drive(

@@ -12,6 +12,7 @@ from onemap_shared.messages import (
     MAX_OBJECTS,
     MAX_TEXT_CHARS,
     SearchKind,
+    SearchOrder,
     SearchRequest,
     check_text,
 )
@@ -50,13 +51,15 @@ class SearchStart(RequestModel):
     """What the robot is to do: exactly one of these.
 
     ``objects``: find them, one after the other; ``object``: find a single one; ``go_to_m``: drive
-    to a place; ``look_at_m``: drive to where a place can be seen, and face it.
+    to a place; ``look_at_m``: drive to where a place can be seen, and face it. With ``order``
+    ``any``, the objects are sought in the cheapest order, revised as the map grows.
     """
 
     model_config = ConfigDict(
         json_schema_extra={
             "examples": [
                 {"objects": ["sofa", "teddy bear", "kettle"]},
+                {"objects": ["sofa", "teddy bear", "kettle"], "order": "any"},
                 {"object": "sofa"},
                 {"go_to_m": [2.5, -1.0]},
                 {"look_at_m": [2.5, -1.0]},
@@ -68,6 +71,10 @@ class SearchStart(RequestModel):
     object: ObjectName | None = None
     go_to_m: Place | None = Field(default=None, description="x, y in the map frame, metres.")
     look_at_m: Place | None = Field(default=None, description="x, y in the map frame, metres.")
+    order: SearchOrder = Field(
+        default=SearchOrder.GIVEN,
+        description="Of the objects: as given, or the cheapest by what the map shows.",
+    )
 
     @model_validator(mode="after")
     def _exactly_one(self) -> SearchStart:
@@ -77,6 +84,8 @@ class SearchStart(RequestModel):
                 "give exactly one of 'objects', a list, 'object', a text, 'go_to_m' and "
                 '\'look_at_m\', both [x, y] in metres; for example {"objects": ["sofa"]}'
             )
+        if self.order is not SearchOrder.GIVEN and not self.names:
+            raise ValueError("'order' is for objects; a place has none: leave it out")
         return self
 
     @property
@@ -90,7 +99,7 @@ class SearchStart(RequestModel):
             return SearchRequest((), patience_s, SearchKind.GO_TO, self.go_to_m)
         if self.look_at_m is not None:
             return SearchRequest((), patience_s, SearchKind.LOOK_AT, self.look_at_m)
-        return SearchRequest(self.names, patience_s)
+        return SearchRequest(self.names, patience_s, order=self.order)
 
 
 MAP_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from onemap_shared.messages import SearchKind, SearchState
+from onemap_shared.messages import SearchKind, SearchOrder, SearchState
 
 Time = Annotated[
     str,
@@ -129,6 +129,7 @@ class SearchReport(BaseModel):
                     "state": "exploring",
                     "active": True,
                     "objects": ["sofa", "kettle"],
+                    "order": "given",
                     "index": 0,
                     "target": "sofa",
                     "reason": "Walking to the frontier that looks most like a sofa.",
@@ -152,12 +153,15 @@ class SearchReport(BaseModel):
     state: SearchState
     active: bool = Field(description="Whether the search still runs.")
     objects: tuple[str, ...] = Field(description="What is to be found; empty for a place.")
+    order: SearchOrder = Field(description="Of the objects, as requested: given or any.")
     index: int = Field(description="Which of the objects is now sought, from 0.")
     target: str = Field(
         description="The object now sought; empty when the search is over or for a place."
     )
     reason: str = Field(description="In a sentence, what is going on or why it ended.")
-    results: list[ObjectReport]
+    results: list[ObjectReport] = Field(
+        description="Of the objects that are done, in the order of the request."
+    )
     elapsed_s: float
     path_length_m: float
     started_at: Time

@@ -117,7 +117,8 @@ def search_report(status: SearchStatus, now_ns: int) -> SearchReport:
         index=status.index,
         target=status.target,
         reason=status.reason,
-        results=[_object_report(result) for result in status.results],
+        order=status.order,
+        results=[_object_report(result) for result in in_order_of_request(status)],
         elapsed_s=max(end_ns - status.started_ns, 0) / 1e9,
         path_length_m=round(status.path_length_m, DECIMALS),
         started_at=rfc3339(status.started_ns),
@@ -125,6 +126,12 @@ def search_report(status: SearchStatus, now_ns: int) -> SearchReport:
         started_ns=str(status.started_ns),
         updated_ns=str(status.updated_ns),
     )
+
+
+def in_order_of_request(status: SearchStatus) -> list[ObjectResult]:
+    """The results in the order of the objects; that of a place has no object."""
+    order = {name: index for index, name in reversed(list(enumerate(status.objects)))}
+    return sorted(status.results, key=lambda result: order.get(result.name, 0))
 
 
 def search_list(listed: SearchList, now_ns: int) -> SearchListReply:

@@ -187,7 +187,9 @@ function queryInstead(text, word) {
 
 function startSearch() {
   return act(by("find"), async () => {
-    await beginSearch({ objects: requiredNames() });
+    const objects = requiredNames();
+    const any = objects.length > 1 && by("any-order").checked;
+    await beginSearch(any ? { objects, order: "any" } : { objects });
   });
 }
 
@@ -224,6 +226,7 @@ by("ask").addEventListener("submit", (event) => {
   event.preventDefault();
   query();
 });
+by("text").addEventListener("input", () => (by("order").hidden = names().length < 2));
 by("text").addEventListener("keydown", (event) => {
   if (event.key !== "Enter" || !event.shiftKey) return;
   event.preventDefault();

@@ -104,7 +104,9 @@ export function activity(search) {
 }
 
 function describe(search, name, index) {
-  const result = search.results[index];
+  // done in any order; a name may be there twice
+  const earlier = search.objects.slice(0, index).filter((other) => other === name).length;
+  const result = search.results.filter((each) => each.name === name)[earlier];
   if (!result) {
     return [search.active && index === search.index ? "now" : "waiting", name, ""];
   }

@@ -132,12 +132,14 @@ def caption_text(moment: FilmMoment) -> str:
 def object_lines(status: SearchStatus) -> list[tuple[str, Rgb]]:
     """A line for each object, at most ``LISTED_OBJECTS``, around the one that is searched."""
     lines = [(f"{name}: next", WAITING) for name in status.objects]
-    for number, result in enumerate(status.results[: len(lines)]):
-        outcome = str(result.outcome).replace("_", " ")
-        colour = DARK.found if result.outcome is SearchState.FOUND else WAITING
-        lines[number] = (f"{result.name}: {outcome} after {result.duration_s:.0f} s", colour)
-    if status.active and len(status.results) <= status.index < len(lines):
-        lines[status.index] = (f"{status.target}: {status.state}", DARK.ink)
+    for number in range(len(lines)):
+        result = status.result_of(number)
+        if result is not None:
+            outcome = str(result.outcome).replace("_", " ")
+            colour = DARK.found if result.outcome is SearchState.FOUND else WAITING
+            lines[number] = (f"{result.name}: {outcome} after {result.duration_s:.0f} s", colour)
+        elif status.active and number == status.index:
+            lines[number] = (f"{status.target}: {status.state}", DARK.ink)
     first = min(max(status.index - 1, 0), max(len(lines) - LISTED_OBJECTS, 0))
     return lines[first : first + LISTED_OBJECTS]
 
