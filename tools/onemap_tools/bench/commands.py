@@ -10,7 +10,7 @@ import typer
 
 from onemap_tools.bench.cli_errors import cli_errors
 from onemap_tools.bench.habitat.command import app as habitat_app
-from onemap_tools.bench.navigation.choices import Apartments, Features, Method
+from onemap_tools.bench.navigation.choices import Apartments, Features, Method, ObjectOrder
 from onemap_tools.bench.pose_graph_command import pose_graph
 from onemap_tools.cli.options import Config, Json
 from onemap_tools.cli.terminal import print_json
@@ -48,6 +48,8 @@ class QueryStyles(str, Enum):
 Beside = Annotated[
     list[Path] | None, typer.Option(help="Folder of another method's results, to compare with.")
 ]
+Order = Annotated[ObjectOrder, typer.Option(help="Of the objects: as drawn, or the cheapest.")]
+Parity = Annotated[Apartments, typer.Option(help="Settings are chosen on even seeds.")]
 Frames = Annotated[int, typer.Option(min=1, help="Frames to measure.")]
 Threads = Annotated[int, typer.Option(min=1, help="CPU threads of torch.")]
 
@@ -321,13 +323,12 @@ def navigation(
     ] = Features.SIMULATED,
     episodes: Annotated[int, typer.Option(min=1, help="Apartments, one episode in each.")] = 10,
     seed: Annotated[int, typer.Option(min=0, help="Of the first apartment.")] = 1,
-    apartments: Annotated[
-        Apartments, typer.Option(help="Settings are chosen on even seeds.")
-    ] = Apartments.ALL,
+    apartments: Parity = Apartments.ALL,
     style: Annotated[SearchStyle, typer.Option(help="Of the apartments.")] = SearchStyle.TRAINING,
     objects_per_episode: Annotated[
         int, typer.Option(min=1, max=10, help="Objects, one after the other.")
     ] = 3,
+    order: Order = ObjectOrder.GIVEN,
     limit: Annotated[float, typer.Option(min=1, help="Simulated seconds per object.")] = 300.0,
     workers: Annotated[int, typer.Option(min=1, help="Episodes at once, a core each.")] = 1,
     out: Annotated[
@@ -348,6 +349,7 @@ def navigation(
     mini: a check of the simulated time, on a machine that does nothing else.
     """
     with cli_errors("demo"):
+        from onemap_shared.messages import SearchOrder
         from onemap_tools.bench.navigation import benchmark
         from onemap_tools.bench.navigation.report import episode_line, table_lines
 
@@ -361,6 +363,7 @@ def navigation(
             objects=objects_per_episode,
             limit_s=limit,
             config=config,
+            order=SearchOrder(order.value),
         )
         result = benchmark.run_benchmark(
             options,

@@ -32,13 +32,14 @@ from onemap_planner.motion.velocity_controller import (
     VelocityController,
 )
 from onemap_planner.policy.competition import rival_names, synonyms_of
+from onemap_planner.policy.object_order import name_to_ask
 from onemap_planner.policy.state import Observation, PlannerState
 from onemap_planner.policy.step import step
 from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Destination, Search, Starting
 from onemap_planner.search.state_machine import new_search
 from onemap_shared.geometry import F64, Velocity2d, yaw_of
-from onemap_shared.messages import Detections, FeatureField, RgbdFrame, SearchView
+from onemap_shared.messages import Detections, FeatureField, RgbdFrame, SearchOrder, SearchView
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.missing_floor import MissingFloor
@@ -227,10 +228,12 @@ class LockstepSimulation:
         """Simulated seconds since the start."""
         return self._clock.now_s
 
-    def search(self, objects: tuple[str, ...], limit_s: float) -> Search:
-        """Search for the objects in order, until the search ends or ``limit_s`` have passed."""
+    def search(
+        self, objects: tuple[str, ...], limit_s: float, order: SearchOrder = SearchOrder.GIVEN
+    ) -> Search:
+        """Search for the objects, until the search ends or ``limit_s`` have passed."""
         synonyms = synonyms_of(self._perception.encoder.embed_text(objects))
-        search = new_search("lockstep", objects, self._stamp(), 0)
+        search = new_search("lockstep", objects, self._stamp(), 0, order=order)
         return self._run(PlannerState(search, synonyms=synonyms), limit_s)
 
     def drive(self, destination: Destination, limit_s: float) -> Search:
@@ -310,6 +313,7 @@ class LockstepSimulation:
             view=self._view(state),
             detections=tuple(self._detections),
             stale_reason="",
+            other_view=self._other_view(state),
         )
         self._detections.clear()
         self.state, decision = step(
@@ -328,19 +332,25 @@ class LockstepSimulation:
         if isinstance(search.phase, Starting) and self._reset_for != target_key:
             self.belief.reset_searched()
             self._reset_for = target_key
-        query = self._query(search.target)
-        rivals = [
-            self._query(name)
-            for name in rival_names(
-                search.target, search.objects, state.found_objects, state.synonyms
-            )
-        ]
-        view = search_view(
-            self.belief, self._scores, text=search.target, query=query, rivals=rivals
-        )
+        view = self._view_of(search.target, state)
         if self._method.value_map is not None:
             view = self._method.value_map.view(view)
         return self._method.view(view)
+
+    def _other_view(self, state: PlannerState) -> SearchView | None:
+        """The view for a waiting object, if one is due."""
+        name = name_to_ask(state, self._config.planner.order)
+        return self._method.view(self._view_of(name, state)) if name else None
+
+    def _view_of(self, name: str, state: PlannerState) -> SearchView:
+        names = rival_names(name, state.search.objects, state.found_objects, state.synonyms)
+        return search_view(
+            self.belief,
+            self._scores,
+            text=name,
+            query=self._query(name),
+            rivals=[self._query(rival) for rival in names],
+        )
 
     def _query(self, text: str) -> TextQuery:
         if text not in self._queries:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from onemap_shared.messages import SearchOrder
 from onemap_tools.bench.navigation import benchmark
 from onemap_tools.bench.navigation.benchmark import NavigationOptions, run_benchmark
 from onemap_tools.bench.navigation.choices import Apartments, Features, Method
@@ -24,6 +25,14 @@ def test_the_options_name_every_episode() -> None:
     assert [setup.config.simulator.seed for setup in setups] == [1, 3, 5]
     assert [setup.index for setup in setups] == [0, 1, 2]
     assert OPTIONS.document()["config"]["planner"]["plan_hz"] == 4.0
+
+
+def test_any_order_is_an_option_of_the_methods_that_keep_a_map_for_all_objects() -> None:
+    options = replace(OPTIONS, method=Method.ONEMAP, order=SearchOrder.ANY)
+    assert [setup.order for setup in options.setups()] == [SearchOrder.ANY] * 3
+    assert options.document()["order"] == "any"
+    with pytest.raises(ValueError, match="--order any is for onemap and onemap_no_consensus"):
+        replace(OPTIONS, method=Method.VLFM, order=SearchOrder.ANY)
 
 
 @pytest.mark.slow

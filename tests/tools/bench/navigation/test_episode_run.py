@@ -7,6 +7,7 @@ from math import inf
 
 import pytest
 
+from onemap_shared.messages import SearchOrder
 from onemap_tools.bench.claims import read_sections
 from onemap_tools.bench.navigation.choices import Features, Method
 from onemap_tools.bench.navigation.episode_run import (
@@ -100,6 +101,15 @@ def test_every_method_runs_an_episode(method: Method) -> None:
 def test_every_kind_of_features_runs_an_episode(features: Features) -> None:
     record = run_episode(setup(Method.ONEMAP, features, limit_s=3.0))
     assert record.trajectory[0] == pytest.approx(record.start[:2])
+
+
+@pytest.mark.slow
+def test_objects_in_any_order_are_recorded_in_the_order_in_which_they_ended() -> None:
+    given = setup(Method.ONEMAP, limit_s=4.0)
+    both = [run_episode(each) for each in (given, replace(given, order=SearchOrder.ANY))]
+    names = [sorted(item.name for item in record.objects) for record in both]
+    assert names[0] == names[1]
+    assert both[1].simulated_s > 0
 
 
 @pytest.mark.slow

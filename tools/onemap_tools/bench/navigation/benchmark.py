@@ -13,6 +13,7 @@ from typing import Any
 
 import torch
 
+from onemap_shared.messages import SearchOrder
 from onemap_tools.bench.claims import read_sections
 from onemap_tools.bench.navigation.choices import Apartments, Features, Method
 from onemap_tools.bench.navigation.comparison import comparison
@@ -29,6 +30,9 @@ from onemap_tools.cli.floor_plan import write_png
 Report = Callable[[EpisodeRecord], None]
 
 
+ORDERING = frozenset({Method.ONEMAP, Method.ONEMAP_NO_CONSENSUS})  # their map serves all objects
+
+
 @dataclass(frozen=True, slots=True)
 class NavigationOptions:
     """What is run. limit_s: simulated seconds per object; seed: of the first apartment."""
@@ -42,6 +46,14 @@ class NavigationOptions:
     objects: int = 3
     limit_s: float = 300.0
     config: Path | None = None
+    order: SearchOrder = SearchOrder.GIVEN
+
+    def __post_init__(self) -> None:
+        if self.order is SearchOrder.ANY and self.method not in ORDERING:
+            raise ValueError(
+                f"method {self.method.value} knows nothing of the objects that wait: --order any "
+                f"is for {' and '.join(sorted(method.value for method in ORDERING))}"
+            )
 
     def setups(self) -> tuple[EpisodeSetup, ...]:
         """One per episode; ValueError if method and features do not go together."""
@@ -59,6 +71,7 @@ class NavigationOptions:
                 self.features,
                 self.objects,
                 self.limit_s,
+                self.order,
             )
             for index, seed in enumerate(seeds)
         )
@@ -79,6 +92,7 @@ class NavigationOptions:
             "style": self.style,
             "objects_per_episode": self.objects,
             "limit_s": self.limit_s,
+            "order": self.order.value,
             "config": sections,
         }
 

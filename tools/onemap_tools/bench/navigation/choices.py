@@ -32,3 +32,10 @@ class Apartments(str, Enum):
     ALL = "all"
     EVEN = "even"
     ODD = "odd"
+
+
+class ObjectOrder(str, Enum):
+    """In which order the objects of an episode are sought."""
+
+    GIVEN = "given"
+    ANY = "any"

@@ -9,7 +9,14 @@ import numpy as np
 
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_planner.search.phases import Search
-from onemap_shared.messages import Detections, ObjectResult, RgbdFrame, SearchState, TruthRequest
+from onemap_shared.messages import (
+    Detections,
+    ObjectResult,
+    RgbdFrame,
+    SearchOrder,
+    SearchState,
+    TruthRequest,
+)
 from onemap_shared.names import normalised
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
@@ -52,6 +59,7 @@ class EpisodeSetup:
     features: Features
     objects: int
     limit_s: float
+    order: SearchOrder = SearchOrder.GIVEN
 
 
 @dataclass(slots=True)
@@ -117,7 +125,7 @@ def _search(
         watch=lambda frame, found: _count(counts, labels, simulation, frame, found),
     )
     limit_s = setup.limit_s * len(episode.objects) * OVERALL_LIMIT
-    search = simulation.search(episode.objects, limit_s)
+    search = simulation.search(episode.objects, limit_s, setup.order)
     return replace(
         record,
         objects=tuple(_judged(search, truth, episode, counts)),
@@ -175,8 +183,10 @@ def _count(
 def _judged(
     search: Search, truth: SceneTruth, episode: NavigationEpisode, counts: FrameCounts
 ) -> list[ObjectRecord]:
-    """The records of all objects; those that the search did not come to are not found."""
-    missing = [not_sought(name) for name in episode.objects[len(search.results) :]]
+    """The records of all objects in the order in which they ended; the search did not come to
+    the others, and they are not found."""
+    ended = {result.name for result in search.results}
+    missing = [not_sought(name) for name in episode.objects if name not in ended]
     records = []
     for result in (*search.results, *missing):
         judged = evaluate_result(

@@ -49,14 +49,17 @@ class ResultsFolder:
 
 
 def read_beside(folder: Path, options: Mapping[str, Any]) -> tuple[str, list[EpisodeRecord]]:
-    """Method and episodes of another run; ValueError if more than method and apartments differ."""
+    """Method and episodes of another run; ValueError if more than method, order and
+    apartments differ."""
     file = folder / OPTIONS_FILE
     if not file.exists():
         raise ValueError(f"{folder} holds no results of onemap bench navigation")
     before = dict(_options(file))
-    free = ("method", "episodes", "seed", "apartments")
+    free = ("method", "episodes", "seed", "apartments", "order")
     wanted = {**options, **{name: before.get(name) for name in free}}
-    refuse_others(folder, before, wanted, "only runs that differ in the method can be compared")
+    refuse_others(
+        folder, before, wanted, "only runs that differ in method or order can be compared"
+    )
     return str(before["method"]), _finished(folder / EPISODES_FILE)
 
 
