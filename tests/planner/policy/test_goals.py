@@ -1,10 +1,12 @@
 """The goal of the highest utility is selected; the current one is kept within hysteresis."""
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, select_goal
+from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, select_goal, successor
 from tests.planner.drawn_maps import PARAMS
 
 
@@ -39,3 +41,32 @@ def test_the_choice_does_not_depend_on_the_order(
 def test_utility_adds_up() -> None:
     utility = GoalUtility(score=0.5, size_bonus=0.1, travel_m=5.0, travel_penalty=0.2)
     assert utility.total == pytest.approx(0.4)
+
+
+def border(y: int, x0: int, x1: int, total: float = 0.3, look_x: float = 0.0) -> Goal:
+    """A goal at a border along x, in cells."""
+    cells = frozenset((x, y) for x in range(x0, x1))
+    return replace(goal(total, look_x), cells=cells)
+
+
+def test_a_border_is_recognised_by_its_cells_though_its_middle_jumps() -> None:
+    earlier = border(10, 0, 25, look_x=1.25)
+    rest = border(11, 18, 25, look_x=2.15)  # most of it was seen
+    other = border(14, 0, 8, total=0.35, look_x=1.0)  # nearer to the middle it had
+    assert successor([other, rest], earlier, PARAMS.goal) == rest
+    assert select_goal([other, rest], earlier, PARAMS.goal) == rest
+
+
+def test_the_piece_that_shares_the_most_cells_is_the_same_goal() -> None:
+    earlier = border(10, 0, 20, look_x=1.0)
+    pieces = [border(10, 0, 6, look_x=0.3), border(10, 6, 20, look_x=1.3)]
+    assert successor(pieces, earlier, PARAMS.goal) == pieces[1]
+    assert successor(pieces[::-1], earlier, PARAMS.goal) == pieces[1]
+
+
+def test_a_goal_of_another_kind_or_elsewhere_is_another() -> None:
+    earlier = border(10, 0, 20, look_x=1.0)
+    region = replace(earlier, kind=GoalKind.REGION)
+    assert successor([region, border(10, 40, 50, look_x=4.5)], earlier, PARAMS.goal) is None
+    jumped = border(16, 0, 20, look_x=1.2)  # beyond its growth, but at the same place
+    assert successor([jumped], earlier, PARAMS.goal) == jumped

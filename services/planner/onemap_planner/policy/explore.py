@@ -12,7 +12,7 @@ from onemap_planner.policy.competition import found_object_at, found_under_other
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.follow_goal import compared
 from onemap_planner.policy.goal_generation import detection_goals, frontier_goals, region_goals
-from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind, select_goal
+from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind, select_goal, successor
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.place_goals import frontier_goal
 from onemap_planner.policy.state import (
@@ -154,15 +154,14 @@ def _unconfirmed(state: PlannerState, params: PlannerParams) -> tuple[ObjectCand
 
 
 def _activate(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveGoal:
-    """The active goal: the present one if the goal is about the same point, else a new one.
+    """The active goal: the present one if the goal is the same, else a new one.
 
     A goal that recedes, as the end of a corridor does, gets a new budget once it is elsewhere.
     """
     active_goal = state.target_state.active_goal
     if (
         active_goal is not None
-        and active_goal.goal.kind is goal.kind
-        and goal.looks_at(active_goal.goal.look_xy, params.goal.same_goal_m)
+        and successor([goal], active_goal.goal, params.goal) is not None
         and goal.looks_at(active_goal.budget_xy, 2 * params.goal.same_goal_m)
     ):
         return replace(active_goal, goal=goal)

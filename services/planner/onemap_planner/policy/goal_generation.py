@@ -19,8 +19,10 @@ from onemap_planner.policy.viewpoints import (
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.frontiers import Frontier
+from onemap_planner.world.map_view import WorldCells
 from onemap_planner.world.regions import SimilarRegion
 from onemap_shared.geometry import F64, I64
+from onemap_shared.grid import GridSpec
 
 MAX_FRONTIER_CELLS = 5  # lines of sight tried per frontier, from its middle outwards
 
@@ -43,26 +45,27 @@ def frontier_goals(
             visible.append((frontier, viewpoint))
     ways_m = cost_to_go.lengths_m(np.array([cell for _, cell in visible]).reshape(-1, 2))
     return [
-        _frontier_goal(frontier, _xy(costmap, viewpoint), travel_m, size, params)
+        _frontier_goal(frontier, viewpoint, travel_m, costmap.grid, params)
         for (frontier, viewpoint), travel_m in zip(visible, ways_m.tolist(), strict=True)
     ]
 
 
 def _frontier_goal(
     frontier: Frontier,
-    viewpoint_xy: tuple[float, float],
+    viewpoint: I64,
     travel_m: float,
-    cell_size_m: float,
+    grid: GridSpec,
     params: GoalParams,
 ) -> Goal:
-    length_m = len(frontier.cells) * cell_size_m
+    length_m = len(frontier.cells) * grid.cell_size_m
     utility = GoalUtility.of(frontier.score, travel_m, params, length_m=length_m)
     what = "unknown space" if frontier.unknown else "a place seen only from afar"
     reason = (
         f"frontier: {what} {travel_m:.1f} m away, similarity {frontier.score:.2f} expected beyond"
     )
     look_xy = _pair(frontier.beyond_xy)
-    return Goal(GoalKind.FRONTIER, viewpoint_xy, look_xy, utility, reason)
+    viewpoint_xy, cells = _pair(grid.centres(viewpoint)), _world_cells(frontier.cells, grid)
+    return Goal(GoalKind.FRONTIER, viewpoint_xy, look_xy, utility, reason, cells)
 
 
 def region_goals(
@@ -87,8 +90,10 @@ def region_goals(
             continue
         utility = GoalUtility.of(region.score, _travel_m(cost_to_go, viewpoint), params)
         reason = f"region: similarity {region.score:.2f} on the map, {utility.travel_m:.1f} m away"
+        cells = _world_cells(region.cells, costmap.grid)
+        look_xy = _pair(region.peak_xy)
         goals.append(
-            Goal(GoalKind.REGION, _xy(costmap, viewpoint), _pair(region.peak_xy), utility, reason)
+            Goal(GoalKind.REGION, _xy(costmap, viewpoint), look_xy, utility, reason, cells)
         )
     return goals
 
@@ -113,7 +118,9 @@ def detection_goals(
             f"a closer look {utility.travel_m:.1f} m away"
         )
         look_xy = (candidate.xyz[0], candidate.xyz[1])
-        goals.append(Goal(GoalKind.DETECTION, viewpoint_xy, look_xy, utility, reason))
+        goals.append(
+            Goal(GoalKind.DETECTION, viewpoint_xy, look_xy, utility, reason, candidate.cells)
+        )
     return goals
 
 
@@ -132,6 +139,11 @@ def _frontier_viewpoint(cells: I64, nearest: I64, costmap: Costmap) -> I64 | Non
 def _travel_m(cost_to_go: CostToGo, cell: I64) -> float:
     """Metres of path: its cost would make a way along a wall count up to fourfold."""
     return float(cost_to_go.lengths_m(cell[None])[0])
+
+
+def _world_cells(cells: I64, grid: GridSpec) -> WorldCells:
+    """World cells of grid indices (K, 2)."""
+    return frozenset(map(tuple, (cells + np.asarray(grid.origin_cell)).tolist()))
 
 
 def _xy(costmap: Costmap, cell: I64) -> tuple[float, float]:

@@ -11,8 +11,11 @@ import numpy as np
 from pydantic import Field, PositiveFloat
 
 from onemap_planner.world.frontiers import Frontier
+from onemap_planner.world.map_view import WorldCells
 from onemap_planner.world.regions import SimilarRegion
 from onemap_shared.params import Params
+
+GROWTH_CELLS = 2  # by which a border recedes between two plans: 0.2 m at most
 
 
 class GoalKind(str, Enum):
@@ -93,13 +96,17 @@ class GoalUtility:
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """Drive to viewpoint_xy and face look_xy, (2,) metres each."""
+    """Drive to viewpoint_xy and face look_xy, (2,) metres each.
+
+    cells: what it is about, by which it is recognised on the next map; empty for a place.
+    """
 
     kind: GoalKind
     viewpoint_xy: tuple[float, float]
     look_xy: tuple[float, float]
     utility: GoalUtility
     reason: str
+    cells: WorldCells = frozenset()
 
     def looks_at(self, xy: tuple[float, float], within_m: float) -> bool:
         """Whether ``look_xy`` lies within ``within_m`` of a point (metres)."""
@@ -122,11 +129,29 @@ def select_goal(options: Iterable[Goal], current: Goal | None, params: GoalParam
     best = ranked[0]
     if current is None:
         return best
-    same = [
-        goal
-        for goal in ranked
-        if goal.kind is current.kind and goal.looks_at(current.look_xy, params.same_goal_m)
-    ]
-    if same and best.utility.total < same[0].utility.total + params.hysteresis:
-        return same[0]
+    same = successor(ranked, current, params)
+    if same is not None and best.utility.total < same.utility.total + params.hysteresis:
+        return same
     return best
+
+
+def successor(goals: Iterable[Goal], earlier: Goal, params: GoalParams) -> Goal | None:
+    """Which of the goals is the earlier one on a newer map; None if it is gone.
+
+    The goal of its kind that shares the most cells with it, since the middle of a border jumps
+    when a part of it was seen or it is cut elsewhere; cells up to ``GROWTH_CELLS`` away count,
+    because a border recedes. Without any such, the first within ``same_goal_m``.
+    """
+    alike = [goal for goal in goals if goal.kind is earlier.kind]
+    around = _grown(earlier.cells)
+    shared = [len(goal.cells & around) for goal in alike]
+    if max(shared, default=0) > 0:
+        return alike[shared.index(max(shared))]
+    near = (goal for goal in alike if goal.looks_at(earlier.look_xy, params.same_goal_m))
+    return next(near, None)
+
+
+def _grown(cells: WorldCells) -> WorldCells:
+    """The cells and all within ``GROWTH_CELLS`` of them, diagonals included."""
+    steps = range(-GROWTH_CELLS, GROWTH_CELLS + 1)
+    return frozenset((x + dx, y + dy) for x, y in cells for dx in steps for dy in steps)
