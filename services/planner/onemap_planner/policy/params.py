@@ -10,6 +10,7 @@ from pydantic import Field, PositiveFloat, PositiveInt
 from onemap_planner.motion.progress import RecoveryParams
 from onemap_planner.motion.pure_pursuit import DriveParams
 from onemap_planner.motion.staleness import StalenessParams
+from onemap_planner.policy.dead_ends import DeadEndParams
 from onemap_planner.policy.goals import GoalParams
 from onemap_planner.policy.order_params import ObjectOrderParams
 from onemap_planner.policy.unknown_way import PlaceParams
@@ -116,6 +117,10 @@ class PlannerParams(Params):
     explore: ExploreParams = Field(
         default=ExploreParams(),
         description="Times in seconds and distances in metres of the search itself.",
+    )
+    dead_end: DeadEndParams = Field(
+        default=DeadEndParams(),
+        description="When goals that were given up are offered again, in metres.",
     )
     order: ObjectOrderParams = Field(
         default=ObjectOrderParams(),

@@ -9,6 +9,7 @@ import numpy as np
 from onemap_planner.motion.motions import Motion, Pose2d
 from onemap_planner.motion.progress import ProgressMonitor
 from onemap_planner.policy.competition import NO_SYNONYMS, FoundObject, Synonyms
+from onemap_planner.policy.dead_ends import DeadEnd
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind
 from onemap_planner.policy.order_params import OrderMemory
 from onemap_planner.search.phases import Search
@@ -80,7 +81,8 @@ class PlannerState:
     has been, metres. found_objects: of this search and those before on the same map; synonyms:
     of all these names. known_m2: known area at the last step. active_time_s: seconds with
     fresh inputs; last_step_s: time of the last step; stale_since_s: since when the inputs are
-    stale, None while they are fresh; both of the planner's monotonic clock. other_targets: what
+    stale, None while they are fresh; both of the planner's monotonic clock. dead_ends: the
+    blacklisted places with what was around them. other_targets: what
     is known of objects, by their indices, that wait while others are sought; order_memory: where
     they may be.
     """
@@ -97,6 +99,7 @@ class PlannerState:
     active_time_s: float = 0.0
     last_step_s: float | None = None
     stale_since_s: float | None = None
+    dead_ends: tuple[DeadEnd, ...] = ()
     other_targets: tuple[tuple[int, TargetState], ...] = ()
     order_memory: OrderMemory = field(default_factory=OrderMemory)
 

@@ -22,6 +22,7 @@ from onemap_planner.policy.object_order import revise_order, take_in_view, with_
 from onemap_planner.policy.order_params import OrderMemory
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.recovery import check_progress, handle_stuck, is_trapped, stuck_failure
+from onemap_planner.policy.reopening import without_changed
 from onemap_planner.policy.state import (
     Decision,
     Observation,
@@ -163,6 +164,7 @@ def _take_in_map(
             blacklisted_frontiers=(),
             found_objects=(),
             other_targets=(),
+            dead_ends=(),
             order_memory=OrderMemory(),
         )
         return _apply(state, MapRestarted(), observation)
@@ -172,6 +174,7 @@ def _take_in_map(
         state = take_in_view(state, observation.other_view, frames, context, params)
     if not context.whole:
         return state
+    state = without_changed(state, context.map_view, params.dead_end)
     return update_candidates(state, frames, context, params.consensus)
 
 
