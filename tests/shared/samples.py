@@ -27,9 +27,12 @@ RESULT = m.ObjectResult(
     (0.0, 0.0),
     (1.0, 1.5),
 )
+OPTION = m.GoalOption("frontier", (1.0, 2.0), 0.4, 2.5, 0.3, chosen=True)
+CHOICE = m.GoalChoice(3, "the only goal: unknown space", (OPTION,), 1)
 STATUS = m.SearchStatus(
-    "s1", m.SearchState.EXPLORING, ("sofa", "bed"), 1, "on its way", (RESULT,), 1, 2, 3.5
-)
+    "s1", m.SearchState.EXPLORING, ("sofa", "bed"), 1, "on its way", (RESULT,), 1, 2, 3.5,
+    choice=CHOICE,
+)  # fmt: skip
 
 SAVED = m.SavedMap("flat", 4096, 123, "mini-1", "minilm", 0.1, 100, 3)
 KEPT = m.KeptObject(
@@ -111,7 +114,7 @@ def message_types() -> set[type]:
         for _, cls in inspect.getmembers(m, inspect.isclass)
         if dataclasses.is_dataclass(cls)
         and cls.__module__.startswith(m.__name__)
-        and cls is not m.ObjectResult
+        and cls not in (m.ObjectResult, m.GoalOption, m.GoalChoice)
     }
 
 

@@ -27,6 +27,7 @@ from onemap_shared.messages.checks import (
     expect_finite,
     expect_share,
 )
+from onemap_shared.messages.choice import MAX_GOAL_OPTIONS, NO_CHOICE, GoalChoice, GoalOption
 from onemap_shared.messages.ground_truth import Truth, TruthRequest
 from onemap_shared.messages.health import Heartbeat
 from onemap_shared.messages.map import (
@@ -90,6 +91,7 @@ from onemap_shared.messages.search import (
 __all__ = [
     "FINAL_STATES",
     "MAX_FILE_TEXT_CHARS",
+    "MAX_GOAL_OPTIONS",
     "MAX_KEYFRAMES",
     "MAX_LISTED_MAPS",
     "MAX_LISTED_OBJECTS",
@@ -97,9 +99,12 @@ __all__ = [
     "MAX_PICTURE_BYTES",
     "MAX_RIVALS",
     "MAX_TEXT_CHARS",
+    "NO_CHOICE",
     "SAME_MEANING_COSINE",
     "Detections",
     "FeatureField",
+    "GoalChoice",
+    "GoalOption",
     "Heartbeat",
     "KeptObject",
     "Layer",

@@ -10,6 +10,7 @@ import numpy as np
 
 from onemap_shared.geometry import F32, MAX_COORDINATE_M
 from onemap_shared.messages.checks import clean_texts, expect, expect_finite
+from onemap_shared.messages.choice import NO_CHOICE, GoalChoice
 
 MAX_OBJECTS = 20  # objects of one search
 
@@ -165,6 +166,7 @@ class SearchStatus:
         kind: what the search is for.
         place_m: x, y of the place to drive to or to look at; empty for objects.
         order: of the objects, as requested.
+        choice: where the robot drives now, and why.
     """
 
     search_id: str
@@ -179,6 +181,7 @@ class SearchStatus:
     kind: SearchKind = SearchKind.FIND
     place_m: tuple[float, ...] = ()
     order: SearchOrder = SearchOrder.GIVEN
+    choice: GoalChoice = NO_CHOICE
 
     def __post_init__(self) -> None:
         _check_place(self.kind, self.place_m)

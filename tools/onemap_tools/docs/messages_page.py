@@ -170,10 +170,12 @@ def _kind(hint: Any) -> str:
 def _nested(types: Sequence[type]) -> list[type]:
     """The dataclasses that are values of fields and no messages, in the order of occurrence."""
     found: dict[type, None] = {}
-    for cls in types:
+    waiting = list(types)
+    for cls in waiting:  # grows by what is found
         for hint in typing.get_type_hints(cls).values():
             for kind in (hint, *typing.get_args(hint)):
                 if dataclasses.is_dataclass(kind) and isinstance(kind, type):
+                    waiting += [kind] if kind not in found and kind not in types else []
                     found[kind] = None
     return [cls for cls in found if cls not in types]
 

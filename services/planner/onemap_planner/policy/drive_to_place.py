@@ -10,6 +10,7 @@ import numpy as np
 from onemap_planner.motion.motions import Motion, Pose2d, Rest
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.explanation import explain_goal
 from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.place_goals import nearest_reachable_m, place_goals
@@ -18,6 +19,7 @@ from onemap_planner.policy.state import (
     PlannerState,
     abandon_finished,
     is_blacklisted,
+    is_new_goal,
 )
 from onemap_planner.policy.unknown_way import visit_counts
 from onemap_planner.search.events import DestinationReached, Event, Exhausted
@@ -38,6 +40,8 @@ def drive_to_place(
         return _without_goal(state, destination, context, params)
     motion = context.drive_to(goal.viewpoint_xy, _look_xy(goal, context.pose))
     active_goal = _activate(state, goal, params)
+    if is_new_goal(state, active_goal):
+        state = replace(state, search=explain_goal(state.search, goal, [goal], params.goal))
     event: Event | None = None
     if arrived(motion, context.pose, params.drive):
         if goal.kind is not GoalKind.FRONTIER:

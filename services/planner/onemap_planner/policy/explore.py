@@ -10,6 +10,7 @@ from onemap_planner.motion.motions import Motion, Rest
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.competition import found_object_at, found_under_other_names
 from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.explanation import explain_candidate, explain_goal
 from onemap_planner.policy.follow_goal import compared
 from onemap_planner.policy.goal_generation import detection_goals, frontier_goals, region_goals
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind, select_goal, successor
@@ -20,6 +21,7 @@ from onemap_planner.policy.state import (
     PlannerState,
     abandon_finished,
     is_blacklisted,
+    is_new_goal,
     reconsider,
 )
 from onemap_planner.policy.unknown_way import visit_counts
@@ -51,6 +53,20 @@ def select_candidate(
     return None
 
 
+def with_candidate_choice(
+    state: PlannerState, candidate: ObjectCandidate, context: PlanningContext, params: PlannerParams
+) -> PlannerState:
+    """The state whose search explains why the robot walks up to the selected candidate."""
+    goals = detection_goals(
+        (candidate,), context, bands_m=params.explore.bands_m, params=params.goal
+    )
+    if not goals:
+        return state
+    enough = params.consensus.min_sightings
+    search = explain_candidate(state.search, goals[0], candidate.sightings, enough)
+    return replace(state, search=search)
+
+
 def explore(
     state: PlannerState, context: PlanningContext, params: PlannerParams
 ) -> tuple[PlannerState, Motion, Event | None, GoalCandidates]:
@@ -60,8 +76,9 @@ def explore(
         find_regions(context.map_view, params.region),
     )
     state = abandon_finished(state, params.explore.linger_s)
+    options = _options(state, context, goal_candidates, params)
     goal = select_goal(
-        _options(state, context, goal_candidates, params),
+        options,
         state.target_state.active_goal.goal if state.target_state.active_goal else None,
         params.goal,
     )
@@ -69,6 +86,8 @@ def explore(
         return *_idle(state, context, params), goal_candidates
     motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
     active_goal = _activate(state, goal, params)
+    if is_new_goal(state, active_goal):
+        state = replace(state, search=explain_goal(state.search, goal, options, params.goal))
     if active_goal.arrived_s is None and arrived(motion, context.pose, params.drive):
         active_goal = replace(active_goal, arrived_s=state.active_time_s)
     active_goal = compared(active_goal, motion, state.active_time_s, goal_candidates)

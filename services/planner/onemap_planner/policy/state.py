@@ -190,6 +190,12 @@ def abandon_finished(state: PlannerState, linger_s: float) -> PlannerState:
     return blacklist(state, active_goal.goal) if visited or late else state
 
 
+def is_new_goal(state: PlannerState, active_goal: ActiveGoal) -> bool:
+    """Whether a goal was chosen anew: not the one that is active, as the map shows it now."""
+    before = state.target_state.active_goal
+    return before is None or before.since_s != active_goal.since_s
+
+
 def reconsider(state: PlannerState, *, frontiers: bool) -> PlannerState:
     """The state that considers rejected candidates once more, because no goal is left.
 

@@ -14,7 +14,7 @@ from onemap_planner.policy.competition import with_found_object
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.drive_to_place import drive_to_place
 from onemap_planner.policy.evidence import update_candidates
-from onemap_planner.policy.explore import explore, select_candidate
+from onemap_planner.policy.explore import explore, select_candidate, with_candidate_choice
 from onemap_planner.policy.finds import finds_of
 from onemap_planner.policy.follow_goal import can_follow, follow_goal, follow_window
 from onemap_planner.policy.goals import GoalCandidates
@@ -33,6 +33,7 @@ from onemap_planner.policy.state import (
 )
 from onemap_planner.policy.verify import approach, confirm
 from onemap_planner.search.events import (
+    CandidateSelected,
     Confirmed,
     Event,
     EventStamp,
@@ -214,6 +215,8 @@ def _run_phase(
             pass
     if isinstance(event, Exhausted) and is_trapped(state, context.pose, params):
         event = stuck_failure(state)  # nothing was searched: no goal could be reached
+    if isinstance(event, CandidateSelected):
+        state = with_candidate_choice(state, event.candidate, context, params)
     goal = state.target_state.active_goal.goal if state.target_state.active_goal else None
     decision = Decision(motion, context.costmap, goal, goal_candidates)
     return state, decision, tuple(each for each in (revised, event) if each is not None)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared.messages import (
+    NO_CHOICE,
+    GoalChoice,
     ObjectResult,
     SearchKind,
     SearchOrder,
@@ -115,7 +117,8 @@ class Search:
     done: indices of the objects of the results; planned: indices of those still sought in the
     cheapest order known, empty until there is one; paused: those that were begun and put aside.
     destination: of a drive to a place, which has no objects; None for a search for objects.
-    started_ns and ended_ns: nanoseconds since 1970; ended_ns is None until it is over.
+    started_ns and ended_ns: nanoseconds since 1970; ended_ns is None until it is over. choice: the
+    last decision where to drive, without options when it is over.
     """
 
     search_id: str
@@ -132,6 +135,7 @@ class Search:
     done: tuple[int, ...] = ()
     planned: tuple[int, ...] = ()
     paused: tuple[PausedTarget, ...] = ()
+    choice: GoalChoice = NO_CHOICE
 
     @property
     def active(self) -> bool:

@@ -40,6 +40,7 @@ from onemap_planner.search.phases import (
 from onemap_planner.search.turns import begun, next_index, reordered, starting, target_start
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared.messages import (
+    GoalChoice,
     ObjectResult,
     SearchKind,
     SearchOrder,
@@ -127,6 +128,7 @@ def status(search: Search, *, odometer_m: float, now_ns: int, waiting: str = "")
         kind=search.kind,
         place_m=search.destination.xy if search.destination else (),
         order=search.order,
+        choice=search.choice,
     )
 
 
@@ -177,6 +179,7 @@ def _finish_target(
 ) -> Search:
     """The present object is done; start the next or end the search."""
     results = (*search.results, _result(search, outcome, reason, stamp, candidate))
+    search = replace(search, choice=_no_goal(search))
     if len(results) < len(search.objects):
         index = next_index(search)
         search = replace(search, results=results, done=(*search.done, search.index))
@@ -195,7 +198,13 @@ def _finish_target(
 def _end_search(search: Search, state: SearchState, reason: str, stamp: EventStamp) -> Search:
     """The whole search ends now, with the present object's outcome."""
     results = (*search.results, _result(search, state, reason, stamp, None))
-    return replace(search, phase=Finished(state), results=results, reason=reason)
+    return replace(
+        search, phase=Finished(state), results=results, reason=reason, choice=_no_goal(search)
+    )
+
+
+def _no_goal(search: Search) -> GoalChoice:
+    return GoalChoice(search.choice.number)
 
 
 def _summary(results: tuple[ObjectResult, ...]) -> str:
@@ -219,7 +228,8 @@ def _set_out(search: Search) -> Search:
 
 
 def _look_around(search: Search, what: str) -> Search:
-    return replace(search, phase=LookingAround(), reason=f"{what} for {search.subject}")
+    reason = f"{what} for {search.subject}"
+    return replace(search, phase=LookingAround(), reason=reason, choice=_no_goal(search))
 
 
 def _approaching(candidate: ObjectCandidate) -> str:
