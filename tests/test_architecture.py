@@ -473,6 +473,7 @@ def test_public_class_names_mean_one_thing() -> None:
 # Tests of several modules at once, each with what they share.
 ACROSS_MODULES = {
     "gateway/static/test_accessibility.py": "the pages are no Python: tried in a browser",
+    "gateway/static/test_choice.py": "the page is no Python: tried in a browser",
     "gateway/static/test_drives.py": "the page is no Python: tried in a browser",
     "gateway/static/test_finds.py": "the page is no Python: tried in a browser",
     "gateway/static/test_page.py": "the page is no Python: tried in a browser",

@@ -8,6 +8,7 @@ with Client() as client:
 
 from __future__ import annotations
 
+from onemap.choices import Choice, ChoiceOption
 from onemap.client import Client
 from onemap.connection import DEFAULT_URL
 from onemap.errors import InvalidSetting, OneMapError, Unreachable
@@ -30,6 +31,8 @@ from onemap.replies import (
 
 __all__ = [
     "DEFAULT_URL",
+    "Choice",
+    "ChoiceOption",
     "Client",
     "InvalidSetting",
     "MapContent",

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from typing import Any
 
+from onemap.choices import Choice
+
 Document = Mapping[str, Any]
 FINAL_STATES = ("found", "not_found", "failed", "cancelled", "arrived")
 
@@ -120,7 +122,8 @@ class SearchSnapshot:
     state: exploring, approaching, confirming, or one of ``FINAL_STATES``; target: the object now
     sought; reason: in a sentence, what goes on or why it ended; results: of the objects that are
     done; updated_ns: nanoseconds since 1970; kind: find, go_to or look_at; place_m: x, y of the
-    place to go to or to look at, None for objects.
+    place to go to or to look at, None for objects; choice: where the robot drives now and why, None
+    while it has no goal.
     """
 
     id: str
@@ -134,6 +137,7 @@ class SearchSnapshot:
     updated_ns: int
     kind: str
     place_m: tuple[float, float] | None
+    choice: Choice | None
     document: Document = field(repr=False, compare=False)
 
     @property
@@ -174,6 +178,7 @@ class SearchSnapshot:
             updated_ns=int(document.get("updated_ns", 0)),
             kind=str(document.get("kind", "find")),
             place_m=_point(place_m) if (place_m := document.get("place_m")) else None,
+            choice=Choice.of(choice) if (choice := document.get("choice")) else None,
             document=document,
         )
 

@@ -106,6 +106,17 @@ def find_result(name: str, x_m: float, y_m: float) -> m.ObjectResult:
     )
 
 
+CHOICE = m.GoalChoice(
+    2,
+    "utility 0.52, 0.11 more than the region at (1.5, 1.2): it opens a wider view",
+    (
+        m.GoalOption("frontier", (0.6, 0.4), 0.5556, 1.2346, 0.52, chosen=True),
+        m.GoalOption("region", (1.5, 1.2), 0.61, 5.0, 0.41, chosen=False),
+    ),
+    3,
+)
+
+
 def search(
     search_id: str = "s1",
     state: m.SearchState = m.SearchState.EXPLORING,

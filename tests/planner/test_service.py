@@ -48,6 +48,17 @@ def test_a_search_moves_the_robot_and_publishes_its_state(services: SimulatedSer
     )
 
 
+def test_the_state_says_where_the_robot_drives_and_why(services: SimulatedServices) -> None:
+    services.start("sofa")
+    services.until(lambda: bool(services.get().choice.options))
+    choice = services.get().choice
+    assert choice.number == 1
+    assert sum(option.chosen for option in choice.options) == 1
+    assert choice.sentence
+    ended = services.caller.call(keys.SEARCH_CANCEL, SearchId())
+    assert (ended.choice.number, ended.choice.options) == (1, ())
+
+
 def test_a_search_that_is_over_keeps_the_time_of_its_end(services: SimulatedServices) -> None:
     started = services.start("sofa")
     services.until(lambda: services.get().reason != started.reason)

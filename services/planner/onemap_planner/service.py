@@ -149,7 +149,10 @@ class Planner:
         if state is None:
             return
         search, waiting = state.search, self._waiting(now_s)
-        shown = (search.search_id, search.index, search.reason, bool(waiting))
+        shown = (
+            *(search.search_id, search.index, search.reason, search.choice.number),
+            bool(waiting),
+        )
         if shown == self._published and now_s < self._next_status_s:
             return
         if shown[:3] != self._published[:3]:

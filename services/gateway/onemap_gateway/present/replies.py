@@ -6,6 +6,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from onemap_gateway.present.choices import CHOICE_EXAMPLE, ChoiceReport
 from onemap_shared.messages import SearchKind, SearchOrder, SearchState
 
 Time = Annotated[
@@ -134,6 +135,7 @@ class SearchReport(BaseModel):
                     "target": "sofa",
                     "reason": "Walking to the frontier that looks most like a sofa.",
                     "results": [],
+                    "choice": CHOICE_EXAMPLE,
                     "elapsed_s": 12.4,
                     "path_length_m": 3.2,
                     "started_at": "2026-01-01T00:00:00.000Z",
@@ -161,6 +163,9 @@ class SearchReport(BaseModel):
     reason: str = Field(description="In a sentence, what is going on or why it ended.")
     results: list[ObjectReport] = Field(
         description="Of the objects that are done, in the order of the request."
+    )
+    choice: ChoiceReport | None = Field(
+        default=None, description="Where the robot drives, and why; null while it has no goal."
     )
     elapsed_s: float
     path_length_m: float

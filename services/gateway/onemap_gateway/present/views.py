@@ -9,6 +9,7 @@ from math import floor, isfinite
 import numpy as np
 
 from onemap_gateway.bus.live_state import LatestMessage, LiveState
+from onemap_gateway.present.choices import choice_report
 from onemap_gateway.present.render import Overlay
 from onemap_gateway.present.replies import (
     MapChange,
@@ -119,6 +120,7 @@ def search_report(status: SearchStatus, now_ns: int) -> SearchReport:
         reason=status.reason,
         order=status.order,
         results=[_object_report(result) for result in in_order_of_request(status)],
+        choice=choice_report(status.choice),
         elapsed_s=max(end_ns - status.started_ns, 0) / 1e9,
         path_length_m=round(status.path_length_m, DECIMALS),
         started_at=rfc3339(status.started_ns),

@@ -2,6 +2,7 @@
 
 import { fetchImage, send } from "./api.js";
 import { CameraView } from "./camera.js";
+import { showChoice } from "./choice.js";
 import { follow } from "./live.js";
 import { FindCard } from "./find_card.js";
 import { Finds } from "./finds.js";
@@ -49,6 +50,7 @@ function onState(next) {
   showServices(state.services);
   showNotices(state);
   showSearch(state.search);
+  showChoice(state.search);
   showFacts(state.map);
   by("map-hint").hidden = state.map?.frames_fused > 0;
   if (state.camera) camera.show(state.camera);

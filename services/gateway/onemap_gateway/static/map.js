@@ -1,5 +1,6 @@
 // The map on a canvas: the gateway's image of the floor, and over it what moves.
 
+import { letter } from "./choice.js";
 import { listen } from "./gestures.js";
 
 // Custom properties of style.css, which has them for light and for dark pages.
@@ -211,6 +212,7 @@ export class MapView {
     const path = this.state.path;
     this.line(this.trail, this.colours.trail, 2, 0.75);
     if (path) this.drawPlan(path);
+    this.drawOptions(this.state.search);
     for (const { text, regions } of this.answers) {
       const prefix = this.answers.length > 1 ? `${text} ` : "";
       for (const region of regions) this.drawRegion(region, prefix);
@@ -239,6 +241,15 @@ export class MapView {
     for (const [x, y] of path.regions_m) this.ring(x, y, 10, this.colours.region);
     this.line(path.points_m, this.colours.path, 2.5, 0.95);
     for (const [x, y] of path.goal_m) this.ring(x, y, 6, this.colours.path);
+  }
+
+  // The letters of the goals that were weighed, as in the table "Why there?".
+  drawOptions(search) {
+    const options = search?.active ? (search.choice?.options ?? []) : [];
+    options.forEach(({ xy_m: [x, y], chosen }, index) => {
+      const [column, row] = this.pixels(x, y);
+      this.label(letter(index), column + 8, row - 6, chosen ? this.colours.path : this.colours.ink);
+    });
   }
 
   drawRegion(region, prefix) {
