@@ -140,6 +140,32 @@ def test_a_killed_planner_goes_on_with_its_search(tmp_path: Path) -> None:
     services.planner.close()
 
 
+def test_every_decision_is_recorded_in_a_file_of_the_search(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    services = SimulatedServices(PlannerConfig(state_dir=tmp_path))
+    started = services.start("sofa")
+    services.until(lambda: bool(services.get().choice.options))
+    services.frame()
+    (path,) = (tmp_path / "decisions").iterdir()
+    before = path.read_text()
+    services.until(lambda: "waiting:" in services.get().reason, odometry=False)
+    services.frame(odometry=False)
+    assert path.read_text() == before  # waiting is no decision
+    services.caller.call(keys.SEARCH_CANCEL, SearchId())
+    services.until(lambda: not (tmp_path / FILE_NAME).exists())
+    assert path.stem.endswith(started.search_id)
+    steps = [json.loads(line) for line in path.read_text().splitlines()]
+    assert steps[-1]["state"] == "cancelled"
+    assert any(step["choice"] and step["choice"]["number"] == 1 for step in steps)
+    path.unlink()
+    path.parent.rmdir()
+    path.parent.write_text("no folder")
+    services.start("sofa")
+    services.until(lambda: "cannot record the decisions" in caplog.text)
+    services.planner.close()
+
+
 def test_a_broken_journal_does_not_keep_the_planner_from_starting(tmp_path: Path) -> None:
     (tmp_path / FILE_NAME).write_text(json.dumps({"schema": 99}))
     services = SimulatedServices(PlannerConfig(state_dir=tmp_path))

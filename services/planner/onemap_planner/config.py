@@ -15,7 +15,8 @@ class PlannerConfig(PlannerParams):
     state_dir: Path | None = Field(
         default=None,
         description="Folder for the journal of the active search, from which a restarted planner "
-        "resumes it; none: the search is lost.",
+        "resumes it, and for the decisions of the last 50 searches, which 'onemap search replay' "
+        "shows; none: the search is lost, and nothing is recorded.",
     )
     plan_hz: PositiveFloat = Field(
         default=4.0, description="Plans per second: as often as the map changes."

@@ -14,7 +14,7 @@ from onemap_planner.motion.velocity_controller import (
 )
 from onemap_planner.planning_thread import PlanningThread, ThreadInputs
 from onemap_planner.registry import SearchRegistry
-from onemap_planner.search import journal
+from onemap_planner.search import decision_log, journal
 from onemap_planner.search.phases import Search
 from onemap_planner.search.state_machine import status
 from onemap_planner.search_commands import SearchCommands
@@ -157,6 +157,8 @@ class Planner:
             return
         if shown[:3] != self._published[:3]:
             LOG.info("search %s: %s", search.search_id, search.reason)
+        if shown[:4] != self._published[:4]:  # not each time that it waits for a late map
+            self._record_step(search)
         self._published, self._next_status_s = shown, now_s + STATUS_PERIOD_S
         self._states.put(self._status(search))
         self._write_journal(search, now_s)
@@ -190,6 +192,16 @@ class Planner:
             reasons = {counter.last_problem for counter in counters if counter.last_problem}
             LOG.warning("refused %d messages: %s", refused - self._refused, "; ".join(reasons))
             self._refused = refused
+
+    def _record_step(self, search: Search) -> None:
+        folder, pose = self._config.state_dir, self._inputs.pose
+        if folder is None:
+            return
+        try:
+            step = status(search, odometer_m=self._inputs.odometer_m, now_ns=time.time_ns())
+            decision_log.record(folder, step, pose.xy if pose else None)
+        except OSError as problem:
+            LOG.error("cannot record the decisions in %s: %s", folder, problem)
 
     def _write_journal(self, search: Search, now_s: float) -> None:
         folder = self._config.state_dir

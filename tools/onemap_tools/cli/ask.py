@@ -52,7 +52,10 @@ def search_command(
     token: Token = "",
     as_json: Json = False,
 ) -> None:
-    """Go and find. Ctrl-C cancels. Exit code 0 only if all were found."""
+    """Go and find. Ctrl-C cancels. Exit code 0 only if all were found.
+
+    'onemap search replay FILE' shows the decisions of a past search.
+    """
     from onemap_tools.cli.gateway_report import describe_search
     from onemap_tools.cli.search import all_found, search
     from onemap_tools.cli.terminal import print_json, progress_console, result_console

@@ -37,6 +37,11 @@ class CommandGroup(TyperGroup):
         context.meta.setdefault(JSON, as_json)
         return context
 
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command of the first word, or of the first two: 'search replay' beside 'search'."""
+        two = " ".join(args[:2])
+        return super().resolve_command(ctx, [two, *args[2:]] if two in self.commands else args)
+
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
         from onemap_shared.config import ConfigError

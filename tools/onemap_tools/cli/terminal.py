@@ -32,6 +32,17 @@ def stays_up(headless: bool | None) -> bool:
     return sys.stdout.isatty() if headless is None else not headless
 
 
+def wait_for_enter(prompt: str) -> bool:
+    """Wait for Enter on a terminal; False at the end of the input. Without one, do not wait."""
+    if not sys.stdin.isatty():
+        return True
+    try:
+        input(prompt)
+    except EOFError:
+        return False
+    return True
+
+
 def print_json(document: dict[str, Any]) -> None:
     """Print one JSON object as a line of its own."""
     print(json.dumps(document, separators=(", ", ": "), allow_nan=False), flush=True)

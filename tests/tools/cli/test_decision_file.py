@@ -1,0 +1,89 @@
+"""Recorded decisions are read and described; a damaged file is refused in one sentence."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from onemap_planner.search.decision_log import FOLDER, file_name, record
+from onemap_shared.messages import NO_CHOICE, SearchState, SearchStatus
+from onemap_tools.cli.decision_file import decisions_document, describe_step, read_decisions
+from onemap_tools.errors import CliError
+from tests.shared.messages.broken import sample
+
+STATUS = sample(SearchStatus)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    record(tmp_path, STATUS, (1.0, 2.0))
+    ended = replace(STATUS, state=SearchState.CANCELLED, reason="cancelled", choice=NO_CHOICE)
+    record(tmp_path, ended, None)
+    return tmp_path / FOLDER / file_name(STATUS)
+
+
+def test_steps_are_described_with_their_goals(path: Path) -> None:
+    first, second = read_decisions(path).steps
+    head, line, result, why, table = describe_step(first, 1, 2)
+    assert str(head) == "Step 1 of 2, after 0.0 s and 3.5 m, robot at (1.0, 2.0)"
+    assert str(line) == "bed: exploring: on its way"
+    assert str(result) == "sofa: found: seen twice"
+    assert str(why) == "Decision 3: the only goal: unknown space."
+    assert getattr(table, "row_count", 0) == 1
+    head, line, _ = describe_step(second, 2, 2)
+    assert str(head) == "Step 2 of 2, after 0.0 s and 3.5 m"
+    assert str(line) == "search: cancelled: cancelled"
+
+
+def test_the_document_holds_every_step(path: Path) -> None:
+    document = decisions_document(read_decisions(path))
+    assert (document["id"], document["state"], document["cut_off"]) == ("s1", "cancelled", False)
+    assert [step["state"] for step in document["steps"]] == ["exploring", "cancelled"]
+
+
+def test_a_last_line_that_was_cut_off_is_left_out(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-5])
+    decisions = read_decisions(path)
+    assert (len(decisions.steps), decisions.cut_off) == (1, True)
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (b"", "holds no decision"),
+        (b"\xff\xfe\n", "is not text"),
+        (b"{}\n", "line 1 is not a step of a search (KeyError('schema'))"),
+        (b"[1]\n", "line 1 is not a step"),
+        (b'{"schema": 9}\n', "schema 9, this version reads 1"),
+        (b"x" * 4_000_001, "has 4.0 MB"),
+    ],
+)
+def test_a_damaged_file_is_refused_in_a_sentence(
+    tmp_path: Path, content: bytes, sentence: str
+) -> None:
+    path = tmp_path / "broken.jsonl"
+    path.write_bytes(content)
+    with pytest.raises(CliError) as refused:
+        read_decisions(path)
+    assert sentence in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_damaged_line_is_named(path: Path) -> None:
+    first, second = path.read_text().splitlines()
+    path.write_text(f"{first[:50]}\n{second}\n")
+    with pytest.raises(CliError, match="line 1 is not a step of a search"):
+        read_decisions(path)
+    step = json.loads(second)
+    step["robot_xy_m"] = [1.0]
+    path.write_text(f"{first}\n{json.dumps(step)}\n")
+    with pytest.raises(CliError, match="line 2 is not a step of a search"):
+        read_decisions(path)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(CliError, match=r"Cannot read .*none.jsonl: No such file"):
+        read_decisions(tmp_path / "none.jsonl")
