@@ -8,7 +8,9 @@ from math import pi
 import numpy as np
 import pytest
 
+from onemap_planner.search.events import Cancelled, EventStamp
 from onemap_planner.search.phases import Destination, Finished
+from onemap_planner.search.state_machine import transition
 from onemap_shared.messages import SearchKind, SearchState
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.generation.apartment import generate_apartment
@@ -88,3 +90,37 @@ def test_a_search_for_what_stands_behind_a_stairwell_stays_on_the_floor() -> Non
     assert [result.outcome for result in search.results] == [SearchState.FOUND]
     assert simulation.robot.edges_crossed == 0
     assert simulation.robot.contacts == 0
+
+
+def stopping(simulation: LockstepSimulation, robot: SimulatedRobot) -> tuple[float, float, float]:
+    """Cancel the search: speed then (m/s), seconds and metres until the robot stands."""
+    assert simulation.state is not None
+    state = simulation.state
+    speed, began_s, began_xy = robot.speed_mps, simulation.now_s, robot.xy
+    stamp = EventStamp(simulation.now_s, state.active_time_s, robot.xy, 0.0)
+    simulation.state = replace(state, search=transition(state.search, Cancelled(), stamp))
+    while robot.speed_mps > 0.0:
+        simulation._step(simulation.state)
+    away_m = float(np.hypot(*np.subtract(robot.xy, began_xy)))
+    return speed, simulation.now_s - began_s, away_m
+
+
+@pytest.mark.slow
+def test_a_cancelled_search_stops_within_300_ms_and_braking() -> None:
+    config = SystemConfig()
+    perception = PerceptionPipeline(config.perception)
+    robot = SimulatedRobot(generate_apartment(2), config.simulator)
+    simulation = LockstepSimulation(robot, config, perception)
+    braking_mps2 = config.simulator.robot.linear_acceleration_mps2
+    fast = 0.8 * config.planner.drive.max_linear_mps
+    stops: list[tuple[float, float, float]] = []
+    while len(stops) < 3:
+        simulation.search(("sofa",), 0.0)
+        while robot.speed_mps < fast:
+            assert simulation.state is not None
+            assert simulation.now_s < 120.0
+            simulation._step(simulation.state)
+        stops.append(stopping(simulation, robot))
+    for speed, took_s, away_m in stops:
+        assert took_s - speed / braking_mps2 <= 0.3
+        assert away_m <= 0.3 * speed + speed**2 / (2 * braking_mps2)

@@ -140,6 +140,11 @@ class SimulatedRobot:
         return float(T_map_body[0, 3]), float(T_map_body[1, 3])
 
     @property
+    def speed_mps(self) -> float:
+        """True forward speed, m/s."""
+        return self._simulation.state.velocity.linear_mps
+
+    @property
     def contacts(self) -> int:
         """How often an obstacle stopped the robot from above ``IMPACT_MPS``."""
         return self._simulation.counts.collisions
