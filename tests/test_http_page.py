@@ -7,6 +7,7 @@ import pkgutil
 import re
 
 from onemap_gateway.http import routes
+from onemap_shared.messages import FailureCode
 from tests.structure import ROOT
 
 UNDOCUMENTED = {"/", "/favicon.ico"}
@@ -28,3 +29,11 @@ def test_the_page_names_every_address() -> None:
     named = set(ADDRESS.findall(page))
     assert len(named) > 15
     assert named - {"/openapi.json"} == addresses()
+
+
+def test_the_page_names_every_reason_of_a_failure() -> None:
+    page = (ROOT / "docs" / "http.md").read_text(encoding="utf-8")
+    listed = page.split("| `reason_code` | when |")[1].split("\n\n")[0]
+    assert re.findall(r"^\| `(\w+)` \|", listed, re.MULTILINE) == [
+        code.value for code in FailureCode if code
+    ]

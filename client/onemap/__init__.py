@@ -11,11 +11,12 @@ from __future__ import annotations
 from onemap.choices import Choice, ChoiceOption
 from onemap.client import Client
 from onemap.connection import DEFAULT_URL
+from onemap.endings import FindEvidence, SearchCoverage
 from onemap.errors import InvalidSetting, OneMapError, Unreachable
 from onemap.events import SearchChanged, SearchEvent, SearchInterrupted
 from onemap.map_files import MapFiles
 from onemap.map_objects import MapObject
-from onemap.remote_search import RemoteSearch, RemoteSearches, Retry
+from onemap.remote_search import NO_LIMITS, RemoteSearch, RemoteSearches, Retry, SearchLimits
 from onemap.replies import (
     MapContent,
     MapStatistics,
@@ -31,9 +32,11 @@ from onemap.replies import (
 
 __all__ = [
     "DEFAULT_URL",
+    "NO_LIMITS",
     "Choice",
     "ChoiceOption",
     "Client",
+    "FindEvidence",
     "InvalidSetting",
     "MapContent",
     "MapFiles",
@@ -47,8 +50,10 @@ __all__ = [
     "RemoteSearches",
     "Retry",
     "SearchChanged",
+    "SearchCoverage",
     "SearchEvent",
     "SearchInterrupted",
+    "SearchLimits",
     "SearchSnapshot",
     "ServiceHealth",
     "StoredMap",

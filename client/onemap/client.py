@@ -11,7 +11,7 @@ from onemap.connection import DEFAULT_URL, TIMEOUT_S, Connection
 from onemap.errors import OneMapError, Unreachable
 from onemap.map_files import MapFiles
 from onemap.map_objects import ADDRESS, MapObject, object_path
-from onemap.remote_search import RemoteSearch, RemoteSearches, Retry
+from onemap.remote_search import NO_LIMITS, RemoteSearch, RemoteSearches, Retry, SearchLimits
 from onemap.replies import QueryResult, SystemStatus
 
 
@@ -56,14 +56,20 @@ class Client:
         body = {"text": text, "max_regions": max_regions}
         return self._connection.fetch(QueryResult.of, "POST", "/v1/queries", body)
 
-    def search(self, objects: str | Sequence[str], *, any_order: bool = False) -> RemoteSearch:
+    def search(
+        self,
+        objects: str | Sequence[str],
+        *,
+        any_order: bool = False,
+        limits: SearchLimits = NO_LIMITS,
+    ) -> RemoteSearch:
         """Go and find: one object, or several, one after the other.
 
         any_order: the robot takes the cheapest order by what its map shows, and revises it; the
         results are in the order of ``objects`` all the same.
         """
         names = (objects,) if isinstance(objects, str) else tuple(objects)
-        return self.searches.start(names, any_order=any_order)
+        return self.searches.start(names, any_order=any_order, limits=limits)
 
     def objects(self) -> list[MapObject]:
         """What was found on this map, the object found last first."""
@@ -79,13 +85,13 @@ class Client:
         """Remove an object that was found wrongly, and say what it was."""
         return self._connection.fetch(MapObject.of, "DELETE", object_path(object_id))
 
-    def go_to(self, x_m: float, y_m: float) -> RemoteSearch:
+    def go_to(self, x_m: float, y_m: float, *, limits: SearchLimits = NO_LIMITS) -> RemoteSearch:
         """Drive to a place in the map, metres; the search ends as ``arrived`` or ``failed``."""
-        return self.searches.go_to(x_m, y_m)
+        return self.searches.go_to(x_m, y_m, limits=limits)
 
-    def look_at(self, x_m: float, y_m: float) -> RemoteSearch:
+    def look_at(self, x_m: float, y_m: float, *, limits: SearchLimits = NO_LIMITS) -> RemoteSearch:
         """Drive to where a place in the map can be seen, metres, and face it."""
-        return self.searches.look_at(x_m, y_m)
+        return self.searches.look_at(x_m, y_m, limits=limits)
 
     def status(self) -> SystemStatus:
         """What runs, and how."""

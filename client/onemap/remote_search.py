@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from math import isfinite
 from typing import Any
 from urllib.parse import quote
@@ -32,6 +32,25 @@ class Retry:
     def delay_s(self, failures: int) -> float:
         """Seconds to wait after this many failures in a row, 0 or more."""
         return min(self.first_s * 2.0 ** max(failures - 1, 0), self.most_s)
+
+
+@dataclass(frozen=True, slots=True)
+class SearchLimits:
+    """How far the robot may drive for a search and how long it may take; None: as far as it needs.
+
+    At a limit the search ends as ``failed``, with ``distance_limit`` or ``time_limit``.
+    """
+
+    max_distance_m: float | None = None
+    max_time_s: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            if value is not None and not (isfinite(value) and value > 0):
+                raise InvalidSetting(f"{name} is {value}: a limit must be positive and finite.")
+
+
+NO_LIMITS = SearchLimits()
 
 
 class RemoteSearch:
@@ -122,18 +141,24 @@ class RemoteSearches:
         self._connection = connection
         self._retry = retry
 
-    def start(self, objects: tuple[str, ...], *, any_order: bool = False) -> RemoteSearch:
+    def start(
+        self,
+        objects: tuple[str, ...],
+        *,
+        any_order: bool = False,
+        limits: SearchLimits = NO_LIMITS,
+    ) -> RemoteSearch:
         """Search for these objects, one after the other, as given or in the cheapest order."""
         order = {"order": "any"} if any_order else {}  # an older gateway knows no order
-        return self._search("POST", "/v1/searches", {"objects": objects, **order})
+        return self._begin({"objects": objects, **order}, limits)
 
-    def go_to(self, x_m: float, y_m: float) -> RemoteSearch:
+    def go_to(self, x_m: float, y_m: float, *, limits: SearchLimits = NO_LIMITS) -> RemoteSearch:
         """Drive to a place."""
-        return self._search("POST", "/v1/searches", {"go_to_m": _place(x_m, y_m)})
+        return self._begin({"go_to_m": _place(x_m, y_m)}, limits)
 
-    def look_at(self, x_m: float, y_m: float) -> RemoteSearch:
+    def look_at(self, x_m: float, y_m: float, *, limits: SearchLimits = NO_LIMITS) -> RemoteSearch:
         """Drive to where a place can be seen, and face it."""
-        return self._search("POST", "/v1/searches", {"look_at_m": _place(x_m, y_m)})
+        return self._begin({"look_at_m": _place(x_m, y_m)}, limits)
 
     def get(self, search_id: str = "current") -> RemoteSearch:
         """A search by its id; ``current`` is the newest."""
@@ -147,6 +172,10 @@ class RemoteSearches:
             "/v1/searches",
         )
         return tuple(RemoteSearch(self._connection, each, self._retry) for each in snapshots)
+
+    def _begin(self, what: Mapping[str, Any], limits: SearchLimits) -> RemoteSearch:
+        given = {name: value for name, value in asdict(limits).items() if value is not None}
+        return self._search("POST", "/v1/searches", {**what, **given})
 
     def _search(
         self, method: str, path: str, body: Mapping[str, Any] | None = None

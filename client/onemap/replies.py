@@ -13,6 +13,7 @@ from datetime import datetime, timezone
 from typing import Any
 
 from onemap.choices import Choice
+from onemap.endings import FindEvidence, SearchCoverage
 
 Document = Mapping[str, Any]
 FINAL_STATES = ("found", "not_found", "failed", "cancelled", "arrived")
@@ -80,7 +81,8 @@ class ObjectOutcome:
 
     name: of the object, empty for a place; outcome: one of ``FINAL_STATES``; position_m: x, y, z
     of the object, None if it was not found; end_xy_m: where the robot stood then, None if that
-    was not known.
+    was not known; reason_code: why it failed, empty unless it did; coverage: what was looked at, if
+    it was not found; evidence: frame, box and cells, if it was.
     """
 
     name: str
@@ -91,6 +93,9 @@ class ObjectOutcome:
     duration_s: float
     path_length_m: float
     end_xy_m: tuple[float, ...] | None
+    reason_code: str
+    coverage: SearchCoverage | None
+    evidence: FindEvidence | None
     document: Document = field(repr=False, compare=False)
 
     @property
@@ -111,6 +116,9 @@ class ObjectOutcome:
             duration_s=float(document.get("duration_s", 0.0)),
             path_length_m=float(document.get("path_length_m", 0.0)),
             end_xy_m=_floats(end_xy_m) if end_xy_m else None,
+            reason_code=str(document.get("reason_code") or ""),
+            coverage=SearchCoverage.of(c) if (c := document.get("coverage")) else None,
+            evidence=FindEvidence.of(e) if (e := document.get("evidence")) else None,
             document=document,
         )
 
@@ -123,7 +131,7 @@ class SearchSnapshot:
     sought; reason: in a sentence, what goes on or why it ended; results: of the objects that are
     done; updated_ns: nanoseconds since 1970; kind: find, go_to or look_at; place_m: x, y of the
     place to go to or to look at, None for objects; choice: where the robot drives now and why, None
-    while it has no goal.
+    while it has no goal; reason_code: why it failed, empty unless it did.
     """
 
     id: str
@@ -138,6 +146,7 @@ class SearchSnapshot:
     kind: str
     place_m: tuple[float, float] | None
     choice: Choice | None
+    reason_code: str
     document: Document = field(repr=False, compare=False)
 
     @property
@@ -179,6 +188,7 @@ class SearchSnapshot:
             kind=str(document.get("kind", "find")),
             place_m=_point(place_m) if (place_m := document.get("place_m")) else None,
             choice=Choice.of(choice) if (choice := document.get("choice")) else None,
+            reason_code=str(document.get("reason_code") or ""),
             document=document,
         )
 

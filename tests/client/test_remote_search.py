@@ -17,6 +17,7 @@ from onemap import (
     SearchChanged,
     SearchEvent,
     SearchInterrupted,
+    SearchLimits,
     Unreachable,
 )
 from onemap_shared.messages import SearchOrder, SearchState
@@ -169,6 +170,23 @@ def test_a_view_of_a_place_is_asked_for(client: Client, planner: FakePlanner) ->
     assert (drive.latest.kind, drive.latest.place_m) == ("look_at", (1.0, -2.5))
     planner.move(SearchState.FAILED)
     assert not drive.wait().arrived
+
+
+def test_limits_are_part_of_the_request(client: Client, planner: FakePlanner) -> None:
+    limits = SearchLimits(max_distance_m=20.0)
+    client.search("sofa", limits=limits)
+    planner.move(SearchState.FAILED)
+    client.go_to(1.0, 2.0, limits=SearchLimits(max_time_s=30.0))
+    planner.move(SearchState.FAILED)
+    client.look_at(1.0, 2.0, limits=limits)
+    asked = [(each.max_distance_m, each.max_time_s) for each in planner.requests]
+    assert asked == [(20.0, 0.0), (0.0, 30.0), (20.0, 0.0)]
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_limit_that_is_none_is_refused_here(value: float) -> None:
+    with pytest.raises(InvalidSetting, match=r"max_time_s is .*: a limit must be positive"):
+        SearchLimits(max_time_s=value)
 
 
 @pytest.mark.parametrize("place", [(float("nan"), 0.0), (0.0, float("inf"))])

@@ -287,6 +287,7 @@ class FakePlanner:
     router: MemoryRouter
     status: m.SearchStatus | None = None
     past: list[m.SearchStatus] = field(default_factory=list)
+    requests: list[m.SearchRequest] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.bus = self.router.bus("planner")
@@ -311,6 +312,7 @@ class FakePlanner:
             raise RequestRejected(
                 "unknown_word", "'flurb' (did you mean 'curb'?) is no word", words
             )
+        self.requests.append(request)
         status = search("s1", objects=request.objects)
         self.status = replace(
             status, kind=request.kind, place_m=request.place_m, order=request.order

@@ -26,6 +26,10 @@ RESULT = m.ObjectResult(
     7.25,
     (0.0, 0.0),
     (1.0, 1.5),
+    coverage=m.Coverage(8.0, 10.0, 1.5, (1.0, 2.0), 0.4),
+    frame_ns=123,
+    box_px=(4.0, 6.0, 20.0, 18.0),
+    cells=7,
 )
 OPTION = m.GoalOption("frontier", (1.0, 2.0), 0.4, 2.5, 0.3, chosen=True)
 CHOICE = m.GoalChoice(3, "the only goal: unknown space", (OPTION,), 1)
@@ -114,7 +118,7 @@ def message_types() -> set[type]:
         for _, cls in inspect.getmembers(m, inspect.isclass)
         if dataclasses.is_dataclass(cls)
         and cls.__module__.startswith(m.__name__)
-        and cls not in (m.ObjectResult, m.GoalOption, m.GoalChoice)
+        and cls not in (m.ObjectResult, m.GoalOption, m.GoalChoice, m.Coverage)
     }
 
 

@@ -27,14 +27,21 @@ from onemap_planner.search.phases import Search, Starting
 from onemap_planner.search.state_machine import transition
 from onemap_shared import keys
 from onemap_shared.geometry import Velocity2d
-from onemap_shared.messages import Detections, SearchReset, SearchView, SearchViewRequest
+from onemap_shared.messages import (
+    Detections,
+    FailureCode,
+    SearchReset,
+    SearchView,
+    SearchViewRequest,
+)
 from onemap_shared.transport import Bus, CallError, Counters, QueryTimeout, RemoteError
 
 LOG = logging.getLogger("onemap.planner")
 
 VIEW_TIMEOUT_S = 1.0  # a view of a large flat takes under 0.1 s
 COLLISION_MEMORY_S = 0.3  # one planning period, so that no report in between is missed
-PERMANENT_ERRORS = frozenset({"invalid", "unknown_word"})  # a second request would fail too
+# A second request would fail too.
+PERMANENT_ERRORS = {"invalid": FailureCode.MAP_REFUSED, "unknown_word": FailureCode.UNKNOWN_WORD}
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +131,7 @@ class PlanningThread:
             view = self._request_view(state)
         except RemoteError as problem:
             if problem.code in PERMANENT_ERRORS:
-                self._fail_target(state, str(problem))
+                self._fail_target(state, str(problem), PERMANENT_ERRORS[problem.code])
                 return
             stale_reason = f"the map cannot answer: {problem}"
         except QueryTimeout:
@@ -198,12 +205,12 @@ class PlanningThread:
         request = SearchViewRequest(name, rivals)
         return self._bus.call(keys.MAP_SEARCH_VIEW, request, VIEW_TIMEOUT_S)
 
-    def _fail_target(self, state: PlannerState, reason: str) -> None:
+    def _fail_target(self, state: PlannerState, reason: str, code: FailureCode) -> None:
         """End the search for the present object: the map cannot answer for its name."""
         inputs = self._now().inputs
         xy = inputs.pose.xy if inputs.pose else None
         stamp = EventStamp(time.monotonic(), state.active_time_s, xy, inputs.odometer_m)
-        search = transition(state.search, TargetFailed(reason), stamp)
+        search = transition(state.search, TargetFailed(reason, code), stamp)
         next_state = at_object(state, search.index, keep=False)
         self._registry.compare_and_swap(state, replace(next_state, search=search))
 

@@ -15,7 +15,7 @@ from onemap_planner.inputs import LatestInputs
 from onemap_planner.policy.competition import NO_SYNONYMS, Synonyms, synonyms_of
 from onemap_planner.registry import SearchRegistry
 from onemap_planner.search.events import EventStamp
-from onemap_planner.search.phases import Destination, Search
+from onemap_planner.search.phases import Budget, Destination, Search
 from onemap_planner.search.state_machine import new_search
 from onemap_shared import keys
 from onemap_shared.messages import (
@@ -68,6 +68,7 @@ class SearchCommands:
             time.time_ns(),
             Destination.of(request),
             order=request.order,
+            budget=Budget.of(request),
         )
         return self._status_of(self._registry.start(search, synonyms))
 

@@ -58,6 +58,7 @@ from onemap_shared.messages.objects import (
     ObjectListRequest,
     PicturedObject,
 )
+from onemap_shared.messages.outcome import NO_COVERAGE, Coverage, FailureCode
 from onemap_shared.messages.perception import (
     SAME_MEANING_COSINE,
     Detections,
@@ -100,8 +101,11 @@ __all__ = [
     "MAX_RIVALS",
     "MAX_TEXT_CHARS",
     "NO_CHOICE",
+    "NO_COVERAGE",
     "SAME_MEANING_COSINE",
+    "Coverage",
     "Detections",
+    "FailureCode",
     "FeatureField",
     "GoalChoice",
     "GoalOption",

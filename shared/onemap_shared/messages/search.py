@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from math import isfinite
+from math import inf, isfinite
 
 import numpy as np
 
 from onemap_shared.geometry import F32, MAX_COORDINATE_M
 from onemap_shared.messages.checks import clean_texts, expect, expect_finite
 from onemap_shared.messages.choice import NO_CHOICE, GoalChoice
+from onemap_shared.messages.outcome import NO_COVERAGE, Coverage, FailureCode
 
 MAX_OBJECTS = 20  # objects of one search
 
@@ -73,6 +74,8 @@ class SearchRequest:
         kind: what to do.
         place_m: x, y in the map frame, at most 100 km from its origin; empty for objects.
         order: of the objects: as given, or the cheapest, which the planner revises on the way.
+        max_distance_m: metres that the robot may drive in this search; 0: no limit.
+        max_time_s: seconds that this search may take, with all its objects; 0: no limit.
     """
 
     objects: tuple[str, ...]
@@ -80,8 +83,13 @@ class SearchRequest:
     kind: SearchKind = SearchKind.FIND
     place_m: tuple[float, ...] = ()
     order: SearchOrder = SearchOrder.GIVEN
+    max_distance_m: float = 0.0
+    max_time_s: float = 0.0
 
     def __post_init__(self) -> None:
+        for name in ("max_distance_m", "max_time_s"):
+            if not 0 <= getattr(self, name) < inf:  # also refuses NaN
+                raise ValueError(f"{name} is {getattr(self, name)}; it must be 0 or more")
         if not self.patience_s > 0:  # also refuses NaN
             raise ValueError(f"patience_s is {self.patience_s}; it must be positive")
         _check_place(self.kind, self.place_m)
@@ -137,6 +145,11 @@ class ObjectResult:
         path_length_m: metres that the robot drove for it.
         start_xy_m: x, y of the robot when the search for it began; empty if not known.
         end_xy_m: x, y of the robot when it ended; empty if not known.
+        reason_code: why it failed, one of a closed list; empty if it did not fail.
+        coverage: what was looked at, if nothing was found.
+        frame_ns: capture time of the frame in which it was seen best, 0 if not found.
+        box_px: x_min, y_min, x_max, y_max of it in that frame, empty if not found.
+        cells: number of map cells that support it; its picture is in the list of objects.
     """
 
     name: str
@@ -148,6 +161,11 @@ class ObjectResult:
     path_length_m: float
     start_xy_m: tuple[float, ...]
     end_xy_m: tuple[float, ...]
+    reason_code: FailureCode = FailureCode.NONE
+    coverage: Coverage = NO_COVERAGE
+    frame_ns: int = 0
+    box_px: tuple[float, ...] = ()
+    cells: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,6 +221,12 @@ class SearchStatus:
         results = [result for result in self.results if result.name == name]
         earlier = self.objects[:index].count(name)  # a name may be there twice
         return results[earlier] if earlier < len(results) else None
+
+    @property
+    def reason_code(self) -> FailureCode:
+        """Why the search failed: that of the last object that did; none unless it failed."""
+        codes = [result.reason_code for result in self.results if result.reason_code]
+        return codes[-1] if codes and self.state is SearchState.FAILED else FailureCode.NONE
 
     @property
     def subject(self) -> str:

@@ -56,6 +56,16 @@ def test_a_place_becomes_a_request_without_objects() -> None:
     assert SearchStart(object="sofa").request(3.0) == SearchRequest(("sofa",), 3.0)
 
 
+def test_a_search_may_have_limits() -> None:
+    limits = {"max_distance_m": 20, "max_time_s": 90.5}
+    request = SearchStart.model_validate({"object": "sofa", **limits}).request(3.0)
+    assert (request.max_distance_m, request.max_time_s) == (20.0, 90.5)
+    for name in limits:
+        for value in (0, -1, "5", float("nan"), 1e7):
+            with pytest.raises(ValidationError):
+                SearchStart.model_validate({"object": "sofa", name: value})
+
+
 @pytest.mark.parametrize(
     "place", [[], [1], [1, 2, 3], ["1", "2"], [1, None], [1, float("nan")], [2e5, 0], "1, 2", 1]
 )

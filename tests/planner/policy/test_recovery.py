@@ -18,7 +18,7 @@ from onemap_planner.policy.step import step
 from onemap_planner.search.events import Rejected, SearchFailed
 from onemap_planner.search.phases import Approaching, Exploring, Finished, Phase
 from onemap_shared.geometry import Velocity2d
-from onemap_shared.messages import SearchState
+from onemap_shared.messages import FailureCode, SearchState
 from tests.planner.drawn_maps import PARAMS
 from tests.planner.one_room import POSE, ROOM, SEARCH, candidate, planner_state
 
@@ -77,7 +77,7 @@ def test_at_the_limit_the_active_goal_is_blacklisted() -> None:
 
 def test_at_twice_the_limit_the_search_fails() -> None:
     _, events = handle_stuck(monitored(2 * LIMIT, Exploring()), PARAMS)
-    assert events == (SearchFailed("the robot is stuck at (1.0, 1.0)"),)
+    assert events == (SearchFailed("the robot is stuck at (1.0, 1.0)", FailureCode.STUCK),)
 
 
 @pytest.mark.parametrize(

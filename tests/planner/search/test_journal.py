@@ -7,9 +7,16 @@ import pytest
 
 from onemap_planner.search.events import Cancelled, EventStamp, Exhausted, Reordered
 from onemap_planner.search.journal import FILE_NAME, JournalError, load, save
-from onemap_planner.search.phases import Destination, Driving, Exploring, Starting, TargetStart
+from onemap_planner.search.phases import (
+    Budget,
+    Destination,
+    Driving,
+    Exploring,
+    Starting,
+    TargetStart,
+)
 from onemap_planner.search.state_machine import new_search, status, transition
-from onemap_shared.messages import SearchKind, SearchOrder, SearchState
+from onemap_shared.messages import Coverage, SearchKind, SearchOrder, SearchState
 
 THEN = EventStamp(5.0, 4.0, (0.5, -1.0), 10.0)
 NOW = EventStamp(9.0, 8.0, (1.0, 1.0), 14.0)
@@ -17,13 +24,16 @@ NOW = EventStamp(9.0, 8.0, (1.0, 1.0), 14.0)
 
 def test_the_search_goes_on_at_its_object(tmp_path: Path) -> None:
     search = replace(new_search("id", ("cup", "bed"), THEN, 7), phase=Exploring())
-    search = transition(search, Exhausted("nothing left"), NOW)
+    search = replace(search, budget=Budget(40.0, 300.0))
+    coverage = Coverage(8.0, 10.0, 1.5, (1.0, 2.0), 0.4)
+    search = transition(search, Exhausted("nothing left", coverage), NOW)
     save(tmp_path, search, now_s=19.0, odometer_m=17.0)
     restored = load(tmp_path, now_s=1000.0)
     assert restored is not None
     assert (restored.search_id, restored.target, restored.phase) == ("id", "bed", Starting())
     assert restored.objects == search.objects
     assert restored.results == search.results
+    assert restored.budget == search.budget
     assert restored.started_ns == 7
     assert 1000.0 - restored.target_start.since_s == pytest.approx(10.0)
     assert status(restored, odometer_m=0.0, now_ns=0).path_length_m == pytest.approx(7.0)

@@ -34,8 +34,8 @@ from onemap_planner.search.phases import (
     Starting,
 )
 from onemap_planner.search.state_machine import new_search, status, transition
-from onemap_planner.world.candidates import ObjectCandidate
-from onemap_shared.messages import SearchKind, SearchState
+from onemap_planner.world.candidates import ObjectCandidate, PictureOfObject
+from onemap_shared.messages import Coverage, FailureCode, SearchKind, SearchState
 
 CUP = ObjectCandidate((2.0, 1.0, 0.5), frozenset({(20, 10)}), 4, 0.9, 0.8, ((1.0, 1.0),))
 THEN = EventStamp(5.0, 4.0, (0.0, 0.0), 10.0)
@@ -63,8 +63,8 @@ EVENTS: tuple[Event, ...] = (
     Rejected(),
     DestinationReached("there"),
     Exhausted("nothing left"),
-    TargetFailed("no such word"),
-    SearchFailed("stuck"),
+    TargetFailed("no such word", FailureCode.UNKNOWN_WORD),
+    SearchFailed("stuck", FailureCode.STUCK),
     Cancelled(),
 )
 TABLE: dict[tuple[type, Event], Phase] = {
@@ -131,10 +131,26 @@ def test_objects_are_searched_in_order_and_one_miss_does_not_end_it() -> None:
 
 
 def test_one_object_given_up_makes_the_whole_search_failed() -> None:
-    search = transition(at(Starting(), "qzx", "cup"), TargetFailed("no such word"), NOW)
+    search = transition(at(Starting(), "qzx", "cup"), EVENTS[-3], NOW)
     assert search.target == "cup"
     search = transition(replace(search, phase=Confirming(CUP, 0.0)), Confirmed(CUP), NOW)
     assert search.phase == Finished(SearchState.FAILED)
+    assert [result.reason_code for result in search.results] == [FailureCode.UNKNOWN_WORD, ""]
+    assert status(search, odometer_m=0.0, now_ns=1).reason_code is FailureCode.UNKNOWN_WORD
+
+
+def test_every_end_has_its_code_coverage_and_evidence() -> None:
+    coverage = Coverage(8.0, 10.0, 1.5, (1.0, 2.0), 0.4)
+    missed = transition(at(Exploring()), Exhausted("nothing left", coverage), NOW).results[0]
+    assert (missed.coverage, missed.reason_code) == (coverage, FailureCode.NONE)
+    blocked = transition(at(Driving(THERE)), Exhausted("no way"), NOW)
+    assert status(blocked, odometer_m=0.0, now_ns=1).reason_code is FailureCode.UNREACHABLE
+    cancelled = transition(at(Exploring()), Cancelled(), NOW)
+    assert status(cancelled, odometer_m=0.0, now_ns=1).reason_code is FailureCode.NONE
+    view = PictureOfObject(0.9, 123, (1.0, 2.0, 3.0, 4.0), b"")
+    found = transition(at(Confirming(CUP, 0.0)), Confirmed(replace(CUP, best_view=view)), NOW)
+    (result,) = found.results
+    assert (result.frame_ns, result.box_px, result.cells) == (123, (1.0, 2.0, 3.0, 4.0), 1)
 
 
 def test_a_result_tells_where_how_long_and_how_far() -> None:

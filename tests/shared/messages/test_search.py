@@ -31,6 +31,12 @@ def test_a_caller_waits_for_some_time(patience_s: float) -> None:
     assert_refused(SearchRequest, "patience_s", patience_s=patience_s)
 
 
+@pytest.mark.parametrize("value", [-1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("name", ["max_distance_m", "max_time_s"])
+def test_a_limit_is_a_number_or_none(name: str, value: float) -> None:
+    assert_refused(SearchRequest, f"{name} is {value}; it must be 0 or more", **{name: value})
+
+
 def test_a_status_has_its_target_while_active() -> None:
     status = sample(SearchStatus)
     assert (status.active, status.target) == (True, "bed")

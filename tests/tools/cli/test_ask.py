@@ -204,6 +204,9 @@ def test_a_search_exits_with_0_only_if_all_were_found() -> None:
     report = {"id": "s1", "state": "found", "objects": ["sofa"], "results": [result], "reason": ""}
     with fake_gateway({("POST", "/v1/searches"): (201, report)}) as url:
         done = RUNNER.invoke(app, ["search", "sofa", "--any-order", "--url", url, "--json"])
+        limited = RUNNER.invoke(app, ["search", "sofa", "--url", url, "--max-distance", "0"])
+    assert limited.exit_code == EXIT_USAGE_ERROR
+    assert "max_distance_m is 0.0: a limit must be positive" in limited.stderr
     assert done.exit_code == EXIT_OK
     assert json.loads(done.stdout) == report
 

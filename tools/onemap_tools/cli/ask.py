@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from onemap_tools.cli.options import Config, Json, Token, Url
+from onemap_tools.cli.options import Config, Json, MaxDistance, MaxTime, Token, Url
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK
 from onemap_tools.processes.network import DEFAULT_URL
 
@@ -48,6 +48,8 @@ def search_command(
     any_order: Annotated[
         bool, typer.Option("--any-order", help="The cheapest first, by what the map shows.")
     ] = False,
+    max_distance: MaxDistance = None,
+    max_time: MaxTime = None,
     url: Url = DEFAULT_URL,
     token: Token = "",
     as_json: Json = False,
@@ -56,13 +58,17 @@ def search_command(
 
     'onemap search replay FILE' shows the decisions of a past search.
     """
+    from onemap import SearchLimits
     from onemap_tools.cli.gateway_report import describe_search
     from onemap_tools.cli.search import all_found, search
     from onemap_tools.cli.terminal import print_json, progress_console, result_console
     from onemap_tools.gateway import gateway_client
 
     with gateway_client(url, token) as gateway:
-        report = search(gateway, tuple(objects), progress_console(), any_order=any_order)
+        limits = SearchLimits(max_distance, max_time)
+        report = search(
+            gateway, tuple(objects), progress_console(), any_order=any_order, limits=limits
+        )
     describe_search(report, result_console(as_json))
     if as_json:
         print_json(report)
@@ -77,18 +83,22 @@ def go(
     look: Annotated[
         bool, typer.Option("--look", help="Only to where the place can be seen, and face it.")
     ] = False,
+    max_distance: MaxDistance = None,
+    max_time: MaxTime = None,
     url: Url = DEFAULT_URL,
     token: Token = "",
     as_json: Json = False,
 ) -> None:
     """Drive to a place in the map. Ctrl-C cancels. Exit code 0 only if the robot arrived."""
+    from onemap import SearchLimits
     from onemap_tools.cli.gateway_report import describe_drive
     from onemap_tools.cli.search import arrived, drive
     from onemap_tools.cli.terminal import print_json, progress_console, result_console
     from onemap_tools.gateway import gateway_client
 
     with gateway_client(url, token) as gateway:
-        report = drive(gateway, (x, y), progress_console(), look=look)
+        limits = SearchLimits(max_distance, max_time)
+        report = drive(gateway, (x, y), progress_console(), look=look, limits=limits)
     result_console(as_json).print(describe_drive(report), soft_wrap=True)
     if as_json:
         print_json(report)

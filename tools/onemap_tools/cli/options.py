@@ -14,6 +14,13 @@ Config = Annotated[
 Json = Annotated[
     bool, typer.Option("--json", help="Print the result as one JSON object, the last line.")
 ]
+MaxDistance = Annotated[
+    float | None,
+    typer.Option("--max-distance", help="Metres that the robot may drive; then it fails."),
+]
+MaxTime = Annotated[
+    float | None, typer.Option("--max-time", help="Seconds that it may take; then it fails.")
+]
 Url = Annotated[str, typer.Option("--url", envvar="ONEMAP_URL", help="Address of the gateway.")]
 Token = Annotated[
     str, typer.Option("--token", envvar="ONEMAP_TOKEN", help="The gateway's token, if it has one.")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from rich.console import Console
 
-from onemap import Client, OneMapError, RemoteSearch
+from onemap import NO_LIMITS, Client, OneMapError, RemoteSearch, SearchLimits
 from onemap_shared.messages import SearchState
 from onemap_tools.gateway import SearchHandle
 from onemap_tools.processes.interrupts import interruptible
@@ -30,18 +31,29 @@ def map_updates(gateway: Client) -> MapUpdates:
 
 
 def search(
-    gateway: Client, objects: tuple[str, ...], console: Console, *, any_order: bool = False
+    gateway: Client,
+    objects: tuple[str, ...],
+    console: Console,
+    *,
+    any_order: bool = False,
+    limits: SearchLimits = NO_LIMITS,
 ) -> dict[str, Any]:
     """Search for the objects one after the other; Ctrl-C cancels. Returns the final report."""
-    return _follow(gateway, lambda: gateway.search(objects, any_order=any_order), console)
+    start = partial(gateway.search, objects, any_order=any_order, limits=limits)
+    return _follow(gateway, start, console)
 
 
 def drive(
-    gateway: Client, place_m: tuple[float, float], console: Console, *, look: bool
+    gateway: Client,
+    place_m: tuple[float, float],
+    console: Console,
+    *,
+    look: bool,
+    limits: SearchLimits = NO_LIMITS,
 ) -> dict[str, Any]:
     """Drive to a place, or to where it can be seen; Ctrl-C cancels. Returns the final report."""
     start = gateway.look_at if look else gateway.go_to
-    return _follow(gateway, lambda: start(*place_m), console)
+    return _follow(gateway, lambda: start(*place_m, limits=limits), console)
 
 
 def _follow(gateway: Client, start: Callable[[], RemoteSearch], console: Console) -> dict[str, Any]:

@@ -20,6 +20,13 @@ POSE = np.array([[1.0, 0, 0, 1.5], [0, 1, 0, -2], [0, 0, 1, 0], [0, 0, 0, 1]])
 EXAMPLE = messages.Odometry(41, 1_700_000_000_000_000_000, POSE, 0.5, -0.25)
 SERVICE, INSTANCE = "<service>", "<instance>"
 BYTES_PER_LINE = 16
+ENUMERATIONS = (
+    messages.SearchKind,
+    messages.SearchState,
+    messages.FailureCode,
+    messages.Occupancy,
+    messages.Layer,
+)
 SCALARS = {int: "integer", float: "number", str: "string", bool: "boolean", bytes: "bytes"}
 
 
@@ -34,7 +41,7 @@ def messages_page() -> str:
     for cls in _nested(types):
         lines += _message(cls, common)
     lines += [ENUMS]
-    for kind in (messages.SearchKind, messages.SearchState, messages.Occupancy, messages.Layer):
+    for kind in ENUMERATIONS:
         lines += _enum(kind)
     return "\n".join(lines).rstrip() + "\n"
 

@@ -31,6 +31,9 @@ Coordinate = Annotated[
 Place = tuple[Coordinate, Coordinate]
 
 
+Limit = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1e6)]
+
+
 class RequestModel(BaseModel):
     """Base of everything a client sends: unknown fields are refused."""
 
@@ -75,6 +78,13 @@ class SearchStart(RequestModel):
         default=SearchOrder.GIVEN,
         description="Of the objects: as given, or the cheapest by what the map shows.",
     )
+    max_distance_m: Limit | None = Field(
+        default=None,
+        description="Metres that the robot may drive; then the search fails as distance_limit.",
+    )
+    max_time_s: Limit | None = Field(
+        default=None, description="Seconds that it may take; then it fails as time_limit."
+    )
 
     @model_validator(mode="after")
     def _exactly_one(self) -> SearchStart:
@@ -95,11 +105,18 @@ class SearchStart(RequestModel):
 
     def request(self, patience_s: float) -> SearchRequest:
         """The planner's request; ``patience_s``: seconds that the client waits for its reply."""
-        if self.go_to_m is not None:
-            return SearchRequest((), patience_s, SearchKind.GO_TO, self.go_to_m)
-        if self.look_at_m is not None:
-            return SearchRequest((), patience_s, SearchKind.LOOK_AT, self.look_at_m)
-        return SearchRequest(self.names, patience_s, order=self.order)
+        kind, place_m = SearchKind.FIND, self.go_to_m or self.look_at_m or ()
+        if place_m:
+            kind = SearchKind.LOOK_AT if self.go_to_m is None else SearchKind.GO_TO
+        return SearchRequest(
+            self.names,
+            patience_s,
+            kind,
+            place_m,
+            order=self.order,
+            max_distance_m=self.max_distance_m or 0.0,
+            max_time_s=self.max_time_s or 0.0,
+        )
 
 
 MAP_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")

@@ -7,7 +7,8 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from onemap_gateway.present.choices import CHOICE_EXAMPLE, ChoiceReport
-from onemap_shared.messages import SearchKind, SearchOrder, SearchState
+from onemap_gateway.present.endings import CoverageReport, EvidenceReport
+from onemap_shared.messages import FailureCode, SearchKind, SearchOrder, SearchState
 
 Time = Annotated[
     str,
@@ -103,6 +104,15 @@ class QueryReply(BaseModel):
     grid: ScoreGrid | None = None
 
 
+ReasonCode = Annotated[
+    FailureCode | None,
+    Field(
+        description="Why it failed; null unless it did. "
+        + " ".join(f"`{code}`: {code.sentence}" for code in FailureCode if code)
+    ),
+]
+
+
 class ObjectReport(BaseModel):
     """How the search for one object, or the drive to the place, ended."""
 
@@ -115,6 +125,9 @@ class ObjectReport(BaseModel):
     path_length_m: float
     start_xy_m: tuple[float, float] | None
     end_xy_m: tuple[float, float] | None
+    reason_code: ReasonCode = None
+    coverage: CoverageReport | None = Field(default=None, description="If it was not found.")
+    evidence: EvidenceReport | None = Field(default=None, description="If it was found.")
 
 
 class SearchReport(BaseModel):
@@ -134,6 +147,7 @@ class SearchReport(BaseModel):
                     "index": 0,
                     "target": "sofa",
                     "reason": "Walking to the frontier that looks most like a sofa.",
+                    "reason_code": None,
                     "results": [],
                     "choice": CHOICE_EXAMPLE,
                     "elapsed_s": 12.4,
@@ -161,6 +175,7 @@ class SearchReport(BaseModel):
         description="The object now sought; empty when the search is over or for a place."
     )
     reason: str = Field(description="In a sentence, what is going on or why it ended.")
+    reason_code: ReasonCode = None
     results: list[ObjectReport] = Field(
         description="Of the objects that are done, in the order of the request."
     )

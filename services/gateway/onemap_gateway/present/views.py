@@ -10,6 +10,7 @@ import numpy as np
 
 from onemap_gateway.bus.live_state import LatestMessage, LiveState
 from onemap_gateway.present.choices import choice_report
+from onemap_gateway.present.endings import coverage_report, evidence_report
 from onemap_gateway.present.render import Overlay
 from onemap_gateway.present.replies import (
     MapChange,
@@ -118,6 +119,7 @@ def search_report(status: SearchStatus, now_ns: int) -> SearchReport:
         index=status.index,
         target=status.target,
         reason=status.reason,
+        reason_code=status.reason_code or None,
         order=status.order,
         results=[_object_report(result) for result in in_order_of_request(status)],
         choice=choice_report(status.choice),
@@ -153,6 +155,9 @@ def _object_report(result: ObjectResult) -> ObjectReport:
         path_length_m=round(result.path_length_m, DECIMALS),
         start_xy_m=millimetres(result.start_xy_m) or None,
         end_xy_m=millimetres(result.end_xy_m) or None,
+        reason_code=result.reason_code or None,
+        coverage=coverage_report(result),
+        evidence=evidence_report(result),
     )
 
 

@@ -10,6 +10,7 @@ from onemap_planner.motion.motions import Motion, Rest
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.competition import found_object_at, found_under_other_names
 from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.coverage import coverage_of
 from onemap_planner.policy.explanation import explain_candidate, explain_goal
 from onemap_planner.policy.follow_goal import compared
 from onemap_planner.policy.goal_generation import detection_goals, frontier_goals, region_goals
@@ -32,7 +33,7 @@ from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.components import components
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.regions import SimilarRegion, find_regions, remaining_regions
-from onemap_shared.messages import SearchKind
+from onemap_shared.messages import Coverage, SearchKind
 
 LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
 LEAST_NAMED_M2 = 1.0  # less floor out of reach is the rim of furniture
@@ -203,24 +204,22 @@ def _idle(
     again = state.target_state.rejected or (cut_off and state.blacklisted_frontiers)
     if again and not state.target_state.reconsidered:
         return reconsider(state, frontiers=cut_off), Rest(), None
-    return state, Rest(), Exhausted(_covered(state, context))
+    coverage = coverage_of(context)
+    return state, Rest(), Exhausted(_covered(state, context, coverage), coverage)
 
 
-def _covered(state: PlannerState, context: PlanningContext) -> str:
+def _covered(state: PlannerState, context: PlanningContext, coverage: Coverage) -> str:
     """How much was explored, and where the similarity to the object is highest."""
     map_view = context.map_view
     area_m2 = float(map_view.explored.sum()) * map_view.cell_area_m2
     text = f"searched everything reachable: {area_m2:.0f} m² explored"
-    cut_off_m2 = context.unreachable_m2()
-    if cut_off_m2 >= LEAST_NAMED_M2:
-        text += f", {cut_off_m2:.0f} m² of floor seen that no way leads to"
-    similarity = np.nan_to_num(map_view.similarity, nan=-1.0)
-    best = np.unravel_index(int(np.argmax(similarity)), similarity.shape)
-    if similarity[best] < 0:
+    if coverage.unreachable_m2 >= LEAST_NAMED_M2:
+        text += f", {coverage.unreachable_m2:.0f} m² of floor seen that no way leads to"
+    if not coverage.best_match_m:
         return f"{text}; the map has no features"
-    x, y = map_view.grid.centres(np.array(best))
-    (cell,) = map_view.world_cells(np.array([best]))
+    x, y = coverage.best_match_m
+    (cell,) = map_view.world_cells(map_view.grid.cells(np.array([[x, y]])))
     others = found_under_other_names(state.found_objects, state.search.target, state.synonyms)
     found_object = found_object_at(cell, others)
     there = f", which is the {found_object.name} found before" if found_object else ""
-    return f"{text}; best match {similarity[best]:.2f} at ({x:.1f}, {y:.1f}){there}"
+    return f"{text}; best match {coverage.best_score:.2f} at ({x:.1f}, {y:.1f}){there}"

@@ -16,6 +16,7 @@ from onemap_planner.policy.state import (
 )
 from onemap_planner.search.events import Event, Rejected, SearchFailed
 from onemap_planner.search.phases import Approaching, Confirming
+from onemap_shared.messages import FailureCode
 
 
 def check_progress(
@@ -71,4 +72,4 @@ def stuck_failure(state: PlannerState) -> SearchFailed:
     """The event that ends the search of a robot that is stuck."""
     assert state.progress is not None
     x, y = state.progress.moved_at.xy
-    return SearchFailed(f"the robot is stuck at ({x:.1f}, {y:.1f})")
+    return SearchFailed(f"the robot is stuck at ({x:.1f}, {y:.1f})", FailureCode.STUCK)

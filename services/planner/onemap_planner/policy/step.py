@@ -18,6 +18,7 @@ from onemap_planner.policy.explore import explore, select_candidate, with_candid
 from onemap_planner.policy.finds import finds_of
 from onemap_planner.policy.follow_goal import can_follow, follow_goal, follow_window
 from onemap_planner.policy.goals import GoalCandidates
+from onemap_planner.policy.limits import limit_reached
 from onemap_planner.policy.object_order import revise_order, take_in_view, with_turn
 from onemap_planner.policy.order_params import OrderMemory
 from onemap_planner.policy.params import PlannerParams
@@ -43,7 +44,6 @@ from onemap_planner.search.events import (
     Reordered,
     Rotated,
     SearchFailed,
-    TargetFailed,
 )
 from onemap_planner.search.phases import (
     Approaching,
@@ -56,7 +56,7 @@ from onemap_planner.search.phases import (
 from onemap_planner.search.state_machine import transition
 from onemap_planner.world.map_view import known_area_m2
 from onemap_shared.geometry import F64, wrap_angle
-from onemap_shared.messages import SearchView
+from onemap_shared.messages import FailureCode, SearchView
 
 MAX_STEP_PERIOD_S = 1.0  # active time counted for one step: a longer pause was no searching
 MAP_RESTART_FRACTION = 0.5  # a map whose known area falls below this part was begun again
@@ -96,10 +96,9 @@ def step(
     if stuck:
         state, more = handle_stuck(state, params)
         events = (*more, *events)
-    limit_s = params.explore.object_limit_s
-    if state.active_time_s - state.search.target_start.since_active_time_s > limit_s:
-        missed = "not found" if state.search.target else "not reached"
-        events = (TargetFailed(f"{missed} within {limit_s:.0f} s, the limit for one object"),)
+    limit = limit_reached(state, observation, params)
+    if limit is not None:
+        events = (limit,)
     decision = replace(decision, finds=finds_of(state.search, events, context.map_view.grid))
     for event in events:
         state = _apply(state, event, observation)
@@ -148,7 +147,9 @@ def _wait_for_inputs(
     waited_s = observation.now_s - state.stale_since_s
     if waited_s <= params.explore.patience_s:
         return state
-    event = SearchFailed(f"waited {waited_s:.0f} s: {observation.stale_reason}")
+    event = SearchFailed(
+        f"waited {waited_s:.0f} s: {observation.stale_reason}", FailureCode.NO_INPUT
+    )
     return _apply(state, event, observation)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from onemap_planner.world.candidates import ObjectCandidate
+from onemap_shared.messages import NO_COVERAGE, Coverage, FailureCode
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +76,10 @@ class DestinationReached:
 
 @dataclass(frozen=True, slots=True)
 class Exhausted:
-    """No reachable goal is left."""
+    """No reachable goal is left; coverage: what a search for an object has looked at."""
 
     reason: str
+    coverage: Coverage = NO_COVERAGE
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +94,7 @@ class TargetFailed:
     """The search for this object ends without a result; the next object may be searched."""
 
     reason: str
+    code: FailureCode
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +102,7 @@ class SearchFailed:
     """The whole search ends: the robot cannot go on."""
 
     reason: str
+    code: FailureCode
 
 
 @dataclass(frozen=True, slots=True)

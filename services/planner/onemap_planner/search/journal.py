@@ -7,14 +7,23 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterable
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from onemap_planner.search.events import EventStamp
-from onemap_planner.search.phases import Destination, PausedTarget, Search, TargetStart
+from onemap_planner.search.phases import (
+    Budget,
+    Destination,
+    PausedTarget,
+    Search,
+    TargetStart,
+)
 from onemap_planner.search.state_machine import new_search
 from onemap_shared.messages import (
+    Coverage,
+    FailureCode,
     ObjectResult,
     SearchKind,
     SearchOrder,
@@ -47,6 +56,8 @@ def save(folder: Path, search: Search, *, now_s: float, odometer_m: float) -> No
         "index": search.index,
         "done": search.done,
         "paused": [asdict(paused) for paused in search.paused],
+        "max_distance_m": search.budget.max_distance_m,
+        "max_time_s": search.budget.max_time_s,
         "results": [asdict(result) for result in search.results],
         "started_ns": search.started_ns,
         "elapsed_s": now_s - search.target_start.since_s,
@@ -82,11 +93,13 @@ def load(folder: Path, now_s: float) -> Search | None:
 def _search(document: Any, now_s: float) -> Search:
     if document["schema"] != SCHEMA:
         raise ValueError(f"schema {document['schema']}")
-    # a journal of an earlier release has neither kind nor place, and no order
+    # a journal of an earlier release has neither kind nor place, no order and no limits
     request = SearchRequest(
         tuple(document["objects"]),
         kind=SearchKind(document.get("kind", SearchKind.FIND.value)),
         place_m=tuple(float(value) for value in document.get("place_m", ())),
+        max_distance_m=float(document.get("max_distance_m", 0.0)),
+        max_time_s=float(document.get("max_time_s", 0.0)),
     )
     objects = request.objects
     results = tuple(_result(entry) for entry in document["results"])
@@ -110,6 +123,7 @@ def _search(document: Any, now_s: float) -> Search:
         int(document["started_ns"]),
         Destination.of(request),
         order=SearchOrder(document.get("order", SearchOrder.GIVEN.value)),
+        budget=Budget.of(request),
     )
     paused = tuple(
         PausedTarget(**{**entry, "xy": _pair(entry["xy"])}) for entry in document.get("paused", ())
@@ -130,8 +144,19 @@ def _pair(xy: Any) -> tuple[float, float] | None:
 
 
 def _result(entry: dict[str, Any]) -> ObjectResult:
-    tuples = {
-        name: tuple(float(value) for value in entry[name])
-        for name in ("position_m", "start_xy_m", "end_xy_m")
-    }
-    return ObjectResult(**{**entry, **tuples, "outcome": SearchState(entry["outcome"])})
+    places = ("position_m", "start_xy_m", "end_xy_m")
+    tuples = {name: _floats(entry[name]) for name in places}
+    coverage = dict(entry.get("coverage", {}))
+    coverage["best_match_m"] = _floats(coverage.get("best_match_m", ()))
+    return ObjectResult(
+        **{**entry, **tuples, "outcome": SearchState(entry["outcome"])}
+        | {
+            "reason_code": FailureCode(entry.get("reason_code", "")),
+            "coverage": Coverage(**coverage),
+            "box_px": _floats(entry.get("box_px", ())),
+        }
+    )
+
+
+def _floats(values: Iterable[Any]) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)

@@ -111,6 +111,22 @@ class PausedTarget:
 
 
 @dataclass(frozen=True, slots=True)
+class Budget:
+    """How far a search may drive and how long it may take, with all its objects; 0: no limit."""
+
+    max_distance_m: float = 0.0
+    max_time_s: float = 0.0
+
+    @classmethod
+    def of(cls, request: SearchRequest) -> Budget:
+        """The budget of a request."""
+        return cls(request.max_distance_m, request.max_time_s)
+
+
+NO_BUDGET = Budget()
+
+
+@dataclass(frozen=True, slots=True)
 class Search:
     """One search: its objects, the index and phase of the present one, the results so far.
 
@@ -136,6 +152,7 @@ class Search:
     planned: tuple[int, ...] = ()
     paused: tuple[PausedTarget, ...] = ()
     choice: GoalChoice = NO_CHOICE
+    budget: Budget = NO_BUDGET
 
     @property
     def active(self) -> bool:

@@ -6,7 +6,7 @@ Time, position and odometer come in with the ``EventStamp``.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from onemap_planner.search.events import (
     Arrived,
@@ -26,7 +26,9 @@ from onemap_planner.search.events import (
     TargetFailed,
 )
 from onemap_planner.search.phases import (
+    NO_BUDGET,
     Approaching,
+    Budget,
     Confirming,
     Destination,
     Driving,
@@ -40,6 +42,9 @@ from onemap_planner.search.phases import (
 from onemap_planner.search.turns import begun, next_index, reordered, starting, target_start
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared.messages import (
+    NO_COVERAGE,
+    Coverage,
+    FailureCode,
     GoalChoice,
     ObjectResult,
     SearchKind,
@@ -57,11 +62,12 @@ def new_search(
     destination: Destination | None = None,
     *,
     order: SearchOrder = SearchOrder.GIVEN,
+    budget: Budget = NO_BUDGET,
 ) -> Search:
     """A new search at its first object, or without objects a drive to the destination."""
     start = target_start(stamp)
     search = Search(search_id, objects, 0, Starting(), start, (), "", started_ns)
-    search = replace(search, destination=destination, order=order)
+    search = replace(search, destination=destination, order=order, budget=budget)
     return replace(search, reason=starting(search))
 
 
@@ -73,11 +79,11 @@ def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
         case (Finished(), _):
             return search
         case (_, Cancelled()):
-            return _end_search(search, SearchState.CANCELLED, "cancelled", stamp)
-        case (_, SearchFailed(reason)):
-            return _end_search(search, SearchState.FAILED, reason, stamp)
-        case (_, TargetFailed(reason)):
-            return _finish_target(search, SearchState.FAILED, reason, stamp)
+            return _end_search(search, Ending(SearchState.CANCELLED, "cancelled"), stamp)
+        case (_, SearchFailed(reason, code)):
+            return _end_search(search, Ending(SearchState.FAILED, reason, code), stamp)
+        case (_, TargetFailed(reason, code)):
+            return _finish_target(search, Ending(SearchState.FAILED, reason, code), stamp)
         case (Starting(), MapReady(look_around)):
             start = search.target_start
             if start.xy is None:
@@ -94,16 +100,19 @@ def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
         case (Exploring(), Reordered(indices)):
             return reordered(search, indices, stamp)
         case (Driving(), DestinationReached(reason)):
-            return _finish_target(search, SearchState.ARRIVED, reason, stamp)
+            return _finish_target(search, Ending(SearchState.ARRIVED, reason), stamp)
         case (Driving(), Exhausted(reason)):
-            return _finish_target(search, SearchState.FAILED, reason, stamp)
-        case (Exploring(), Exhausted(reason)):
-            return _finish_target(search, SearchState.NOT_FOUND, reason, stamp)
+            ending = Ending(SearchState.FAILED, reason, FailureCode.UNREACHABLE)
+            return _finish_target(search, ending, stamp)
+        case (Exploring(), Exhausted(reason, coverage)):
+            ending = Ending(SearchState.NOT_FOUND, reason, coverage=coverage)
+            return _finish_target(search, ending, stamp)
         case (Approaching(), Arrived(candidate)):
             reason = f"standing before {search.target!r}, making sure"
             return replace(search, phase=Confirming(candidate, stamp.active_time_s), reason=reason)
         case (Confirming(), Confirmed(candidate)):
-            return _finish_target(search, SearchState.FOUND, _found(candidate), stamp, candidate)
+            ending = Ending(SearchState.FOUND, _found(candidate), candidate=candidate)
+            return _finish_target(search, ending, stamp)
         case (Approaching() | Confirming(), Rejected()):
             return _set_out(search)
         case _:
@@ -124,7 +133,7 @@ def status(search: Search, *, odometer_m: float, now_ns: int, waiting: str = "")
         results=search.results,
         started_ns=search.started_ns,
         updated_ns=now_ns if search.ended_ns is None else search.ended_ns,
-        path_length_m=_driven(search, odometer_m),
+        path_length_m=driven_m(search, odometer_m),
         kind=search.kind,
         place_m=search.destination.xy if search.destination else (),
         order=search.order,
@@ -132,10 +141,16 @@ def status(search: Search, *, odometer_m: float, now_ns: int, waiting: str = "")
     )
 
 
-def _driven(search: Search, odometer_m: float) -> float:
+def driven_m(search: Search, odometer_m: float) -> float:
+    """Metres driven in a search."""
     done = sum(result.path_length_m for result in search.results)
     done += sum(paused.driven_m for paused in search.paused)
     return done + (odometer_m - search.target_start.odometer_m if search.active else 0.0)
+
+
+def elapsed_s(search: Search, now_s: float) -> float:
+    """Seconds that an active search has taken, for all its objects."""
+    return now_s - search.target_start.since_s + sum(r.duration_s for r in search.results)
 
 
 def _wire_state(phase: Phase) -> SearchState:
@@ -150,42 +165,50 @@ def _wire_state(phase: Phase) -> SearchState:
             return SearchState.EXPLORING
 
 
-def _result(
-    search: Search,
-    outcome: SearchState,
-    reason: str,
-    stamp: EventStamp,
-    candidate: ObjectCandidate | None,
-) -> ObjectResult:
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """How the search for an object ends; candidate: what was found."""
+
+    outcome: SearchState
+    reason: str
+    code: FailureCode = FailureCode.NONE
+    coverage: Coverage = NO_COVERAGE
+    candidate: ObjectCandidate | None = None
+
+
+def _result(search: Search, ending: Ending, stamp: EventStamp) -> ObjectResult:
+    candidate = ending.candidate
+    view = candidate.best_view if candidate else None
     return ObjectResult(
         name=search.target,
-        outcome=outcome,
-        reason=reason,
+        outcome=ending.outcome,
+        reason=ending.reason,
         position_m=candidate.xyz if candidate else (),
         score=candidate.similarity if candidate else 0.0,
         duration_s=stamp.now_s - search.target_start.since_s,
         path_length_m=stamp.odometer_m - search.target_start.odometer_m,
         start_xy_m=search.target_start.xy or (),
         end_xy_m=stamp.xy or (),
+        reason_code=ending.code,
+        coverage=ending.coverage,
+        frame_ns=view.stamp_ns if view else 0,
+        box_px=view.box_px if view else (),
+        cells=len(candidate.cells) if candidate else 0,
     )
 
 
-def _finish_target(
-    search: Search,
-    outcome: SearchState,
-    reason: str,
-    stamp: EventStamp,
-    candidate: ObjectCandidate | None = None,
-) -> Search:
+def _finish_target(search: Search, ending: Ending, stamp: EventStamp) -> Search:
     """The present object is done; start the next or end the search."""
-    results = (*search.results, _result(search, outcome, reason, stamp, candidate))
+    results = (*search.results, _result(search, ending, stamp))
     search = replace(search, choice=_no_goal(search))
     if len(results) < len(search.objects):
         index = next_index(search)
         search = replace(search, results=results, done=(*search.done, search.index))
         return begun(search, index, stamp)
     if search.destination is not None:
-        return replace(search, phase=Finished(outcome), results=results, reason=reason)
+        return replace(
+            search, phase=Finished(ending.outcome), results=results, reason=ending.reason
+        )
     outcomes = {result.outcome for result in results}
     overall = next(
         state
@@ -195,11 +218,14 @@ def _finish_target(
     return replace(search, phase=Finished(overall), results=results, reason=_summary(results))
 
 
-def _end_search(search: Search, state: SearchState, reason: str, stamp: EventStamp) -> Search:
+def _end_search(search: Search, ending: Ending, stamp: EventStamp) -> Search:
     """The whole search ends now, with the present object's outcome."""
-    results = (*search.results, _result(search, state, reason, stamp, None))
     return replace(
-        search, phase=Finished(state), results=results, reason=reason, choice=_no_goal(search)
+        search,
+        phase=Finished(ending.outcome),
+        results=(*search.results, _result(search, ending, stamp)),
+        reason=ending.reason,
+        choice=_no_goal(search),
     )
 
 

@@ -1,0 +1,71 @@
+"""A search ends as failed when it has driven as far, or taken as long, as it may."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from onemap_planner.motion.motions import STOP
+from onemap_planner.policy.limits import limit_reached
+from onemap_planner.policy.state import Observation, PlannerState
+from onemap_planner.search.events import Exhausted, SearchFailed, TargetFailed
+from onemap_planner.search.phases import Budget, Exploring, Finished
+from onemap_planner.search.state_machine import transition
+from onemap_shared.messages import FailureCode, SearchState
+from tests.planner.drawn_maps import PARAMS
+from tests.planner.grid_world import in_two_rooms, start
+from tests.planner.one_room import POSE, SEARCH
+from tests.planner.search.test_state_machine import NOW
+
+
+def observed(now_s: float, odometer_m: float) -> Observation:
+    return Observation(now_s, POSE, odometer_m, STOP, False, None, (), "")
+
+
+def with_budget(distance_m: float = 0.0, time_s: float = 0.0) -> PlannerState:
+    return PlannerState(replace(SEARCH, budget=Budget(distance_m, time_s)))
+
+
+def test_without_a_budget_only_the_time_for_an_object_counts() -> None:
+    limit_s = PARAMS.explore.object_limit_s
+    state = with_budget()
+    assert limit_reached(state, observed(1e4, 1e4), PARAMS) is None
+    event = limit_reached(replace(state, active_time_s=limit_s + 1), observed(0.0, 0.0), PARAMS)
+    assert isinstance(event, TargetFailed)
+    assert event.code is FailureCode.TIME_LIMIT
+
+
+def test_the_distance_is_that_of_the_search() -> None:
+    assert limit_reached(with_budget(5.0), observed(9.0, 4.9), PARAMS) is None
+    event = limit_reached(with_budget(5.0), observed(9.0, 5.0), PARAMS)
+    assert event == SearchFailed(
+        "drove 5.0 m, and this search may drive 5 m", FailureCode.DISTANCE_LIMIT
+    )
+
+
+def test_the_time_is_that_of_all_objects() -> None:
+    search = replace(SEARCH, objects=("sofa", "bed"), phase=Exploring(), budget=Budget(0.0, 12.0))
+    search = transition(search, Exhausted("no sofa"), NOW)  # after 9 s
+    state = PlannerState(search)
+    assert limit_reached(state, observed(11.9, 0.0), PARAMS) is None
+    event = limit_reached(state, observed(12.0, 0.0), PARAMS)
+    assert isinstance(event, SearchFailed)
+    assert event.code is FailureCode.TIME_LIMIT
+
+
+@pytest.mark.parametrize(
+    ("budget", "code"),
+    [(Budget(1.5, 0.0), FailureCode.DISTANCE_LIMIT), (Budget(0.0, 12.0), FailureCode.TIME_LIMIT)],
+)
+def test_a_search_over_its_budget_has_failed_with_the_code(
+    budget: Budget, code: FailureCode
+) -> None:
+    run = start(in_two_rooms(), "bed")
+    run.state = replace(run.state, search=replace(run.state.search, budget=budget))
+    search = run.until_over(60.0)
+    assert search.phase == Finished(SearchState.FAILED)
+    (result,) = search.results
+    assert result.reason_code is code
+    assert result.path_length_m < 2.0 or code is FailureCode.TIME_LIMIT
+    assert result.duration_s < 13.0 or code is FailureCode.DISTANCE_LIMIT
