@@ -50,7 +50,11 @@ def test_it_drives_to_the_frontier_and_keeps_the_goal() -> None:
     goal = first.target_state.active_goal
     assert goal is not None
     second, *_ = explore(replace(first, active_time_s=1.0), HALF_KNOWN, PARAMS)
-    assert second.target_state.active_goal == goal
+    kept = second.target_state.active_goal
+    assert kept is not None
+    assert kept.comparison is not None
+    assert kept.comparison.at_s == 1.0
+    assert replace(kept, comparison=goal.comparison) == goal
 
 
 def test_a_goal_that_takes_too_long_is_blacklisted() -> None:

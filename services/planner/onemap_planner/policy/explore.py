@@ -12,7 +12,6 @@ from onemap_planner.policy.competition import found_object_at, found_under_other
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.coverage import coverage_of
 from onemap_planner.policy.explanation import explain_candidate, explain_goal
-from onemap_planner.policy.follow_goal import compared
 from onemap_planner.policy.goal_generation import detection_goals, frontier_goals, region_goals
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind, select_goal, successor
 from onemap_planner.policy.params import PlannerParams
@@ -21,6 +20,7 @@ from onemap_planner.policy.state import (
     ActiveGoal,
     PlannerState,
     abandon_finished,
+    compared,
     is_blacklisted,
     is_new_goal,
     reconsider,

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from onemap_planner.motion.motions import Drive, Motion, Rest
+from onemap_planner.motion.motions import Motion, Rest
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import GoalCandidates
@@ -23,15 +23,6 @@ from onemap_shared.geometry import F64
 EVERY_STEP_M2 = 200.0  # known area up to which every step compares all goals: a large flat
 COMPARE_S_PER_M2 = 0.0025  # beyond it: 2 s for 1000 m2, in which a robot drives a metre
 AROUND_M = 3.0  # of the way; obstacles farther than the inflation radius cost it nothing
-
-
-def compared(
-    active_goal: ActiveGoal, motion: Drive, now_s: float, candidates: GoalCandidates
-) -> ActiveGoal:
-    """The goal with the comparison that it was chosen in."""
-    way = motion.points_xy
-    corners_xy = np.stack([way.min(axis=0), way.max(axis=0)])
-    return replace(active_goal, comparison=GoalComparison(now_s, corners_xy, candidates))
 
 
 def follow_window(

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from onemap_planner.motion.motions import Motion, Pose2d
+from onemap_planner.motion.motions import Drive, Motion, Pose2d
 from onemap_planner.motion.progress import ProgressMonitor
 from onemap_planner.policy.competition import NO_SYNONYMS, FoundObject, Synonyms
 from onemap_planner.policy.dead_ends import DeadEnd
@@ -188,6 +188,15 @@ def abandon_finished(state: PlannerState, linger_s: float) -> PlannerState:
     )
     late = state.active_time_s - active_goal.since_s > active_goal.budget_s
     return blacklist(state, active_goal.goal) if visited or late else state
+
+
+def compared(
+    active_goal: ActiveGoal, motion: Drive, now_s: float, candidates: GoalCandidates
+) -> ActiveGoal:
+    """The goal with the comparison that it was chosen in."""
+    way = motion.points_xy
+    corners_xy = np.stack([way.min(axis=0), way.max(axis=0)])
+    return replace(active_goal, comparison=GoalComparison(now_s, corners_xy, candidates))
 
 
 def is_new_goal(state: PlannerState, active_goal: ActiveGoal) -> bool:
