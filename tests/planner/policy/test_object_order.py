@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Pose2d
+from onemap_planner.policy import object_order
 from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.evidence import update_candidates
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.object_order import (
     name_to_ask,
     revise_order,
-    take_in_view,
     with_turn,
 )
+from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState, TargetState, at_object
 from onemap_planner.search.events import EventStamp, Reordered
 from onemap_planner.search.phases import Exploring, Finished
@@ -47,6 +49,23 @@ def context(view: SearchView) -> PlanningContext:
 def state_of(*names: str, order: SearchOrder = SearchOrder.ANY) -> PlannerState:
     search = new_search("id", names, STAMP, 0, order=order)
     return PlannerState(replace(search, phase=Exploring()))
+
+
+def take_in_view(
+    state: PlannerState,
+    view: SearchView,
+    frames: tuple[Detections, ...],
+    here: PlanningContext,
+    params: PlannerParams,
+) -> PlannerState:
+    """As a planning step takes it in."""
+    return object_order.take_in_view(
+        state,
+        view,
+        lambda there, seen: update_candidates(there, frames, seen, params.consensus),
+        here,
+        params,
+    )
 
 
 def revised(state: PlannerState, present: SearchView, *others: SearchView) -> Reordered | None:

@@ -7,13 +7,13 @@ map's answer about it come in the same step.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from onemap_planner.motion.way_lengths import way_lengths
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.evidence import update_candidates
 from onemap_planner.policy.goals import GoalKind
 from onemap_planner.policy.order_params import ObjectOrderParams
 from onemap_planner.policy.params import PlannerParams
@@ -29,7 +29,7 @@ from onemap_planner.world.likely_places import (
 )
 from onemap_planner.world.map_view import MapView, map_view_around
 from onemap_shared.geometry import Bool
-from onemap_shared.messages import Detections, SearchOrder, SearchView
+from onemap_shared.messages import SearchOrder, SearchView
 
 NO_WAY_M = 1000.0  # where the floor leads nowhere, so that orders can still be compared
 LOOK_FACTOR = 0.5  # of a place's probability, for each look at it without result
@@ -54,11 +54,14 @@ def with_turn(state: PlannerState, params: ObjectOrderParams) -> PlannerState:
 def take_in_view(
     state: PlannerState,
     view: SearchView,
-    frames: tuple[Detections, ...],
+    merge: Callable[[PlannerState, PlanningContext], PlannerState],
     context: PlanningContext,
     params: PlannerParams,
 ) -> PlannerState:
-    """The state with the places and the sightings of the waiting objects that the view is of."""
+    """The state with the places and the sightings of the waiting objects that the view is of.
+
+    merge: adds the sightings of this step to a state that seeks one of them.
+    """
     map_view = map_view_around(view, np.asarray(context.pose.xy))
     context = replace(context, map_view=map_view)
     for index in waiting(state.search):
@@ -67,7 +70,7 @@ def take_in_view(
         targets = dict(state.other_targets)
         target_state = targets.get(index, TargetState())
         there = replace(state, search=replace(state.search, index=index), target_state=target_state)
-        target_state = update_candidates(there, frames, context, params.consensus).target_state
+        target_state = merge(there, context).target_state
         targets[index] = target_state
         places = _places(target_state, map_view, map_view.observed, params)
         memory = state.order_memory.updated(index, places)

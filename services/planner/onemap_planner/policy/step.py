@@ -173,7 +173,13 @@ def _take_in_map(
     state = replace(state, known_m2=known_m2)
     frames = observation.detections
     if observation.other_view is not None:
-        state = take_in_view(state, observation.other_view, frames, context, params)
+        state = take_in_view(
+            state,
+            observation.other_view,
+            lambda there, seen: update_candidates(there, frames, seen, params.consensus),
+            context,
+            params,
+        )
     if not context.whole:
         return state
     state = without_changed(state, context.map_view, params.dead_end)
