@@ -1,0 +1,1 @@
+"""Errors of a real robot, each off by default: odometry, loop closures, the link of the frames."""
