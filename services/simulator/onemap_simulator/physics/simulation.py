@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from onemap_shared.geometry import Velocity2d
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.missing_floor import MissingFloor
+from onemap_simulator.physics.people import NOBODY, Bystanders, People
 from onemap_simulator.physics.robot import (
     Deadman,
     RobotParams,
@@ -23,13 +24,15 @@ MAX_PAUSE_S = 1.0  # simulated at most after a pause, such as a suspended comput
 class SimulationCounts:
     """Since the start: collisions, commands received, stops by the deadman timer.
 
-    ``edges_crossed``: how often the robot's disc came over a place without floor.
+    ``edges_crossed``: how often the robot's disc came over a place without floor;
+    ``people_touched``: those of the collisions that were with people.
     """
 
     collisions: int = 0
     commands_received: int = 0
     deadman_stops: int = 0
     edges_crossed: int = 0
+    people_touched: int = 0
 
 
 class Simulation:
@@ -43,8 +46,10 @@ class Simulation:
         *,
         now_s: float,
         missing_floor: MissingFloor | None = None,
+        people: People | None = None,
     ) -> None:
         self._collision = collision
+        self._people = people
         self._missing_floor = missing_floor
         self._parameters = params
         self._deadman = Deadman(params.deadman_s)
@@ -72,6 +77,8 @@ class Simulation:
             # The epsilon avoids a last step of zero length by rounding.
             dt_s = MAX_STEP_S if now_s - self._now_s > MAX_STEP_S + 1e-6 else now_s - self._now_s
             before = self.state
+            if self._people is not None:
+                self._people.advance(dt_s, (before.x_m, before.y_m))
             self.state = step(
                 before,
                 self._deadman.command_at(self._now_s),
@@ -82,7 +89,7 @@ class Simulation:
             if self._deadman.expired_between(self._now_s, self._now_s + dt_s):
                 self._count(deadman_stops=1)
             if self.state.collided and abs(before.velocity.linear_mps) > IMPACT_MPS:
-                self._count(collisions=1)
+                self._count(collisions=1, people_touched=int(self._touched_person(before, dt_s)))
             was_over_edge, self._over_edge = self._over_edge, self._is_over_edge()
             if self._over_edge and not was_over_edge:
                 self._count(edges_crossed=1)
@@ -90,8 +97,23 @@ class Simulation:
             self._now_s += dt_s
         return collided
 
+    @property
+    def bystanders(self) -> Bystanders:
+        """Where people are now."""
+        return NOBODY if self._people is None else self._people.bystanders
+
     def _collides(self, x_m: float, y_m: float) -> bool:
-        return self._collision.clearance_m(x_m, y_m) < self._parameters.radius_m
+        radius_m = self._parameters.radius_m
+        if self._people is not None and self._people.distance_m(x_m, y_m) < radius_m:
+            return True
+        return self._collision.clearance_m(x_m, y_m) < radius_m
+
+    def _touched_person(self, before: RobotState, dt_s: float) -> bool:
+        """Whether a person, and not furniture, stopped the robot in its last step."""
+        reach_m = self._parameters.radius_m + self._parameters.max_linear_mps * dt_s
+        return self._people is not None and (
+            self._people.distance_m(before.x_m, before.y_m) <= reach_m
+        )
 
     def _is_over_edge(self) -> bool:
         state, floor = self.state, self._missing_floor
