@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import camera_mount, pose_2d, transform
-from onemap_simulator.rendering.renderer import RenderedImage, Renderer
+from onemap_simulator.rendering.rendered_image import RenderedImage
+from onemap_simulator.rendering.renderer import Renderer
 from tests.reference.raycast import first_hits
 from tests.simulator.scenes import SceneBuilder, box_room
 

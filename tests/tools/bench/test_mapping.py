@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from onemap_simulator.rendering.renderer import RenderedImage
+from onemap_simulator.rendering.rendered_image import RenderedImage
 from onemap_tools.bench.mapping import (
     INTRINSICS,
     MAX_OBSERVED_RANGE_M,
@@ -28,6 +28,7 @@ def view(pixels: int, depth_m: float) -> RenderedImage:
         np.zeros((*shape, 3), np.uint8),
         np.full(shape, depth_m, np.float32),
         labels.reshape(shape),
+        np.full(shape, -1, np.int32),
     )
 
 

@@ -18,7 +18,8 @@ from onemap_perception.variance import VarianceParams
 from onemap_shared.geometry import F64
 from onemap_shared.messages import FeatureField, RgbdFrame
 from onemap_simulator.rendering.camera_poses import sample_camera_poses
-from onemap_simulator.rendering.renderer import RenderedImage, Renderer
+from onemap_simulator.rendering.rendered_image import RenderedImage
+from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import CameraParams, measured_mm
 from onemap_simulator.scene.scene import Scene
 

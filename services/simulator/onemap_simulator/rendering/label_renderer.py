@@ -9,8 +9,15 @@ import numpy as np
 
 from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.geometry import F64, I32, U8, check_rigid
+from onemap_simulator.physics.people import NOBODY, Bystanders
+from onemap_simulator.rendering.bystanders import (
+    PersonLook,
+    ViewRays,
+    person_label,
+    with_bystanders,
+)
 from onemap_simulator.rendering.ray_tracer import RayTracer
-from onemap_simulator.rendering.renderer import RenderedImage
+from onemap_simulator.rendering.rendered_image import RenderedImage
 from onemap_simulator.scene.scene import Scene
 
 
@@ -20,9 +27,17 @@ class LabelRenderer:
     def __init__(self, scene: Scene) -> None:
         self._tracer = RayTracer(scene)
         self._objects: I32 = np.append(scene.face_object, -1).astype(np.int32)
+        label = person_label(scene)
+        self._person = PersonLook(label, label_colour(label), flat=True)
 
     def render(
-        self, T_map_camera: F64, intrinsics: Intrinsics, *, width: int, height: int
+        self,
+        T_map_camera: F64,
+        intrinsics: Intrinsics,
+        *,
+        width: int,
+        height: int,
+        people: Bystanders = NOBODY,
     ) -> RenderedImage:
         """Labels, their colours and depth at T_map_camera (4, 4)."""
         T = check_rigid(T_map_camera, "T_map_camera").astype(np.float32)
@@ -30,7 +45,13 @@ class LabelRenderer:
         origins = np.broadcast_to(T[:3, 3], directions.shape)
         hits = self._tracer.first_hits(origins, directions)
         labels = self._objects[hits.face].reshape(height, width)
-        return RenderedImage(label_colours(labels), hits.distance.reshape(height, width), labels)
+        image = RenderedImage(
+            label_colours(labels),
+            hits.distance.reshape(height, width),
+            labels,
+            hits.face.reshape(height, width),
+        )
+        return with_bystanders(image, ViewRays(T[:3, 3], directions), people, self._person)
 
 
 def label_colours(labels: I32) -> U8:
@@ -38,6 +59,12 @@ def label_colours(labels: I32) -> U8:
     code = labels + 1
     colours: U8 = np.stack([code & 255, code >> 8, np.zeros_like(code)], axis=-1).astype(np.uint8)
     return colours
+
+
+def label_colour(label: int) -> tuple[int, int, int]:
+    """The colour of one label in [-1, 65534]."""
+    red, green, blue = (int(value) for value in label_colours(np.array([[label]], np.int32))[0, 0])
+    return red, green, blue
 
 
 def labels_of(colours: U8) -> I32:

@@ -13,25 +13,21 @@ import numpy as np
 
 from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.geometry import F32, F64, I32, U8, check_rigid
+from onemap_simulator.physics.people import NOBODY, Bystanders
+from onemap_simulator.rendering.bystanders import (
+    CLOTHES_RGB,
+    PersonLook,
+    ViewRays,
+    person_label,
+    with_bystanders,
+)
 from onemap_simulator.rendering.lighting import LightMap
 from onemap_simulator.rendering.ray_tracer import RayHits, RayTracer
+from onemap_simulator.rendering.rendered_image import RenderedImage
 from onemap_simulator.rendering.texture_atlas import TextureAtlas
 from onemap_simulator.scene.scene import Scene
 
 SKY_RGB = (196, 212, 228)  # where a ray leaves the scene
-
-
-@dataclass(frozen=True, slots=True)
-class RenderedImage:
-    """One rendered image.
-
-    rgb (H, W, 3) uint8; depth_m (H, W) float32 along the optical axis, 0 = nothing hit;
-    labels (H, W) int32 index into the scene's objects, -1 = nothing hit.
-    """
-
-    rgb: U8
-    depth_m: F32
-    labels: I32
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,9 +80,16 @@ class Renderer:
         self._atlas = TextureAtlas.of((*scene.textures, sky))
         self._faces = _FaceTable.of(scene, self._atlas)
         self._light = LightMap.of(scene, self._tracer.occluded)
+        self._person = PersonLook(person_label(scene), CLOTHES_RGB, flat=False)
 
     def render(
-        self, T_map_camera: F64, intrinsics: Intrinsics, *, width: int, height: int
+        self,
+        T_map_camera: F64,
+        intrinsics: Intrinsics,
+        *,
+        width: int,
+        height: int,
+        people: Bystanders = NOBODY,
     ) -> RenderedImage:
         """Render at T_map_camera (4, 4); pixel centres at half-integer coordinates."""
         T = check_rigid(T_map_camera, "T_map_camera").astype(np.float32)
@@ -108,11 +111,13 @@ class Renderer:
         rgb = np.empty((height, width, 3), np.uint8)
         for channel in range(3):
             rgb[..., channel] = np.minimum(albedo[..., channel] * light[channel], 255)
-        return RenderedImage(
+        image = RenderedImage(
             rgb,
             depth.reshape(height, width),
             self._faces.objects[face].reshape(height, width),
+            face.reshape(height, width),
         )
+        return with_bystanders(image, ViewRays(T[:3, 3], directions), people, self._person)
 
     def _albedo(self, hits: RayHits, focal_px: float) -> U8:
         """Texture colours (N, 3) uint8 of the surfaces hit."""

@@ -23,7 +23,8 @@ from onemap_shared.geometry import U8
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import TRAINING, Style
 from onemap_simulator.rendering.camera_poses import CameraPoseRange, sample_camera_poses
-from onemap_simulator.rendering.renderer import RenderedImage, Renderer
+from onemap_simulator.rendering.rendered_image import RenderedImage
+from onemap_simulator.rendering.renderer import Renderer
 
 NO_CLASS = 255
 TRAIN_SEEDS = range(1000, 100_000)
