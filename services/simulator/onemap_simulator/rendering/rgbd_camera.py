@@ -9,9 +9,16 @@ import numpy as np
 from pydantic import Field
 
 from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F32, F64, U8, U16, camera_mount
+from onemap_shared.geometry import F32, F64, U8, U16, Bool, camera_mount
 from onemap_shared.params import Params
-from onemap_simulator.rendering.renderer import RenderedImage
+from onemap_simulator.physics.people import NOBODY, Bystanders
+from onemap_simulator.rendering.depth_errors import (
+    DepthErrorParams,
+    faces_without_return,
+    with_depth_errors,
+)
+from onemap_simulator.rendering.rendered_image import RenderedImage
+from onemap_simulator.scene.scene import Scene
 
 
 class CameraParams(Params):
@@ -48,6 +55,9 @@ class CameraParams(Params):
         description="Standard deviation at 1 m, growing with the square of distance, as a stereo "
         "camera's does; 0 is ideal.",
     )
+    depth_errors: DepthErrorParams = Field(
+        default=DepthErrorParams(), description="Edges, glass, black surfaces, steps."
+    )
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -74,32 +84,67 @@ class SceneRenderer(Protocol):
     """Renders one scene from any pose."""
 
     def render(
-        self, T_map_camera: F64, intrinsics: Intrinsics, *, width: int, height: int
+        self,
+        T_map_camera: F64,
+        intrinsics: Intrinsics,
+        *,
+        width: int,
+        height: int,
+        people: Bystanders = NOBODY,
     ) -> RenderedImage:
-        """The image at T_map_camera (4, 4)."""
+        """The image at T_map_camera (4, 4), with people."""
 
 
 class RgbdCamera:
-    """Captures RGB-D images of one scene; deterministic for a generator and order of poses."""
+    """Captures RGB-D images of one scene; deterministic for a generator and order of poses.
+
+    without_return (F + 1,): as ``faces_without_return``; None: every surface gives depth.
+    """
 
     def __init__(
-        self, renderer: SceneRenderer, params: CameraParams, rng: np.random.Generator
+        self,
+        renderer: SceneRenderer,
+        params: CameraParams,
+        rng: np.random.Generator,
+        without_return: Bool | None = None,
     ) -> None:
         self._renderer = renderer
         self._params = params
         self._rng = rng
+        self._without_return = without_return
         self.intrinsics = params.intrinsics
         self.T_body_camera = params.mount
 
-    def capture(self, T_map_body: F64) -> RgbdImage:
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        renderer: SceneRenderer,
+        params: CameraParams,
+        rng: np.random.Generator,
+    ) -> RgbdCamera:
+        """A camera that measures depth as the surfaces of the scene allow."""
+        if params.depth_errors == DepthErrorParams():
+            return cls(renderer, params, rng)
+        return cls(renderer, params, rng, faces_without_return(scene, params.depth_errors))
+
+    def capture(self, T_map_body: F64, people: Bystanders = NOBODY) -> RgbdImage:
         """The image from the body's pose (4, 4)."""
         p = self._params
         view = self._renderer.render(
-            T_map_body @ self.T_body_camera, self.intrinsics, width=p.width, height=p.height
+            T_map_body @ self.T_body_camera,
+            self.intrinsics,
+            width=p.width,
+            height=p.height,
+            people=people,
         )
         depth = view.depth_m
         if p.depth_noise_m > 0:
             depth = noisy_depth(depth, p.depth_noise_m, self._rng)
+        if self._without_return is not None:
+            depth = with_depth_errors(
+                depth, view.faces, self._without_return, p.depth_errors, self._rng
+            )
         return RgbdImage(view.rgb, measured_mm(depth, p.min_depth_m, p.max_depth_m))
 
 
