@@ -7,6 +7,10 @@ from typing import Literal
 from pydantic import Field
 
 from onemap_shared.params import Params
+from onemap_simulator.errors.frame_link import FrameLinkParams
+from onemap_simulator.errors.loop_closure import LoopClosureParams
+from onemap_simulator.errors.odometry_drift import OdometryDriftParams
+from onemap_simulator.physics.people import PeopleParams
 from onemap_simulator.physics.pose_noise import PoseNoiseParams
 from onemap_simulator.physics.robot import RobotParams
 from onemap_simulator.rendering.rgbd_camera import CameraParams
@@ -47,3 +51,13 @@ class SimulatorConfig(Params):
     robot: RobotParams = Field(default=RobotParams(), description="Body and drive.")
     camera: CameraParams = Field(default=CameraParams(), description="RGB-D camera.")
     pose_noise: PoseNoiseParams = Field(default=PoseNoiseParams(), description="Localisation.")
+    odometry_drift: OdometryDriftParams = Field(
+        default=OdometryDriftParams(), description="Localisation errs more the farther it drives."
+    )
+    loop_closure: LoopClosureParams = Field(
+        default=LoopClosureParams(), description="The drifting pose jumps back to the true one."
+    )
+    frame_link: FrameLinkParams = Field(
+        default=FrameLinkParams(), description="Frames come late or are lost."
+    )
+    people: PeopleParams = Field(default=PeopleParams(), description="People who walk about.")

@@ -20,17 +20,19 @@ import numpy as np
 
 from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
-from onemap_shared.messages import Odometry, RgbdFrame
+from onemap_shared.messages import Odometry, RgbdFrame, Truth, TruthRequest
 from onemap_shared.rates import RateMeter
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
 from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.errors.frame_link import FrameLink
+from onemap_simulator.errors.localisation import Localisation
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
 from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.missing_floor import MissingFloor
-from onemap_simulator.physics.pose_noise import noisy_pose
+from onemap_simulator.physics.people import NOBODY, Bystanders, People
 from onemap_simulator.physics.robot import RobotParams, RobotState
 from onemap_simulator.physics.simulation import Simulation
 from onemap_simulator.rendering.renderer import Renderer
@@ -49,25 +51,27 @@ WAIT_S = 0.2  # period at which the camera's thread checks whether to stop
 
 @dataclass(frozen=True, slots=True)
 class StampedPose:
-    """True and reported T_map_body (4, 4) at an instant."""
+    """True and reported T_map_body (4, 4) at an instant, and where people are then."""
 
     stamp_ns: int
     T_true: F64
     T_reported: F64
+    people: Bystanders = NOBODY
 
 
 class CameraThread:
-    """Renders and publishes an image from the newest pose offered."""
+    """Renders an image from the newest pose offered and publishes what came over the link."""
 
-    def __init__(self, bus: Bus, camera: RgbdCamera) -> None:
-        self._camera = camera
+    def __init__(self, bus: Bus, camera: RgbdCamera, link: FrameLink[RgbdFrame]) -> None:
+        self._camera, self._link = camera, link
         self._publisher = bus.publish(ROBOT_RGBD)
         self._poses: queue.Queue[StampedPose] = queue.Queue(maxsize=1)
         self._skipped = 0
         self._stop = threading.Event()
         self._rate = RateMeter()
         self._render_ms = 0.0
-        self.sequence = 0
+        self._captured = 0
+        self.sequence = 0  # frames published
         self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
         self._thread.start()
 
@@ -79,11 +83,12 @@ class CameraThread:
         self._poses.put_nowait(pose)
 
     def metrics(self, now_s: float) -> dict[str, float]:
-        """Mean frames_per_s of the last seconds, render_ms of the newest frame, frames_skipped."""
+        """Mean frames_per_s of the last seconds, render_ms of the newest frame, counts."""
         return {
             "frames_per_s": self._rate.rate_hz(now_s),
             "render_ms": self._render_ms,
             "frames_skipped": self._skipped,
+            "frames_lost": self._link.lost,
         }
 
     def close(self) -> None:
@@ -94,24 +99,31 @@ class CameraThread:
     def _run(self) -> None:
         while not self._stop.is_set():
             with suppress(queue.Empty):
-                self._publish(self._poses.get(timeout=WAIT_S))
+                self._capture(self._poses.get(timeout=self._patience_s()))
+            for frame in self._link.arrived(time.monotonic()):
+                self._publisher.put(frame)
+                self.sequence += 1
+                self._rate = self._rate.with_event(time.monotonic())
 
-    def _publish(self, pose: StampedPose) -> None:
+    def _patience_s(self) -> float:
+        """Seconds to wait for a pose: until the next frame arrives, or WAIT_S."""
+        arrival_s = self._link.next_s()
+        return WAIT_S if arrival_s is None else min(max(arrival_s - time.monotonic(), 0.0), WAIT_S)
+
+    def _capture(self, pose: StampedPose) -> None:
         began_s = time.monotonic()
-        image = self._camera.capture(pose.T_true)
+        image = self._camera.capture(pose.T_true, pose.people)
         self._render_ms = (time.monotonic() - began_s) * 1e3
-        self._publisher.put(
-            RgbdFrame(
-                self.sequence,
-                pose.stamp_ns,
-                image.rgb,
-                image.depth_mm,
-                self._camera.intrinsics,
-                pose.T_reported @ self._camera.T_body_camera,
-            )
+        frame = RgbdFrame(
+            self._captured,
+            pose.stamp_ns,
+            image.rgb,
+            image.depth_mm,
+            self._camera.intrinsics,
+            pose.T_reported @ self._camera.T_body_camera,
         )
-        self.sequence += 1
-        self._rate = self._rate.with_event(time.monotonic())
+        self._captured += 1
+        self._link.send(frame, time.monotonic())
 
 
 class SimulatorWorker:
@@ -119,14 +131,24 @@ class SimulatorWorker:
 
     def __init__(self, bus: Bus, scene: Scene, config: SimulatorConfig) -> None:
         robot = config.robot
-        camera_rng, self._pose_rng = np.random.default_rng(config.seed).spawn(2)
+        camera_rng, pose_rng, drift_rng, link_rng, people_rng = np.random.default_rng(
+            config.seed
+        ).spawn(5)
         self._config = config
+        self._localisation = Localisation(
+            config.pose_noise,
+            pose_rng,
+            drift=config.odometry_drift,
+            loop_closure=config.loop_closure,
+            drift_rng=drift_rng,
+        )
         self._simulation = Simulation(
             CollisionMap.of(scene, robot.height_m),
             robot,
             RobotState(*scene.start),
             now_s=time.monotonic(),
             missing_floor=MissingFloor.of(scene, robot.height_m),
+            people=People.of(scene, config.people, people_rng, robot_radius_m=robot.radius_m),
         )
         truth = SceneTruth(
             scene,
@@ -136,9 +158,9 @@ class SimulatorWorker:
         )
         self._commands = bus.subscribe(ROBOT_CMD_VEL)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
-        camera = RgbdCamera(Renderer(scene), config.camera, camera_rng)
-        self._camera = CameraThread(bus, camera)
-        bus.serve(ROBOT_TRUTH, partial(truth_reply, truth))
+        camera = RgbdCamera.of(scene, Renderer(scene), config.camera, camera_rng)
+        self._camera = CameraThread(bus, camera, FrameLink(config.frame_link, link_rng))
+        bus.serve(ROBOT_TRUTH, partial(self._truth_reply, truth))
         self._sequence = 0
         self._collided = False
         self._odometry_due_s = self._rgbd_due_s = time.monotonic()
@@ -174,6 +196,9 @@ class SimulatorWorker:
                 "commands_refused": self._commands.counters.refused,
                 "deadman_stops": counts.deadman_stops,
                 "edges_crossed": counts.edges_crossed,
+                "people_touched": counts.people_touched,
+                "largest_pose_error_m": self._localisation.largest_error_m,
+                "pose_jumps": self._localisation.jumps,
             },
         )
 
@@ -182,9 +207,13 @@ class SimulatorWorker:
         self._camera.close()
 
     def _stamped_pose(self) -> StampedPose:
-        pose = self._simulation.state.pose
-        reported = noisy_pose(pose, self._config.pose_noise, self._pose_rng)
-        return StampedPose(time.time_ns(), pose, reported)
+        pose, people = self._simulation.state.pose, self._simulation.bystanders
+        return StampedPose(time.time_ns(), pose, self._localisation.reported(pose), people)
+
+    def _truth_reply(self, truth: SceneTruth, request: TruthRequest) -> Truth:
+        """The reply for a place that searches name in the reported frame."""
+        x_m, y_m = self._localisation.true_place(request.x_m, request.y_m)
+        return truth_reply(truth, TruthRequest(request.name, x_m, y_m))
 
     def _publish_odometry(self, pose: StampedPose) -> None:
         velocity = self._simulation.state.velocity

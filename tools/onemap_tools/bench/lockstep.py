@@ -38,12 +38,14 @@ from onemap_planner.policy.step import step
 from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Destination, Search, Starting
 from onemap_planner.search.state_machine import new_search
-from onemap_shared.geometry import F64, Velocity2d, yaw_of
+from onemap_shared.geometry import F64, Velocity2d, pose_2d, yaw_of
 from onemap_shared.messages import Detections, FeatureField, RgbdFrame, SearchOrder, SearchView
 from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.errors.frame_link import FrameLink
+from onemap_simulator.errors.localisation import Localisation, true_place
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.missing_floor import MissingFloor
-from onemap_simulator.physics.pose_noise import noisy_pose
+from onemap_simulator.physics.people import Bystanders, People
 from onemap_simulator.physics.robot import RobotState
 from onemap_simulator.physics.simulation import Simulation
 from onemap_simulator.rendering.renderer import Renderer
@@ -113,6 +115,28 @@ class Robot(Protocol):
         """The camera's frame at ``now_s``."""
 
 
+@dataclass(frozen=True, slots=True)
+class FrameTruth:
+    """Of a frame: the true T_map_camera (4, 4) of its capture, and where people were then."""
+
+    T_map_camera: F64
+    people: Bystanders
+
+
+@dataclass(frozen=True, slots=True)
+class SearchEnd:
+    """Reported and true T_map_body (4, 4) when the search for an object ended."""
+
+    T_reported: F64
+    T_true: F64
+
+    def true_place(self, place: tuple[float, ...]) -> tuple[float, ...]:
+        """Where a place (x, y, ...) truly is that the search told at that time; empty if it is."""
+        if not place:
+            return place
+        return (*true_place(self.T_reported, self.T_true, place), *place[2:])
+
+
 class SimulatedRobot:
     """The simulator's robot and camera in simulated time."""
 
@@ -120,17 +144,28 @@ class SimulatedRobot:
         self, scene: Scene, config: SimulatorConfig, renderer: SceneRenderer | None = None
     ) -> None:
         robot = config.robot
-        camera_rng, self._pose_rng = np.random.default_rng(config.seed).spawn(2)
-        self._noise = config.pose_noise
+        camera_rng, pose_rng, drift_rng, link_rng, people_rng = np.random.default_rng(
+            config.seed
+        ).spawn(5)
+        self.localisation = Localisation(
+            config.pose_noise,
+            pose_rng,
+            drift=config.odometry_drift,
+            loop_closure=config.loop_closure,
+            drift_rng=drift_rng,
+        )
         self._simulation = Simulation(
             CollisionMap.of(scene, robot.height_m),
             robot,
             RobotState(*scene.start),
             now_s=0.0,
             missing_floor=MissingFloor.of(scene, robot.height_m),
+            people=People.of(scene, config.people, people_rng, robot_radius_m=robot.radius_m),
         )
-        self._camera = RgbdCamera(renderer or Renderer(scene), config.camera, camera_rng)
+        self._camera = RgbdCamera.of(scene, renderer or Renderer(scene), config.camera, camera_rng)
+        self.link: FrameLink[RgbdFrame] = FrameLink(config.frame_link, link_rng)
         self._frames = 0
+        self._truths: dict[int, FrameTruth] = {}  # by the frame's sequence
         self.collided = False
 
     @property
@@ -150,6 +185,11 @@ class SimulatedRobot:
         return self._simulation.counts.collisions
 
     @property
+    def people_touched(self) -> int:
+        """How many of the contacts were with people."""
+        return self._simulation.counts.people_touched
+
+    @property
     def edges_crossed(self) -> int:
         """How often the robot's disc came over a place without floor."""
         return self._simulation.counts.edges_crossed
@@ -159,15 +199,32 @@ class SimulatedRobot:
         self._simulation.receive_command(command, before_s, COMMAND_VALID_S)
         self.collided = self._simulation.advance(now_s)
 
-    def odometry(self) -> np.ndarray:
-        """T_map_body (4, 4) as odometry reports it: with the configured noise."""
-        pose = self._simulation.state.pose
-        return noisy_pose(pose, self._noise, self._pose_rng)
+    @property
+    def pose(self) -> F64:
+        """True T_map_body (4, 4)."""
+        return self._simulation.state.pose
+
+    def odometry(self) -> F64:
+        """T_map_body (4, 4) as odometry reports it: with the configured errors."""
+        return self.localisation.reported(self.pose)
+
+    def frames(self, now_s: float, *, capture: bool) -> list[RgbdFrame]:
+        """The frames that arrived up to ``now_s``, after another was captured if it is due."""
+        if capture:
+            self.link.send(self.frame(now_s), now_s)
+        return self.link.arrived(now_s)
+
+    def truth_of(self, frame: RgbdFrame) -> FrameTruth:
+        """How it truly was when the frame was captured."""
+        return self._truths[frame.sequence]
 
     def frame(self, now_s: float) -> RgbdFrame:
         """The camera's frame at ``now_s``."""
-        image = self._camera.capture(self._simulation.state.pose)
+        people = self._simulation.bystanders
+        image = self._camera.capture(self.pose, people)
         self._frames += 1
+        T_map_camera = self.pose @ self._camera.T_body_camera
+        self._truths[self._frames] = FrameTruth(T_map_camera, people)
         return RgbdFrame(
             self._frames,
             int((now_s + 1.0) * 1e9),  # 0 would mean that the map is empty
@@ -226,6 +283,7 @@ class LockstepSimulation:
         self._odometer_m = 0.0
         self._detections: list[Detections] = []
         self._reset_for: tuple[str, int] | None = None
+        self.ends: list[SearchEnd] = []  # of a simulated robot: one for each result of the search
         self._map_of: int | None = None  # index of the object that the last frame was taken for
 
     @property
@@ -251,6 +309,7 @@ class LockstepSimulation:
 
     def _run(self, state: PlannerState, limit_s: float) -> Search:
         self.state = state
+        self.ends.clear()
         end_s = self.now_s + limit_s
         while self.state.search.active and self.now_s < end_s:
             self._step(self.state)
@@ -259,8 +318,8 @@ class LockstepSimulation:
     def _step(self, state: PlannerState) -> None:
         clock, robot = self._clock, self.robot
         planner, simulator = self._config.planner, self._config.simulator
-        if clock.is_due("frame", simulator.rgbd_hz):
-            self._process_frame(state.search)
+        for frame in self._arrived(capture=clock.is_due("frame", simulator.rgbd_hz)):
+            self._process_frame(state.search, frame)
             state = self.state or state
         T_map_body = robot.odometry()
         pose = Pose2d(float(T_map_body[0, 3]), float(T_map_body[1, 3]), yaw_of(T_map_body))
@@ -280,8 +339,13 @@ class LockstepSimulation:
         robot.advance(self._controller.command, before_s, clock.now_s)
         self._odometer_m += float(np.hypot(robot.xy[0] - before[0], robot.xy[1] - before[1]))
 
-    def _process_frame(self, search: Search) -> None:
-        frame = self.robot.frame(self.now_s)
+    def _arrived(self, *, capture: bool) -> list[RgbdFrame]:
+        """The frames that arrived by now, after another was captured if it is due."""
+        if isinstance(self.robot, SimulatedRobot):
+            return self.robot.frames(self.now_s, capture=capture)
+        return [self.robot.frame(self.now_s)] if capture else []
+
+    def _process_frame(self, search: Search, frame: RgbdFrame) -> None:
         field = self._perception.field(frame)
         if self._map_of != search.index:
             self._begin_object(search.index)
@@ -324,6 +388,10 @@ class LockstepSimulation:
         self.state, decision = step(
             state, observation, self._config.planner, self._method.exploration
         )
+        ended = len(self.state.search.results) > len(self.ends)
+        if ended and isinstance(self.robot, SimulatedRobot):
+            reported = pose_2d(pose.x_m, pose.y_m, pose.yaw_rad)
+            self.ends.append(SearchEnd(reported, self.robot.pose))
         if decision is not None:
             self._motion_plan = Plan(
                 state.search.search_id, decision.motion, decision.costmap, self.now_s

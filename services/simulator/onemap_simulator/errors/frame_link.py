@@ -33,7 +33,7 @@ class FrameLinkParams(Params):
         default=0.0,
         ge=0,
         lt=1,
-        description="Share, in [0, 1), of the frames that never arrive; 0: none, as on one computer.",
+        description="Share, in [0, 1), of the frames that never arrive; 0: as on one computer.",
     )
     lost_in_a_row: float = Field(
         default=4.0,

@@ -32,7 +32,7 @@ class PeopleParams(Params):
         default=0,
         ge=0,
         le=50,
-        description="How many people walk about; none by default, so that runs repeat earlier ones.",
+        description="How many people walk about; 0: nobody is at home.",
     )
     radius_m: float = Field(
         default=0.25, gt=0, le=1, description="Radius in metres: half of a person's shoulders."
