@@ -10,7 +10,7 @@ import typer
 
 from onemap_tools.bench.cli_errors import cli_errors
 from onemap_tools.bench.habitat.command import app as habitat_app
-from onemap_tools.bench.navigation.choices import Apartments, Features, Method, ObjectOrder
+from onemap_tools.bench.navigation.choices import Apartments, Errors, Features, Method, ObjectOrder
 from onemap_tools.bench.pose_graph_command import pose_graph
 from onemap_tools.cli.options import Config, Json
 from onemap_tools.cli.terminal import print_json
@@ -45,6 +45,12 @@ class QueryStyles(str, Enum):
     BOTH = "both"
 
 
+FeaturesOption = Annotated[
+    Features, typer.Option(help="uncalibrated: simulated, with scores as CLIP's.")
+]
+SimulatedErrors = Annotated[
+    Errors, typer.Option(help="Of a real robot; jump: drift that loop closures set right.")
+]
 Beside = Annotated[
     list[Path] | None, typer.Option(help="Folder of another method's results, to compare with.")
 ]
@@ -318,9 +324,8 @@ def scene(
 def navigation(
     *,
     method: Annotated[Method, typer.Option(help="Of searching.")] = Method.ONEMAP,
-    features: Annotated[
-        Features, typer.Option(help="uncalibrated: simulated, with scores as CLIP's.")
-    ] = Features.SIMULATED,
+    features: FeaturesOption = Features.SIMULATED,
+    errors: SimulatedErrors = Errors.NONE,
     episodes: Annotated[int, typer.Option(min=1, help="Apartments, one episode in each.")] = 10,
     seed: Annotated[int, typer.Option(min=0, help="Of the first apartment.")] = 1,
     apartments: Parity = Apartments.ALL,
@@ -364,6 +369,7 @@ def navigation(
             limit_s=limit,
             config=config,
             order=SearchOrder(order.value),
+            errors=errors,
         )
         result = benchmark.run_benchmark(
             options,

@@ -11,8 +11,9 @@ import pytest
 from onemap_shared.messages import SearchOrder
 from onemap_tools.bench.navigation import benchmark
 from onemap_tools.bench.navigation.benchmark import NavigationOptions, run_benchmark
-from onemap_tools.bench.navigation.choices import Apartments, Features, Method
+from onemap_tools.bench.navigation.choices import Apartments, Errors, Features, Method
 from onemap_tools.bench.navigation.episode_run import EpisodeSetup
+from onemap_tools.bench.navigation.metrics import summary
 from onemap_tools.bench.navigation.records import EpisodeRecord, Failure
 from onemap_tools.bench.navigation.report import episode_line, table_lines
 from tests.tools.bench.navigation.records import episode, failed
@@ -33,6 +34,20 @@ def test_any_order_is_an_option_of_the_methods_that_keep_a_map_for_all_objects()
     assert options.document()["order"] == "any"
     with pytest.raises(ValueError, match="--order any is for onemap and onemap_no_consensus"):
         replace(OPTIONS, method=Method.VLFM, order=SearchOrder.ANY)
+
+
+def test_errors_are_simulated_in_every_episode_and_told_with_the_result() -> None:
+    options = replace(OPTIONS, errors=Errors.PEOPLE)
+    assert [setup.config.simulator.people.count for setup in options.setups()] == [2, 2, 2]
+    document = options.document()
+    assert document["errors"] == "people"
+    assert document["config"]["simulator"]["people"]["count"] == 2
+    touched = replace(episode(0, failed("bed", 1.0, Failure.STUCK)), people_touched=2)
+    result = {**document, **summary([touched], 1), "compared_with": {}}
+    lines = table_lines(result)
+    assert lines[0].startswith("oracle, simulated features, errors: people: 1 episodes")
+    assert "contacts with people, all episodes     2" in lines
+    assert not any("loop closures" in line for line in lines)
 
 
 @pytest.mark.slow

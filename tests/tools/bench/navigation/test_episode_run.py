@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from math import inf
 
+import numpy as np
 import pytest
 
-from onemap_shared.messages import SearchOrder
+from onemap_shared.geometry import pose_2d
+from onemap_shared.messages import ObjectResult, SearchOrder, SearchState
 from onemap_tools.bench.claims import read_sections
-from onemap_tools.bench.navigation.choices import Features, Method
+from onemap_tools.bench.navigation.choices import Errors, Features, Method
 from onemap_tools.bench.navigation.episode_run import (
     SIMULATED_CAMERA_PX,
     EpisodeSetup,
@@ -19,8 +21,11 @@ from onemap_tools.bench.navigation.episode_run import (
     object_record,
     run_episode,
     system_config,
+    true_results,
 )
+from onemap_tools.bench.navigation.errors import with_errors
 from onemap_tools.bench.navigation.records import Failure
+from onemap_tools.bench.simulated_robot import SearchEnd
 from onemap_tools.demo.summary import ObjectSummary
 
 FOUND = ObjectSummary(
@@ -77,6 +82,36 @@ def test_simulated_features_have_a_small_camera_and_mini_the_configured_one() ->
     mini = system_config(setup(Method.ONEMAP, Features.MINI)).simulator
     assert mini.camera == setup(Method.ONEMAP).config.simulator.camera
     assert small.rgbd_hz == mini.rgbd_hz == 4.0
+
+
+def test_results_are_judged_at_true_places() -> None:
+    bed = ObjectResult(
+        "bed", SearchState.FOUND, "", (3.0, 1.0, 0.4), 0.5, 9.0, 4.0, (1.0, 1.0), (2.0, 1.0)
+    )
+    sofa = replace(bed, name="sofa", start_xy_m=(2.0, 1.0), end_xy_m=(2.0, 3.0), position_m=())
+    ends = [
+        SearchEnd(pose_2d(2.0, 1.0, 0.0), pose_2d(2.5, 1.0, 0.0)),
+        SearchEnd(pose_2d(2.0, 3.0, 0.0), pose_2d(2.0, 3.0, np.pi / 2)),
+    ]
+    first, second = true_results((bed, sofa), ends)
+    assert first.start_xy_m == (1.0, 1.0)
+    assert first.end_xy_m == pytest.approx((2.5, 1.0))
+    assert first.position_m == pytest.approx((3.5, 1.0, 0.4))
+    assert second.start_xy_m == pytest.approx((2.5, 1.0))  # where the first ended
+    assert second.end_xy_m == pytest.approx((2.0, 3.0))
+    assert second.position_m == ()
+
+
+@pytest.mark.slow
+def test_an_episode_with_every_error_repeats_itself_and_counts_them() -> None:
+    plain = setup(Method.ONEMAP, limit_s=8.0)
+    simulator = with_errors(plain.config.simulator, Errors.ALL)
+    harsh = replace(plain, config=replace(plain.config, simulator=simulator))
+    first, second = (run_episode(harsh) for _ in range(2))
+    assert first == second
+    assert first.frames_lost > 0
+    assert first.pose_error_m > 0.01
+    assert len(first.trajectory) < 4 * first.simulated_s
 
 
 @pytest.mark.slow

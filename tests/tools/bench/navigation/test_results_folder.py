@@ -28,7 +28,8 @@ def test_finished_episodes_are_kept_and_a_cut_off_line_is_not(tmp_path: Path) ->
     again.add(episode(2, found("sofa", 1, 2)))
     assert len(ResultsFolder(out, OPTIONS).finished) == 3
     metrics = {"spl_1": {"value": 0.5, "low": 0.25, "high": 0.75}}
-    how = dict.fromkeys(("episodes", "objects_per_episode", "seed", "apartments", "style"), 1)
+    how: dict[str, object] = {"errors": "none"}
+    how |= dict.fromkeys(("episodes", "objects_per_episode", "seed", "apartments", "style"), 1)
     document = {"method": "<vlfm>", "features": "mini", **how, "metrics": metrics, "failures": {}}
     document["compared_with"] = {
         "<oracle>": {"metrics": metrics, "compared": {"spl": metrics["spl_1"]}}

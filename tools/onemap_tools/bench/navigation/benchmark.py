@@ -15,10 +15,12 @@ import torch
 
 from onemap_shared.messages import SearchOrder
 from onemap_tools.bench.claims import read_sections
-from onemap_tools.bench.navigation.choices import Apartments, Features, Method
+from onemap_tools.bench.lockstep import SystemConfig
+from onemap_tools.bench.navigation.choices import Apartments, Errors, Features, Method
 from onemap_tools.bench.navigation.comparison import comparison
 from onemap_tools.bench.navigation.episode_run import EpisodeSetup, run_episode
 from onemap_tools.bench.navigation.episodes import apartment_seeds
+from onemap_tools.bench.navigation.errors import with_errors
 from onemap_tools.bench.navigation.metrics import estimates, summary
 from onemap_tools.bench.navigation.page import picture_name
 from onemap_tools.bench.navigation.picture import episode_picture
@@ -47,6 +49,7 @@ class NavigationOptions:
     limit_s: float = 300.0
     config: Path | None = None
     order: SearchOrder = SearchOrder.GIVEN
+    errors: Errors = Errors.NONE
 
     def __post_init__(self) -> None:
         if self.order is SearchOrder.ANY and self.method not in ORDERING:
@@ -66,7 +69,7 @@ class NavigationOptions:
         return tuple(
             EpisodeSetup(
                 index,
-                read_sections(self.config, seed, self.style),
+                self._sections(seed),
                 self.method,
                 self.features,
                 self.objects,
@@ -78,7 +81,7 @@ class NavigationOptions:
 
     def document(self) -> dict[str, Any]:
         """As a JSON object, with the settings of the planner and the mapper."""
-        config = read_sections(self.config, self.seed, self.style)
+        config = self._sections(self.seed)
         sections = {
             name: getattr(config, name).model_dump(mode="json")
             for name in ("simulator", "perception", "mapper", "planner")
@@ -86,6 +89,7 @@ class NavigationOptions:
         return {
             "method": self.method.value,
             "features": self.features.value,
+            "errors": self.errors.value,
             "episodes": self.episodes,
             "seed": self.seed,
             "apartments": self.apartments.value,
@@ -95,6 +99,11 @@ class NavigationOptions:
             "order": self.order.value,
             "config": sections,
         }
+
+    def _sections(self, seed: int) -> SystemConfig:
+        """The configuration in an apartment, with the errors."""
+        config = read_sections(self.config, seed, self.style)
+        return replace(config, simulator=with_errors(config.simulator, self.errors))
 
 
 def run_benchmark(

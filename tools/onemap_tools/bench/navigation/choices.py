@@ -39,3 +39,16 @@ class ObjectOrder(str, Enum):
 
     GIVEN = "given"
     ANY = "any"
+
+
+class Errors(str, Enum):
+    """Which errors of a real robot are simulated; jump: drift that loop closures set right."""
+
+    NONE = "none"
+    DRIFT = "drift"
+    JUMP = "jump"
+    LATE = "late"
+    DROPPED = "dropped"
+    DEPTH = "depth"
+    PEOPLE = "people"
+    ALL = "all"

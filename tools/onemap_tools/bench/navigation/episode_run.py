@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from math import isfinite
 
 import numpy as np
 
 from onemap_perception.encoders.mini import SHIPPED
-from onemap_planner.search.phases import Search
 from onemap_shared.messages import (
     Detections,
     ObjectResult,
@@ -21,9 +21,14 @@ from onemap_shared.names import normalised
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
 from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
+from onemap_simulator.rendering.bystanders import with_person
 from onemap_simulator.rendering.label_renderer import LabelRenderer
 from onemap_simulator.scene.scene import Scene
-from onemap_tools.bench.lockstep import LockstepSimulation, PerceptionPipeline, SystemConfig
+from onemap_tools.bench.lockstep import (
+    LockstepSimulation,
+    PerceptionPipeline,
+    SystemConfig,
+)
 from onemap_tools.bench.navigation.choices import Features, Method
 from onemap_tools.bench.navigation.episodes import NavigationEpisode, draw_episode
 from onemap_tools.bench.navigation.methods import planner_config, search_method
@@ -38,6 +43,7 @@ from onemap_tools.bench.navigation.simulated_features import (
     SimulatedEncoder,
     SimulatedFeatureParams,
 )
+from onemap_tools.bench.simulated_robot import FrameTruth, SearchEnd, SimulatedRobot
 from onemap_tools.demo.summary import ObjectSummary
 from onemap_tools.demo.truth import evaluate_result
 
@@ -114,24 +120,54 @@ def _search(
     record: EpisodeRecord,
 ) -> EpisodeRecord:
     config = system_config(setup)
+    if config.simulator.people.count:
+        scene = with_person(scene)
     labels = LabelRenderer(scene)
     counts = FrameCounts(tuple(normalised(thing.category) for thing in scene.objects))
+    robot = SimulatedRobot(
+        scene, config.simulator, None if setup.features is Features.MINI else labels
+    )
     simulation = LockstepSimulation(
-        scene,
+        robot,
         config,
         perception(scene, setup, config),
         method=search_method(setup.method, config.mapper.cell_size_m),
-        renderer=None if setup.features is Features.MINI else labels,
-        watch=lambda frame, found: _count(counts, labels, simulation, frame, found),
+        watch=lambda frame, found: _count(
+            counts, labels, simulation, (frame, robot.truth_of(frame)), found
+        ),
     )
     limit_s = setup.limit_s * len(episode.objects) * OVERALL_LIMIT
     search = simulation.search(episode.objects, limit_s, setup.order)
+    results = true_results(search.results, simulation.ends)
     return replace(
         record,
-        objects=tuple(_judged(search, truth, episode, counts)),
-        contacts=simulation.robot.contacts,
+        objects=tuple(_judged(results, truth, episode, counts)),
+        contacts=robot.contacts,
+        people_touched=robot.people_touched,
+        frames_lost=robot.link.lost,
+        pose_jumps=robot.localisation.jumps,
+        pose_error_m=round(robot.localisation.largest_error_m, 3),
         simulated_s=round(simulation.now_s, 3),
         trajectory=tuple(counts.trajectory),
+    )
+
+
+def true_results(
+    results: Sequence[ObjectResult], ends: Sequence[SearchEnd]
+) -> tuple[ObjectResult, ...]:
+    """The results with true places, as the robot's pose at the end of each search tells.
+
+    A search starts where the one before ended; at the first start the reported pose is true.
+    """
+    starts = (None, *ends)
+    return tuple(
+        replace(
+            result,
+            start_xy_m=start.true_place(result.start_xy_m) if start else result.start_xy_m,
+            end_xy_m=end.true_place(result.end_xy_m),
+            position_m=end.true_place(result.position_m),
+        )
+        for result, start, end in zip(results, starts, ends, strict=False)
     )
 
 
@@ -162,7 +198,7 @@ def _count(
     counts: FrameCounts,
     labels: LabelRenderer,
     simulation: LockstepSimulation,
-    frame: RgbdFrame,
+    captured: tuple[RgbdFrame, FrameTruth],
     found: Detections,
 ) -> None:
     counts.trajectory.append(simulation.robot.xy)
@@ -170,9 +206,12 @@ def _count(
     if state is None or not state.search.active:
         return
     name, (width, height) = state.search.target, VIEW_PX
+    frame, truth = captured
     rows, columns = frame.depth_mm.shape
     intrinsics = frame.intrinsics.scaled(width / columns, height / rows)
-    image = labels.render(frame.T_map_camera, intrinsics, width=width, height=height)
+    image = labels.render(
+        truth.T_map_camera, intrinsics, width=width, height=height, people=truth.people
+    )
     pixels = np.bincount(image.labels[image.labels >= 0], minlength=len(counts.categories))
     large = pixels >= IN_VIEW_SHARE * width * height
     if any(counts.categories[i] == normalised(name) for i in np.flatnonzero(large)):
@@ -181,14 +220,17 @@ def _count(
 
 
 def _judged(
-    search: Search, truth: SceneTruth, episode: NavigationEpisode, counts: FrameCounts
+    results: Sequence[ObjectResult],
+    truth: SceneTruth,
+    episode: NavigationEpisode,
+    counts: FrameCounts,
 ) -> list[ObjectRecord]:
     """The records of all objects in the order in which they ended; the search did not come to
     the others, and they are not found."""
-    ended = {result.name for result in search.results}
+    ended = {result.name for result in results}
     missing = [not_sought(name) for name in episode.objects if name not in ended]
     records = []
-    for result in (*search.results, *missing):
+    for result in (*results, *missing):
         judged = evaluate_result(
             asdict(result),
             result.name,

@@ -103,6 +103,10 @@ def summary(episodes: Sequence[EpisodeRecord], seed: int) -> dict[str, Any]:
         "failures": {reason.value: reasons[reason.value] for reason in Failure if reason.value},
         "timed_out": sum(item.timed_out for item in objects),
         "contacts": sum(episode.contacts for episode in episodes),
+        "people_touched": sum(episode.people_touched for episode in episodes),
+        "frames_lost": sum(episode.frames_lost for episode in episodes),
+        "pose_jumps": sum(episode.pose_jumps for episode in episodes),
+        "pose_error_m": max(episode.pose_error_m for episode in episodes),
         "simulated_s": round(sum(episode.simulated_s for episode in episodes), 1),
     }
 

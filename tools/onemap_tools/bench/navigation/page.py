@@ -8,7 +8,7 @@ from typing import Any
 
 from onemap_tools.bench.navigation.metrics import Estimate
 from onemap_tools.bench.navigation.records import EpisodeRecord
-from onemap_tools.bench.navigation.report import comparison_lines, episode_line, title
+from onemap_tools.bench.navigation.report import comparison_lines, episode_line, setting, title
 
 HEIGHT_PX, MARGIN_PX, BAR_PX = 260, 40, 44
 Metrics = Mapping[str, Mapping[str, float | None]]
@@ -31,7 +31,7 @@ def picture_name(index: int) -> str:
 def page_html(result: Mapping[str, Any], episodes: Sequence[EpisodeRecord]) -> str:
     """The page; pictures of apartments are files beside it, a run that is ``about`` another
     world has none."""
-    heading = f"{result['method']}, {result['features']} features"
+    heading = setting(result)
     rows = "".join(
         f"<tr><td>{html_text(title(name))}</td><td>{Estimate(**values)}</td></tr>"
         for name, values in result["metrics"].items()

@@ -51,8 +51,9 @@ class ObjectRecord:
 @dataclass(frozen=True, slots=True)
 class EpisodeRecord:
     """One episode. start: x, y, yaw; trajectory: true positions in metres, one per frame;
-    contacts: above 0.05 m/s, counted by the simulator; wall_s is the only value that differs
-    between two runs; scene: where it ran, empty for the apartment of the seed."""
+    contacts: above 0.05 m/s, counted by the simulator, people_touched of them with people;
+    pose_error_m: the largest of the reported pose; wall_s is the only value that differs between
+    two runs; scene: where it ran, empty for the apartment of the seed."""
 
     index: int
     seed: int
@@ -63,6 +64,10 @@ class EpisodeRecord:
     trajectory: tuple[tuple[float, float], ...]
     wall_s: float
     scene: str = ""
+    people_touched: int = 0
+    frames_lost: int = 0
+    pose_jumps: int = 0
+    pose_error_m: float = 0.0
 
     @property
     def progress(self) -> int:

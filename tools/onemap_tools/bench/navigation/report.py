@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from onemap_tools.bench.navigation.choices import Errors
 from onemap_tools.bench.navigation.comparison import DIFFERENCES
 from onemap_tools.bench.navigation.metrics import Estimate
 from onemap_tools.bench.navigation.records import EpisodeRecord, ObjectRecord
@@ -21,6 +22,13 @@ TITLES = {
     "contacts": "contacts per episode",
     "path_m": "path per object, m",
     "time_s": "time per object, s",
+}
+
+COUNTS = {
+    "people_touched": "contacts with people, all episodes",
+    "frames_lost": "frames lost, all episodes",
+    "pose_jumps": "loop closures, all episodes",
+    "pose_error_m": "largest error of the reported pose, m",
 }
 
 
@@ -40,14 +48,22 @@ def _object(item: ObjectRecord) -> str:
 def table_lines(result: Mapping[str, Any]) -> list[str]:
     """Metrics with their intervals, and the reasons of failure."""
     lines = [
-        f"{result['method']}, {result['features']} features: {result['episodes']} episodes, "
+        f"{setting(result)}: {result['episodes']} episodes, "
         f"{result['objects']} objects, 95 % intervals"
     ]
     for name, values in result["metrics"].items():
         lines.append(f"{title(name):38} {Estimate(**values)}")
     lines += [f"{'failed: ' + name:38} {count}" for name, count in result["failures"].items()]
     lines.append(f"{'of these, by the time limit':38} {result['timed_out']}")
+    lines += [f"{name:38} {result[key]}" for key, name in COUNTS.items() if result.get(key)]
     return lines + comparison_lines(result)
+
+
+def setting(result: Mapping[str, Any]) -> str:
+    """Method, features and errors, if there are any."""
+    errors = result.get("errors", Errors.NONE.value)
+    told = "" if errors == Errors.NONE.value else f", errors: {errors}"
+    return f"{result['method']}, {result['features']} features{told}"
 
 
 def comparison_lines(result: Mapping[str, Any]) -> list[str]:
