@@ -13,6 +13,7 @@ from onemap_planner.policy.viewpoints import (
     least_occluded,
     viewpoints_around,
 )
+from onemap_planner.world.candidates import Sighting
 from tests.planner.drawn_maps import (
     PARAMS,
     costmap_and_cost_to_go,
@@ -73,7 +74,10 @@ def test_an_object_deep_on_furniture_is_approached_as_near_as_possible() -> None
 def test_a_stray_cell_before_the_object_does_not_move_the_viewpoint_away() -> None:
     thing = frozenset((x, y) for x in (24, 25) for y in (24, 25))
     stray = thing | {(17, 19)}  # towards the robot
-    seen = replace(candidate(2.5, 2.5), cells=stray, recent=(stray, *[thing] * 8))
+    recent = tuple(
+        Sighting((2.5, 2.5, 0.5), cells, 0.9, 0.8, (1.0, 1.0)) for cells in (stray, *[thing] * 8)
+    )
+    seen = replace(candidate(2.5, 2.5), cells=stray, recent=recent)
     viewpoint = find_viewpoint(seen, context(), PARAMS.explore.bands_m)
     assert viewpoint is not None
     assert np.hypot(viewpoint[0] - 2.45, viewpoint[1] - 2.45) < 1.5
@@ -86,3 +90,15 @@ def test_floor_before_an_object_is_not_its_surface() -> None:
     both = np.concatenate([free[:3], solid[:2]])
     np.testing.assert_array_equal(_occupied_only(both, here.costmap), solid[:2])
     np.testing.assert_array_equal(_occupied_only(free[:3], here.costmap), free[:3])
+
+
+def test_another_side_is_in_sight_and_not_where_it_was_looked_at_before() -> None:
+    seen = candidate(2.5, 2.5)
+    first = find_viewpoint(seen, context(), PARAMS.explore.bands_m)
+    assert first is not None
+    other = find_viewpoint(seen, context(), PARAMS.explore.bands_m, [first])
+    assert other is not None
+    assert np.hypot(other[0] - first[0], other[1] - first[1]) > TRIED_M
+    inside_the_wall = candidate(2.0, 3.9)
+    hidden = find_viewpoint(inside_the_wall, context(), PARAMS.explore.bands_m, [first])
+    assert hidden is None or np.hypot(hidden[0] - first[0], hidden[1] - first[1]) > TRIED_M

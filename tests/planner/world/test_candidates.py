@@ -154,7 +154,36 @@ def test_sightings_in_one_place_become_one_candidate() -> None:
         found = merge_sightings(found, [sighting(x)], PARAMS.consensus)
     (candidate,) = found
     assert candidate.sightings == 3
-    assert candidate.xyz[0] == pytest.approx(1.1)
+    assert candidate.xyz[0] == pytest.approx(1.1, abs=0.02)
+
+
+def test_a_sighting_from_near_outweighs_those_from_afar() -> None:
+    far = [replace(sighting(1.0), seen_from=(5.0, 0.0)) for _ in range(8)]
+    near = replace(sighting(1.4), seen_from=(2.4, 0.0))
+    (candidate,) = merge_sightings((), [*far, near], PARAMS.consensus)
+    assert candidate.xyz[0] > 1.28
+    (other,) = merge_sightings((), [near, *far], PARAMS.consensus)
+    assert other.xyz[0] > 1.2  # what is seen again from afar does not undo it
+
+
+def test_cells_seen_from_afar_alone_are_not_the_surface() -> None:
+    smeared = frozenset((x, 10) for x in range(10, 18))
+    thing = frozenset((x, 10) for x in range(10, 13))
+    far = [replace(sighting(1.2, smeared), seen_from=(6.2, 0.0)) for _ in range(6)]
+    near = [replace(sighting(1.1, thing), seen_from=(2.1, 0.0)) for _ in range(2)]
+    (candidate,) = merge_sightings((), [*far, *near], PARAMS.consensus)
+    assert candidate.surface == thing
+
+
+def test_a_detection_without_the_map_s_support_has_the_obstacles_it_covers() -> None:
+    map_view = drawn_map(*["." * 20] * 10, *["#" * 20] * 10)
+    message = detections([(0.55, 0.55, 0.4), (1.55, 0.55, 0.6), (1.65, 0.55, 0.6)])
+    (found,) = sightings_of("sofa", message, map_view, seen_from=HERE, params=PARAMS.consensus)
+    assert not found.supported
+    assert found.cells == {(15, 5), (16, 5)}
+    assert found.xyz == pytest.approx((1.6, 0.55, 0.6))
+    (candidate,) = merge_sightings((), [found], PARAMS.consensus)
+    assert not candidate.supported
 
 
 def test_far_sightings_are_others_unless_they_share_cells() -> None:

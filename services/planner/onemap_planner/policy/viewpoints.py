@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -62,7 +63,7 @@ def viewpoints_around(
     viewpoints = viewpoints[(away > TRIED_M).all(axis=1)]
     cost = cost_to_go.cost_m[box][viewpoints[:, 0], viewpoints[:, 1]]
     viewpoints = _spread(viewpoints[np.argsort(cost, kind="stable")])
-    own = ndimage.binary_dilation(mask, CONNECTIVITY_8, iterations=BLUR_CELLS)
+    own = _grown(mask)
     look: I64 = nearest[:, viewpoints[:, 0], viewpoints[:, 1]].T.astype(np.int64)
     return Viewpoints(corner, viewpoints, look, costmap.occupied[box] & ~own)
 
@@ -76,7 +77,7 @@ def first_visible(around: Viewpoints, seen_from: I64) -> I64 | None:
     clear = ~around.obstructed
     seen_from = seen_from - around.corner
     for viewpoint, look in zip(around.cells, around.look, strict=True):
-        if line_is_clear(clear, viewpoint, look) or _same_side(viewpoint, look, seen_from):
+        if line_is_clear(clear, viewpoint, look) or seen_from_side(viewpoint, look, seen_from):
             cell: I64 = viewpoint + around.corner
             return cell
     return None
@@ -98,11 +99,15 @@ def least_occluded(around: Viewpoints) -> I64 | None:
 
 
 def find_viewpoint(
-    candidate: ObjectCandidate, context: PlanningContext, bands_m: Bands
+    candidate: ObjectCandidate,
+    context: PlanningContext,
+    bands_m: Bands,
+    tried_xy: Sequence[tuple[float, float]] = (),
 ) -> tuple[float, float] | None:
     """The viewpoint (metres) of a candidate; None if none can be reached.
 
-    bands_m: distances from its surface, tried in this order.
+    bands_m: distances from its surface, tried in this order; tried_xy: metres, none near
+    these, and none from which it is hidden, if there are any.
     """
     cells = context.map_view.indices_of(candidate.surface)
     if len(cells) == 0:
@@ -110,14 +115,15 @@ def find_viewpoint(
     costmap, cost_to_go = context.costmap, context.cost_to_go
     cells = _occupied_only(cells, costmap)
     seen_from = costmap.grid.cells(np.asarray(candidate.seen_from))
+    tried = costmap.grid.cells(np.array(tried_xy, np.float64).reshape(-1, 2))
     viewpoint = None
     for band_m in bands_m:
-        around = viewpoints_around(cells, costmap, cost_to_go, band_m=band_m, tried=cells[:0])
+        around = viewpoints_around(cells, costmap, cost_to_go, band_m=band_m, tried=tried)
         viewpoint = first_visible(around, seen_from)
         if viewpoint is not None:
             break
     else:
-        viewpoint = least_occluded(around)
+        viewpoint = None if len(tried) else least_occluded(around)
     if viewpoint is None:
         return None
     x, y = costmap.grid.centres(viewpoint)
@@ -149,13 +155,25 @@ def _window(target: I64, costmap: Costmap, reach_m: float) -> tuple[I64, tuple[s
     return lower, (slice(lower[0], upper[0]), slice(lower[1], upper[1]))
 
 
+def own_cells(target: I64, shape: tuple[int, int]) -> Bool:
+    """Mask (nx, ny) of the cells where obstacles belong to a target with the cells (K, 2)."""
+    mask = np.zeros(shape, bool)
+    mask[target[:, 0], target[:, 1]] = True
+    return _grown(mask)
+
+
+def _grown(mask: Bool) -> Bool:
+    grown: Bool = ndimage.binary_dilation(mask, CONNECTIVITY_8, iterations=BLUR_CELLS)
+    return grown
+
+
 def _occluded_length(obstructed: Bool, viewpoint: I64, look: I64) -> float:
     """Length in cells of the line of sight that lies in obstacles."""
     cells, lengths = segment_cells(viewpoint.astype(float), look.astype(float))
     return float(lengths @ obstructed[cells[:, 0], cells[:, 1]])
 
 
-def _same_side(viewpoint: I64, look: I64, seen_from: I64) -> bool:
+def seen_from_side(viewpoint: I64, look: I64, seen_from: I64) -> bool:
     """Whether the viewpoint is within 45 degrees of a direction the target was seen from."""
     towards = (viewpoint - look).astype(float)
     seen: F64 = (seen_from - look).astype(float)

@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pydantic import Field, PositiveFloat, PositiveInt
 
+from onemap_planner.world.acceptance import ViewpointTally
 from onemap_planner.world.map_view import MapView, WorldCells
-from onemap_shared.geometry import F32
-from onemap_shared.messages import Detections
+from onemap_shared.geometry import F32, F64, I64
+from onemap_shared.messages import Detections, Occupancy
 from onemap_shared.names import same_name
 from onemap_shared.params import Params
 
@@ -24,6 +25,8 @@ MAX_CANDIDATES = 64  # candidates kept, those with the most sightings
 RECENT_SIGHTINGS = 12  # the latest ones, from near, locate the surface: 1.5 s at 8 Hz
 SCORE_STEP = 0.1  # the detector's scores of one object tremble by less
 SURFACE_SHARE = 0.25  # of the votes of the most seen cell; a stray point of one frame has less
+LEAST_DISTANCE_M = 0.7  # nearer, a sighting is not more exact
+FORGETTING = 0.9  # of earlier sightings for the mean position: that of the last ten counts
 
 
 class ConsensusParams(Params):
@@ -79,11 +82,12 @@ class PictureOfObject:
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
-    """One detection that the map supports.
+    """One detection.
 
-    xyz metres: middle of its supported points; cells: world cells they cover;
+    xyz metres: middle of its points that the map supports; cells: world cells they cover;
     similarity in [0, 1]: highest among them; seen_from metres: where the robot was; view: the
-    frame of the detection.
+    frame of the detection. supported: whether the map agrees; if not, the points are those on
+    obstacles.
     """
 
     xyz: tuple[float, float, float]
@@ -92,16 +96,24 @@ class Sighting:
     similarity: float
     seen_from: tuple[float, float]
     view: PictureOfObject | None = None
+    supported: bool = True
+
+    @property
+    def weight(self) -> float:
+        """What it counts for the object's place: errors of position grow with the distance."""
+        away_m = float(np.hypot(self.xyz[0] - self.seen_from[0], self.xyz[1] - self.seen_from[1]))
+        return 1.0 / max(away_m, LEAST_DISTANCE_M) ** 2
 
 
 @dataclass(frozen=True, slots=True)
 class ObjectCandidate:
     """Sightings of one object.
 
-    xyz: their running mean, metres; seen_from: the latest positions of the robot;
-    contradictions: frames in which another name was detected there and this one was not;
-    recent: the cells of each of the last ``RECENT_SIGHTINGS`` sightings; best_view: the frame
-    with the highest score of the detector.
+    xyz: their running mean, the near and recent ones first, metres, and its weight; seen_from:
+    the latest positions of the robot; contradictions: frames in which another name was detected
+    there and this one was not; recent: the last ``RECENT_SIGHTINGS`` sightings; best_view: the
+    frame with the highest score of the detector; supported: whether the map agrees; near_views:
+    in how many of them it was detected.
     """
 
     xyz: tuple[float, float, float]
@@ -111,20 +123,33 @@ class ObjectCandidate:
     similarity: float
     seen_from: tuple[tuple[float, float], ...]
     contradictions: int = 0
-    recent: tuple[WorldCells, ...] = ()
+    recent: tuple[Sighting, ...] = ()
     best_view: PictureOfObject | None = None
+    weight: float = 0.0
+    supported: bool = True
+    near_views: tuple[ViewpointTally, ...] = ()
 
     @property
     def surface(self) -> WorldCells:
         """World cells that the recent sightings agree on; all cells where there are too few.
 
         A stray point, on the floor or on a table before the object, would decide how near the
-        robot drives.
+        robot drives. A cell needs two sightings and its share of the votes, in which one from
+        2 m counts as four from 4 m.
         """
-        votes = Counter(cell for cells in self.recent for cell in cells)
-        needed = max(2.0, SURFACE_SHARE * max(votes.values(), default=0))
-        agreed = frozenset(cell for cell, count in votes.items() if count >= needed)
+        counts: Counter[tuple[int, int]] = Counter()
+        votes: dict[tuple[int, int], float] = {}
+        for sighting in self.recent:
+            counts.update(sighting.cells)
+            votes.update({cell: votes.get(cell, 0.0) + sighting.weight for cell in sighting.cells})
+        needed = SURFACE_SHARE * max(votes.values(), default=0.0)
+        agreed = frozenset(c for c, vote in votes.items() if counts[c] > 1 and vote >= needed)
         return agreed or self.cells
+
+    @property
+    def near_frames(self) -> int:
+        """Frames that were near views of it."""
+        return sum(tally.frames for tally in self.near_views)
 
     def distance_m(self, xyz: tuple[float, float, float]) -> float:
         """Horizontal distance of a point from the mean, metres."""
@@ -150,35 +175,46 @@ def sightings_of(
     seen_from: tuple[float, float],
     params: ConsensusParams,
 ) -> tuple[Sighting, ...]:
-    """The detections of ``name`` that pass the consensus test."""
+    """The detections of ``name``: those that pass the consensus test are supported.
+
+    One that does not has the cells of obstacles that it covers, and is left out without any.
+    """
     threshold = similarity_threshold(map_view.similarity, params)
     found = []
     for index, detected in enumerate(detections.names):
         if not same_name(detected, name):
             continue
-        points = detections.points_map[detections.point_owner == index]
-        cells = map_view.grid.cells(points.astype(np.float64))
+        points = detections.points_map[detections.point_owner == index].astype(np.float64)
+        cells = map_view.grid.cells(points)
         inside = map_view.grid.contains(cells)
         points, cells = points[inside], cells[inside]
-        values = map_view.similarity[cells[:, 0], cells[:, 1]]
+        x, y = cells.T
         # NaN compares false. Cells where another name is more similar count for that name.
-        supported = (values >= threshold) & (map_view.margin[cells[:, 0], cells[:, 1]] >= 0)
+        backed = (map_view.similarity[x, y] >= threshold) & (map_view.margin[x, y] >= 0)
         covered = len(np.unique(cells, axis=0))
-        backing = np.unique(cells[supported], axis=0)
-        if covered == 0 or len(backing) < max(1.0, params.support_fraction * covered):
-            continue
-        x, y, z = (float(value) for value in points[supported].mean(axis=0))
-        found.append(
-            Sighting(
-                xyz=(x, y, z),
-                cells=map_view.world_cells(backing),
-                score=float(detections.scores[index]),
-                similarity=float(values[supported].max()),
-                seen_from=seen_from,
-                view=_view_of(detections, index),
+        backing = len(np.unique(cells[backed], axis=0))
+        supported = covered > 0 and backing >= max(1.0, params.support_fraction * covered)
+        own = backed if supported else map_view.occupancy[x, y] == Occupancy.OCCUPIED
+        if own.any():
+            sighting = _sighting(points[own], cells[own], map_view)
+            found.append(
+                replace(
+                    sighting,
+                    score=float(detections.scores[index]),
+                    seen_from=seen_from,
+                    view=_view_of(detections, index),
+                    supported=supported,
+                )
             )
-        )
     return tuple(found)
+
+
+def _sighting(points: F64, cells: I64, map_view: MapView) -> Sighting:
+    """The place and similarity of a detection's points (N, 3) metres in grid cells (N, 2)."""
+    x, y, z = (float(value) for value in points.mean(axis=0))
+    values = np.nan_to_num(map_view.similarity[cells[:, 0], cells[:, 1]])
+    world = map_view.world_cells(np.unique(cells, axis=0))
+    return Sighting((x, y, z), world, 0.0, float(values.max()), (x, y))
 
 
 def merge_sightings(
@@ -200,8 +236,10 @@ def merge_sightings(
                     sighting.score,
                     sighting.similarity,
                     (sighting.seen_from,),
-                    recent=(sighting.cells,),
+                    recent=(sighting,),
                     best_view=sighting.view,
+                    weight=sighting.weight,
+                    supported=sighting.supported,
                 )
             )
     known.sort(key=lambda candidate: (-candidate.sightings, candidate.xyz))
@@ -216,20 +254,20 @@ def is_same_object(candidate: ObjectCandidate, sighting: Sighting, params: Conse
 
 
 def _merged(candidate: ObjectCandidate, sighting: Sighting) -> ObjectCandidate:
-    count = candidate.sightings + 1
-    # A running mean over at most ten, because later sightings are nearer and more exact.
-    weight = 1.0 / min(count, 10)
-    mean = np.asarray(candidate.xyz) * (1 - weight) + np.asarray(sighting.xyz) * weight
+    total = FORGETTING * candidate.weight + sighting.weight
+    share = sighting.weight / total
+    mean = np.asarray(candidate.xyz) * (1 - share) + np.asarray(sighting.xyz) * share
     cells = candidate.cells | sighting.cells
     return replace(
         candidate,
         xyz=(float(mean[0]), float(mean[1]), float(mean[2])),
         cells=cells if len(cells) <= MAX_CELLS else candidate.cells,
-        sightings=count,
+        sightings=candidate.sightings + 1,
+        weight=total,
         score=max(candidate.score, sighting.score),
         similarity=max(candidate.similarity, sighting.similarity),
         seen_from=(*candidate.seen_from[-4:], sighting.seen_from),
-        recent=(*candidate.recent, sighting.cells)[-RECENT_SIGHTINGS:],
+        recent=(*candidate.recent, sighting)[-RECENT_SIGHTINGS:],
         best_view=_better_view(candidate.best_view, sighting.view),
     )
 
