@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.competition import FoundObject
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.evidence import update_candidates
 from onemap_planner.policy.state import PlannerState, TargetState
 from onemap_planner.world.map_view import WorldCells
-from onemap_shared.messages import Detections
+from onemap_shared.messages import Detections, Occupancy
 from tests.planner.drawn_maps import PARAMS
 from tests.planner.one_room import SEARCH, context
 
@@ -25,6 +26,16 @@ def similar_to_sofa(rival: float = -np.inf) -> PlanningContext:
     x, y = view.indices_of(SOFA).T
     own[x, y], other[x, y] = 0.8, rival
     return replace(plain, map_view=replace(view, similarity=own, margin=own - other))
+
+
+def doubtful() -> PlanningContext:
+    """The room with an obstacle on the sofa's cells that the map does not find similar."""
+    plain = context()
+    x, y = plain.map_view.indices_of(SOFA).T
+    occupancy = plain.map_view.occupancy.copy()
+    occupancy[x, y] = Occupancy.OCCUPIED
+    here = Pose2d(1.2, 1.2, 0.78)  # 1.1 m away, looking at it
+    return replace(plain, pose=here, map_view=replace(plain.map_view, occupancy=occupancy))
 
 
 def frame(name: str = "sofa") -> Detections:
@@ -43,7 +54,7 @@ def frame(name: str = "sofa") -> Detections:
 
 def test_the_frames_of_a_step_are_merged() -> None:
     after = update_candidates(
-        PlannerState(SEARCH), (frame(), frame()), similar_to_sofa(), PARAMS.consensus
+        PlannerState(SEARCH), (frame(), frame()), similar_to_sofa(), PARAMS.consensus, near_m=1.5
     )
     (candidate,) = after.target_state.candidates
     assert candidate.sightings == 2
@@ -53,18 +64,18 @@ def test_the_frames_of_a_step_are_merged() -> None:
 
 def test_another_name_there_is_counted() -> None:
     seen = similar_to_sofa()
-    state = update_candidates(PlannerState(SEARCH), (frame(),), seen, PARAMS.consensus)
-    after = update_candidates(state, (frame("bed"),), seen, PARAMS.consensus)
+    state = update_candidates(PlannerState(SEARCH), (frame(),), seen, PARAMS.consensus, near_m=1.5)
+    after = update_candidates(state, (frame("bed"),), seen, PARAMS.consensus, near_m=1.5)
     (candidate,) = after.target_state.candidates
     assert (candidate.sightings, candidate.contradictions) == (1, 1)
 
 
 def test_a_rejected_candidate_does_not_come_back() -> None:
     seen = similar_to_sofa()
-    state = update_candidates(PlannerState(SEARCH), (frame(),), seen, PARAMS.consensus)
+    state = update_candidates(PlannerState(SEARCH), (frame(),), seen, PARAMS.consensus, near_m=1.5)
     rejected = TargetState(rejected=state.target_state.candidates)
     after = update_candidates(
-        replace(state, target_state=rejected), (frame(),), seen, PARAMS.consensus
+        replace(state, target_state=rejected), (frame(),), seen, PARAMS.consensus, near_m=1.5
     )
     assert after.target_state.candidates == ()
 
@@ -73,7 +84,48 @@ def test_a_rejected_candidate_does_not_come_back() -> None:
 def test_a_found_object_is_not_a_candidate_where_its_name_fits_better(
     rival: float, kept: int
 ) -> None:
-    state = update_candidates(PlannerState(SEARCH), (frame(),), similar_to_sofa(), PARAMS.consensus)
+    state = update_candidates(
+        PlannerState(SEARCH), (frame(),), similar_to_sofa(), PARAMS.consensus, near_m=1.5
+    )
     state = replace(state, found_objects=(FoundObject("bed", SOFA),))
-    after = update_candidates(state, (), similar_to_sofa(rival), PARAMS.consensus)
+    after = update_candidates(state, (), similar_to_sofa(rival), PARAMS.consensus, near_m=1.5)
     assert len(after.target_state.candidates) == kept
+
+
+def test_what_the_map_does_not_support_is_kept_apart_with_its_near_views() -> None:
+    empty = Detections(
+        sequence=2,
+        stamp_ns=0,
+        detector_id="test",
+        names=(),
+        boxes_px=np.zeros((0, 4), np.float32),
+        scores=np.zeros(0, np.float32),
+        points_map=np.zeros((0, 3), np.float32),
+        point_owner=np.zeros(0, np.int32),
+    )
+    after = update_candidates(
+        PlannerState(SEARCH), (frame(), empty, frame()), doubtful(), PARAMS.consensus, near_m=1.5
+    )
+    assert after.target_state.candidates == ()
+    (candidate,) = after.target_state.disputed
+    assert (candidate.sightings, candidate.cells) == (2, SOFA)
+    assert [(tally.hits, tally.frames) for tally in candidate.near_views] == [(2, 3)]
+
+
+def test_a_rejected_one_comes_back_when_the_map_supports_it() -> None:
+    state = update_candidates(
+        PlannerState(SEARCH), (frame(),), doubtful(), PARAMS.consensus, near_m=1.5
+    )
+    rejected = replace(state, target_state=TargetState(rejected=state.target_state.disputed))
+    again = update_candidates(rejected, (frame(),), doubtful(), PARAMS.consensus, near_m=1.5)
+    assert again.target_state.disputed == ()
+    now = update_candidates(rejected, (frame(),), similar_to_sofa(), PARAMS.consensus, near_m=1.5)
+    assert len(now.target_state.candidates) == 1
+
+
+def test_no_doubtful_candidate_is_made_of_a_sighting_of_a_supported_one() -> None:
+    state = update_candidates(
+        PlannerState(SEARCH), (frame(),), similar_to_sofa(), PARAMS.consensus, near_m=1.5
+    )
+    after = update_candidates(state, (frame(),), doubtful(), PARAMS.consensus, near_m=1.5)
+    assert after.target_state.disputed == ()

@@ -1,14 +1,18 @@
 """Exploration selects candidates, keeps or abandons its goal, and ends without one."""
 
+import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d, Rest
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import explore, select_candidate
-from onemap_planner.policy.state import PlannerState, blacklist
+from onemap_planner.policy.goals import Goal, GoalKind
+from onemap_planner.policy.state import PlannerState, TargetState, blacklist
 from onemap_planner.search.events import CandidateSelected, Exhausted
+from onemap_planner.world.acceptance import ViewpointTally
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import POSE, SEARCH, candidate, context, planner_state
 
@@ -40,6 +44,49 @@ def test_a_candidate_is_selected_by_its_sightings(
 
 def test_an_unreachable_candidate_is_not_selected() -> None:
     assert select_candidate(planner_state(candidate(9.0, 9.0)), context(), PARAMS) is None
+
+
+def doubtful(rank: float, hits: int) -> tuple[PlannerState, PlanningContext]:
+    """A state with a candidate that the map does not support, and a room all of which is known."""
+    thing = replace(
+        candidate(2.5, 2.5, 4), supported=False, near_views=(ViewpointTally((0.5, 3.5), hits, 10),)
+    )
+    plain = context()
+    guidance = np.full_like(plain.map_view.guidance, rank)
+    state = replace(PlannerState(SEARCH), target_state=TargetState(disputed=(thing,)))
+    return state, replace(plain, map_view=replace(plain.map_view, guidance=guidance))
+
+
+def test_what_the_map_does_not_support_is_looked_at_from_near() -> None:
+    state, here = doubtful(rank=0.95, hits=8)
+    state, motion, event, _ = explore(state, here, PARAMS)
+    goal = state.target_state.active_goal
+    assert goal is not None
+    assert goal.goal.kind is GoalKind.DETECTION
+    assert "the map does not agree" in goal.goal.reason
+    assert isinstance(motion, Drive)
+    assert event is None
+    there = replace(here, pose=Pose2d(*goal.goal.viewpoint_xy, facing(goal.goal)))
+    _, _, event, _ = explore(state, there, PARAMS)
+    assert event == CandidateSelected(state.target_state.disputed[0])
+
+
+@pytest.mark.parametrize(
+    ("rank", "hits"),
+    [
+        pytest.param(0.5, 10, id="the map says that it is something else"),
+        pytest.param(0.95, 1, id="detected in few near views"),
+    ],
+)
+def test_what_is_certainly_something_else_is_no_goal(rank: float, hits: int) -> None:
+    state, here = doubtful(rank, hits)
+    state, *_ = explore(state, here, PARAMS)
+    assert state.target_state.active_goal is None
+
+
+def facing(goal: Goal) -> float:
+    (x, y), (look_x, look_y) = goal.viewpoint_xy, goal.look_xy
+    return math.atan2(look_y - y, look_x - x)
 
 
 def test_it_drives_to_the_frontier_and_keeps_the_goal() -> None:

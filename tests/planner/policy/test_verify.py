@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from onemap_planner.motion.motions import Rest
+from onemap_planner.motion.motions import Drive, Rest
+from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.state import PlannerState, TargetState
 from onemap_planner.policy.verify import approach, confirm
 from onemap_planner.policy.viewpoints import find_viewpoint
-from onemap_planner.search.events import Confirmed, Rejected
+from onemap_planner.search.events import CandidateSelected, Confirmed, Event, Rejected
 from onemap_planner.search.phases import Approaching, Confirming
+from onemap_planner.world.acceptance import ViewpointTally
+from onemap_planner.world.candidates import ObjectCandidate
 from tests.planner.drawn_maps import PARAMS
-from tests.planner.one_room import candidate, context, planner_state
+from tests.planner.one_room import POSE, candidate, context, planner_state
 
 
 def test_a_candidate_without_viewpoint_is_rejected_after_a_while() -> None:
@@ -52,3 +57,70 @@ def test_it_is_not_confirmed_while_another_name_is_detected_as_often(
     state = planner_state(now)
     _, _, event = confirm(state, Confirming(then, 0.0), context(), PARAMS)
     assert event == (Confirmed(now) if sure else None)
+
+
+ENOUGH = PARAMS.acceptance.views_per_viewpoint
+BEFORE = Confirming(replace(candidate(2.0, 2.0), supported=False), 0.0)
+
+
+def disputed(*hits: int, frames: int = ENOUGH) -> ObjectCandidate:
+    """A candidate that the map does not support, with these hits from the pose and elsewhere."""
+    tallies = tuple(
+        ViewpointTally((POSE.x_m + 5.0 * place, POSE.y_m), count, frames)
+        for place, count in enumerate(hits)
+    )
+    return replace(candidate(2.0, 2.0, 10), supported=False, near_views=tallies)
+
+
+def ranked(rank: float) -> PlanningContext:
+    """The room, with this rank on the map everywhere."""
+    plain = context()
+    guidance = np.full_like(plain.map_view.guidance, rank)
+    return replace(plain, map_view=replace(plain.map_view, guidance=guidance))
+
+
+def weighed(
+    known: ObjectCandidate, *, rank: float = 0.95, waited_s: float = 0.0
+) -> tuple[PlannerState, Event | None]:
+    state = replace(
+        planner_state(active_time_s=waited_s), target_state=TargetState(disputed=(known,))
+    )
+    after, _, event = confirm(state, BEFORE, ranked(rank), PARAMS)
+    return after, event
+
+
+def test_many_near_views_from_two_sides_outweigh_the_map() -> None:
+    known = disputed(24, 24)
+    assert weighed(known)[1] == Confirmed(known)
+    after, event = weighed(known, rank=0.6)  # it says that it is something else
+    assert event == Rejected()
+    assert after.target_state.disputed == ()
+
+
+def test_what_is_detected_in_few_of_the_near_views_is_rejected() -> None:
+    known = disputed(6)
+    after, event = weighed(known)
+    assert event == Rejected()
+    assert after.target_state.rejected == (known,)
+
+
+def test_undecided_it_is_looked_at_for_a_while_and_then_from_another_side() -> None:
+    known = disputed(20)
+    assert weighed(known)[1] is None
+    late_s = PARAMS.explore.confirm_s + 0.1
+    assert weighed(known, waited_s=late_s)[1] == CandidateSelected(known)
+    state = replace(planner_state(), target_state=TargetState(disputed=(known,)))
+    _, motion, _ = approach(state, Approaching(known), ranked(0.95), PARAMS)
+    assert isinstance(motion, Drive)
+    assert np.hypot(*(motion.points_xy[-1] - POSE.xy)) > 0.5
+
+
+def test_it_is_rejected_where_no_view_of_it_is_to_be_had() -> None:
+    late_s = PARAMS.explore.confirm_s + 0.1
+    assert weighed(disputed(), waited_s=late_s)[1] == Rejected()
+
+
+def test_a_candidate_that_the_map_has_come_to_support_is_approached_anew() -> None:
+    now = candidate(2.0, 2.0)
+    _, _, event = confirm(planner_state(now), BEFORE, ranked(0.95), PARAMS)
+    assert event == CandidateSelected(now)

@@ -80,6 +80,7 @@ TABLE: dict[tuple[type, Event], Phase] = {
     (Approaching, Arrived(CUP)): Confirming(CUP, NOW.active_time_s),
     (Approaching, Rejected()): Exploring(),
     (Confirming, MapRestarted()): LookingAround(),
+    (Confirming, CandidateSelected(CUP)): Approaching(CUP),
     (Confirming, Rejected()): Exploring(),
     (Confirming, Confirmed(CUP)): Finished(SearchState.FOUND),
     (Driving, MapRestarted()): LookingAround(),

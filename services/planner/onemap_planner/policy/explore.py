@@ -14,6 +14,7 @@ from onemap_planner.policy.coverage import coverage_of
 from onemap_planner.policy.explanation import explain_candidate, explain_goal
 from onemap_planner.policy.goal_generation import detection_goals, frontier_goals, region_goals
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind, select_goal, successor
+from onemap_planner.policy.near_views import object_probability
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.place_goals import frontier_goal
 from onemap_planner.policy.state import (
@@ -93,7 +94,21 @@ def explore(
         active_goal = replace(active_goal, arrived_s=state.active_time_s)
     active_goal = compared(active_goal, motion, state.active_time_s, goal_candidates)
     target_state = replace(state.target_state, active_goal=active_goal, idle_since_s=None)
-    return replace(state, target_state=target_state), motion, None, goal_candidates
+    event = _candidate_reached(state, active_goal, params)
+    return replace(state, target_state=target_state), motion, event, goal_candidates
+
+
+def _candidate_reached(
+    state: PlannerState, active_goal: ActiveGoal, params: PlannerParams
+) -> Event | None:
+    """Selects the disputed candidate that the robot has come to look at."""
+    goal = active_goal.goal
+    if goal.kind is not GoalKind.DETECTION or active_goal.arrived_s is None:
+        return None
+    for candidate in state.target_state.disputed:
+        if goal.looks_at((candidate.xyz[0], candidate.xyz[1]), params.consensus.merge_m):
+            return CandidateSelected(candidate)
+    return None
 
 
 def _options(
@@ -106,7 +121,10 @@ def _options(
     goals = frontier_goals(goal_candidates.frontiers, costmap, cost_to_go, params=params.goal)
     goals += _region_goals(state, context, goal_candidates.regions, params)
     goals += detection_goals(
-        _unconfirmed(state, params), context, bands_m=params.explore.bands_m, params=params.goal
+        _unconfirmed(state, context, params),
+        context,
+        bands_m=params.explore.bands_m,
+        params=params.goal,
     )
     worthwhile = _without_blacklisted(state, goals, params)
     if worthwhile:
@@ -165,12 +183,23 @@ def _without_blacklisted(
     ]
 
 
-def _unconfirmed(state: PlannerState, params: PlannerParams) -> tuple[ObjectCandidate, ...]:
-    """Candidates seen, but not often enough to be approached."""
+def _unconfirmed(
+    state: PlannerState, context: PlanningContext, params: PlannerParams
+) -> list[tuple[ObjectCandidate, float]]:
+    """Candidates worth a closer look, with their scores.
+
+    Those seen, but not often enough to be approached; and those that the map does not support,
+    while they are not certainly something else.
+    """
     least = params.consensus.min_sightings
-    return tuple(c for c in state.target_state.candidates if c.sightings < least)[
-        :MAX_CANDIDATES_TRIED
+    seldom = [(c, c.similarity) for c in state.target_state.candidates if c.sightings < least]
+    often = [c for c in state.target_state.disputed if c.sightings >= least]
+    disputed = [
+        (candidate, object_probability(candidate, context, params.acceptance))
+        for candidate in often[:MAX_CANDIDATES_TRIED]
     ]
+    unlikely = 1 - params.acceptance.certain
+    return seldom[:MAX_CANDIDATES_TRIED] + [(c, p) for c, p in disputed if p > unlikely]
 
 
 def _activate(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveGoal:

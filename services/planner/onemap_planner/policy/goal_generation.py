@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from scipy import ndimage
 
@@ -99,22 +101,26 @@ def region_goals(
 
 
 def detection_goals(
-    candidates: tuple[ObjectCandidate, ...],
+    candidates: Iterable[tuple[ObjectCandidate, float]],
     context: PlanningContext,
     *,
     bands_m: Bands,
     params: GoalParams,
 ) -> list[Goal]:
-    """A closer look at each candidate that has not been seen often enough to be approached."""
+    """A closer look at each candidate that is not sure enough to be approached.
+
+    candidates: each with its score, in units of similarity.
+    """
     goals = []
-    for candidate in candidates:
+    for candidate, score in candidates:
         viewpoint_xy = find_viewpoint(candidate, context, bands_m)
         if viewpoint_xy is None:
             continue
         cell = context.costmap.grid.cells(np.asarray(viewpoint_xy))
-        utility = GoalUtility.of(candidate.similarity, _travel_m(context.cost_to_go, cell), params)
+        utility = GoalUtility.of(score, _travel_m(context.cost_to_go, cell), params)
+        kind = "similarity" if candidate.supported else "the map does not agree, probability"
         reason = (
-            f"detection: seen {candidate.sightings} times, similarity {candidate.similarity:.2f}, "
+            f"detection: seen {candidate.sightings} times, {kind} {score:.2f}, "
             f"a closer look {utility.travel_m:.1f} m away"
         )
         look_xy = (candidate.xyz[0], candidate.xyz[1])

@@ -14,6 +14,7 @@ from onemap_planner.policy.dead_ends import DeadEndParams
 from onemap_planner.policy.goals import GoalParams
 from onemap_planner.policy.order_params import ObjectOrderParams
 from onemap_planner.policy.unknown_way import PlaceParams
+from onemap_planner.world.acceptance import AcceptanceParams
 from onemap_planner.world.candidates import ConsensusParams
 from onemap_planner.world.costmap import CostmapParams
 from onemap_planner.world.frontiers import FrontierParams
@@ -113,6 +114,11 @@ class PlannerParams(Params):
     consensus: ConsensusParams = Field(
         default=ConsensusParams(),
         description="When a detection and the map agree, so that it counts.",
+    )
+    acceptance: AcceptanceParams = Field(
+        default=AcceptanceParams(),
+        description="When a thing is the object although the map does not agree: rates of errors, "
+        "by which many near views from several sides outweigh it.",
     )
     explore: ExploreParams = Field(
         default=ExploreParams(),

@@ -57,13 +57,15 @@ class ActiveGoal:
 class TargetState:
     """State of the search for the present object; the next object begins with an empty one.
 
-    blacklisted: goals at regions and candidates that were viewed without result. idle_since_s:
+    disputed: candidates that the map does not support. blacklisted: goals at regions and
+    candidates that were viewed without result. idle_since_s:
     since when there has been no goal, or no viewpoint of the candidate, in active time; None:
     there is one. reconsidered: whether rejected candidates got their second chance already.
     refuted: similar cells that were searched before the object was put aside.
     """
 
     candidates: tuple[ObjectCandidate, ...] = ()
+    disputed: tuple[ObjectCandidate, ...] = ()
     rejected: tuple[ObjectCandidate, ...] = ()
     blacklisted: tuple[Goal, ...] = ()
     active_goal: ActiveGoal | None = None
@@ -236,24 +238,28 @@ def latest_candidate(
     state: PlannerState, candidate: ObjectCandidate, params: ConsensusParams
 ) -> ObjectCandidate:
     """The candidate as it is known now: on common cells, else within ``merge_m``, else as given."""
-    for known in state.target_state.candidates:
+    all_known = (*state.target_state.candidates, *state.target_state.disputed)
+    for known in all_known:
         if not known.cells.isdisjoint(candidate.cells):
             return known
-    near = [
-        c for c in state.target_state.candidates if c.distance_m(candidate.xyz) <= params.merge_m
-    ]
+    near = [c for c in all_known if c.distance_m(candidate.xyz) <= params.merge_m]
     return near[0] if near else candidate
 
 
 def reject_candidate(state: PlannerState, candidate: ObjectCandidate) -> PlannerState:
-    """The state without the candidate; new sightings of it are ignored."""
+    """The state without the candidate; new sightings of it are ignored.
+
+    Those that the map supports count still if it did not support the candidate.
+    """
     target_state = state.target_state
     left = tuple(c for c in target_state.candidates if c.cells.isdisjoint(candidate.cells))
+    disputed = tuple(c for c in target_state.disputed if c.cells.isdisjoint(candidate.cells))
     return replace(
         state,
         target_state=replace(
             target_state,
-            candidates=left,
+            candidates=left if candidate.supported else target_state.candidates,
+            disputed=disputed,
             rejected=(*target_state.rejected, candidate),
             idle_since_s=None,
         ),

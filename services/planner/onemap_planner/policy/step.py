@@ -183,7 +183,9 @@ def _take_in_map(
     if not context.whole:
         return state
     state = without_changed(state, context.map_view, params.dead_end)
-    return update_candidates(state, frames, context, params.consensus)
+    return update_candidates(
+        state, frames, context, params.consensus, near_m=params.goal.view_farthest_m
+    )
 
 
 def _run_phase(

@@ -9,10 +9,11 @@ import numpy as np
 from onemap_planner.motion.motions import Drive, Motion, Rest
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.near_views import object_probability
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState, latest_candidate, reject_candidate
 from onemap_planner.policy.viewpoints import find_viewpoint
-from onemap_planner.search.events import Arrived, Confirmed, Event, Rejected
+from onemap_planner.search.events import Arrived, CandidateSelected, Confirmed, Event, Rejected
 from onemap_planner.search.phases import Approaching, Confirming
 from onemap_planner.world.candidates import ObjectCandidate
 
@@ -22,7 +23,9 @@ def approach(
 ) -> tuple[PlannerState, Motion, Event | None]:
     """Drive to the viewpoint of the candidate, whose position later sightings refine."""
     candidate = latest_candidate(state, phase.candidate, params.consensus)
-    viewpoint_xy = find_viewpoint(candidate, context, params.explore.bands_m)
+    viewpoint_xy = find_viewpoint(
+        candidate, context, params.explore.bands_m, exhausted_viewpoints(candidate, params)
+    )
     if viewpoint_xy is None:
         return _wait_for_path(state, candidate, params)
     state = replace(state, target_state=replace(state.target_state, idle_since_s=None))
@@ -39,6 +42,11 @@ def confirm(
     """Face the candidate and count the new detections that agree."""
     candidate = latest_candidate(state, phase.candidate, params.consensus)
     motion = Drive(np.array([context.pose.xy]), (candidate.xyz[0], candidate.xyz[1]))
+    if not candidate.supported:
+        state, event = _weigh(state, phase, candidate, context, params)
+        return state, motion, event
+    if not phase.candidate.supported:  # the map has come to agree
+        return state, motion, CandidateSelected(candidate)
     agreeing = candidate.sightings - phase.candidate.sightings
     contradictions = candidate.contradictions - phase.candidate.contradictions
     if agreeing >= params.explore.confirm_sightings and agreeing > contradictions:
@@ -46,6 +54,39 @@ def confirm(
     if state.active_time_s - phase.since_s > params.explore.confirm_s:
         return reject_candidate(state, candidate), Rest(), Rejected()
     return state, motion, None
+
+
+def exhausted_viewpoints(
+    candidate: ObjectCandidate, params: PlannerParams
+) -> list[tuple[float, float]]:
+    """Places, in metres, from which more views of a candidate show nothing new."""
+    if candidate.supported:
+        return []
+    enough = params.acceptance.views_per_viewpoint
+    return [tally.xy for tally in candidate.near_views if tally.frames >= enough]
+
+
+def _weigh(
+    state: PlannerState,
+    phase: Confirming,
+    candidate: ObjectCandidate,
+    context: PlanningContext,
+    params: PlannerParams,
+) -> tuple[PlannerState, Event | None]:
+    """Decide about a candidate that the map does not support, or look from another side."""
+    certain = params.acceptance.certain
+    is_object = object_probability(candidate, context, params.acceptance)
+    if is_object >= certain:
+        return state, Confirmed(candidate)
+    undecided = is_object > 1 - certain
+    if undecided and state.active_time_s - phase.since_s <= params.explore.confirm_s:
+        return state, None
+    tried = exhausted_viewpoints(candidate, params)
+    seen = candidate.near_frames > phase.candidate.near_frames
+    bands_m = params.explore.bands_m
+    if undecided and seen and find_viewpoint(candidate, context, bands_m, tried) is not None:
+        return state, CandidateSelected(candidate)
+    return reject_candidate(state, candidate), Rejected()
 
 
 def _wait_for_path(

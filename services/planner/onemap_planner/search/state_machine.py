@@ -95,7 +95,7 @@ def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
             return _set_out(search) if full else replace(search, phase=LookingAround(total))
         case (Exploring() | Approaching() | Confirming() | Driving(), MapRestarted()):
             return _look_around(search, "the map began anew: looking around")
-        case (LookingAround() | Exploring(), CandidateSelected(candidate)):
+        case (LookingAround() | Exploring() | Confirming(), CandidateSelected(candidate)):
             return replace(search, phase=Approaching(candidate), reason=_approaching(candidate))
         case (Exploring(), Reordered(indices)):
             return reordered(search, indices, stamp)
