@@ -71,6 +71,19 @@ def test_what_the_map_does_not_support_is_looked_at_from_near() -> None:
     assert event == CandidateSelected(state.target_state.disputed[0])
 
 
+@pytest.mark.parametrize(("hits", "named"), [(8, True), (1, False)])
+def test_not_found_names_what_the_map_did_not_agree_with(hits: int, named: bool) -> None:
+    state, here = doubtful(rank=0.95, hits=hits)
+    rejected = TargetState(rejected=state.target_state.disputed, reconsidered=True)
+    state = replace(state, target_state=rejected)
+    state, *_ = explore(state, here, PARAMS)
+    later = replace(state, active_time_s=PARAMS.explore.settle_s + 0.1)
+    _, _, event, _ = explore(later, here, PARAMS)
+    assert isinstance(event, Exhausted)
+    there = f"detected at (2.5, 2.5) in {hits} of 10 near views"
+    assert (there in event.reason) is named
+
+
 @pytest.mark.parametrize(
     ("rank", "hits"),
     [

@@ -234,7 +234,27 @@ def _idle(
     if again and not state.target_state.reconsidered:
         return reconsider(state, frontiers=cut_off), Rest(), None
     coverage = coverage_of(context)
-    return state, Rest(), Exhausted(_covered(state, context, coverage), coverage)
+    covered = _covered(state, context, coverage)
+    doubtful = _most_probable(state, context, params)
+    return state, Rest(), Exhausted(f"{covered}; {doubtful}" if doubtful else covered, coverage)
+
+
+def _most_probable(state: PlannerState, context: PlanningContext, params: PlannerParams) -> str:
+    """What was detected, but not accepted because the map did not agree; empty without any."""
+    weighed = [
+        (object_probability(candidate, context, params.acceptance), candidate)
+        for candidate in (*state.target_state.disputed, *state.target_state.rejected)
+        if not candidate.supported and candidate.sightings >= params.consensus.min_sightings
+    ]
+    probable, best = max(weighed, key=lambda pair: pair[0], default=(0.0, None))
+    if best is None or probable <= 1 - params.acceptance.certain:
+        return ""
+    hits = sum(tally.hits for tally in best.near_views)
+    x, y, _ = best.xyz
+    return (
+        f"detected at ({x:.1f}, {y:.1f}) in {hits} of {best.near_frames} near views where the map "
+        f"does not agree, probability {probable:.2f}"
+    )
 
 
 def _covered(state: PlannerState, context: PlanningContext, coverage: Coverage) -> str:
