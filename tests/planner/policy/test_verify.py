@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.motion.motions import Drive, Rest
+from onemap_planner.motion.motions import Drive, Pose2d, Rest
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.state import PlannerState, TargetState
 from onemap_planner.policy.verify import approach, confirm
@@ -15,7 +15,7 @@ from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.events import CandidateSelected, Confirmed, Event, Rejected
 from onemap_planner.search.phases import Approaching, Confirming
 from onemap_planner.world.acceptance import ViewpointTally
-from onemap_planner.world.candidates import ObjectCandidate
+from onemap_planner.world.candidates import ObjectCandidate, Sighting
 from tests.planner.drawn_maps import PARAMS
 from tests.planner.one_room import POSE, candidate, context, planner_state
 
@@ -34,14 +34,14 @@ def test_a_candidate_without_viewpoint_is_rejected_after_a_while() -> None:
 
 @pytest.mark.parametrize(("more", "sure"), [(5, False), (6, True)])
 def test_enough_new_detections_confirm(more: int, sure: bool) -> None:
-    then = candidate(2.0, 2.0, 4)
+    then = candidate(1.7, 1.7, 4)
     now = replace(then, sightings=4 + more)
     _, _, event = confirm(planner_state(now), Confirming(then, 0.0), context(), PARAMS)
     assert event == (Confirmed(now) if sure else None)
 
 
 def test_without_them_it_is_rejected_after_a_while() -> None:
-    then = candidate(2.0, 2.0)
+    then = candidate(1.7, 1.7)
     waited = planner_state(then, active_time_s=PARAMS.explore.confirm_s + 0.1)
     after, _, event = confirm(waited, Confirming(then, 0.0), context(), PARAMS)
     assert event == Rejected()
@@ -52,7 +52,7 @@ def test_without_them_it_is_rejected_after_a_while() -> None:
 def test_it_is_not_confirmed_while_another_name_is_detected_as_often(
     contradictions: int, sure: bool
 ) -> None:
-    then = candidate(2.0, 2.0, 4)
+    then = candidate(1.7, 1.7, 4)
     now = replace(then, sightings=10, contradictions=contradictions)
     state = planner_state(now)
     _, _, event = confirm(state, Confirming(then, 0.0), context(), PARAMS)
@@ -60,7 +60,7 @@ def test_it_is_not_confirmed_while_another_name_is_detected_as_often(
 
 
 ENOUGH = PARAMS.acceptance.views_per_viewpoint
-BEFORE = Confirming(replace(candidate(2.0, 2.0), supported=False), 0.0)
+BEFORE = Confirming(replace(candidate(1.7, 1.7), supported=False), 0.0)
 
 
 def disputed(*hits: int, frames: int = ENOUGH) -> ObjectCandidate:
@@ -69,7 +69,7 @@ def disputed(*hits: int, frames: int = ENOUGH) -> ObjectCandidate:
         ViewpointTally((POSE.x_m + 5.0 * place, POSE.y_m), count, frames)
         for place, count in enumerate(hits)
     )
-    return replace(candidate(2.0, 2.0, 10), supported=False, near_views=tallies)
+    return replace(candidate(1.7, 1.7, 10), supported=False, near_views=tallies)
 
 
 def ranked(rank: float) -> PlanningContext:
@@ -121,6 +121,18 @@ def test_it_is_rejected_where_no_view_of_it_is_to_be_had() -> None:
 
 
 def test_a_candidate_that_the_map_has_come_to_support_is_approached_anew() -> None:
-    now = candidate(2.0, 2.0)
+    now = candidate(1.7, 1.7)
     _, _, event = confirm(planner_state(now), BEFORE, ranked(0.95), PARAMS)
     assert event == CandidateSelected(now)
+
+
+def test_an_object_that_proves_to_be_farther_away_is_approached_again() -> None:
+    then = candidate(2.0, 1.0, 4)
+    farther = replace(candidate(3.2, 1.0, 10), cells=frozenset({(20, 10), (32, 10)}))
+    edge = Sighting((3.2, 1.0, 0.5), frozenset({(32, 10)}), 0.9, 0.8, (2.2, 1.0))
+    farther = replace(farther, recent=(edge,) * 6)
+    _, _, event = confirm(planner_state(farther), Confirming(then, 0.0), context(), PARAMS)
+    assert event == CandidateSelected(farther)
+    near = replace(context(), pose=Pose2d(2.2, 1.0, 0.0))
+    _, _, event = confirm(planner_state(farther), Confirming(then, 0.0), near, PARAMS)
+    assert event == Confirmed(farther)

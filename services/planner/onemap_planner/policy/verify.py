@@ -12,7 +12,7 @@ from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.near_views import object_probability
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import PlannerState, latest_candidate, reject_candidate
-from onemap_planner.policy.viewpoints import find_viewpoint
+from onemap_planner.policy.viewpoints import find_viewpoint, surface_distance_m
 from onemap_planner.search.events import Arrived, CandidateSelected, Confirmed, Event, Rejected
 from onemap_planner.search.phases import Approaching, Confirming
 from onemap_planner.world.candidates import ObjectCandidate
@@ -50,10 +50,24 @@ def confirm(
     agreeing = candidate.sightings - phase.candidate.sightings
     contradictions = candidate.contradictions - phase.candidate.contradictions
     if agreeing >= params.explore.confirm_sightings and agreeing > contradictions:
-        return state, Rest(), Confirmed(candidate)
+        return state, Rest(), _sure(candidate, context, params)
     if state.active_time_s - phase.since_s > params.explore.confirm_s:
         return reject_candidate(state, candidate), Rest(), Rejected()
     return state, motion, None
+
+
+def _sure(candidate: ObjectCandidate, context: PlanningContext, params: PlannerParams) -> Event:
+    """It is the object: confirmed if it is in reach, else the robot goes nearer.
+
+    New sightings may have shown that its near edge is farther away than it seemed from afar.
+    """
+    nearer_xy = find_viewpoint(candidate, context, params.explore.bands_m)
+    arrive_m = 1.2 * params.drive.arrive_m
+    limit_m = params.explore.approach_last_resort_m + arrive_m
+    if nearer_xy is None or surface_distance_m(candidate, context) <= limit_m:
+        return Confirmed(candidate)
+    there = context.pose.distance_to(nearer_xy) <= arrive_m
+    return Confirmed(candidate) if there else CandidateSelected(candidate)
 
 
 def exhausted_viewpoints(
@@ -77,7 +91,7 @@ def _weigh(
     certain = params.acceptance.certain
     is_object = object_probability(candidate, context, params.acceptance)
     if is_object >= certain:
-        return state, Confirmed(candidate)
+        return state, _sure(candidate, context, params)
     undecided = is_object > 1 - certain
     if undecided and state.active_time_s - phase.since_s <= params.explore.confirm_s:
         return state, None

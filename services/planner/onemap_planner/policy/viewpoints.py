@@ -130,6 +130,14 @@ def find_viewpoint(
     return float(x), float(y)
 
 
+def surface_distance_m(candidate: ObjectCandidate, context: PlanningContext) -> float:
+    """Metres from the robot to the nearest cell of a candidate's surface, infinity without any."""
+    cells = _occupied_only(context.map_view.indices_of(candidate.surface), context.costmap)
+    here = np.asarray(context.pose.xy)
+    away = np.hypot(*(context.costmap.grid.centres(cells) - here).T)
+    return float(away.min(initial=np.inf))
+
+
 def _occupied_only(cells: I64, costmap: Costmap) -> I64:
     """The occupied ones of the cells (K, 2), all of them if none is.
 
