@@ -16,6 +16,7 @@ from onemap_planner.search.phases import Exploring, Finished
 from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.messages import SearchState
 from tests.planner.grid_world import SimulatedSearch, in_four_rooms, in_two_rooms, start
+from tests.planner.one_room import candidate
 
 
 @pytest.fixture(autouse=True)
@@ -107,6 +108,9 @@ def test_goals_are_compared_when_the_period_the_budget_or_a_sighting_says_so() -
     assert window_with(replace(active_goal, comparison=None)) is None
     assert window_with(replace(active_goal, arrived_s=0.0)) is None
     assert window_with(replace(active_goal, since_s=-1e3)) is None
+    doubtful = replace(candidate(*run.world.pose.xy), supported=False)
+    beside = replace(state.target_state, disputed=(doubtful,))
+    assert follow_window(replace(state, target_state=beside), observation, run.config) is None
     later = replace(state, active_time_s=state.active_time_s + 60.0)
     assert follow_window(later, observation, run.config) is None
     there = in_two_rooms()

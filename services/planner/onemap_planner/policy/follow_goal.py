@@ -44,6 +44,9 @@ def follow_window(
         candidate.sightings >= least for candidate in state.target_state.candidates
     ):
         return None
+    here = (*observation.pose.xy, 0.0)
+    if any(candidate.distance_m(here) <= AROUND_M for candidate in state.target_state.disputed):
+        return None  # a frame without a detection of it counts against it
     corners = np.vstack([active_goal.comparison.corners_xy, observation.pose.xy])
     return np.stack([corners.min(axis=0) - AROUND_M, corners.max(axis=0) + AROUND_M])
 
