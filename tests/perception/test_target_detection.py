@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from onemap_perception.detectors.patches import PatchDetector, PatchesParams
+from onemap_perception.detectors.protocol import Detection, Image
 from onemap_perception.errors import UnknownWordError
 from onemap_perception.target_detection import Target, detect_in_frame, make_target
+from onemap_shared.messages import TextEmbeddings
 from tests.perception.toy import ColourEncoder, frame
 
 ENCODER = ColourEncoder()
@@ -41,6 +43,19 @@ def test_detections_have_points_in_the_map() -> None:
     np.testing.assert_array_equal(detections.boxes_px, [[16, 8, 32, 24]])
     np.testing.assert_allclose(detections.points_map[:, 2], 2.0)
     assert set(detections.point_owner.tolist()) == {0}
+    assert not detections.independent  # it reads the features that the map holds
+
+
+def test_a_detector_that_reads_no_features_is_independent() -> None:
+    class Nothing:
+        detector_id = "nothing"
+        reads_features = False
+
+        def detect(self, image: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
+            return ()
+
+    target = make_target(ENCODER, "red", ())
+    assert detect_in_frame(Nothing(), target, frame(), None).independent
 
 
 def test_a_target_without_queries_has_no_detections() -> None:

@@ -63,4 +63,5 @@ def detect_in_frame(
         scores=np.array([detection.score for detection in found], np.float32),
         points_map=points_map,
         point_owner=point_owner,
+        independent=not detector.reads_features,
     )

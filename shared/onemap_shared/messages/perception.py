@@ -67,6 +67,8 @@ class Detections:
         point_owner: (P,) index of the detection that a point belongs to.
         picture: the frame as JPEG, in which the target was detected; else empty.
         picture_scale: pixels of the picture for one pixel of the frame, at most 1.
+        independent: whether the detector does not read the features that the map holds, so that
+            it can tell what the map cannot.
     """
 
     sequence: int
@@ -79,6 +81,7 @@ class Detections:
     point_owner: I32
     picture: bytes = b""
     picture_scale: float = 1.0
+    independent: bool = False
 
     def __post_init__(self) -> None:
         count = len(self.names)
