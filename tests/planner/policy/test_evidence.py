@@ -9,7 +9,7 @@ from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.competition import FoundObject
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.evidence import update_candidates
-from onemap_planner.policy.state import PlannerState, TargetState
+from onemap_planner.policy.state import PlannerState, TargetState, reject_candidate
 from onemap_planner.world.map_view import WorldCells
 from onemap_shared.messages import Detections, Occupancy
 from tests.planner.drawn_maps import PARAMS
@@ -49,6 +49,7 @@ def frame(name: str = "sofa") -> Detections:
         scores=np.array([0.8], np.float32),
         points_map=points,
         point_owner=np.zeros(len(points), np.int32),
+        independent=True,
     )
 
 
@@ -102,6 +103,7 @@ def test_what_the_map_does_not_support_is_kept_apart_with_its_near_views() -> No
         scores=np.zeros(0, np.float32),
         points_map=np.zeros((0, 3), np.float32),
         point_owner=np.zeros(0, np.int32),
+        independent=True,
     )
     after = update_candidates(
         PlannerState(SEARCH), (frame(), empty, frame()), doubtful(), PARAMS.consensus, near_m=1.5
@@ -129,3 +131,25 @@ def test_no_doubtful_candidate_is_made_of_a_sighting_of_a_supported_one() -> Non
     )
     after = update_candidates(state, (frame(),), doubtful(), PARAMS.consensus, near_m=1.5)
     assert after.target_state.disputed == ()
+
+
+def test_a_detector_that_reads_the_map_s_features_cannot_outweigh_the_map() -> None:
+    dependent = replace(frame(), independent=False)
+    after = update_candidates(
+        PlannerState(SEARCH), (dependent,), doubtful(), PARAMS.consensus, near_m=1.5
+    )
+    assert after.target_state == TargetState()
+
+
+def test_both_kinds_of_a_candidate_are_rejected_each_by_itself() -> None:
+    frames = (frame(), frame())
+    state = update_candidates(
+        PlannerState(SEARCH), frames, doubtful(), PARAMS.consensus, near_m=1.5
+    )
+    state = update_candidates(state, frames, similar_to_sofa(), PARAMS.consensus, near_m=1.5)
+    (supported,), (without,) = state.target_state.candidates, state.target_state.disputed
+    assert without.near_views[0].hits == 2
+    left = reject_candidate(state, supported).target_state
+    assert (left.candidates, left.disputed) == ((), (without,))
+    left = reject_candidate(state, without).target_state
+    assert (left.candidates, left.disputed) == ((supported,), ())

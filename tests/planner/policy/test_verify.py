@@ -120,10 +120,13 @@ def test_it_is_rejected_where_no_view_of_it_is_to_be_had() -> None:
     assert weighed(disputed(), waited_s=late_s)[1] == Rejected()
 
 
-def test_a_candidate_that_the_map_has_come_to_support_is_approached_anew() -> None:
-    now = candidate(1.7, 1.7)
-    _, _, event = confirm(planner_state(now), BEFORE, ranked(0.95), PARAMS)
-    assert event == CandidateSelected(now)
+def test_a_sighting_that_the_map_supports_does_not_end_the_weighing() -> None:
+    known = disputed(20)
+    now = replace(candidate(1.7, 1.7, 1), cells=known.cells)
+    both = TargetState(candidates=(now,), disputed=(known,))
+    state = replace(planner_state(), target_state=both)
+    after, _, event = confirm(state, BEFORE, ranked(0.95), PARAMS)
+    assert (after, event) == (state, None)
 
 
 def test_an_object_that_proves_to_be_farther_away_is_approached_again() -> None:

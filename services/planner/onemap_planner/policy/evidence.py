@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from onemap_planner.policy.competition import (
@@ -11,7 +12,7 @@ from onemap_planner.policy.competition import (
 )
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.near_views import with_near_view
-from onemap_planner.policy.state import PlannerState
+from onemap_planner.policy.state import PlannerState, TargetState
 from onemap_planner.world.candidates import (
     ConsensusParams,
     ObjectCandidate,
@@ -35,35 +36,9 @@ def update_candidates(
 
     near_m: metres within which a frame that does not show a candidate counts against it.
     """
-    target_state = state.target_state
     for detections in frames:
-        sightings = _sightings(state, detections, context, params)
-        candidates = merge_sightings(
-            target_state.candidates, (s for s in sightings if s.supported), params
-        )
-        candidates = count_contradictions(
-            candidates,
-            detections,
-            [s for s in sightings if s.supported],
-            target=state.search.target,
-            map_view=context.map_view,
-            params=params,
-        )
-        disputed = merge_sightings(
-            target_state.disputed,
-            (s for s in sightings if not _is_any(s, candidates, params) and not s.supported),
-            params,
-        )
-        disputed = tuple(
-            with_near_view(
-                candidate,
-                context,
-                hit=any(is_same_object(candidate, sighting, params) for sighting in sightings),
-                near_m=near_m,
-            )
-            for candidate in disputed
-        )
-        target_state = replace(target_state, candidates=candidates, disputed=disputed)
+        state = replace(state, target_state=_with_frame(state, detections, context, params, near_m))
+    target_state = state.target_state
     others = found_under_other_names(state.found_objects, state.search.target, state.synonyms)
     free, disputed = (
         tuple(c for c in known if conflicting_object(c, others, context.map_view) is None)
@@ -72,28 +47,58 @@ def update_candidates(
     return replace(state, target_state=replace(target_state, candidates=free, disputed=disputed))
 
 
-def _sightings(
-    state: PlannerState, detections: Detections, context: PlanningContext, params: ConsensusParams
-) -> list[Sighting]:
-    """The sightings of one frame; rejected candidates stay rejected."""
-    return [
+def _with_frame(
+    state: PlannerState,
+    detections: Detections,
+    context: PlanningContext,
+    params: ConsensusParams,
+    near_m: float,
+) -> TargetState:
+    """The target state after one frame.
+
+    A detector that reads the map's features says nothing that the map does not know: what the map
+    does not support is kept of an independent one only.
+    """
+    target_state, target = state.target_state, state.search.target
+    seen = sightings_of(
+        target, detections, context.map_view, seen_from=context.pose.xy, params=params
+    )
+    supported = [s for s in seen if s.supported and not _is_rejected(s, target_state, params)]
+    candidates = merge_sightings(target_state.candidates, supported, params)
+    candidates = count_contradictions(
+        candidates, detections, supported, target=target, map_view=context.map_view, params=params
+    )
+    if not detections.independent:
+        return replace(target_state, candidates=candidates)
+    doubtful = [
         sighting
-        for sighting in sightings_of(
-            state.search.target,
-            detections,
-            context.map_view,
-            seen_from=context.pose.xy,
-            params=params,
-        )
-        if not any(
-            is_same_object(rejected, sighting, params)
-            for rejected in state.target_state.rejected
-            if rejected.supported or not sighting.supported
+        for sighting in seen
+        if not sighting.supported
+        and not _is_rejected(sighting, target_state, params)
+        and (
+            _is_any(sighting, target_state.disputed, params)
+            or not _is_any(sighting, candidates, params)
         )
     ]
+    disputed = tuple(
+        with_near_view(
+            candidate,
+            context,
+            hit=any(is_same_object(candidate, sighting, params) for sighting in seen),
+            near_m=near_m,
+        )
+        for candidate in merge_sightings(target_state.disputed, doubtful, params)
+    )
+    return replace(target_state, candidates=candidates, disputed=disputed)
+
+
+def _is_rejected(sighting: Sighting, target_state: TargetState, params: ConsensusParams) -> bool:
+    """Rejected candidates stay rejected, those with the map's support and those without."""
+    same = (c for c in target_state.rejected if c.supported == sighting.supported)
+    return _is_any(sighting, same, params)
 
 
 def _is_any(
-    sighting: Sighting, candidates: tuple[ObjectCandidate, ...], params: ConsensusParams
+    sighting: Sighting, candidates: Iterable[ObjectCandidate], params: ConsensusParams
 ) -> bool:
     return any(is_same_object(candidate, sighting, params) for candidate in candidates)

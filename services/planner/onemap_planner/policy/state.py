@@ -238,7 +238,8 @@ def latest_candidate(
     state: PlannerState, candidate: ObjectCandidate, params: ConsensusParams
 ) -> ObjectCandidate:
     """The candidate as it is known now: on common cells, else within ``merge_m``, else as given."""
-    all_known = (*state.target_state.candidates, *state.target_state.disputed)
+    target_state = state.target_state
+    all_known = target_state.candidates if candidate.supported else target_state.disputed
     for known in all_known:
         if not known.cells.isdisjoint(candidate.cells):
             return known
@@ -249,16 +250,19 @@ def latest_candidate(
 def reject_candidate(state: PlannerState, candidate: ObjectCandidate) -> PlannerState:
     """The state without the candidate; new sightings of it are ignored.
 
-    Those that the map supports count still if it did not support the candidate.
+    A candidate with the map's support and one without it are rejected each by itself.
     """
     target_state = state.target_state
-    left = tuple(c for c in target_state.candidates if c.cells.isdisjoint(candidate.cells))
-    disputed = tuple(c for c in target_state.disputed if c.cells.isdisjoint(candidate.cells))
+    candidates, disputed = target_state.candidates, target_state.disputed
+    if candidate.supported:
+        candidates = tuple(c for c in candidates if c.cells.isdisjoint(candidate.cells))
+    else:
+        disputed = tuple(c for c in disputed if c.cells.isdisjoint(candidate.cells))
     return replace(
         state,
         target_state=replace(
             target_state,
-            candidates=left if candidate.supported else target_state.candidates,
+            candidates=candidates,
             disputed=disputed,
             rejected=(*target_state.rejected, candidate),
             idle_since_s=None,

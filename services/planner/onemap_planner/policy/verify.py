@@ -45,8 +45,6 @@ def confirm(
     if not candidate.supported:
         state, event = _weigh(state, phase, candidate, context, params)
         return state, motion, event
-    if not phase.candidate.supported:  # the map has come to agree
-        return state, motion, CandidateSelected(candidate)
     agreeing = candidate.sightings - phase.candidate.sightings
     contradictions = candidate.contradictions - phase.candidate.contradictions
     if agreeing >= params.explore.confirm_sightings and agreeing > contradictions:
