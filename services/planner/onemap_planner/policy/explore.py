@@ -60,7 +60,10 @@ def with_candidate_choice(
 ) -> PlannerState:
     """The state whose search explains why the robot walks up to the selected candidate."""
     goals = detection_goals(
-        (candidate,), context, bands_m=params.explore.bands_m, params=params.goal
+        ((candidate, candidate.similarity),),
+        context,
+        bands_m=params.explore.bands_m,
+        params=params.goal,
     )
     if not goals:
         return state

@@ -176,7 +176,9 @@ def _take_in_map(
         state = take_in_view(
             state,
             observation.other_view,
-            lambda there, seen: update_candidates(there, frames, seen, params.consensus),
+            lambda there, seen: update_candidates(
+                there, frames, seen, params.consensus, near_m=params.goal.view_farthest_m
+            ),
             context,
             params,
         )
