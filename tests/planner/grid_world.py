@@ -12,7 +12,7 @@ import numpy as np
 
 from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.motions import STOP, Pose2d
-from onemap_planner.motion.pure_pursuit import limit_acceleration, target_velocity
+from onemap_planner.motion.velocity_controller import Plan, tracked
 from onemap_planner.policy.competition import rival_names
 from onemap_planner.policy.object_order import name_to_ask
 from onemap_planner.policy.state import Decision, Observation, PlannerState
@@ -101,6 +101,7 @@ class GridWorld:
     since_reset: F64 = field(init=False)
     occupancy: U8 = field(init=False)
     velocity: Velocity2d = STOP
+    wanted: Velocity2d = STOP  # by the plan, before the costmap was checked
     collided: bool = False
     sequence: int = 0
     odometer_m: float = 0.0
@@ -252,7 +253,7 @@ class SimulatedSearch:
             now_s=self.now_s,
             pose=self.world.pose,
             odometer_m=self.world.odometer_m,
-            command=self.world.velocity,
+            command=self.world.wanted,
             collided=self.world.collided,
             view=self.world.view(
                 target, rival_names(target, self.state.search.objects, found_objects)
@@ -275,12 +276,13 @@ class SimulatedSearch:
 
     def _control(self) -> None:
         params = self.config.drive
-        command = STOP
+        command = wanted = STOP
         if self.decision is not None and not self.stale_reason and self.state.search.active:
-            wanted = target_velocity(
-                self.decision.motion, self.world.pose, self.decision.costmap, params
+            plan = Plan("", self.decision.motion, self.decision.costmap, self.now_s)
+            wanted, command = tracked(
+                plan, self.world.pose, self.world.velocity, params, dt_s=STEP_S
             )
-            command = limit_acceleration(wanted, self.world.velocity, STEP_S, params)
+        self.world.wanted = wanted
         self.world.drive(command, STEP_S)
         self.trace.append(self.world.pose.xy)
         self.now_s += STEP_S

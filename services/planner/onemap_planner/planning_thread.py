@@ -61,10 +61,14 @@ class PlanningResult:
 
 @dataclass(frozen=True, slots=True)
 class ThreadInputs:
-    """What the control loop provides: the latest inputs and the last velocity command."""
+    """What the control loop provides: the latest inputs, and the velocity that it wants.
+
+    blocked: the costmap does not allow this velocity.
+    """
 
     inputs: LatestInputs
     command: Velocity2d
+    blocked: bool
 
 
 class PlanningThread:
@@ -150,6 +154,7 @@ class PlanningThread:
             detections=self._new_detections(),
             stale_reason=stale_reason or now.inputs.stale_reason(now_s, self._params.staleness),
             other_view=other_view,
+            blocked=now.blocked,
         )
         next_state, decision = step(state, observation, self._params)
         plan_ms = (time.monotonic() - now_s) * 1e3

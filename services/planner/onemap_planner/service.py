@@ -59,7 +59,7 @@ class Planner:
             self._registry,
             self._config,
             period_s=1.0 / config.plan_hz,
-            now=lambda: ThreadInputs(self._inputs, self._controller.command),
+            now=self._thread_inputs,
         )
         SearchCommands(bus, self._registry, inputs=lambda: self._inputs, status_of=self._status)
 
@@ -138,6 +138,10 @@ class Planner:
         )
         if send:
             self._send(self._controller.command.linear_mps, self._controller.command.angular_radps)
+
+    def _thread_inputs(self) -> ThreadInputs:
+        controller = self._controller
+        return ThreadInputs(self._inputs, controller.wanted, controller.blocked)
 
     def _send(self, linear_mps: float, angular_radps: float) -> None:
         self._sent += 1

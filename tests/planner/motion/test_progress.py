@@ -53,6 +53,14 @@ def test_stuck_while_turning_adds_no_obstacle() -> None:
     assert stuck.virtual_obstacles == ()
 
 
+def test_blocked_by_the_costmap_it_backs_up_without_a_new_obstacle() -> None:
+    blocked = START.update(
+        MotionSample(HERE, AHEAD, False, 3.1, blocked=True), PARAMS.recovery, front_m=0.25
+    )
+    assert blocked.backing_from == HERE
+    assert blocked.virtual_obstacles == ()
+
+
 def test_backing_ends_by_way_or_by_time() -> None:
     stuck = updated(START, 3.1)
     assert updated(stuck, 3.5).backing_from == HERE

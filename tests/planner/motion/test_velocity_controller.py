@@ -104,3 +104,19 @@ def test_resting_is_commanded_too() -> None:
 
 def test_braking_outlasts_the_robot_s_deadman_timer() -> None:
     assert VelocityCommand(0, 0, 0.0, 0.0).validity_ms / 1e3 < BRAKE_S
+
+
+def test_it_stops_before_what_the_costmap_shows_on_the_way() -> None:
+    rows = ["." * 6] * 2 + ["......"] + ["######"] * 2
+    costmap = costmap_of(drawn_map(*rows, scale=5), (1.3, 1.5), PARAMS.costmap)
+    through = Drive(np.array([[1.3, 1.5], [2.4, 1.5]]), (2.4, 1.5))
+    plan = replace(AHEAD, motion=through, costmap=costmap)
+    inputs = ControllerInputs(1.0, "s", Pose2d(1.3199, 1.5, 0.0), "")
+    before = VelocityController(at_s=0.95)
+    near, _ = updated(before, plan, inputs)
+    assert near.blocked
+    assert near.wanted.linear_mps > 0.0
+    away = replace(inputs, pose=Pose2d(0.6, 1.5, 0.0))
+    free, _ = updated(before, plan, away)
+    assert not free.blocked
+    assert free.command == free.wanted

@@ -113,3 +113,24 @@ def test_a_virtual_obstacle_blocks_its_surroundings() -> None:
     assert blocked.occupied[18, 18]
     assert not blocked.navigable[17, 17]
     assert blocked.navigable[12, 12]
+
+
+def test_the_own_trail_outside_n_is_dearer_than_any_way_through_n() -> None:
+    """Else the way led along what the robot had passed, nearer to obstacles than its radius."""
+    map_view = drawn_map("######", *["......"] * 3, "######", scale=3)
+    beside = np.column_stack([np.full(15, 0.45), np.linspace(0.25, 1.65, 15)])
+    costmap = costmap_of(map_view, (0.75, 0.95), PARAMS.costmap, trail_xy=beside)
+    assert costmap.navigable[7, 9]
+    assert costmap.passable[4, 9]
+    assert not costmap.navigable[4, 9]
+    assert costmap.cost[costmap.passable & ~costmap.navigable].min() > 2 * (
+        costmap.cost[costmap.navigable].max()
+    )
+
+
+def test_a_footprint_hardly_reaches_over_unknown_cells() -> None:
+    map_view = drawn_map(*["......"] * 3, *["      "] * 3, scale=5)
+    costmap = costmap_of(map_view, (0.6, 1.5), PARAMS.costmap)
+    assert costmap.navigable[13, 15]
+    assert costmap.free[14, 15]
+    assert not costmap.navigable[14, 15]

@@ -248,12 +248,13 @@ class LockstepSimulation:
             now_s=self.now_s,
             pose=pose,
             odometer_m=self._odometer_m,
-            command=self._controller.command,
+            command=self._controller.wanted,
             collided=self.robot.collided,
             view=self._view(state),
             detections=tuple(self._detections),
             stale_reason="",
             other_view=self._other_view(state),
+            blocked=self._controller.blocked,
         )
         self._detections.clear()
         self.state, decision = step(

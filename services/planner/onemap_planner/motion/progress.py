@@ -53,12 +53,16 @@ class RecoveryParams(Params):
 
 @dataclass(frozen=True, slots=True)
 class MotionSample:
-    """Pose, last velocity command and collision flag at ``now_s`` (seconds of active time)."""
+    """Pose, velocity that the plan wants and collision flag at ``now_s`` (active time, seconds).
+
+    blocked: the costmap does not allow this velocity, so that the robot stands.
+    """
 
     pose: Pose2d
     command: Velocity2d
     collided: bool
     now_s: float
+    blocked: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +115,7 @@ class ProgressMonitor:
         if not commanded or _moved(monitor.moved_at, pose):
             monitor = replace(monitor, moved_at=pose, moved_s=now_s)
         if (sample.collided and driving) or now_s - monitor.moved_s > params.stuck_s:
-            if driving:
+            if driving and not sample.blocked:
                 monitor = _with_obstacle(monitor, sample, params, front_m)
             return _backing_up(monitor, sample, params)
         return monitor

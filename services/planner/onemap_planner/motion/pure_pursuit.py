@@ -28,6 +28,11 @@ class DriveParams(Params):
     max_angular_radps2: PositiveFloat = Field(
         default=3.0, description="Turning acceleration in rad/s^2."
     )
+    reaction_s: PositiveFloat = Field(
+        default=0.15,
+        description="Seconds that a command still acts before a later one stops the robot: a "
+        "control period of 0.05 s, the age of the odometry and the transport.",
+    )
     look_around_radps: PositiveFloat = Field(
         default=1.0, description="rad/s of a look around: every direction is seen for 1.4 s."
     )
@@ -60,10 +65,16 @@ class DriveParams(Params):
 
 
 def target_velocity(
-    motion: Motion, pose: Pose2d, costmap: Costmap | None, params: DriveParams
+    motion: Motion,
+    pose: Pose2d,
+    costmap: Costmap | None,
+    params: DriveParams,
+    *,
+    lookahead_part: float = 1.0,
 ) -> Velocity2d:
     """The target velocity of a motion, within the speed limits.
 
+    lookahead_part: of the lookahead distance; with less, the robot cuts corners less.
     Without a costmap the robot keeps to the speed of the narrowest places.
     """
     match motion:
@@ -77,7 +88,7 @@ def target_velocity(
             to_end_m = pose.distance_to((float(points_xy[-1, 0]), float(points_xy[-1, 1])))
             if to_end_m <= params.arrive_m:
                 return _rotate_by(_heading_error(pose, look_xy), params)
-            return _pure_pursuit(points_xy, pose, costmap, params)
+            return _pure_pursuit(points_xy, pose, costmap, params, lookahead_part)
 
 
 def arrived(motion: Motion, pose: Pose2d, params: DriveParams) -> bool:
@@ -96,8 +107,8 @@ def limit_acceleration(
     linear = _ramp(previous.linear_mps, wanted.linear_mps, params.max_linear_mps2 * dt_s)
     angular = _ramp(previous.angular_radps, wanted.angular_radps, params.max_angular_radps2 * dt_s)
     return Velocity2d(
-        float(np.clip(linear, -params.max_linear_mps, params.max_linear_mps)),
-        float(np.clip(angular, -params.max_angular_radps, params.max_angular_radps)),
+        min(max(linear, -params.max_linear_mps), params.max_linear_mps),
+        min(max(angular, -params.max_angular_radps), params.max_angular_radps),
     )
 
 
@@ -107,10 +118,14 @@ def _heading_error(pose: Pose2d, look_xy: tuple[float, float]) -> float:
 
 
 def _pure_pursuit(
-    points_xy: F64, pose: Pose2d, costmap: Costmap | None, params: DriveParams
+    points_xy: F64,
+    pose: Pose2d,
+    costmap: Costmap | None,
+    params: DriveParams,
+    lookahead_part: float,
 ) -> Velocity2d:
     """Velocity towards the point one lookahead further along the path."""
-    aim, remaining_m = _lookahead_point(points_xy, pose, params.lookahead_m)
+    aim, remaining_m = _lookahead_point(points_xy, pose, lookahead_part * params.lookahead_m)
     error = pose.bearing_to(aim)
     if abs(error) > params.turn_in_place_rad:
         return _rotate_by(error, params)
@@ -170,4 +185,4 @@ def _rotate_by(error_rad: float, params: DriveParams) -> Velocity2d:
 
 
 def _ramp(value: float, target: float, step: float) -> float:
-    return value + float(np.clip(target - value, -step, step))
+    return value + min(max(target - value, -step), step)

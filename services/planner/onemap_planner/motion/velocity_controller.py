@@ -1,15 +1,17 @@
-"""20 Hz velocity controller: tracks the last plan, stops on stale inputs."""
+"""20 Hz velocity controller: tracks the last plan, stops before obstacles and on stale inputs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from onemap_planner.motion.collision_monitor import monitored
 from onemap_planner.motion.motions import STOP, Motion, Pose2d
 from onemap_planner.motion.pure_pursuit import DriveParams, limit_acceleration, target_velocity
 from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import Velocity2d
 
 BRAKE_S = 0.5  # zeros sent after the end: longer than the robot's deadman timer
+LOOKAHEAD_PARTS = (1.0, 0.5, 0.25)  # of the lookahead distance, tried one after the other
 MAX_CONTROL_PERIOD_S = 0.2  # after a pause the acceleration limit does not catch up
 
 
@@ -41,7 +43,8 @@ class ControllerInputs:
 class VelocityController:
     """State of the controller. Seconds are of one monotonic clock.
 
-    command: the last velocity, of ``at_s``; active_s: when a search was last active; stops:
+    command: the last velocity, of ``at_s``; wanted: the velocity that the plan asked for, before
+    the costmap was checked; active_s: when a search was last active; stops:
     how often a moving robot was stopped because of stale inputs.
     """
 
@@ -49,6 +52,12 @@ class VelocityController:
     at_s: float = float("-inf")
     active_s: float = float("-inf")
     stops: int = 0
+    wanted: Velocity2d = STOP
+
+    @property
+    def blocked(self) -> bool:
+        """Whether the costmap stops the robot, which the plan wants to move."""
+        return abs(self.wanted.linear_mps) > 0 and self.command.linear_mps == 0.0
 
     def update(
         self,
@@ -65,7 +74,7 @@ class VelocityController:
         now_s = inputs.now_s
         if not inputs.search_id:
             braking = now_s - self.active_s <= BRAKE_S
-            return replace(self, command=STOP, at_s=now_s), braking
+            return replace(self, command=STOP, wanted=STOP, at_s=now_s), braking
         valid = (
             plan is not None
             and plan.search_id == inputs.search_id
@@ -73,8 +82,28 @@ class VelocityController:
         )
         if plan is None or not valid or inputs.pose is None or inputs.stale_reason:
             stops = self.stops + (self.command != STOP)
-            return replace(self, command=STOP, at_s=now_s, active_s=now_s, stops=stops), True
-        target = target_velocity(plan.motion, inputs.pose, plan.costmap, params)
+            stopped = replace(self, command=STOP, wanted=STOP, stops=stops)
+            return replace(stopped, at_s=now_s, active_s=now_s), True
         dt_s = min(max(now_s - self.at_s, 0.0), MAX_CONTROL_PERIOD_S)
-        command = limit_acceleration(target, self.command, dt_s, params)
-        return replace(self, command=command, at_s=now_s, active_s=now_s), True
+        wanted, command = tracked(plan, inputs.pose, self.command, params, dt_s=dt_s)
+        moved = replace(self, command=command, wanted=wanted, at_s=now_s, active_s=now_s)
+        return moved, True
+
+
+def tracked(
+    plan: Plan, pose: Pose2d, previous: Velocity2d, params: DriveParams, *, dt_s: float
+) -> tuple[Velocity2d, Velocity2d]:
+    """The velocity that tracks the plan, and the one that the costmap allows.
+
+    Where the arc to the lookahead point is not free, a nearer point is tried: the path itself is.
+    """
+    first: Velocity2d | None = None
+    command = STOP
+    for part in LOOKAHEAD_PARTS:
+        target = target_velocity(plan.motion, pose, plan.costmap, params, lookahead_part=part)
+        wanted = limit_acceleration(target, previous, dt_s, params)
+        command = monitored(wanted, previous, pose, plan.costmap, params, dt_s=dt_s)
+        first = first or wanted
+        if command == wanted:
+            break
+    return first or STOP, command

@@ -28,7 +28,11 @@ def check_progress(
         progress = ProgressMonitor(observation.pose, state.active_time_s)
         return replace(state, progress=progress), False
     sample = MotionSample(
-        observation.pose, observation.command, observation.collided, state.active_time_s
+        observation.pose,
+        observation.command,
+        observation.collided,
+        state.active_time_s,
+        observation.blocked,
     )
     progress = state.progress.update(
         sample, params.recovery, front_m=params.costmap.min_clearance_m

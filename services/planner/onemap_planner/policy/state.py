@@ -116,8 +116,9 @@ class Observation:
     """Inputs of one planning step, at ``now_s`` of the planner's monotonic clock.
 
     pose None: no odometry yet; view None: the map has not answered; detections: all since the
-    last step, oldest first; command: the velocity last sent; stale_reason: why the inputs are
-    too old to act on, empty if they are fresh; other_view: of the object of ``name_to_ask``.
+    last step, oldest first; command: the velocity that the plan last asked for; stale_reason: why
+    the inputs are too old to act on, empty if they are fresh; other_view: of the object of
+    ``name_to_ask``; blocked: the costmap did not allow the command, so that the robot stands.
     """
 
     now_s: float
@@ -129,6 +130,7 @@ class Observation:
     detections: tuple[Detections, ...]
     stale_reason: str
     other_view: SearchView | None = None
+    blocked: bool = False
 
 
 @dataclass(frozen=True, slots=True)

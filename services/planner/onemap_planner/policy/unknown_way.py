@@ -121,7 +121,7 @@ def _way_from(
 ) -> CostToGo | None:
     """Costs and ways (nx + 2 pad, ny + 2 pad) from the place; None if nothing leads there."""
     costmap = context.costmap
-    unknown = ~costmap.free & ~costmap.occupied & ~closed
+    unknown = ~costmap.navigable & ~costmap.occupied & ~closed
     unknown &= costmap.clearance_m >= context.params.min_clearance_m
     cost = np.where(unknown, unknown_cost, IMPASSABLE)
     cost = np.where(costmap.passable, costmap.cost, cost)

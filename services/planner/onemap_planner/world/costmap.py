@@ -18,7 +18,8 @@ from onemap_shared.messages import Occupancy
 from onemap_shared.params import Params
 
 IMPASSABLE = -1.0  # MCP_Geometric's mark for cells that no path enters
-RETURN_COST = 4.0  # a metre along the own trail where N is interrupted: the last way to be taken
+RETURN_COST = 10.0  # a metre along the own trail outside N: dearer than any way through N
+RECENT_POINTS = 10  # of the trail, a metre: were they a way back, the robot could creep forwards
 ESCAPE_COST = 5.0  # a metre outside N costs at least five inside, so that it is left soon
 
 
@@ -38,6 +39,12 @@ class CostmapParams(Params):
         ge=0,
         description="Metres kept from obstacles besides the radius: half a map cell.",
     )
+    unknown_overlap_m: float = Field(
+        default=0.1,
+        ge=0,
+        description="Metres by which the footprint may reach over unknown cells: one map cell, "
+        "because along walls and furniture many are seen only in part.",
+    )
     inflation_radius_m: PositiveFloat = Field(
         default=0.55,
         description="Clearance in metres from which on more is no better: half a wide door.",
@@ -51,6 +58,12 @@ class CostmapParams(Params):
         default=1.2,
         description="Metres around a robot outside the navigable map through which it may leave: "
         "a level camera at 1 m sees the floor only from about that far.",
+    )
+    escape_unknown_m: PositiveFloat = Field(
+        default=0.5,
+        description="Metres from floor that was seen, up to which such a robot may cross unknown "
+        "floor, at the speed of driving backwards: where the robot was put down, its camera missed "
+        "a ring about that wide.",
     )
     escape_below_m2: PositiveFloat = Field(
         default=1.0,
@@ -72,7 +85,9 @@ class Costmap:
     of effort per metre driven, >= 1, negative where impassable (passable besides N: the
     robot's own trail, and its surroundings while it has to escape); clearance_m float32: to
     the nearest obstacle's edge, infinity without obstacles; trail_distance_m float32: to where
-    the robot's centre has been.
+    the robot's centre has been; returning bool: the robot's way until a metre ago, which it may
+    drive back slowly; crossable bool: unknown cells that a robot which has to escape may cross
+    slowly. params: the robot's size.
     """
 
     grid: GridSpec
@@ -82,6 +97,9 @@ class Costmap:
     cost: F64
     clearance_m: F32
     trail_distance_m: F32
+    returning: Bool
+    crossable: Bool
+    params: CostmapParams
 
     @property
     def passable(self) -> Bool:
@@ -106,7 +124,7 @@ def build_costmap(
     free = ((map_view.occupancy == Occupancy.FREE) | driven) & ~occupied
     clearance = _distance(occupied) * size - size / 2
     needed = params.min_clearance_m
-    navigable = free & (clearance >= needed)
+    navigable = free & (clearance >= needed) & ~_near_unknown(free | occupied, size, params)
     proximity = np.clip(
         (params.inflation_radius_m - clearance) / (params.inflation_radius_m - needed), 0.0, 1.0
     )
@@ -114,11 +132,19 @@ def build_costmap(
     way_back = ndimage.binary_dilation(_mark(grid, trail_xy), CONNECTIVITY_8)
     way_back &= ~navigable & (clearance >= params.radius_m / 2)
     cost[way_back] = RETURN_COST
+    earlier = _mark(grid, trail_xy[:-RECENT_POINTS])
+    returning = ndimage.binary_dilation(earlier, CONNECTIVITY_8) & (
+        clearance >= params.radius_m / 2
+    )
     robot = grid.cells(robot_xy)
+    crossable = np.zeros_like(free)
     if _component_m2(navigable, robot, map_view.cell_area_m2) < params.escape_below_m2:
         distance = distance_cells(grid, robot) * size
         body = distance <= params.radius_m
         around = (distance <= params.escape_radius_m) & (~occupied | body) & (cost < 0)
+        seen_m = _distance(map_view.occupancy == Occupancy.FREE) * size
+        around &= free | body | (seen_m <= params.escape_unknown_m)
+        crossable = around & ~free & ~occupied
         lack = np.clip((needed - clearance[around]) / needed, 0.0, 2.0)
         cost[around] = ESCAPE_COST * (1.0 + 4.0 * lack)
     return Costmap(
@@ -129,7 +155,21 @@ def build_costmap(
         cost,
         clearance.astype(np.float32),
         trail_distance.astype(np.float32),
+        returning,
+        crossable,
+        params,
     )
+
+
+def _near_unknown(known: Bool, cell_size_m: float, params: CostmapParams) -> Bool:
+    """Mask (nx, ny): the footprint there would reach too far over cells that are not known."""
+    keep = (params.radius_m - params.unknown_overlap_m) / cell_size_m + 0.5
+    reach = int(np.ceil(keep)) - 1
+    if reach < 1:
+        return np.zeros_like(known)
+    x, y = np.ogrid[-reach : reach + 1, -reach : reach + 1]
+    near: Bool = ndimage.binary_dilation(~known, np.hypot(x, y) < keep)
+    return near
 
 
 def _mark(grid: GridSpec, points_xy: F64) -> Bool:

@@ -1,0 +1,163 @@
+"""No command lets the robot's disc come to rest on what the map does not know to be free."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from onemap_planner.motion.collision_monitor import SLACK_M, monitored, stopping_path
+from onemap_planner.motion.motions import STOP, Pose2d
+from onemap_planner.motion.pure_pursuit import limit_acceleration
+from onemap_planner.world.costmap import Costmap
+from onemap_shared.geometry import F64, Bool, Velocity2d
+from onemap_shared.messages import Occupancy
+from tests.planner.drawn_maps import CELL_M, PARAMS, costmap_of, drawn_map
+
+DRIVE, SIZE = PARAMS.drive, PARAMS.costmap
+DT_S = 0.05
+OPEN = drawn_map(*["." * 10] * 10, scale=5)
+
+speeds = st.builds(Velocity2d, st.floats(-0.7, 0.7), st.floats(-1.5, 1.5))
+headings = st.floats(-math.pi, math.pi)
+
+
+def checked(command: Velocity2d, before: Velocity2d, pose: Pose2d, costmap: Costmap) -> Velocity2d:
+    return monitored(command, before, pose, costmap, DRIVE, dt_s=DT_S)
+
+
+def touches(points: F64, cells: Bool, radius_m: float) -> bool:
+    """Whether a disc at one of the points (N, 2) reaches into a cell of the mask (nx, ny)."""
+    return any(
+        max(abs(x - (i + 0.5) * CELL_M) - CELL_M / 2, 0.0) ** 2
+        + max(abs(y - (j + 0.5) * CELL_M) - CELL_M / 2, 0.0) ** 2
+        < (radius_m - 1e-4) ** 2
+        for x, y in points
+        for i, j in np.argwhere(cells)
+    )
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    arrays(np.uint8, (12, 12), elements=st.sampled_from([0, 1, 1, 1, 1, 1, 1, 1, 2])),
+    speeds,
+    headings,
+)
+def test_whatever_is_commanded_the_robot_never_leaves_the_known_free_floor(
+    occupancy: np.ndarray, command: Velocity2d, yaw_rad: float
+) -> None:
+    occupancy[4:8, 4:8] = Occupancy.FREE
+    map_view = replace(drawn_map(*["." * 12] * 12), occupancy=occupancy)
+    costmap = costmap_of(map_view, (0.6, 0.6), SIZE)
+    assume(not costmap.crossable.any())
+    pose, velocity = Pose2d(0.6, 0.6, yaw_rad), STOP
+    unknown = ~(costmap.free | costmap.occupied)
+    for _ in range(30):
+        wanted = limit_acceleration(command, velocity, DT_S, DRIVE)
+        velocity = checked(wanted, velocity, pose, costmap)
+        pose = moved(pose, velocity)
+        ends = np.vstack([[pose.xy], stopping_path(STOP, velocity, pose, DRIVE)])
+        assert not touches(ends, costmap.occupied, SIZE.radius_m - 2 * SLACK_M)
+        assert not touches(ends, unknown, SIZE.radius_m - SIZE.unknown_overlap_m - 2 * SLACK_M)
+
+
+def moved(pose: Pose2d, velocity: Velocity2d) -> Pose2d:
+    """The pose after one control period at this velocity."""
+    yaw = pose.yaw_rad + 0.5 * velocity.angular_radps * DT_S
+    length = velocity.linear_mps * DT_S
+    return Pose2d(
+        pose.x_m + length * math.cos(yaw),
+        pose.y_m + length * math.sin(yaw),
+        pose.yaw_rad + velocity.angular_radps * DT_S,
+    )
+
+
+@given(speeds, speeds, headings)
+@settings(deadline=None)
+def test_in_the_open_every_command_passes(
+    wanted: Velocity2d, before: Velocity2d, yaw_rad: float
+) -> None:
+    command = limit_acceleration(wanted, before, DT_S, DRIVE)
+    costmap = costmap_of(OPEN, (2.5, 2.5), SIZE)
+    assert checked(command, before, Pose2d(2.5, 2.5, yaw_rad), costmap) == command
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("ahead", ["#", " "])
+def test_it_slows_down_and_stops_before_what_is_not_free(direction: int, ahead: str) -> None:
+    rows = (ahead * 10, *["." * 10] * 8, ahead * 10)
+    costmap = costmap_of(drawn_map(*rows, scale=5), (2.5, 2.5), SIZE)
+    pose, velocity, speeds_mps = Pose2d(2.5, 2.5, 0.0), STOP, []
+    for _ in range(400):
+        target = Velocity2d(direction * (0.7 if direction > 0 else 0.15), 0.0)
+        wanted = limit_acceleration(target, velocity, DT_S, DRIVE)
+        velocity = checked(wanted, velocity, pose, costmap)
+        pose = moved(pose, velocity)
+        speeds_mps.append(abs(velocity.linear_mps))
+    keeps_m = SIZE.radius_m if ahead == "#" else SIZE.radius_m - SIZE.unknown_overlap_m
+    gap_m = min(4.5 - pose.x_m, pose.x_m - 0.5)
+    assert keeps_m - SLACK_M - 1e-3 <= gap_m < keeps_m + 0.03
+    assert speeds_mps[-1] < 0.02
+    braking = np.diff(speeds_mps[speeds_mps.index(max(speeds_mps)) :])
+    assert (braking >= -DRIVE.max_linear_mps2 * DT_S - 1e-9).all()
+
+
+def test_before_a_wall_it_turns_in_place() -> None:
+    costmap = costmap_of(drawn_map("." * 10, "#" * 10, scale=5), (0.29, 2.5), SIZE)
+    command = checked(Velocity2d(0.05, 0.15), STOP, Pose2d(0.3199, 2.5, 0.0), costmap)
+    assert command == Velocity2d(0.0, 0.15)
+
+
+def test_a_robot_that_is_too_near_may_only_leave() -> None:
+    costmap = costmap_of(drawn_map("." * 10, "#" * 10, scale=5), (0.35, 2.5), SIZE)
+    towards, away = Pose2d(0.35, 2.5, 0.0), Pose2d(0.35, 2.5, math.pi)
+    assert checked(Velocity2d(0.05, 0.0), STOP, towards, costmap) == STOP
+    assert checked(Velocity2d(-0.05, 0.0), STOP, towards, costmap).linear_mps == -0.05
+    assert checked(Velocity2d(0.05, 0.0), STOP, away, costmap).linear_mps == 0.05
+
+
+def test_the_own_trail_is_followed_slowly_through_a_door_that_noise_narrowed() -> None:
+    map_view = drawn_map(*["......"] * 2, "######", *["......"] * 2, scale=5)
+    map_view.occupancy[10:15, 13:17] = Occupancy.FREE
+    out = np.column_stack([np.linspace(0.55, 1.95, 15), np.full(15, 1.45)])
+    there = np.column_stack([np.full(12, 1.95), np.linspace(1.35, 0.25, 12)])
+    trail = np.vstack([out, there])  # and back to the door
+    pose = Pose2d(1.6, 1.46, math.pi)
+    on_trail = costmap_of(map_view, pose.xy, SIZE, trail_xy=trail)
+    slow, fast = Velocity2d(0.15, 0.0), Velocity2d(0.3, 0.0)
+    assert checked(slow, slow, pose, on_trail) == slow
+    assert checked(fast, fast, pose, on_trail).linear_mps < fast.linear_mps
+    for other in (costmap_of(map_view, pose.xy, SIZE, trail_xy=out[-3:]),):
+        assert pose_after(slow, pose, other).x_m > 1.4
+    assert pose_after(slow, pose, on_trail).x_m < 1.0
+
+
+def test_an_escape_crosses_unseen_floor_slowly_and_not_far() -> None:
+    hole = np.array(OPEN.occupancy)
+    hole[5:20, 5:20] = Occupancy.UNKNOWN
+    near = costmap_of(replace(OPEN, occupancy=hole), (1.0, 1.25), SIZE)
+    assert near.crossable[7, 12]
+    slow, fast, pose = Velocity2d(-0.1, 0.0), Velocity2d(-0.4, 0.0), Pose2d(1.0, 1.25, 0.0)
+    assert checked(slow, slow, pose, near) == slow
+    assert checked(fast, fast, pose, near) != fast
+    nothing = costmap_of(drawn_map(*[" " * 10] * 10, scale=5), (2.5, 2.5), SIZE)
+    assert not nothing.crossable.any()
+    centre = Pose2d(2.5, 2.5, 0.0)
+    for command in (Velocity2d(0.15, 0.0), Velocity2d(-0.15, 0.0)):
+        end = pose_after(command, centre, nothing)
+        assert end.distance_to(centre.xy) < SIZE.radius_m
+
+
+def pose_after(command: Velocity2d, pose: Pose2d, costmap: Costmap) -> Pose2d:
+    """The pose after five seconds of this command, checked."""
+    velocity = STOP
+    for _ in range(100):
+        wanted = limit_acceleration(command, velocity, DT_S, DRIVE)
+        velocity = checked(wanted, velocity, pose, costmap)
+        pose = moved(pose, velocity)
+    return pose
