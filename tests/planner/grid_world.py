@@ -12,7 +12,7 @@ import numpy as np
 
 from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.motions import STOP, Pose2d
-from onemap_planner.motion.velocity_controller import Plan, tracked
+from onemap_planner.motion.velocity_controller import PathTracker, Plan
 from onemap_planner.policy.competition import rival_names
 from onemap_planner.policy.object_order import name_to_ask
 from onemap_planner.policy.state import Decision, Observation, PlannerState
@@ -279,9 +279,8 @@ class SimulatedSearch:
         command = wanted = STOP
         if self.decision is not None and not self.stale_reason and self.state.search.active:
             plan = Plan("", self.decision.motion, self.decision.costmap, self.now_s)
-            wanted, command = tracked(
-                plan, self.world.pose, self.world.velocity, params, dt_s=STEP_S
-            )
+            tracker = PathTracker(params, STEP_S)
+            wanted, command = tracker.velocity(plan, self.world.pose, self.world.velocity)
         self.world.wanted = wanted
         self.world.drive(command, STEP_S)
         self.trace.append(self.world.pose.xy)

@@ -87,3 +87,26 @@ def test_another_map_is_noticed_whatever_its_size(
     assert (after.map_count > inputs.map_count) == another
     exchanged = another and revision > 10  # a restarted mapper still has what was found
     assert (after.exchange_count > inputs.exchange_count) == exchanged
+
+
+def test_the_map_s_period_is_measured_at_its_frames() -> None:
+    state = inputs()
+    for k in range(2, 8):
+        now_s = 10.0 + 0.5 * (k - 1)
+        state = with_odometry(state, odometry(k, int(now_s * SECOND)), now_s)
+        state = with_revision(state, revision(k, int((now_s - 0.3) * SECOND)), now_s)
+    last_s = 13.0
+    assert state.ages(last_s).map_period_s == pytest.approx(0.5)
+    late = with_odometry(state, odometry(9, int((last_s + 3) * SECOND)), last_s + 3)
+    assert late.ages(last_s + 3).map_period_s == pytest.approx(0.5)  # a pause is no slow map
+    awake = with_odometry(state, odometry(9, int((last_s + 0.9) * SECOND)), last_s + 0.9)
+    assert awake.stale_reason(last_s + 0.9, FRESH) == ""
+    assert late.stale_reason(last_s + 3, FRESH) == "the map is 3.0 s old"
+
+
+def test_a_revision_without_a_new_frame_is_not_fresh() -> None:
+    """A search that begins resets a layer: a new revision of an old map."""
+    before = inputs()
+    same = revision(1, 10 * SECOND - SECOND // 10)
+    after = with_revision(before, replace(same, revision=2), 10.6)
+    assert after.ages(10.6).map_s == pytest.approx(0.6)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass, field, replace
 
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.staleness import (
@@ -15,6 +16,7 @@ from onemap_planner.motion.staleness import (
 )
 from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import MapRevision, Odometry
+from onemap_shared.rates import RateMeter
 
 MAX_ODOMETRY_STEP_M = 1.0  # a longer step between two messages: carried or restarted, not driven
 MIN_SPEED_MPS = 0.005  # below this a changing pose is noise, not driving
@@ -25,8 +27,9 @@ class LatestInputs:
     """The newest message of each stream. Times are seconds of the planner's monotonic clock.
 
     collided_s: when a collision was last reported; odometer_m: distance driven since the start;
-    map_version: (revision, frames fused) of the newest map; map_count: different maps so far;
-    exchange_count: of these, those that took the place of another in a running mapper.
+    map_rate: of new frames in the map; map_version: (revision, frames fused) of the newest map;
+    map_count: different maps so far; exchange_count: of these, those that took the place of
+    another in a running mapper.
     """
 
     pose: Pose2d | None = None
@@ -37,10 +40,15 @@ class LatestInputs:
     map_version: tuple[int, int] = (0, 0)
     map_count: int = 0
     exchange_count: int = 0
+    map_rate: RateMeter = field(default_factory=RateMeter)
 
     def ages(self, now_s: float) -> InputAges:
         """Ages of odometry and map at ``now_s``."""
-        return ages(self.odometry, self.revision, now_s)
+        rate_hz = 0.0
+        if self.revision is not None:  # at the last frame: a pause makes the map old, not slow
+            rate_hz = self.map_rate.rate_hz(self.revision.at_s)
+        period_s = 1.0 / rate_hz if rate_hz > 0 else math.inf
+        return ages(self.odometry, self.revision, now_s, period_s)
 
     def stale_reason(self, now_s: float, params: StalenessParams) -> str:
         """Why the robot must stop; empty if it may move."""
@@ -63,19 +71,22 @@ def with_odometry(inputs: LatestInputs, message: Odometry, now_s: float) -> Late
 
 
 def with_revision(inputs: LatestInputs, message: MapRevision, now_s: float) -> LatestInputs:
-    """The inputs with the new revision of the map.
+    """The inputs with the new revision of the map, which is fresh if it holds a new frame.
 
     It is another map (cleared, loaded, or of a restarted mapper) if it holds fewer frames than
     before, or gained more frames than revisions. A restarted mapper counts revisions anew; its
     found objects and their frame are those of before, unlike after clear and load.
     """
-    arrival = Arrival(message.revision, message.stamp_ns, now_s)
+    # A new frame has a new stamp; the revision changes also when a layer is reset.
+    arrival = newest(inputs.revision, Arrival(message.stamp_ns, message.stamp_ns, now_s))
+    fresh = arrival is not inputs.revision
     revisions = message.revision - inputs.map_version[0]
     frames = message.frames_fused - inputs.map_version[1]
     another = inputs.revision is None or frames < 0 or frames > revisions
     return replace(
         inputs,
-        revision=newest(inputs.revision, arrival),
+        revision=arrival,
+        map_rate=inputs.map_rate.with_event(now_s) if fresh else inputs.map_rate,
         map_version=(message.revision, message.frames_fused),
         map_count=inputs.map_count + another,
         exchange_count=inputs.exchange_count + (another and revisions > 0),

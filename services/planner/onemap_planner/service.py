@@ -129,6 +129,7 @@ class Planner:
             search_id=state.search.search_id if state is not None and state.search.active else "",
             pose=self._inputs.pose,
             stale_reason=self._inputs.stale_reason(now_s, self._config.staleness),
+            map_age_s=self._inputs.ages(now_s).map_content_s,
         )
         self._controller, send = self._controller.update(
             self._planning_thread.result.plan,

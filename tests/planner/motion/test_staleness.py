@@ -5,12 +5,19 @@ from math import inf
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_planner.motion.staleness import Arrival, InputAges, ages, newest, stale_reason
+from onemap_planner.motion.staleness import (
+    Arrival,
+    InputAges,
+    ages,
+    map_age_limit_s,
+    newest,
+    stale_reason,
+)
 from tests.planner.drawn_maps import PARAMS
 
 SECOND = 1_000_000_000
 LIMITS = PARAMS.staleness
-AT_THE_LIMIT = InputAges(LIMITS.max_odometry_age_s, LIMITS.max_map_age_s, LIMITS.max_map_lag_s)
+AT_THE_LIMIT = InputAges(LIMITS.max_odometry_age_s, LIMITS.min_map_age_s, 1.0)
 seconds = st.one_of(
     st.floats(0, 3),
     st.sampled_from([inf, *(getattr(AT_THE_LIMIT, n) for n in InputAges.__slots__)]),
@@ -23,8 +30,8 @@ def test_every_age_above_its_limit_stops_the_robot(
 ) -> None:
     exceeded = (
         odometry_s > LIMITS.max_odometry_age_s
-        or map_s > LIMITS.max_map_age_s
-        or map_lag_s > LIMITS.max_map_lag_s
+        or map_s > LIMITS.min_map_age_s
+        or map_lag_s > LIMITS.map_lag_factor * LIMITS.min_map_age_s
     )
     assert bool(stale_reason(InputAges(odometry_s, map_s, map_lag_s), LIMITS)) == exceeded
 
@@ -44,3 +51,23 @@ def test_stamps_that_cannot_be_compared_are_left_alone() -> None:
     wild = ages(Arrival(1, 5 * SECOND, 1.0), Arrival(1, 900 * SECOND, 1.0), 1.0)
     assert wild.map_lag_s == 0.0
     assert stale_reason(wild, LIMITS) == ""
+
+
+@given(st.one_of(st.just(inf), st.floats(0.01, 100)))
+def test_the_age_that_stops_the_robot_follows_the_map_s_period_within_limits(
+    period_s: float,
+) -> None:
+    limit_s = map_age_limit_s(period_s, LIMITS)
+    assert LIMITS.min_map_age_s <= limit_s <= LIMITS.max_map_age_s
+    between = LIMITS.min_map_age_s < limit_s < LIMITS.max_map_age_s
+    assert not between or limit_s == LIMITS.map_periods * period_s
+
+
+def test_a_map_of_two_frames_per_second_does_not_stop_the_robot() -> None:
+    slow = InputAges(0.1, 0.9, 1.3, map_period_s=0.5)
+    assert stale_reason(slow, LIMITS) == ""
+    assert stale_reason(InputAges(0.1, 0.9, 1.3), LIMITS) == "the map is 0.9 s old"
+    assert stale_reason(InputAges(0.1, 1.1, 1.3, map_period_s=0.5), LIMITS)
+    assert stale_reason(InputAges(0.1, 1.6, 1.6, map_period_s=9.0), LIMITS)
+    assert slow.map_content_s == 1.3
+    assert InputAges(0.1, 0.2, 0.0).map_content_s == 0.2

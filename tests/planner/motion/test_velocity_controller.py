@@ -120,3 +120,20 @@ def test_it_stops_before_what_the_costmap_shows_on_the_way() -> None:
     free, _ = updated(before, plan, away)
     assert not free.blocked
     assert free.command == free.wanted
+
+
+def test_on_an_old_map_it_drives_so_slowly_that_it_stops_in_time() -> None:
+    moving = Velocity2d(0.7, 0.0)
+    speeds_mps = []
+    for map_age_s in (0.0, 0.5, 1.0, 1.5, 3.0):
+        controller = VelocityController(moving, at_s=0.95)
+        for k in range(10):
+            inputs = ControllerInputs(1.0 + 0.05 * k, "s", POSE, "", map_age_s=map_age_s)
+            controller, _ = updated(controller, AHEAD, inputs)
+        speed_mps = controller.command.linear_mps
+        speeds_mps.append(speed_mps)
+        stop_m = speed_mps * map_age_s + speed_mps**2 / (2 * PARAMS.drive.max_linear_mps2)
+        assert stop_m <= PARAMS.drive.unseen_stop_m + 1e-6
+    assert speeds_mps == sorted(speeds_mps, reverse=True)
+    assert speeds_mps[1] == PARAMS.drive.max_linear_mps  # two frames per second cost nothing
+    assert 0.2 < speeds_mps[-1] < 0.3

@@ -4,12 +4,17 @@ Age counts from the arrival of a new message on the planner's monotonic clock; l
 repeated messages do not count. Stamps are compared only with each other: odometry and frames
 are both stamped by the robot, so the newest odometry tells the robot's clock, and the age of
 the map's content follows without synchronised clocks.
+
+How old the map may be follows from how often it comes: a slow map is not a dead one. The robot
+drives slower on it, so that it can still stop for what the next revision shows.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 from pydantic import Field, PositiveFloat
 
@@ -20,7 +25,8 @@ MAX_COMPARABLE_LAG_S = 5.0  # more lag on fresh arrivals means a wrong stamp, no
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """The newest message of a stream. sequence: or revision; at_s: time of arrival, seconds."""
+    """The newest message of a stream. sequence: differs for new content; at_s: time of arrival,
+    seconds."""
 
     sequence: int
     stamp_ns: int
@@ -30,17 +36,33 @@ class Arrival:
 class StalenessParams(Params):
     """How old, in seconds, the inputs may be while the robot moves."""
 
+    former_keys: ClassVar[Mapping[str, str]] = {"max_map_lag_s": "map_lag_factor"}
+
     max_odometry_age_s: PositiveFloat = Field(
         default=0.5, description="Seconds since new odometry came: 0.35 m at top speed."
     )
-    max_map_age_s: PositiveFloat = Field(
-        default=0.5,
-        description="Seconds since a new revision of the map came: two updates at 4 Hz.",
+    map_periods: float = Field(
+        default=2.0,
+        ge=1,
+        description="Measured periods of the map after which the robot stops without a new frame "
+        "in it: one may be late or lost.",
     )
-    max_map_lag_s: PositiveFloat = Field(
-        default=1.0,
-        description="Seconds from the capture of the frame the map last took in to the robot's "
-        "clock now: an update period and what rendering, encoding and fusing take on two cores.",
+    min_map_age_s: PositiveFloat = Field(
+        default=0.5,
+        description="Seconds without a new frame in the map that never stop the robot: two "
+        "updates at 4 Hz; also the limit before a period was measured.",
+    )
+    max_map_age_s: PositiveFloat = Field(
+        default=1.5,
+        description="Seconds without a new frame in the map that stop the robot however rarely "
+        "frames come: two of 1.3 per second, fewer are no control.",
+    )
+    map_lag_factor: float = Field(
+        default=2.0,
+        ge=1,
+        description="Age of the map's newest frame, from its capture to the robot's clock now, "
+        "that stops the robot, over the age that the map may have: encoding and fusing take as "
+        "long as the wait for the next frame where they are the slowest step. 1 s at 4 Hz.",
     )
     max_plan_age_s: PositiveFloat = Field(
         default=1.5,
@@ -50,11 +72,19 @@ class StalenessParams(Params):
 
 @dataclass(frozen=True, slots=True)
 class InputAges:
-    """Seconds, infinity before the first message; map_lag_s: robot's clock less the map's stamp."""
+    """Seconds, infinity before the first message; map_lag_s: robot's clock less the map's stamp;
+    map_period_s: between new frames in the map, infinity before it was measured."""
 
     odometry_s: float
     map_s: float
     map_lag_s: float
+    map_period_s: float = math.inf
+
+    @property
+    def map_content_s(self) -> float:
+        """How old what the map shows may become before the next frame, as far as it is known."""
+        period_s = self.map_period_s if math.isfinite(self.map_period_s) else 0.0
+        return max(self.map_s, self.map_lag_s, period_s)
 
 
 def newest(known: Arrival | None, arrival: Arrival) -> Arrival:
@@ -62,7 +92,12 @@ def newest(known: Arrival | None, arrival: Arrival) -> Arrival:
     return known if known is not None and known.sequence == arrival.sequence else arrival
 
 
-def ages(odometry: Arrival | None, revision: Arrival | None, now_s: float) -> InputAges:
+def ages(
+    odometry: Arrival | None,
+    revision: Arrival | None,
+    now_s: float,
+    map_period_s: float = math.inf,
+) -> InputAges:
     """Ages at ``now_s``. The lag is 0 where stamps cannot be compared."""
     odometry_s = now_s - odometry.at_s if odometry else math.inf
     map_s = now_s - revision.at_s if revision else math.inf
@@ -72,16 +107,23 @@ def ages(odometry: Arrival | None, revision: Arrival | None, now_s: float) -> In
         lag_s = (odometry.stamp_ns - revision.stamp_ns) * 1e-9 + odometry_s
         if not 0.0 <= lag_s <= MAX_COMPARABLE_LAG_S:
             lag_s = 0.0
-    return InputAges(odometry_s, map_s, lag_s)
+    return InputAges(odometry_s, map_s, lag_s, map_period_s)
+
+
+def map_age_limit_s(period_s: float, params: StalenessParams) -> float:
+    """Seconds without a new frame in the map that stop the robot, at this measured period."""
+    periods_s = params.map_periods * period_s if math.isfinite(period_s) else 0.0
+    return min(max(periods_s, params.min_map_age_s), params.max_map_age_s)
 
 
 def stale_reason(age: InputAges, params: StalenessParams) -> str:
     """Why the robot must stop, for people; empty if it may move."""
     if age.odometry_s > params.max_odometry_age_s:
         return _age_text("odometry", age.odometry_s)
-    if age.map_s > params.max_map_age_s:
+    limit_s = map_age_limit_s(age.map_period_s, params)
+    if age.map_s > limit_s:
         return _age_text("the map", age.map_s)
-    if age.map_lag_s > params.max_map_lag_s:
+    if age.map_lag_s > params.map_lag_factor * limit_s:
         return f"the map shows the world of {age.map_lag_s:.1f} s ago"
     return ""
 

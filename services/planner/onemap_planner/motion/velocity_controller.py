@@ -6,7 +6,12 @@ from dataclasses import dataclass, replace
 
 from onemap_planner.motion.collision_monitor import monitored
 from onemap_planner.motion.motions import STOP, Motion, Pose2d
-from onemap_planner.motion.pure_pursuit import DriveParams, limit_acceleration, target_velocity
+from onemap_planner.motion.pure_pursuit import (
+    DriveParams,
+    limit_acceleration,
+    speed_on_map_mps,
+    target_velocity,
+)
 from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import Velocity2d
 
@@ -30,13 +35,14 @@ class ControllerInputs:
     """Inputs of one control step.
 
     search_id: of the active search, empty if none is; stale_reason: why the inputs are too old
-    to move on, empty if they are not.
+    to move on, empty if they are not; map_age_s: of what the map shows, seconds.
     """
 
     now_s: float
     search_id: str
     pose: Pose2d | None
     stale_reason: str
+    map_age_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,25 +91,42 @@ class VelocityController:
             stopped = replace(self, command=STOP, wanted=STOP, stops=stops)
             return replace(stopped, at_s=now_s, active_s=now_s), True
         dt_s = min(max(now_s - self.at_s, 0.0), MAX_CONTROL_PERIOD_S)
-        wanted, command = tracked(plan, inputs.pose, self.command, params, dt_s=dt_s)
+        track = PathTracker(params, dt_s, inputs.map_age_s)
+        wanted, command = track.velocity(plan, inputs.pose, self.command)
         moved = replace(self, command=command, wanted=wanted, at_s=now_s, active_s=now_s)
         return moved, True
 
 
-def tracked(
-    plan: Plan, pose: Pose2d, previous: Velocity2d, params: DriveParams, *, dt_s: float
-) -> tuple[Velocity2d, Velocity2d]:
-    """The velocity that tracks the plan, and the one that the costmap allows.
+@dataclass(frozen=True, slots=True)
+class PathTracker:
+    """Tracks a plan ``dt_s`` after the last command, on a map whose content is of that age."""
 
-    Where the arc to the lookahead point is not free, a nearer point is tried: the path itself is.
-    """
-    first: Velocity2d | None = None
-    command = STOP
-    for part in LOOKAHEAD_PARTS:
-        target = target_velocity(plan.motion, pose, plan.costmap, params, lookahead_part=part)
-        wanted = limit_acceleration(target, previous, dt_s, params)
-        command = monitored(wanted, previous, pose, plan.costmap, params, dt_s=dt_s)
-        first = first or wanted
-        if command == wanted:
-            break
-    return first or STOP, command
+    params: DriveParams
+    dt_s: float
+    map_age_s: float = 0.0
+
+    def velocity(
+        self, plan: Plan, pose: Pose2d, previous: Velocity2d
+    ) -> tuple[Velocity2d, Velocity2d]:
+        """The velocity that tracks the plan, and the one that the costmap allows.
+
+        Where the arc to the lookahead point is not free, a nearer point is tried: the path is.
+        """
+        first: Velocity2d | None = None
+        command = STOP
+        slower = self._slowed()
+        for part in LOOKAHEAD_PARTS:
+            target = target_velocity(plan.motion, pose, plan.costmap, slower, lookahead_part=part)
+            wanted = limit_acceleration(target, previous, self.dt_s, self.params)
+            command = monitored(wanted, previous, pose, plan.costmap, self.params, dt_s=self.dt_s)
+            first = first or wanted
+            if command == wanted:
+                break
+        return first or STOP, command
+
+    def _slowed(self) -> DriveParams:
+        """The parameters with the top speed that the age of the map allows."""
+        speed_mps = speed_on_map_mps(self.map_age_s, self.params)
+        if speed_mps >= self.params.max_linear_mps:
+            return self.params
+        return self.params.model_copy(update={"max_linear_mps": speed_mps})
