@@ -102,3 +102,23 @@ def test_it_slows_down_near_walls_and_before_the_end() -> None:
     assert target_velocity(motion, pose, None, DRIVE).linear_mps < 0.7 * free
     close = Pose2d(0.75, 3.8, math.pi / 2)
     assert target_velocity(motion, close, OPEN, DRIVE).linear_mps < free
+
+
+@given(poses, st.floats(-math.pi, math.pi), st.floats(0.5, 3.0))
+def test_the_tighter_the_arc_the_slower(pose: Pose2d, bearing: float, way_m: float) -> None:
+    end = (pose.x_m + way_m * math.cos(bearing), pose.y_m + way_m * math.sin(bearing))
+    motion = Drive(np.array([pose.xy, end]), end)
+    wanted = target_velocity(motion, pose, OPEN, DRIVE)
+    assert wanted.linear_mps >= 0.0
+    assert abs(wanted.linear_mps * wanted.angular_radps) <= DRIVE.max_lateral_mps2 + 1e-6
+    straight = Pose2d(pose.x_m, pose.y_m, bearing)
+    assert wanted.linear_mps <= target_velocity(motion, straight, OPEN, DRIVE).linear_mps + 1e-6
+
+
+def test_with_less_lookahead_it_cuts_a_corner_less() -> None:
+    path = np.array([[1.0, 1.0], [3.0, 1.0], [3.0, 3.5]])
+    pose = Pose2d(2.8, 1.0, 0.0)
+    motion = Drive(path, (3.0, 4.5))
+    near = target_velocity(motion, pose, OPEN, DRIVE, lookahead_part=0.5)
+    assert near.angular_radps == pytest.approx(0.0, abs=1e-6)
+    assert target_velocity(motion, pose, OPEN, DRIVE).angular_radps > 0.1
