@@ -130,7 +130,9 @@ def test_the_own_trail_outside_n_is_dearer_than_any_way_through_n() -> None:
 
 def test_a_footprint_hardly_reaches_over_unknown_cells() -> None:
     map_view = drawn_map(*["......"] * 3, *["      "] * 3, scale=5)
-    costmap = costmap_of(map_view, (0.6, 1.5), PARAMS.costmap)
+    strict = PARAMS.costmap.model_copy(update={"unknown_overlap_m": 0.1})
+    costmap = costmap_of(map_view, (0.6, 1.5), strict)
+    assert costmap_of(map_view, (0.6, 1.5), PARAMS.costmap).navigable[14, 15]
     assert costmap.navigable[13, 15]
     assert costmap.free[14, 15]
     assert not costmap.navigable[14, 15]
