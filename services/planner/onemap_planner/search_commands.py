@@ -9,6 +9,7 @@ import time
 import uuid
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from itertools import accumulate
 
 from onemap_planner.inputs import LatestInputs
@@ -68,8 +69,8 @@ class SearchCommands:
             time.time_ns(),
             Destination.of(request),
             order=request.order,
-            budget=Budget.of(request),
         )
+        search = replace(search, budget=Budget.of(request))
         return self._status_of(self._registry.start(search, synonyms))
 
     def _cancel(self, request: SearchId) -> SearchStatus:

@@ -22,6 +22,7 @@ SERVICE, INSTANCE = "<service>", "<instance>"
 BYTES_PER_LINE = 16
 ENUMERATIONS = (
     messages.SearchKind,
+    messages.SearchOrder,
     messages.SearchState,
     messages.FailureCode,
     messages.Occupancy,

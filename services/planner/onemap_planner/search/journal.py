@@ -123,13 +123,13 @@ def _search(document: Any, now_s: float) -> Search:
         int(document["started_ns"]),
         Destination.of(request),
         order=SearchOrder(document.get("order", SearchOrder.GIVEN.value)),
-        budget=Budget.of(request),
     )
     paused = tuple(
         PausedTarget(**{**entry, "xy": _pair(entry["xy"])}) for entry in document.get("paused", ())
     )
     return replace(
         start,
+        budget=Budget.of(request),
         objects=objects,
         index=index,
         results=results,

@@ -26,9 +26,7 @@ from onemap_planner.search.events import (
     TargetFailed,
 )
 from onemap_planner.search.phases import (
-    NO_BUDGET,
     Approaching,
-    Budget,
     Confirming,
     Destination,
     Driving,
@@ -62,12 +60,11 @@ def new_search(
     destination: Destination | None = None,
     *,
     order: SearchOrder = SearchOrder.GIVEN,
-    budget: Budget = NO_BUDGET,
 ) -> Search:
     """A new search at its first object, or without objects a drive to the destination."""
     start = target_start(stamp)
     search = Search(search_id, objects, 0, Starting(), start, (), "", started_ns)
-    search = replace(search, destination=destination, order=order, budget=budget)
+    search = replace(search, destination=destination, order=order)
     return replace(search, reason=starting(search))
 
 

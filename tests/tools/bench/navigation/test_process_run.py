@@ -86,7 +86,7 @@ def test_an_episode_is_drawn_run_and_named_when_it_fails(
     asked: list[DemoOptions] = []
 
     def demo(options: DemoOptions, console: Console) -> dict[str, Any]:
-        assert console.quiet
+        assert not console.is_terminal
         asked.append(options)
         if len(asked) > 1:
             raise CliError("mapper ended")

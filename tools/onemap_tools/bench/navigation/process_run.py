@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import tempfile
 from dataclasses import asdict, fields, replace
+from io import StringIO
 from math import inf
 from pathlib import Path
 from typing import Any
-
-from rich.console import Console
 
 from onemap_tools.bench.navigation.episode_run import (
     OVERALL_LIMIT,
@@ -25,6 +24,7 @@ from onemap_tools.bench.navigation.episode_run import (
 from onemap_tools.bench.navigation.episodes import NavigationEpisode
 from onemap_tools.bench.navigation.methods import planner_config
 from onemap_tools.bench.navigation.records import EpisodeRecord, Failure, ObjectRecord
+from onemap_tools.cli.terminal import plain_console
 from onemap_tools.demo.run import run
 from onemap_tools.demo.setup import DemoOptions
 from onemap_tools.demo.summary import ObjectSummary
@@ -41,7 +41,7 @@ def run_in_processes(setup: EpisodeSetup) -> EpisodeRecord:
     with tempfile.TemporaryDirectory(prefix="onemap-bench-") as folder:
         options = demo_options(setup, episode, Path(folder) / "run")
         try:
-            document = run(options, Console(quiet=True))
+            document = run(options, plain_console(file=StringIO()))
         except CliError as problem:
             raise ValueError(f"the episode of seed {episode.seed} ended: {problem}") from problem
     return process_record(setup.index, episode, document)
