@@ -62,7 +62,9 @@ def take_in_view(
     return object_order.take_in_view(
         state,
         view,
-        lambda there, seen: update_candidates(there, frames, seen, params.consensus),
+        lambda there, seen: update_candidates(
+            there, frames, seen, params.consensus, near_m=params.goal.view_farthest_m
+        ),
         here,
         params,
     )
