@@ -14,6 +14,7 @@ from onemap_planner.policy.coverage import coverage_of
 from onemap_planner.policy.explanation import explain_candidate, explain_goal
 from onemap_planner.policy.goal_generation import detection_goals, frontier_goals, region_goals
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind, select_goal, successor
+from onemap_planner.policy.left_goals import spent_before_s, with_left
 from onemap_planner.policy.near_views import object_probability
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.place_goals import frontier_goal
@@ -91,12 +92,15 @@ def explore(
         return *_idle(state, context, params), goal_candidates
     motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
     active_goal = _activate(state, goal, params)
+    left = with_left(state, active_goal, params.goal)
     if is_new_goal(state, active_goal):
         state = replace(state, search=explain_goal(state.search, goal, options, params.goal))
     if active_goal.arrived_s is None and arrived(motion, context.pose, params.drive):
         active_goal = replace(active_goal, arrived_s=state.active_time_s)
     active_goal = compared(active_goal, motion, state.active_time_s, goal_candidates)
-    target_state = replace(state.target_state, active_goal=active_goal, idle_since_s=None)
+    target_state = replace(
+        state.target_state, active_goal=active_goal, idle_since_s=None, left=left
+    )
     event = _candidate_reached(state, active_goal, params)
     return replace(state, target_state=target_state), motion, event, goal_candidates
 
@@ -208,7 +212,8 @@ def _unconfirmed(
 def _activate(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveGoal:
     """The active goal: the present one if the goal is the same, else a new one.
 
-    A goal that recedes, as the end of a corridor does, gets a new budget once it is elsewhere.
+    A goal that recedes, as the end of a corridor does, gets a new budget once it is elsewhere; one
+    that the robot comes back to, what is left of its budget.
     """
     active_goal = state.target_state.active_goal
     if (
@@ -218,7 +223,8 @@ def _activate(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveG
     ):
         return replace(active_goal, goal=goal)
     budget_s = params.explore.goal_base_s + params.explore.goal_s_per_m * goal.utility.travel_m
-    return ActiveGoal(goal, state.active_time_s, budget_s, goal.look_xy)
+    spent_s = spent_before_s(state, goal, params)
+    return ActiveGoal(goal, state.active_time_s - spent_s, budget_s, goal.look_xy)
 
 
 def _idle(

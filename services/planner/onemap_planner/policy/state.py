@@ -54,6 +54,22 @@ class ActiveGoal:
 
 
 @dataclass(frozen=True, slots=True)
+class LeftGoal:
+    """A goal that another one was preferred to, and the seconds that were spent on it."""
+
+    goal: Goal
+    spent_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """A viewpoint from which a candidate was not confirmed, and the candidate's place, metres."""
+
+    from_xy: tuple[float, float]
+    place_xyz: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
 class TargetState:
     """State of the search for the present object; the next object begins with an empty one.
 
@@ -61,7 +77,8 @@ class TargetState:
     candidates that were viewed without result. idle_since_s:
     since when there has been no goal, or no viewpoint of the candidate, in active time; None:
     there is one. reconsidered: whether rejected candidates got their second chance already.
-    refuted: similar cells that were searched before the object was put aside.
+    refuted: similar cells that were searched before the object was put aside. left: the last
+    goals that others were preferred to. doubts: viewpoints that did not confirm a candidate.
     """
 
     candidates: tuple[ObjectCandidate, ...] = ()
@@ -72,6 +89,8 @@ class TargetState:
     idle_since_s: float | None = None
     reconsidered: bool = False
     refuted: WorldCells = frozenset()
+    left: tuple[LeftGoal, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
