@@ -9,7 +9,13 @@ from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.competition import FoundObject
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.evidence import update_candidates
-from onemap_planner.policy.state import PlannerState, TargetState, reject_candidate
+from onemap_planner.policy.state import (
+    MAX_LOOKS,
+    Doubt,
+    PlannerState,
+    TargetState,
+    reject_candidate,
+)
 from onemap_planner.world.map_view import WorldCells
 from onemap_shared.messages import Detections, Occupancy
 from tests.planner.drawn_maps import PARAMS
@@ -79,6 +85,26 @@ def test_a_rejected_candidate_does_not_come_back() -> None:
         replace(state, target_state=rejected), (frame(),), seen, PARAMS.consensus, near_m=1.5
     )
     assert after.target_state.candidates == ()
+
+
+@pytest.mark.parametrize(
+    ("looks", "back"),
+    [(((1.0, 1.0),), False), (((3.4, 3.4),), True), (((3.4, 3.4),) * MAX_LOOKS, False)],
+)
+def test_a_rejected_candidate_comes_back_when_it_is_seen_from_another_side(
+    looks: tuple[tuple[float, float], ...], back: bool
+) -> None:
+    seen = similar_to_sofa()
+    state = update_candidates(PlannerState(SEARCH), (frame(),), seen, PARAMS.consensus, near_m=1.5)
+    rejected = TargetState(
+        rejected=state.target_state.candidates,
+        doubts=tuple(Doubt(xy, (2.2, 2.2, 0.5)) for xy in looks),
+    )
+    state = replace(state, target_state=rejected)
+    for _ in range(2):
+        state = update_candidates(state, (frame(),), seen, PARAMS.consensus, near_m=1.5)
+    sightings = [candidate.sightings for candidate in state.target_state.candidates]
+    assert sightings == ([2] if back else [])
 
 
 @pytest.mark.parametrize(("rival", "kept"), [(0.9, 0), (0.7, 1)])

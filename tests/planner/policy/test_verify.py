@@ -9,8 +9,8 @@ import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d, Rest
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.state import PlannerState, TargetState
-from onemap_planner.policy.verify import approach, confirm
+from onemap_planner.policy.state import MAX_LOOKS, PlannerState, TargetState
+from onemap_planner.policy.verify import approach, confirm, doubted_from
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.events import CandidateSelected, Confirmed, Event, Rejected
 from onemap_planner.search.phases import Approaching, Confirming
@@ -40,9 +40,32 @@ def test_enough_new_detections_confirm(more: int, sure: bool) -> None:
     assert event == (Confirmed(now) if sure else None)
 
 
-def test_without_them_it_is_rejected_after_a_while() -> None:
+LATE_S = PARAMS.explore.confirm_s + 0.1
+
+
+def test_without_them_it_is_looked_at_from_other_sides_and_then_rejected() -> None:
     then = candidate(1.7, 1.7)
-    waited = planner_state(then, active_time_s=PARAMS.explore.confirm_s + 0.1)
+    state, looks = planner_state(then, active_time_s=LATE_S), 0
+    here = context()
+    while True:
+        looks += 1
+        state, _, event = confirm(state, Confirming(then, 0.0), here, PARAMS)
+        assert len(state.target_state.doubts) == looks
+        if event == Rejected():
+            break
+        assert event == CandidateSelected(then)
+        tried = doubted_from(state, then, PARAMS)
+        viewpoint_xy = find_viewpoint(then, here, PARAMS.explore.bands_m, tried)
+        assert viewpoint_xy is not None
+        assert min(np.hypot(*np.subtract(viewpoint_xy, xy)) for xy in tried) > 0.5
+        here = replace(here, pose=Pose2d(*viewpoint_xy, 0.0))
+    assert looks == MAX_LOOKS
+    assert state.target_state.rejected == (then,)
+
+
+def test_what_is_hardly_similar_is_rejected_at_once() -> None:
+    then = replace(candidate(1.7, 1.7), similarity=PARAMS.region.threshold - 0.1)
+    waited = planner_state(then, active_time_s=LATE_S)
     after, _, event = confirm(waited, Confirming(then, 0.0), context(), PARAMS)
     assert event == Rejected()
     assert after.target_state.rejected == (then,)

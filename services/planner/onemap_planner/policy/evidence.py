@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from math import dist
 
 from onemap_planner.policy.competition import (
     conflicting_object,
@@ -12,7 +13,7 @@ from onemap_planner.policy.competition import (
 )
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.near_views import with_near_view
-from onemap_planner.policy.state import PlannerState, TargetState
+from onemap_planner.policy.state import MAX_LOOKS, PlannerState, TargetState
 from onemap_planner.world.candidates import (
     ConsensusParams,
     ObjectCandidate,
@@ -22,6 +23,8 @@ from onemap_planner.world.candidates import (
     sightings_of,
 )
 from onemap_shared.messages import Detections
+
+OTHER_SIDE_M = 1.0  # from an earlier viewpoint: at 1 m from an object about 60 degrees
 
 
 def update_candidates(
@@ -93,9 +96,24 @@ def _with_frame(
 
 
 def _is_rejected(sighting: Sighting, target_state: TargetState, params: ConsensusParams) -> bool:
-    """Rejected candidates stay rejected, those with the map's support and those without."""
+    """Rejected candidates stay rejected, those with the map's support and those without.
+
+    A supported one is taken up again when it is seen from a side from which it was not looked at.
+    """
     same = (c for c in target_state.rejected if c.supported == sighting.supported)
-    return _is_any(sighting, same, params)
+    if not _is_any(sighting, same, params):
+        return False
+    if not sighting.supported:
+        return True
+    if _is_any(sighting, target_state.candidates, params):
+        return False
+    looks = [
+        doubt.from_xy
+        for doubt in target_state.doubts
+        if dist(doubt.place_xyz, sighting.xyz) <= params.merge_m
+    ]
+    elsewhere = all(dist(xy, sighting.seen_from) > OTHER_SIDE_M for xy in looks)
+    return not (elsewhere and 0 < len(looks) < MAX_LOOKS)
 
 
 def _is_any(

@@ -11,7 +11,13 @@ from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.near_views import object_probability
 from onemap_planner.policy.params import PlannerParams
-from onemap_planner.policy.state import PlannerState, latest_candidate, reject_candidate
+from onemap_planner.policy.state import (
+    MAX_LOOKS,
+    Doubt,
+    PlannerState,
+    latest_candidate,
+    reject_candidate,
+)
 from onemap_planner.policy.viewpoints import find_viewpoint, surface_distance_m
 from onemap_planner.search.events import Arrived, CandidateSelected, Confirmed, Event, Rejected
 from onemap_planner.search.phases import Approaching, Confirming
@@ -23,9 +29,8 @@ def approach(
 ) -> tuple[PlannerState, Motion, Event | None]:
     """Drive to the viewpoint of the candidate, whose position later sightings refine."""
     candidate = latest_candidate(state, phase.candidate, params.consensus)
-    viewpoint_xy = find_viewpoint(
-        candidate, context, params.explore.bands_m, exhausted_viewpoints(candidate, params)
-    )
+    tried = [*exhausted_viewpoints(candidate, params), *doubted_from(state, candidate, params)]
+    viewpoint_xy = find_viewpoint(candidate, context, params.explore.bands_m, tried)
     if viewpoint_xy is None:
         return _wait_for_path(state, candidate, params)
     state = replace(state, target_state=replace(state.target_state, idle_since_s=None))
@@ -50,8 +55,40 @@ def confirm(
     if agreeing >= params.explore.confirm_sightings and agreeing > contradictions:
         return state, Rest(), _sure(candidate, context, params)
     if state.active_time_s - phase.since_s > params.explore.confirm_s:
-        return reject_candidate(state, candidate), Rest(), Rejected()
+        state, event = _doubt(state, candidate, context, params)
+        return state, Rest(), event
     return state, motion, None
+
+
+def doubted_from(
+    state: PlannerState, candidate: ObjectCandidate, params: PlannerParams
+) -> list[tuple[float, float]]:
+    """Viewpoints, metres, from which the candidate was not confirmed."""
+    return [
+        doubt.from_xy
+        for doubt in state.target_state.doubts
+        if candidate.distance_m(doubt.place_xyz) <= params.consensus.merge_m
+    ]
+
+
+def _doubt(
+    state: PlannerState, candidate: ObjectCandidate, context: PlanningContext, params: PlannerParams
+) -> tuple[PlannerState, Event]:
+    """Look at an unconfirmed candidate from another side, or reject it.
+
+    What stands behind a corner is not detected from where the map, which is flat and blurred,
+    shows a free line of sight.
+    """
+    doubt = Doubt(context.pose.xy, candidate.xyz)
+    doubts = (*state.target_state.doubts, doubt)
+    state = replace(state, target_state=replace(state.target_state, doubts=doubts))
+    tried = doubted_from(state, candidate, params)
+    similar = candidate.similarity >= params.region.threshold
+    if similar and len(tried) < MAX_LOOKS:
+        elsewhere = find_viewpoint(candidate, context, params.explore.bands_m, tried)
+        if elsewhere is not None:
+            return state, CandidateSelected(candidate)
+    return reject_candidate(state, candidate), Rejected()
 
 
 def _sure(candidate: ObjectCandidate, context: PlanningContext, params: PlannerParams) -> Event:
