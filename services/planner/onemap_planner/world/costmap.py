@@ -43,7 +43,7 @@ class CostmapParams(Params):
         default=0.17,
         ge=0,
         description="Metres by which the footprint may reach over unknown cells. 0.17 of 0.2: the "
-        "centre stays on known floor. With 0.1 a doorway seen in part was closed.",
+        "centre stays on known floor; with 0 a door that was seen in part is closed.",
     )
     inflation_radius_m: PositiveFloat = Field(
         default=0.55,
