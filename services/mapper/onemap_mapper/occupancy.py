@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from onemap_mapper.floor import floor_points
+from onemap_mapper.flying_pixels import flying_pixels
 from onemap_mapper.params import OccupancyParams
 from onemap_mapper.point_cloud import PointCloud
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
@@ -54,8 +55,12 @@ class OccupancyUpdate:
 
 
 def occupancy_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpdate:
-    """Evidence of one depth image, thinned to at most ``occupancy_max_rows`` rows."""
+    """Evidence of one depth image, thinned to at most ``occupancy_max_rows`` rows.
+
+    Flying pixels are neither obstacles nor floor.
+    """
     cloud = cloud.strided(-(-cloud.depth_m.shape[0] // params.occupancy_max_rows))
+    cloud = cloud.without(flying_pixels(cloud.depth_m))
     depth_m, points = cloud.depth_m, cloud.points_m
     camera = cloud.camera_m.astype(np.float32)
     rays = points[::RAY_STRIDE, ::RAY_STRIDE][depth_m[::RAY_STRIDE, ::RAY_STRIDE] > 0]

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from onemap_shared.camera import Intrinsics, unproject_to_map
-from onemap_shared.geometry import F32, F64
+from onemap_shared.geometry import F32, F64, Bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +33,13 @@ class PointCloud:
         """The camera's position (3,) in the map frame."""
         position: F64 = self.T_map_camera[:3, 3]
         return position
+
+    def without(self, pixels: Bool) -> PointCloud:
+        """The cloud without return at these pixels (H, W)."""
+        depth_m = np.where(pixels, np.float32(0), self.depth_m)
+        camera_m = self.camera_m.astype(np.float32)
+        points_m = np.where(pixels[..., None], camera_m, self.points_m)
+        return PointCloud(depth_m, points_m, self.T_map_camera)
 
     def strided(self, n: int) -> PointCloud:
         """The cloud of every n-th pixel of every n-th row, without averaging; a view."""
