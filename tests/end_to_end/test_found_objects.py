@@ -48,7 +48,7 @@ class Robot:
         """One image, one pose, one command."""
         sequence = next(self._count)
         self.rig.feed(sofa_ahead(sequence))
-        pose = pose_2d(0.0, 0.0, 0.0)
+        pose = pose_2d(1.0, 0.0, 0.0)  # in reach of the sofa
         self._odometry.put(Odometry(sequence, sofa_ahead(sequence).stamp_ns, pose, 0.0, 0.0))
         self.planner.step(0.0)
         self.planner.step(0.05)
