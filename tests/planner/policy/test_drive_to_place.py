@@ -84,7 +84,7 @@ def test_a_place_in_the_same_room_is_reached() -> None:
 def test_a_place_in_a_room_that_was_never_seen_is_reached_through_its_door() -> None:
     run = drive(in_two_rooms(), place(4.0, 7.0))
     assert outcome(run) is SearchState.ARRIVED
-    assert away_m(run) < 0.2
+    assert away_m(run) < 0.25  # two cells: the place may lie in a cell without room for the robot
     (result,) = run.state.search.results
     assert result.position_m == ()
     assert result.end_xy_m == pytest.approx(run.world.pose.xy, abs=0.05)
