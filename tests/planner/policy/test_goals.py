@@ -6,7 +6,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, select_goal, successor
+from onemap_planner.policy.goals import (
+    MAX_LEFT,
+    RETURN_PART,
+    Goal,
+    GoalKind,
+    GoalUtility,
+    LeftGoal,
+    select_goal,
+    spent_before_s,
+    successor,
+    with_left,
+)
 from tests.planner.drawn_maps import PARAMS
 
 
@@ -70,3 +81,41 @@ def test_a_goal_of_another_kind_or_elsewhere_is_another() -> None:
     assert successor([region, border(10, 40, 50, look_x=4.5)], earlier, PARAMS.goal) is None
     jumped = border(16, 0, 20, look_x=1.2)  # beyond its growth, but at the same place
     assert successor([jumped], earlier, PARAMS.goal) == jumped
+
+
+def test_a_goal_that_another_is_preferred_to_is_kept_with_its_seconds() -> None:
+    before = LeftGoal(goal(0.2), 6.0)
+    assert with_left((), before, goal(0.2, 5.0), PARAMS.goal) == (before,)
+    assert with_left((), before, goal(0.2, 0.2), PARAMS.goal) == ()  # the same, elsewhere
+
+
+def test_a_goal_is_kept_once_and_few_are() -> None:
+    before, earlier = LeftGoal(goal(0.2), 6.0), LeftGoal(goal(0.2, 0.1), 2.0)
+    assert with_left((earlier,), before, goal(0.2, 5.0), PARAMS.goal) == (before,)
+    many = tuple(LeftGoal(goal(0.2, 10.0 + 2 * i), 1.0) for i in range(MAX_LEFT))
+    assert with_left(many, before, goal(0.2, 5.0), PARAMS.goal) == (*many[1:], before)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "spent_s"),
+    [
+        (goal(0.2, 0.3), 6.0 + RETURN_PART * 15.0),
+        (goal(0.2, 3.0), 0.0),
+        (goal(0.2, 0.0, GoalKind.REGION), 0.0),
+    ],
+)
+def test_coming_back_costs_what_was_spent_and_a_part_more(wanted: Goal, spent_s: float) -> None:
+    left = (LeftGoal(goal(0.2), 6.0),)
+    assert spent_before_s(left, wanted, PARAMS.goal, base_s=15.0) == pytest.approx(spent_s)
+
+
+def test_two_goals_that_take_turns_are_over_after_a_few_returns() -> None:
+    left: tuple[LeftGoal, ...] = ()
+    base_s, before, turns = 15.0, LeftGoal(goal(0.2), 1.0), 0
+    while before.spent_s <= base_s:
+        turns += 1
+        wanted = goal(0.2, 5.0 * (turns % 2))
+        left = with_left(left, before, wanted, PARAMS.goal)
+        spent_s = spent_before_s(left, wanted, PARAMS.goal, base_s=base_s)
+        before = LeftGoal(wanted, spent_s + 1.0)
+    assert turns < 10

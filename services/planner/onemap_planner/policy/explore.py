@@ -13,8 +13,16 @@ from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.coverage import coverage_of
 from onemap_planner.policy.explanation import explain_candidate, explain_goal
 from onemap_planner.policy.goal_generation import detection_goals, frontier_goals, region_goals
-from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind, select_goal, successor
-from onemap_planner.policy.left_goals import spent_before_s, with_left
+from onemap_planner.policy.goals import (
+    Goal,
+    GoalCandidates,
+    GoalKind,
+    LeftGoal,
+    select_goal,
+    spent_before_s,
+    successor,
+    with_left,
+)
 from onemap_planner.policy.near_views import object_probability
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.place_goals import frontier_goal
@@ -92,7 +100,7 @@ def explore(
         return *_idle(state, context, params), goal_candidates
     motion = context.drive_to(goal.viewpoint_xy, goal.look_xy)
     active_goal = _activate(state, goal, params)
-    left = with_left(state, active_goal, params.goal)
+    left = _left_goals(state, goal, params)
     if is_new_goal(state, active_goal):
         state = replace(state, search=explain_goal(state.search, goal, options, params.goal))
     if active_goal.arrived_s is None and arrived(motion, context.pose, params.drive):
@@ -223,8 +231,17 @@ def _activate(state: PlannerState, goal: Goal, params: PlannerParams) -> ActiveG
     ):
         return replace(active_goal, goal=goal)
     budget_s = params.explore.goal_base_s + params.explore.goal_s_per_m * goal.utility.travel_m
-    spent_s = spent_before_s(state, goal, params)
+    left, base_s = state.target_state.left, params.explore.goal_base_s
+    spent_s = spent_before_s(left, goal, params.goal, base_s=base_s)
     return ActiveGoal(goal, state.active_time_s - spent_s, budget_s, goal.look_xy)
+
+
+def _left_goals(state: PlannerState, chosen: Goal, params: PlannerParams) -> tuple[LeftGoal, ...]:
+    left, before = state.target_state.left, state.target_state.active_goal
+    if before is None:
+        return left
+    spent_s = state.active_time_s - before.since_s
+    return with_left(left, LeftGoal(before.goal, spent_s), chosen, params.goal)
 
 
 def _idle(

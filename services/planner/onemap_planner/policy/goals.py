@@ -18,6 +18,10 @@ from onemap_shared.params import Params
 GROWTH_CELLS = 2  # by which a border recedes between two plans: 0.2 m at most
 
 
+MAX_LEFT = 8  # goals that were left; more do not take turns
+RETURN_PART = 1 / 3  # of a goal's base time: one that comes and goes has three visits
+
+
 class GoalKind(str, Enum):
     """What a goal is for; the values are those of ``PlannedPath.goal_kind``."""
 
@@ -155,3 +159,40 @@ def _grown(cells: WorldCells) -> WorldCells:
     """The cells and all within ``GROWTH_CELLS`` of them, diagonals included."""
     steps = range(-GROWTH_CELLS, GROWTH_CELLS + 1)
     return frozenset((x + dx, y + dy) for x, y in cells for dx in steps for dy in steps)
+
+
+@dataclass(frozen=True, slots=True)
+class LeftGoal:
+    """A goal that another one was preferred to, and the seconds that were spent on it."""
+
+    goal: Goal
+    spent_s: float
+
+
+def with_left(
+    left: tuple[LeftGoal, ...], before: LeftGoal, chosen: Goal, params: GoalParams
+) -> tuple[LeftGoal, ...]:
+    """The goals that were left, with the one before if ``chosen`` replaces it.
+
+    Two goals may take turns for ever: one that is seen only from some places is preferred there
+    and gone elsewhere. What was spent on a goal is therefore kept when another one is preferred.
+    """
+    if successor([chosen], before.goal, params) is not None:
+        return left
+    others = tuple(each for each in left if not _about_the_same(each.goal, before.goal, params))
+    return (*others, before)[-MAX_LEFT:]
+
+
+def spent_before_s(
+    left: tuple[LeftGoal, ...], goal: Goal, params: GoalParams, *, base_s: float
+) -> float:
+    """Seconds that count as spent on a goal that is taken up: what was, and a part of the base
+    time for each return; 0 for a new one."""
+    for each in left:
+        if _about_the_same(each.goal, goal, params):
+            return each.spent_s + RETURN_PART * base_s
+    return 0.0
+
+
+def _about_the_same(a: Goal, b: Goal, params: GoalParams) -> bool:
+    return a.kind is b.kind and a.looks_at(b.look_xy, params.same_goal_m)

@@ -10,7 +10,7 @@ from onemap_planner.motion.motions import Drive, Motion, Pose2d
 from onemap_planner.motion.progress import ProgressMonitor
 from onemap_planner.policy.competition import NO_SYNONYMS, FoundObject, Synonyms
 from onemap_planner.policy.dead_ends import DeadEnd
-from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind
+from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind, LeftGoal
 from onemap_planner.policy.order_params import OrderMemory
 from onemap_planner.search.phases import Search
 from onemap_planner.world.candidates import ConsensusParams, ObjectCandidate
@@ -51,14 +51,6 @@ class ActiveGoal:
     budget_xy: tuple[float, float]
     arrived_s: float | None = None
     comparison: GoalComparison | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class LeftGoal:
-    """A goal that another one was preferred to, and the seconds that were spent on it."""
-
-    goal: Goal
-    spent_s: float
 
 
 @dataclass(frozen=True, slots=True)
