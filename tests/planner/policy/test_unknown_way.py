@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -74,6 +76,18 @@ def test_floor_that_could_not_be_seen_is_closed() -> None:
     context = context_of(*ROOM)
     closed = visit_counts(context, np.array([[3.7, 4.25]]), 0.5) > 0
     assert frontier(context, (4.5, 1.0), closed) is None
+
+
+def test_the_robot_s_own_trail_is_closed_too_where_it_could_not_see() -> None:
+    context = context_of(*ROOM)
+    found = frontier(context, (4.5, 1.0))
+    assert found is not None
+    passable = np.where(context.costmap.navigable, context.costmap.cost, 10.0)
+    trail = replace(context.costmap, cost=passable)  # all that is not N, as a trail outside it
+    driven = replace(context, costmap=trail)
+    assert frontier(driven, (4.5, 1.0)) is not None
+    everywhere = np.ones(trail.grid.shape, bool)
+    assert frontier(driven, (4.5, 1.0), everywhere) is None
 
 
 def test_visits_are_counted_around_each_point() -> None:

@@ -74,8 +74,8 @@ def frontier_on_way(
 ) -> FrontierOnWay | None:
     """The frontier on the cheapest way to ``within_m`` of a place (metres).
 
-    None if no way leads there, or if it leads over known floor only. closed (nx, ny): unknown
-    floor that the robot could not see into, impassable.
+    None if no way leads there, or if it leads over known floor only. closed (nx, ny): floor that
+    the robot could not see into, impassable unless it is known to be free.
     """
     way = _way_from(np.asarray(xy), context, closed, within_m, unknown_cost)
     if way is None:
@@ -125,6 +125,7 @@ def _way_from(
     unknown &= costmap.clearance_m >= context.params.min_clearance_m
     cost = np.where(unknown, unknown_cost, IMPASSABLE)
     cost = np.where(costmap.passable, costmap.cost, cost)
+    cost[closed & ~_candidates(context)] = IMPASSABLE  # the robot's own trail too
     cost = np.pad(cost, PAD_CELLS, constant_values=unknown_cost)
     ends = _ends(xy, context, cost > 0, within_m)
     if len(ends) == 0:
