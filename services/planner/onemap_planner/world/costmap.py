@@ -132,10 +132,8 @@ def build_costmap(
     way_back = ndimage.binary_dilation(_mark(grid, trail_xy), CONNECTIVITY_8)
     way_back &= ~navigable & (clearance >= params.radius_m / 2)
     cost[way_back] = RETURN_COST
-    earlier = _mark(grid, trail_xy[:-RECENT_POINTS])
-    returning = ndimage.binary_dilation(earlier, CONNECTIVITY_8) & (
-        clearance >= params.radius_m / 2
-    )
+    earlier = ndimage.binary_dilation(_mark(grid, trail_xy[:-RECENT_POINTS]), CONNECTIVITY_8)
+    returning = earlier & (clearance >= params.radius_m / 2)
     robot = grid.cells(robot_xy)
     crossable = np.zeros_like(free)
     if _component_m2(navigable, robot, map_view.cell_area_m2) < params.escape_below_m2:
