@@ -29,6 +29,14 @@ def test_clearance_is_close_to_the_truth_and_never_above_it(x: float, y: float) 
     assert clearance >= truth - 3 * MAP.grid.cell_size_m
 
 
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(x=st.floats(0.1, 3.9), y=st.floats(0.1, 2.9))
+def test_near_an_obstacle_clearance_is_exact(x: float, y: float) -> None:
+    truth = true_clearance(x, y)
+    if 2 * MAP.grid.cell_size_m < truth < 0.45:
+        assert abs(MAP.clearance_m(x, y) - truth) < 1e-6
+
+
 def test_what_lies_above_the_robot_is_no_obstacle() -> None:
     builder = SceneBuilder().add("floor", (0, 0, 0), (4, 3, 2.5), sides=("z-", *WALL_SIDES))
     builder.add("rug", (1, 1, 0), (2, 2, 0.02)).add("lamp", (2, 1, 1.5), (3, 2, 1.8))

@@ -62,5 +62,5 @@ def test_after_a_long_pause_it_has_not_driven_on() -> None:
 
 
 def test_a_start_too_close_to_an_obstacle_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"0\.0\d m from an obstacle; its radius is 0\.2 m"):
+    with pytest.raises(ValueError, match=r"0\.10 m from an obstacle; its radius is 0\.2 m"):
         simulation(RobotState(0.1, 1.0, 0.0))

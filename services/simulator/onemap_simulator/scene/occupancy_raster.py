@@ -31,6 +31,13 @@ def occupied_cells(
     return spec, rasterise(triangles[near], spec, (z_min, z_max))
 
 
+def outline_segments(scene: Scene, z_min: float, z_max: float) -> F64:
+    """Edges (M, 2, 2) in metres, seen from above, of the triangles' parts between the heights."""
+    triangles = scene.vertices[scene.faces].astype(np.float64)
+    heights = (z_min, z_max)
+    return np.concatenate([_clipped_edges(triangles, heights), _cuts(triangles, heights)])
+
+
 def rasterise(triangles: F64, spec: GridSpec, z_range_m: tuple[float, float]) -> Bool:
     """Cells (nx, ny) of the grid touched by triangles (N, 3, 3) clipped to a height range."""
     image = np.zeros(spec.shape, np.uint8)
