@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.motion.motions import Drive, Pose2d, Rest
+from onemap_planner.motion.motions import Drive, Pose2d, Rest, Rotate
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import explore, select_candidate
 from onemap_planner.policy.goals import Goal, GoalKind
@@ -23,6 +23,7 @@ HALF_KNOWN = build_context(
     obstacles_xy=NO_POINTS,
     params=PARAMS.costmap,
 )
+GIVE_UP_S = PARAMS.explore.settle_s + 2 * np.pi / PARAMS.drive.look_around_radps + 0.1
 
 
 @pytest.mark.parametrize(
@@ -77,7 +78,7 @@ def test_not_found_names_what_the_map_did_not_agree_with(hits: int, named: bool)
     rejected = TargetState(rejected=state.target_state.disputed, reconsidered=True)
     state = replace(state, target_state=rejected)
     state, *_ = explore(state, here, PARAMS)
-    later = replace(state, active_time_s=PARAMS.explore.settle_s + 0.1)
+    later = replace(state, active_time_s=GIVE_UP_S)
     _, _, event, _ = explore(later, here, PARAMS)
     assert isinstance(event, Exhausted)
     there = f"detected at (2.5, 2.5) in {hits} of 10 near views"
@@ -151,22 +152,31 @@ def test_a_goal_that_recedes_along_a_corridor_gets_a_new_budget() -> None:
     assert not state.blacklisted_frontiers
 
 
+def test_without_a_goal_the_robot_looks_around_before_it_gives_up() -> None:
+    room, state = context(), planner_state()
+    state, *_ = explore(state, room, PARAMS)
+    turning = replace(state, active_time_s=PARAMS.explore.settle_s + 0.1)
+    _, motion, event, _ = explore(turning, room, PARAMS)
+    assert (motion, event) == (Rotate(), None)
+    _, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), room, PARAMS)
+    assert isinstance(event, Exhausted)
+
+
 def test_without_a_goal_rejected_candidates_are_reconsidered_and_then_the_object_is_given_up() -> (
     None
 ):
     room = context()
-    settle_s = PARAMS.explore.settle_s
     state = planner_state()
     state = replace(
         state, target_state=replace(state.target_state, rejected=(candidate(2.5, 2.5),))
     )
     state, motion, event, _ = explore(state, room, PARAMS)
     assert (motion, event) == (Rest(), None)
-    state, _, event, _ = explore(replace(state, active_time_s=settle_s + 0.1), room, PARAMS)
+    state, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), room, PARAMS)
     assert event is None
     assert state.target_state.reconsidered
     state, *_ = explore(state, room, PARAMS)
-    _, _, event, _ = explore(replace(state, active_time_s=2 * settle_s + 0.2), room, PARAMS)
+    _, _, event, _ = explore(replace(state, active_time_s=2 * GIVE_UP_S), room, PARAMS)
     assert isinstance(event, Exhausted)
     assert "searched everything reachable: 16 m² explored; best match 0.10" in event.reason
 
@@ -185,14 +195,13 @@ def test_floor_that_noise_cut_off_is_searched_for_once_more_and_then_named() -> 
     wary = PARAMS.model_copy(
         update={"explore": PARAMS.explore.model_copy(update={"cut_off_m2": 1.0})}
     )
-    settle_s = PARAMS.explore.settle_s
     state = replace(planner_state(), blacklisted_frontiers=((1.9, 1.0),))
     state, *_ = explore(state, two_rooms, wary)
-    state, _, event, _ = explore(replace(state, active_time_s=settle_s + 0.1), two_rooms, wary)
+    state, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), two_rooms, wary)
     assert event is None
     assert state.blacklisted_frontiers == ()
     state, *_ = explore(state, two_rooms, wary)
-    _, _, event, _ = explore(replace(state, active_time_s=2 * settle_s + 0.2), two_rooms, wary)
+    _, _, event, _ = explore(replace(state, active_time_s=2 * GIVE_UP_S), two_rooms, wary)
     assert isinstance(event, Exhausted)
     assert "m² of floor seen that no way leads to" in event.reason
 

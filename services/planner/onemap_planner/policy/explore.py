@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import pi
 
 import numpy as np
 
-from onemap_planner.motion.motions import Motion, Rest
+from onemap_planner.motion.motions import Motion, Rest, Rotate
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.competition import found_object_at, found_under_other_names
 from onemap_planner.policy.context import PlanningContext
@@ -84,7 +85,7 @@ def with_candidate_choice(
 def explore(
     state: PlannerState, context: PlanningContext, params: PlannerParams
 ) -> tuple[PlannerState, Motion, Event | None, GoalCandidates]:
-    """Drive to the best goal; without one for ``settle_s`` the object counts as not found."""
+    """Drive to the best goal; without one after a look around the object counts as not found."""
     goal_candidates = GoalCandidates(
         find_frontiers(context.map_view, context.costmap, params.frontier),
         find_regions(context.map_view, params.region),
@@ -253,8 +254,11 @@ def _idle(
     state = replace(
         state, target_state=replace(state.target_state, active_goal=None, idle_since_s=since_s)
     )
-    if state.active_time_s - since_s < params.explore.settle_s:
+    idle_s = state.active_time_s - since_s
+    if idle_s < params.explore.settle_s:
         return state, Rest(), None
+    if idle_s < params.explore.settle_s + 2 * pi / params.drive.look_around_radps:
+        return state, Rotate(), None  # whoever stood in a doorway may have left
     cut_off = context.unreachable_m2() >= params.explore.cut_off_m2
     again = state.target_state.rejected or (cut_off and state.blacklisted_frontiers)
     if again and not state.target_state.reconsidered:

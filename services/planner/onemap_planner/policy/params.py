@@ -52,7 +52,9 @@ class ExploreParams(Params):
         description="Seconds at a goal, so that the map fuses it; it is blacklisted afterwards.",
     )
     settle_s: PositiveFloat = Field(
-        default=2.0, description="Seconds without any goal before the object counts as not found."
+        default=2.0,
+        description="Seconds without any goal before the robot looks around for one; without one "
+        "after that the object counts as not found.",
     )
     goal_base_s: PositiveFloat = Field(
         default=15.0, description="Seconds allowed for any goal, turning included."
