@@ -99,6 +99,12 @@ def test_thin_legs_stay() -> None:
     assert state_at(belief, (1.515, 0.315)) == [Occupancy.OCCUPIED]
 
 
+def test_the_low_edge_of_a_shower_tray_is_an_obstacle_from_near() -> None:
+    edge = Box((1.0, -0.5, 0.0), (1.05, 0.5, 0.11))
+    belief = seen((*ROOM, edge), [scenes.pose(x) for x in np.arange(-2.5, -0.5, 0.1)])
+    assert state_at(belief, *((1.025, y) for y in (-0.35, 0.05, 0.35))) == [Occupancy.OCCUPIED] * 3
+
+
 def test_what_moves_away_disappears() -> None:
     belief = seen((*ROOM, COFFEE_TABLE), [scenes.pose(-0.5)] * 20)
     assert state_at(belief, (1.05, 0.0)) == [Occupancy.OCCUPIED]

@@ -35,6 +35,7 @@ MAX_EVIDENCE = 12  # bounded, so that a removed obstacle disappears within twelv
 MIN_EVIDENCE = -4  # and a new one appears within two
 OCCUPIED_THRESHOLD = 3
 MIN_HITS = 2
+EXACT_HEIGHT_M = 2.0  # nearer heights need no slack: an error of 1 degree is 35 mm there
 RAY_STRIDE = 4  # of the thinned image: rays 0.1 m apart at the clearing range
 RAY_STEP = 1.0  # cells between samples: a ray through a voxel's corner seldom clears it
 
@@ -65,7 +66,7 @@ def occupancy_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpd
     camera = cloud.camera_m.astype(np.float32)
     rays = points[::RAY_STRIDE, ::RAY_STRIDE][depth_m[::RAY_STRIDE, ::RAY_STRIDE] > 0]
     samples = ray_samples(camera, rays, params=params)
-    slack = params.height_error_per_m * depth_m
+    slack = params.height_error_per_m * np.where(depth_m > EXACT_HEIGHT_M, depth_m, 0.0)
     z = points[..., 2]
     usable = (depth_m > 0) & (depth_m <= params.occupancy_range_m)
     is_obstacle = (z >= params.obstacle_min_height_m + slack) & (z < params.obstacle_max_height_m)
