@@ -97,7 +97,7 @@ def test_a_new_search_forgets_only_where_was_looked() -> None:
 def test_layers_follow_their_thresholds() -> None:
     belief = mapped(fields())
     layers = belief.layers()
-    confidence = belief.to_grid(belief.store.confidence.numpy())
+    confidence = belief.to_grid(belief.store.explored_confidence.numpy())
     np.testing.assert_array_equal((layers & Layer.OBSERVED) > 0, np.isfinite(confidence))
     explored = np.nan_to_num(1 / confidence, nan=np.inf) < belief.params.explored_variance
     np.testing.assert_array_equal((layers & Layer.EXPLORED) > 0, explored)

@@ -83,7 +83,7 @@ def share(rng: np.random.Generator, cells: np.ndarray, confidence: float = 1.0) 
     count = len(cells)
     c = torch.from_numpy(rng.uniform(0.5, 1.0, count)) * confidence
     F = torch.from_numpy(rng.normal(size=(count, 3)).astype(np.float32))
-    return FeatureShare(cells, F, c, c / 2)
+    return FeatureShare(cells, F, c, c / 2, c / 4)
 
 
 @given(seed=st.integers(0, 2**16))
@@ -96,10 +96,12 @@ def test_taking_out_undoes_putting_in(seed: int) -> None:
     store.put_in(slots, first, revision=1)
     torch.testing.assert_close(store.features(slots), first.features)
     torch.testing.assert_close(store.searched_confidence, first.searched.float())
+    torch.testing.assert_close(store.explored_confidence, first.explored.float())
     store.put_in(slots, second, revision=2)
     assert not store.take_out(slots, second, revision=3).any()
     torch.testing.assert_close(store.features(slots), first.features, atol=0.05, rtol=0)
     torch.testing.assert_close(store.confidence, first.confidence.float())
+    torch.testing.assert_close(store.explored_confidence, first.explored.float())
     assert (store.searched_confidence >= 0).all()
     assert (store.changed_at == 3).all()
 
@@ -126,6 +128,7 @@ def test_more_is_never_taken_than_there_is() -> None:
     assert store.take_out(slots, share(rng, store.cells.copy(), 5.0), revision=2).all()
     assert (store.confidence == 0).all()
     assert (store.searched_confidence == 0).all()
+    assert (store.explored_confidence == 0).all()
 
 
 @given(seed=st.integers(0, 2**16))

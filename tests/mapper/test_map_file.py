@@ -15,7 +15,7 @@ from onemap_mapper.frame_update import compute_update
 from onemap_mapper.map_file import ARRAYS, map_path, read, write
 from onemap_mapper.objects import NO_OBJECTS, to_bytes
 from onemap_mapper.params import ObjectParams
-from onemap_mapper.snapshot import VERSION, MapFileError, MapSnapshot, take
+from onemap_mapper.snapshot import VERSION, MapFileError, MapSnapshot, restore, take
 from tests.mapper import scenes
 from tests.mapper.finds import object_find
 
@@ -63,6 +63,26 @@ def test_found_objects_are_written_with_the_map(taken: MapSnapshot, tmp_path: Pa
     assert read(tmp_path / "b.npz").objects == NO_OBJECTS
 
 
+def test_the_confidence_of_keyframes_is_kept(taken: MapSnapshot, tmp_path: Path) -> None:
+    assert taken.explored is not None
+    fewer = taken.explored * np.float32(0.25)
+    write(dataclasses.replace(taken, explored=fewer), tmp_path / "a.npz")
+    np.testing.assert_array_equal(read(tmp_path / "a.npz").explored, fewer)
+    for damaged in (np.full_like(taken.explored, np.nan), taken.explored[1:], taken.cells):
+        with pytest.raises(MapFileError, match="damaged"):
+            read(rewritten(tmp_path / "a.npz", explored=damaged))
+
+
+def test_a_file_of_a_release_that_counted_all_frames_is_read(
+    taken: MapSnapshot, tmp_path: Path
+) -> None:
+    write(taken, tmp_path / "a.npz")
+    old = read(rewritten(tmp_path / "a.npz", explored=None))
+    assert old.explored is None
+    again = restore(old, PARAMS, encoder_id="", first_revision=1)
+    np.testing.assert_array_equal(again.store.explored_confidence, taken.confidence)
+
+
 def test_damaged_objects_are_refused(taken: MapSnapshot, tmp_path: Path) -> None:
     found = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff", ObjectParams())
     half = np.frombuffer(to_bytes(found)[:-8], np.uint8)
@@ -78,7 +98,7 @@ def test_names_in_the_file_are_those_of_the_format(taken: MapSnapshot, tmp_path:
     with np.load(tmp_path / "a.npz") as archive:
         header = json.loads(str(archive["header"]))
         assert set(archive.files) == {
-            *("header", "cells", "features", "confidence", "searched"),
+            *("header", "cells", "features", "confidence", "searched", "explored"),
             *("driving_cells", "evidence", "clear"),
         }
     assert set(header) == {

@@ -106,11 +106,11 @@ def rig(tmp_path: Path) -> Rig:
     return made
 
 
-def sofa_ahead(sequence: int) -> FeatureField:
+def sofa_ahead(sequence: int, x_m: float = 0.0) -> FeatureField:
     """A frame in which the middle of the image looks like a sofa."""
     features = np.tile(NEUTRAL[0], (6, 8, 1))
     features[2:4, 3:5] = SOFA
-    return scenes.field(sequence, scenes.pose(), features=features)
+    return scenes.field(sequence, scenes.pose(x_m), features=features)
 
 
 def refusal(ask: Callable[[], object]) -> RemoteError:
@@ -179,7 +179,7 @@ def test_the_grid_comes_only_on_request(rig: Rig) -> None:
 
 
 def test_the_view_shows_all_layers(rig: Rig) -> None:
-    rig.feed(*(sofa_ahead(k) for k in range(8)))
+    rig.feed(*(sofa_ahead(k, 0.1 * k) for k in range(8)))
     view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
     assert view.similarity.shape == (0, 0)
     assert set(np.unique(view.occupancy)) == set(Occupancy)

@@ -46,6 +46,7 @@ def test_a_restored_map_is_the_same_map(belief: BeliefMap, dtype: str) -> None:
         (again.store.features(slots), belief.store.features(everything)),
         (again.store.confidence[slots], belief.store.confidence),
         (again.store.searched_confidence[slots], belief.store.searched_confidence),
+        (again.store.explored_confidence[slots], belief.store.explored_confidence),
     )
     for have, want in pairs:
         torch.testing.assert_close(have, want, atol=0, rtol=0)

@@ -10,6 +10,7 @@ import numpy as np
 
 from onemap_mapper.cell_store import CellStore, FeatureShare
 from onemap_mapper.frame_update import FrameUpdate
+from onemap_mapper.keyframes import NO_VIEW, Keyframes, Views
 from onemap_mapper.occupancy import (
     I8,
     OccupancyUpdate,
@@ -51,6 +52,8 @@ class BeliefMap:
         self.clear = TileLayer(np.bool_, 0)
         self.occupancy = TileLayer(np.uint8, Occupancy.UNKNOWN)
         self.start_m: F64 | None = None  # the camera's first position
+        self.newest_views = NO_VIEW  # that the newest frame counted for
+        self._keyframes = Keyframes()
 
     @property
     def dimension(self) -> int:
@@ -68,8 +71,11 @@ class BeliefMap:
         layers = (self.slots, self.evidence, self.clear, self.occupancy)
         return self.store.nbytes + self.tiles.nbytes + sum(layer.nbytes for layer in layers)
 
-    def fuse(self, update: FrameUpdate) -> None:
-        """Fuse one frame. Raises ``FieldRejected`` before anything has changed."""
+    def fuse(self, update: FrameUpdate, views: Views | None = None) -> None:
+        """Fuse one frame. Raises ``FieldRejected`` before anything has changed.
+
+        views: what it counts for if another map of the same frames says so.
+        """
         self._check(update)
         free = self._assumed_free(update)
         self.grow(np.concatenate([update.cells, update.occupancy.cells, free]))
@@ -78,7 +84,15 @@ class BeliefMap:
         self._add_process_noise(update.stamp_ns)
         self.revision += 1
         slots = self.slots_of(update.cells)
-        self.store.fuse(slots, update.features, update.confidence, revision=self.revision)
+        self.newest_views = views or self._keyframes.views(update.T_map_camera, self.params)
+        self._keyframes = self._keyframes.after(update.T_map_camera, self.newest_views)
+        self.store.fuse(
+            slots,
+            update.features,
+            update.confidence,
+            revision=self.revision,
+            views=self.newest_views,
+        )
         self.fuse_occupancy(update.occupancy)
         self._mark_free(free)
         if self.start_m is None:
@@ -143,13 +157,14 @@ class BeliefMap:
     def reset_searched(self) -> None:
         """Reset sigma_E, as a new search begins; features and their variance stay."""
         self.revision += 1
+        self._keyframes = self._keyframes.of_new_search()
         self.store.reset_searched()
 
     def layers(self) -> U8:
         """Bits of ``Layer`` (nx, ny) uint8 over ``grid``."""
         threshold = 1.0 / self.params.explored_variance
         bits = np.full(self.store.count + 1, Layer.OBSERVED, np.uint8)
-        explored = (self.store.confidence > threshold).cpu().numpy()
+        explored = (self.store.explored_confidence > threshold).cpu().numpy()
         searched = (self.store.searched_confidence > threshold).cpu().numpy()
         bits[:-1] |= explored * np.uint8(Layer.EXPLORED) | searched * np.uint8(Layer.SEARCHED)
         bits[NO_SLOT] = 0

@@ -1,4 +1,4 @@
-"""The belief of every observed cell: its feature and its two confidences.
+"""The belief of every observed cell: its feature and its three confidences.
 
 Cells are packed in order of first observation ("slots"), so memory is proportional to the
 observed area. Features lie in blocks, so that growing never copies them.
@@ -14,6 +14,7 @@ import torch
 from torch import Tensor
 
 from onemap_mapper.fusion import fused, gain, with_process_noise
+from onemap_mapper.keyframes import NO_VIEW, ONE_VIEW, Views
 from onemap_shared.geometry import I64, Bool
 
 BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
@@ -27,25 +28,27 @@ class FeatureShare:
     """What some frames contribute to cells.
 
     cells (n, 2) int64 distinct world cells; features (n, D), their confidence-weighted mean, in
-    any precision; confidence and searched (n,) float64, the sums of c and of that since the reset.
+    any precision; confidence, searched and explored (n,) float64, the sums of c, of that of
+    keyframes since the reset, and of that of all keyframes.
     """
 
     cells: I64
     features: Tensor
     confidence: Tensor
     searched: Tensor
+    explored: Tensor
 
     @property
     def nbytes(self) -> int:
         """Bytes of the arrays."""
-        tensors = (self.features, self.confidence, self.searched)
+        tensors = (self.features, self.confidence, self.searched, self.explored)
         return self.cells.nbytes + sum(each.numel() * each.element_size() for each in tensors)
 
     def only(self, chosen: Bool | I64) -> FeatureShare:
         """The share of some of the cells, by mask (n,) or by index."""
         index = torch.from_numpy(chosen)
-        parts = (self.features[index], self.confidence[index], self.searched[index])
-        return FeatureShare(self.cells[chosen], *parts)
+        parts = (self.features, self.confidence, self.searched, self.explored)
+        return FeatureShare(self.cells[chosen], *(part[index] for part in parts))
 
 
 class CellStore:
@@ -56,8 +59,9 @@ class CellStore:
         self.count = 0
         self._device, self._dtype = device, dtype
         self._blocks: list[Tensor] = []
-        # Rows: c, and c since reset. In float64, so that what is taken out again leaves nothing.
-        self._confidence = torch.zeros((2, 0), device=device, dtype=torch.float64)
+        # Rows: c, that of keyframes since the reset, that of all keyframes. In float64, so that
+        # what is taken out again leaves nothing.
+        self._confidence = torch.zeros((3, 0), device=device, dtype=torch.float64)
         self._cells = np.zeros((0, 2), np.int64)
         self._changed_at = np.zeros(0, np.int64)
 
@@ -85,8 +89,13 @@ class CellStore:
 
     @property
     def searched_confidence(self) -> Tensor:
-        """1 / sigma_E^2 (count,) float32 >= 0, since the last reset."""
+        """1 / sigma_E^2 (count,) float32 >= 0, of keyframes since the last reset."""
         return self._confidence[1, : self.count].float()
+
+    @property
+    def explored_confidence(self) -> Tensor:
+        """c (count,) float32 >= 0 of keyframes only."""
+        return self._confidence[2, : self.count].float()
 
     def add(self, cells: I64) -> I64:
         """New slots (n,) for world cells (n, 2) that have none."""
@@ -100,34 +109,49 @@ class CellStore:
             extra = reserved - len(self._cells)
             self._cells = np.concatenate([self._cells, np.zeros((extra, 2), np.int64)])
             self._changed_at = np.concatenate([self._changed_at, np.zeros(extra, np.int64)])
-            grown = self._confidence.new_zeros((2, extra))
+            grown = self._confidence.new_zeros((3, extra))
             self._confidence = torch.cat([self._confidence, grown], dim=1)
         self._cells[slots] = cells
         return slots
 
-    def fuse(self, slots: I64, features: Tensor, confidence: Tensor, *, revision: int) -> None:
-        """Fuse an observation, features (n, D) and confidence (n,) float32, into distinct slots."""
+    def fuse(
+        self,
+        slots: I64,
+        features: Tensor,
+        confidence: Tensor,
+        *,
+        revision: int,
+        views: Views = ONE_VIEW,
+    ) -> None:
+        """Fuse an observation, features (n, D) and confidence (n,) float32, into distinct slots.
+
+        views: how often it counts for searched and explored.
+        """
         index = torch.from_numpy(slots).to(self._device)
         K = gain(self._confidence[0, index], confidence)
         for block, chosen, within in self._by_block(slots):
             table = self._blocks[block]
             mean = fused(table[within].float(), features[chosen], K[chosen].float())
             table[within] = mean.to(self._dtype)
-        self._confidence[:, index] += confidence
+        for row, times in enumerate((1.0, views.searched, views.explored)):
+            if times > 0:
+                self._confidence[row, index] += times * confidence
         self._changed_at[slots] = revision
 
     def share(self, dtype: torch.dtype) -> FeatureShare:
         """A copy of all content, on the CPU, with features in ``dtype``."""
         features = self.features(np.arange(self.count)).cpu().to(dtype)
-        c, searched = self._confidence[:, : self.count].cpu().clone()
-        return FeatureShare(self.cells.copy(), features, c, searched)
+        confidences = self._confidence[:, : self.count].cpu().clone()
+        return FeatureShare(self.cells.copy(), features, *confidences)
 
     def put_in(self, slots: I64, share: FeatureShare, *, revision: int) -> None:
         """Fuse a share into the slots (n,) of its cells."""
         confidence = share.confidence.to(self._device)
-        self.fuse(slots, share.features.to(self._device).float(), confidence, revision=revision)
+        features = share.features.to(self._device).float()
+        self.fuse(slots, features, confidence, revision=revision, views=NO_VIEW)
         index = torch.from_numpy(slots).to(self._device)
-        self._confidence[1, index] += share.searched.to(self._device) - confidence
+        for row, part in enumerate((share.searched, share.explored), start=1):
+            self._confidence[row, index] += part.to(self._device)
 
     def take_out(self, slots: I64, share: FeatureShare, *, revision: int) -> Bool:
         """Undo ``put_in``; returns (n,) bool: nothing remains of the slot, which is now zero.
@@ -144,9 +168,10 @@ class CellStore:
             table = self._blocks[block]
             left = fused(table[within].float(), features[chosen], K[chosen].float())
             table[within] = (left * ~empty[chosen, None]).to(self._dtype)
-        searched = self._confidence[1, index] - share.searched.to(self._device)
         self._confidence[0, index] = torch.where(empty, 0.0, rest)
-        self._confidence[1, index] = torch.where(empty, 0.0, searched.clamp(min=0.0))
+        for row, part in enumerate((share.searched, share.explored), start=1):
+            left = (self._confidence[row, index] - part.to(self._device)).clamp(min=0.0)
+            self._confidence[row, index] = torch.where(empty, 0.0, left)
         self._changed_at[slots] = revision
         emptied: Bool = empty.cpu().numpy()
         return emptied
@@ -202,6 +227,10 @@ class CellStore:
     def set_searched_confidence(self, confidence: Tensor) -> None:
         """Set 1 / sigma_E^2 (count,) of all slots, as loaded from a file."""
         self._confidence[1, : self.count] = confidence.to(self._device)
+
+    def set_explored_confidence(self, confidence: Tensor) -> None:
+        """Set the confidence of keyframes (count,) of all slots, as loaded from a file."""
+        self._confidence[2, : self.count] = confidence.to(self._device)
 
     def _by_block(self, slots: I64) -> Iterator[tuple[int, Tensor, Tensor]]:
         """Per block with some of the slots: its number, their indices, their rows in the block."""

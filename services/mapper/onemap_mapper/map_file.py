@@ -42,6 +42,7 @@ ARRAYS = (
     "clear",
 )
 OBJECTS = "objects"  # only in files of maps with found objects
+EXPLORED = "explored"  # not in files of releases that counted all frames
 
 
 class MapNotFound(MapFileError):
@@ -62,6 +63,8 @@ def write(snapshot: MapSnapshot, path: Path) -> int:
     arrays = {name: getattr(snapshot, name) for name in ARRAYS}
     if snapshot.objects.objects:
         arrays[OBJECTS] = np.frombuffer(to_bytes(snapshot.objects), np.uint8)
+    if snapshot.explored is not None:
+        arrays[EXPLORED] = snapshot.explored
     with replacing(path) as file:
         np.savez(file, header=np.array(json.dumps(asdict(snapshot.header))), **arrays)
     return path.stat().st_size
@@ -89,7 +92,8 @@ def read(path: Path) -> MapSnapshot:
         header = _header(archive, path)
         arrays = {name: archive[name] for name in ARRAYS}
         objects = from_bytes(archive[OBJECTS].tobytes()) if OBJECTS in archive else NO_OBJECTS
-        snapshot = MapSnapshot(header, **arrays, objects=objects)
+        explored = archive.get(EXPLORED, None)
+        snapshot = MapSnapshot(header, **arrays, objects=objects, explored=explored)
     _check_arrays(snapshot, path)
     return snapshot
 
@@ -167,6 +171,10 @@ def _check_arrays(snapshot: MapSnapshot, path: Path) -> None:
         "evidence": ("int8", (m, *snapshot.evidence.shape[-1:])),
         "clear": ("uint8", (m,)),
     }
+    confidences = [snapshot.confidence, snapshot.searched]
+    if snapshot.explored is not None:
+        layout[EXPLORED] = ("float32", (n,))
+        confidences.append(snapshot.explored)
     for name, (dtype, shape) in layout.items():
         array = getattr(snapshot, name)
         if str(array.dtype) != dtype or array.shape != shape:
@@ -174,10 +182,7 @@ def _check_arrays(snapshot: MapSnapshot, path: Path) -> None:
                 f"{path.name} is damaged: {name} is {array.dtype} {array.shape}, "
                 f"expected {dtype} {shape}"
             )
-    finite = all(
-        np.isfinite(array).all()
-        for array in (snapshot.features, snapshot.confidence, snapshot.searched)
-    )
+    finite = all(np.isfinite(array).all() for array in (snapshot.features, *confidences))
     distinct = len(np.unique(snapshot.cells, axis=0)) == n
     if not (finite and distinct and (snapshot.confidence >= 0).all()):
         raise MapFileError(f"{path.name} is damaged: it holds values that no map can hold")

@@ -245,7 +245,21 @@ class MapParams(OccupancyParams, BlurParams, ProjectionParams):
         gt=0,
         description="A cell is explored (and searched) once 1/c falls below this. The released "
         "model gives a pixel s = 0.86 at 2 m, 0.55 at 3 m and 0.26 at 4 m, so 0.5 takes three "
-        "frames at 2 m, four at 3 m, eight at 4 m: seen for a second or two, not in passing.",
+        "views at 2 m, four at 3 m, eight at 4 m: seen for a second or two, not in passing.",
+    )
+    keyframe_m: float = Field(
+        default=0.1,
+        gt=0,
+        le=10,
+        description="m that the camera has to move before another frame counts for explored and "
+        "searched: a cell, less shows nothing new. Twice as much counts as one view.",
+    )
+    keyframe_deg: float = Field(
+        default=5.0,
+        gt=0,
+        le=90,
+        description="Degrees that the camera has to turn before another frame counts for explored "
+        "and searched: a sixteenth of its view. Twice as much counts as one view.",
     )
     process_noise_per_s: float = Field(
         default=0.0,

@@ -49,7 +49,8 @@ class MapSnapshot:
 
     cells (n, 2) int32 world cells with features (n, D), confidence and searched (n,) float32;
     driving_cells (m, 2) int32 with evidence (m, levels + 1) int8 and clear (m,) uint8.
-    objects: what was found.
+    objects: what was found. explored (n,) float32: confidence of keyframes; None in a file of
+    a release that counted all frames.
     """
 
     header: MapHeader
@@ -61,6 +62,7 @@ class MapSnapshot:
     evidence: NDArray[np.int8]
     clear: NDArray[np.uint8]
     objects: ObjectMemory = NO_OBJECTS
+    explored: NDArray[np.float32] | None = None
 
 
 def take(belief: BeliefMap, objects: ObjectMemory = NO_OBJECTS) -> MapSnapshot:
@@ -92,6 +94,7 @@ def take(belief: BeliefMap, objects: ObjectMemory = NO_OBJECTS) -> MapSnapshot:
         evidence=belief.evidence.values[rows],
         clear=belief.clear.values[rows].astype(np.uint8),
         objects=objects,
+        explored=store.explored_confidence.cpu().numpy().copy(),
     )
 
 
@@ -123,6 +126,8 @@ def restore(
         slots = belief.slots_of(cells)
         belief.store.fuse(slots, features.float(), confidence, revision=first_revision)
         belief.store.set_searched_confidence(searched)
+        if snapshot.explored is not None:
+            belief.store.set_explored_confidence(torch.from_numpy(snapshot.explored))
     belief.frames_fused, belief.sequence = header.frames_fused, header.sequence
     belief.stamp_ns = header.stamp_ns
     return belief

@@ -85,7 +85,7 @@ class SubmapStore:
             first = start_m is not None and np.array_equal(start_m, update.camera_m)
             content.start_m = None if first else start_m  # the first frame frees where it stands
             self._active = _Active(content, update.stamp_ns, update.T_map_camera)
-        self._active.content.fuse(update)
+        self._active.content.fuse(update, self._belief.newest_views)
 
     def close(self) -> None:
         """End the current submap, so that the next frame begins another; fix what is too much."""
