@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import psutil
 import pytest
 
 from onemap_shared.runner import PARENT_VARIABLE
@@ -22,6 +23,7 @@ from onemap_tools.processes.launch import (
     child_environment,
     tail,
 )
+from onemap_tools.processes.process_group import ENDED
 
 SOON_S = 20.0  # a deadline for a loaded machine, not a measure
 
@@ -62,12 +64,11 @@ def wait_for_end(processes: Processes, now_s: float) -> ProcessExit:
 
 
 def runs(pid: int) -> bool:
-    """Whether a process exists and is not a zombie."""
+    """Whether a process exists and has not ended."""
     try:
-        state = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
-    except FileNotFoundError:
+        return psutil.Process(pid).status() not in ENDED
+    except psutil.NoSuchProcess:
         return False
-    return state != "Z"
 
 
 @pytest.fixture
@@ -84,6 +85,37 @@ def test_all_are_stopped_with_their_child_processes(folder: Path) -> None:
         assert len(set(pids)) == 4
         assert all(runs(pid) for pid in pids)
     assert not any(runs(pid) for pid in pids)
+
+
+def test_a_child_process_may_end_after_its_parent(folder: Path) -> None:
+    """The parent ends at SIGTERM; its child, which takes until then, is not cut off."""
+    child = (
+        "import os, signal, sys\n"
+        "parent = os.getppid()\n"
+        "def leave(*_):\n"
+        "    while os.getppid() == parent: os.sched_yield()\n"
+        "    print('written', flush=True); sys.exit(0)\n"
+        "signal.signal(signal.SIGTERM, leave)\n"
+        "print('up', flush=True)\n"
+        "signal.pause()\n"
+    )
+    parent = (
+        "import subprocess, sys, time;"
+        f"subprocess.Popen([sys.executable, '-c', {child!r}]); time.sleep(600)"
+    )
+    with Processes([python("parent", parent)], folder) as processes:
+        processes.start()
+        first_line(folder / "parent.log")
+    assert tail(folder / "parent.log").splitlines() == ["up", "written"]
+
+
+def test_a_crash_leaves_no_child_process(folder: Path) -> None:
+    code = PARENT.rsplit("time.sleep", 1)[0] + "sys.exit(3)"
+    with Processes([python("mapper", code)], folder) as processes:
+        processes.start()
+        pids = [int(word) for word in first_line(folder / "mapper.log").split()]
+        assert wait_for_end(processes, now_s=0.0).code == 3
+        assert not any(runs(pid) for pid in pids)
 
 
 def test_a_process_that_ignores_sigterm_is_killed(

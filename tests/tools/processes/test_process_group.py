@@ -9,10 +9,10 @@ import sys
 import time
 
 from onemap_tools.processes.process_group import (
-    group_runs,
+    has_ended,
+    running_groups,
     signal_group,
-    wait_for,
-    wait_for_group,
+    wait_for_groups,
 )
 
 SOON_S = 20.0  # a deadline for a loaded machine, not a measure
@@ -23,9 +23,11 @@ def test_a_zombie_does_not_run() -> None:
     child = subprocess.Popen([sys.executable, "-c", "pass"], start_new_session=True)
     os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
     os.killpg(child.pid, 0)  # still listed
-    assert not group_runs(child.pid)
+    assert has_ended(child)
+    assert running_groups([child.pid]) == frozenset()
     child.wait()
-    assert not group_runs(child.pid)
+    assert has_ended(child)
+    assert running_groups([child.pid]) == frozenset()
 
 
 def test_a_group_runs_as_long_as_one_of_its_processes() -> None:
@@ -40,12 +42,11 @@ def test_a_group_runs_as_long_as_one_of_its_processes() -> None:
     assert leader.stdout is not None
     child = int(leader.stdout.readline())
     leader.wait()
-    assert group_runs(leader.pid)
+    assert running_groups([leader.pid]) == {leader.pid}
     os.kill(child, signal.SIGSTOP)  # a stopped process counts
-    assert group_runs(leader.pid)
+    assert running_groups([leader.pid]) == {leader.pid}
     os.kill(child, signal.SIGKILL)
-    wait_for_group(leader.pid, time.monotonic() + SOON_S)
-    assert not group_runs(leader.pid)
+    assert wait_for_groups([leader.pid], time.monotonic() + SOON_S)
     leader.stdout.close()
 
 
@@ -54,17 +55,18 @@ def test_a_signal_reaches_the_whole_group() -> None:
     leader = subprocess.Popen(
         [sys.executable, "-c", code], stdin=subprocess.PIPE, start_new_session=True
     )
-    signal_group(leader, signal.SIGKILL)
-    wait_for(leader, time.monotonic() + SOON_S)
-    assert leader.returncode == -signal.SIGKILL
-    wait_for_group(leader.pid, time.monotonic() + SOON_S)
-    assert not group_runs(leader.pid)
-    signal_group(leader, signal.SIGTERM)  # none is left: no error
+    signal_group(leader.pid, signal.SIGKILL)
+    assert leader.wait(SOON_S) == -signal.SIGKILL
+    assert wait_for_groups([leader.pid], time.monotonic() + SOON_S)
+    signal_group(leader.pid, signal.SIGTERM)  # none is left: no error
 
 
 def test_the_wait_ends_at_the_deadline() -> None:
-    process = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
-    wait_for(process, time.monotonic())
-    assert process.returncode is None
+    process = subprocess.Popen(
+        [sys.executable, "-c", "input()"], stdin=subprocess.PIPE, start_new_session=True
+    )
+    assert not wait_for_groups([process.pid], time.monotonic())
+    assert not has_ended(process)
     process.kill()
     process.wait()
+    assert wait_for_groups([], time.monotonic())

@@ -19,11 +19,11 @@ from types import TracebackType
 
 from onemap_shared.runner import PARENT_VARIABLE
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
-from onemap_tools.processes.process_group import signal_group, wait_for, wait_for_group
+from onemap_tools.processes.process_group import has_ended, signal_group, wait_for_groups
 
 GRACE_S = 3.0  # from SIGTERM to SIGKILL
 LAST_GRACE_S = 1.0  # the same for the processes that are stopped last
-KILLED_S = 2.0  # from SIGKILL to the end of all processes; milliseconds unless the kernel hangs
+KILLED_S = 10.0  # from SIGKILL to the end of all; milliseconds unless the machine is overloaded
 FIRST_BACKOFF_S, LONGEST_BACKOFF_S = 1.0, 10.0
 HEALTHY_S = 30.0  # a process that ran this long starts with the first backoff again
 TAIL_LINES = 12
@@ -176,13 +176,14 @@ class Processes:
     def collect(self, now_s: float) -> list[ProcessExit]:
         """The exits since the last call; each process is scheduled for a restart after its backoff.
 
+        The child processes that it left are killed: they may hold its port or its files.
         ``now_s`` is ``time.monotonic()``.
         """
         ended = []
         for child in self._children:
-            code = child.process.poll() if child.process is not None else None
-            if code is None:
+            if child.process is None or not has_ended(child.process):
                 continue
+            code = _end_group(child.process)
             child.process = None
             healthy = now_s - child.started_s >= HEALTHY_S
             child.failures = 1 if healthy else child.failures + 1
@@ -200,7 +201,7 @@ class Processes:
     def stop(self) -> None:
         """Terminate all, kill the rest; returns when their child processes have ended too.
 
-        Takes at most 5 s unless the kernel does not end a killed process.
+        Takes at most 5 s, unless killed processes take longer to end.
         """
         first = [child for child in self._children if not child.spec.last]
         last = [child for child in self._children if child.spec.last]
@@ -209,22 +210,26 @@ class Processes:
             for child in group:
                 child.process = child.due_s = None
             for process in running:
-                signal_group(process, signal.SIGTERM)
-            deadline = time.monotonic() + grace_s
+                signal_group(process.pid, signal.SIGTERM)
+            pids = [process.pid for process in running]
+            wait_for_groups(pids, time.monotonic() + grace_s)
+            for pid in pids:  # all of them first, so that they end at once
+                signal_group(pid, signal.SIGKILL)
             for process in running:
-                wait_for(process, deadline)
-            for process in running:
-                signal_group(process, signal.SIGKILL)
-                process.wait()
-            deadline = time.monotonic() + KILLED_S
-            for process in running:
-                wait_for_group(process.pid, deadline)
+                _end_group(process)
 
     def kill(self) -> None:
         """Kill all at once."""
         for child in self._children:
             if child.process is not None:
-                signal_group(child.process, signal.SIGKILL)
+                signal_group(child.process.pid, signal.SIGKILL)
+
+
+def _end_group(process: subprocess.Popen[bytes]) -> int:
+    """Kill what is left of a process's group, wait for its end; returns the exit code."""
+    signal_group(process.pid, signal.SIGKILL)
+    wait_for_groups([process.pid], time.monotonic() + KILLED_S)
+    return process.wait()
 
 
 def tail(log: Path, lines: int = TAIL_LINES) -> str:
