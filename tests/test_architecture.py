@@ -36,6 +36,7 @@ TALKS = {
     "onemap_shared.memory_bus": "the bus inside one process",
     "onemap_shared.transport": "inboxes between the bus's threads and a service",
     "onemap_shared.runner": "the process around a worker",
+    "onemap_shared.watchdog": "watches the process from a thread",
     "onemap_shared.config": "reads files and the environment",
     "onemap_shared.text_embedding": "a call on the bus",
     "onemap_perception.detector_runner": "runs the detector beside the encoder",
@@ -152,6 +153,7 @@ VALUES = {
     "onemap_shared.transport.RemoteError",
     "onemap_shared.config.ConfigError",
     "onemap_shared.runner.StartError",
+    "onemap_shared.watchdog.LoopProgress",
 }
 IMPURE = {
     "anyio",
@@ -168,6 +170,7 @@ IMPURE = {
     "onemap_shared.runner",
     "onemap_shared.text_embedding",
     "onemap_shared.transport",
+    "onemap_shared.watchdog",
     "os",
     "queue",
     "random",

@@ -1,7 +1,7 @@
 """Runs a service process: configuration, logging, bus, heartbeat, signals, systemd.
 
 Calls the worker's ``step`` in a loop and publishes its health once a second. When any thread
-dies, the process ends within seconds: the supervisor's restart is the recovery.
+dies, or the loop hangs, the process ends: the supervisor's restart is the recovery.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from onemap_shared.config import ConfigError, LogConfig, load
 from onemap_shared.keys import heartbeat
 from onemap_shared.messages import Heartbeat
 from onemap_shared.transport import Bus, Health, Worker
+from onemap_shared.watchdog import LoopProgress, watch
 
 C = TypeVar("C", bound=BaseModel)
 LOG = logging.getLogger("onemap.runner")
@@ -103,33 +104,39 @@ def run_service(
     _stop_on_signals(stop)
     watch_parent(stop)
     crashed = _stop_on_dead_threads(stop)
+    progress = LoopProgress()
+    watch(service, progress, stop)  # to the end of the process: what follows may hang too
     instance = uuid.uuid4().hex[:12]
     bus = open_bus(bus_config, service, instance, stop)
     if bus is None:
         return EXIT_OK
+    heartbeats = HeartbeatPublisher(service, instance, bus, progress)
     try:
-        code = _work(service, bus, lambda: build(bus, config), stop, instance)
+        code = _work(heartbeats, lambda: build(bus, config), stop)
     finally:
         bus.close()
     return EXIT_CRASHED if crashed.is_set() else code
 
 
 def _work(
-    service: str, bus: Bus, build: Callable[[], Worker], stop: threading.Event, instance: str
+    heartbeats: HeartbeatPublisher, build: Callable[[], Worker], stop: threading.Event
 ) -> int:
+    service = heartbeats.service
     try:
         worker = build()
     except StartError as problem:
         LOG.error("%s", problem)
         return EXIT_MISUSED
-    heartbeats = HeartbeatPublisher(service, instance, bus, worker)
-    thread = threading.Thread(target=heartbeats.run, args=(stop,), name="heartbeat", daemon=True)
+    thread = threading.Thread(
+        target=heartbeats.run, args=(worker, stop), name="heartbeat", daemon=True
+    )
     thread.start()
-    LOG.info("%s is up (instance %s)", service, instance)
+    LOG.info("%s is up (instance %s)", service, heartbeats.instance)
+    heartbeats.progress.begin()
     try:
         while not stop.is_set():
             worker.step(STEP_S)
-            heartbeats.progress += 1
+            heartbeats.progress.advance()
     except Exception:
         LOG.exception("%s crashed", service)
         return EXIT_CRASHED
@@ -143,15 +150,14 @@ def _work(
 
 @dataclass(slots=True)
 class HeartbeatPublisher:
-    """Publishes the heartbeat of a process; its only mutable state is the loop's progress."""
+    """Publishes the heartbeat of a process."""
 
     service: str
     instance: str
     bus: Bus
-    worker: Worker
-    progress: int = 0
+    progress: LoopProgress
 
-    def run(self, stop: threading.Event) -> None:
+    def run(self, worker: Worker, stop: threading.Event) -> None:
         """Publish health once a second and feed systemd's watchdog while the loop advances.
 
         The last heartbeat is sent when the process stops, so that its end follows a sign of life
@@ -163,10 +169,10 @@ class HeartbeatPublisher:
         seen, advanced_at = -1, time.monotonic()
         while True:
             now = time.monotonic()
-            if self.progress != seen:
-                seen, advanced_at = self.progress, now
+            if self._steps != seen:
+                seen, advanced_at = self._steps, now
             hung_s = now - advanced_at
-            health = self.worker.health()
+            health = worker.health()
             if hung_s > HANG_S:
                 health = Health(
                     ready=False, problem=f"the main loop stands still for {hung_s:.0f} s"
@@ -180,12 +186,16 @@ class HeartbeatPublisher:
                 publisher.put(self._heartbeat(Health(ready=False, problem="it is stopping")))
                 return
 
+    @property
+    def _steps(self) -> int:
+        return self.progress.steps or 0
+
     def _heartbeat(self, health: Health) -> Heartbeat:
         return Heartbeat(
             service=self.service,
             instance=self.instance,
             stamp_ns=time.time_ns(),
-            progress=self.progress,
+            progress=self._steps,
             ready=health.ready,
             problem=health.problem,
             metrics=health.metrics or {},

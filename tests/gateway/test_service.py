@@ -14,7 +14,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.service import GatewayWorker, build
+from onemap_gateway.service import GatewayWorker, HttpServer, build
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import SearchState
@@ -34,6 +34,11 @@ def worker(router: MemoryRouter) -> Iterator[GatewayWorker]:
 def drain(live: ClientConnection) -> None:
     while True:
         live.recv(timeout=WAIT_S)
+
+
+def steps(worker: GatewayWorker, count: int) -> None:
+    for _ in range(count):
+        worker.step(0.01)
 
 
 def client_for(worker: GatewayWorker) -> httpx.Client:
@@ -59,6 +64,24 @@ def test_a_hung_service_is_a_metric(worker: GatewayWorker, monkeypatch: pytest.M
     assert {name: value for name, value in metrics.items() if "hung" in name} == {
         "hung_mapper_s": 7.0
     }
+
+
+def test_an_event_loop_that_hangs_takes_the_process_down(
+    worker: GatewayWorker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("onemap_shared.watchdog.HANG_LIMIT_S", 0.2)
+    hanging, release = threading.Event(), threading.Event()
+
+    async def hang(_server: HttpServer, _counter: int) -> bool:
+        hanging.set()
+        release.wait(WAIT_S)
+        return False
+
+    monkeypatch.setattr(HttpServer, "on_tick", hang)
+    assert hanging.wait(WAIT_S)
+    with pytest.raises(RuntimeError, match="the HTTP server has made no progress"):
+        steps(worker, 1000)
+    release.set()
 
 
 def test_a_search_is_followed_over_the_network(worker: GatewayWorker, router: MemoryRouter) -> None:

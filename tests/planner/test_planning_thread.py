@@ -76,6 +76,29 @@ def test_a_dead_planning_thread_takes_the_process_down(services: SimulatedServic
         services.planner.step(0.0)
 
 
+def steps(services: SimulatedServices, count: int) -> None:
+    for _ in range(count):
+        services.planner.step(0.01)
+
+
+def test_a_planning_thread_that_hangs_takes_the_process_down(
+    services: SimulatedServices, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("onemap_shared.watchdog.HANG_LIMIT_S", 0.2)
+    planning, release = threading.Event(), threading.Event()
+
+    def hang(*_: object) -> None:
+        planning.set()
+        release.wait(20.0)
+
+    monkeypatch.setattr(services.planner._planning_thread, "_plan", hang)
+    services.start("sofa")
+    assert planning.wait(5.0)
+    with pytest.raises(RuntimeError, match="the planning thread has made no progress"):
+        steps(services, 1000)
+    release.set()
+
+
 def found_sofa(services: SimulatedServices) -> None:
     """A search that has found its sofa; no mapper keeps it yet."""
     services.start("sofa")

@@ -22,6 +22,10 @@ import sys, threading, time
 from onemap_shared.params import Params
 from onemap_shared.runner import StartError, run_service
 from onemap_shared.transport import Health
+from onemap_shared import watchdog
+
+if sys.argv[1:]:
+    watchdog.HANG_LIMIT_S = watchdog.STOP_LIMIT_S = float(sys.argv.pop())
 
 class Config(Params):
     mode: str = "good"
@@ -35,13 +39,20 @@ class Worker:
     def step(self, timeout_s):
         if self.mode == "crash":
             raise RuntimeError("out of luck")
+        if self.mode == "hang":
+            threading.Event().wait()
         self.waiting.wait(timeout_s)
     def health(self):
         return Health(ready=True, metrics={"answer": 42.0})
     def close(self):
+        if self.mode == "hang at the end":
+            threading.Event().wait()
         print("closed", flush=True)
 
 def build(bus, config):
+    if config.mode == "hang at the start":
+        print("building", flush=True)
+        threading.Event().wait()
     if config.mode == "unable":
         raise StartError("there is no camera at /dev/video7")
     return Worker(config.mode)
@@ -54,9 +65,12 @@ sys.exit(run_service("mapper", Config, build, check=check))
 """
 
 
-def start(endpoint: str, mode: str = "good", **environment: str) -> subprocess.Popen[str]:
+def start(
+    endpoint: str, mode: str = "good", *, limit_s: float | None = None, **environment: str
+) -> subprocess.Popen[str]:
+    """A service; ``limit_s``: of its watchdog, instead of the real ones."""
     return subprocess.Popen(
-        [sys.executable, "-c", SERVICE],
+        [sys.executable, "-c", SERVICE, *(() if limit_s is None else (str(limit_s),))],
         env={
             **os.environ,
             "ONEMAP__BUS__CONNECT": f"[{endpoint}]",
@@ -99,6 +113,42 @@ def test_a_service_that_dies_exits_within_three_seconds(
     _, stderr = process.communicate(timeout=3 + 3)  # three to import, three to die
     assert process.returncode == 1
     assert message in stderr
+
+
+def test_a_main_loop_that_hangs_ends_its_process(router: Router) -> None:
+    join(router, "gateway").close()  # the router is up
+    process = start(router.endpoint, "hang", limit_s=1.0)
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "mapper ends, to be restarted: its main loop has made no progress for 1 s" in stderr
+    assert "in step" in stderr  # where it stood
+
+
+def test_one_signal_ends_a_service_whose_loop_hangs(router: Router) -> None:
+    bus = join(router, "gateway")
+    beats = bus.subscribe(keys.heartbeat("mapper"), capacity=8)
+    process = start(router.endpoint, "hang", limit_s=3.0)
+    eventually(lambda: beats.take(0.5))
+    process.send_signal(signal.SIGTERM)
+    process.communicate(timeout=60)
+    assert process.returncode == 1
+    bus.close()
+
+
+@pytest.mark.parametrize("mode", ["hang at the start", "hang at the end"])
+def test_one_signal_ends_a_service_that_hangs_elsewhere(router: Router, mode: str) -> None:
+    bus = join(router, "gateway")
+    process = start(router.endpoint, mode, limit_s=1.0)
+    assert process.stdout is not None
+    if mode == "hang at the start":
+        process.stdout.readline()
+    else:
+        eventually(lambda: "mapper" in bus.alive() or None)
+    process.send_signal(signal.SIGTERM)
+    _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "it has not stopped 1 s after it was told to" in stderr
+    bus.close()
 
 
 def test_a_service_that_cannot_start_says_why_in_one_sentence(router: Router) -> None:

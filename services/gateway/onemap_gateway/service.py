@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 
 import uvicorn
 
@@ -17,11 +18,23 @@ from onemap_gateway.http.security import MAX_BODY_BYTES
 from onemap_gateway.present.service_status import hung_for_s
 from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus, Health
+from onemap_shared.watchdog import ThreadCheck
 
 LOG = logging.getLogger("onemap.gateway")
 
 GRACEFUL_SHUTDOWN_S = 1  # open streams end within 0.2 s; connections left are then closed
 JOIN_TIMEOUT_S = 1.5
+
+
+class HttpServer(uvicorn.Server):
+    """Counts the turns of its event loop, ten a second."""
+
+    turns = 0
+
+    async def on_tick(self, counter: int) -> bool:
+        """See ``uvicorn.Server``; returns whether to end."""
+        self.turns += 1
+        return await super().on_tick(counter)
 
 
 class GatewayWorker:
@@ -33,7 +46,7 @@ class GatewayWorker:
         self._cache = StateCache(bus)
         rpc = RpcClient(bus, config.max_concurrent_calls)
         app = create_app(GatewayContext(self._cache, rpc, config))
-        self._server = uvicorn.Server(
+        self._server = HttpServer(
             uvicorn.Config(
                 app,
                 lifespan="off",
@@ -49,14 +62,16 @@ class GatewayWorker:
             target=self._server.run, args=([listener],), name="http", daemon=True
         )
         self._thread.start()
+        self._check_server = ThreadCheck("the HTTP server")
         host = f"[{config.host}]" if ":" in config.host else config.host
         LOG.info("the page is at http://%s:%d", host, self.port)
 
     def step(self, timeout_s: float) -> None:
-        """Wait; raise if the server's thread has ended."""
+        """Wait; raise if the server's thread has ended or stands still."""
         self._thread.join(timeout_s)
         if not self._thread.is_alive():
             raise RuntimeError("the HTTP server ended by itself")
+        self._check_server(self._server.turns, time.monotonic())
 
     def health(self) -> Health:
         """Ready once requests are served; metrics count the messages of each stream."""

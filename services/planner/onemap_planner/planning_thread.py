@@ -92,6 +92,7 @@ class PlanningThread:
         if registry.state is not None:  # a restart does not reset the searched layer
             self._reset_target = _target_key(registry.state.search)
         self.result = PlanningResult()
+        self.turns = 0  # of the thread, also without a search
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="planning", daemon=True)
         self._thread.start()
@@ -125,6 +126,7 @@ class PlanningThread:
                 self._finds.send()
             else:
                 self._plan(state)
+            self.turns += 1
             self._stop.wait(max(self._period_s - (time.monotonic() - began_s), 0.0))
 
     def _plan(self, state: PlannerState) -> None:

@@ -30,6 +30,7 @@ from onemap_shared.transport import (
     Health,
     Worker,
 )
+from onemap_shared.watchdog import ThreadCheck
 
 LOG = logging.getLogger("onemap.planner")
 
@@ -61,12 +62,14 @@ class Planner:
             period_s=1.0 / config.plan_hz,
             now=self._thread_inputs,
         )
+        self._check_planning = ThreadCheck("the planning thread")
         SearchCommands(bus, self._registry, inputs=lambda: self._inputs, status_of=self._status)
 
     def step(self, timeout_s: float) -> None:
         """Take inputs until the next command is due, then send it."""
         if not self._planning_thread.alive:
             raise RuntimeError("the planning thread died")
+        self._check_planning(self._planning_thread.turns, time.monotonic())
         wait_s = min(timeout_s, max(self._next_control_s - time.monotonic(), 0.0))
         odometry = self._odometry.take(wait_s)
         now_s = time.monotonic()
