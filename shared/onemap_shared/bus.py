@@ -20,7 +20,7 @@ from typing import Any, Generic, TypeVar
 import zenoh
 
 from onemap_shared.config import BusConfig
-from onemap_shared.keys import ALL_LIVELINESS, Delivery, Procedure, Topic, liveliness
+from onemap_shared.keys import ALL_LIVELINESS, Delivery, Procedure, Topic, liveliness, router_probe
 from onemap_shared.transport import (
     CALL_TIMEOUT_S,
     Inbox,
@@ -100,11 +100,17 @@ def open_bus(
     return None
 
 
-def run_router(listen: tuple[str, ...], stop: threading.Event, file: Path | None = None) -> None:
+def run_router(
+    listen: tuple[str, ...],
+    stop: threading.Event,
+    file: Path | None = None,
+    routed: Callable[[], None] = lambda: None,
+) -> None:
     """Run the router that all services connect to, until ``stop`` is set.
 
     ``file`` is a Zenoh JSON5 configuration, the one that a ``zenohd`` would read;
-    ``listen`` then replaces its endpoints unless it is empty.
+    ``listen`` then replaces its endpoints unless it is empty. ``routed`` is called about once a
+    second, as long as the router still passes queries on.
     """
     if file is None:
         settings = _settings("router", connect=(), listen=listen)
@@ -112,10 +118,23 @@ def run_router(listen: tuple[str, ...], stop: threading.Event, file: Path | None
         settings = zenoh.Config.from_file(str(file))
         if listen:
             settings.insert_json5("listen/endpoints", json.dumps(list(listen)))
-    with zenoh.open(settings):
+    with zenoh.open(settings) as session:
         LOG.info("router listens on %s", settings.get_json("listen/endpoints"))
-        while not stop.wait(STOP_CHECK_S):
-            pass
+        probe = router_probe(str(session.info.zid()))
+        session.declare_queryable(probe, zenoh.handlers.Callback(_acknowledge, indirect=False))
+        while not stop.is_set():
+            if _answers(session, probe):
+                routed()
+            stop.wait(STOP_CHECK_S)
+
+
+def _acknowledge(query: zenoh.Query) -> None:
+    with query:
+        query.reply(query.key_expr, b"")
+
+
+def _answers(session: zenoh.Session, key: str) -> bool:
+    return any(reply.ok is not None for reply in session.get(key, timeout=CALL_TIMEOUT_S))
 
 
 class ZenohBus:

@@ -90,4 +90,9 @@ def liveliness(service: str, instance: str) -> str:
     return f"health/{service}/alive/{instance}"
 
 
+def router_probe(instance: str) -> str:
+    """The key of the question that a router asks itself, to see whether it routes."""
+    return f"health/router/probe/{instance}"
+
+
 ALL_LIVELINESS = "health/*/alive/*"

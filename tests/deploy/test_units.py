@@ -95,8 +95,8 @@ def test_each_restarts_within_limits_and_is_no_root(name: str) -> None:
     assert service["WantedBy"] == ["onemap.target"]
 
 
-@pytest.mark.parametrize("name", CORE)
-def test_services_notify_and_are_watched(name: str) -> None:
+@pytest.mark.parametrize("name", NAMES)
+def test_all_notify_and_are_watched(name: str) -> None:
     service = unit(name)
     assert service["Type"] == ["notify"]
     assert service["NotifyAccess"] == ["main"]

@@ -16,7 +16,7 @@ import pytest
 
 from onemap_shared import keys
 from onemap_shared import messages as m
-from onemap_shared.bus import open_bus
+from onemap_shared.bus import open_bus, run_router
 from onemap_shared.config import BusConfig
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.transport import Bus, NoReply, QueryTimeout, RemoteError, RequestRejected
@@ -330,3 +330,14 @@ def test_a_fleet_shares_a_router_and_no_names(router: Router) -> None:
     for bus in buses:
         assert bus is not None
         bus.close()
+
+
+def test_a_router_knows_that_it_routes() -> None:
+    stop, turns = threading.Event(), list[int]()
+
+    def routed() -> None:
+        turns.append(1)
+        stop.set()
+
+    run_router((f"tcp/127.0.0.1:{free_port()}",), stop, None, routed)
+    assert turns == [1]

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import socket
+import subprocess
+import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -10,6 +13,7 @@ import pytest
 from onemap_shared.config import ConfigError
 from onemap_tools.errors import EXIT_FAILED, CliError
 from onemap_tools.processes import router
+from onemap_tools.processes.network import any_free_port
 
 Calls = list[tuple[tuple[str, ...], Path | None]]
 
@@ -20,9 +24,14 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
     calls: Calls = []
     monkeypatch.setattr(router, "set_up_logging", lambda *_: None)
     monkeypatch.setattr(router, "watch_parent", lambda _: None)
-    monkeypatch.setattr(
-        router, "run_router", lambda endpoints, stop, file: calls.append((endpoints, file))
-    )
+
+    def run_router(
+        endpoints: tuple[str, ...], _stop: object, file: Path | None, routed: Callable[[], None]
+    ) -> None:
+        routed()
+        calls.append((endpoints, file))
+
+    monkeypatch.setattr(router, "run_router", run_router)
     return calls
 
 
@@ -51,3 +60,18 @@ def test_a_taken_port_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
         with pytest.raises(CliError, match=f"{router.CANNOT_LISTEN} on {endpoint}") as error:
             router.run(None, (endpoint,), None)
     assert error.value.exit_code == EXIT_FAILED
+
+
+def test_a_router_that_no_longer_routes_ends() -> None:
+    code = (
+        "import sys\n"
+        "from onemap_shared import bus, watchdog\n"
+        "from onemap_tools.processes import router\n"
+        "watchdog.HANG_LIMIT_S = 1.0\n"
+        "bus._answers = lambda *_: False\n"
+        "router.run(None, (sys.argv[1],), None)\n"
+    )
+    command = [sys.executable, "-c", code, f"tcp/127.0.0.1:{any_free_port()}"]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert result.returncode == 1
+    assert "router ends, to be restarted: its main loop has made no progress" in result.stderr

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+
+import sdnotify
 
 from onemap_shared.bus import run_router
 from onemap_shared.config import BusConfig, ConfigError, LogConfig, read, section
 from onemap_shared.runner import set_up_logging, watch_parent
+from onemap_shared.watchdog import LoopProgress, watch
 from onemap_tools.errors import CliError
 from onemap_tools.processes.interrupts import interruptible
 
@@ -15,7 +18,7 @@ CANNOT_LISTEN = "The router cannot listen"
 
 
 def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -> None:
-    """Route until SIGINT or SIGTERM.
+    """Route until SIGINT or SIGTERM; ends the process if it no longer routes.
 
     Listens on ``listen``, else on the endpoints of ``zenoh_config``, else on those that the
     services of ``config`` connect to.
@@ -31,11 +34,27 @@ def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -
         raise ConfigError(f"cannot read the router's configuration {zenoh_config}: no such file")
     with interruptible() as stop:
         watch_parent(stop)
+        progress = LoopProgress()
+        progress.begin()
+        watched = watch("router", progress, stop)
         try:
-            run_router(endpoints, stop, zenoh_config)
+            run_router(endpoints, stop, zenoh_config, _notifier(progress))
         except Exception as problem:  # zenoh's exception type is confined to bus.py
             reason = str(problem).split(" at /")[0]
             where = ", ".join(endpoints) or str(zenoh_config)
             raise CliError(
                 f"{CANNOT_LISTEN} on {where}: {reason}. Is another one running there?"
             ) from problem
+        finally:
+            watched.set()
+
+
+def _notifier(progress: LoopProgress) -> Callable[[], None]:
+    """What to do whenever the router has routed: tell the watchdog, ours and systemd's."""
+    systemd = sdnotify.SystemdNotifier()
+
+    def routed() -> None:
+        progress.advance()
+        systemd.notify("READY=1\nWATCHDOG=1")
+
+    return routed
