@@ -42,7 +42,14 @@ EXIT_OK, EXIT_CRASHED, EXIT_MISUSED = 0, 1, 2
 
 
 class StartError(Exception):
-    """The service cannot start as configured; the text is one sentence for the user."""
+    """The service cannot start as configured; the text is one sentence for the user.
+
+    ``temporary``: it may start later as it is configured, as when a port is in use.
+    """
+
+    def __init__(self, sentence: str, *, temporary: bool = False) -> None:
+        super().__init__(sentence)
+        self.temporary = temporary
 
 
 class JsonFormatter(logging.Formatter):
@@ -82,7 +89,8 @@ def run_service(
 ) -> int:
     """Run a service until SIGTERM or SIGINT; returns the exit code.
 
-    0 after a signal, 1 after a crash, 2 when it cannot start as configured. ``check`` looks
+    0 after a signal, 1 after a crash or when it cannot start now, 2 when it cannot start as
+    configured. ``check`` looks
     at what the configuration names, such as files, before the router is waited for; it and
     ``build`` may raise StartError.
     """
@@ -98,8 +106,7 @@ def run_service(
     try:
         check(config)
     except StartError as problem:
-        LOG.error("%s", problem)
-        return EXIT_MISUSED
+        return _refuse_start(problem)
     stop = threading.Event()
     _stop_on_signals(stop)
     watch_parent(stop)
@@ -125,8 +132,7 @@ def _work(
     try:
         worker = build()
     except StartError as problem:
-        LOG.error("%s", problem)
-        return EXIT_MISUSED
+        return _refuse_start(problem)
     thread = threading.Thread(
         target=heartbeats.run, args=(worker, stop), name="heartbeat", daemon=True
     )
@@ -146,6 +152,12 @@ def _work(
         worker.close()
         LOG.info("%s is down", service)
     return EXIT_OK
+
+
+def _refuse_start(problem: StartError) -> int:
+    """Log why the service cannot start; returns 1 if a later start may succeed, else 2."""
+    LOG.error("%s", problem)
+    return EXIT_CRASHED if problem.temporary else EXIT_MISUSED
 
 
 @dataclass(slots=True)

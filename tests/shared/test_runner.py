@@ -53,6 +53,8 @@ def build(bus, config):
     if config.mode == "hang at the start":
         print("building", flush=True)
         threading.Event().wait()
+    if config.mode == "unable now":
+        raise StartError("the port is in use", temporary=True)
     if config.mode == "unable":
         raise StartError("there is no camera at /dev/video7")
     return Worker(config.mode)
@@ -156,6 +158,14 @@ def test_a_service_that_cannot_start_says_why_in_one_sentence(router: Router) ->
     _, stderr = process.communicate(timeout=10)
     assert process.returncode == 2
     assert "there is no camera at /dev/video7" in stderr
+    assert "Traceback" not in stderr
+
+
+def test_a_service_that_cannot_start_now_may_be_started_again(router: Router) -> None:
+    process = start(router.endpoint, "unable now")
+    _, stderr = process.communicate(timeout=10)
+    assert process.returncode == 1
+    assert "the port is in use" in stderr
     assert "Traceback" not in stderr
 
 

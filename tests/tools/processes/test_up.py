@@ -99,13 +99,46 @@ def test_a_wrong_configuration_ends_the_command(tmp_path: Path) -> None:
             until_reported(processes, console)
 
 
-def test_a_restart_that_cannot_listen_ends_the_command(tmp_path: Path) -> None:
+def test_a_router_that_cannot_listen_at_first_ends_the_command(tmp_path: Path) -> None:
     code = f"print({CANNOT_LISTEN!r}, flush=True); raise SystemExit(1)"
     console = Console(file=io.StringIO())
     with Processes([ProcessSpec("router", (sys.executable, "-c", code))], tmp_path) as processes:
         processes.start()
         with pytest.raises(CliError, match=CANNOT_LISTEN):
             until_reported(processes, console)
+
+
+@pytest.mark.parametrize(
+    ("name", "reason", "code"),
+    [
+        ("router", CANNOT_LISTEN, 1),
+        ("gateway", "cannot listen on 127.0.0.1 port 8080", 1),
+        ("planner", "planner.radus is unknown", 2),  # the file was edited while it ran
+    ],
+)
+def test_what_has_run_before_is_started_again_whatever_its_code(
+    tmp_path: Path, name: str, reason: str, code: int
+) -> None:
+    """The first start crashes, the second is refused, the third runs."""
+    script = (
+        "import pathlib, sys, time\n"
+        f"starts = pathlib.Path({str(tmp_path / 'starts')!r})\n"
+        "count = len(starts.read_text()) if starts.exists() else 0\n"
+        "starts.write_text('x' * (count + 1))\n"
+        "if count == 0: sys.exit(1)\n"
+        f"if count == 1: print({reason!r}, flush=True); sys.exit({code})\n"
+        "print('it runs', flush=True); time.sleep(600)\n"
+    )
+    spec = ProcessSpec(name, (sys.executable, "-c", script))
+    with Processes([spec], tmp_path / "logs") as processes:
+        processes.start()
+        until_reported(processes, Console(file=io.StringIO(), width=500))
+        processes.restart(time.monotonic() + 60)
+        report = until_reported(processes, Console(file=io.StringIO(), width=500))
+        assert reason in report
+        assert "It is started again." in report
+        processes.restart(time.monotonic() + 60)
+        eventually(lambda: "it runs" in (tmp_path / "logs" / f"{name}.log").read_text() or None)
 
 
 def test_conflicts_are_reported_with_the_router_and_the_namespace() -> None:

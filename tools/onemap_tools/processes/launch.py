@@ -47,16 +47,20 @@ class ProcessSpec:
 
 @dataclass(frozen=True, slots=True)
 class ProcessExit:
-    """An unexpected exit of a process; ``tail``: the last lines of its log."""
+    """An unexpected exit of a process; ``tail``: the last lines of its log.
+
+    first: it was the first start of this process.
+    """
 
     name: str
     code: int
     log: Path
     tail: str
+    first: bool = False
 
     @property
     def misconfigured(self) -> bool:
-        """Whether it rejected its configuration: a restart would not help."""
+        """Whether it rejected its configuration."""
         return self.code == EXIT_USAGE_ERROR
 
     @property
@@ -77,6 +81,7 @@ class _Child:
     log: Path
     process: subprocess.Popen[bytes] | None = None
     started_s: float = 0.0
+    starts: int = 0
     failures: int = 0
     due_s: float | None = None  # of the next restart
 
@@ -162,6 +167,7 @@ class Processes:
 
     def _start(self, child: _Child) -> None:
         child.due_s = None
+        child.starts += 1
         child.started_s = time.monotonic()
         with child.log.open("ab") as log:
             child.process = subprocess.Popen(
@@ -188,7 +194,8 @@ class Processes:
             healthy = now_s - child.started_s >= HEALTHY_S
             child.failures = 1 if healthy else child.failures + 1
             child.due_s = now_s + backoff_s(child.failures)
-            ended.append(ProcessExit(child.spec.name, code, child.log, tail(child.log)))
+            last_lines, first = tail(child.log), child.starts == 1
+            ended.append(ProcessExit(child.spec.name, code, child.log, last_lines, first))
         return ended
 
     def restart(self, now_s: float) -> list[str]:

@@ -171,13 +171,18 @@ def _run(processes: Processes, url: str, stop: threading.Event, console: Console
 
 
 def supervise(processes: Processes, now_s: float, console: Console) -> None:
-    """Report exits and restart processes; CliError if a restart cannot help."""
+    """Report exits and restart processes; CliError if a restart cannot help.
+
+    That is so at the first start only: for a configuration that is rejected, and for a router
+    whose port another one has taken in between. What has run before is tried again: the port
+    may become free, the file may be corrected.
+    """
     for ended in processes.collect(now_s):
-        if ended.misconfigured:
+        if ended.first and ended.misconfigured:
             raise CliError(exit_report(ended), EXIT_USAGE_ERROR)
-        if CANNOT_LISTEN in ended.tail:  # another router has started in between
+        if ended.first and CANNOT_LISTEN in ended.tail:
             raise CliError(exit_report(ended))
-        console.print(exit_report(ended), style="red")
+        console.print(f"{exit_report(ended)}\nIt is started again.", style="red")
     for name in processes.restart(now_s):
         console.print(f"Started {name} again.")
 

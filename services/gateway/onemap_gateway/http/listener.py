@@ -22,4 +22,7 @@ def listen(host: str, port: int) -> socket.socket:
             errno.EACCES: "ports below 1024 need privileges; choose another with 'gateway.port'",
             errno.EADDRNOTAVAIL: "this machine has no such address; correct 'gateway.host'",
         }.get(problem.errno or 0, f"{problem.strerror or problem}; correct 'gateway.host'")
-        raise StartError(f"cannot listen on {host} port {port}: {reason}") from problem
+        raise StartError(
+            f"cannot listen on {host} port {port}: {reason}",
+            temporary=problem.errno == errno.EADDRINUSE,
+        ) from problem
