@@ -9,7 +9,7 @@ PIP_INSTALL := $(BIN)/pip install --disable-pip-version-check
 # With more than four, the real-time services that the tests start would wait for each other.
 PARALLEL := -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo test extras setup-demo setup-dev format check types unit coverage docs docs-pages clean
+.PHONY: demo test extras setup-demo setup-dev format check types unit coverage chaos docs docs-pages clean
 
 demo: setup-demo
 	$(BIN)/onemap demo $(ARGS)
@@ -58,6 +58,11 @@ unit:
 coverage:
 	$(BIN)/pytest $(PARALLEL) --cov --cov-report=
 	$(BIN)/coverage report --skip-covered --fail-under 95
+
+# Attacks on the running system: test | limit | measured | verdict, and a JSON line at the end.
+# One after the other, since each measures; a quarter of an hour on two cores.
+chaos: setup-dev
+	$(BIN)/pytest tests/chaos -m chaos --quiet $(ARGS)
 
 # The documents as a site, in site/; broken links fail. mkdocs is in no other extra.
 docs: $(VENV)/.docs

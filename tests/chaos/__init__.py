@@ -1,0 +1,1 @@
+"""Attacks on the running system: ``make chaos``. Not part of ``make test``."""

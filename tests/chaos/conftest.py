@@ -1,0 +1,61 @@
+"""Marks every test here ``chaos``, runs them only with ``-m chaos``, and reports at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.chaos.report import BROKEN, SKIPPED, Attack, ChaosResult, json_line, table_lines
+from tests.end_to_end.conftest import system
+
+__all__ = ["system"]  # the fixture: every service and a simulated robot, ready
+
+HERE = Path(__file__).parent
+ROWS = pytest.StashKey[list[ChaosResult]]()
+ATTACK = pytest.StashKey[Attack]()
+
+
+@pytest.fixture
+def attack(request: pytest.FixtureRequest) -> Attack:
+    """Records what a test measured: ``attack.holds(test, limit=, measured=, held=)``."""
+    recorded = Attack()
+    request.node.stash[ATTACK] = recorded
+    return recorded
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark the attacks; deselect them unless the command asks for them."""
+    attacks = [item for item in items if HERE in item.path.parents]
+    for item in attacks:
+        item.add_marker(pytest.mark.chaos)
+    if "chaos" not in str(config.option.markexpr):
+        config.hook.pytest_deselected(items=attacks)
+        items[:] = [item for item in items if item not in attacks]
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+    """Keep the rows of a test; one that ends otherwise is a row of its own."""
+    outcome: Any = yield
+    report: pytest.TestReport = outcome.get_result()
+    if item.get_closest_marker("chaos") is None:
+        return
+    rows = item.config.stash.setdefault(ROWS, [])
+    recorded = item.stash.get(ATTACK, Attack()).rows if report.when == "call" else []
+    rows += recorded
+    if report.skipped and isinstance(report.longrepr, tuple):
+        rows.append(ChaosResult(item.name, "", report.longrepr[2], SKIPPED))
+    elif report.failed and not any(row.verdict == BROKEN for row in recorded):
+        reason = report.longreprtext.strip().splitlines()
+        rows.append(ChaosResult(item.name, "", reason[-1][:120] if reason else "", BROKEN))
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """The table and, as the last line, the JSON object."""
+    rows = config.stash.get(ROWS, [])
+    if rows:
+        print("\n".join(("", *table_lines(rows), json_line(rows))))
