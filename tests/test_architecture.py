@@ -42,6 +42,7 @@ TALKS = {
     "onemap_perception.detector_runner": "runs the detector beside the encoder",
     "onemap_perception.model_store": "asks the model hub and its cache",
     "onemap_perception.onnx": "tells onnxruntime through the environment to be quiet",
+    "onemap_perception.text.text_encoder": "a cache that threads share",
     "onemap_mapper.object_keeper": "answers the bus's threads",
     "onemap_mapper.pose_graph_follower": "moves submaps for a limited time, and logs",
     "onemap_mapper.text_cache": "a cache that the bus's threads share",

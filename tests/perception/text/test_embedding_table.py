@@ -86,3 +86,15 @@ def test_damaged_tables_are_refused_with_their_path(tmp_path: Path) -> None:
     np.savez(tmp_path / "words.npz", words=np.array([{}], dtype=object), embeddings=ROWS)
     with pytest.raises(ValueError, match="cannot read the word table"):
         load_table(tmp_path)
+
+
+def test_all_words_outside_the_table_are_embedded_at_once() -> None:
+    asked: list[list[str]] = []
+
+    def embed(texts: Sequence[str]) -> F32:
+        asked.append(list(texts))
+        return ROWS[: len(texts)]
+
+    rows = table(embed).embed(["spoon", "sofa", "fork", "the spoon"])
+    np.testing.assert_array_equal(rows, ROWS[[0, 2, 1, 0]])
+    assert asked == [["spoon", "fork"]]

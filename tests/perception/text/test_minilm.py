@@ -12,7 +12,15 @@ from safetensors.numpy import save_file
 from tokenizers import Tokenizer, models, pre_tokenizers
 from torch.nn import functional
 
-from onemap_perception.text.minilm import DIM, HEADS, LAYERS, MiniLm, find_model_folder, gelu
+from onemap_perception.text.minilm import (
+    DIM,
+    HEADS,
+    LAYERS,
+    MiniLm,
+    find_model_folder,
+    gelu,
+    token_batches,
+)
 from onemap_shared.geometry import F32
 
 WORDS = {"[UNK]": 0, "a": 1, "sofa": 2, "lamp": 3}
@@ -132,3 +140,19 @@ def test_the_table_that_ships_was_made_by_it() -> None:
     table = load_table(SHIPPED)
     fresh = MiniLm(folder).embed([prompt.format(word) for word in words])
     np.testing.assert_allclose((table.embed(words) * fresh).sum(axis=1), 1, atol=1e-3)
+
+
+def test_several_texts_at_once_are_embedded_as_each_alone(tmp_path: Path) -> None:
+    folder, _ = model_folder(tmp_path)
+    model = MiniLm(folder)
+    texts = ["a sofa", "lamp", "a lamp a sofa", "sofa sofa", "a"]
+    alone = np.concatenate([model.embed([text]) for text in texts])
+    np.testing.assert_allclose(model.embed(texts), alone, atol=1e-5)
+
+
+def test_batches_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("onemap_perception.text.minilm.MAX_BATCH_TOKENS", 5)
+    texts = [np.zeros(length, int) for length in (2, 3, 1, 9, 4)]
+    batches = token_batches(texts)
+    assert [[len(text) for text in batch] for batch in batches] == [[2, 3], [1], [9], [4]]
+    assert token_batches([]) == []

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -31,3 +33,23 @@ def test_the_least_recently_used_text_is_evicted() -> None:
 def test_a_list_longer_than_the_cache_is_answered_whole() -> None:
     texts = CachedTextEncoder(lambda ps: np.ones((len(ps), 3), np.float32), prompt="{}", capacity=2)
     assert texts([f"w{i}" for i in range(9)]).shape == (9, 3)
+
+
+def test_threads_that_ask_for_the_same_text_embed_it_once() -> None:
+    asked: list[str] = []
+    together = threading.Barrier(4)
+
+    def embed(prompts: Sequence[str]) -> F32:
+        asked.extend(prompts)
+        return np.ones((len(prompts), 3), np.float32)
+
+    texts = CachedTextEncoder(embed, prompt="{}", capacity=8)
+
+    def ask(_: int) -> F32:
+        together.wait(20)
+        return texts(["sofa"])
+
+    with ThreadPoolExecutor(4) as pool:
+        rows = list(pool.map(ask, range(4)))
+    assert asked == ["sofa"]
+    assert all(row.shape == (1, 3) for row in rows)

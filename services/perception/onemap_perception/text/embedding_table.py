@@ -38,7 +38,12 @@ class EmbeddingTable:
         unknown = [text for text in texts if not self.can_embed(text)]
         if unknown:
             raise self.unknown_word_error(dict.fromkeys(unknown, ()))
-        return np.stack([self._row(normalised(text)) for text in texts])
+        words = [normalised(text) for text in texts]
+        rows = {word: self._find(word) for word in words}
+        missing = [word for word, row in rows.items() if row is None]
+        if missing and self._fallback is not None:
+            rows.update(zip(missing, self._fallback(missing), strict=True))
+        return np.stack([row for word in words if (row := rows[word]) is not None])
 
     def can_embed(self, text: str) -> bool:
         """Whether ``embed`` takes this text."""
@@ -54,14 +59,6 @@ class EmbeddingTable:
             if row is not None:
                 return row
         return None
-
-    def _row(self, word: str) -> F32:
-        row = self._find(word)
-        if row is not None:
-            return row
-        assert self._fallback is not None
-        embedded: F32 = self._fallback([word])[0]
-        return embedded
 
     def unknown_word_error(self, unknown: Mapping[str, tuple[str, ...]]) -> UnknownWordError:
         """The error about texts without an embedding, each with known words near it."""

