@@ -3,7 +3,7 @@
 Every service is a client of one router; discovery by multicast or gossip is
 off. Velocity commands use a session of their own, so that no image delays
 them. Callbacks put a reference into an inbox and return; each procedure's
-handler runs in its own thread.
+handler runs in threads of its own.
 """
 
 from __future__ import annotations
@@ -300,7 +300,7 @@ class _ZenohPublisher(Generic[M]):
 
 
 class _Server(Generic[Q, R]):
-    """Answers one procedure in a thread of its own; every query gets an answer."""
+    """Answers one procedure in threads of its own; every query gets an answer."""
 
     def __init__(
         self, session: zenoh.Session, procedure: Procedure[Q, R], handler: Callable[[Q], R]
@@ -311,8 +311,12 @@ class _Server(Generic[Q, R]):
         self._closed = threading.Event()
         callback = zenoh.handlers.Callback(self._arrived, indirect=False)
         self._queryable = session.declare_queryable(procedure.key, callback, complete=True)
-        self._thread = threading.Thread(target=self._run, name=procedure.key, daemon=True)
-        self._thread.start()
+        self._threads = [
+            threading.Thread(target=self._run, name=procedure.key, daemon=True)
+            for _ in range(procedure.parallel)
+        ]
+        for thread in self._threads:
+            thread.start()
 
     def _run(self) -> None:
         while not self._closed.is_set():
@@ -341,4 +345,6 @@ class _Server(Generic[Q, R]):
         self._closed.set()
 
     def join(self) -> None:
-        self._thread.join(timeout=1.0)
+        deadline_s = time.monotonic() + 1.0
+        for thread in self._threads:
+            thread.join(timeout=max(deadline_s - time.monotonic(), 0.0))

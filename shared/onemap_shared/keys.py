@@ -36,13 +36,15 @@ class Procedure(Generic[Q, R]):
     """A question of type Q that one service answers with an R.
 
     stale_after_s: a request that waited longer for its turn is refused, because its caller may
-    have given up; None: it is served however late.
+    have given up; None: it is served however late. parallel: requests that are served at once,
+    by a handler that allows it.
     """
 
     key: str
     request: type[Q]
     reply: type[R]
     stale_after_s: float | None = None
+    parallel: int = 1
 
 
 ROBOT_RGBD = Topic("robot/rgbd/v1", m.RgbdFrame, Delivery.FRAME)
@@ -56,7 +58,8 @@ DETECTIONS = Topic("perception/detections/v1", m.Detections)
 EMBED_TEXT = Procedure("perception/embed_text/v1", m.TextRequest, m.TextEmbeddings)
 
 MAP_REVISION = Topic("map/revision/v1", m.MapRevision, latched=True)
-MAP_SIMILARITY = Procedure("map/similarity/v1", m.SimilarityRequest, m.SimilarityReply)
+# A known text must not wait for new ones, which wait for perception.
+MAP_SIMILARITY = Procedure("map/similarity/v1", m.SimilarityRequest, m.SimilarityReply, parallel=32)
 MAP_SEARCH_VIEW = Procedure("map/search_view/v1", m.SearchViewRequest, m.SearchView)
 MAP_SEARCH_RESET = Procedure("map/search_reset/v1", m.SearchReset, m.MapSummary)
 MAP_SAVE = Procedure("map/save/v1", m.MapFile, m.MapSummary)

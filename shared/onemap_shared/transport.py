@@ -103,7 +103,7 @@ class Bus(Protocol):
         """Follow a topic, keeping the newest ``capacity`` messages."""
 
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
-        """Answer a procedure; the handler runs in a thread of its own, one call at a time.
+        """Answer a procedure; the handler runs in threads of its own, ``parallel`` calls at once.
 
         A handler refuses by raising ``RequestRejected`` (its code travels) or ``ValueError``
         (code ``invalid``); any other exception is logged and answered as ``internal``.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
@@ -10,25 +11,32 @@ import pytest
 import torch
 
 from onemap_mapper import text_cache
-from onemap_mapper.text_cache import TextCache
+from onemap_mapper.text_cache import BATCHES_AT_ONCE, TextCache
 from onemap_shared.messages import TextEmbeddings
+from onemap_shared.transport import RequestRejected
 
 CPU = torch.device("cpu")
 
 
 class Embedder:
-    """Embeds every text as one vector and records what it was asked."""
+    """Embeds every text as one vector and records what it was asked, in which batches."""
 
     def __init__(self) -> None:
         self.asked: list[str] = []
+        self.batches: list[tuple[str, ...]] = []
         self.failing = False
+        self.unknown = ""
 
-    def __call__(self, text: str) -> TextEmbeddings:
-        self.asked.append(text)
+    def __call__(self, texts: tuple[str, ...]) -> TextEmbeddings:
+        self.asked.extend(texts)
+        self.batches.append(texts)
         if self.failing:
-            raise LookupError(text)
-        ones, none = np.ones((1, 4), np.float32), np.zeros((0, 4), np.float32)
-        return TextEmbeddings("e", "space", (text,), ones, none, np.zeros((1, 0), np.uint8), 1.0)
+            raise LookupError(texts)
+        if self.unknown in texts:
+            raise RequestRejected("unknown_word", f"{self.unknown} is unknown")
+        ones, none = np.ones((len(texts), 4), np.float32), np.zeros((0, 4), np.float32)
+        mask = np.zeros((len(texts), 0), np.uint8)
+        return TextEmbeddings("e", "space", texts, ones, none, mask, 1.0)
 
 
 def test_a_text_is_embedded_once() -> None:
@@ -69,17 +77,86 @@ def test_a_failure_is_passed_on_and_not_cached() -> None:
 
 
 def test_a_slow_text_does_not_block_the_others() -> None:
-    release = threading.Event()
+    begun, release = threading.Event(), threading.Event()
     embedder = Embedder()
 
-    def embed(text: str) -> TextEmbeddings:
-        if text == "slow":
+    def embed(texts: tuple[str, ...]) -> TextEmbeddings:
+        if "slow" in texts:
+            begun.set()
             assert release.wait(10)
-        return embedder(text)
+        return embedder(texts)
 
     cache = TextCache(embed, CPU)
     with ThreadPoolExecutor() as pool:
         slow = pool.submit(cache.query, "slow")
+        assert begun.wait(10)
         assert cache.query("cup")[1].text == "cup"
         release.set()
         assert slow.result(10)[1].text == "slow"
+
+
+class HeldBack:
+    """Embeds when it is released; ``busy`` counts the batches that have arrived."""
+
+    def __init__(self) -> None:
+        self.embedder = Embedder()
+        self.busy = threading.Semaphore(0)
+        self.release = threading.Event()
+
+    def __call__(self, texts: tuple[str, ...]) -> TextEmbeddings:
+        self.busy.release()
+        assert self.release.wait(20)
+        return self.embedder(texts)
+
+    def fill(self, cache: TextCache, pool: ThreadPoolExecutor) -> None:
+        """Keep every thread of the cache busy."""
+        for number in range(BATCHES_AT_ONCE):
+            pool.submit(cache.query, f"first {number}")
+            assert self.busy.acquire(timeout=20)
+
+
+def until_waiting(cache: TextCache, count: int) -> None:
+    while len(cache._waiting) < count:
+        os.sched_yield()
+
+
+def test_texts_that_wait_travel_together_and_only_once() -> None:
+    embed = HeldBack()
+    cache = TextCache(embed, CPU)
+    with ThreadPoolExecutor(16) as pool:
+        embed.fill(cache, pool)
+        asked = [pool.submit(cache.query, text) for text in ("cup", "lamp", "bed", "cup")]
+        until_waiting(cache, 3)
+        embed.release.set()
+        assert [each.result(20)[1].text for each in asked] == ["cup", "lamp", "bed", "cup"]
+    together = [batch for batch in embed.embedder.batches if not batch[0].startswith("first")]
+    assert sorted(text for batch in together for text in batch) == ["bed", "cup", "lamp"]
+    assert max(map(len, together)) > 1
+
+
+def test_an_unknown_word_fails_alone() -> None:
+    embed = HeldBack()
+    embed.embedder.unknown = "qzxw"
+    cache = TextCache(embed, CPU)
+    with ThreadPoolExecutor(16) as pool:
+        embed.fill(cache, pool)
+        asked = {text: pool.submit(cache.query, text) for text in ("cup", "qzxw", "bed")}
+        until_waiting(cache, 3)
+        embed.release.set()
+        assert asked["cup"].result(20)[1].text == "cup"
+        assert asked["bed"].result(20)[1].text == "bed"
+        with pytest.raises(RequestRejected, match="qzxw is unknown"):
+            asked["qzxw"].result(20)
+
+
+def test_what_was_embedded_before_a_change_of_encoder_is_not_kept() -> None:
+    embed = HeldBack()
+    cache = TextCache(embed, CPU)
+    with ThreadPoolExecutor(1) as pool:
+        asked = pool.submit(cache.query, "cup")
+        assert embed.busy.acquire(timeout=20)
+        cache.clear()
+        embed.release.set()
+        asked.result(20)
+    cache.query("cup")
+    assert embed.embedder.asked == ["cup", "cup"]

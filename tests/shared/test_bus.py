@@ -341,3 +341,19 @@ def test_a_router_knows_that_it_routes() -> None:
 
     run_router((f"tcp/127.0.0.1:{free_port()}",), stop, None, routed)
     assert turns == [1]
+
+
+def test_a_procedure_may_serve_several_requests_at_once(buses: tuple[Bus, Bus]) -> None:
+    here, there = buses
+    together = threading.Barrier(3)
+    parallel = replace(keys.MAP_SAVE, parallel=3)
+
+    def handler(request: m.MapFile) -> m.MapSummary:
+        together.wait(PATIENCE_S)
+        return summary(request.name)
+
+    there.serve(parallel, handler)
+    eventually(lambda: "mapper" in here.alive() or None)
+    with ThreadPoolExecutor(3) as pool:
+        asked = [pool.submit(here.call, parallel, m.MapFile(f"m{i}"), 10.0) for i in range(3)]
+        assert [each.result(20) for each in asked] == [summary(f"m{i}") for i in range(3)]

@@ -50,7 +50,8 @@ class GatewayConfig(Params):
         default=4,
         ge=1,
         le=64,
-        description="Concurrent calls to one service, which handles one at a time anyway.",
+        description="Concurrent calls to one service, which handles one of a kind at a time "
+        "anyway; queries have threads of their own.",
     )
     ready_within_s: float = Field(
         default=5.0,

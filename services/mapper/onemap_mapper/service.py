@@ -62,9 +62,10 @@ class Mapper:
     def __init__(self, bus: Bus, config: MapperConfig) -> None:
         self._config = config
         self._lock = threading.Lock()
+        self._turn = threading.Lock()  # of queries: one of them at a time competes with fusing
         self._map = BeliefMap(config)
         self._scores = ScoreCache()
-        self._texts = TextCache(lambda text: embed_texts(bus, (text,)), config.torch_device)
+        self._texts = TextCache(lambda texts: embed_texts(bus, texts), config.torch_device)
         self._encoder_seen = ""
         self._telemetry = MapperTelemetry()
         self._fields = bus.subscribe(keys.FIELD)
@@ -117,7 +118,7 @@ class Mapper:
         """Ranked regions for a text."""
         self._require_content()
         query = self._query(request.text)
-        with self._lock:
+        with self._turn, self._lock:
             if self._map.store.count == 0:
                 raise _empty()
             return similarity_reply(

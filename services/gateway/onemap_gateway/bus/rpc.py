@@ -40,13 +40,17 @@ class RpcClient:
     """Calls procedures without blocking the event loop.
 
     Each service has its own ``max_concurrent_calls`` threads, so a service that hangs does not
-    delay the replies of another.
+    delay the replies of another; so has a procedure that is served in parallel.
     """
 
     def __init__(self, bus: Bus, max_concurrent_calls: int) -> None:
         self._bus = bus
         self._limiters = {
             service: CapacityLimiter(max_concurrent_calls) for service in ("mapper", "planner")
+        } | {
+            procedure.key: CapacityLimiter(procedure.parallel)
+            for procedure in (*MAPPER, *PLANNER)
+            if procedure.parallel > 1
         }
 
     async def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float) -> R:
@@ -59,7 +63,10 @@ class RpcClient:
                     request,
                     timeout_s,
                     abandon_on_cancel=True,
-                    limiter=self._limiters[SERVED_BY[procedure.key]],
+                    limiter=self._limiter(procedure.key),
                 )
         except TimeoutError:
             raise QueryTimeout from None
+
+    def _limiter(self, key: str) -> CapacityLimiter:
+        return self._limiters.get(key) or self._limiters[SERVED_BY[key]]
