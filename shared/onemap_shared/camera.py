@@ -15,6 +15,8 @@ import numpy as np
 
 from onemap_shared.geometry import F32, F64
 
+MAX_TANGENT = 20.0  # of a pixel's ray against the optical axis, 87 degrees: wider is no pinhole
+
 X = TypeVar("X")  # float, NumPy array or torch tensor
 
 
@@ -66,6 +68,20 @@ class Intrinsics:
     def y_at(self, v: X) -> X:
         """y at depth 1 of pixel rows ``v`` (0-based indices); the dtype follows ``v``."""
         return (v + (0.5 - self.cy)) / self.fy  # type: ignore[operator, return-value]
+
+    def check_image(self, width: int, height: int) -> None:
+        """Raise ValueError if an image of this size would look further aside than a pinhole can.
+
+        Otherwise a tiny focal length puts points kilometres away.
+        """
+        x = max(abs(self.x_at(0.0)), abs(self.x_at(width - 1.0)))
+        y = max(abs(self.y_at(0.0)), abs(self.y_at(height - 1.0)))
+        if max(x, y) > MAX_TANGENT:
+            raise ValueError(
+                f"intrinsics fx={self.fx:g} fy={self.fy:g} cx={self.cx:g} cy={self.cy:g} let "
+                f"{width} x {height} pixels see {max(x, y):.3g} m aside at 1 m; the limit is "
+                f"{MAX_TANGENT:g}: are they in pixels of this image?"
+            )
 
     @property
     def focal_px(self) -> float:

@@ -61,3 +61,10 @@ def test_the_view_s_extent_at_depth_one_spans_its_outer_pixel_edges() -> None:
 def test_impossible_intrinsics_are_refused(values: tuple[float, float, float, float]) -> None:
     with pytest.raises(ValueError, match="focal lengths"):
         Intrinsics(*values)
+
+
+@pytest.mark.parametrize("camera", [Intrinsics(1e-3, 9, 4, 3), Intrinsics(9, 9, 4, 1e6)])
+def test_a_camera_that_sees_kilometres_aside_is_refused(camera: Intrinsics) -> None:
+    CAMERA.check_image(9, 6)
+    with pytest.raises(ValueError, match="aside at 1 m"):
+        camera.check_image(9, 6)

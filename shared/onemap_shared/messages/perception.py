@@ -48,6 +48,7 @@ class FeatureField:
         expect(self.depth_mm, "depth_mm", np.uint16, self.variance.shape)
         if self.features.size == 0 or self.depth_mm.size == 0:
             raise ValueError("the feature field is empty")
+        self.intrinsics.check_image(self.depth_mm.shape[1], self.depth_mm.shape[0])
         expect_finite(self.features, "features")
         if not (self.variance > 0).all():  # also refuses NaN
             raise ValueError("variance must be positive (infinity marks unusable pixels)")

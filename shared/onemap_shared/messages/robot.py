@@ -34,6 +34,7 @@ class RgbdFrame:
         expect(self.depth_mm, "depth_mm", np.uint16, self.rgb.shape[:2])
         if self.depth_mm.size == 0:
             raise ValueError("the image has no pixels")
+        self.intrinsics.check_image(self.depth_mm.shape[1], self.depth_mm.shape[0])
         check_rigid(self.T_map_camera, "T_map_camera")
 
 
