@@ -15,6 +15,12 @@ from numpy.typing import NDArray
 
 from onemap_shared.geometry import F64, I64, Bool
 
+MAX_CELLS = 2**24  # 410 m x 410 m at 0.1 m: 128 MB for each array of float64 over a grid
+
+
+class GridTooLarge(ValueError):
+    """An array over these cells would fill the memory; the text says why in one sentence."""
+
 
 def world_cells(points: NDArray[np.floating], cell_size_m: float) -> I64:
     """World cells (..., 2) int64 of points (..., 2 or more) in metres, divided in their dtype."""
@@ -26,6 +32,9 @@ def world_cells(points: NDArray[np.floating], cell_size_m: float) -> I64:
 @dataclass(frozen=True, slots=True)
 class GridSpec:
     """A rectangle of square cells in the map frame.
+
+    Raises ``GridTooLarge`` beyond ``MAX_CELLS``: no array over a grid is larger, whatever a pose or
+    a camera says.
 
     Attributes:
         cell_size_m: edge of a cell, in metres; world cell i covers [i, i + 1) times this.
@@ -42,6 +51,11 @@ class GridSpec:
             raise ValueError(f"cell_size_m is {self.cell_size_m}; it must be positive")
         if min(self.shape) < 0:
             raise ValueError(f"grid shape {self.shape} must not be negative")
+        if self.shape[0] * self.shape[1] > MAX_CELLS:
+            raise GridTooLarge(
+                f"a grid of {self.shape[0]} x {self.shape[1]} cells is larger than {MAX_CELLS} "
+                "cells: did the pose jump, or is its unit not metres?"
+            )
 
     def cells(self, points: F64) -> I64:
         """Array indices (..., 2) int64 of points (..., 2 or more) in metres; may lie outside."""

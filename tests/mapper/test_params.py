@@ -26,6 +26,8 @@ def test_the_default_threshold_means_a_few_good_frames() -> None:
         {"process_noise_per_s": -1},
         {"explored_variance": float("nan")},
         {"cellsize": 0.1},
+        {"max_extent_m": 500},
+        {"cell_size_m": 0.01},
     ],
 )
 def test_impossible_values_are_refused(wrong: dict[str, object]) -> None:

@@ -11,12 +11,15 @@ from hypothesis import strategies as st
 from onemap_mapper.params import ProjectionParams
 from onemap_mapper.point_cloud import PointCloud
 from onemap_mapper.projection import (
+    MAX_ENTRIES,
+    MAX_FRAME_CELLS,
     CellWeights,
     cell_features,
     project,
 )
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import F32, F64, Bool, transform
+from onemap_shared.grid import GridTooLarge
 from tests.mapper import scenes
 from tests.reference import mapping as slow
 
@@ -99,3 +102,22 @@ def test_range_and_height_limit_the_pixels() -> None:
     )
     assert len(near.cells) == 0
     assert 0 < len(low.cells) < len(everything.cells)
+
+
+@pytest.mark.parametrize(
+    ("side", "patch_shape"), [(12, (2, MAX_ENTRIES)), (2 * int(MAX_FRAME_CELLS**0.5), (1, 1))]
+)
+def test_a_frame_of_too_many_cells_or_patches_is_refused(
+    side: int, patch_shape: tuple[int, int]
+) -> None:
+    camera = Intrinsics(side / 200, side / 200, side / 2, side / 2)  # a cell or more for each pixel
+    ones = np.ones((side, side), np.float32)
+    cloud = PointCloud.of(ones, intrinsics=camera, T_map_camera=np.eye(4))
+    with pytest.raises(GridTooLarge, match="are the intrinsics right"):
+        project(
+            cloud,
+            ones,
+            patch_shape=patch_shape,
+            params=EVERYTHING,
+            device=torch.device("cpu"),
+        )

@@ -462,3 +462,18 @@ def test_the_map_follows_a_corrected_pose(rig: Rig) -> None:
     assert rig.metric("submaps") == 1
     rig.client.call(keys.MAP_CLEAR, MapClear())
     assert rig.metric("submaps") == 0
+
+
+def test_a_pose_bomb_is_refused_and_the_next_frame_is_fused(rig: Rig) -> None:
+    bomb = scenes.pose(90_000.0, 0.0)
+    rig.feed(replace(sofa_ahead(0), T_map_camera=bomb))
+    assert "further than max_extent_m" in rig.mapper.health().problem
+    assert rig.metric("cells") == 0
+    rig.feed(sofa_ahead(1))
+    cells = rig.metric("cells")
+    assert cells > 0
+    rig.feed(replace(sofa_ahead(2), T_map_camera=bomb))
+    assert "did the pose jump" in rig.mapper.health().problem
+    rig.feed(sofa_ahead(3))
+    assert rig.metric("cells") == cells
+    assert rig.metric("frames_refused") == 2

@@ -79,3 +79,12 @@ def test_a_layer_grows_and_keeps_its_values() -> None:
     layer.grow(2)  # never shrinks
     assert len(layer.values) == 4 * AREA
     assert layer.nbytes >= layer.values.nbytes
+
+
+def test_cells_are_checked_without_allocating_them() -> None:
+    index = TileIndex(GridParams(max_extent_m=50.0))
+    index.allocate(np.array([[0, 0]]))
+    index.check(np.array([[300, -100]]))
+    assert index.count == 1
+    with pytest.raises(MapTooLarge, match="pose jump"):
+        index.check(np.array([[900_000, 0]]))

@@ -7,13 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_shared.grid import GridSpec, world_cells
+from onemap_shared.grid import MAX_CELLS, GridSpec, GridTooLarge, world_cells
 
 origins = st.tuples(st.integers(-500, 500), st.integers(-500, 500))
 shapes = st.tuples(st.integers(0, 400), st.integers(0, 400))
 sizes = st.sampled_from([0.05, 0.1, 0.25, 1.0])
 grids = st.builds(GridSpec, sizes, origins, shapes)
 coordinates = st.floats(-200, 200)
+corners = st.floats(-100, 100)  # 16 million cells of 0.05 m
 
 
 @given(grids, st.integers(-600, 600), st.integers(-600, 600))
@@ -43,7 +44,7 @@ def test_world_cells_are_computed_in_the_precision_of_the_points() -> None:
     assert world_cells(point, 0.1).tolist() == [7, -7]  # in float64 0.7 of float32 is in cell 6
 
 
-@given(sizes, coordinates, coordinates, coordinates, coordinates)
+@given(sizes, corners, corners, corners, corners)
 def test_covering_contains_both_corners(
     size: float, x0: float, y0: float, x1: float, y1: float
 ) -> None:
@@ -77,3 +78,11 @@ def test_impossible_cell_sizes_are_refused(size: float) -> None:
 def test_negative_shapes_are_refused() -> None:
     with pytest.raises(ValueError, match="negative"):
         GridSpec(0.1, (0, 0), (-1, 1))
+
+
+def test_no_grid_is_larger_than_memory_allows() -> None:
+    assert GridSpec(0.1, (0, 0), (MAX_CELLS, 1)).shape == (MAX_CELLS, 1)
+    with pytest.raises(GridTooLarge, match="did the pose jump"):
+        GridSpec(0.1, (0, 0), (MAX_CELLS, 2))
+    with pytest.raises(GridTooLarge, match="900001 x 900001 cells"):
+        GridSpec.covering(0.1, (0.0, 0.0), (9e4, 9e4))

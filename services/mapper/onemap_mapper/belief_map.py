@@ -19,9 +19,9 @@ from onemap_mapper.occupancy import (
     occupancy_states,
 )
 from onemap_mapper.params import MapParams
-from onemap_mapper.tiles import TileIndex, TileLayer
+from onemap_mapper.tiles import MapTooLarge, TileIndex, TileLayer
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
-from onemap_shared.grid import GridSpec
+from onemap_shared.grid import GridSpec, world_cells
 from onemap_shared.messages import Layer, Occupancy
 
 NO_SLOT = -1
@@ -99,6 +99,20 @@ class BeliefMap:
             self.start_m = update.camera_m
         self.frames_fused += 1
         self.sequence, self.stamp_ns = update.sequence, update.stamp_ns
+
+    def check_pose(self, T_map_camera: F64) -> None:
+        """Raise ``MapTooLarge`` if the camera is where this map cannot reach.
+
+        Checked before a frame's arrays are made. An empty map may begin within ``max_extent_m``
+        of the origin: one wrong pose would otherwise refuse all right ones that follow.
+        """
+        camera_m, limit_m = T_map_camera[:3, 3], self.params.max_extent_m
+        if self.tiles.count == 0 and np.abs(camera_m[:2]).max() > limit_m:
+            raise MapTooLarge(
+                f"the camera is at ({camera_m[0]:.0f}, {camera_m[1]:.0f}) m, further than "
+                f"max_extent_m, {limit_m:g} m, from the origin: did the pose jump?"
+            )
+        self.tiles.check(world_cells(camera_m, self.params.cell_size_m)[None])
 
     def set_encoder(self, encoder_id: str, text_space: str, dimension: int) -> None:
         """Fix the encoder whose features the map holds; only while it is empty."""

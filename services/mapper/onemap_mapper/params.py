@@ -11,6 +11,7 @@ from typing import Literal
 import torch
 from pydantic import Field, model_validator
 
+from onemap_shared.grid import MAX_CELLS
 from onemap_shared.messages import MAX_LISTED_OBJECTS
 from onemap_shared.params import Params
 
@@ -25,9 +26,21 @@ class GridParams(Params):
         default=200.0,
         ge=10,
         le=2000,
-        description="m; side of the largest map. A pose that jumps further is refused, instead of "
-        "a grid that fills the memory.",
+        description="m; side of the largest map, and how far from the origin it may begin. A pose "
+        "that jumps further is refused, instead of a grid that fills the memory; 409 m at the "
+        "default cell size is the most that is allowed.",
     )
+
+    @model_validator(mode="after")
+    def _check_extent(self) -> GridParams:
+        cells = self.max_extent_m / self.cell_size_m
+        if cells**2 > MAX_CELLS:
+            most_m = MAX_CELLS**0.5 * self.cell_size_m
+            raise ValueError(
+                f"max_extent_m is {self.max_extent_m:g}, but cells of {self.cell_size_m:g} m allow "
+                f"{most_m:.0f} m: make the map smaller or its cells larger"
+            )
+        return self
 
 
 class ProjectionParams(GridParams):

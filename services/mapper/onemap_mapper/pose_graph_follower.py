@@ -9,7 +9,7 @@ from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame_update import FrameUpdate
 from onemap_mapper.submaps.submap_store import SubmapStore
-from onemap_mapper.tiles import MapTooLarge
+from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import PoseGraph
 
 LOG = logging.getLogger("onemap.mapper")
@@ -69,7 +69,7 @@ class PoseGraphFollower:
                     self.busy = False
                     break
                 moved += 1
-            except MapTooLarge as problem:
+            except GridTooLarge as problem:
                 LOG.warning("a correction of the pose graph is ignored: %s", problem)
         return moved
 

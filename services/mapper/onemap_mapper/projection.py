@@ -18,7 +18,10 @@ from torch.nn.functional import embedding_bag
 from onemap_mapper.params import ProjectionParams
 from onemap_mapper.point_cloud import PointCloud
 from onemap_shared.geometry import F32, I64, Bool
-from onemap_shared.grid import GridSpec, world_cells
+from onemap_shared.grid import GridSpec, GridTooLarge, world_cells
+
+MAX_FRAME_CELLS = 2**17  # observed by one frame: 90 degrees to 40 m; the blur takes 3 kB for each
+MAX_ENTRIES = 2**26  # cells times patches, with 9 bytes for each while W is made
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +66,7 @@ def project(
     (low_x, low_y), depth = box.origin_cell, box.shape[1]
     cells = torch.stack([found // depth + low_x, found % depth + low_y], dim=1)
     count = len(cells)
+    _check_size(count, patch_shape)
     pixels = torch.bincount(row, minlength=count + 1)[:count]
     starts, patches, values = _scatter(row, confidence, patch_shape=patch_shape, count=count)
     lengths = torch.diff(starts, append=starts.new_tensor([len(patches)]))
@@ -85,6 +89,15 @@ def sparse_matmul(table: Tensor, columns: Tensor, values: Tensor, starts: Tensor
     if len(starts) == 0:
         return table.new_zeros((0, table.shape[1]))
     return embedding_bag(columns, table, starts, mode="sum", per_sample_weights=values)
+
+
+def _check_size(cells: int, patch_shape: tuple[int, int]) -> None:
+    """Raise ``GridTooLarge`` if W would be too large."""
+    if cells > MAX_FRAME_CELLS or cells * math.prod(patch_shape) > MAX_ENTRIES:
+        raise GridTooLarge(
+            f"the frame observes {cells} cells with {math.prod(patch_shape)} patches; the limits "
+            f"are {MAX_FRAME_CELLS} cells and {MAX_ENTRIES} pairs: are the intrinsics right?"
+        )
 
 
 def _flat_cells(cloud: PointCloud, usable: Bool, params: ProjectionParams) -> tuple[GridSpec, I64]:

@@ -17,7 +17,7 @@ from onemap_mapper import map_file, map_folder, snapshot
 from onemap_mapper.belief_map import BeliefMap, FieldRejected
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.diagnostics.telemetry import MapperTelemetry
-from onemap_mapper.frame_update import compute_update
+from onemap_mapper.frame_update import FrameUpdate, compute_update
 from onemap_mapper.object_keeper import ObjectKeeper
 from onemap_mapper.objects import NO_OBJECTS
 from onemap_mapper.pose_graph_follower import PoseGraphFollower
@@ -29,8 +29,8 @@ from onemap_mapper.replies import (
 )
 from onemap_mapper.similarity import ScoreCache, TextQuery
 from onemap_mapper.text_cache import TextCache
-from onemap_mapper.tiles import MapTooLarge
 from onemap_shared import keys
+from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import (
     FeatureField,
     MapClear,
@@ -226,15 +226,18 @@ class Mapper:
         if 0 < self._map.stamp_ns - field.stamp_ns < CLOCK_JUMP_NS:
             self._telemetry.late += 1
             return
-        update = compute_update(field, self._config)
+        try:
+            self._map.check_pose(field.T_map_camera)
+            update = compute_update(field, self._config)
+            self._fuse_update(update, started_s)
+        except (FieldRejected, GridTooLarge) as problem:
+            self._telemetry.record_rejected(str(problem))
+            LOG.warning("frame %d rejected: %s", field.sequence, problem)
+
+    def _fuse_update(self, update: FrameUpdate, started_s: float) -> None:
         with self._lock:
             belief = self._map
-            try:
-                belief.fuse(update)
-            except (FieldRejected, MapTooLarge) as problem:
-                self._telemetry.record_rejected(str(problem))
-                LOG.warning("frame %d rejected: %s", field.sequence, problem)
-                return
+            belief.fuse(update)
             now_s = time.monotonic()
             self._telemetry.record_fused(
                 now_s=now_s, update_ms=(now_s - started_s) * 1e3, depth=update.depth

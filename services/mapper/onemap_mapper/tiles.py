@@ -13,14 +13,14 @@ from numpy.typing import DTypeLike, NDArray
 
 from onemap_mapper.params import GridParams
 from onemap_shared.geometry import I64
-from onemap_shared.grid import GridSpec
+from onemap_shared.grid import GridSpec, GridTooLarge
 
 SIDE = 64  # cells: 6.4 m at 0.1 m, so a room has a few tiles and a flat a few dozen
 AREA = SIDE * SIDE
 NO_ROW = -1
 
 
-class MapTooLarge(ValueError):
+class MapTooLarge(GridTooLarge):
     """The cells exceed the configured extent: most likely a jump of the pose."""
 
 
@@ -60,6 +60,10 @@ class TileIndex:
         )
         return rows
 
+    def check(self, cells: I64) -> None:
+        """Raise ``MapTooLarge`` if world cells (n, 2) do not fit; allocates nothing."""
+        self._extended(cells // SIDE)
+
     def allocate(self, cells: I64) -> I64:
         """Rows (n,) of world cells (n, 2); tiles that are missing are added.
 
@@ -94,7 +98,8 @@ class TileIndex:
         joined: NDArray = dense.transpose(0, 2, 1, 3).reshape(nx, ny)
         return joined
 
-    def _grow_directory(self, tiles: I64) -> None:
+    def _extended(self, tiles: I64) -> tuple[I64, I64]:
+        """Origin (2,) and shape (2,) of the directory with these tiles (n, 2), n > 0."""
         low, high = tiles.min(axis=0), tiles.max(axis=0) + 1
         if self.count:
             low = np.minimum(low, self._origin)
@@ -105,6 +110,10 @@ class TileIndex:
             raise MapTooLarge(
                 f"the frame would stretch the map beyond {size_m:.0f} m: did the pose jump?"
             )
+        return low, shape
+
+    def _grow_directory(self, tiles: I64) -> None:
+        low, shape = self._extended(tiles)
         if self.count and tuple(shape) == self._directory.shape:
             return
         wider = np.full(tuple(shape), NO_ROW, np.int64)
