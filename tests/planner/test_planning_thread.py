@@ -7,10 +7,12 @@ import threading
 import pytest
 
 from onemap_shared import keys
+from onemap_shared.geometry import pose_2d
 from onemap_shared.messages import (
     KeptObject,
     MapRevision,
     ObjectFind,
+    Odometry,
     SearchId,
     SearchOrder,
     SearchRequest,
@@ -168,3 +170,18 @@ def test_a_map_that_refuses_a_waiting_object_does_not_hold_up_the_search(
     services.until(lambda: services.asked.count("qzxw") > 1)
     services.until(lambda: any(map(moves, services.sent_commands())))
     assert services.get().active
+
+
+def test_a_pose_bomb_stops_the_robot_with_a_reason(services: SimulatedServices) -> None:
+    services.start("sofa")
+    services.until(lambda: any(map(moves, services.sent_commands())))
+
+    def bomb() -> bool:
+        pose = pose_2d(90_000.0, 90_000.0, 0.0)
+        services.odometry.put(Odometry(services.count, services.count, pose, 0.0, 0.0))
+        services.planner.step(0.0)
+        return "m outside the map" in services.get().reason
+
+    services.until(bomb, odometry=False)
+    assert services.planner._planning_thread.alive
+    services.until(lambda: "waiting" not in services.get().reason)

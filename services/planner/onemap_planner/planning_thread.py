@@ -25,6 +25,7 @@ from onemap_planner.registry import SearchRegistry
 from onemap_planner.search.events import EventStamp, TargetFailed
 from onemap_planner.search.phases import Search, Starting
 from onemap_planner.search.state_machine import transition
+from onemap_planner.world.map_view import outside_reason
 from onemap_shared import keys
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import (
@@ -146,6 +147,10 @@ class PlanningThread:
             stale_reason = "the mapper is not there"
         other_view = None if view is None else self._request_other_view(state)
         now, now_s = self._now(), time.monotonic()
+        if view is not None and now.inputs.pose is not None:
+            stale_reason = outside_reason(view, now.inputs.pose.xy)
+        if stale_reason:
+            view = other_view = None
         observation = Observation(
             now_s=now_s,
             pose=now.inputs.pose,

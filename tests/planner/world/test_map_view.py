@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.world.map_view import map_view_around
+from onemap_planner.world.map_view import MAX_OUTSIDE_M, map_view_around, outside_reason
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy, SearchView
 from tests.planner.drawn_maps import (
@@ -71,3 +71,16 @@ def test_without_calibration_the_place_in_the_ranking_is_the_similarity() -> Non
     assert (np.sort(known)[:90] == 0).all()
     assert known.max() == pytest.approx(1.0)
     assert 8 <= (known > 0).sum() <= 11
+
+
+@pytest.mark.parametrize(("x_m", "outside"), [(-49.0, False), (51.0, False), (90_000.0, True)])
+def test_a_robot_far_outside_the_map_cannot_use_it(x_m: float, outside: bool) -> None:
+    view = search_view_of(drawn_map(*["." * 20] * 20))
+    reason = outside_reason(view, (x_m, 0.5))
+    assert bool(reason) is outside
+    assert not outside or f"the limit is {MAX_OUTSIDE_M:g} m" in reason
+    nothing = np.zeros((0, 0), np.uint8)
+    empty = SearchView(
+        "", 0, 0, 0, GridSpec(0.1, (0, 0), (0, 0)), nothing, nothing, np.zeros((0, 0), np.float32)
+    )
+    assert not outside_reason(empty, (x_m, 0.5))

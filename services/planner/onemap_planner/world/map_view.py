@@ -16,6 +16,10 @@ WorldCells: TypeAlias = frozenset[tuple[int, int]]
 
 BORDER_CELLS = 2  # unknown cells kept around the window, so that its rim can be a frontier
 
+# The robot sees 10 m far, so it is in the map or near it. Further out its pose is wrong, and the
+# window around both would fill the memory.
+MAX_OUTSIDE_M = 50.0
+
 
 @dataclass(frozen=True, slots=True)
 class MapView:
@@ -61,6 +65,21 @@ def known_area_m2(view: SearchView) -> float:
     """Known area in square metres."""
     known = int(np.count_nonzero(view.occupancy != Occupancy.UNKNOWN))
     return known * view.grid.cell_size_m**2
+
+
+def outside_reason(view: SearchView, robot_xy: tuple[float, float]) -> str:
+    """Why a view cannot be used with a robot at this place, metres; empty if it can."""
+    if view.grid.shape == (0, 0):
+        return ""
+    x_min, y_min, x_max, y_max = view.grid.bounds_m
+    x, y = robot_xy
+    outside_m = max(x_min - x, x - x_max, y_min - y, y - y_max)
+    if outside_m <= MAX_OUTSIDE_M:
+        return ""
+    return (
+        f"the robot's pose is {outside_m:.0f} m outside the map; the limit is "
+        f"{MAX_OUTSIDE_M:g} m: correct the localisation or clear the map"
+    )
 
 
 def map_view_around(view: SearchView, robot_xy: F64, window_xy: F64 | None = None) -> MapView:
