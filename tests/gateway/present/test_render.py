@@ -182,3 +182,11 @@ def test_a_light_page_gets_a_light_map() -> None:
     assert colour_at(light, 1.7, 0.2) == LIGHT.found
     dark = render_map(search_view("sofa"), overlay)
     assert light.image.mean() > dark.image.mean() + 100
+
+
+@pytest.mark.parametrize("x_m", [2_000.0, -90_000.0])
+def test_a_robot_far_off_does_not_stretch_the_image(x_m: float) -> None:
+    near = render_map(search_view(), Overlay())
+    far = render_map(search_view(), Overlay(robot=(x_m, 0.0, 0.0)))
+    assert far.bounds_m == near.bounds_m
+    assert far.image.shape == near.image.shape

@@ -21,6 +21,7 @@ HEATMAP_THRESHOLD = 0.1  # heat below which the cell keeps its colour
 MIN_HEATMAP_TOP = 0.25  # least score of heat 1: a weak best match must not look like a find
 
 MARGIN_M = 0.5
+ROBOT_BEYOND_MAP_M = 50.0  # further out the robot is left out: its pose is wrong
 EMPTY_MAP_SIDE_M = 4.0  # of the image of an empty map
 DEFAULT_SIDE_PX = 900  # longest side when no scale is given
 MAX_PX = 4096
@@ -168,16 +169,24 @@ def _upscaled(image: np.ndarray, factor: int, interpolation: int) -> np.ndarray:
 
 
 def _visible_grid(view: SearchView, robot: tuple[float, ...]) -> GridSpec:
-    """The grid to show: all known cells and the robot, with a margin."""
+    """The grid to show: all known cells and the robot, unless it is far off, with a margin."""
     known = np.argwhere((view.occupancy != Occupancy.UNKNOWN) | (view.layers != 0))
     points = view.grid.centres(known)
-    if robot:
+    if robot and _near(points, robot):
         points = np.vstack([points, [robot[:2]]])
     if not len(points):
         points = np.zeros((1, 2))
     margin_m = MARGIN_M if len(known) else EMPTY_MAP_SIDE_M / 2
     lower, upper = points.min(axis=0) - margin_m, points.max(axis=0) + margin_m
     return GridSpec.covering(view.grid.cell_size_m, (lower[0], lower[1]), (upper[0], upper[1]))
+
+
+def _near(points: F64, robot: tuple[float, ...]) -> bool:
+    """Whether the robot is in or near the box of points (N, 2); true without any."""
+    if not len(points):
+        return True
+    outside_m = np.maximum(points.min(axis=0) - robot[:2], robot[:2] - points.max(axis=0))
+    return bool(outside_m.max() <= ROBOT_BEYOND_MAP_M)
 
 
 def _on_grid(array: np.ndarray, source: GridSpec, target: GridSpec, fill: float) -> np.ndarray:
