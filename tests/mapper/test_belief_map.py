@@ -164,3 +164,27 @@ def test_cuda_makes_the_same_map() -> None:
         device.store.features(order).cpu(), host.store.features(everything), atol=1e-4, rtol=1e-3
     )
     np.testing.assert_array_equal(host.layers(), device.layers())
+
+
+@pytest.mark.parametrize("name", ["features", "confidence"])
+def test_values_that_are_not_finite_are_refused_and_nothing_changes(name: str) -> None:
+    first, poisoned = (compute_update(field, scenes.params()) for field in fields()[:2])
+    belief = mapped([])
+    belief.fuse(first)
+    getattr(poisoned, name)[0] = float("inf")
+    with pytest.raises(FieldRejected, match="not finite"):
+        belief.fuse(poisoned)
+    assert belief.frames_fused == 1
+    assert belief.store.confidence.isfinite().all()
+
+
+def test_the_least_and_the_largest_variance_leave_the_map_finite() -> None:
+    one = fields()[0]
+    variance = np.where(np.isinf(one.variance), np.inf, 1e-6).astype(np.float32)
+    variance[::2] = np.where(np.isinf(variance[::2]), np.inf, 1e12)
+    belief = mapped([dataclasses.replace(one, variance=variance)] * 3)
+    faint = dataclasses.replace(one, variance=np.full_like(variance, 1e12))
+    for made in (belief, mapped([faint])):
+        assert made.store.count > 0
+        assert made.store.confidence.isfinite().all()
+        assert made.store.features(np.arange(made.store.count)).isfinite().all()

@@ -227,3 +227,12 @@ def test_an_empty_map_is_written_and_read(tmp_path: Path) -> None:
     again = read(tmp_path / "a.npz")
     assert (again.header.encoder_id, len(again.cells), len(again.driving_cells)) == ("", 0, 0)
     assert VERSION == 2
+
+
+def test_a_map_that_could_not_be_read_is_not_written(taken: MapSnapshot, tmp_path: Path) -> None:
+    write(taken, tmp_path / "a.npz")
+    before = (tmp_path / "a.npz").read_bytes()
+    poisoned = dataclasses.replace(taken, confidence=np.full_like(taken.confidence, np.inf))
+    with pytest.raises(MapFileError, match="not finite"):
+        write(poisoned, tmp_path / "a.npz")
+    assert (tmp_path / "a.npz").read_bytes() == before

@@ -197,6 +197,11 @@ class BeliefMap:
         return dense
 
     def _check(self, update: FrameUpdate) -> None:
+        if not (update.features.isfinite().all() and update.confidence.isfinite().all()):
+            raise FieldRejected(
+                "the frame's features or confidences are not finite: their cells would stay NaN; "
+                "check perception's variance and encoder"
+            )
         if self.dimension == 0:
             return
         ours = (self.encoder_id, self.text_space, self.dimension)

@@ -59,7 +59,12 @@ def map_path(folder: Path, name: str) -> Path:
 
 
 def write(snapshot: MapSnapshot, path: Path) -> int:
-    """Write the file atomically; returns its size in bytes."""
+    """Write the file atomically; returns its size in bytes. Raises OSError, MapFileError."""
+    if not _is_finite(snapshot):
+        raise MapFileError(
+            "the map in memory holds values that are not finite, so no file of it could be read: "
+            "clear it"
+        )
     arrays = {name: getattr(snapshot, name) for name in ARRAYS}
     if snapshot.objects.objects:
         arrays[OBJECTS] = np.frombuffer(to_bytes(snapshot.objects), np.uint8)
@@ -171,10 +176,8 @@ def _check_arrays(snapshot: MapSnapshot, path: Path) -> None:
         "evidence": ("int8", (m, *snapshot.evidence.shape[-1:])),
         "clear": ("uint8", (m,)),
     }
-    confidences = [snapshot.confidence, snapshot.searched]
     if snapshot.explored is not None:
         layout[EXPLORED] = ("float32", (n,))
-        confidences.append(snapshot.explored)
     for name, (dtype, shape) in layout.items():
         array = getattr(snapshot, name)
         if str(array.dtype) != dtype or array.shape != shape:
@@ -182,7 +185,11 @@ def _check_arrays(snapshot: MapSnapshot, path: Path) -> None:
                 f"{path.name} is damaged: {name} is {array.dtype} {array.shape}, "
                 f"expected {dtype} {shape}"
             )
-    finite = all(np.isfinite(array).all() for array in (snapshot.features, *confidences))
     distinct = len(np.unique(snapshot.cells, axis=0)) == n
-    if not (finite and distinct and (snapshot.confidence >= 0).all()):
+    if not (_is_finite(snapshot) and distinct and (snapshot.confidence >= 0).all()):
         raise MapFileError(f"{path.name} is damaged: it holds values that no map can hold")
+
+
+def _is_finite(snapshot: MapSnapshot) -> bool:
+    arrays = (snapshot.features, snapshot.confidence, snapshot.searched, snapshot.explored)
+    return all(array is None or bool(np.isfinite(array).all()) for array in arrays)

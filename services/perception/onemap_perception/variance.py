@@ -16,7 +16,7 @@ from pydantic import Field
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, Bool
-from onemap_shared.messages import expect
+from onemap_shared.messages import MIN_VARIANCE, expect
 from onemap_shared.params import Params
 
 EDGE_WINDOW_PX = 11  # neighbourhood of a depth edge that gets its variance; as the authors' code
@@ -55,11 +55,15 @@ class VarianceParams(Params):
     )
     epsilon: float = Field(
         default=0.1,
-        gt=0,
-        description="Formula paper only: variance of a flat surface at the optimal distance.",
+        ge=MIN_VARIANCE,
+        description="Formula paper only: variance of a flat surface at the optimal distance; the "
+        "mapper refuses less than 1e-6.",
     )
     min_confidence: float = Field(
-        default=1e-5, gt=0, description="Pixels whose confidence 1 / variance is lower are unused."
+        default=1e-5,
+        ge=1e-9,
+        description="Pixels whose confidence 1 / variance is lower are unused; the mapper refuses "
+        "variances above 1e12.",
     )
 
 

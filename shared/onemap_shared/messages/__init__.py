@@ -60,6 +60,7 @@ from onemap_shared.messages.objects import (
 )
 from onemap_shared.messages.outcome import NO_COVERAGE, Coverage, FailureCode
 from onemap_shared.messages.perception import (
+    MIN_VARIANCE,
     SAME_MEANING_COSINE,
     Detections,
     FeatureField,
@@ -100,6 +101,7 @@ __all__ = [
     "MAX_PICTURE_BYTES",
     "MAX_RIVALS",
     "MAX_TEXT_CHARS",
+    "MIN_VARIANCE",
     "NO_CHOICE",
     "NO_COVERAGE",
     "SAME_MEANING_COSINE",

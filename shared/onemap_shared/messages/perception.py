@@ -20,6 +20,9 @@ from onemap_shared.messages.checks import (
 # weights are at hand); chosen high, so that paraphrases rather fail to compete than block.
 SAME_MEANING_COSINE = 0.9
 
+# Sums of inverse variances stay finite and above zero in float32. Models give 0.1 to 1e5.
+MIN_VARIANCE, MAX_VARIANCE = 1e-6, 1e12
+
 
 @dataclass(frozen=True, slots=True)
 class FeatureField:
@@ -28,7 +31,8 @@ class FeatureField:
     Attributes:
         features: (h, w, D) L2-normalised per patch; patch (i, j) covers the i-th of h rows and
             the j-th of w columns of patches of the image.
-        variance: (H, W) variance of the observation, > 0; infinity = do not use this pixel.
+        variance: (H, W) variance of the observation, 1e-6 to 1e12; infinity = do not use this
+            pixel.
         depth_mm: (H, W) depth as in the frame: millimetres, 0 = no return.
     """
 
@@ -50,8 +54,12 @@ class FeatureField:
             raise ValueError("the feature field is empty")
         self.intrinsics.check_image(self.depth_mm.shape[1], self.depth_mm.shape[0])
         expect_finite(self.features, "features")
-        if not (self.variance > 0).all():  # also refuses NaN
-            raise ValueError("variance must be positive (infinity marks unusable pixels)")
+        usable = (self.variance <= MAX_VARIANCE) | np.isinf(self.variance)
+        if not (self.variance.min() >= MIN_VARIANCE and usable.all()):  # also refuses NaN
+            raise ValueError(
+                f"variance must be positive, {MIN_VARIANCE:g} to {MAX_VARIANCE:g} (infinity marks "
+                "unusable pixels)"
+            )
         check_rigid(self.T_map_camera, "T_map_camera")
 
 

@@ -24,6 +24,9 @@ from tests.shared.messages.broken import assert_refused, sample
         ({"features": np.full((2, 3, 4), np.nan, np.float16)}, "features contains NaN"),
         ({"variance": np.zeros((6, 8), np.float32)}, "variance must be positive"),
         ({"variance": np.full((6, 8), np.nan, np.float32)}, "variance must be positive"),
+        ({"variance": np.full((6, 8), 1e-38, np.float32)}, "1e-06 to 1e.12"),
+        ({"variance": np.full((6, 8), 3e38, np.float32)}, "1e-06 to 1e.12"),
+        ({"variance": np.full((6, 8), -np.inf, np.float32)}, "variance must be positive"),
         ({"depth_mm": np.zeros((3, 4), np.uint16)}, "depth_mm has shape"),
     ],
 )
