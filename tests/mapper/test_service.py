@@ -257,6 +257,15 @@ def test_late_frames_are_ignored_but_a_clock_set_back_is_followed(rig: Rig) -> N
     assert rig.newest().sequence == 51
 
 
+def test_a_clock_that_steps_back_does_not_make_the_map_deaf(rig: Rig) -> None:
+    rig.feed(sofa_ahead(50))
+    for sequence in range(51, 54):
+        field = sofa_ahead(sequence)
+        rig.feed(replace(field, stamp_ns=field.stamp_ns - 9 * 10**9))
+    assert rig.metric("frames_fused") == 4
+    assert rig.metric("frames_late") == 0
+
+
 def test_texts_of_another_space_are_refused(rig: Rig) -> None:
     rig.feed(sofa_ahead(0))
     assert rig.perception is not None

@@ -17,6 +17,7 @@ from onemap_mapper import map_file, map_folder, snapshot
 from onemap_mapper.belief_map import BeliefMap, FieldRejected
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.diagnostics.telemetry import MapperTelemetry
+from onemap_mapper.frame_order import FrameOrder, FrameStamp
 from onemap_mapper.frame_update import FrameUpdate, compute_update
 from onemap_mapper.object_keeper import ObjectKeeper
 from onemap_mapper.objects import NO_OBJECTS
@@ -51,10 +52,6 @@ from onemap_shared.transport import Bus, Health, RequestRejected
 
 LOG = logging.getLogger("onemap.mapper")
 
-# A frame older than the map by less than this is late and ignored. By more, the robot's clock was
-# set back or another recording began: ignoring it would ignore all that follow.
-CLOCK_JUMP_NS = 10 * 10**9
-
 
 class Mapper:
     """The worker: one map, its caches and its telemetry."""
@@ -68,6 +65,7 @@ class Mapper:
         self._texts = TextCache(lambda texts: embed_texts(bus, texts), config.torch_device)
         self._encoder_seen = ""
         self._telemetry = MapperTelemetry()
+        self._order = FrameOrder()
         self._fields = bus.subscribe(keys.FIELD)
         self._graphs = bus.subscribe(keys.ROBOT_POSE_GRAPH)
         self._follower = PoseGraphFollower(config)
@@ -223,7 +221,8 @@ class Mapper:
         if field.encoder_id != self._encoder_seen:
             self._encoder_seen = field.encoder_id
             self._texts.clear()
-        if 0 < self._map.stamp_ns - field.stamp_ns < CLOCK_JUMP_NS:
+        newest = FrameStamp(self._map.sequence, self._map.stamp_ns)
+        if self._order.is_late(FrameStamp(field.sequence, field.stamp_ns), newest):
             self._telemetry.late += 1
             return
         try:
