@@ -60,6 +60,16 @@ def _fields_of(message: Any) -> tuple[tuple[str, Any, bool], ...]:
     )
 
 
+def _added(message: Any) -> frozenset[str]:
+    """The fields that senders of earlier releases do not know, and therefore leave out."""
+    return _added_of(message)
+
+
+@cache
+def _added_of(message: Any) -> frozenset[str]:
+    return frozenset(f.name for f in dataclasses.fields(message) if f.metadata.get("added"))
+
+
 def _is_array(hint: Any) -> bool:
     """Whether a field travels in the body: arrays do, and bytes."""
     return typing.get_origin(hint) is np.ndarray or hint in (np.ndarray, bytes)
@@ -96,7 +106,7 @@ def decode(message: type[M], packet: Packet) -> M:
             if is_array:
                 array = _array(name, header["arrays"].get(name), packet.body)
                 content[name] = _bytes(name, array) if hint is bytes else array
-            else:
+            elif name in header["values"] or name not in _added(message):
                 content[name] = _typed(name, header["values"].get(name), hint)
         return message(**content)
     except (ValueError, TypeError) as problem:

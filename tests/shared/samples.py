@@ -54,9 +54,9 @@ SAMPLES: tuple[Any, ...] = (
     m.RgbdFrame(
         7, 123, np.full((6, 8, 3), 9, np.uint8), np.full((6, 8), 1500, np.uint16), CAMERA, POSE
     ),
-    m.Odometry(7, 123, POSE, 0.5, -0.1, collided=True),
+    m.Odometry(7, 123, POSE, 0.5, -0.1, True, planner="5f3a", command_sequence=12),
     m.PoseGraph(2, 456, np.array([123, 234]), np.stack([POSE, POSE]), np.stack([POSE, POSE])),
-    m.VelocityCommand(3, 5, 0.2, -0.4),
+    m.VelocityCommand(3, 5, 0.2, -0.4, planner="5f3a", odometry_stamp_ns=123),
     m.FeatureField(
         7, 123, "mini-1", "minilm", f32(2, 3, 4).astype(np.float16), f32(6, 8),
         np.full((6, 8), 1500, np.uint16), CAMERA, POSE,

@@ -17,6 +17,7 @@ from onemap_shared.messages import (
     Odometry,
     RgbdFrame,
     SearchStatus,
+    VelocityCommand,
 )
 from onemap_shared.wire import Packet, WireError, decode, encode
 from tests.shared.samples import SAMPLES, equal, message_types
@@ -115,6 +116,32 @@ def test_bad_packets_are_refused_with_the_reason(case: str) -> None:
     packet, reason = BAD_PACKETS[case]
     with pytest.raises(WireError, match=reason):
         decode(RgbdFrame, packet)
+
+
+OLDER_COMMAND = VelocityCommand(3, 5, 0.2, -0.4)
+
+
+def older(message: Any, *names: str) -> Packet:
+    """The packet of a sender that does not know these fields."""
+    header = msgpack.unpackb(encode(message).header)
+    for name in names:
+        del header["values"][name]
+    return Packet(msgpack.packb(header), encode(message).body)
+
+
+def test_what_an_earlier_release_does_not_send_has_its_default() -> None:
+    packet = older(OLDER_COMMAND, "planner", "odometry_stamp_ns")
+    assert decode(VelocityCommand, packet) == OLDER_COMMAND
+    with pytest.raises(WireError, match="validity_ms"):
+        decode(VelocityCommand, older(OLDER_COMMAND, "validity_ms"))
+    with pytest.raises(WireError, match="planner"):
+        decode(VelocityCommand, tamper(OLDER_COMMAND, values_planner=None))
+
+
+@pytest.mark.parametrize("name", ["x" * 65, "two\nlines"])
+def test_the_name_of_a_process_is_short_and_printable(name: str) -> None:
+    with pytest.raises(WireError, match="planner has"):
+        decode(VelocityCommand, tamper(OLDER_COMMAND, values_planner=name))
 
 
 def test_an_unknown_state_is_refused() -> None:

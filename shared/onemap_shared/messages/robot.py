@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64, I64, U8, U16, check_rigid
-from onemap_shared.messages.checks import expect
+from onemap_shared.messages.checks import ADDED, check_instance, expect
 
 MAX_KEYFRAMES = 1024  # of one pose graph: 256 kB, which take 50 ms to check
 
@@ -49,6 +49,10 @@ class Odometry:
         linear_mps: speed forwards, in metres per second.
         angular_radps: turning speed, in radians per second, positive to the left.
         collided: whether an obstacle stopped the robot since the previous message.
+        planner: the instance of the planner whose commands the robot follows; empty while it
+            follows none.
+        command_sequence: of the newest command that came from it, followed or not; 0 before the
+            first; -1: the driver does not say, and the planner cannot measure its loop.
     """
 
     sequence: int
@@ -57,9 +61,12 @@ class Odometry:
     linear_mps: float
     angular_radps: float
     collided: bool = False
+    planner: str = field(default="", metadata=ADDED)
+    command_sequence: int = field(default=-1, metadata=ADDED)
 
     def __post_init__(self) -> None:
         check_rigid(self.T_map_body, "T_map_body")
+        check_instance(self.planner, "planner")
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,11 +114,14 @@ class VelocityCommand:
     """Drive with this velocity for at most ``validity_ms`` after it arrived, then brake.
 
     Attributes:
-        sequence: counts the commands.
+        sequence: counts the commands of this planner, from 1.
         stamp_ns: when the command was made, on the planner's wall clock.
         linear_mps: speed forwards, in metres per second; negative backwards.
         angular_radps: turning speed, in radians per second, positive to the left.
         validity_ms: milliseconds after its arrival for which the command holds.
+        planner: the instance of the planner that sends it; empty: it does not say.
+        odometry_stamp_ns: the stamp of the newest odometry that the planner had, by which the
+            robot tells on its own clock how old the command is; 0: the planner does not say.
     """
 
     sequence: int
@@ -119,7 +129,15 @@ class VelocityCommand:
     linear_mps: float
     angular_radps: float
     validity_ms: int = 300
+    planner: str = field(default="", metadata=ADDED)
+    odometry_stamp_ns: int = field(default=0, metadata=ADDED)
 
     def __post_init__(self) -> None:
+        check_instance(self.planner, "planner")
         if not np.isfinite((self.linear_mps, self.angular_radps)).all():
             raise ValueError("velocity is NaN or infinite")
+
+    @property
+    def moves(self) -> bool:
+        """Whether it is not a stop."""
+        return self.linear_mps != 0.0 or self.angular_radps != 0.0

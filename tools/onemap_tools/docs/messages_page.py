@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import typing
 from collections.abc import Iterator, Sequence
 from enum import Enum, IntEnum
@@ -139,9 +140,16 @@ def _message(cls: type, common: dict[str, str]) -> Iterator[str]:
     hints = typing.get_type_hints(cls)
     for name, note in notes.items():
         shape, meaning = split_shape(note) if _is_array(hints[name]) else ("", note)
+        meaning += _if_left_out(cls, name)
         meaning = meaning.replace("``", "`").replace("<", "&lt;")
         yield f"| `{name}` | {_kind(hints[name])} | {shape} | {meaning} |"
     yield ""
+
+
+def _if_left_out(cls: type, name: str) -> str:
+    """The default of a field that was added to the message later; empty for the others."""
+    (each,) = (each for each in dataclasses.fields(cls) if each.name == name)
+    return f" May be left out: `{json.dumps(each.default)}`." if each.metadata.get("added") else ""
 
 
 def _enum(kind: type[Enum]) -> Iterator[str]:

@@ -44,10 +44,12 @@ The body holds the arrays one after the other, little-endian, the last axis cont
 padded with zeros to a multiple of {alignment} bytes, so that each begins at one. Without arrays it
 is empty; a query has a payload even then.
 
-All fields must be there; none has a default on the wire. An array has the dtype and the shape that
-the message's table states; their names in the header: {dtypes}. Limits: {dimensions} axes,
-{header_bytes} bytes of header, {body_bytes} bytes of body. A receiver refuses a packet that breaks
-one of these rules, or holds a value that the message does not allow, as a whole.
+All fields must be there, except those that may be left out by their table: they were added later,
+and the receiver takes the default that stands there. It ignores values that it does not know. An
+array has the dtype and the shape that the message's table states; their names in the header:
+{dtypes}. Limits: {dimensions} axes, {header_bytes} bytes of header, {body_bytes} bytes of body. A
+receiver refuses a packet that breaks one of these rules, or holds a value that the message does not
+allow, as a whole.
 """
 
 ENUMS = """## Enumerations
