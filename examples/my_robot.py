@@ -18,6 +18,7 @@ import numpy as np
 from onemap_shared import keys
 from onemap_shared.bus import open_bus
 from onemap_shared.camera import Intrinsics, ray_directions
+from onemap_shared.command_gate import CommandGate
 from onemap_shared.config import BusConfig
 from onemap_shared.geometry import F64, U8, U16, camera_mount, pose_2d
 from onemap_shared.messages import Odometry, RgbdFrame, VelocityCommand
@@ -65,14 +66,17 @@ def main(router: str) -> None:
         return
     frames, odometry = bus.publish(keys.ROBOT_RGBD), bus.publish(keys.ROBOT_ODOMETRY)
     commands = bus.subscribe(keys.ROBOT_CMD_VEL)
-    robot, sequence, received_s = Robot(), 0, time.monotonic()
+    robot, gate, sequence, received_s = Robot(), CommandGate(), 0, time.monotonic()
     try:
         while not stop.is_set():
             command = commands.take(PERIOD_S)  # waits up to one period
+            if command is not None:  # only of one planner, and made on fresh odometry
+                gate, command = gate.receive(command, time.monotonic(), time.time_ns())
             received_s = time.monotonic() if command is not None else received_s
             follow(robot, command, time.monotonic() - received_s)
             stamp_ns, pose = time.time_ns(), robot.pose()
-            odometry.put(Odometry(sequence, stamp_ns, pose, linear_mps=0.0, angular_radps=0.0))
+            echo = gate.echo(time.monotonic())  # by this the planner measures its delay
+            odometry.put(Odometry(sequence, stamp_ns, pose, 0.0, 0.0, False, *echo))
             if sequence % FRAME_EVERY == 0:
                 rgb, depth_mm = robot.image()
                 T_map_camera = pose @ T_BODY_CAMERA

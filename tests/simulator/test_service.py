@@ -94,6 +94,27 @@ def test_obeys_commands_and_stops_when_they_cease(robot: Robot) -> None:
     assert metrics["deadman_stops"] == 1
 
 
+def test_its_odometry_says_which_planner_s_command_it_has(robot: Robot) -> None:
+    echoes = []
+
+    def echoed() -> bool:
+        odometry = robot.odometry.take(0.0)
+        echoes.extend([(odometry.planner, odometry.command_sequence)] if odometry else [])
+        return ("a", 3) in echoes
+
+    assert not robot.run_until(echoed, steps=20)
+    assert set(echoes) == {("", 0)}
+    robot.commands.put(VelocityCommand(3, 0, 0.0, 0.5, planner="a"))
+    assert robot.run_until(echoed)
+    for planner, stamp_ns in (("b", 0), ("a", 1), ("a", 1)):
+        robot.commands.put(VelocityCommand(4, 0, 0.0, 0.5, 300, planner, stamp_ns))
+        robot.worker.step(0.02)
+    metrics = robot.worker.health().metrics or {}
+    counted = ("commands_foreign", "commands_late", "commands_disordered")
+    assert [metrics[name] for name in counted] == [1, 1, 1]
+    assert metrics["commands_received"] == 2  # the late one as a stop
+
+
 def test_replies_with_the_ground_truth(robot: Robot) -> None:
     truth = robot.bus.call(ROBOT_TRUTH, TruthRequest("sofa", 1.5, 2.4))
     assert truth.instances == 1

@@ -18,9 +18,10 @@ from pathlib import Path
 
 import numpy as np
 
+from onemap_shared.command_gate import CommandGate
 from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
-from onemap_shared.messages import Odometry, RgbdFrame, Truth, TruthRequest
+from onemap_shared.messages import Odometry, RgbdFrame, Truth, TruthRequest, VelocityCommand
 from onemap_shared.rates import RateMeter
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
@@ -157,6 +158,7 @@ class SimulatorWorker:
             eye_height_m=config.camera.height_m,
         )
         self._commands = bus.subscribe(ROBOT_CMD_VEL)
+        self._gate = CommandGate(robot.max_command_age_s)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
         camera = RgbdCamera.of(scene, Renderer(scene), config.camera, camera_rng)
         self._camera = CameraThread(bus, camera, FrameLink(config.frame_link, link_rng))
@@ -171,18 +173,23 @@ class SimulatorWorker:
         now_s = time.monotonic()
         self._collided = self._simulation.advance(now_s) or self._collided
         if command is not None:
-            velocity = Velocity2d(command.linear_mps, command.angular_radps)
-            self._simulation.receive_command(velocity, now_s, command.validity_ms / 1e3)
+            self._obey(command, now_s)
         odometry_due, rgbd_due = now_s >= self._odometry_due_s, now_s >= self._rgbd_due_s
         if not (odometry_due or rgbd_due):
             return
         pose = self._stamped_pose()
         if odometry_due:
             self._odometry_due_s = _next(self._odometry_due_s, self._config.odometry_hz, now_s)
-            self._publish_odometry(pose)
+            self._publish_odometry(pose, now_s)
         if rgbd_due:
             self._rgbd_due_s = _next(self._rgbd_due_s, self._config.rgbd_hz, now_s)
             self._camera.offer(pose)
+
+    def _obey(self, command: VelocityCommand, now_s: float) -> None:
+        self._gate, allowed = self._gate.receive(command, now_s, time.time_ns())
+        if allowed is not None:
+            velocity = Velocity2d(allowed.linear_mps, allowed.angular_radps)
+            self._simulation.receive_command(velocity, now_s, allowed.validity_ms / 1e3)
 
     def health(self) -> Health:
         """Ready once the first image was published."""
@@ -194,6 +201,9 @@ class SimulatorWorker:
                 "collisions": counts.collisions,
                 "commands_received": counts.commands_received,
                 "commands_refused": self._commands.counters.refused,
+                "commands_late": self._gate.late,
+                "commands_foreign": self._gate.foreign,
+                "commands_disordered": self._gate.disordered,
                 "deadman_stops": counts.deadman_stops,
                 "edges_crossed": counts.edges_crossed,
                 "people_touched": counts.people_touched,
@@ -215,8 +225,9 @@ class SimulatorWorker:
         x_m, y_m = self._localisation.true_place(request.x_m, request.y_m)
         return truth_reply(truth, TruthRequest(request.name, x_m, y_m))
 
-    def _publish_odometry(self, pose: StampedPose) -> None:
+    def _publish_odometry(self, pose: StampedPose, now_s: float) -> None:
         velocity = self._simulation.state.velocity
+        planner, command_sequence = self._gate.echo(now_s)
         self._odometry.put(
             Odometry(
                 self._sequence,
@@ -225,6 +236,8 @@ class SimulatorWorker:
                 velocity.linear_mps,
                 velocity.angular_radps,
                 collided=self._collided,
+                planner=planner,
+                command_sequence=command_sequence,
             )
         )
         self._sequence += 1

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pydantic import Field
 
+from onemap_shared.command_gate import MAX_COMMAND_AGE_S
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, wrap_angle
 from onemap_shared.params import Params
 
@@ -40,6 +41,13 @@ class RobotParams(Params):
     )
     deadman_s: float = Field(
         default=0.3, gt=0, le=5, description="Without a command for so long, it brakes."
+    )
+    max_command_age_s: float = Field(
+        default=MAX_COMMAND_AGE_S,
+        gt=0,
+        le=60,
+        description="A command that was made on odometry older than so many seconds brakes the "
+        "robot: the planner itself stops it at planner.staleness.max_loop_s, which is less.",
     )
 
 

@@ -38,7 +38,7 @@ class Harness:
         start_s, steps = self.robot._now_s, round(seconds * 20)
         for n in range(steps):
             self.command(linear, angular)
-            self.robot.obey(self.robot.received(), start_s + n / 20)
+            self.robot.obey(self.robot.received(), start_s + n / 20, 0)
             self.robot.advance(start_s + (n + 1) / 20)
         return self.odometry()
 
@@ -92,14 +92,14 @@ def test_speeds_are_limited() -> None:
 def test_a_command_that_expired_stops_it() -> None:
     harness = Harness()
     harness.command(0.5, validity_ms=100)
-    harness.robot.obey(harness.robot.received(), 0.0)
-    harness.robot.obey(harness.robot.received(), 0.0)  # nothing new: the command stays
+    harness.robot.obey(harness.robot.received(), 0.0, 0)
+    harness.robot.obey(harness.robot.received(), 0.0, 0)  # nothing new: the command stays
     harness.robot.advance(0.5)
     odometry = harness.odometry()
     assert odometry.T_map_body[0, 3] == pytest.approx(0.05)
     assert odometry.linear_mps == 0.0
     harness.command(0.5, validity_ms=9000)  # the deadman limit is shorter
-    harness.robot.obey(harness.robot.received(), 0.5)
+    harness.robot.obey(harness.robot.received(), 0.5, 0)
     harness.robot.advance(1.4)
     assert harness.odometry().T_map_body[0, 3] == pytest.approx(0.05 + 0.5 * 0.3)
 
@@ -108,7 +108,7 @@ def test_a_pause_is_not_caught_up_with_for_long() -> None:
     harness = Harness()
     harness.robot.advance(100.0)
     harness.command(0.5)
-    harness.robot.obey(harness.robot.received(), 100.0)
+    harness.robot.obey(harness.robot.received(), 100.0, 0)
     harness.robot.advance(100.1)
     assert harness.odometry().T_map_body[0, 3] == pytest.approx(0.05)
 

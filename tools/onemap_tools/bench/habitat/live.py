@@ -22,7 +22,7 @@ class LiveHabitatRobot:
         stamp_ns: the wall clock's, of what is published.
         """
         self._robot.advance(now_s)
-        self._robot.obey(command, now_s)
+        self._robot.obey(command, now_s, stamp_ns)
         if now_s >= self._odometry_due_s:
             self._odometry_due_s = following(self._odometry_due_s, 1 / ODOMETRY_HZ, now_s)
             self._robot.publish_odometry(stamp_ns)

@@ -65,7 +65,7 @@ class LockstepHabitatRobot:
         self._sequence += 1
         linear, angular = command.linear_mps, command.angular_radps
         self._commands.put(VelocityCommand(self._sequence, stamp_ns(before_s), linear, angular))
-        self._robot.obey(self._robot.received(), before_s)
+        self._robot.obey(self._robot.received(), before_s, stamp_ns(before_s))
         self._robot.advance(now_s)
         self._robot.publish_odometry(stamp_ns(now_s))
         self._last = _received(self._odometry)

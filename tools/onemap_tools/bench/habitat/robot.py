@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from onemap_shared.command_gate import CommandGate
 from onemap_shared.geometry import F32, F64, U16, Velocity2d, wrap_angle, yaw_of
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD
 from onemap_shared.messages import Odometry, RgbdFrame, VelocityCommand
@@ -51,6 +52,7 @@ class HabitatRobot:
         self._odometry = bus.publish(ROBOT_ODOMETRY)
         self._frames = bus.publish(ROBOT_RGBD)
         self._now_s = now_s
+        self._gate = CommandGate()
         self._command, self._expires_s = Velocity2d(), now_s
         self._velocity = Velocity2d()
         self._collided = self._touches = False
@@ -67,8 +69,14 @@ class HabitatRobot:
         """The newest command; None if none arrives within ``timeout_s``."""
         return self._commands.take(timeout_s)
 
-    def obey(self, command: VelocityCommand | None, now_s: float) -> None:
-        """Follow a command that arrived at ``now_s``; None leaves the last one in force."""
+    def obey(self, command: VelocityCommand | None, now_s: float, stamp_ns: int) -> None:
+        """Follow a command that arrived at ``now_s``; None leaves the last one in force.
+
+        stamp_ns: the same moment, by the clock that odometry is stamped with.
+        """
+        if command is None:
+            return
+        self._gate, command = self._gate.receive(command, now_s, stamp_ns)
         if command is None:
             return
         p = self._params
@@ -92,6 +100,7 @@ class HabitatRobot:
     def publish_odometry(self, stamp_ns: int) -> None:
         """Where the body is and how fast it moves."""
         v = self._velocity
+        planner, command_sequence = self._gate.echo(self._now_s)
         self._odometry.put(
             Odometry(
                 self._next("odometry"),
@@ -100,6 +109,8 @@ class HabitatRobot:
                 v.linear_mps,
                 v.angular_radps,
                 collided=self._collided,
+                planner=planner,
+                command_sequence=command_sequence,
             )
         )
         self._collided = False

@@ -1,0 +1,68 @@
+"""Which velocity commands a robot follows: those of one planner, made on what it sent just now.
+
+For every driver: the simulator, the robot of Habitat and ``examples/my_robot.py`` use it. Times
+are seconds of any monotonic clock; stamps are those of the robot's own odometry, so that no two
+clocks are compared.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from onemap_shared.messages import VelocityCommand
+
+# A planner stops a robot at a loop of 0.6 s; this is the robot's own check of the same, later, so
+# that a planner that works stops it first.
+MAX_COMMAND_AGE_S = 1.0
+# A planner that is silent for longer than a command is valid (0.3 s) and than it sends stops after
+# a search (0.5 s) has let go of the robot.
+RELEASE_S = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class CommandGate:
+    """The planner that the robot follows, and its newest command; for the next odometry.
+
+    planner: its instance; empty before the first command, or if it does not say. sequence: of
+    its newest command, at least 0. heard_s: when that arrived. late, foreign and
+    disordered: counts of commands that were made on old odometry, came from another planner, or
+    were not newer than the newest.
+    """
+
+    max_age_s: float = MAX_COMMAND_AGE_S
+    planner: str = ""
+    sequence: int = 0
+    heard_s: float = float("-inf")
+    late: int = 0
+    foreign: int = 0
+    disordered: int = 0
+
+    def receive(
+        self, command: VelocityCommand, now_s: float, stamp_ns: int
+    ) -> tuple[CommandGate, VelocityCommand | None]:
+        """The gate after a command that arrived at ``now_s``, and what the robot does.
+
+        None: the command counts for nothing. A late command becomes a stop: the planner does not
+        see what happens now. ``stamp_ns``: the time now, as odometry would be stamped with it.
+        """
+        if self.holds(now_s):
+            if command.planner != self.planner:
+                return replace(self, foreign=self.foreign + 1), None
+            if command.planner and command.sequence <= self.sequence:
+                return replace(self, disordered=self.disordered + 1), None
+        gate = replace(
+            self, planner=command.planner, sequence=max(command.sequence, 0), heard_s=now_s
+        )
+        age_s = (stamp_ns - command.odometry_stamp_ns) * 1e-9
+        if command.odometry_stamp_ns == 0 or age_s <= self.max_age_s or not command.moves:
+            return gate, command
+        stop = replace(command, linear_mps=0.0, angular_radps=0.0)
+        return replace(gate, late=self.late + 1), stop
+
+    def echo(self, now_s: float) -> tuple[str, int]:
+        """The planner that the robot follows now and its newest command, for odometry."""
+        return (self.planner, self.sequence) if self.holds(now_s) else ("", 0)
+
+    def holds(self, now_s: float) -> bool:
+        """Whether the planner that the robot follows was heard within ``RELEASE_S``."""
+        return now_s - self.heard_s <= RELEASE_S
