@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 from onemap_shared.messages import VelocityCommand
 
-# A planner stops a robot at a loop of 0.6 s; this is the robot's own check of the same, later, so
-# that a planner that works stops it first.
-MAX_COMMAND_AGE_S = 1.0
+# As the planner's limit of the loop: the robot's own measure of the same, on its own clock. With
+# 1.0 s commands that were under way when a link slowed down let it drive on, into a wall.
+MAX_COMMAND_AGE_S = 0.6
 # A planner that is silent for longer than a command is valid (0.3 s) and than it sends stops after
 # a search (0.5 s) has let go of the robot.
 RELEASE_S = 1.0

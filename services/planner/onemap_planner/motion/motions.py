@@ -32,6 +32,15 @@ class Pose2d:
         return float(np.hypot(xy[0] - self.x_m, xy[1] - self.y_m))
 
 
+def moved(pose: Pose2d, velocity: Velocity2d, dt_s: float) -> Pose2d:
+    """The pose after ``dt_s`` seconds at this velocity; the chord of its arc is as long as it."""
+    turn = velocity.angular_radps * dt_s
+    length, heading = velocity.linear_mps * dt_s, pose.yaw_rad + 0.5 * turn
+    x_m = pose.x_m + length * float(np.cos(heading))
+    y_m = pose.y_m + length * float(np.sin(heading))
+    return Pose2d(x_m, y_m, wrap_angle(pose.yaw_rad + turn))
+
+
 @dataclass(frozen=True, slots=True)
 class Rest:
     """Stand still."""

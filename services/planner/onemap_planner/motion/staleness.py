@@ -41,6 +41,18 @@ class StalenessParams(Params):
     max_odometry_age_s: PositiveFloat = Field(
         default=0.5, description="Seconds since new odometry came: 0.35 m at top speed."
     )
+    max_loop_s: PositiveFloat = Field(
+        default=0.6,
+        description="Seconds from a command, over the robot, to the odometry that names it, above "
+        "which the robot stops: 0.1 on one computer, 0.4 on a slow wireless network. At top speed "
+        "it is then 0.42 m from where the planner takes it to be.",
+    )
+    max_odometry_delay_s: PositiveFloat = Field(
+        default=0.3,
+        description="Seconds that odometry may arrive later than the fastest of the last minute, "
+        "by its stamp, where the robot names no command and the loop cannot be measured: one way "
+        "of two.",
+    )
     map_periods: float = Field(
         default=2.0,
         ge=1,

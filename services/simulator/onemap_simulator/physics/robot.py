@@ -47,7 +47,7 @@ class RobotParams(Params):
         gt=0,
         le=60,
         description="A command that was made on odometry older than so many seconds brakes the "
-        "robot: the planner itself stops it at planner.staleness.max_loop_s, which is less.",
+        "robot, as planner.staleness.max_loop_s does at the other end of the link.",
     )
 
 
