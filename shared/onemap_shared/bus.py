@@ -156,6 +156,11 @@ class ZenohBus:
             ),
         ]
 
+    @property
+    def instance(self) -> str:
+        """See ``transport.Bus``."""
+        return self._name[1]
+
     def _on_liveliness(self, sample: zenoh.Sample) -> None:
         key = str(sample.key_expr)
         if sample.kind == zenoh.SampleKind.PUT:

@@ -8,6 +8,7 @@ refused here; a subscription keeps the newest only; a call without a server rais
 from __future__ import annotations
 
 import threading
+import uuid
 from collections import defaultdict
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -64,6 +65,7 @@ class MemoryBus:
 
     def __init__(self, router: MemoryRouter) -> None:
         self._router = router
+        self.instance = uuid.uuid4().hex[:12]
         self._pool = ThreadPoolExecutor(4, "memory-bus")
 
     def publish(self, topic: Topic[M]) -> Publisher[M]:

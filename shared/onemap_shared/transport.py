@@ -97,6 +97,10 @@ class Subscription(Protocol[M_co]):
 class Bus(Protocol):
     """Topics to publish and follow, procedures to serve and call."""
 
+    @property
+    def instance(self) -> str:
+        """Which process of its service this is, as in its liveliness token."""
+
     def publish(self, topic: Topic[M]) -> Publisher[M]: ...
 
     def subscribe(self, topic: Topic[M], capacity: int = 1) -> Subscription[M]:

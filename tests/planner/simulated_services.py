@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -13,6 +14,7 @@ from onemap_planner.search.phases import Confirming
 from onemap_planner.service import Planner
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_shared import keys
+from onemap_shared.command_gate import CommandGate
 from onemap_shared.geometry import pose_2d
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import (
@@ -46,6 +48,7 @@ class SimulatedServices:
         self.odometry = self.robot.publish(keys.ROBOT_ODOMETRY)
         self.revisions = self.mapper.publish(keys.MAP_REVISION)
         self.commands = self.robot.subscribe(keys.ROBOT_CMD_VEL, capacity=1000)
+        self.driver, self.gate = self.robot.subscribe(keys.ROBOT_CMD_VEL), CommandGate()
         self.states = self.caller.subscribe(keys.SEARCH_STATE, capacity=1000)
         self.paths = self.caller.subscribe(keys.SEARCH_PATH, capacity=1000)
         self.resets: list[str] = []
@@ -89,13 +92,21 @@ class SimulatedServices:
         stamp_ns = self.count * 50_000_000
         if odometry:
             pose = pose_2d(2.0, 2.0, 0.0)
-            self.odometry.put(Odometry(self.count, stamp_ns, pose, 0.0, 0.0))
+            echo = self._obey(stamp_ns)
+            self.odometry.put(Odometry(self.count, stamp_ns, pose, 0.0, 0.0, False, *echo))
         if revision:
             self.revisions.put(
                 MapRevision(self.count, self.count, stamp_ns, "mini", "mini", 1, 1, 1, 1.0, 4.0)
             )
         self.planner.step(0.0)
         self.planner.step(0.05)
+
+    def _obey(self, stamp_ns: int) -> tuple[str, int]:
+        """The robot takes its newest command; what its odometry says of it."""
+        command = self.driver.take(0.0)
+        if command is not None:
+            self.gate, _ = self.gate.receive(command, time.monotonic(), stamp_ns)
+        return self.gate.echo(time.monotonic())
 
     def until(self, reached: Callable[[], bool], **streams: bool) -> None:
         for _ in range(STEPS):

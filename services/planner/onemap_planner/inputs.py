@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 
+from onemap_planner.motion.loop_time import LoopMonitor, OdometryDelay, SentCommand
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.staleness import (
     Arrival,
@@ -14,11 +15,13 @@ from onemap_planner.motion.staleness import (
     newest,
     stale_reason,
 )
+from onemap_planner.motion.velocity_controller import ControllerInputs
 from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import MapRevision, Odometry
 from onemap_shared.rates import RateMeter
 
 MAX_ODOMETRY_STEP_M = 1.0  # a longer step between two messages: carried or restarted, not driven
+USUAL_LOOP_S = 0.1  # of a command on one computer: in drive.reaction_s, with one control period
 MIN_SPEED_MPS = 0.005  # below this a changing pose is noise, not driving
 
 
@@ -29,7 +32,7 @@ class LatestInputs:
     collided_s: when a collision was last reported; odometer_m: distance driven since the start;
     map_rate: of new frames in the map; map_version: (revision, frames fused) of the newest map;
     map_count: different maps so far; exchange_count: of these, those that took the place of
-    another in a running mapper.
+    another in a running mapper; loop and delay: how long commands and odometry travel.
     """
 
     pose: Pose2d | None = None
@@ -41,6 +44,8 @@ class LatestInputs:
     map_count: int = 0
     exchange_count: int = 0
     map_rate: RateMeter = field(default_factory=RateMeter)
+    loop: LoopMonitor = field(default_factory=LoopMonitor)
+    delay: OdometryDelay = field(default_factory=OdometryDelay)
 
     def ages(self, now_s: float) -> InputAges:
         """Ages of odometry and map at ``now_s``."""
@@ -52,7 +57,26 @@ class LatestInputs:
 
     def stale_reason(self, now_s: float, params: StalenessParams) -> str:
         """Why the robot must stop; empty if it may move."""
-        return stale_reason(self.ages(now_s), params)
+        return stale_reason(self.ages(now_s), params) or self._late_reason(now_s, params)
+
+    def for_controller(
+        self, search_id: str, now_s: float, params: StalenessParams
+    ) -> ControllerInputs:
+        """What the velocity controller needs at ``now_s``; the id is empty without a search."""
+        return ControllerInputs(
+            now_s=now_s,
+            search_id=search_id,
+            pose=self.pose and self.loop.predicted(self.pose, now_s, USUAL_LOOP_S),
+            stale_reason=self.stale_reason(now_s, params),
+            map_age_s=self.ages(now_s).map_content_s,
+            confirmed=self.loop.confirmed(now_s),
+            loop_s=self.loop.loop_s(now_s),
+        )
+
+    def _late_reason(self, now_s: float, params: StalenessParams) -> str:
+        if self.loop.named:
+            return self.loop.problem(now_s, params.max_loop_s)
+        return self.delay.problem(params.max_odometry_delay_s)
 
 
 def with_odometry(inputs: LatestInputs, message: Odometry, now_s: float) -> LatestInputs:
@@ -67,7 +91,14 @@ def with_odometry(inputs: LatestInputs, message: Odometry, now_s: float) -> Late
         collided_s=now_s if message.collided else inputs.collided_s,
         odometer_m=inputs.odometer_m + (driven_m if driven_m < MAX_ODOMETRY_STEP_M else 0.0),
         odometry=newest(inputs.odometry, Arrival(message.sequence, message.stamp_ns, now_s)),
+        loop=inputs.loop.with_odometry(message, now_s),
+        delay=inputs.delay.with_odometry(message.stamp_ns, now_s),
     )
+
+
+def with_sent(inputs: LatestInputs, command: SentCommand) -> LatestInputs:
+    """The inputs after a command was sent: the loop is measured from then on."""
+    return replace(inputs, loop=inputs.loop.with_sent(command))
 
 
 def with_revision(inputs: LatestInputs, message: MapRevision, now_s: float) -> LatestInputs:

@@ -7,11 +7,9 @@ import math
 import time
 
 from onemap_planner.config import PlannerConfig
-from onemap_planner.inputs import LatestInputs, with_odometry, with_revision
-from onemap_planner.motion.velocity_controller import (
-    ControllerInputs,
-    VelocityController,
-)
+from onemap_planner.inputs import LatestInputs, with_odometry, with_revision, with_sent
+from onemap_planner.motion.loop_time import LoopMonitor, SentCommand
+from onemap_planner.motion.velocity_controller import VelocityController
 from onemap_planner.planning_thread import PlanningThread, ThreadInputs
 from onemap_planner.registry import SearchRegistry
 from onemap_planner.search import decision_log, journal
@@ -19,6 +17,7 @@ from onemap_planner.search.phases import Search
 from onemap_planner.search.state_machine import status
 from onemap_planner.search_commands import SearchCommands
 from onemap_shared import keys
+from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import (
     SearchStatus,
     VelocityCommand,
@@ -49,7 +48,7 @@ class Planner:
         self._commands = bus.publish(keys.ROBOT_CMD_VEL)
         self._states = bus.publish(keys.SEARCH_STATE)
         self._registry = SearchRegistry(_restored(config, now_s))
-        self._inputs = LatestInputs()
+        self._inputs = LatestInputs(loop=LoopMonitor(bus.instance))
         self._controller = VelocityController()
         self._sent = self._refused = 0
         self._control_rate = RateMeter()
@@ -108,6 +107,8 @@ class Planner:
             "odometry_age_s": age.odometry_s,
             "map_age_s": age.map_s,
             "map_lag_s": age.map_lag_s,
+            "loop_s": self._inputs.loop.loop_s(now_s),
+            "odometry_delay_s": self._inputs.delay.excess_s,
             "goals": float(result.goals),
             "stops_on_stale": float(self._controller.stops),
             "control_hz": self._control_rate.rate_hz(now_s),
@@ -127,13 +128,8 @@ class Planner:
 
     def _control(self, now_s: float) -> None:
         state = self._registry.state
-        inputs = ControllerInputs(
-            now_s=now_s,
-            search_id=state.search.search_id if state is not None and state.search.active else "",
-            pose=self._inputs.pose,
-            stale_reason=self._inputs.stale_reason(now_s, self._config.staleness),
-            map_age_s=self._inputs.ages(now_s).map_content_s,
-        )
+        search_id = state.search.search_id if state is not None and state.search.active else ""
+        inputs = self._inputs.for_controller(search_id, now_s, self._config.staleness)
         self._controller, send = self._controller.update(
             self._planning_thread.result.plan,
             inputs,
@@ -149,7 +145,20 @@ class Planner:
 
     def _send(self, linear_mps: float, angular_radps: float) -> None:
         self._sent += 1
-        self._commands.put(VelocityCommand(self._sent, time.time_ns(), linear_mps, angular_radps))
+        odometry = self._inputs.odometry
+        command = VelocityCommand(
+            self._sent,
+            time.time_ns(),
+            linear_mps,
+            angular_radps,
+            planner=self._bus.instance,
+            odometry_stamp_ns=odometry.stamp_ns if odometry else 0,
+        )
+        self._inputs = with_sent(
+            self._inputs,
+            SentCommand(self._sent, time.monotonic(), Velocity2d(linear_mps, angular_radps)),
+        )
+        self._commands.put(command)
 
     def _publish_status(self, now_s: float) -> None:
         """Publish the state of the search on every change and every ``STATUS_PERIOD_S``."""

@@ -35,7 +35,8 @@ class ControllerInputs:
     """Inputs of one control step.
 
     search_id: of the active search, empty if none is; stale_reason: why the inputs are too old
-    to move on, empty if they are not; map_age_s: of what the map shows, seconds.
+    to move on, empty if they are not; map_age_s: of what the map shows, seconds; confirmed:
+    whether the robot has named a command; loop_s: from a command to the odometry that names it.
     """
 
     now_s: float
@@ -43,6 +44,13 @@ class ControllerInputs:
     pose: Pose2d | None
     stale_reason: str
     map_age_s: float = 0.0
+    confirmed: bool = True
+    loop_s: float = 0.0
+
+    @property
+    def may_move(self) -> bool:
+        """Whether pose and loop are known and fresh."""
+        return self.pose is not None and self.confirmed and not self.stale_reason
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,12 +94,12 @@ class VelocityController:
             and plan.search_id == inputs.search_id
             and now_s - plan.made_s <= max_plan_age_s
         )
-        if plan is None or not valid or inputs.pose is None or inputs.stale_reason:
+        if plan is None or not valid or inputs.pose is None or not inputs.may_move:
             stops = self.stops + (self.command != STOP)
             stopped = replace(self, command=STOP, wanted=STOP, stops=stops)
             return replace(stopped, at_s=now_s, active_s=now_s), True
         dt_s = min(max(now_s - self.at_s, 0.0), MAX_CONTROL_PERIOD_S)
-        track = PathTracker(params, dt_s, inputs.map_age_s)
+        track = PathTracker(params, dt_s, inputs.map_age_s, inputs.loop_s)
         wanted, command = track.velocity(plan, inputs.pose, self.command)
         moved = replace(self, command=command, wanted=wanted, at_s=now_s, active_s=now_s)
         return moved, True
@@ -99,11 +107,16 @@ class VelocityController:
 
 @dataclass(frozen=True, slots=True)
 class PathTracker:
-    """Tracks a plan ``dt_s`` after the last command, on a map whose content is of that age."""
+    """Tracks a plan ``dt_s`` after the last command.
+
+    map_age_s: of what the map shows when the planner has it; loop_s: seconds that commands and
+    odometry travel, by which the map is older than that at most.
+    """
 
     params: DriveParams
     dt_s: float
     map_age_s: float = 0.0
+    loop_s: float = 0.0
 
     def velocity(
         self, plan: Plan, pose: Pose2d, previous: Velocity2d
@@ -126,7 +139,7 @@ class PathTracker:
 
     def _slowed(self) -> DriveParams:
         """The parameters with the top speed that the age of the map allows."""
-        speed_mps = speed_on_map_mps(self.map_age_s, self.params)
+        speed_mps = speed_on_map_mps(self.map_age_s + self.loop_s, self.params)
         if speed_mps >= self.params.max_linear_mps:
             return self.params
         return self.params.model_copy(update={"max_linear_mps": speed_mps})
