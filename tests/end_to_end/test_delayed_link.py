@@ -1,0 +1,83 @@
+"""A robot over a slow link: it stops, and the planner knows why. In simulated time."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import pytest
+
+from onemap_planner.motion.staleness import StalenessParams
+from onemap_planner.policy.params import PlannerParams
+from tests.end_to_end.delayed_link import drive
+
+LIMIT_S = PlannerParams().staleness.max_loop_s
+BLIND = StalenessParams(max_loop_s=1e9, max_odometry_delay_s=1e9)  # as before the loop was measured
+CONTROL_S = 0.05
+
+
+def constant(delay_s: float, _now_s: float) -> float:
+    return delay_s
+
+
+@pytest.mark.parametrize("delay_s", [0.6, 1.0, 1.5])
+def test_a_delay_that_was_always_there_keeps_the_robot_standing(delay_s: float) -> None:
+    outcome = drive(lambda _: delay_s, duration_s=15.0)
+    assert outcome.moving_s == []
+    assert outcome.driven_m == 0.0
+    assert outcome.reason == (
+        f"a command takes {2 * delay_s:.1f} s to the robot and back, more than {LIMIT_S:g} s"
+    )
+
+
+@pytest.mark.parametrize("delay_s", [0.6, 1.0, 1.5])
+@pytest.mark.parametrize("begins_s", [4.0, 7.5])  # in the room, and short of the wall
+def test_a_delay_that_begins_stops_the_robot_before_the_wall(
+    delay_s: float, begins_s: float
+) -> None:
+    outcome = drive(lambda now_s: delay_s if now_s >= begins_s else 0.02, duration_s=15.0)
+    assert outcome.driven_m > 1.0
+    assert [at_s for at_s in outcome.moving_s if at_s > begins_s + LIMIT_S + CONTROL_S] == []
+    assert outcome.collisions == 0
+
+
+def test_the_wall_is_hit_where_nobody_measures_the_loop() -> None:
+    """The defect that the tests above look for: they see it."""
+    for delay_s in (0.6, 1.0, 1.5):
+        outcome = drive(partial(constant, delay_s), echoes=False, checks=False, staleness=BLIND)
+        assert outcome.collisions > 0
+        assert len(outcome.moving_s) > 500  # of 600
+        assert outcome.reason == ""
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 0.05, 0.15, 0.25])
+def test_over_a_link_within_the_limit_a_wrong_plan_hits_no_wall(delay_s: float) -> None:
+    """The monitor stops the robot where it will be, not where odometry last said it was."""
+    outcome = drive(lambda _: delay_s)
+    assert outcome.driven_m > 10.0
+    assert outcome.collisions == 0
+    assert outcome.late == 0
+
+
+def test_the_robot_drives_again_once_the_link_is_fast() -> None:
+    outcome = drive(lambda now_s: 1.0 if 4.0 <= now_s < 10.0 else 0.02, duration_s=20.0)
+    assert any(at_s > 12.0 for at_s in outcome.moving_s)
+    assert outcome.collisions == 0
+    assert outcome.reason == ""
+
+
+def test_a_robot_that_names_no_command_is_judged_by_its_odometry() -> None:
+    outcome = drive(
+        lambda now_s: 1.0 if now_s >= 4.0 else 0.02, duration_s=15.0, echoes=False, checks=False
+    )
+    assert [at_s for at_s in outcome.moving_s if at_s > 4.0 + LIMIT_S] == []
+    assert outcome.reason == "odometry arrives 1.0 s later than before, more than 0.3 s"
+    assert outcome.collisions == 0
+
+
+@pytest.mark.parametrize("delay_s", [0.6, 1.0, 1.5])
+def test_the_robot_checks_the_age_of_commands_itself(delay_s: float) -> None:
+    """Under a planner that measures nothing."""
+    outcome = drive(lambda _: delay_s, duration_s=15.0, staleness=BLIND, echoes=False)
+    assert len(outcome.moving_s) > 200
+    assert outcome.late > 200
+    assert outcome.driven_m == 0.0
