@@ -46,6 +46,7 @@ def test_a_search_moves_the_robot_and_publishes_its_state(services: SimulatedSer
     assert {"plan_ms", "view_age_s", "odometry_age_s", "goals", "stops_on_stale", "control_hz"} <= (
         set(metrics)
     )
+    assert {"loop_s", "odometry_delay_s", "monitor_slowdowns", "monitor_stops"} <= set(metrics)
 
 
 def test_the_state_says_where_the_robot_drives_and_why(services: SimulatedServices) -> None:

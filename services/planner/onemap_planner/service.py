@@ -111,6 +111,8 @@ class Planner:
             "odometry_delay_s": self._inputs.delay.excess_s,
             "goals": float(result.goals),
             "stops_on_stale": float(self._controller.stops),
+            "monitor_slowdowns": float(self._controller.monitor.slowdowns),
+            "monitor_stops": float(self._controller.monitor.stops),
             "control_hz": self._control_rate.rate_hz(now_s),
         }
         for stream, counters in self._counters().items():

@@ -7,7 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_planner.motion.motions import STOP, Drive, Motion, Pose2d, Rest, Reverse, Rotate
+from onemap_planner.motion.collision_monitor import SLACK_M, MonitorAction
+from onemap_planner.motion.motions import (
+    STOP,
+    Drive,
+    Motion,
+    Pose2d,
+    Rest,
+    Reverse,
+    Rotate,
+    moved,
+)
 from onemap_planner.motion.velocity_controller import (
     BRAKE_S,
     ControllerInputs,
@@ -120,6 +130,29 @@ def test_it_stops_before_what_the_costmap_shows_on_the_way() -> None:
     free, _ = updated(before, plan, away)
     assert not free.blocked
     assert free.command == free.wanted
+    assert (near.monitor.stops, free.monitor.stops) == (1, 0)
+
+
+def test_a_plan_that_drives_at_a_wall_is_slowed_down_and_stopped_once() -> None:
+    rows = ["." * 6] * 6 + ["######"] * 2
+    costmap = costmap_of(drawn_map(*rows, scale=5), (0.5, 1.5), PARAMS.costmap)
+    wrong = Drive(np.array([[0.5, 1.5], [9.0, 1.5]]), (9.0, 1.5))  # the wall begins at x = 3 m
+    controller, pose = VelocityController(at_s=0.95), Pose2d(0.5, 1.5, 0.0)
+    fastest_mps = 0.0
+    for k in range(300):
+        plan = replace(AHEAD, motion=wrong, costmap=costmap, made_s=1.0 + k / 20)
+        controller, _ = updated(controller, plan, ControllerInputs(1.0 + k / 20, "s", pose, ""))
+        fastest_mps = max(fastest_mps, controller.command.linear_mps)
+        pose = moved(pose, controller.command, 0.05)
+    assert fastest_mps > 0.5
+    assert 2.7 < pose.x_m <= 3.0 - PARAMS.costmap.radius_m + SLACK_M + 1e-3
+    assert controller.command.linear_mps < 0.01
+    assert controller.monitor.slowdowns >= 1
+    assert controller.monitor.stops >= 1
+    counts = controller.monitor
+    for _ in range(5):
+        counts = counts.after(MonitorAction.STOPPED)
+    assert counts.stops - controller.monitor.stops <= 1  # one stop, however long it lasts
 
 
 def test_on_an_old_map_it_drives_so_slowly_that_it_stops_in_time() -> None:

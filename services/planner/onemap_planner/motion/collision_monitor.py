@@ -9,6 +9,7 @@ limits allow. The disc may touch no occupied cell and reach over unknown ones on
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 
@@ -21,6 +22,39 @@ FRACTIONS = (0.75, 0.5, 0.25)  # of the commanded speed that are tried, on the s
 STEP_S = 0.05  # of the predicted path: at 0.7 m/s 35 mm, a third of a cell
 SLACK_M = 0.02  # of tracking: a straight path over the corners of navigable cells has none
 NOT_WORSE_M = 1e-6  # rounding of distances
+
+
+class MonitorAction(Enum):
+    """What the monitor did to a command: nothing, less speed, or none."""
+
+    PASSED = "passed"
+    SLOWED = "slowed"
+    STOPPED = "stopped"
+
+
+@dataclass(frozen=True, slots=True)
+class MonitorCounts:
+    """How often the monitor began to slow the robot down, and to stop it; ``last``: its action."""
+
+    slowdowns: int = 0
+    stops: int = 0
+    last: MonitorAction = MonitorAction.PASSED
+
+    def after(self, action: MonitorAction) -> MonitorCounts:
+        """The counts after another command."""
+        began = action is not self.last
+        return MonitorCounts(
+            self.slowdowns + (began and action is MonitorAction.SLOWED),
+            self.stops + (began and action is MonitorAction.STOPPED),
+            action,
+        )
+
+
+def action_of(wanted: Velocity2d, command: Velocity2d) -> MonitorAction:
+    """What was done to a wanted velocity, by the command that became of it."""
+    if abs(command.linear_mps) >= abs(wanted.linear_mps):
+        return MonitorAction.PASSED
+    return MonitorAction.SLOWED if command.linear_mps != 0.0 else MonitorAction.STOPPED
 
 
 def monitored(

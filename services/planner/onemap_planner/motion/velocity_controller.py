@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
-from onemap_planner.motion.collision_monitor import monitored
+from onemap_planner.motion.collision_monitor import MonitorCounts, action_of, monitored
 from onemap_planner.motion.motions import STOP, Motion, Pose2d
 from onemap_planner.motion.pure_pursuit import (
     DriveParams,
@@ -59,7 +59,8 @@ class VelocityController:
 
     command: the last velocity, of ``at_s``; wanted: the velocity that the plan asked for, before
     the costmap was checked; active_s: when a search was last active; stops:
-    how often a moving robot was stopped because of stale inputs.
+    how often a moving robot was stopped because of stale inputs; monitor: how often the collision
+    monitor intervened.
     """
 
     command: Velocity2d = STOP
@@ -67,6 +68,7 @@ class VelocityController:
     active_s: float = float("-inf")
     stops: int = 0
     wanted: Velocity2d = STOP
+    monitor: MonitorCounts = field(default_factory=MonitorCounts)
 
     @property
     def blocked(self) -> bool:
@@ -101,8 +103,9 @@ class VelocityController:
         dt_s = min(max(now_s - self.at_s, 0.0), MAX_CONTROL_PERIOD_S)
         track = PathTracker(params, dt_s, inputs.map_age_s, inputs.loop_s)
         wanted, command = track.velocity(plan, inputs.pose, self.command)
-        moved = replace(self, command=command, wanted=wanted, at_s=now_s, active_s=now_s)
-        return moved, True
+        counts = self.monitor.after(action_of(wanted, command))
+        moved = replace(self, command=command, wanted=wanted, monitor=counts)
+        return replace(moved, at_s=now_s, active_s=now_s), True
 
 
 @dataclass(frozen=True, slots=True)
