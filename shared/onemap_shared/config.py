@@ -2,26 +2,29 @@
 
 A service reads its own section and the common ones, ``bus`` and ``log``. An
 unknown key is refused with its path and the nearest valid name. Environment
-variables ``ONEMAP__SECTION__KEY=value`` (value in YAML) override the file.
+variables ``ONEMAP__SECTION__KEY=value`` (value in YAML, a secret as it is)
+override the file. No error shows a secret.
 """
 
 from __future__ import annotations
 
 import difflib
 import os
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args
 
 import yaml
-from pydantic import BaseModel, Field, SecretStr, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
-from onemap_shared.params import Params
+from onemap_shared.params import Params, is_secret, masked
 from onemap_shared.services import SERVICES
 
 S = TypeVar("S", bound=BaseModel)
 
 PREFIX = "ONEMAP__"
+MAX_SHOWN_CHARS = 200  # of a wrong value
 SECTIONS = ("bus", "log", *SERVICES)
 
 
@@ -68,8 +71,7 @@ def read(path: Path | None, environment: Mapping[str, str] = os.environ) -> dict
             reason = problem.strerror or problem
             raise ConfigError(f"cannot read configuration {path}: {reason}") from problem
         except (yaml.YAMLError, UnicodeDecodeError) as problem:
-            reason = " ".join(str(problem).split())
-            raise ConfigError(f"{path} is not valid YAML: {reason}") from problem
+            raise ConfigError(f"{path} is not valid YAML{_place(problem)}") from None
     source = str(path) if path is not None else "configuration"
     if not isinstance(document, dict):
         raise ConfigError(f"{source} must be a mapping of sections, not {type(document).__name__}")
@@ -90,16 +92,29 @@ def _override(sections: dict[str, dict[str, Any]], environment: Mapping[str, str
         if len(parts) < 2 or not all(parts):
             raise ConfigError(f"{variable} must be {PREFIX}SECTION__KEY")
         _check_name(parts[0], SECTIONS, f"{variable}: section {parts[0]!r} is unknown")
-        try:
-            value = yaml.safe_load(text)
-        except yaml.YAMLError as problem:
-            raise ConfigError(f"{variable}: value {text!r} is not valid YAML") from problem
+        value = text if is_secret(parts[-1]) else _parsed(variable, text)
         place: Any = sections.setdefault(parts[0], {})
         for part in parts[1:-1]:
             place = place.setdefault(part, {})
             if not isinstance(place, dict):
                 raise ConfigError(f"{variable}: {part!r} is a value, not a section")
         place[parts[-1]] = value
+
+
+def _parsed(variable: str, text: str) -> Any:
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError as problem:
+        raise ConfigError(f"{variable}: the value is not valid YAML{_place(problem)}") from None
+
+
+def _place(problem: Exception) -> str:
+    """Where a text is no YAML, and the rule; never the text itself, which may hold a secret."""
+    if isinstance(problem, yaml.MarkedYAMLError) and problem.problem_mark is not None:
+        mark = problem.problem_mark
+        reason = re.sub(r"'[^']{3,}'", "...", problem.problem or "it cannot be read")
+        return f" (line {mark.line + 1}, column {mark.column + 1}): {reason}"
+    return f": {problem.reason}" if isinstance(problem, UnicodeDecodeError) else ""
 
 
 def _check_name(name: object, valid: tuple[str, ...], problem: str) -> None:
@@ -139,7 +154,8 @@ def _sentences(problem: ValidationError, name: str, model: type[BaseModel]) -> l
         if error["type"] == "extra_forbidden":
             sentences.append(f"{path} {_unknown_key(str(place[-1]), owners)}")
         else:
-            got = "a secret" if _is_secret(model, place) else repr(error["input"])
+            secret = any(is_secret(str(part)) for part in place)
+            got = "a secret" if secret else repr(masked(error["input"]))[:MAX_SHOWN_CHARS]
             sentences.append(f"{path}: {error['msg']} (got {got})")
     return sentences
 
@@ -151,11 +167,6 @@ def _unknown_key(key: str, owners: Sequence[type[BaseModel]]) -> str:
             return f"is now called {owner.former_keys[key]!r}: rename it"
     valid = tuple(field for owner in owners for field in owner.model_fields)
     return f"is unknown; {_hint(key, valid)}"
-
-
-def _is_secret(model: type[BaseModel], place: tuple[int | str, ...]) -> bool:
-    field = model.model_fields.get(str(place[0])) if place else None
-    return field is not None and field.annotation is SecretStr
 
 
 def _follow(

@@ -7,7 +7,7 @@ the section that people write. Every field says its unit and the reason for its 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict
 
@@ -21,3 +21,15 @@ class Params(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     former_keys: ClassVar[Mapping[str, str]] = {}
+
+
+def is_secret(key: str) -> bool:
+    """Whether the value of a setting is a secret: taken as it is written, and never shown."""
+    return key == "token" or key.endswith("_token")
+
+
+def masked(value: Any) -> Any:
+    """``value`` with stars for every secret in it."""
+    if isinstance(value, Mapping):
+        return {k: "***" if is_secret(str(k)) else masked(v) for k, v in value.items()}
+    return [masked(item) for item in value] if isinstance(value, list | tuple) else value

@@ -1,10 +1,11 @@
 from __future__ import annotations
 
+import traceback
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 import pytest
-from pydantic import Field
+from pydantic import Field, SecretStr, model_validator
 
 from onemap_shared.config import BusConfig, ConfigError, load, read, section
 from onemap_shared.params import Params
@@ -155,3 +156,39 @@ def test_a_key_of_an_earlier_release_is_refused_with_its_new_name(
     file = write(tmp_path, f"mapper: {{{old}: 1}}")
     with pytest.raises(ConfigError, match=rf"mapper\.{old} is now called '{new}': rename it"):
         load(file, "mapper", Sample)
+
+
+class Locked(Params):
+    token: SecretStr = SecretStr("")
+
+    @model_validator(mode="after")
+    def _refused(self) -> Locked:
+        raise ValueError("never fits")
+
+
+@pytest.mark.parametrize("secret", ["0123", "1e5", "yes", "a: b", "#5", "'q", " s ", "*x", "{"])
+def test_a_secret_of_the_environment_is_taken_as_it_is(secret: str) -> None:
+    assert read(None, {"ONEMAP__GATEWAY__TOKEN": secret}) == {"gateway": {"token": secret}}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "gateway: {token: 'hunter2",
+        "gateway: {token: *hunter2}",
+        "gateway: {token: !hunter2 x}",
+        "gateway: {token: hunter2}",
+        "gateway: {token: [hunter2]}",
+    ],
+)
+def test_no_error_shows_a_secret(text: str, tmp_path: Path) -> None:
+    with pytest.raises(ConfigError) as told:
+        section(read(write(tmp_path, text), {}), "gateway", Locked)
+    assert "hunter2" not in str(told.value)
+    assert "hunter2" not in "".join(traceback.format_exception(told.value))
+
+
+def test_a_long_wrong_value_is_cut() -> None:
+    with pytest.raises(ConfigError) as told:
+        section({"mapper": {"cell_size_m": "9" * 5000 + "x"}}, "mapper", Sample)
+    assert len(str(told.value)) < 400

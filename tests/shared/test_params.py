@@ -5,9 +5,9 @@ from __future__ import annotations
 import importlib
 
 import pytest
-from pydantic import Field, ValidationError
+from pydantic import Field, SecretStr, ValidationError
 
-from onemap_shared.params import Params
+from onemap_shared.params import Params, is_secret, masked
 from onemap_shared.services import ALL
 
 
@@ -56,3 +56,18 @@ def test_every_field_has_a_default_that_fits_and_a_description() -> None:
             assert field.description, f"{kind.__name__}.{name}"
         if not any(field.is_required() for field in kind.model_fields.values()):
             assert kind.model_validate(kind().model_dump()) == kind()
+
+
+def test_a_secret_is_known_by_its_name() -> None:
+    """The name alone decides how the environment is read and what an error shows."""
+    fields = [(name, f.annotation) for kind in declared() for name, f in kind.model_fields.items()]
+    secrets = {name for name, annotation in fields if annotation is SecretStr}
+    assert secrets
+    assert secrets == {name for name, _ in fields if is_secret(name)}
+
+
+def test_secrets_are_masked_at_any_depth() -> None:
+    assert masked({"a": [{"look_token": "hunter2", "b": 1}], "token": "hunter2"}) == {
+        "a": [{"look_token": "***", "b": 1}],
+        "token": "***",
+    }
