@@ -28,11 +28,31 @@ def test_an_open_address_without_a_token_is_refused_with_what_to_do(host: str) -
 @pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.7"])
 def test_an_open_address_is_fine_with_a_token_or_when_asked_for(host: str) -> None:
     assert GatewayConfig(host=host, token=SecretStr("secret")).host == host
+    assert GatewayConfig(host=host, token_file="/run/secret").host == host
     assert GatewayConfig(host=host, allow_unauthenticated=True).host == host
 
 
 def test_the_token_is_not_printed() -> None:
     assert "secret" not in repr(GatewayConfig(token=SecretStr("secret")))
+
+
+@pytest.mark.parametrize(
+    ("values", "reason"),
+    [
+        ({"token": "two words"}, "printable ASCII"),
+        ({"token": "pässwort"}, "printable ASCII"),
+        ({"token": "hunter2", "look_token": "hunter2"}, "the same token"),
+        ({"look_token": "hunter2"}, "without 'token'"),
+        ({"search_token_file": "/x"}, "without 'token'"),
+        ({"token": "hunter2", "token_file": "/x"}, "both set"),
+    ],
+)
+def test_tokens_that_cannot_be_used_are_refused_without_showing_them(
+    values: dict[str, str], reason: str
+) -> None:
+    with pytest.raises(ConfigError, match=reason) as refusal:
+        section({"gateway": values}, "gateway", GatewayConfig)
+    assert "hunter2" not in str(refusal.value)
 
 
 def test_a_former_key_is_refused_with_its_new_name() -> None:

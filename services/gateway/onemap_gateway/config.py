@@ -3,12 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from enum import IntEnum
 from ipaddress import ip_address
 from typing import ClassVar
 
-from pydantic import Field, SecretStr, model_validator
+from pydantic import Field, SecretStr, field_validator, model_validator
 
 from onemap_shared.params import Params
+
+
+class Role(IntEnum):
+    """What a client may do; each role may also do what the ones below it may."""
+
+    NOBODY = 0  # see the page, its documentation, and whether the gateway is well
+    LOOK = 1  # read
+    SEARCH = 2  # start and stop searches
+    ADMINISTER = 3  # change the map, saved maps and objects
+
+
+TOKENS = {Role.ADMINISTER: "token", Role.SEARCH: "search_token", Role.LOOK: "look_token"}
 
 
 class GatewayConfig(Params):
@@ -31,12 +44,30 @@ class GatewayConfig(Params):
     )
     token: SecretStr = Field(
         default=SecretStr(""),
-        description="If set, every POST and DELETE needs 'Authorization: Bearer <token>'.",
+        description="If set, every request that shows or changes something needs 'Authorization: "
+        "Bearer <token>'. This one may do everything. Printable ASCII without spaces; in quotes.",
     )
+    search_token: SecretStr = Field(
+        default=SecretStr(""),
+        description="A second token, which may start and stop searches and read everything, but "
+        "change neither the map nor objects; needs 'token'.",
+    )
+    look_token: SecretStr = Field(
+        default=SecretStr(""),
+        description="A third token, which may only read: map, camera, state, queries; needs "
+        "'token'.",
+    )
+    token_file: str = Field(
+        default="",
+        description="File that holds 'token', so that it is in no environment; a name without a "
+        "folder is that of a systemd credential (LoadCredential=).",
+    )
+    search_token_file: str = Field(default="", description="The same for 'search_token'.")
+    look_token_file: str = Field(default="", description="The same for 'look_token'.")
     allow_unauthenticated: bool = Field(
         default=False,
-        description="Listen beyond loopback without a token: for a container whose port is "
-        "published on loopback, or on a trusted network.",
+        description="Listen beyond loopback without a token: only on a trusted network, because "
+        "whoever reaches the port sees the camera and drives the robot.",
     )
     call_timeout_s: float = Field(
         default=3.0,
@@ -68,9 +99,28 @@ class GatewayConfig(Params):
         default=80, ge=1, le=100, description="Camera image, percent; 80 shows no blocks."
     )
 
+    @field_validator("token", "search_token", "look_token")
+    @classmethod
+    def _can_be_sent(cls, token: SecretStr) -> SecretStr:
+        if any(not "!" <= character <= "~" for character in token.get_secret_value()):
+            raise ValueError("a token may hold only printable ASCII characters and no spaces")
+        return token
+
+    @model_validator(mode="after")
+    def _tokens_fit_together(self) -> GatewayConfig:
+        tokens = [token for token in self.tokens().values() if token]
+        if len(set(tokens)) < len(tokens):
+            raise ValueError("two roles have the same token: each needs one of its own")
+        for name in TOKENS.values():
+            if getattr(self, name).get_secret_value() and getattr(self, f"{name}_file"):
+                raise ValueError(f"'{name}' and '{name}_file' are both set: remove one of them")
+            if self._is_set(name) and not self._is_set("token"):
+                raise ValueError(f"'{name}' is set without 'token', which nobody could use then")
+        return self
+
     @model_validator(mode="after")
     def _token_beyond_loopback(self) -> GatewayConfig:
-        protected = bool(self.token.get_secret_value()) or self.allow_unauthenticated
+        protected = self._is_set("token") or self.allow_unauthenticated
         if not is_loopback(self.host) and not protected:
             raise ValueError(
                 f"listening on {self.host} lets the whole network drive the robot: set 'token', "
@@ -78,6 +128,13 @@ class GatewayConfig(Params):
                 "trusted"
             )
         return self
+
+    def _is_set(self, name: str) -> bool:
+        return bool(getattr(self, name).get_secret_value() or getattr(self, f"{name}_file"))
+
+    def tokens(self) -> dict[Role, str]:
+        """The token of each role; empty if it has none."""
+        return {role: getattr(self, name).get_secret_value() for role, name in TOKENS.items()}
 
 
 def is_loopback(host: str) -> bool:

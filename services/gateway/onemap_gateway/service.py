@@ -16,6 +16,7 @@ from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.listener import listen
 from onemap_gateway.http.security import MAX_BODY_BYTES
 from onemap_gateway.present.service_status import hung_for_s
+from onemap_gateway.token_files import with_token_files
 from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus, Health
 from onemap_shared.watchdog import ThreadCheck
@@ -99,4 +100,4 @@ class GatewayWorker:
 
 def build(bus: Bus, config: GatewayConfig) -> GatewayWorker:
     """A gateway that listens on the configured address."""
-    return GatewayWorker(bus, config)
+    return GatewayWorker(bus, with_token_files(config))
