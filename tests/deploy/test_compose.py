@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -62,6 +63,13 @@ def test_ports_are_published_on_loopback_only(name: str) -> None:
         assert port.startswith("127.0.0.1:")
 
 
+def test_the_gateway_never_starts_without_a_token() -> None:
+    """Whatever its port line says: without the variable, compose itself refuses to start."""
+    environment = SERVICES["gateway"]["environment"]
+    assert environment["ONEMAP__GATEWAY__TOKEN"].startswith("${ONEMAP_TOKEN:?")
+    assert "ONEMAP__GATEWAY__ALLOW_UNAUTHENTICATED" not in environment
+
+
 @ALL
 def test_what_is_mounted_exists(name: str) -> None:
     volumes = set(yaml.safe_load((DEPLOY / "compose.yaml").read_text(encoding="utf-8"))["volumes"])
@@ -86,7 +94,7 @@ def test_commands_name_a_service_and_a_configuration_that_is_there(name: str) ->
 @EACH_ROLE
 def test_the_environment_sets_only_what_the_service_reads(name: str) -> None:
     variables = {
-        variable: "secret" if value is None else str(value)
+        variable: "secret" if str(value).startswith("${") else str(value)
         for source in (SERVICES, GPU_SERVICES)
         for variable, value in source.get(name, {}).get("environment", {}).items()
     }
@@ -160,4 +168,8 @@ def test_docker_compose_accepts_it(files: list[str]) -> None:
     if subprocess.run([*compose_command, "version"], capture_output=True, check=False).returncode:
         pytest.skip("docker has no compose plugin")
     options = [part for file in files for part in ("-f", str(DEPLOY / file))]
-    subprocess.run([*compose_command, *options, "--profile", "demo", "config", "-q"], check=True)
+    subprocess.run(
+        [*compose_command, *options, "--profile", "demo", "config", "-q"],
+        check=True,
+        env={**os.environ, "ONEMAP_TOKEN": "secret"},
+    )
