@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from base64 import urlsafe_b64encode
 from collections.abc import Iterator
 from typing import Any
 
 import anyio
 import pytest
-from pydantic import SecretStr
 from starlette.testclient import TestClient
 from starlette.types import Message, Receive, Scope, Send
 from starlette.websockets import WebSocketDisconnect
 
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http import security
-from onemap_gateway.http.security import MAX_BODY_BYTES
+from onemap_gateway.http.access import LOCK_S, MAX_FAILURES
+from onemap_gateway.http.security import LIVE_PROTOCOL, MAX_BODY_BYTES, TOKEN_PROTOCOL
 from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway.fakes import FakeMapper, FakePlanner, client_on
 
@@ -73,26 +74,108 @@ def test_no_other_site_may_read(client: TestClient) -> None:
     assert "Access-Control-Allow-Origin" not in answer.headers
 
 
+TOKENS = {"token": "aD-min.1", "search_token": "se:arch=", "look_token": "0123"}
+LOCKED = GatewayConfig.model_validate({**TOKENS, "call_timeout_s": 2.0, "live_rate_hz": 50})
+
+
 @pytest.fixture
 def locked(router: MemoryRouter, mapper: FakeMapper, planner: FakePlanner) -> Iterator[TestClient]:
-    with client_on(router, GatewayConfig(token=SecretStr("päss"))) as client:
+    with client_on(router, LOCKED) as client:
         yield client
 
 
-@pytest.mark.parametrize("given", [None, "Bearer", "Bearer wrong", "Basic secret", "secret"])
-def test_changes_need_the_token(locked: TestClient, given: str | None) -> None:
+def bearing(token: str) -> dict[str, str]:
+    return {"Authorization": f"Bearer {token}"}
+
+
+@pytest.mark.parametrize("given", [None, "Bearer", "Bearer wrong", "Basic 0123", "0123"])
+@pytest.mark.parametrize(
+    ("method", "path"),
+    [("POST", "/v1/map/clear"), ("GET", "/v1/map"), ("GET", "/v1/camera.jpg"), ("GET", "/metrics")],
+)
+def test_reads_and_changes_need_a_token(
+    locked: TestClient, given: str | None, method: str, path: str
+) -> None:
     headers = {} if given is None else {"Authorization": given}
-    answer = locked.post("/v1/map/clear", headers=headers)
+    answer = locked.request(method, path, headers=headers)
     assert answer.status_code == 401
     assert answer.headers["WWW-Authenticate"] == "Bearer"
     assert "gateway.token" in answer.json()["detail"]
-    assert locked.get("/v1/map").status_code == 200
 
 
-def test_the_token_opens(router: MemoryRouter, mapper: FakeMapper) -> None:
-    with client_on(router, GatewayConfig(token=SecretStr("secret"))) as client:
-        right = {"Authorization": "Bearer secret"}
-        assert client.post("/v1/map/clear", headers=right).status_code == 200
+def test_without_a_token_only_the_page_and_the_checks_are_public(locked: TestClient) -> None:
+    """Every route that the interface documents, and the page with all that it loads."""
+    public = {"/healthz", "/readyz"}
+    for path, methods in locked.get("/openapi.json").json()["paths"].items():
+        for method in methods:
+            address = path.format(search_id="s1", name="flat", object_id="3f9a12c4")
+            status = locked.request(method, address).status_code
+            assert (status != 401) == (path in public), path
+    for path in ("/", "/docs", "/static/app.js", "/static/swagger-ui/swagger-ui.css"):
+        assert locked.get(path).status_code == 200
+    assert locked.get("/static/../v1/map").status_code in (401, 404)
+
+
+@pytest.mark.parametrize(
+    ("role", "path", "allowed"),
+    [
+        ("look_token", "GET /v1/map", True),
+        ("look_token", "HEAD /v1/map", True),
+        ("look_token", "POST /v1/searches", False),
+        ("look_token", "DELETE /v1/searches/s1", False),
+        ("look_token", "POST /v1/map/clear", False),
+        ("search_token", "GET /v1/map", True),
+        ("search_token", "POST /v1/searches", True),
+        ("search_token", "DELETE /v1/searches/s1", True),
+        ("search_token", "POST /v1/map/clear", False),
+        ("search_token", "DELETE /v1/objects/o1", False),
+        ("search_token", "PUT /v1/maps/flat", False),
+        ("token", "POST /v1/map/clear", True),
+        ("token", "PUT /v1/maps/flat", True),
+    ],
+)
+def test_each_role_may_do_its_work_only(
+    locked: TestClient, role: str, path: str, allowed: bool
+) -> None:
+    method, address = path.split()
+    answer = locked.request(method, address, headers=bearing(TOKENS[role]))
+    assert (answer.status_code != 403) == allowed
+    if not allowed:
+        assert "gateway." in answer.json()["detail"]
+
+
+def protocols(token: str) -> list[str]:
+    return [LIVE_PROTOCOL, TOKEN_PROTOCOL + urlsafe_b64encode(token.encode()).decode().rstrip("=")]
+
+
+def test_the_live_state_needs_a_token_in_the_header_or_the_protocol(locked: TestClient) -> None:
+    address = "ws://localhost:8080/v1/live"
+    with locked.websocket_connect(address, headers=bearing("0123")) as socket:
+        assert socket.receive_json()["services"]
+    with locked.websocket_connect(address, subprotocols=protocols("0123")) as socket:
+        assert socket.accepted_subprotocol == LIVE_PROTOCOL
+        assert socket.receive_json()["services"]
+    for wrong in ([], [LIVE_PROTOCOL], protocols("012"), [TOKEN_PROTOCOL + "x"]):
+        with pytest.raises(WebSocketDisconnect), locked.websocket_connect(address, wrong):
+            pass
+
+
+def test_guessing_is_locked_out_and_the_right_token_with_it(
+    locked: TestClient, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    now_s = [100.0]
+    monkeypatch.setattr("onemap_gateway.http.security.time.monotonic", lambda: now_s[0])
+    for _ in range(MAX_FAILURES):
+        assert locked.get("/v1/map", headers=bearing("guess")).status_code == 401
+    for token in ("guess", "0123"):
+        answer = locked.get("/v1/map", headers=bearing(token))
+        assert answer.status_code == 429
+        assert answer.headers["Retry-After"] == "60"
+    assert locked.get("/healthz").status_code == 200
+    assert "guess" not in caplog.text
+    assert caplog.text.count("wrong tokens") == 1
+    now_s[0] += LOCK_S
+    assert locked.get("/v1/map", headers=bearing("0123")).status_code == 200
 
 
 def test_a_large_body_is_refused(client: TestClient) -> None:

@@ -28,6 +28,7 @@ FLAGS = (
     "--remote-debugging-port=0",
 )
 # Resolves once the condition holds; looks again after every 30 ms.
+STATE_SHOWN = "document.querySelector('#services li')"
 WAIT_FOR = """new Promise((resolve, reject) => {
   const end = performance.now() + %d;
   const look = () => {
@@ -149,10 +150,10 @@ class Page:
         ]
         self.call("Emulation.setEmulatedMedia", features=features)
 
-    def open(self, address: str) -> None:
-        """Load the address and wait until it shows a state."""
+    def open(self, address: str, ready: str = STATE_SHOWN) -> None:
+        """Load the address and wait until ``ready``, by default until it shows a state."""
         self.call("Page.navigate", url=address)
-        self.wait_for("document.querySelector('#services li')")
+        self.wait_for(ready)
 
     def accessible_nodes(self) -> list[tuple[str, str]]:
         """Role and name of everything that assistive technology sees."""

@@ -15,6 +15,7 @@ from tests.gateway.static.conftest import MIDDLE, PHONE, Robot, middle_of, open_
 
 pytestmark = pytest.mark.slow
 
+ASKED = "document.getElementById('token-dialog')?.open"
 MENU_OPEN = "document.getElementById('place-menu').open"
 
 
@@ -154,13 +155,17 @@ def test_a_search_that_the_page_does_not_know_yet_is_named_another(
 @pytest.mark.parametrize(
     "gateway_config", [GatewayConfig(port=0, live_rate_hz=20, token=SecretStr("secret"))]
 )
-def test_a_drive_asks_for_the_token(page: Page, robot: Robot) -> None:
-    place = open_page(page, robot)
-    page.drag(place, place)
-    page.click("#place-go")
-    page.wait_for("document.getElementById('token-dialog').open")
+def test_the_page_asks_for_the_token_before_it_shows_anything(page: Page, robot: Robot) -> None:
+    page.open(robot.address, ready=ASKED)
+    assert page.evaluate(MIDDLE % "free") == 0
+    page.type("#token", "wrong")
+    page.click("#token-dialog .primary")
+    page.wait_for(f"{ASKED} && !document.getElementById('token').value")  # asked again
     page.type("#token", "secret")
     page.click("#token-dialog .primary")
+    place = middle_of(page, "free")
+    page.drag(place, place)
+    page.click("#place-go")
     page.wait_for(f"!{MENU_OPEN} && document.body.classList.contains('searching')")
     assert robot.drive()[0] == "go_to"
 

@@ -46,7 +46,8 @@ fetch `/v1/map.png`, `/v1/camera.jpg` and `/v1/objects` again.
 
 Every GET has a HEAD, and OPTIONS names in `Allow` what an address takes.
 
-If the gateway has a token, every POST, PUT and DELETE needs `Authorization: Bearer <token>`.
+If the gateway has a token, every request but those for the page, this documentation, `/healthz`
+and `/readyz` needs `Authorization: Bearer <token>`.
 """
 
 TAGS = [

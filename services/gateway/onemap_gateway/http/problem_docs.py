@@ -51,11 +51,13 @@ PROBLEM_STATUSES = {
     413: "The body is too large.",
     415: "The body's content type is not JSON.",
     401: "The token is missing or wrong.",
+    403: "The token's role may not do this, or a page of another site asks.",
     404: "No such search, saved map or object.",
     409: "Another search is under way (`search_id` names it), the map is empty, or it belongs to "
     "another encoder.",
     422: "The request cannot be understood, or the encoder does not know a word "
     "(`words` names each, with the known ones nearest to it).",
+    429: "There were too many wrong tokens from this address.",
     503: "A service is missing or does not answer; `service` names it.",
     507: "The mapper cannot write or delete the file.",
 }

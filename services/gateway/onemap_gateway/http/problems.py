@@ -31,6 +31,7 @@ class ProblemType:
 PROBLEM_TYPES: Mapping[str, ProblemType] = {
     "not_json": ProblemType(400, "The body is not JSON"),
     "unauthorized": ProblemType(401, "A token is needed"),
+    "forbidden": ProblemType(403, "This token may not do that"),
     "foreign_origin": ProblemType(403, "The request comes from another site's page"),
     "not_found": ProblemType(404, "There is no such thing here"),
     "unknown_search": ProblemType(404, "There is no such search"),
@@ -46,6 +47,7 @@ PROBLEM_TYPES: Mapping[str, ProblemType] = {
     "misdirected": ProblemType(421, "This host name is not served"),
     "invalid": ProblemType(422, "The request cannot be understood"),
     "unknown_word": ProblemType(422, "The encoder does not know this word"),
+    "locked_out": ProblemType(429, "There were too many wrong tokens"),
     "http": ProblemType(400, "The request was refused"),
     "internal": ProblemType(500, "The gateway failed"),
     "remote": ProblemType(502, "A service failed"),
@@ -93,8 +95,8 @@ class HttpProblem(Exception):
     @property
     def headers(self) -> dict[str, str]:
         """Headers that belong to the status."""
-        if self.status == 503:
-            return {"Retry-After": str(RETRY_AFTER_S)}
+        if self.status in (429, 503):
+            return {"Retry-After": str(self.extra.get("retry_after_s", RETRY_AFTER_S))}
         if self.status == 401:
             return {"WWW-Authenticate": "Bearer"}
         return {}

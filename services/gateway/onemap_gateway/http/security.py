@@ -1,4 +1,4 @@
-"""Checks of host, origin, token and body, before any route runs.
+"""Checks of host, origin, role and body, before any route runs.
 
 A browser lets every page of the web send requests to this machine. The headers ``Host`` and
 ``Origin`` tell those requests from the ones of the gateway's own page (DNS rebinding, CSRF).
@@ -6,40 +6,56 @@ A browser lets every page of the web send requests to this machine. The headers 
 
 from __future__ import annotations
 
-import hmac
+import logging
+import time
+from base64 import urlsafe_b64decode
 from ipaddress import ip_address
+from math import ceil
 from urllib.parse import urlsplit
 
 import anyio
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from onemap_gateway.config import GatewayConfig
+from onemap_gateway.config import TOKENS, GatewayConfig, Role
+from onemap_gateway.http.access import (
+    MAX_FAILURES,
+    READING,
+    LockOut,
+    TokenTable,
+    required_role,
+)
 from onemap_gateway.http.problems import HttpProblem, problem_response
 
 MAX_BODY_BYTES = 64 * 1024
 BODY_TIMEOUT_S = 10.0  # for 64 kB over a link of 6.5 kB/s
-SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+# A browser cannot add a header to a WebSocket, so the page sends its token, in base64url without
+# padding, as one of the subprotocols; the gateway chooses LIVE_PROTOCOL, never the token.
+TOKEN_PROTOCOL = "onemap.token."
+LIVE_PROTOCOL = "onemap.live"
+LOG = logging.getLogger("onemap.gateway")
 
 
 class SecurityMiddleware:
-    """Refuses requests by host, origin, token, and by size, type and duration of the body."""
+    """Refuses requests by host, origin, role, and by size, type and duration of the body."""
 
     def __init__(self, app: ASGIApp, config: GatewayConfig) -> None:
         self._app = app
         self._hosts = frozenset(name.lower() for name in config.allowed_hosts)
-        self._token = config.token.get_secret_value()
+        self._tokens = TokenTable(config.tokens())
+        self._lock_out = LockOut()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """The ASGI interface."""
         headers = Headers(scope=scope)
         try:
             self._check_host(headers)
-            if scope["type"] == "websocket":
+            method = "GET" if scope["type"] == "websocket" else scope["method"]
+            if scope["type"] == "websocket" or method not in READING:
                 self._check_origin(headers)
-            elif scope["method"] not in SAFE_METHODS:
-                self._check_origin(headers)
-                self._check_token(headers)
+            if not self._tokens.open:
+                self._check_role(required_role(method, scope["path"]), scope, headers)
+            if method not in READING:
                 receive = await _buffered_body(headers, receive)
         except HttpProblem as problem:
             if scope["type"] == "websocket":
@@ -73,17 +89,57 @@ class SecurityMiddleware:
             f"A page from {origin[:100]} may not use the robot: open the gateway's own page.",
         )
 
-    def _check_token(self, headers: Headers) -> None:
-        if not self._token:
+    def _check_role(self, required: Role, scope: Scope, headers: Headers) -> None:
+        token = presented_token(headers)
+        if required is Role.NOBODY:
             return
-        scheme, _, given = headers.get("authorization", "").partition(" ")
-        matches = hmac.compare_digest(given.strip().encode(), self._token.encode())
-        if scheme.lower() != "bearer" or not matches:
+        if token is None:
             raise HttpProblem(
                 "unauthorized",
-                "Send the header 'Authorization: Bearer <token>' with the token of the "
+                "Send the header 'Authorization: Bearer <token>' with a token of the "
                 "configuration ('gateway.token').",
             )
+        address, now_s = (scope.get("client") or ("", 0))[0], time.monotonic()
+        if locked_s := self._lock_out.locked_s(address, now_s):
+            raise _locked_out(locked_s)
+        role = self._tokens.role(token)
+        if role is Role.NOBODY:
+            if self._lock_out.count(address, now_s):
+                LOG.warning("%d wrong tokens from %s: refused for a minute", MAX_FAILURES, address)
+            raise HttpProblem(
+                "unauthorized",
+                "The token is not one of the configuration ('gateway.token'): correct it.",
+            )
+        if role < required:
+            raise HttpProblem(
+                "forbidden",
+                f"This token may not do that: use that of 'gateway.{TOKENS[required]}' or of a "
+                "higher role.",
+            )
+
+
+def presented_token(headers: Headers) -> bytes | None:
+    """The token of a request, byte for byte; None if it has none."""
+    scheme, _, given = headers.get("authorization", "").partition(" ")
+    if scheme.lower() == "bearer":
+        return given.strip().encode("latin-1")  # as the server decoded the header
+    for offered in headers.get("sec-websocket-protocol", "").split(","):
+        if (name := offered.strip()).startswith(TOKEN_PROTOCOL):
+            encoded = name.removeprefix(TOKEN_PROTOCOL)
+            try:
+                return urlsafe_b64decode(encoded + "=" * (-len(encoded) % 4))
+            except ValueError:
+                return b""
+    return None
+
+
+def _locked_out(locked_s: float) -> HttpProblem:
+    wait_s = ceil(locked_s)
+    return HttpProblem(
+        "locked_out",
+        f"There were {MAX_FAILURES} wrong tokens from this address: wait {wait_s} s.",
+        retry_after_s=wait_s,
+    )
 
 
 def _host_name(netloc: str) -> str:

@@ -10,17 +10,49 @@ export class ProblemError extends Error {
   }
 }
 
+let asking = null; // the open question for the token, one for all requests that wait for it
+let declined = false; // what nobody pressed a button for does not ask again
+
+// A request of the user: asks for the token if it is missing or wrong.
 export async function send(method, path, body) {
-  const response = await attempt(method, path, body);
-  if (response.status !== 401) return checked(response);
-  if (!(await askForToken())) return checked(response);
-  return checked(await attempt(method, path, body));
+  return (await checked(await allowed(() => attempt(method, path, body), true))).json();
+}
+
+// A request of the page itself.
+export async function read(path) {
+  return (await load(path)).json();
 }
 
 // The image at `path` and the headers of the response.
 export async function fetchImage(path) {
-  const response = await checked(await attempt("GET", path), true);
+  const response = await load(path);
   return { bitmap: await createImageBitmap(await response.blob()), headers: response.headers };
+}
+
+// The bytes at `path`, for an element that cannot send the token itself.
+export async function fetchBlob(path) {
+  return (await load(path)).blob();
+}
+
+// What a WebSocket sends in place of the header: the token as a subprotocol.
+export function protocols() {
+  const token = sessionStorage.getItem("token");
+  if (!token) return ["onemap.live"];
+  const encoded = btoa(token).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
+  return ["onemap.live", `onemap.token.${encoded}`];
+}
+
+async function load(path) {
+  return checked(await allowed(() => attempt("GET", path), false));
+}
+
+async function allowed(request, wanted) {
+  const token = sessionStorage.getItem("token");
+  const response = await request();
+  if (response.status !== 401 || (declined && !wanted)) return response;
+  const others = sessionStorage.getItem("token") !== token; // given while this request ran
+  if (!others && !(await askForToken())) return response;
+  return request();
 }
 
 async function attempt(method, path, body) {
@@ -40,13 +72,20 @@ async function attempt(method, path, body) {
   }
 }
 
-async function checked(response, raw = false) {
-  if (response.ok) return raw ? response : response.json();
+async function checked(response) {
+  if (response.ok) return response;
   const problem = await response.json().catch(() => ({}));
   throw new ProblemError(problem, response.status);
 }
 
 function askForToken() {
+  asking ??= question().finally(() => {
+    asking = null;
+  });
+  return asking;
+}
+
+function question() {
   const dialog = document.getElementById("token-dialog");
   const field = document.getElementById("token");
   field.value = "";
@@ -58,6 +97,7 @@ function askForToken() {
       () => {
         const given = dialog.returnValue === "use" && field.value;
         if (given) sessionStorage.setItem("token", field.value);
+        declined = !given;
         resolve(Boolean(given));
       },
       { once: true },

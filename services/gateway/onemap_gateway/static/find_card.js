@@ -1,5 +1,6 @@
 // The card of a find: its photograph, what is known of it, and what can be done.
 
+import { fetchBlob } from "./api.js";
 import { clockTime, place } from "./format.js";
 import { by } from "./panels.js";
 import { Popup } from "./popup.js";
@@ -32,7 +33,19 @@ export class FindCard extends Popup {
     this.showPhoto(Boolean(object.picture));
     this.photo.alt = `Photograph of the ${object.name}`;
     // A find that was seen again has another photograph at the same address.
-    if (object.picture) this.photo.src = `${object.picture}?seen=${object.last_seen_ns}`;
+    if (object.picture) this.loadPhoto(`${object.picture}?seen=${object.last_seen_ns}`);
+  }
+
+  async loadPhoto(path) {
+    this.wanted = path;
+    try {
+      const photo = await fetchBlob(path);
+      if (this.wanted !== path) return; // another find is shown by now
+      URL.revokeObjectURL(this.photo.src);
+      this.photo.src = URL.createObjectURL(photo);
+    } catch {
+      if (this.wanted === path) this.showPhoto(false);
+    }
   }
 
   // The finds have changed: show the new state of this one, or close.

@@ -1,6 +1,6 @@
 // The objects found so far, which the robot keeps with its map, and the list of them.
 
-import { send } from "./api.js";
+import { read } from "./api.js";
 import { clockTime, place } from "./format.js";
 import { by, element, refill } from "./panels.js";
 
@@ -15,7 +15,7 @@ export class Finds {
   // Fetch the objects if the robot has others than are shown; whether it had.
   async refresh(version) {
     if (version === undefined || version === this.version) return false;
-    const { objects, left_out: leftOut } = await send("GET", "/v1/objects");
+    const { objects, left_out: leftOut } = await read("/v1/objects");
     this.version = version;
     this.objects = objects;
     this.showList(leftOut);

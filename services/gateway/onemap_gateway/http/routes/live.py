@@ -9,6 +9,7 @@ import anyio
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
 from onemap_gateway.http.context import GatewayContext, get_gateway
+from onemap_gateway.http.security import LIVE_PROTOCOL
 from onemap_gateway.present.live import live_document
 
 router = APIRouter(prefix="/v1")
@@ -24,7 +25,8 @@ async def follow(socket: WebSocket) -> None:
     more: a slow one misses states and delays no other client.
     """
     gateway = get_gateway(socket)
-    await socket.accept()
+    offered = LIVE_PROTOCOL in socket.scope.get("subprotocols", ())
+    await socket.accept(LIVE_PROTOCOL if offered else None)
     async with anyio.create_task_group() as tasks:
         tasks.start_soon(_until_gone, socket, tasks.cancel_scope)
         with suppress(WebSocketDisconnect):
