@@ -52,6 +52,7 @@ TALKS = {
     "onemap_planner.registry": "what that thread, the loop and the bus's threads share",
     "onemap_gateway.bus.rpc": "calls on the bus from asynchronous code",
     "onemap_gateway.bus.state_cache": "follows the bus",
+    "onemap_gateway.connections": "ends connections",
     "onemap_gateway.http.context": "the clock that routes read",
     "onemap_gateway.http.events": "waits between two events",
     "onemap_gateway.http.listener": "the socket",
@@ -212,7 +213,7 @@ ONLY_IN = {
     "msgpack": {"onemap_shared.wire"},
     "fastapi": {"onemap_gateway.http", "onemap_gateway.service"},
     "starlette": {"onemap_gateway.http"},
-    "uvicorn": {"onemap_gateway.service"},
+    "uvicorn": {"onemap_gateway.connections", "onemap_gateway.service"},
     "embreex": {"onemap_simulator.rendering.ray_tracer"},
     "trimesh": {
         "onemap_simulator.scene.mesh_texture",

@@ -84,6 +84,13 @@ class GatewayConfig(Params):
         description="Concurrent calls to one service, which handles one of a kind at a time "
         "anyway; queries have threads of their own.",
     )
+    max_connections: int = Field(
+        default=256,
+        ge=8,
+        le=65535,
+        description="Concurrent connections of all clients, sockets of /v1/live included; further "
+        "ones get 503. A page has up to 7; each costs a descriptor, of which a process has 1024.",
+    )
     ready_within_s: float = Field(
         default=5.0,
         gt=0,

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import threading
 import time
+from functools import partial
+from typing import cast
 
 import uvicorn
 
 from onemap_gateway.bus.rpc import RpcClient
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
+from onemap_gateway.connections import LimitedConnection, connection_limit
 from onemap_gateway.http.app import create_app
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.listener import listen
@@ -51,8 +55,9 @@ class GatewayWorker:
             uvicorn.Config(
                 app,
                 lifespan="off",
+                http=self._connections(config),
                 log_config=None,  # the runner configures logging
-                log_level="warning",
+                log_level="error",  # a warning is about bytes that a client sent
                 access_log=False,
                 server_header=False,
                 ws_max_size=MAX_BODY_BYTES,
@@ -66,6 +71,18 @@ class GatewayWorker:
         self._check_server = ThreadCheck("the HTTP server")
         host = f"[{config.host}]" if ":" in config.host else config.host
         LOG.info("the page is at http://%s:%d", host, self.port)
+
+    @staticmethod
+    def _connections(config: GatewayConfig) -> type[asyncio.Protocol]:
+        """What uvicorn makes a connection with."""
+        limit = connection_limit(config.max_connections)
+        if limit < config.max_connections:
+            LOG.warning(
+                "only %d connections at once: the limit of open files (ulimit -n) is lower than "
+                "'gateway.max_connections' needs",
+                limit,
+            )
+        return cast("type[asyncio.Protocol]", partial(LimitedConnection, max_connections=limit))
 
     def step(self, timeout_s: float) -> None:
         """Wait; raise if the server's thread has ended or stands still."""

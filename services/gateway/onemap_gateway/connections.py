@@ -1,0 +1,123 @@
+"""HTTP connections with limits: how many, how long a request may take to come, how slow a reader.
+
+uvicorn waits for ever for the first byte of a request, for the rest of its headers, and for a
+client that does not read; each such connection holds a descriptor.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import resource
+from http import HTTPStatus
+from typing import Any
+
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from onemap_gateway.http.problems import HttpProblem, problem_response
+
+REQUEST_TIMEOUT_S = 10.0  # from the connection, or the last response, to the end of the headers
+READER_TIMEOUT_S = 20.0  # a client that takes nothing for so long is gone
+RESERVED_DESCRIPTORS = 128  # for the bus, files and libraries
+
+
+class LimitedConnection(H11Protocol):
+    """One connection of a client; ``max_connections``: of all clients, this one included."""
+
+    def __init__(self, *arguments: Any, max_connections: int, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._max_connections = max_connections
+        self._deadline: asyncio.TimerHandle | None = None
+        self._stalled: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Wait for a request, or refuse the connection if there are too many."""
+        super().connection_made(transport)
+        if len(self.connections) > self._max_connections:
+            detail = (
+                f"The gateway serves {self._max_connections} connections at once "
+                "('gateway.max_connections') and has no room for another: try again."
+            )
+            self._refuse(HttpProblem("busy", detail, service="gateway"))
+        self._watch()
+
+    def handle_events(self) -> None:
+        """Pass on what has arrived; the deadline ends with the headers."""
+        super().handle_events()
+        self._watch()
+
+    def on_response_complete(self) -> None:
+        """Wait for the next request."""
+        super().on_response_complete()
+        self._watch()
+
+    def handle_websocket_upgrade(self, event: Any) -> None:
+        """Leave the connection to the WebSocket, which has its own pings."""
+        self._cancel()
+        super().handle_websocket_upgrade(event)
+
+    def pause_writing(self) -> None:
+        """The client reads slower than the gateway writes."""
+        super().pause_writing()
+        self._expect_reading()
+
+    def resume_writing(self) -> None:
+        """The client reads again."""
+        super().resume_writing()
+        if self._stalled is not None:
+            self._stalled.cancel()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """End the timers with the connection."""
+        self._cancel()
+        super().connection_lost(exc)
+
+    def send_400_response(self, msg: str) -> None:
+        """Say that the bytes are no HTTP request."""
+        self._refuse(HttpProblem("http", f"{msg} Send HTTP/1.1 with headers below 64 kB."))
+
+    def _expect_reading(self) -> None:
+        """Give the connection up unless the client takes something within the limit."""
+        unsent = self.transport.get_write_buffer_size()
+
+        def look() -> None:
+            if self.transport.get_write_buffer_size() < unsent:
+                self._expect_reading()
+            else:
+                self.transport.abort()
+
+        self._stalled = self.loop.call_later(READER_TIMEOUT_S, look)
+
+    def _refuse(self, problem: HttpProblem) -> None:
+        self.transport.write(raw_response(problem))
+        self.transport.close()
+
+    def _watch(self) -> None:
+        """Run the deadline exactly while no request is being answered."""
+        if self.cycle is not None and not self.cycle.response_complete:
+            self._cancel()
+        elif self._deadline is None and self.transport.get_protocol() is self:
+            # abort: close() would wait for a client that does not read
+            self._deadline = self.loop.call_later(REQUEST_TIMEOUT_S, self.transport.abort)
+
+    def _cancel(self) -> None:
+        for timer in (self._deadline, self._stalled):
+            if timer is not None:
+                timer.cancel()
+        self._deadline = self._stalled = None
+
+
+def raw_response(problem: HttpProblem) -> bytes:
+    """The response to what is no request, or before there is one."""
+    response = problem_response(problem)
+    headers = [*response.raw_headers, (b"connection", b"close")]
+    lines = [f"HTTP/1.1 {problem.status} {HTTPStatus(problem.status).phrase}".encode()]
+    lines += [name + b": " + value for name, value in headers]
+    return b"\r\n".join([*lines, b"", bytes(response.body)])
+
+
+def connection_limit(configured: int) -> int:
+    """``configured``, or fewer where this process may not open so many descriptors."""
+    allowed, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if allowed == resource.RLIM_INFINITY:
+        return configured
+    return max(min(configured, allowed - RESERVED_DESCRIPTORS), 1)
