@@ -25,6 +25,7 @@ ROBOT_BEYOND_MAP_M = 50.0  # further out the robot is left out: its pose is wron
 EMPTY_MAP_SIDE_M = 4.0  # of the image of an empty map
 DEFAULT_SIDE_PX = 900  # longest side when no scale is given
 MAX_PX = 4096
+STRIP_ROWS = 128  # of the image that are mixed at once: a whole one would need 0.5 GB
 MAX_SCALE = 32
 
 
@@ -102,15 +103,23 @@ def blend_heatmap(image: U8, similarity: F32, palette: Palette = DARK) -> U8:
     smooth = _upscaled(np.where(scored, scores, 0.0), factor, cv2.INTER_LINEAR)
     weight = _upscaled(scored.astype(np.float32), factor, cv2.INTER_LINEAR)
     inside = _upscaled(scored.astype(np.uint8), factor, cv2.INTER_NEAREST)
-    # inside a scored cell the weight is 1/4 or more; without it the border would fade
-    heat = np.clip(smooth / np.maximum(weight, 0.25) / top, 0.0, 1.0).astype(np.float32)
+    result: U8 = np.empty_like(image)
+    for first in range(0, len(image), STRIP_ROWS):
+        rows = slice(first, first + STRIP_ROWS)
+        # inside a scored cell the weight is 1/4 or more; without it the border would fade
+        heat = np.clip(smooth[rows] / np.maximum(weight[rows], 0.25) / top, 0.0, 1.0)
+        result[rows] = _heated(image[rows], heat.astype(np.float32), inside[rows], palette)
+    return result
+
+
+def _heated(image: U8, heat: F32, inside: U8, palette: Palette) -> U8:
+    """``image`` (H, W, 3) with the colour of heat (H, W), in [0, 1], where ``inside`` is 1."""
     alpha = HEATMAP_OPACITY * np.sqrt(np.clip(heat - HEATMAP_THRESHOLD, 0.0, None)) * inside
     colours = np.array(palette.heat, np.float32)
     stops = np.linspace(0, 1, len(colours))
     colour = np.stack([np.interp(heat, stops, colours[:, c]) for c in range(3)], axis=-1)
-    mixed = image + alpha[..., None] * (colour - image)
-    result: U8 = np.rint(mixed).astype(np.uint8)
-    return result
+    mixed: U8 = np.rint(image + alpha[..., None] * (colour - image)).astype(np.uint8)
+    return mixed
 
 
 def draw_overlay(canvas: Canvas, overlay: Overlay, palette: Palette = DARK) -> None:
