@@ -62,6 +62,7 @@ TALKS = {
     "onemap_gateway.http.routes.camera": "encodes in a thread",
     "onemap_gateway.http.routes.live": "waits between two states",
     "onemap_gateway.http.routes.map": "draws in a thread",
+    "onemap_gateway.http.shared_results": "computes in tasks, a few at once",
     "onemap_gateway.http.security": "reads a request's body, and the clock for the lock-out",
     "onemap_tools.bench.claims": "times, in processes of its own",
     "onemap_tools.bench.commands": "reads the configuration",

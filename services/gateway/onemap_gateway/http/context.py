@@ -13,6 +13,7 @@ from onemap_gateway.bus.rpc import SERVED_BY, RpcClient
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.problems import from_call_error
+from onemap_gateway.http.shared_results import SharedResults
 from onemap_gateway.present.metrics import RequestCounter
 from onemap_gateway.present.service_status import (
     PipelineFault,
@@ -36,6 +37,10 @@ class GatewayContext:
     rpc: RpcClient
     config: GatewayConfig
     requests: RequestCounter = field(default_factory=RequestCounter)
+    images: SharedResults = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "images", SharedResults(self.config.call_timeout_s))
 
     def now_ns(self) -> int:
         """Wall-clock time, the clock of capture stamps."""
@@ -58,6 +63,11 @@ class GatewayContext:
 
     def _hung_problem(self, service: str) -> str:
         return hung_problem(service, self.cache.state_with_fresh_liveliness(), self.cache.now_s())
+
+    def map_revision(self) -> int | None:
+        """The revision of the map, as far as it was announced; None before the first."""
+        revision = self.cache.state.revision
+        return revision.message.revision if revision else None
 
     async def view(self, text: str | None = None) -> SearchView:
         """The current map, with the similarity to ``text`` if given."""

@@ -10,6 +10,7 @@ from fastapi import APIRouter, Query, Response
 from onemap_gateway.http.context import GatewayDep
 from onemap_gateway.http.problem_docs import problem_responses
 from onemap_gateway.http.problems import HttpProblem
+from onemap_gateway.http.shared_results import SharedResponse
 from onemap_gateway.present.camera_image import annotate_detections, encode_jpeg
 
 router = APIRouter(prefix="/v1", tags=["camera"])
@@ -43,10 +44,13 @@ async def get_camera(
         )
     frame = state.frame.message
     drawn = state.detections_now(now_s) if detections else None
-    image = await to_thread.run_sync(annotate_detections, frame.rgb, drawn)
-    data = await to_thread.run_sync(encode_jpeg, image, gateway.config.jpeg_quality)
-    headers = {
-        "X-OneMap-Sequence": str(frame.sequence),
-        "X-OneMap-Age": f"{state.frame.age_s(now_s):.3f}",
-    }
-    return Response(data, media_type="image/jpeg", headers=headers)
+
+    async def draw() -> tuple[bytes, dict[str, str]]:
+        image = await to_thread.run_sync(annotate_detections, frame.rgb, drawn)
+        data = await to_thread.run_sync(encode_jpeg, image, gateway.config.jpeg_quality)
+        return data, {"X-OneMap-Sequence": str(frame.sequence)}
+
+    version = (state.frame.arrived_s, frame.sequence, drawn.sequence if drawn else None)
+    image = await gateway.images.get(("camera.jpg", detections), version, draw)
+    headers = {**image.headers, "X-OneMap-Age": f"{state.frame.age_s(now_s):.3f}"}
+    return SharedResponse(image.body, media_type="image/jpeg", headers=headers)

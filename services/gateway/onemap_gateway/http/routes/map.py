@@ -10,6 +10,7 @@ from fastapi import APIRouter, Query, Response
 from onemap_gateway.http.context import GatewayDep
 from onemap_gateway.http.problem_docs import problem_responses
 from onemap_gateway.http.schemas import ObjectName
+from onemap_gateway.http.shared_results import SharedResponse
 from onemap_gateway.present.palette import PALETTES, Theme
 from onemap_gateway.present.render import MAX_SCALE, encode_png, render_map
 from onemap_gateway.present.replies import MapChange, MapInfo
@@ -59,15 +60,20 @@ async def get_map_picture(
     theme: Annotated[Theme, Query(description="Colours for a dark or a light page.")] = Theme.DARK,
 ) -> Response:
     """The mapped floor, the similarity to `text`, and what the robot is doing."""
-    view = await gateway.view(text)
-    drawn = build_overlay(gateway.cache.state, gateway.cache.now_s()) if marks else None
-    map_image = await to_thread.run_sync(render_map, view, drawn, scale, PALETTES[theme])
-    data = await to_thread.run_sync(encode_png, map_image.image)
-    headers = {
-        "X-OneMap-Bounds": ",".join(f"{value:.4f}" for value in map_image.bounds_m),
-        "X-OneMap-Revision": str(view.revision),
-    }
-    return Response(data, media_type="image/png", headers=headers)
+
+    async def draw() -> tuple[bytes, dict[str, str]]:
+        view = await gateway.view(text)
+        drawn = build_overlay(gateway.cache.state, gateway.cache.now_s()) if marks else None
+        map_image = await to_thread.run_sync(render_map, view, drawn, scale, PALETTES[theme])
+        data = await to_thread.run_sync(encode_png, map_image.image)
+        return data, {
+            "X-OneMap-Bounds": ",".join(f"{value:.4f}" for value in map_image.bounds_m),
+            "X-OneMap-Revision": str(view.revision),
+        }
+
+    asked = ("map.png", text, scale, marks, theme)
+    image = await gateway.images.get(asked, gateway.map_revision(), draw)
+    return SharedResponse(image.body, media_type="image/png", headers=image.headers)
 
 
 @router.get(
@@ -95,10 +101,15 @@ async def get_map_arrays(gateway: GatewayDep, text: Text = None) -> Response:
 
     Arrays are indexed [ix, iy]: the first axis follows the map's x, the second its y.
     """
-    view = await gateway.view(text)
-    data = await to_thread.run_sync(map_archive, view)
-    headers = {"Content-Disposition": 'attachment; filename="map.npz"'}
-    return Response(data, media_type="application/octet-stream", headers=headers)
+
+    async def pack() -> tuple[bytes, dict[str, str]]:
+        data = await to_thread.run_sync(map_archive, await gateway.view(text))
+        return data, {"Content-Disposition": 'attachment; filename="map.npz"'}
+
+    archive = await gateway.images.get(("map.npz", text), gateway.map_revision(), pack)
+    return SharedResponse(
+        archive.body, media_type="application/octet-stream", headers=archive.headers
+    )
 
 
 @router.post("/map/clear", summary="Forget the map", responses=problem_responses(401, 503))

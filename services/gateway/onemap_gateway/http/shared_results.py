@@ -1,0 +1,116 @@
+"""Results that many clients ask for at once: computed once, few at a time."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable, Coroutine, Hashable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from starlette.responses import Response
+from starlette.types import Receive, Scope, Send
+
+from onemap_gateway.http.problems import HttpProblem
+
+Maker: TypeAlias = Callable[[], Coroutine[Any, Any, tuple[bytes, dict[str, str]]]]
+
+AT_ONCE = 2  # a core for each; one image of a large map needs up to 100 MB while it is drawn
+KEPT_S = 0.5  # also of one revision the robot moves, and is drawn
+MAX_KEPT = 8
+SLICE_BYTES = 256 * 1024  # what is copied for one client at a time
+
+
+@dataclass(frozen=True, slots=True)
+class SharedResult:
+    """A body and its headers, and when and of which version of the data it was made."""
+
+    body: bytes
+    headers: dict[str, str]
+    version: Hashable = None
+    made_s: float = 0.0
+
+
+class SharedResponse(Response):
+    """Sends a body in slices, so that many clients can be sent one body without a copy for each."""
+
+    async def __call__(self, _scope: Scope, _receive: Receive, send: Send) -> None:
+        """The ASGI interface."""
+        start = {"type": "http.response.start", "status": self.status_code}
+        await send({**start, "headers": self.raw_headers})
+        for begin in range(0, max(len(self.body), 1), SLICE_BYTES):
+            end = begin + SLICE_BYTES
+            part = {"type": "http.response.body", "body": bytes(self.body[begin:end])}
+            await send({**part, "more_body": end < len(self.body)})
+
+
+class SharedResults:
+    """Results by what was asked for.
+
+    Who asks for one that is being computed waits for it. One of the same version, not older than
+    ``KEPT_S``, is given again; the version None is of data that may have changed.
+    """
+
+    def __init__(self, wait_s: float, clock_s: Callable[[], float] = time.monotonic) -> None:
+        self._wait_s = wait_s
+        self._clock_s = clock_s
+        self._slots = asyncio.Semaphore(AT_ONCE)
+        self._running: dict[Hashable, asyncio.Task[SharedResult]] = {}
+        self._kept: dict[Hashable, SharedResult] = {}
+
+    async def get(
+        self,
+        asked: Hashable,
+        version: Hashable,
+        make: Maker,
+    ) -> SharedResult:
+        """The result of ``make``, or that of another request for the same.
+
+        Raises HttpProblem ``busy`` when other results take longer than ``wait_s``.
+        """
+        kept = self._kept.get(asked)
+        fresh = kept is not None and self._clock_s() - kept.made_s <= KEPT_S
+        if kept is not None and fresh and kept.version == version is not None:
+            return kept
+        key = (asked, version)
+        task = self._running.get(key)
+        if task is None:
+            task = asyncio.create_task(self._compute(asked, version, make))
+            self._running[key] = task
+            task.add_done_callback(lambda done: self._end(key, done))
+        # one client that leaves may not take the result from the others
+        return await asyncio.shield(task)
+
+    async def _compute(
+        self,
+        asked: Hashable,
+        version: Hashable,
+        make: Maker,
+    ) -> SharedResult:
+        try:
+            await asyncio.wait_for(self._slots.acquire(), self._wait_s)
+        except asyncio.TimeoutError:  # of Python 3.10; later it is the builtin one
+            raise _busy() from None
+        try:
+            body, headers = await make()
+        finally:
+            self._slots.release()
+        result = SharedResult(body, headers, version, self._clock_s())
+        self._kept.pop(asked, None)
+        self._kept[asked] = result
+        while len(self._kept) > MAX_KEPT:
+            del self._kept[next(iter(self._kept))]
+        return result
+
+    def _end(self, key: Hashable, done: asyncio.Task[SharedResult]) -> None:
+        del self._running[key]
+        if not done.cancelled():
+            done.exception()  # whoever waited has seen it; nobody may have
+
+
+def _busy() -> HttpProblem:
+    return HttpProblem(
+        "busy",
+        f"The gateway draws {AT_ONCE} images at once, and has others to draw: try again.",
+        service="gateway",
+    )

@@ -1,0 +1,156 @@
+"""Results that several clients ask for at once are computed once, a few at a time."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine
+from typing import Any
+
+import pytest
+from starlette.types import Message
+
+from onemap_gateway.http.problems import HttpProblem
+from onemap_gateway.http.shared_results import (
+    AT_ONCE,
+    KEPT_S,
+    MAX_KEPT,
+    SLICE_BYTES,
+    SharedResponse,
+    SharedResults,
+)
+
+CLIENTS = 50
+
+
+class Drawing:
+    """Counts how often it is drawn, and how many at once; ends when told."""
+
+    def __init__(self) -> None:
+        self.count = self.now = self.most = 0
+        self.may_end = asyncio.Event()
+
+    async def draw(self) -> tuple[bytes, dict[str, str]]:
+        self.count += 1
+        self.now += 1
+        self.most = max(self.most, self.now)
+        await self.may_end.wait()
+        self.now -= 1
+        return b"%d" % self.count, {"X": "1"}
+
+
+def run(scenario: Coroutine[Any, Any, None]) -> None:
+    asyncio.run(asyncio.wait_for(scenario, 10))
+
+
+def test_many_clients_share_one_result() -> None:
+    async def scenario() -> None:
+        drawing, results = Drawing(), SharedResults(wait_s=5)
+        waiting = [
+            asyncio.create_task(results.get("map", None, drawing.draw)) for _ in range(CLIENTS)
+        ]
+        await asyncio.sleep(0)
+        waiting[0].cancel()  # the first one leaves
+        drawing.may_end.set()
+        bodies = await asyncio.gather(*waiting[1:])
+        assert {result.body for result in bodies} == {b"1"}
+
+    run(scenario())
+
+
+def test_few_are_computed_at_once() -> None:
+    async def scenario() -> None:
+        drawing, results = Drawing(), SharedResults(wait_s=5)
+        waiting = [
+            asyncio.create_task(results.get(index, None, drawing.draw)) for index in range(CLIENTS)
+        ]
+        while drawing.now < AT_ONCE:
+            await asyncio.sleep(0)
+        drawing.may_end.set()
+        await asyncio.gather(*waiting)
+        assert drawing.count == CLIENTS
+        assert drawing.most == AT_ONCE
+
+    run(scenario())
+
+
+def test_a_version_is_kept_for_a_moment_and_the_next_is_computed() -> None:
+    now_s = [10.0]
+
+    async def scenario() -> None:
+        drawing, results = Drawing(), SharedResults(5, lambda: now_s[0])
+        drawing.may_end.set()
+
+        async def body(version: int | None) -> bytes:
+            return (await results.get("map", version, drawing.draw)).body
+
+        assert [await body(7), await body(7), await body(8)] == [b"1", b"1", b"2"]
+        assert [await body(None), await body(None)] == [b"3", b"4"]
+        assert await body(8) == b"5"
+        now_s[0] += 1.1 * KEPT_S
+        assert await body(8) == b"6"
+
+    run(scenario())
+
+
+def test_what_is_kept_is_bounded() -> None:
+    async def scenario() -> None:
+        drawing, results = Drawing(), SharedResults(5, lambda: 0.0)
+        drawing.may_end.set()
+        for text in range(4 * MAX_KEPT):
+            await results.get(text, 1, drawing.draw)
+        assert len(results._kept) == MAX_KEPT
+        assert not results._running
+
+    run(scenario())
+
+
+def test_who_waits_too_long_is_told(caplog: pytest.LogCaptureFixture) -> None:
+    async def scenario() -> None:
+        drawing, results = Drawing(), SharedResults(wait_s=0.01)
+        held = [
+            asyncio.create_task(results.get(index, 1, drawing.draw)) for index in range(AT_ONCE)
+        ]
+        await asyncio.sleep(0)
+        with pytest.raises(HttpProblem) as refusal:
+            await results.get("another", 1, drawing.draw)
+        assert refusal.value.code == "busy"
+        drawing.may_end.set()
+        await asyncio.gather(*held)
+
+    run(scenario())
+    assert caplog.text == ""
+
+
+def test_a_failure_is_everybodys_and_not_kept() -> None:
+    async def fail() -> tuple[bytes, dict[str, str]]:
+        raise HttpProblem("unavailable", "no mapper")
+
+    async def scenario() -> None:
+        drawing, results = Drawing(), SharedResults(wait_s=5)
+        drawing.may_end.set()
+        both = await asyncio.gather(
+            results.get("map", 1, fail), results.get("map", 1, fail), return_exceptions=True
+        )
+        assert all(isinstance(failure, HttpProblem) for failure in both)
+        assert (await results.get("map", 1, drawing.draw)).body == b"1"
+
+    run(scenario())
+
+
+@pytest.mark.parametrize("size", [0, 1, SLICE_BYTES, 2 * SLICE_BYTES + 1])
+def test_a_large_body_is_sent_in_slices(size: int) -> None:
+    sent: list[Message] = []
+
+    async def send(message: Message) -> None:
+        sent.append(message)
+
+    async def receive() -> Message:
+        raise AssertionError("a response reads nothing")
+
+    body = bytes(index % 251 for index in range(size))
+    run(SharedResponse(body, headers={"X": "1"})({"type": "http"}, receive, send))
+    start, *parts = sent
+    assert (b"content-length", str(size).encode()) in start["headers"]
+    assert b"".join(part["body"] for part in parts) == body
+    assert max(len(part["body"]) for part in parts) <= SLICE_BYTES
+    assert [part["more_body"] for part in parts] == [True] * (len(parts) - 1) + [False]
