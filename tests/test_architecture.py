@@ -35,6 +35,7 @@ TALKS = {
     "onemap_shared.bus": "Zenoh",
     "onemap_shared.memory_bus": "the bus inside one process",
     "onemap_shared.transport": "inboxes between the bus's threads and a service",
+    "onemap_shared.log_limit": "a filter of the log",
     "onemap_shared.runner": "the process around a worker",
     "onemap_shared.watchdog": "watches the process from a thread",
     "onemap_shared.config": "reads files and the environment",

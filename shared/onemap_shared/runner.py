@@ -27,6 +27,7 @@ from pydantic import BaseModel
 from onemap_shared.bus import open_bus
 from onemap_shared.config import ConfigError, LogConfig, load
 from onemap_shared.keys import heartbeat
+from onemap_shared.log_limit import LogLimit
 from onemap_shared.messages import Heartbeat
 from onemap_shared.transport import Bus, Health, Worker
 from onemap_shared.watchdog import LoopProgress, watch
@@ -71,6 +72,7 @@ class JsonFormatter(logging.Formatter):
 def set_up_logging(config: LogConfig, service: str) -> None:
     """Log to stderr: what a person reads, or one JSON object a line."""
     handler = logging.StreamHandler()
+    handler.addFilter(LogLimit())
     if config.format == "json":
         handler.setFormatter(JsonFormatter())
     else:

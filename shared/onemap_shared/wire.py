@@ -24,13 +24,20 @@ M = TypeVar("M")
 VERSION = 1  # of this layout; a receiver refuses any other
 MAX_HEADER_BYTES = 256 * 1024  # 256 texts of 200 characters in any script
 MAX_BODY_BYTES = 64 * 2**20  # a 4096 x 4096 RGB image with room to spare
+MAX_REASON_CHARS = 200
 MAX_DIMENSIONS = 3
 ALIGNMENT = 8  # so that float64 views of the body are aligned
 DTYPES = {dtype: np.dtype(dtype) for dtype in ("|u1", "<u2", "<i4", "<i8", "<f2", "<f4", "<f8")}
 
 
 class WireError(ValueError):
-    """A packet that is not a valid message; the text says why."""
+    """A packet that is not a valid message; the text says why, in ``MAX_REASON_CHARS`` at most."""
+
+    def __init__(self, reason: str) -> None:
+        # a reason quotes the packet, which may hold a quarter of a megabyte in one name
+        super().__init__(
+            reason if len(reason) <= MAX_REASON_CHARS else reason[: MAX_REASON_CHARS - 1] + "…"
+        )
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ from onemap_shared.messages import (
     SearchStatus,
     VelocityCommand,
 )
-from onemap_shared.wire import Packet, WireError, decode, encode
+from onemap_shared.wire import MAX_REASON_CHARS, Packet, WireError, decode, encode
 from tests.shared.samples import SAMPLES, equal, message_types
 
 FRAME = next(sample for sample in SAMPLES if isinstance(sample, RgbdFrame))
@@ -195,3 +195,10 @@ def test_heartbeats_of_any_content_survive(metrics: dict[str, float], problem: s
     except UnicodeEncodeError:  # lone surrogates are not text
         return
     assert decode(Heartbeat, packet) == beat
+
+
+def test_a_reason_quotes_little_of_the_packet() -> None:
+    header = {"schema": "x" * 200_000, "values": {}, "arrays": {}}
+    with pytest.raises(WireError) as refusal:
+        decode(Heartbeat, Packet(msgpack.packb(header), b""))
+    assert len(str(refusal.value)) == MAX_REASON_CHARS

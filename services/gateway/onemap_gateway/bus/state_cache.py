@@ -98,7 +98,8 @@ class StateCache:
             counters = subscription.counters
             if counters.refused > refused:
                 refused = counters.refused
-                LOG.warning("%s: message refused: %s", name, counters.last_problem)
+                # a text of its own for each stream: the log is limited by text
+                LOG.warning(f"{name}: message refused: %s", counters.last_problem)
 
     def _watch_liveliness(self) -> None:
         while True:
