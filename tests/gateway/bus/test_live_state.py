@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -9,7 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_gateway.bus.live_state import (
+    HEARTBEAT_EXPIRY_S,
     MAX_LOGGED_STATUSES,
+    MAX_METRICS,
+    MAX_PROBLEM_CHARS,
     TRAIL_STEP_M,
     BusMessage,
     LiveState,
@@ -145,3 +149,31 @@ def test_a_final_status_is_kept_like_any_other() -> None:
     state = LiveState().with_message(fakes.search(state=SearchState.FOUND), 1.0)
     assert state.search is not None
     assert not state.search.message.active
+
+
+def test_heartbeats_of_names_that_are_no_service_are_not_kept() -> None:
+    state = LiveState()
+    for index in range(1000):
+        state = state.with_message(fakes.heartbeat(f"forged{index}"), 1.0)
+    state = state.with_alive(frozenset({"forged", "mapper"}), 1.0)
+    assert not state.heartbeats
+    assert state.alive == {"mapper"}
+
+
+def test_a_heartbeat_is_kept_while_its_service_lives_and_for_a_while_after() -> None:
+    state = LiveState().with_message(fakes.heartbeat("mapper"), 1.0)
+    late_s = 2.0 + HEARTBEAT_EXPIRY_S
+    assert "mapper" in state.with_alive(frozenset({"mapper"}), late_s).heartbeats
+    assert "mapper" in state.with_alive(frozenset(), late_s - 1.5).heartbeats
+    assert "mapper" not in state.with_alive(frozenset(), late_s).heartbeats
+
+
+def test_of_a_heartbeat_little_is_kept() -> None:
+    metrics = {f"m{index}": 1.0 for index in range(5000)}
+    metrics = {"nan": float("nan"), "inf": float("inf"), "x" * 5000: 1.0, "good": 2.0, **metrics}
+    message = replace(fakes.heartbeat("mapper", problem="p" * 9000), metrics=metrics)
+    kept = LiveState().with_message(message, 1.0).heartbeats["mapper"].heartbeat
+    assert len(kept.metrics) <= MAX_METRICS
+    assert kept.metrics["good"] == 2.0
+    assert all(math.isfinite(value) and len(name) < 200 for name, value in kept.metrics.items())
+    assert len(kept.problem) == MAX_PROBLEM_CHARS

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import islice
+from math import isfinite
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from onemap_shared.messages import (
@@ -20,6 +22,7 @@ from onemap_shared.messages import (
     SearchStatus,
 )
 from onemap_shared.rates import RateMeter
+from onemap_shared.services import SERVICES
 from onemap_shared.trail import PointM, extended
 
 M = TypeVar("M")
@@ -32,6 +35,10 @@ TRAIL_JUMP_M = 1.0  # further than a robot moves between two messages: another r
 TRAIL_POINTS = 4000  # 200 m at TRAIL_STEP_M
 DETECTIONS_MAX_AGE_S = 1.5  # older boxes would lie over another image
 PATH_MAX_AGE_S = 5.0  # a planner that is silent for longer follows no path any more
+HEARTBEAT_EXPIRY_S = 600.0  # after that it does not help to know when a service ended
+MAX_METRICS = 128  # of one service; the planner, which has the most, has about 50
+MAX_METRIC_CHARS = 100
+MAX_PROBLEM_CHARS = 500
 MAX_LOGGED_STATUSES = 64  # a search changes a few times a minute; readers poll at 10 Hz
 
 
@@ -95,11 +102,17 @@ class LiveState:
 
     def with_alive(self, services: frozenset[str], now_s: float) -> LiveState:
         """The state after the liveliness tokens were read."""
+        services &= SERVICES.keys()
         changed = services ^ self.alive
-        if not changed:
+        kept = {
+            name: record
+            for name, record in self.heartbeats.items()
+            if name in services or now_s - record.arrived_s <= HEARTBEAT_EXPIRY_S
+        }
+        if not changed and len(kept) == len(self.heartbeats):
             return self
         times_s = {**self.alive_changed_s, **dict.fromkeys(changed, now_s)}
-        return replace(self, alive=services, alive_changed_s=times_s)
+        return replace(self, alive=services, alive_changed_s=times_s, heartbeats=kept)
 
     def detections_now(self, now_s: float) -> Detections | None:
         """The newest detections, unless they are older than ``DETECTIONS_MAX_AGE_S``."""
@@ -145,7 +158,7 @@ def _changes(state: LiveState, message: BusMessage, now_s: float) -> dict[str, A
             changes["search_count"] = state.search_count + 1
         case PlannedPath():
             changes["path"] = _latest(state.path, message, now_s)
-        case Heartbeat():
+        case Heartbeat() if message.service in SERVICES:
             record = _heartbeat_record(state.heartbeats.get(message.service), message, now_s)
             changes["heartbeats"] = {**state.heartbeats, message.service: record}
     return changes
@@ -171,7 +184,17 @@ def _heartbeat_record(
         and before.progress == heartbeat.progress
     )
     advanced_s = previous.advanced_s if previous and stalled else now_s
-    return HeartbeatRecord(heartbeat, now_s, advanced_s)
+    return HeartbeatRecord(_bounded(heartbeat), now_s, advanced_s)
+
+
+def _bounded(heartbeat: Heartbeat) -> Heartbeat:
+    """The heartbeat as far as it is shown: finite metrics, few and short ones."""
+    metrics = {
+        name: value
+        for name, value in islice(heartbeat.metrics.items(), MAX_METRICS)
+        if isfinite(value) and len(name) <= MAX_METRIC_CHARS
+    }
+    return replace(heartbeat, metrics=metrics, problem=heartbeat.problem[:MAX_PROBLEM_CHARS])
 
 
 def _trail(trail: tuple[PointM, ...], odometry: Odometry) -> tuple[PointM, ...]:
