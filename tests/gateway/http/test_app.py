@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -14,7 +16,15 @@ from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.problems import PROBLEM_TYPES
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
-from tests.gateway.fakes import client_on
+from tests.gateway import fakes
+from tests.gateway.fakes import (
+    FakeMapper,
+    FakePlanner,
+    client_of,
+    client_on,
+    gateway_on,
+    state_reached,
+)
 
 BODIES: dict[str, object] = {
     "/v1/queries": {"text": "sofa"},
@@ -74,6 +84,38 @@ def test_no_route_hangs_when_no_service_answers(
             assert answer.status_code == 503, path
             assert answer.headers["Content-Type"] == "application/problem+json"
             assert answer.json()["service"] in ("robot", "mapper", "planner")
+
+
+def test_no_reply_holds_what_json_has_not(
+    router: MemoryRouter, mapper: FakeMapper, planner: FakePlanner
+) -> None:
+    """NaN in what the services say: Python would write it, and no browser reads it."""
+    nan = float("nan")
+    planner.status = replace(fakes.search(), path_length_m=nan)
+    mapper.objects = [replace(fakes.kept_object(), last_seen_ns=1)]
+    robot = router.bus("simulator")
+    with gateway_on(router) as gateway:
+        client = client_of(gateway)
+        robot.publish(keys.ROBOT_ODOMETRY).put(replace(fakes.odometry(1, 2), linear_mps=nan))
+        robot.publish(keys.MAP_REVISION).put(replace(fakes.revision(3), update_ms=nan))
+        robot.publish(keys.SEARCH_STATE).put(planner.status)
+        beat = replace(fakes.heartbeat("mapper"), metrics={"fps": nan})
+        robot.publish(keys.heartbeat("mapper")).put(beat)
+        assert state_reached(gateway.cache, lambda s: bool(s.odometry and s.search and s.revision))
+        assert state_reached(gateway.cache, lambda state: bool(state.heartbeats))
+        for method, path, _ in operations(client):
+            address = path.format(search_id="s1", name="flat", object_id="3f9a12c4")
+            if method == "GET" and "events" not in path:
+                answer = client.get(address)
+                assert answer.status_code < 500 or path in {"/readyz", "/v1/camera.jpg"}, path
+                if "json" in answer.headers["Content-Type"]:
+                    json.loads(answer.text, parse_constant=refuse)
+        with client.websocket_connect("ws://localhost:8080/v1/live") as socket:
+            json.loads(socket.receive_text(), parse_constant=refuse)
+
+
+def refuse(constant: str) -> None:
+    raise AssertionError(f"{constant} is no JSON")
 
 
 def test_every_operation_is_described(client: TestClient) -> None:

@@ -10,6 +10,7 @@ from fastapi.sse import ServerSentEvent
 
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem
+from onemap_gateway.present.json_text import finite
 from onemap_gateway.present.views import search_report
 from onemap_shared import keys
 from onemap_shared.messages import SearchId, SearchStatus
@@ -56,7 +57,7 @@ async def search_events(
             except HttpProblem as problem:
                 if problem.detail != last_problem:
                     last_problem = problem.detail
-                    yield ServerSentEvent(event="problem", data=problem.document)
+                    yield ServerSentEvent(event="problem", data=finite(problem.document))
                 if problem.code == "unknown_search":
                     return
         for status in fresh:
@@ -79,5 +80,5 @@ def supersedes(status: SearchStatus, last: SearchStatus) -> bool:
 def _status_event(
     gateway: GatewayContext, status: SearchStatus, retry: int | None = None
 ) -> ServerSentEvent:
-    document = search_report(status, gateway.now_ns()).model_dump(mode="json")
+    document = finite(search_report(status, gateway.now_ns()).model_dump(mode="json"))
     return ServerSentEvent(event="status", data=document, retry=retry)

@@ -6,13 +6,13 @@ to do. The codes with which services refuse a request are problem codes, too.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from starlette.responses import Response
 
+from onemap_gateway.present.json_text import json_text
 from onemap_gateway.present.service_status import START_HINT, sentence, sentence_subject
 from onemap_shared.transport import CallError, NoReply, QueryTimeout, RemoteError
 
@@ -185,6 +185,5 @@ def _reason(error: Mapping[str, Any]) -> str:
 
 def problem_response(problem: HttpProblem) -> Response:
     """The problem as ``application/problem+json``."""
-    # ASCII only: the document may quote text that is not valid Unicode
-    body = json.dumps(problem.document).encode("ascii")
+    body = json_text(problem.document).encode("ascii")
     return Response(body, problem.status, problem.headers, MEDIA_TYPE)

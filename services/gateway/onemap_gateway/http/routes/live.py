@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from contextlib import suppress
 
 import anyio
@@ -10,6 +9,7 @@ from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
 from onemap_gateway.http.context import GatewayContext, get_gateway
 from onemap_gateway.http.security import LIVE_PROTOCOL
+from onemap_gateway.present.json_text import json_text
 from onemap_gateway.present.live import live_document
 
 router = APIRouter(prefix="/v1")
@@ -44,7 +44,7 @@ async def _send_states(socket: WebSocket, gateway: GatewayContext) -> None:
             now_ns=gateway.now_ns(),
             with_trail=first,
         )
-        await socket.send_text(json.dumps(document))
+        await socket.send_text(json_text(document))
         first = False
         await anyio.sleep(1 / gateway.config.live_rate_hz)
     await socket.close(GOING_AWAY)
