@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from pydantic import SecretStr
 from starlette.testclient import TestClient
 
 from onemap_gateway.config import GatewayConfig
@@ -158,6 +159,32 @@ def test_what_a_wrong_body_gets_is_documented(client: TestClient) -> None:
     assert len(posts) >= 4
     for post in posts:
         assert {"400", "413", "415", "422"} <= set(post["responses"])
+
+
+TOKEN = {"Authorization": "Bearer hunter2"}
+HOSTILE: dict[str, dict[str, Any]] = {
+    "no token": {},
+    "a wrong token": {"headers": {"Authorization": "Bearer hunter"}},
+    "a rebound host": {"headers": {**TOKEN, "Host": "evil.example"}},
+    "another site": {"headers": {**TOKEN, "Origin": "http://evil.example"}},
+    "no service": {"headers": TOKEN},
+    "a large body": {"headers": TOKEN, "content": b"x" * 70_000},
+    "a form": {"headers": {**TOKEN, "Content-Type": "text/plain"}, "content": b"a=b"},
+    "no JSON": {"headers": {**TOKEN, "Content-Type": "application/json"}, "content": b"[" * 5000},
+    "a wrong body": {"headers": TOKEN, "json": {"text": 5, "objects": [[]], "name": "../x"}},
+    "a wrong query": {"headers": TOKEN, "params": {"text": "", "scale": -1, "detections": "?"}},
+}
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_every_status_is_documented(router: MemoryRouter, case: str) -> None:
+    config = GatewayConfig(token=SecretStr("hunter2"), call_timeout_s=0.1)
+    with client_on(router, config) as client:
+        for method, path, operation in operations(client):
+            address = path.format(search_id="a%FFb", name="%2e%2e", object_id="%00")
+            answer = client.request(method, address, **HOSTILE[case])
+            assert str(answer.status_code) in operation["responses"], (method, path)
+            assert answer.status_code != 500
 
 
 def test_problems_are_documented(client: TestClient) -> None:

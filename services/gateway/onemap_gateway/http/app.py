@@ -12,7 +12,7 @@ from starlette.responses import Response
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.methods import MethodMiddleware, allowed_methods
 from onemap_gateway.http.middleware import ResponseMiddleware
-from onemap_gateway.http.problem_docs import ProblemDetails
+from onemap_gateway.http.problem_docs import ProblemDetails, common_statuses, problem_responses
 from onemap_gateway.http.problems import (
     PROBLEM_TYPES,
     HttpProblem,
@@ -103,6 +103,11 @@ def _complete(document: dict[str, Any]) -> None:
     schemas.pop("ValidationError", None)
     events = document["paths"]["/v1/searches/{search_id}/events"]["get"]["responses"]["200"]
     events["content"]["text/event-stream"].pop("itemSchema", None)  # of OpenAPI 3.2; this is 3.1
+    for path, operations in document["paths"].items():
+        for method, operation in operations.items():
+            responses = operation["responses"]
+            missing = common_statuses(method.upper(), path, responses)
+            responses.update({str(k): v for k, v in problem_responses(*missing).items()})
     document["x-problems"] = {
         code: {"status": known.status, "title": known.title}
         for code, known in PROBLEM_TYPES.items()
