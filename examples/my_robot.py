@@ -12,6 +12,7 @@ import signal
 import sys
 import threading
 import time
+import uuid
 
 import numpy as np
 
@@ -61,7 +62,7 @@ def main(router: str) -> None:
     stop = threading.Event()
     for signum in (signal.SIGINT, signal.SIGTERM):
         signal.signal(signum, lambda *_: stop.set())
-    bus = open_bus(BusConfig(connect=(router,)), "robot", "my-robot", stop)
+    bus = open_bus(BusConfig(connect=(router,)), "robot", uuid.uuid4().hex[:12], stop)
     if bus is None:  # stopped before there was a router
         return
     frames, odometry = bus.publish(keys.ROBOT_RGBD), bus.publish(keys.ROBOT_ODOMETRY)

@@ -21,6 +21,7 @@ import zenoh
 
 from onemap_shared.config import BusConfig
 from onemap_shared.keys import ALL_LIVELINESS, Delivery, Procedure, Topic, liveliness, router_probe
+from onemap_shared.services import role_of
 from onemap_shared.transport import (
     CALL_TIMEOUT_S,
     Inbox,
@@ -80,16 +81,22 @@ def _settings(mode: str, *, connect: tuple[str, ...], listen: tuple[str, ...]) -
 
 
 def open_bus(
-    config: BusConfig, service: str, instance: str, stop: threading.Event
+    config: BusConfig, service: str, instance: str, stop: threading.Event, *, announce: bool = True
 ) -> ZenohBus | None:
-    """Connect to the router, retrying until it answers; None if ``stop`` was set before."""
+    """Connect to the router, retrying until it answers; None if ``stop`` was set before.
+
+    Without ``announce`` no other process sees this one until ``claim`` succeeds.
+    """
     settings = _settings("client", connect=config.connect, listen=())
     if config.namespace:
         settings.insert_json5("namespace", json.dumps(config.namespace))
     pause_s, warned = RETRY_MS[0] / 1000, False
     while not stop.is_set():
         try:
-            return ZenohBus(settings, service, instance)
+            bus = ZenohBus(settings, service, instance)
+            if announce:
+                bus.announce()
+            return bus
         except zenoh.ZError as problem:
             if not warned:
                 reason = str(problem).split(" at /")[0]
@@ -146,9 +153,9 @@ class ZenohBus:
         self._session = zenoh.open(settings)
         self._command_session: zenoh.Session | None = None
         self._servers: list[_Server] = []
-        self._alive: dict[str, str] = {}
+        self._alive: dict[str, tuple[str, str]] = {}
+        self._token: zenoh.LivelinessToken | None = None
         self._declared: list[Any] = [
-            self._session.liveliness().declare_token(liveliness(service, instance)),
             self._session.liveliness().declare_subscriber(
                 ALL_LIVELINESS,
                 zenoh.handlers.Callback(self._on_liveliness, indirect=False),
@@ -164,7 +171,7 @@ class ZenohBus:
     def _on_liveliness(self, sample: zenoh.Sample) -> None:
         key = str(sample.key_expr)
         if sample.kind == zenoh.SampleKind.PUT:
-            self._alive[key] = key.split("/")[-3]
+            self._alive[key] = _member(key)
         else:
             self._alive.pop(key, None)
 
@@ -235,10 +242,45 @@ class ZenohBus:
 
     def alive(self) -> frozenset[str]:
         """See ``transport.Bus``."""
+        return frozenset(service for service, _ in self.members())
+
+    def members(self) -> frozenset[tuple[str, str]]:
+        """See ``transport.Bus``."""
         return frozenset(self._alive.copy().values())
 
+    def announce(self) -> None:
+        """Show this process to the others, as long as it is connected."""
+        self._token = self._session.liveliness().declare_token(liveliness(*self._name))
+
+    def claim(self) -> tuple[str, ...]:
+        """Announce this process unless another has its role; empty if it did, else the others.
+
+        Each announces itself and then asks, so that of two at the same time at least one finds the
+        other and withdraws. If both do, both may try again. Raises ConnectionError without a
+        router: then nobody can be asked.
+        """
+        others = self._others()
+        if not others:
+            self.announce()
+            others = self._others()
+        if others and self._token is not None:
+            self._token.undeclare()
+            self._token = None
+        return others
+
+    def _others(self) -> tuple[str, ...]:
+        """The other processes that have the role of this one."""
+        role = role_of(self._name[0])
+        try:
+            others = self.processes() - {self._name}
+        except zenoh.ZError as problem:
+            raise ConnectionError(f"the router does not answer: {problem}") from problem
+        return tuple(sorted(" ".join(each) for each in others if role_of(each[0]) == role))
+
     def processes(self) -> frozenset[tuple[str, str]]:
-        """Service and instance of every process on the bus, as the router knows now; ours is one.
+        """Service and instance of every process on the bus, as the router knows now.
+
+        Ours is one, if it was announced.
 
         ``alive`` learns of them one by one and may know none yet right after joining. Asks in a
         session of its own: one that subscribes to the tokens is answered from its own cache.
@@ -248,9 +290,9 @@ class ZenohBus:
         with zenoh.open(self._settings) as session:
             while True:
                 replies = session.liveliness().get(ALL_LIVELINESS, timeout=CALL_TIMEOUT_S)
-                keys = [str(reply.ok.key_expr).split("/") for reply in replies if reply.ok]
-                found = frozenset((parts[-3], parts[-1]) for parts in keys)
-                if self._name in found or time.monotonic() > deadline:
+                found = frozenset(_member(str(each.ok.key_expr)) for each in replies if each.ok)
+                expected = self._token is None or self._name in found
+                if expected or time.monotonic() > deadline:
                     return found
 
     def close(self) -> None:
@@ -262,6 +304,12 @@ class ZenohBus:
         self._session.close()  # type: ignore[no-untyped-call]
         if self._command_session is not None:
             self._command_session.close()  # type: ignore[no-untyped-call]
+
+
+def _member(key: str) -> tuple[str, str]:
+    """Service and instance in the key of a liveliness token, with or without a namespace."""
+    parts = key.split("/")
+    return parts[-3], parts[-1]
 
 
 def _packet(attachment: zenoh.ZBytes | None, payload: zenoh.ZBytes) -> Packet:

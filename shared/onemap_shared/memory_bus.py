@@ -104,6 +104,11 @@ class MemoryBus:
         """See ``transport.Bus``."""
         return frozenset(self._router.services.values())
 
+    def members(self) -> frozenset[tuple[str, str]]:
+        """See ``transport.Bus``."""
+        services = self._router.services.copy()
+        return frozenset((service, bus.instance) for bus, service in services.items())
+
     def close(self) -> None:
         """Leave at once, as a killed process would: its handlers answer no more."""
         self._router.services.pop(self, None)

@@ -10,6 +10,7 @@ import argparse
 import json
 import logging
 import os
+import random
 import signal
 import sys
 import threading
@@ -24,11 +25,12 @@ from typing import TypeVar
 import sdnotify
 from pydantic import BaseModel
 
-from onemap_shared.bus import open_bus
+from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.config import ConfigError, LogConfig, load
 from onemap_shared.keys import heartbeat
 from onemap_shared.log_limit import LogLimit
 from onemap_shared.messages import Heartbeat
+from onemap_shared.services import SOLE, role_of
 from onemap_shared.transport import Bus, Health, Worker
 from onemap_shared.watchdog import LoopProgress, watch
 
@@ -39,6 +41,8 @@ STEP_S = 0.1  # longest wait inside a step, and so the delay to notice a signal
 HEARTBEAT_S = 1.0
 PARENT_VARIABLE = "ONEMAP_PARENT_PID"  # set by a launcher to its own process id
 HANG_S = 10.0  # a loop without progress for this long hangs: stop feeding systemd's watchdog
+CLAIM_S = 4.0  # the process before is gone by then: a dead link is noticed after 2 s
+CLAIM_RETRY_S = (0.2, 0.6)  # drawn, so that two at the same time do not meet again
 EXIT_OK, EXIT_CRASHED, EXIT_MISUSED = 0, 1, 2
 
 
@@ -116,15 +120,46 @@ def run_service(
     progress = LoopProgress()
     watch(service, progress, stop)  # to the end of the process: what follows may hang too
     instance = uuid.uuid4().hex[:12]
-    bus = open_bus(bus_config, service, instance, stop)
+    bus = open_bus(bus_config, service, instance, stop, announce=False)
     if bus is None:
         return EXIT_OK
     heartbeats = HeartbeatPublisher(service, instance, bus, progress)
     try:
+        if not _joined_alone(bus, service, stop):
+            return EXIT_OK if stop.is_set() else EXIT_CRASHED
         code = _work(heartbeats, lambda: build(bus, config), stop)
     finally:
         bus.close()
     return EXIT_CRASHED if crashed.is_set() else code
+
+
+def _joined_alone(bus: ZenohBus, service: str, stop: threading.Event) -> bool:
+    """Announce the service; False if another process has its role for ``CLAIM_S``, or on stop.
+
+    Exit code 1 then, not 2: a supervisor that tries again takes over when the other ends.
+    """
+    if role_of(service) not in SOLE:
+        bus.announce()
+        return True
+    deadline = time.monotonic() + CLAIM_S
+    others: tuple[str, ...] = ()
+    while time.monotonic() < deadline:
+        try:
+            others = bus.claim()
+        except ConnectionError:  # nobody can be asked: wait for the router, and then as long again
+            deadline = time.monotonic() + CLAIM_S
+        else:
+            if not others:
+                return True
+        if stop.wait(random.uniform(*CLAIM_RETRY_S)):
+            return False
+    LOG.error(
+        "the %s is not started: %s runs on these keys; stop it first, or give this robot a "
+        "bus.namespace of its own",
+        service,
+        ", ".join(others),
+    )
+    return False
 
 
 def _work(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 
@@ -26,3 +27,26 @@ ALL = (
 SERVICES = {service.name: service for service in ALL}
 ROBOTS = ("simulator", "replay")  # publish what a real robot would
 STAGES = ("perception", "mapper", "planner")  # what every search needs, in the order of the data
+DRIVER = "robot"  # the name under which a robot's driver joins the bus
+SOLE = (DRIVER, *STAGES)  # of each of these roles one process may be on a set of keys
+
+
+def role_of(service: str) -> str:
+    """What a process of this service does on the bus: all robots have one role."""
+    return DRIVER if service in ROBOTS else service
+
+
+def doubled(members: Iterable[tuple[str, str]]) -> Mapping[str, tuple[str, ...]]:
+    """The roles that more than one process has, with the processes' names, sorted.
+
+    members: service and instance of every process on the bus.
+    """
+    named: dict[str, list[str]] = {}
+    for service, instance in sorted(members):
+        named.setdefault(role_of(service), []).append(f"{service} {instance}")
+    return {role: tuple(named[role]) for role in SOLE if len(named.get(role, ())) > 1}
+
+
+def doubled_sentence(role: str, names: tuple[str, ...]) -> str:
+    """What is wrong when several processes have one role, without what to do."""
+    return f"{len(names)} processes are the {role} ({', '.join(names)}): their messages mix"

@@ -119,6 +119,9 @@ class Bus(Protocol):
     def alive(self) -> frozenset[str]:
         """Names of the services whose process is connected now."""
 
+    def members(self) -> frozenset[tuple[str, str]]:
+        """Service and instance of every process that is connected now."""
+
     def close(self) -> None: ...
 
 

@@ -153,6 +153,28 @@ def test_one_signal_ends_a_service_that_hangs_elsewhere(router: Router, mode: st
     bus.close()
 
 
+@pytest.mark.slow
+def test_a_second_process_of_a_service_is_refused_and_the_first_goes_on(router: Router) -> None:
+    bus = join(router, "gateway")
+    beats = bus.subscribe(keys.heartbeat("mapper"), capacity=8)
+    first = start(router.endpoint)
+    instance = eventually(lambda: beats.take(0.5)).instance
+    second = start(router.endpoint)
+    _, stderr = second.communicate(timeout=20)
+    assert second.returncode == 1
+    assert f"the mapper is not started: mapper {instance} runs on these keys" in stderr
+    assert "Traceback" not in stderr
+    third = start(router.endpoint)
+    first.kill()
+    first.wait()
+    taken = eventually(lambda: ((b := beats.take(0.5)) and b.instance != instance) or None)
+    assert taken
+    third.send_signal(signal.SIGTERM)
+    third.communicate(timeout=5)
+    assert third.returncode == 0
+    bus.close()
+
+
 def test_a_service_that_cannot_start_says_why_in_one_sentence(router: Router) -> None:
     process = start(router.endpoint, "unable")
     _, stderr = process.communicate(timeout=10)

@@ -4,7 +4,14 @@ import importlib.util
 from importlib.metadata import metadata
 from pathlib import Path
 
-from onemap_shared.services import ALL, ROBOTS, SERVICES, STAGES
+from onemap_shared.services import (
+    ALL,
+    ROBOTS,
+    SERVICES,
+    STAGES,
+    doubled,
+    doubled_sentence,
+)
 
 ROOT = Path(__file__).parents[2]
 
@@ -23,3 +30,13 @@ def test_every_service_folder_is_listed() -> None:
 
 def test_the_named_groups_are_services() -> None:
     assert {*ROBOTS, *STAGES} < set(SERVICES)
+
+
+def test_two_processes_of_one_role_are_named() -> None:
+    members = {("planner", "a"), ("mapper", "b"), ("gateway", "c"), ("gateway", "d"), ("up", "e")}
+    assert doubled(members) == {}
+    twice = doubled({*members, ("planner", "f"), ("simulator", "g"), ("robot", "h")})
+    assert twice == {"robot": ("robot h", "simulator g"), "planner": ("planner a", "planner f")}
+    assert doubled_sentence("robot", twice["robot"]) == (
+        "2 processes are the robot (robot h, simulator g): their messages mix"
+    )

@@ -10,10 +10,10 @@ from __future__ import annotations
 import uuid
 from collections.abc import Collection, Iterable
 
-from onemap_shared.services import ROBOTS
+from onemap_shared.services import DRIVER, ROBOTS
 
 LAUNCHER = "up"  # name of a launcher on the bus
-ANY_ROBOT = (*ROBOTS, "robot")  # examples/my_robot.py connects as robot
+ANY_ROBOT = (*ROBOTS, DRIVER)
 SEPARATOR = "."
 
 
