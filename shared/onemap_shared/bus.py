@@ -46,6 +46,11 @@ STOP_CHECK_S = 1.0  # a wait without end sleeps on when another thread receives 
 RETRY_MS = (200, 2000)  # first and longest pause between attempts to reach the router
 MAX_MESSAGE_BYTES = 72 * 2**20  # above wire.MAX_BODY_BYTES: wire refuses first, with a reason
 
+# Without consolidation, which keeps one reply of several: a refusal may hide an answer.
+TO_ALL: dict[str, Any] = {
+    "target": zenoh.QueryTarget.ALL,
+    "consolidation": zenoh.ConsolidationMode.NONE,
+}
 PRIORITIES = {
     Delivery.FRAME: zenoh.Priority.DATA_LOW,
     Delivery.STATE: zenoh.Priority.DATA,
@@ -227,14 +232,23 @@ class ZenohBus:
         packet = encode(request)
         asked_at = time.monotonic()
         replies = self._session.get(
-            procedure.key, payload=packet.body, attachment=packet.header, timeout=timeout_s
+            procedure.key,
+            payload=packet.body,
+            attachment=packet.header,
+            timeout=timeout_s,
+            **(TO_ALL if procedure.to_all else {}),
         )
+        refusal: RemoteError | None = None
         for reply in replies:
             if reply.ok is not None:
                 return decode(procedure.reply, _packet(reply.ok.attachment, reply.ok.payload))
             error = reply.err.payload.to_bytes() if reply.err is not None else b""
             if error != b"Timeout":
-                raise _remote_error(error)
+                refusal = _remote_error(error)
+                if not procedure.to_all:  # otherwise another one may accept
+                    break
+        if refusal is not None:
+            raise refusal
         # The router's own timer may end the query with an empty reply before ours does.
         if time.monotonic() - asked_at > 0.9 * timeout_s:
             raise QueryTimeout(f"no answer on {procedure.key} within {timeout_s} s")

@@ -37,7 +37,7 @@ class Procedure(Generic[Q, R]):
 
     stale_after_s: a request that waited longer for its turn is refused, because its caller may
     have given up; None: it is served however late. parallel: requests that are served at once,
-    by a handler that allows it.
+    by a handler that allows it. to_all: every process that serves it is asked; one that does not refuse answers for all.
     """
 
     key: str
@@ -45,6 +45,7 @@ class Procedure(Generic[Q, R]):
     reply: type[R]
     stale_after_s: float | None = None
     parallel: int = 1
+    to_all: bool = False
 
 
 ROBOT_RGBD = Topic("robot/rgbd/v1", m.RgbdFrame, Delivery.FRAME)
@@ -75,7 +76,7 @@ MAP_FORGET = Procedure("map/forget/v1", m.ObjectId, m.KeptObject)
 SEARCH_STATE = Topic("search/state/v1", m.SearchStatus, latched=True)
 SEARCH_PATH = Topic("search/path/v1", m.PlannedPath)
 SEARCH_START = Procedure("search/start/v1", m.SearchRequest, m.SearchStatus, stale_after_s=0.5)
-SEARCH_CANCEL = Procedure("search/cancel/v1", m.SearchId, m.SearchStatus)
+SEARCH_CANCEL = Procedure("search/cancel/v1", m.SearchId, m.SearchStatus, to_all=True)
 SEARCH_GET = Procedure("search/get/v1", m.SearchId, m.SearchStatus)
 SEARCH_LIST = Procedure("search/list/v1", m.SearchListRequest, m.SearchList)
 

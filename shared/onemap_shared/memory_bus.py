@@ -14,6 +14,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures import TimeoutError as FutureTimeout
 from fnmatch import fnmatchcase
+from functools import partial
 from typing import Any, Generic, TypeVar
 
 from onemap_shared.keys import Procedure, Topic
@@ -23,6 +24,7 @@ from onemap_shared.transport import (
     NoReply,
     Publisher,
     QueryTimeout,
+    RemoteError,
     Subscription,
     answer,
 )
@@ -40,7 +42,9 @@ class MemoryRouter:
         self.lock = threading.Lock()
         self.inboxes: dict[str, list[Inbox[Any]]] = defaultdict(list)
         self.latched: dict[str, Packet] = {}
-        self.handlers: dict[str, tuple[MemoryBus, Callable[[Packet], Packet]]] = {}
+        self.handlers: dict[str, list[tuple[MemoryBus, Callable[[Packet], Packet]]]] = defaultdict(
+            list
+        )
         self.services: dict[MemoryBus, str] = {}
 
     def bus(self, service: str = "") -> MemoryBus:
@@ -83,22 +87,23 @@ class MemoryBus:
 
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
         """See ``transport.Bus``."""
-        self._router.handlers[procedure.key] = (
-            self,
-            lambda packet: answer(procedure, handler, packet),
-        )
+        handle = partial(answer, procedure, handler)
+        self._router.handlers[procedure.key].append((self, handle))
 
     def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float = CALL_TIMEOUT_S) -> R:
         """See ``transport.Bus``."""
-        entry = self._router.handlers.get(procedure.key)
-        if entry is None:
-            raise NoReply(f"no process serves {procedure.key}")
-        bus, handle = entry
-        future = bus._pool.submit(handle, encode(request))
-        try:
-            return decode(procedure.reply, future.result(timeout_s))
-        except FutureTimeout:
-            raise QueryTimeout(f"no answer on {procedure.key} within {timeout_s} s") from None
+        entries = self._router.handlers.get(procedure.key, [])
+        asked = entries if procedure.to_all else entries[-1:]
+        futures = [bus._pool.submit(handle, encode(request)) for bus, handle in asked]
+        refusal: RemoteError | None = None
+        for future in futures:
+            try:
+                return decode(procedure.reply, future.result(timeout_s))
+            except FutureTimeout:
+                raise QueryTimeout(f"no answer on {procedure.key} within {timeout_s} s") from None
+            except RemoteError as problem:
+                refusal = problem
+        raise refusal or NoReply(f"no process serves {procedure.key}")
 
     def alive(self) -> frozenset[str]:
         """See ``transport.Bus``."""
@@ -112,9 +117,9 @@ class MemoryBus:
     def close(self) -> None:
         """Leave at once, as a killed process would: its handlers answer no more."""
         self._router.services.pop(self, None)
-        gone = [key for key, (bus, _) in self._router.handlers.items() if bus is self]
-        for key in gone:
-            del self._router.handlers[key]
+        handlers = self._router.handlers
+        for key, entries in list(handlers.items()):
+            handlers[key] = [entry for entry in entries if entry[0] is not self]
         self._pool.shutdown(wait=False, cancel_futures=True)
 
 

@@ -16,6 +16,7 @@ from onemap_shared.messages import (
     SearchId,
     SearchKind,
     SearchState,
+    VelocityCommand,
 )
 from onemap_shared.transport import RemoteError
 from onemap_shared.wire import Packet
@@ -84,6 +85,33 @@ def test_cancel_brakes_and_allows_another_search(services: SimulatedServices) ->
     second = services.start("bed")
     assert second.search_id != first.search_id
     assert services.get(first.search_id).objects == ("sofa",)
+
+
+def test_a_cancel_stops_the_searches_of_all_planners(services: SimulatedServices) -> None:
+    """Two planners, as of an earlier release that did not refuse to be the second."""
+    first = services.start("sofa")
+    second = Planner(services.router.bus("planner"), PlannerConfig())
+    other = services.start("bed")  # the second took over the key
+    assert other.search_id != first.search_id
+    cancelled = services.caller.call(keys.SEARCH_CANCEL, SearchId(first.search_id))
+    assert (cancelled.search_id, cancelled.state) == (first.search_id, SearchState.CANCELLED)
+    assert services.get(other.search_id).state is SearchState.CANCELLED
+    second.close()
+
+
+def test_alone_a_cancel_of_another_search_stops_nothing(services: SimulatedServices) -> None:
+    services.start("sofa")
+    with pytest.raises(RemoteError, match="there is no search"):
+        services.caller.call(keys.SEARCH_CANCEL, SearchId("other"))
+    assert services.get().active
+
+
+def test_it_moves_no_robot_that_follows_another_planner(services: SimulatedServices) -> None:
+    services.start("sofa")
+    rival = VelocityCommand(1, 5, 0.0, 0.0, planner="rival")
+    services.gate, _ = services.gate.receive(rival, float("inf"), 0)  # and is never let go
+    services.until(lambda: "the robot follows another planner" in services.get().reason)
+    assert not any(map(moves, services.sent_commands()))
 
 
 @pytest.mark.parametrize("missing", ["odometry", "revision"])

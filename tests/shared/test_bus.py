@@ -232,6 +232,35 @@ def test_a_request_that_waited_too_long_is_not_carried_out(router: Router) -> No
         bus.close()
 
 
+def test_some_questions_go_to_all_and_one_answer_is_enough(buses: tuple[Bus, Bus]) -> None:
+    here, there = buses
+    to_all, asked = replace(keys.MAP_SAVE, to_all=True), []
+
+    def refuse(request: m.MapFile) -> m.MapSummary:
+        asked.append("here")
+        raise RequestRejected("unknown_map", "it is not here")
+
+    def accept(request: m.MapFile) -> m.MapSummary:
+        asked.append("there")
+        if request.name == "nowhere":
+            raise RequestRejected("unknown_map", "it is not there")
+        return summary(request.name)
+
+    here.serve(to_all, refuse)
+    there.serve(to_all, accept)
+
+    def attempt() -> m.MapSummary | None:
+        try:
+            reply = here.call(to_all, m.MapFile("flat"))
+        except (NoReply, RemoteError):  # a declaration is still on its way
+            return None
+        return reply if set(asked) == {"here", "there"} else None
+
+    assert eventually(attempt) == summary("flat")
+    with pytest.raises(RemoteError, match="it is not"):
+        here.call(to_all, m.MapFile("nowhere"))
+
+
 def test_silence_is_a_timeout(buses: tuple[Bus, Bus]) -> None:
     here, there = buses
     released = threading.Event()

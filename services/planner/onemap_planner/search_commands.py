@@ -74,7 +74,17 @@ class SearchCommands:
         return self._status_of(self._registry.start(search, synonyms))
 
     def _cancel(self, request: SearchId) -> SearchStatus:
+        """Cancel this search; beside another planner, whichever is active here.
+
+        Who cancels wants the robot to stop, and may name a search of the other planner.
+        """
+        if self._other_planners() and self._registry.state is not None:
+            self._registry.cancel("", self._stamp())
         return self._status_of(self._registry.cancel(request.search_id, self._stamp()))
+
+    def _other_planners(self) -> bool:
+        own = ("planner", self._bus.instance)
+        return any(each[0] == "planner" and each != own for each in self._bus.members())
 
     def _get(self, request: SearchId) -> SearchStatus:
         return self._status_of(self._registry.find(request.search_id))

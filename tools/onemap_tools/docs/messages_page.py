@@ -77,13 +77,13 @@ def _keys() -> Iterator[str]:
     yield ""
     yield "## Procedures"
     yield ""
-    yield "| key | request | reply | refused after waiting |"
-    yield "|---|---|---|---|"
+    yield "| key | request | reply | refused after waiting | asked |"
+    yield "|---|---|---|---|---|"
     for procedure in procedures():
         late = f"{procedure.stale_after_s:g} s" if procedure.stale_after_s is not None else "never"
         yield (
             f"| `{procedure.key}` | {_link(procedure.request)} | {_link(procedure.reply)} "
-            f"| {late} |"
+            f"| {late} | {'all' if procedure.to_all else 'one'} |"
         )
     yield ""
     token = keys.liveliness(SERVICE, INSTANCE)
