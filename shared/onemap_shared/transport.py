@@ -68,7 +68,8 @@ class Counters:
 
     received: decoded; missed: gaps in the sequence numbers, the skipped ones included;
     skipped: replaced by a newer one before they were taken; refused: not decodable, the
-    last reason in ``last_problem``.
+    last reason in ``last_problem``; disordered: of the received, those with a sequence number that
+    is not higher than the one before: more than one publisher, or one that began anew.
     """
 
     received: int = 0
@@ -76,6 +77,7 @@ class Counters:
     skipped: int = 0
     refused: int = 0
     last_problem: str = ""
+    disordered: int = 0
 
 
 class Publisher(Protocol[M_contra]):
@@ -191,13 +193,14 @@ class Inbox(Generic[M]):
                 self._count(refused=1, last_problem=str(problem))
             return None
         sequence = getattr(message, "sequence", None)
-        missed = 0
+        missed = disordered = 0
         if sequence is not None:
-            if self._last_sequence is not None and sequence > self._last_sequence:
-                missed = sequence - self._last_sequence - 1
+            if self._last_sequence is not None:
+                missed = max(sequence - self._last_sequence - 1, 0)
+                disordered = int(sequence <= self._last_sequence)
             self._last_sequence = sequence
         with self._arrived:
-            self._count(received=1, missed=missed)
+            self._count(received=1, missed=missed, disordered=disordered)
         return message
 
     def _count(self, *, last_problem: str = "", **more: int) -> None:

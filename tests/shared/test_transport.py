@@ -41,6 +41,16 @@ def test_gaps_in_the_sequence_are_missed_and_a_restart_is_none() -> None:
         inbox.put(odometry(sequence))
     assert taken(inbox) == [7, 8, 12, 1, 2]
     assert inbox.counters.missed == 3
+    assert inbox.counters.disordered == 1
+
+
+def test_two_publishers_of_one_topic_are_seen_by_their_numbers() -> None:
+    inbox = Inbox(Odometry, 40)
+    for sequence in range(20):
+        inbox.put(odometry(sequence))
+        inbox.put(odometry(1000 + sequence))
+    taken(inbox)
+    assert inbox.counters.disordered == 19
 
 
 def test_bad_packets_are_counted_and_passed_over() -> None:

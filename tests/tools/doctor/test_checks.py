@@ -77,6 +77,25 @@ def with_process(**changes: object) -> Observations:
     return replace(HEALTHY, processes=(ill, *HEALTHY.processes[1:]))
 
 
+@pytest.mark.parametrize("role", ["planner", "robot"])
+def test_two_processes_of_a_role_are_named(role: str) -> None:
+    twice = replace(HEALTHY, doubled={role: (f"{role} a", f"{role} b")})
+    again = ProcessHealth("planner", "planner-2", True, "", 0.0, True)
+    twice = replace(twice, processes=(*twice.processes, again) if role == "planner" else ())
+    finding = the_one(check_services(twice))
+    assert f"2 processes are the {role} ({role} a, {role} b)" in finding.sentence
+    assert "namespace" in finding.remedy
+
+
+def test_two_publishers_of_a_stream_are_seen_by_its_numbers() -> None:
+    for disordered, expected in ((0, 0), (2, 0), (14, 1)):
+        stream = StreamStatus("rgbd", "robot", count=28, age_s=0.05, disordered=disordered)
+        assert len(check_streams(with_stream(stream))) == expected
+    assert "14 of 28 messages on rgbd" in the_one(check_streams(with_stream(stream))).sentence
+    revision = StreamStatus("revision", "mapper", count=28, age_s=0.05, disordered=14)
+    assert check_streams(with_stream(revision)) == []
+
+
 def test_a_healthy_robot_has_no_findings() -> None:
     assert diagnose(HEALTHY) == []
 

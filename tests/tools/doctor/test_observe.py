@@ -109,6 +109,10 @@ def test_every_topic_is_observed() -> None:
     observed = observer.observations(1.0)
 
     assert observed.alive == {"simulator", "mapper"}
+    assert observed.doubled == {}
+    second = router.bus("simulator")
+    assert set(observer.observations(1.0).doubled) == {"robot"}
+    second.close()
     assert observed.depth is None  # only the newest frame is kept, and it cannot be decoded
     refused = {stream.name: stream.refused for stream in observed.streams}
     assert refused[keys.ROBOT_RGBD.key] == 1

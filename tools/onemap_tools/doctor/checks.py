@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
+from onemap_shared.services import doubled_sentence, role_of
 from onemap_tools.doctor.observations import NEAR_M, Observations, ProcessHealth
 from onemap_tools.processes.services import CORE
 
@@ -16,6 +17,7 @@ CLOCK_TOLERANCE_S = 0.3  # above the latency of transport and processing; NTP ho
 OLD_S = 2.0  # the robot has driven a metre or more since
 FAR_M = 20.0  # larger than any room: a greater median is a wrong depth scale
 NO_RETURN_FRACTION = 0.9  # above, too few pixels have depth to map anything
+FEW_DISORDERED = 3  # one or two: the publisher was started again
 FEW_FRAMES = 5  # fewer fused frames may all show the same view
 COMMAND_EPSILON = 0.02  # m/s or rad/s; below it the robot stands still
 
@@ -51,9 +53,16 @@ def _warning(sentence: str, remedy: str) -> Finding:
 def check_services(observed: Observations) -> list[Finding]:
     """Services that do not run, hang, are not ready or run twice."""
     findings = [_absent(name, observed) for name in CORE if name not in observed.alive]
+    findings += [
+        _error(
+            f"{doubled_sentence(role, names)}.",
+            "Stop all but one of them, or give each robot a bus.namespace of its own.",
+        )
+        for role, names in observed.doubled.items()
+    ]
     for name in sorted({process.service for process in observed.processes}):
         processes = [process for process in observed.processes if process.service == name]
-        if len(processes) > 1:
+        if len(processes) > 1 and role_of(name) not in observed.doubled:
             findings.append(
                 _error(
                     f"{len(processes)} processes say that they are the {name}: their messages mix.",
@@ -110,6 +119,15 @@ def check_streams(observed: Observations) -> list[Finding]:
                     f"because: {stream.last_problem}.",
                     f"Send it as docs/messages.md describes; if the {stream.source} is OneMap's "
                     "own, run the same version there and here.",
+                )
+            )
+        # The mapper announces a map again, with the same frame, when a layer is reset.
+        if stream.source != "mapper" and stream.disordered >= FEW_DISORDERED:
+            findings.append(
+                _error(
+                    f"{stream.disordered} of {stream.count} messages on {stream.name} have no "
+                    "higher number than the one before: several processes send them.",
+                    f"Run one {stream.source} on these keys; its driver must count its messages.",
                 )
             )
         if stream.age_s is not None and stream.age_s > OLD_S:

@@ -10,7 +10,10 @@ NEAR_M = 0.1  # below the range of depth cameras: nearer values are a wrong dept
 
 @dataclass(frozen=True, slots=True)
 class StreamStatus:
-    """Counters of one topic. ``age_s``: local clock minus the stamp of the newest message."""
+    """Counters of one topic. ``age_s``: local clock minus the stamp of the newest message.
+
+    ``disordered``: messages whose number is not higher than that of the one before.
+    """
 
     name: str
     source: str
@@ -18,6 +21,7 @@ class StreamStatus:
     age_s: float | None = None
     refused: int = 0
     last_problem: str = ""
+    disordered: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,12 +77,14 @@ class MotionSummary:
 class Observations:
     """Everything that was received in ``duration_s`` seconds.
 
-    ``alive``: services with a connected process. ``field_encoder`` and ``text_encoder``:
+    ``alive``: services with a connected process. ``doubled``: roles that several processes have,
+    with their names. ``field_encoder`` and ``text_encoder``:
     (encoder id, text space), None if unknown.
     """
 
     duration_s: float
     alive: frozenset[str] = frozenset()
+    doubled: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     streams: tuple[StreamStatus, ...] = ()
     processes: tuple[ProcessHealth, ...] = ()
     depth: DepthStatistics | None = None

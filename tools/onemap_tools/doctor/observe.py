@@ -19,6 +19,7 @@ from onemap_shared.messages import (
     TextRequest,
     VelocityCommand,
 )
+from onemap_shared.services import doubled
 from onemap_shared.transport import Bus, CallError
 from onemap_tools.doctor.observations import (
     NEAR_M,
@@ -70,6 +71,7 @@ class TopicObserver(Generic[M]):
             age_s=self._age_s,
             refused=counters.refused,
             last_problem=counters.last_problem,
+            disordered=counters.disordered,
         )
 
 
@@ -119,6 +121,7 @@ class BusObserver:
         return Observations(
             duration_s=duration_s,
             alive=self._bus.alive(),
+            doubled=doubled(self._bus.members()),
             streams=(
                 self._rgbd.stream("robot"),
                 self._odometry.stream("robot"),
