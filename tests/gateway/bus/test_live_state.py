@@ -143,6 +143,10 @@ def test_the_same_liveliness_is_the_same_state() -> None:
     state = LiveState().with_alive(frozenset({"mapper"}), 0.0)
     assert state.alive == {"mapper"}
     assert state.with_alive(frozenset({"mapper"}), 1.0) is state
+    assert state.with_members(frozenset({("mapper", "a")}), 1.0) is state
+    twice = state.with_members(frozenset({("mapper", "a"), ("mapper", "b")}), 1.0)
+    assert twice.doubled == {"mapper": ("mapper a", "mapper b")}
+    assert twice.alive == state.alive
 
 
 def test_a_final_status_is_kept_like_any_other() -> None:

@@ -74,6 +74,33 @@ def test_without_a_planner_the_robot_is_not_ready() -> None:
     assert fault.service == "planner"
 
 
+MEMBERS = frozenset((service, "1") for service in SERVICES)
+
+
+@pytest.mark.parametrize(
+    ("role", "second"),
+    [
+        ("planner", ("planner", "2")),
+        ("mapper", ("mapper", "2")),
+        ("perception", ("perception", "2")),
+        ("robot", ("robot", "my-robot")),
+    ],
+)
+def test_two_processes_of_one_role_are_said_and_nothing_is_ready(
+    role: str, second: tuple[str, str]
+) -> None:
+    state = well(10.0).with_members(MEMBERS, 10.0)
+    assert find_pipeline_fault(state, 10.0, 5.0) is None
+    state = state.with_members(MEMBERS | {second}, 10.0)
+    fault = find_pipeline_fault(state, 10.0, 5.0)
+    assert fault is not None
+    assert fault.service == role
+    assert fault.detail.startswith(f"2 processes are the {role} (")
+    assert fault.detail.endswith("): their messages mix; stop all but one of them.")
+    (report,) = (each for each in assess_services(state, 10.0) if each.name == role)
+    assert (report.condition, report.problem) == (ServiceCondition.DEGRADED, fault.detail)
+
+
 def test_a_silent_camera_is_the_robots_fault() -> None:
     fault = find_pipeline_fault(well(10.0), 20.0, 5.0)
     assert fault is not None

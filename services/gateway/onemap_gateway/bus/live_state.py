@@ -22,7 +22,7 @@ from onemap_shared.messages import (
     SearchStatus,
 )
 from onemap_shared.rates import RateMeter
-from onemap_shared.services import SERVICES
+from onemap_shared.services import SERVICES, doubled
 from onemap_shared.trail import PointM, extended
 
 M = TypeVar("M")
@@ -79,7 +79,8 @@ class LiveState:
     search_log: the newest statuses in order; search_count: of all statuses so far, so that a
     reader can tell which are new to it. trail_m: past positions (x, y), map frame.
     last_fused_s: when a frame was last fused into the map. alive: services that hold a
-    liveliness token; alive_changed_s: when each service's token last appeared or vanished.
+    liveliness token; alive_changed_s: when each service's token last appeared or vanished;
+    doubled: roles that several processes have, with their names.
     """
 
     frame: LatestMessage[RgbdFrame] | None = None
@@ -95,10 +96,17 @@ class LiveState:
     heartbeats: Mapping[str, HeartbeatRecord] = field(default_factory=dict)
     alive: frozenset[str] = frozenset()
     alive_changed_s: Mapping[str, float] = field(default_factory=dict)
+    doubled: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def with_message(self, message: BusMessage, now_s: float) -> LiveState:
         """The state after ``message`` arrived."""
         return replace(self, **_changes(self, message, now_s))
+
+    def with_members(self, members: frozenset[tuple[str, str]], now_s: float) -> LiveState:
+        """The state after the tokens were read: service and instance of every process."""
+        state = self.with_alive(frozenset(service for service, _ in members), now_s)
+        twice = doubled(members)
+        return state if twice == state.doubled else replace(state, doubled=twice)
 
     def with_alive(self, services: frozenset[str], now_s: float) -> LiveState:
         """The state after the liveliness tokens were read."""

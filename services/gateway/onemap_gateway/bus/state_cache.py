@@ -76,7 +76,7 @@ class StateCache:
 
     def state_with_fresh_liveliness(self) -> LiveState:
         """The newest snapshot with the liveliness tokens of this moment, not of the last poll."""
-        return self._state.with_alive(self._bus.alive(), self._clock_s())
+        return self._state.with_members(self._bus.members(), self._clock_s())
 
     def begin_close(self) -> None:
         """Ask streams and threads to end, without waiting for them."""
@@ -103,8 +103,8 @@ class StateCache:
 
     def _watch_liveliness(self) -> None:
         while True:
-            alive = self._bus.alive()
+            members = self._bus.members()
             with self._lock:
-                self._state = self._state.with_alive(alive, self._clock_s())
+                self._state = self._state.with_members(members, self._clock_s())
             if self._closing.wait(LIVELINESS_PERIOD_S):
                 return

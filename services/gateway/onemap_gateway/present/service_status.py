@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from onemap_gateway.bus.live_state import HeartbeatRecord, LatestMessage, LiveState
-from onemap_shared.services import SERVICES, STAGES
+from onemap_shared.services import SERVICES, STAGES, doubled_sentence
 
 # A robot that sends one frame a second is slow; beyond this it counts as silent.
 STREAM_TIMEOUT_S = 2.0
@@ -100,6 +100,14 @@ def hung_for_s(name: str, state: LiveState, now_s: float) -> float | None:
     return silent_s if changed_s - record.arrived_s > TOKEN_LAG_S else None
 
 
+def doubled_problem(role: str, state: LiveState) -> str:
+    """What to do about several processes of one role; empty if there are none."""
+    names = state.doubled.get(role)
+    if names is None:
+        return ""
+    return f"{sentence(doubled_sentence(role, names))[:-1]}; stop all but one of them."
+
+
 def hung_problem(name: str, state: LiveState, now_s: float) -> str:
     """What to do about a service that hangs or whose link is cut; empty if neither is so."""
     silent_s = hung_for_s(name, state, now_s)
@@ -124,6 +132,8 @@ def _assess(
             ServiceCondition.DOWN,
             f"{sentence_subject(name)} stopped {silent_s:.0f} s ago: {start}.",
         )
+    if several := doubled_problem(name, state):
+        return ServiceCondition.DEGRADED, several
     if silent_s <= HEARTBEAT_TIMEOUT_S and hangs_s > PROGRESS_TIMEOUT_S:
         return (
             ServiceCondition.DOWN,
@@ -154,6 +164,8 @@ def assess_robot(state: LiveState, now_s: float) -> ServiceStatus:
     if state.odometry is None or state.odometry.age_s(now_s) > STREAM_TIMEOUT_S:
         problem = _silence_detail("odometry", state.odometry, now_s)
         return ServiceStatus("robot", ServiceCondition.DEGRADED, problem, alive=True)
+    if several := doubled_problem("robot", state):
+        return ServiceStatus("robot", ServiceCondition.DEGRADED, several, alive=True)
     return ServiceStatus("robot", ServiceCondition.OK, alive=True, ready=True)
 
 
@@ -172,6 +184,9 @@ class PipelineFault:
 
 def find_pipeline_fault(state: LiveState, now_s: float, within_s: float) -> PipelineFault | None:
     """None if a frame was fused within ``within_s`` and a search could start now."""
+    for role in PIPELINE_STAGES:
+        if several := doubled_problem(role, state):
+            return PipelineFault(role, several)
     fresh = state.last_fused_s is not None and now_s - state.last_fused_s <= within_s
     by_name = {status.name: status for status in assess_services(state, now_s)}
     if fresh:  # a stage that is down stops the frames soon; a degraded one does not
