@@ -278,7 +278,7 @@ class ZenohBus:
             self.announce()
             others = self._others()
         if others and self._token is not None:
-            self._token.undeclare()
+            self._token.undeclare()  # type: ignore[no-untyped-call]
             self._token = None
         return others
 

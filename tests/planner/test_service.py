@@ -106,6 +106,19 @@ def test_alone_a_cancel_of_another_search_stops_nothing(services: SimulatedServi
     assert services.get().active
 
 
+@pytest.mark.parametrize("role", ["robot", "mapper"])
+def test_it_stops_while_two_of_a_role_send(services: SimulatedServices, role: str) -> None:
+    services.start("sofa")
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    pair = [services.router.bus(role) for _ in range(2)]
+    services.until(lambda: f"2 processes are the {role}" in services.get().reason)
+    services.sent_commands()
+    services.frame()
+    assert not any(map(moves, services.sent_commands()))
+    pair[1].close()
+    services.until(lambda: any(map(moves, services.sent_commands())))
+
+
 def test_it_moves_no_robot_that_follows_another_planner(services: SimulatedServices) -> None:
     services.start("sofa")
     rival = VelocityCommand(1, 5, 0.0, 0.0, planner="rival")

@@ -19,6 +19,7 @@ from onemap_planner.motion.velocity_controller import ControllerInputs
 from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import MapRevision, Odometry
 from onemap_shared.rates import RateMeter
+from onemap_shared.services import DRIVER, doubled, doubled_sentence
 
 MAX_ODOMETRY_STEP_M = 1.0  # a longer step between two messages: carried or restarted, not driven
 USUAL_LOOP_S = 0.1  # of a command on one computer: in drive.reaction_s, with one control period
@@ -32,7 +33,8 @@ class LatestInputs:
     collided_s: when a collision was last reported; odometer_m: distance driven since the start;
     map_rate: of new frames in the map; map_version: (revision, frames fused) of the newest map;
     map_count: different maps so far; exchange_count: of these, those that took the place of
-    another in a running mapper; loop and delay: how long commands and odometry travel.
+    another in a running mapper; loop and delay: how long commands and odometry travel; mixed: why
+    messages of several robots or mappers come, empty if they do not.
     """
 
     pose: Pose2d | None = None
@@ -46,6 +48,7 @@ class LatestInputs:
     map_rate: RateMeter = field(default_factory=RateMeter)
     loop: LoopMonitor = field(default_factory=LoopMonitor)
     delay: OdometryDelay = field(default_factory=OdometryDelay)
+    mixed: str = ""
 
     def ages(self, now_s: float) -> InputAges:
         """Ages of odometry and map at ``now_s``."""
@@ -57,7 +60,8 @@ class LatestInputs:
 
     def stale_reason(self, now_s: float, params: StalenessParams) -> str:
         """Why the robot must stop; empty if it may move."""
-        return stale_reason(self.ages(now_s), params) or self._late_reason(now_s, params)
+        stale = stale_reason(self.ages(now_s), params)
+        return self.mixed or stale or self._late_reason(now_s, params)
 
     def for_controller(
         self, search_id: str, now_s: float, params: StalenessParams
@@ -94,6 +98,14 @@ def with_odometry(inputs: LatestInputs, message: Odometry, now_s: float) -> Late
         loop=inputs.loop.with_odometry(message, now_s),
         delay=inputs.delay.with_odometry(message.stamp_ns, now_s),
     )
+
+
+def with_members(inputs: LatestInputs, members: frozenset[tuple[str, str]]) -> LatestInputs:
+    """The inputs with the processes on the bus, service and instance of each."""
+    twice = doubled(members)
+    roles = [role for role in (DRIVER, "mapper") if role in twice]
+    mixed = "; ".join(doubled_sentence(role, twice[role]) for role in roles)
+    return inputs if mixed == inputs.mixed else replace(inputs, mixed=mixed)
 
 
 def with_sent(inputs: LatestInputs, command: SentCommand) -> LatestInputs:

@@ -7,7 +7,13 @@ import math
 import time
 
 from onemap_planner.config import PlannerConfig
-from onemap_planner.inputs import LatestInputs, with_odometry, with_revision, with_sent
+from onemap_planner.inputs import (
+    LatestInputs,
+    with_members,
+    with_odometry,
+    with_revision,
+    with_sent,
+)
 from onemap_planner.motion.loop_time import LoopMonitor, SentCommand
 from onemap_planner.motion.velocity_controller import VelocityController
 from onemap_planner.planning_thread import PlanningThread, ThreadInputs
@@ -85,6 +91,7 @@ class Planner:
         if now_s >= self._next_control_s:
             self._next_control_s = max(self._next_control_s + 1.0 / self._config.control_hz, now_s)
             self._control_rate = self._control_rate.with_event(now_s)
+            self._inputs = with_members(self._inputs, self._bus.members())
             self._control(now_s)
             self._publish_status(now_s)
             self._log_refused()
