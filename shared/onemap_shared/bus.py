@@ -1,4 +1,4 @@
-"""The bus over Zenoh: the only module that imports it.
+"""The bus over Zenoh: only this module and ``membership`` import it.
 
 Every service is a client of one router; discovery by multicast or gossip is
 off. Velocity commands use a session of their own, so that no image delays
@@ -20,8 +20,8 @@ from typing import Any, Generic, TypeVar
 import zenoh
 
 from onemap_shared.config import BusConfig
-from onemap_shared.keys import ALL_LIVELINESS, Delivery, Procedure, Topic, liveliness, router_probe
-from onemap_shared.services import role_of
+from onemap_shared.keys import Delivery, Procedure, Topic, router_probe
+from onemap_shared.membership import Membership
 from onemap_shared.transport import (
     CALL_TIMEOUT_S,
     Inbox,
@@ -32,6 +32,7 @@ from onemap_shared.transport import (
     Subscription,
     answer,
     refuse_stale,
+    remote_error,
 )
 from onemap_shared.wire import Packet, decode, encode, schema
 
@@ -154,31 +155,16 @@ class ZenohBus:
 
     def __init__(self, settings: zenoh.Config, service: str, instance: str) -> None:
         self._settings = settings
-        self._name = (service, instance)
         self._session = zenoh.open(settings)
+        self._membership = Membership(self._session, settings, (service, instance))
         self._command_session: zenoh.Session | None = None
         self._servers: list[_Server] = []
-        self._alive: dict[str, tuple[str, str]] = {}
-        self._token: zenoh.LivelinessToken | None = None
-        self._declared: list[Any] = [
-            self._session.liveliness().declare_subscriber(
-                ALL_LIVELINESS,
-                zenoh.handlers.Callback(self._on_liveliness, indirect=False),
-                history=True,
-            ),
-        ]
+        self._declared: list[Any] = []
 
     @property
     def instance(self) -> str:
         """See ``transport.Bus``."""
-        return self._name[1]
-
-    def _on_liveliness(self, sample: zenoh.Sample) -> None:
-        key = str(sample.key_expr)
-        if sample.kind == zenoh.SampleKind.PUT:
-            self._alive[key] = _member(key)
-        else:
-            self._alive.pop(key, None)
+        return self._membership.name[1]
 
     def _session_for(self, delivery: Delivery) -> zenoh.Session:
         if delivery is not Delivery.COMMAND:
@@ -244,7 +230,7 @@ class ZenohBus:
                 return decode(procedure.reply, _packet(reply.ok.attachment, reply.ok.payload))
             error = reply.err.payload.to_bytes() if reply.err is not None else b""
             if error != b"Timeout":
-                refusal = _remote_error(error)
+                refusal = remote_error(error)
                 if not procedure.to_all:  # otherwise another one may accept
                     break
         if refusal is not None:
@@ -260,54 +246,19 @@ class ZenohBus:
 
     def members(self) -> frozenset[tuple[str, str]]:
         """See ``transport.Bus``."""
-        return frozenset(self._alive.copy().values())
+        return self._membership.members()
 
     def announce(self) -> None:
         """Show this process to the others, as long as it is connected."""
-        self._token = self._session.liveliness().declare_token(liveliness(*self._name))
+        self._membership.announce()
 
     def claim(self) -> tuple[str, ...]:
-        """Announce this process unless another has its role; empty if it did, else the others.
-
-        Each announces itself and then asks, so that of two at the same time at least one finds the
-        other and withdraws. If both do, both may try again. Raises ConnectionError without a
-        router: then nobody can be asked.
-        """
-        others = self._others()
-        if not others:
-            self.announce()
-            others = self._others()
-        if others and self._token is not None:
-            self._token.undeclare()  # type: ignore[no-untyped-call]
-            self._token = None
-        return others
-
-    def _others(self) -> tuple[str, ...]:
-        """The other processes that have the role of this one."""
-        role = role_of(self._name[0])
-        try:
-            others = self.processes() - {self._name}
-        except zenoh.ZError as problem:
-            raise ConnectionError(f"the router does not answer: {problem}") from problem
-        return tuple(sorted(" ".join(each) for each in others if role_of(each[0]) == role))
+        """See ``Membership.claim``: the others that have this process's role."""
+        return self._membership.claim()
 
     def processes(self) -> frozenset[tuple[str, str]]:
-        """Service and instance of every process on the bus, as the router knows now.
-
-        Ours is one, if it was announced.
-
-        ``alive`` learns of them one by one and may know none yet right after joining. Asks in a
-        session of its own: one that subscribes to the tokens is answered from its own cache.
-        Of two processes that join and then ask, at least one finds the other.
-        """
-        deadline = time.monotonic() + CALL_TIMEOUT_S
-        with zenoh.open(self._settings) as session:
-            while True:
-                replies = session.liveliness().get(ALL_LIVELINESS, timeout=CALL_TIMEOUT_S)
-                found = frozenset(_member(str(each.ok.key_expr)) for each in replies if each.ok)
-                expected = self._token is None or self._name in found
-                if expected or time.monotonic() > deadline:
-                    return found
+        """Service and instance of every process on the bus, as the router knows now."""
+        return self._membership.ask()
 
     def close(self) -> None:
         """Leave the bus; nothing is received afterwards."""
@@ -320,23 +271,8 @@ class ZenohBus:
             self._command_session.close()  # type: ignore[no-untyped-call]
 
 
-def _member(key: str) -> tuple[str, str]:
-    """Service and instance in the key of a liveliness token, with or without a namespace."""
-    parts = key.split("/")
-    return parts[-3], parts[-1]
-
-
 def _packet(attachment: zenoh.ZBytes | None, payload: zenoh.ZBytes) -> Packet:
     return Packet(attachment.to_bytes() if attachment is not None else b"", payload.to_bytes())
-
-
-def _remote_error(body: bytes) -> RemoteError:
-    try:
-        error = json.loads(body)
-        code, message, details = str(error["code"]), str(error["message"]), error.get("details")
-        return RemoteError(code, message, details if isinstance(details, dict) else None)
-    except (ValueError, KeyError, TypeError):
-        return RemoteError("internal", body[:200].decode(errors="replace"))
 
 
 class _Latch:

@@ -37,7 +37,8 @@ class Procedure(Generic[Q, R]):
 
     stale_after_s: a request that waited longer for its turn is refused, because its caller may
     have given up; None: it is served however late. parallel: requests that are served at once,
-    by a handler that allows it. to_all: every process that serves it is asked; one that does not refuse answers for all.
+    by a handler that allows it. to_all: every process that serves it is asked, and one that does
+    not refuse answers for all.
     """
 
     key: str
@@ -97,6 +98,12 @@ def liveliness(service: str, instance: str) -> str:
 def router_probe(instance: str) -> str:
     """The key of the question that a router asks itself, to see whether it routes."""
     return f"health/router/probe/{instance}"
+
+
+def member_of(key: str) -> tuple[str, str]:
+    """Service and instance in the key of a liveliness token, with or without a namespace."""
+    parts = key.split("/")
+    return parts[-3], parts[-1]
 
 
 ALL_LIVELINESS = "health/*/alive/*"

@@ -7,6 +7,7 @@ a call without a server raises ``NoReply``, without an answer ``QueryTimeout``.
 
 from __future__ import annotations
 
+import json
 import logging
 import threading
 import time
@@ -48,6 +49,16 @@ class RemoteError(CallError):
         super().__init__(message)
         self.code = code
         self.details = dict(details or {})
+
+
+def remote_error(body: bytes) -> RemoteError:
+    """The error of an error reply: JSON with code, message and details."""
+    try:
+        error = json.loads(body)
+        code, message, details = str(error["code"]), str(error["message"]), error.get("details")
+        return RemoteError(code, message, details if isinstance(details, dict) else None)
+    except (ValueError, KeyError, TypeError):
+        return RemoteError("internal", body[:200].decode(errors="replace"))
 
 
 class RequestRejected(Exception):
