@@ -20,7 +20,7 @@ from onemap_shared.geometry import F64, Bool, Velocity2d
 
 FRACTIONS = (0.75, 0.5, 0.25)  # of the commanded speed that are tried, on the same arc
 STEP_S = 0.05  # of the predicted path: at 0.7 m/s 35 mm, a third of a cell
-SLACK_M = 0.02  # of tracking: a straight path over the corners of navigable cells has none
+SLACK_M = 0.005  # of rounding and tracking: navigable cells lie a radius from obstacles as a whole
 NOT_WORSE_M = 1e-6  # rounding of distances
 
 
