@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from onemap_shared import messages as m
 
@@ -107,3 +108,106 @@ def member_of(key: str) -> tuple[str, str]:
 
 
 ALL_LIVELINESS = "health/*/alive/*"
+
+
+@dataclass(frozen=True, slots=True)
+class Access:
+    """What one role does on the bus, and nothing else where the router controls access.
+
+    names: of the processes of this role, as in their heartbeats and liveliness tokens.
+    """
+
+    names: tuple[str, ...]
+    publishes: tuple[Topic[Any], ...] = ()
+    subscribes: tuple[Topic[Any], ...] = ()
+    serves: tuple[Procedure[Any, Any], ...] = ()
+    calls: tuple[Procedure[Any, Any], ...] = ()
+
+
+# The roles by the names of their certificates. tests/shared/test_keys.py reads what each service
+# uses, so that a key that is missing here fails before a router refuses it.
+ROLES: Mapping[str, Access] = {
+    "robot": Access(
+        names=("simulator", "replay", "robot"),
+        publishes=(ROBOT_RGBD, ROBOT_ODOMETRY, ROBOT_POSE_GRAPH),
+        subscribes=(ROBOT_CMD_VEL,),
+        serves=(ROBOT_TRUTH,),
+    ),
+    "perception": Access(
+        names=("perception",),
+        publishes=(FIELD, DETECTIONS),
+        subscribes=(ROBOT_RGBD, SEARCH_STATE),
+        serves=(EMBED_TEXT,),
+    ),
+    "mapper": Access(
+        names=("mapper",),
+        publishes=(MAP_REVISION,),
+        subscribes=(FIELD, ROBOT_POSE_GRAPH),
+        serves=(
+            MAP_SIMILARITY,
+            MAP_SEARCH_VIEW,
+            MAP_SEARCH_RESET,
+            MAP_SAVE,
+            MAP_LOAD,
+            MAP_LIST,
+            MAP_DELETE,
+            MAP_CLEAR,
+            MAP_REMEMBER,
+            MAP_OBJECTS,
+            MAP_OBJECT,
+            MAP_FORGET,
+        ),
+        calls=(EMBED_TEXT,),
+    ),
+    "planner": Access(
+        names=("planner",),
+        publishes=(ROBOT_CMD_VEL, SEARCH_STATE, SEARCH_PATH),
+        subscribes=(ROBOT_ODOMETRY, MAP_REVISION, DETECTIONS),
+        serves=(SEARCH_START, SEARCH_CANCEL, SEARCH_GET, SEARCH_LIST),
+        calls=(EMBED_TEXT, MAP_SEARCH_VIEW, MAP_SEARCH_RESET, MAP_REMEMBER),
+    ),
+    "gateway": Access(
+        names=("gateway",),
+        subscribes=(
+            ROBOT_RGBD,
+            ROBOT_ODOMETRY,
+            DETECTIONS,
+            MAP_REVISION,
+            SEARCH_STATE,
+            SEARCH_PATH,
+            ALL_HEARTBEATS,
+        ),
+        calls=(
+            MAP_SIMILARITY,
+            MAP_SEARCH_VIEW,
+            MAP_SAVE,
+            MAP_LOAD,
+            MAP_LIST,
+            MAP_DELETE,
+            MAP_CLEAR,
+            MAP_OBJECTS,
+            MAP_OBJECT,
+            MAP_FORGET,
+            SEARCH_START,
+            SEARCH_CANCEL,
+            SEARCH_GET,
+            SEARCH_LIST,
+        ),
+    ),
+    # status, doctor and a demo's film look; what changes something goes through the gateway
+    "tools": Access(
+        names=("doctor", "status", "demo"),
+        subscribes=(
+            ROBOT_RGBD,
+            ROBOT_ODOMETRY,
+            ROBOT_CMD_VEL,
+            FIELD,
+            DETECTIONS,
+            MAP_REVISION,
+            SEARCH_STATE,
+            SEARCH_PATH,
+            ALL_HEARTBEATS,
+        ),
+        calls=(EMBED_TEXT, MAP_SEARCH_VIEW),
+    ),
+}

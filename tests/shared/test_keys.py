@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import ast
 import re
 
 import pytest
@@ -7,6 +8,7 @@ import pytest
 from onemap_shared import keys
 from onemap_shared.keys import Delivery, Procedure, Topic
 from onemap_shared.services import SERVICES
+from tests.structure import ROOT, modules
 
 TOPICS = [value for value in vars(keys).values() if isinstance(value, Topic)]
 PROCEDURES = [value for value in vars(keys).values() if isinstance(value, Procedure)]
@@ -36,3 +38,49 @@ def test_heartbeats_and_tokens_match_the_wildcards(service: str) -> None:
     assert re.fullmatch(keys.ALL_HEARTBEATS.key.replace("*", "[^/]+"), heartbeat)
     assert re.fullmatch(keys.ALL_LIVELINESS.replace("*", "[^/]+"), token)
     assert (token.split("/")[-3], token.split("/")[-1]) == (service, "i1")
+
+
+PACKAGES = {
+    "robot": ("onemap_simulator",),
+    "perception": ("onemap_perception",),
+    "mapper": ("onemap_mapper",),
+    "planner": ("onemap_planner",),
+    "gateway": ("onemap_gateway",),
+}
+NOT_USED_HERE = {"robot": {keys.ROBOT_POSE_GRAPH.key}}  # of robots that correct their poses
+SHARED_USE = {"mapper": {keys.EMBED_TEXT.key}, "planner": {keys.EMBED_TEXT.key}}  # text_embedding
+
+
+def used(role: str) -> set[str]:
+    """The keys that the role's packages name, however they are imported."""
+    named = {n: v.key for n, v in vars(keys).items() if isinstance(v, Topic | Procedure)}
+    found = set()
+    for module in modules(ROOT):
+        if module.package in PACKAGES[role]:
+            for node in ast.walk(module.tree):
+                name = node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
+                found |= {named[name]} if name in named else set()
+    return found
+
+
+@pytest.mark.parametrize("role", PACKAGES)
+def test_a_role_may_do_what_its_service_does_and_no_more(role: str) -> None:
+    access = keys.ROLES[role]
+    topics, procedures = access.publishes + access.subscribes, access.serves + access.calls
+    allowed = {topic.key for topic in topics} | {procedure.key for procedure in procedures}
+    assert allowed == used(role) | NOT_USED_HERE.get(role, set()) | SHARED_USE.get(role, set())
+
+
+def test_every_key_has_a_role_on_each_side() -> None:
+    roles = keys.ROLES.values()
+    for topic in set(TOPICS) - {keys.ALL_HEARTBEATS}:
+        assert sum(topic in role.publishes for role in roles) == 1, topic.key
+        assert any(topic in role.subscribes for role in roles), topic.key
+    for procedure in PROCEDURES:
+        assert sum(procedure in role.serves for role in roles) == 1, procedure.key
+
+
+def test_every_service_is_of_one_role() -> None:
+    names = [name for role in keys.ROLES.values() for name in role.names]
+    assert len(names) == len(set(names))
+    assert set(SERVICES) <= set(names)
