@@ -134,6 +134,7 @@ FILES = {
     "onemap_tools.bench.place_labels": "labels",
     "onemap_tools.bench.pose_graph": "pictures",
     "onemap_tools.bench.scene": "a document and pictures",
+    "onemap_tools.certificate_files": "certificates",
     "onemap_tools.cli.decision_file": "the decisions of a search",
     "onemap_tools.cli.floor_plan": "a picture",
     "onemap_tools.cli.gateway_report": "a map",

@@ -10,7 +10,7 @@ import typer
 
 from onemap_tools.bench.commands import PANEL as MEASURE_PANEL
 from onemap_tools.bench.commands import app as bench_app
-from onemap_tools.cli import ask, models, run
+from onemap_tools.cli import ask, certs, models, run
 from onemap_tools.cli.command_group import CommandGroup
 from onemap_tools.cli.config import app as config_app
 from onemap_tools.cli.map import app as map_app
@@ -66,6 +66,7 @@ app.add_typer(search_replay_app)
 app.add_typer(map_app, name="map", rich_help_panel=ask.PANEL)
 app.add_typer(scene_app, name="scene", rich_help_panel=MEASURE_PANEL)
 app.add_typer(config_app, name="config", rich_help_panel=run.PANEL)
+app.add_typer(certs.app)
 app.add_typer(bench_app, name="bench", rich_help_panel=MEASURE_PANEL)
 app.add_typer(models.app, name="models", rich_help_panel=MEASURE_PANEL)
 app.add_typer(models.export_app)

@@ -1,0 +1,113 @@
+"""Certificates for the bus: an authority, and what it signs for the router and each role.
+
+Keys are ECDSA on P-256, which every TLS library takes. Times are arguments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from ipaddress import ip_address
+
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric.ec import (
+    SECP256R1,
+    EllipticCurvePrivateKey,
+    generate_private_key,
+)
+from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
+AUTHORITY_DAYS = 3650
+BEFORE = timedelta(days=1)  # the clock of a robot without a network may be behind
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """A certificate and its private key, both PEM."""
+
+    certificate: bytes
+    key: bytes
+
+
+def make_authority(now: datetime) -> Identity:
+    """An authority that may sign certificates, and nothing below them."""
+    key = generate_private_key(SECP256R1())
+    name = _name("onemap authority")
+    signing = x509.KeyUsage(
+        digital_signature=False,
+        content_commitment=False,
+        key_encipherment=False,
+        data_encipherment=False,
+        key_agreement=False,
+        key_cert_sign=True,
+        crl_sign=True,
+        encipher_only=False,
+        decipher_only=False,
+    )
+    certificate = (
+        _builder(key, name, name, now, AUTHORITY_DAYS)
+        .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
+        .add_extension(signing, critical=True)
+        .sign(key, hashes.SHA256())
+    )
+    return _identity(certificate, key)
+
+
+def sign(
+    authority: Identity, name: str, hosts: Sequence[str], *, now: datetime, days: int
+) -> Identity:
+    """A certificate of ``authority`` for ``name``; with ``hosts`` for a server at these addresses.
+
+    hosts: names and IP addresses under which clients connect.
+    """
+    ca = x509.load_pem_x509_certificate(authority.certificate)
+    ca_key = serialization.load_pem_private_key(authority.key, None)
+    if not isinstance(ca_key, EllipticCurvePrivateKey):
+        raise ValueError("the authority's key is not one of onemap certs")
+    key = generate_private_key(SECP256R1())
+    usage = ExtendedKeyUsageOID.SERVER_AUTH if hosts else ExtendedKeyUsageOID.CLIENT_AUTH
+    alternatives = [_alternative(host) for host in hosts or (name,)]
+    certificate = (
+        _builder(key, _name(name), ca.subject, now, days)
+        .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
+        .add_extension(x509.SubjectAlternativeName(alternatives), critical=False)
+        .add_extension(x509.ExtendedKeyUsage([usage]), critical=False)
+        .sign(ca_key, hashes.SHA256())
+    )
+    return _identity(certificate, key)
+
+
+def _builder(
+    key: EllipticCurvePrivateKey, subject: x509.Name, issuer: x509.Name, now: datetime, days: int
+) -> x509.CertificateBuilder:
+    return (
+        x509.CertificateBuilder()
+        .subject_name(subject)
+        .issuer_name(issuer)
+        .public_key(key.public_key())
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(now - BEFORE)
+        .not_valid_after(now + timedelta(days=days))
+    )
+
+
+def _identity(certificate: x509.Certificate, key: EllipticCurvePrivateKey) -> Identity:
+    private = key.private_bytes(
+        serialization.Encoding.PEM,
+        serialization.PrivateFormat.PKCS8,
+        serialization.NoEncryption(),
+    )
+    return Identity(certificate.public_bytes(serialization.Encoding.PEM), private)
+
+
+def _name(name: str) -> x509.Name:
+    return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
+
+
+def _alternative(host: str) -> x509.GeneralName:
+    try:
+        return x509.IPAddress(ip_address(host))
+    except ValueError:
+        return x509.DNSName(host)
