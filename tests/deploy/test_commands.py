@@ -9,7 +9,7 @@ import pytest
 import typer.main
 
 from onemap_tools.cli.app import app
-from tests.deploy.deployment import ROLES, compose
+from tests.deploy.deployment import DEPLOY, ROLES, compose
 from tests.deploy.test_units import FOLDER, NAMES, settings
 
 COMMANDS: dict[str, Any] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
@@ -34,6 +34,12 @@ def test_compose_starts_and_checks_with_commands_that_exist(role: str) -> None:
 def test_systemd_starts_commands_that_exist(name: str) -> None:
     _, *arguments = shlex.split(settings(FOLDER / f"onemap-{name}.service")["ExecStart"][0])
     check(arguments)
+
+
+def test_the_certificates_of_the_document_are_made_with_a_command_that_exists() -> None:
+    text = (DEPLOY / "README.md").read_text(encoding="utf-8")
+    (line,) = (line for line in text.splitlines() if line.startswith("onemap certs"))
+    check(shlex.split(line.partition("#")[0])[1:])
 
 
 def test_an_option_that_does_not_exist_is_seen() -> None:

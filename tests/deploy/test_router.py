@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
@@ -65,11 +64,11 @@ def join(endpoint: str, service: str, patience_s: float = JOIN_S) -> Bus | None:
 
 
 def receives(listener: Bus, speaker: Bus) -> bool:
-    """Whether odometry of one session reaches the other."""
-    (sample,) = (message for message in SAMPLES if isinstance(message, keys.ROBOT_ODOMETRY.message))
+    """Whether a frame of one session reaches the other."""
+    (sample,) = (message for message in SAMPLES if isinstance(message, keys.ROBOT_RGBD.message))
     publisher, subscription = (
-        speaker.publish(keys.ROBOT_ODOMETRY),
-        listener.subscribe(keys.ROBOT_ODOMETRY),
+        speaker.publish(keys.ROBOT_RGBD),
+        listener.subscribe(keys.ROBOT_RGBD),
     )
 
     def attempt() -> bool | None:
@@ -122,21 +121,11 @@ def test_zenoh_reads_it_and_routes() -> None:
 
 
 def certificates(folder: Path) -> None:
-    """An authority and two certificates, made by the README's own commands."""
-    openssl = shutil.which("openssl")
-    if openssl is None:
-        pytest.skip("openssl is not installed")
-    environment = {**os.environ, "ROBOT": "localhost"}
-    script = "\n".join(
-        line
-        for block in (DEPLOY / "README.md").read_text(encoding="utf-8").split("```bash\n")[1:]
-        if block.startswith("# certificates")
-        for line in block.split("```")[0].splitlines()
-    )
-    assert script, "deploy/README.md no longer shows how certificates are made"
-    subprocess.run(
-        ["bash", "-euc", script], cwd=folder, env=environment, check=True, capture_output=True
-    )
+    """An authority, and certificates for the router and each role, as the README makes them."""
+    pytest.importorskip("cryptography", reason="cryptography is not installed")
+    from onemap_tools.certificate_files import write_certificates
+
+    write_certificates(folder, ["localhost"], now=datetime.now(timezone.utc), days=2)
 
 
 @pytest.mark.slow
