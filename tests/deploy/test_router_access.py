@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
@@ -14,12 +15,13 @@ from typing import Any
 import pytest
 
 from onemap_shared import keys
+from onemap_shared.bus import run_router
 from onemap_shared.keys import ROLES, Procedure, Topic
 from onemap_shared.transport import Bus, CallError
 from tests.deploy.deployment import DEPLOY
 from tests.deploy.test_router import join, routing
 from tests.shared.samples import SAMPLES
-from tests.shared.test_bus import eventually, free_port
+from tests.shared.test_bus import PATIENCE_S, eventually, free_port
 
 certificates = pytest.importorskip(
     "onemap_tools.certificates", reason="cryptography is not installed (pip install '.[certs]')"
@@ -221,3 +223,18 @@ def test_this_machine_needs_no_certificate(
         return received.take(ABSENCE_S)
 
     assert eventually(arrived) is not None
+
+
+def test_the_router_may_ask_itself(folder: Path) -> None:
+    """Its watchdog does; a router that may not would restart for ever."""
+    file = folder / "alone.json5"
+    text = (DEPLOY / "router-tls.json5").read_text(encoding="utf-8")
+    file.write_text(text.replace("/etc/onemap/tls", str(folder)), encoding="utf-8")
+    stop, routed = threading.Event(), threading.Event()
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    router = threading.Thread(target=run_router, args=((endpoint,), stop, file, routed.set))
+    router.start()
+    reached = routed.wait(PATIENCE_S)
+    stop.set()
+    router.join()
+    assert reached
