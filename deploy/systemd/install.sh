@@ -51,9 +51,13 @@ if ! $dry_run && ((EUID != 0)); then
   exit 1
 fi
 
-if ! id onemap &>/dev/null; then
-  run useradd --system --user-group --home-dir /var/lib/onemap --shell /usr/sbin/nologin onemap
-fi
+# A group for what the services share, and a user of its own for each.
+getent group onemap &>/dev/null || run groupadd --system onemap
+for name in "${names[@]}"; do
+  id "onemap-$name" &>/dev/null ||
+    run useradd --system --no-user-group --gid onemap --no-create-home \
+      --home-dir /nonexistent --shell /usr/sbin/nologin "onemap-$name"
+done
 
 # One virtual environment for all services of this machine.
 run install -d "$prefix"

@@ -55,6 +55,8 @@ def test_each_is_checked_restarted_and_confined(name: str) -> None:
     assert service["cap_drop"] == ["ALL"]
     assert "no-new-privileges:true" in service["security_opt"]
     assert not service.get("privileged")
+    assert service["mem_limit"][-1] in "mg"
+    assert service["pids_limit"] > 0
 
 
 @ALL

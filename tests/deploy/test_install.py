@@ -57,6 +57,13 @@ def test_a_machine_that_only_perceives_installs_perception_alone() -> None:
     assert {unit.rpartition("/")[2] for unit in units} == {"onemap-perception.service"}
 
 
+def test_each_service_gets_a_user_of_its_own() -> None:
+    users = {
+        command[-1] for command in commands("--services", "router,mapper") if "useradd" in command
+    }
+    assert users == {"onemap-router", "onemap-mapper"}
+
+
 @pytest.mark.parametrize("arguments", [["--services", "toaster"], ["--colour"]])
 def test_wrong_usage_is_reported(arguments: list[str]) -> None:
     result = dry_run(*arguments)

@@ -8,10 +8,11 @@ import subprocess
 from pathlib import Path
 
 import pytest
+import yaml
 
 from onemap_shared.runner import HANG_S, HEARTBEAT_S
 from onemap_tools.processes.services import CORE
-from tests.deploy.deployment import DEPLOY
+from tests.deploy.deployment import DEPLOY, compose
 
 FOLDER = DEPLOY / "systemd"
 NAMES = ("router", *CORE)
@@ -73,7 +74,7 @@ def test_the_common_settings_reach_every_service(root: Path) -> None:
         "systemd-analyze",
         "security",
         "--offline=true",
-        "--threshold=40",  # tenths; a service without any confinement has 96
+        "--threshold=25",  # tenths; a service without any confinement has 96
         f"--root={root}",
     ]
     for name in NAMES:
@@ -88,11 +89,32 @@ def test_each_restarts_within_limits_and_is_no_root(name: str) -> None:
     assert service["Restart"] == ["always"]
     assert int(service["StartLimitBurst"][0]) > 0
     assert service["RestartPreventExitStatus"] == ["2"]
-    assert service["User"] == ["onemap"]
+    assert service["User"] == ["%p"]  # the unit's own name: a user for each service
     assert service["NoNewPrivileges"] == ["yes"]
     assert service["ProtectSystem"] == ["strict"]
     assert service["CapabilityBoundingSet"] == [""]
     assert service["WantedBy"] == ["onemap.target"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_has_limits_and_a_filter_of_system_calls(name: str) -> None:
+    service = unit(name)
+    assert service["SystemCallFilter"] == ["@system-service", "~@privileged"]
+    assert service["SystemCallErrorNumber"] == ["EPERM"]
+    assert int(service["TasksMax"][0]) > 0
+    limit = service["MemoryMax"][0]
+    assert compose()[name]["mem_limit"] == limit.lower()
+
+
+def test_no_two_services_write_the_same_folder() -> None:
+    folders = {name: unit(name).get("StateDirectory") for name in NAMES}
+    assert {name: folder for name, folder in folders.items() if folder} == {
+        "mapper": ["onemap/maps"],
+        "planner": ["onemap/planner"],
+    }
+    configuration = yaml.safe_load((DEPLOY / "config" / "jetson.yaml").read_text(encoding="utf-8"))
+    assert configuration["mapper"]["map_folder"] == "/var/lib/onemap/maps"
+    assert configuration["planner"]["state_dir"] == "/var/lib/onemap/planner"
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -128,3 +150,4 @@ def test_memory_is_never_both_writable_and_executable_without_a_gpu(name: str) -
     assert uses_gpu == (name == "mapper")
     assert ("MemoryDenyWriteExecute" in service) != uses_gpu
     assert ("PrivateDevices" in service) != uses_gpu
+    assert ("PrivateUsers" in service) != uses_gpu
