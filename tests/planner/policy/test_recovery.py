@@ -88,6 +88,6 @@ def test_a_robot_is_trapped_near_where_it_got_stuck(count: int, x_m: float, trap
 
 
 def test_collisions_in_one_place_end_the_search() -> None:
-    end = stuck_state(Approaching(candidate(2.5, 2.5)), LIMIT + 2).search
+    end = stuck_state(Approaching(candidate(2.5, 2.5)), LIMIT + 3).search
     assert end.phase == Finished(SearchState.FAILED)
     assert end.reason == "the robot is stuck at (1.0, 1.0)"
