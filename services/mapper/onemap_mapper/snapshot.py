@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -16,6 +18,8 @@ from onemap_mapper.tiles import MapTooLarge
 
 FORMAT, VERSION = "onemap-map", 2
 VERSION_WITHOUT_DROPS = 1  # its columns have no voxel below the floor
+PART = 2048  # cells that are copied at a time: 6 MB of 768 float32 channels, 1 to 2 ms
+ATTEMPTS = 3
 
 
 class MapFileError(ValueError):
@@ -67,6 +71,62 @@ class MapSnapshot:
 
 def take(belief: BeliefMap, objects: ObjectMemory = NO_OBJECTS) -> MapSnapshot:
     """A copy of the map's content, with the objects that were found."""
+    features = _features(belief, slice(0, belief.store.count))
+    return replace(_outline(belief), features=features, objects=objects)
+
+
+def copied_in_parts(
+    lock: AbstractContextManager[object], current: Callable[[], BeliefMap]
+) -> MapSnapshot | None:
+    """A copy of the map, for which ``lock`` is held for ``PART`` cells at a time; None if empty.
+
+    A cell's feature and confidences are of one moment; two cells may be some frames apart. If
+    cells change their slots meanwhile, as submaps move, the copy begins again, the last time
+    under the lock as a whole.
+    """
+    for _ in range(ATTEMPTS):
+        with lock:
+            belief = current()
+            outline = _outline(belief)
+        copy = _filled(outline, belief, lock)
+        with lock:
+            count = len(outline.cells)
+            same = np.array_equal(belief.store.cells[:count], outline.cells)
+            if belief is current() and same:
+                return copy if belief.dimension else None
+    with lock:
+        return take(current()) if current().dimension else None
+
+
+def _filled(
+    outline: MapSnapshot, belief: BeliefMap, lock: AbstractContextManager[object]
+) -> MapSnapshot:
+    """The outline with features and confidences, copied part by part."""
+    count, half = len(outline.cells), belief.params.torch_dtype == torch.float16
+    features = np.empty((count, belief.dimension), np.float16 if half else np.float32)
+    store, counts = belief.store, np.empty((3, count), np.float32)
+    for first in range(0, count, PART):
+        with lock:  # the store may have lost cells: then the copy begins again
+            part = slice(first, min(first + PART, count, store.count))
+            if part.stop > first:
+                features[part] = _features(belief, part)
+                confidences = (store.confidence, store.searched_confidence)
+                for row, each in enumerate((*confidences, store.explored_confidence)):
+                    counts[row, part] = each[part].cpu().numpy()
+    confidence, searched, explored = counts
+    return replace(
+        outline, features=features, confidence=confidence, searched=searched, explored=explored
+    )
+
+
+def _features(belief: BeliefMap, part: slice) -> NDArray:
+    """A copy of the features (k, D) of consecutive slots, in the precision of the map."""
+    features: NDArray = belief.store.features(np.arange(part.start, part.stop)).cpu().numpy()
+    return features.astype(np.float16) if belief.params.torch_dtype == torch.float16 else features
+
+
+def _outline(belief: BeliefMap) -> MapSnapshot:
+    """A copy of the map's content without its features, which are nearly all of it."""
     store, params = belief.store, belief.params
     rows = np.nonzero(belief.clear.values | belief.evidence.values.any(axis=1))[0]
     header = MapHeader(
@@ -82,18 +142,15 @@ def take(belief: BeliefMap, objects: ObjectMemory = NO_OBJECTS) -> MapSnapshot:
         sequence=belief.sequence,
         stamp_ns=belief.stamp_ns,
     )
-    half = params.torch_dtype == torch.float16
-    features = store.features(np.arange(store.count)).cpu().numpy()
     return MapSnapshot(
         header=header,
         cells=store.cells.astype(np.int32),
-        features=features.astype(np.float16) if half else features,
+        features=np.zeros((0, belief.dimension), np.float32),
         confidence=store.confidence.cpu().numpy().copy(),
         searched=store.searched_confidence.cpu().numpy().copy(),
         driving_cells=belief.tiles.cells(rows).astype(np.int32),
         evidence=belief.evidence.values[rows],
         clear=belief.clear.values[rows].astype(np.uint8),
-        objects=objects,
         explored=store.explored_confidence.cpu().numpy().copy(),
     )
 
