@@ -1,0 +1,54 @@
+"""The files of the checkpoints, in a folder of their own so that they are not listed as maps.
+
+They are numbered, because clocks may be set back; the newest two are kept, so that one that
+cannot be read leaves another.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from onemap_mapper import map_file
+from onemap_mapper.snapshot import MapFileError, MapSnapshot
+
+FOLDER = "checkpoints"  # inside the map folder
+KEPT = 2
+
+
+def write(folder: Path, content: MapSnapshot) -> Path:
+    """Write the next checkpoint, then remove old ones; returns its path.
+
+    Raises OSError, MapFileError.
+    """
+    known = _newest_first(folder)
+    path = folder / FOLDER / f"{_number(known[0]) + 1 if known else 1:08d}{map_file.SUFFIX}"
+    map_file.write(content, path)
+    for old in known[KEPT - 1 :]:
+        old.unlink(missing_ok=True)
+    return path
+
+
+def newest(folder: Path) -> tuple[MapSnapshot | None, list[str]]:
+    """The newest checkpoint that can be read, and why newer ones cannot, a sentence each."""
+    problems = []
+    for path in _newest_first(folder):
+        try:
+            return map_file.read(path), problems
+        except MapFileError as problem:
+            problems.append(f"checkpoint {path} cannot be used: {problem}")
+    return None, problems
+
+
+def remove_all(folder: Path) -> None:
+    """Remove the checkpoints, because the map was replaced. Raises OSError."""
+    for path in _newest_first(folder):
+        path.unlink(missing_ok=True)
+
+
+def _newest_first(folder: Path) -> list[Path]:
+    paths = (folder / FOLDER).glob(f"*{map_file.SUFFIX}")
+    return sorted((path for path in paths if path.stem.isdecimal()), key=_number, reverse=True)
+
+
+def _number(path: Path) -> int:
+    return int(path.stem)
