@@ -30,7 +30,7 @@ def write(folder: Path, content: MapSnapshot) -> Path:
 
 def newest(folder: Path) -> tuple[MapSnapshot | None, list[str]]:
     """The newest checkpoint that can be read, and why newer ones cannot, a sentence each."""
-    problems = []
+    problems: list[str] = []
     for path in _newest_first(folder):
         try:
             return map_file.read(path), problems

@@ -296,3 +296,37 @@ class MapParams(OccupancyParams, BlurParams, ProjectionParams):
     def torch_dtype(self) -> torch.dtype:
         """``feature_dtype`` for torch."""
         return torch.float32 if self.feature_dtype == "float32" else torch.float16
+
+
+class CheckpointParams(MapParams):
+    """When the map in memory is written, so that a restarted mapper resumes it."""
+
+    checkpoint_interval_s: float = Field(
+        default=15.0,
+        ge=0,
+        le=3600,
+        description="s after which a changed map is written to the folder 'checkpoints' of "
+        "map_folder, and what a crash loses at most, with the time of one write; also written "
+        "when the mapper is stopped. 0: never.",
+    )
+    checkpoint_cells: int = Field(
+        default=20_000,
+        ge=1,
+        description="Cells changed since the last checkpoint after which the next is written "
+        "sooner, after a third of the interval: as many as ten frames of new floor change.",
+    )
+    resume: bool = Field(
+        default=True,
+        description="Whether a started mapper goes on with the map of its newest checkpoint. Set "
+        "to false where the frame of the robot's poses begins anew with each start.",
+    )
+
+    def may_be_due(self, since_s: float) -> bool:
+        """Whether a checkpoint can be due this long after the last."""
+        return since_s >= self.checkpoint_interval_s / 3
+
+    def is_due(self, since_s: float, changed_cells: int) -> bool:
+        """Whether the map, of which so many cells changed, is to be written."""
+        if changed_cells == 0 or not self.may_be_due(since_s):
+            return False
+        return since_s >= self.checkpoint_interval_s or changed_cells >= self.checkpoint_cells

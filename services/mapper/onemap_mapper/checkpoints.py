@@ -1,0 +1,130 @@
+"""Writes the map while frames are fused, so that a restarted mapper resumes it.
+
+One checkpoint at a time is copied and written by a thread of its own. The mapper's lock is held
+for parts of the copy only, so that fusing waits for a few milliseconds.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from onemap_mapper import checkpoint_file
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.params import CheckpointParams
+from onemap_mapper.snapshot import MapFileError, MapSnapshot, copied_in_parts, restore
+
+LOG = logging.getLogger("onemap.mapper")
+
+
+class Checkpoints:
+    """The checkpoints of one mapper. ``current`` gives its map, called with ``lock`` held."""
+
+    def __init__(
+        self,
+        folder: Path,
+        params: CheckpointParams,
+        *,
+        lock: threading.Lock,
+        current: Callable[[], BeliefMap],
+    ) -> None:
+        self._folder, self._params = folder, params
+        self._lock, self._current = lock, current
+        self._writer: threading.Thread | None = None
+        self._saved_revision = 0
+        self._saved_s = time.monotonic()
+        self._epoch = 0  # counts maps: a file of an earlier one must not stay
+        self.problem = ""  # why none can be written, in one sentence
+        self.written = 0
+        self.write_ms = 0.0
+
+    def poll(self, now_s: float) -> None:
+        """Begin a checkpoint if one is due, at ``now_s`` on the monotonic clock."""
+        since_s = now_s - self._saved_s
+        busy = self._writer is not None and self._writer.is_alive()
+        if busy or not self._params.checkpoint_interval_s or not self._params.may_be_due(since_s):
+            return
+        with self._lock:
+            changed = self._changed_cells()
+        if self._params.is_due(since_s, changed):
+            self._saved_s = now_s
+            self._writer = threading.Thread(target=self._write, name="checkpoint", daemon=True)
+            self._writer.start()
+
+    def replaced(self, *, due: bool) -> None:
+        """Remove what was written: the map is another one. ``due``: write that one at once."""
+        self._epoch += 1
+        self._saved_revision = -1
+        if due:
+            self._saved_s = float("-inf")
+        self._remove()
+
+    def close(self) -> None:
+        """Wait for a checkpoint that is being written; write the newest state."""
+        if self._writer is not None:
+            self._writer.join()
+        if self._params.checkpoint_interval_s:
+            self._write()
+
+    def _changed_cells(self) -> int:
+        """Cells that changed since the last checkpoint; 1 if only something else did."""
+        belief = self._current()
+        if belief.dimension == 0 or belief.revision == self._saved_revision:
+            return 0
+        return max(int((belief.store.changed_at > self._saved_revision).sum()), 1)
+
+    def _write(self) -> None:
+        """Copy and write the map, unless it is empty or has not changed."""
+        epoch, began_s = self._epoch, time.monotonic()
+        with self._lock:
+            changed, revision = self._changed_cells(), self._current().revision
+        content = copied_in_parts(self._lock, self._current) if changed else None
+        if content is None:
+            return
+        try:
+            checkpoint_file.write(self._folder, content)
+        except (OSError, MapFileError) as problem:
+            self._report(f"cannot write a checkpoint: {problem}; a restart loses the map")
+            return
+        if epoch != self._epoch:  # cleared or loaded meanwhile: this was the map before
+            self._remove()
+            return
+        self._saved_revision = revision
+        self.problem, self.written = "", self.written + 1
+        self.write_ms = (time.monotonic() - began_s) * 1e3
+
+    def _remove(self) -> None:
+        try:
+            checkpoint_file.remove_all(self._folder)
+        except OSError as problem:
+            self._report(f"cannot remove old checkpoints: {problem}; a restart resumes an old map")
+
+    def _report(self, problem: str) -> None:
+        if problem != self.problem:
+            LOG.error("%s", problem)
+        self.problem = problem
+
+
+def resumed(folder: Path, params: CheckpointParams) -> BeliefMap | None:
+    """The map of the newest checkpoint that fits the configuration; what does not is logged."""
+    content, problems = _newest(folder, params)
+    for problem in problems:
+        LOG.error("%s", problem)
+    if content is None:
+        return None
+    try:
+        belief = restore(content, params, encoder_id="", first_revision=0)
+    except MapFileError as problem:
+        LOG.error("the checkpoint is not resumed: %s", problem)
+        return None
+    LOG.info(
+        "resumed %d cells of %d frames from a checkpoint", belief.store.count, belief.frames_fused
+    )
+    return belief
+
+
+def _newest(folder: Path, params: CheckpointParams) -> tuple[MapSnapshot | None, list[str]]:
+    return checkpoint_file.newest(folder) if params.resume else (None, [])

@@ -1,0 +1,213 @@
+"""The map survives the mapper: written beside the fusing, resumed by the next one."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from onemap_mapper import checkpoint_file
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.checkpoints import Checkpoints, resumed
+from onemap_mapper.frame_update import compute_update
+from onemap_mapper.params import CheckpointParams
+from onemap_mapper.snapshot import MapSnapshot
+from tests.mapper import scenes
+
+PARAMS = CheckpointParams()
+LATER_S = 1e9  # of the monotonic clock
+
+
+class Mapped:
+    """A map that grows, with its checkpoints."""
+
+    def __init__(self, folder: Path, params: CheckpointParams = PARAMS) -> None:
+        self.belief = BeliefMap(params)
+        self.lock = threading.Lock()
+        self.checkpoints = Checkpoints(folder, params, lock=self.lock, current=lambda: self.belief)
+        self.now_s = LATER_S
+
+    def see(self, sequence: int) -> None:
+        pose = scenes.pose(0.0, 0.0, float(sequence))
+        self.belief.fuse(compute_update(scenes.field(sequence, pose), PARAMS))
+
+    def poll(self, after_s: float) -> int:
+        """Checkpoints written so far, after this one has ended."""
+        self.now_s += after_s
+        self.checkpoints.poll(self.now_s)
+        if self.checkpoints._writer is not None:
+            self.checkpoints._writer.join()
+        return self.checkpoints.written
+
+
+def cells_of(folder: Path, params: CheckpointParams = PARAMS) -> int:
+    belief = resumed(folder, params)
+    return 0 if belief is None else belief.store.count
+
+
+def test_a_changed_map_is_written_after_the_interval(tmp_path: Path) -> None:
+    mapped = Mapped(tmp_path)
+    assert mapped.poll(0.0) == 0  # an empty map
+    mapped.see(0)
+    assert mapped.poll(0.0) == 1
+    assert cells_of(tmp_path) == mapped.belief.store.count
+    mapped.see(1)
+    assert mapped.poll(PARAMS.checkpoint_interval_s - 1) == 1
+    assert mapped.poll(2.0) == 2
+    assert cells_of(tmp_path) == mapped.belief.store.count
+    assert mapped.poll(100.0) == 2  # nothing changed
+    mapped.belief.reset_searched()
+    assert mapped.poll(0.0) == 3
+
+
+def test_many_changed_cells_are_written_sooner(tmp_path: Path) -> None:
+    params = CheckpointParams(checkpoint_cells=100)
+    mapped = Mapped(tmp_path, params)
+    mapped.see(0)
+    assert mapped.poll(0.0) == 1
+    mapped.see(1)
+    assert mapped.poll(params.checkpoint_interval_s / 4) == 1
+    assert mapped.poll(params.checkpoint_interval_s / 6) == 2
+
+
+def test_the_end_of_the_mapper_writes_what_changed(tmp_path: Path) -> None:
+    mapped = Mapped(tmp_path)
+    mapped.see(0)
+    mapped.checkpoints.close()
+    assert cells_of(tmp_path) == mapped.belief.store.count
+    mapped.checkpoints.close()
+    assert mapped.checkpoints.written == 1
+
+
+def test_the_resumed_map_is_the_map(tmp_path: Path) -> None:
+    mapped = Mapped(tmp_path)
+    mapped.see(0)
+    mapped.see(1)
+    mapped.checkpoints.close()
+    again = resumed(tmp_path, PARAMS)
+    assert again is not None
+    assert again.frames_fused == 2
+    np.testing.assert_array_equal(again.occupancy_grid(), mapped.belief.occupancy_grid())
+    np.testing.assert_array_equal(again.layers(), mapped.belief.layers())
+
+
+def test_without_an_interval_nothing_is_written(tmp_path: Path) -> None:
+    mapped = Mapped(tmp_path, CheckpointParams(checkpoint_interval_s=0))
+    mapped.see(0)
+    assert mapped.poll(1e6) == 0
+    mapped.checkpoints.close()
+    assert not list(tmp_path.iterdir())
+
+
+def test_whoever_says_so_starts_empty(tmp_path: Path) -> None:
+    mapped = Mapped(tmp_path)
+    mapped.see(0)
+    mapped.checkpoints.close()
+    assert cells_of(tmp_path, CheckpointParams(resume=False)) == 0
+
+
+def test_a_checkpoint_of_another_grid_is_not_resumed(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    mapped = Mapped(tmp_path)
+    mapped.see(0)
+    mapped.checkpoints.close()
+    assert cells_of(tmp_path, CheckpointParams(cell_size_m=0.2)) == 0
+    assert "not resumed: the map has cell size" in caplog.text
+
+
+def test_a_cleared_map_does_not_come_back(tmp_path: Path) -> None:
+    mapped = Mapped(tmp_path)
+    mapped.see(0)
+    mapped.poll(0.0)
+    mapped.belief = BeliefMap(PARAMS, first_revision=mapped.belief.revision + 1)
+    mapped.checkpoints.replaced(due=False)
+    mapped.checkpoints.close()
+    assert cells_of(tmp_path) == 0
+
+
+def test_a_map_cleared_while_it_is_written_does_not_come_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mapped, write = Mapped(tmp_path), checkpoint_file.write
+
+    def cleared_meanwhile(folder: Path, content: MapSnapshot) -> Path:
+        mapped.belief = BeliefMap(PARAMS, first_revision=mapped.belief.revision + 1)
+        mapped.checkpoints.replaced(due=False)
+        return write(folder, content)
+
+    mapped.see(0)
+    monkeypatch.setattr(checkpoint_file, "write", cleared_meanwhile)
+    assert mapped.poll(0.0) == 0
+    assert cells_of(tmp_path) == 0
+
+
+def test_a_loaded_map_is_written_at_once(tmp_path: Path) -> None:
+    mapped = Mapped(tmp_path)
+    mapped.see(0)
+    mapped.poll(0.0)
+    mapped.belief = BeliefMap(PARAMS, first_revision=mapped.belief.revision + 1)
+    mapped.see(5)
+    mapped.checkpoints.replaced(due=True)
+    assert cells_of(tmp_path) == 0
+    assert mapped.poll(0.0) == 2
+    assert cells_of(tmp_path) == mapped.belief.store.count
+
+
+def test_frames_are_fused_while_a_checkpoint_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mapped, write = Mapped(tmp_path), checkpoint_file.write
+    writing, go_on = threading.Event(), threading.Event()
+
+    def slow(folder: Path, content: MapSnapshot) -> Path:
+        writing.set()
+        assert go_on.wait(10.0)
+        return write(folder, content)
+
+    monkeypatch.setattr(checkpoint_file, "write", slow)
+    mapped.see(0)
+    mapped.checkpoints.poll(mapped.now_s)
+    assert writing.wait(10.0)
+    with mapped.lock:
+        mapped.see(1)
+    mapped.checkpoints.poll(mapped.now_s + 100.0)  # one at a time
+    go_on.set()
+    mapped.checkpoints.close()
+    assert mapped.checkpoints.written == 2
+    assert cells_of(tmp_path) == mapped.belief.store.count
+
+
+def test_a_full_disk_is_said_once_and_ends(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    mapped, write = Mapped(tmp_path), checkpoint_file.write
+
+    def full(_folder: Path, _content: MapSnapshot) -> Path:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(checkpoint_file, "write", full)
+    mapped.see(0)
+    with caplog.at_level(logging.ERROR):
+        mapped.poll(0.0)
+        mapped.poll(100.0)
+    assert "No space left" in mapped.checkpoints.problem
+    assert caplog.text.count("cannot write a checkpoint") == 1
+    monkeypatch.setattr(checkpoint_file, "write", write)
+    assert mapped.poll(100.0) == 1
+    assert mapped.checkpoints.problem == ""
+
+
+def test_old_checkpoints_that_cannot_be_removed_are_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(_folder: Path) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    mapped = Mapped(tmp_path)
+    monkeypatch.setattr(checkpoint_file, "remove_all", refused)
+    mapped.checkpoints.replaced(due=False)
+    assert "a restart resumes an old map" in mapped.checkpoints.problem
