@@ -486,3 +486,57 @@ def test_a_pose_bomb_is_refused_and_the_next_frame_is_fused(rig: Rig) -> None:
     rig.feed(sofa_ahead(3))
     assert rig.metric("cells") == cells
     assert rig.metric("frames_refused") == 2
+
+
+def restarted(folder: Path) -> Rig:
+    """A mapper of another process on the same folder."""
+    again = Rig(folder)
+    again.embed()
+    return again
+
+
+def test_a_restarted_mapper_resumes_the_map(rig: Rig, tmp_path: Path) -> None:
+    rig.feed(*(sofa_ahead(k) for k in range(3)))
+    before = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
+    rig.mapper.close()
+    again = restarted(tmp_path / "maps")
+    after = again.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
+    np.testing.assert_array_equal(after.occupancy, before.occupancy)
+    np.testing.assert_array_equal(after.layers, before.layers)
+    np.testing.assert_allclose(after.similarity, before.similarity, atol=1e-6)
+    late = again.router.bus("late").subscribe(keys.MAP_REVISION).take(0.0)
+    assert late is not None
+    assert late.frames_fused == 3
+    again.feed(sofa_ahead(3))
+    assert again.metric("frames_fused") == 4
+
+
+def test_a_resumed_map_of_another_encoder_is_dropped(rig: Rig, tmp_path: Path) -> None:
+    rig.feed(sofa_ahead(0))
+    rig.mapper.close()
+    again = restarted(tmp_path / "maps")
+    again.feed(scenes.field(1, scenes.pose(), encoder_id="encoder-b"))
+    revision = again.newest()
+    assert (revision.encoder_id, revision.frames_fused) == ("encoder-b", 1)
+    again.feed(sofa_ahead(2))  # once frames were fused, encoders are never mixed
+    assert "encoder-b" in again.mapper.health().problem
+
+
+def test_a_cleared_map_is_not_resumed(rig: Rig, tmp_path: Path) -> None:
+    rig.feed(sofa_ahead(0))
+    rig.mapper.close()
+    again = restarted(tmp_path / "maps")
+    again.client.call(keys.MAP_CLEAR, MapClear())
+    again.mapper.close()
+    assert restarted(tmp_path / "maps").metric("cells") == 0
+
+
+def test_a_loaded_map_is_resumed(rig: Rig, tmp_path: Path) -> None:
+    rig.feed(sofa_ahead(0))
+    cells = rig.metric("cells")
+    rig.client.call(keys.MAP_SAVE, MapFile("a"))
+    rig.client.call(keys.MAP_CLEAR, MapClear())
+    rig.client.call(keys.MAP_LOAD, MapFile("a"))
+    rig.mapper.close()
+    assert rig.metric("checkpoints") == 1
+    assert restarted(tmp_path / "maps").metric("cells") == cells

@@ -8,10 +8,10 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from onemap_mapper.params import MapParams, ObjectParams, RegionParams, SubmapParams
+from onemap_mapper.params import CheckpointParams, ObjectParams, RegionParams, SubmapParams
 
 
-class MapperConfig(SubmapParams, ObjectParams, RegionParams, MapParams):
+class MapperConfig(SubmapParams, ObjectParams, RegionParams, CheckpointParams):
     """How the map is built, queried and kept."""
 
     former_keys: ClassVar[Mapping[str, str]] = {
@@ -28,6 +28,6 @@ class MapperConfig(SubmapParams, ObjectParams, RegionParams, MapParams):
     )
     map_folder: Path = Field(
         default=Path("maps"),
-        description="Where maps are saved to and loaded from, and where the found objects are "
-        "kept for a restart of the mapper.",
+        description="Where maps are saved to and loaded from, and where checkpoints and the found "
+        "objects are kept for a restart of the mapper.",
     )

@@ -15,6 +15,7 @@ import torch
 
 from onemap_mapper import map_file, map_folder, snapshot
 from onemap_mapper.belief_map import BeliefMap, FieldRejected
+from onemap_mapper.checkpoints import Checkpoints, resumed
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.diagnostics.telemetry import MapperTelemetry
 from onemap_mapper.frame_order import FrameOrder, FrameStamp
@@ -60,7 +61,12 @@ class Mapper:
         self._config = config
         self._lock = threading.Lock()
         self._turn = threading.Lock()  # of queries: one of them at a time competes with fusing
-        self._map = BeliefMap(config)
+        kept = resumed(config.map_folder, config)
+        self._map = kept or BeliefMap(config)
+        self._resumed = kept is not None  # and no frame was fused since
+        self._checkpoints = Checkpoints(
+            config.map_folder, config, lock=self._lock, current=lambda: self._map
+        )
         self._scores = ScoreCache()
         self._texts = TextCache(lambda texts: embed_texts(bus, texts), config.torch_device)
         self._encoder_seen = ""
@@ -79,6 +85,8 @@ class Mapper:
         bus.serve(keys.MAP_LIST, self.list_maps)
         bus.serve(keys.MAP_DELETE, self.delete_map)
         bus.serve(keys.MAP_CLEAR, self.clear)
+        if kept is not None:
+            self._announce_objects()
 
     def step(self, timeout_s: float) -> None:
         """Fuse the newest field, if one arrives within the timeout; then follow corrections."""
@@ -91,6 +99,7 @@ class Mapper:
                 self._follower.receive(graph, self._map)
             if self._follower.work():
                 self._announce()
+        self._checkpoints.poll(time.monotonic())
 
     def health(self) -> Health:
         """Metrics of the map and of its frames, and the current problem."""
@@ -105,12 +114,16 @@ class Mapper:
             now_s = time.monotonic()
             metrics |= self._telemetry.metrics(now_s, self._fields.counters)
             metrics |= self._follower.metrics()
+            metrics["checkpoints"] = float(self._checkpoints.written)
+            metrics["checkpoint_ms"] = self._checkpoints.write_ms
             problem = self._telemetry.problem(now_s) or self._objects.problem
+            problem = problem or self._checkpoints.problem
             ready = self._telemetry.ready(now_s)
         return Health(ready=ready, problem=problem, metrics=metrics)
 
     def close(self) -> None:
-        """Release nothing: the mapper holds only memory."""
+        """Write the map, so that the next mapper resumes it."""
+        self._checkpoints.close()
 
     def similarity(self, request: SimilarityRequest) -> SimilarityReply:
         """Ranked regions for a text."""
@@ -181,6 +194,7 @@ class Mapper:
             except snapshot.EncoderMismatch as problem:
                 raise RequestRejected("encoder_mismatch", str(problem)) from problem
             self._replace(restored)
+            self._checkpoints.replaced(due=True)
             summary = summary_of(self._map)
         self._objects.replace(content.objects)
         LOG.info("loaded %d cells from %s", summary.cells_observed, path)
@@ -212,6 +226,7 @@ class Mapper:
         """Start an empty map, without found objects."""
         with self._lock:
             self._replace(BeliefMap(self._config, first_revision=self._map.revision + 1))
+            self._checkpoints.replaced(due=False)
             summary = summary_of(self._map)
         self._objects.replace(NO_OBJECTS)
         return summary
@@ -225,6 +240,7 @@ class Mapper:
         if self._order.is_late(FrameStamp(field.sequence, field.stamp_ns), newest):
             self._telemetry.late += 1
             return
+        self._drop_resumed_of_another(field.encoder_id)
         try:
             self._map.check_pose(field.T_map_camera)
             update = compute_update(field, self._config)
@@ -233,10 +249,23 @@ class Mapper:
             self._telemetry.record_rejected(str(problem))
             LOG.warning("frame %d rejected: %s", field.sequence, problem)
 
+    def _drop_resumed_of_another(self, encoder_id: str) -> None:
+        """Begin an empty map if the resumed one is of another encoder: perception was changed."""
+        with self._lock:
+            if self._resumed and encoder_id != self._map.encoder_id:
+                LOG.warning(
+                    "the resumed map is of encoder %s, but frames are of %s: it is dropped",
+                    self._map.encoder_id,
+                    encoder_id,
+                )
+                self._replace(BeliefMap(self._config, first_revision=self._map.revision + 1))
+                self._checkpoints.replaced(due=False)
+
     def _fuse_update(self, update: FrameUpdate, started_s: float) -> None:
         with self._lock:
             belief = self._map
             belief.fuse(update)
+            self._resumed = False
             now_s = time.monotonic()
             self._telemetry.record_fused(
                 now_s=now_s, update_ms=(now_s - started_s) * 1e3, depth=update.depth
@@ -248,7 +277,7 @@ class Mapper:
 
     def _replace(self, belief: BeliefMap) -> None:
         """Exchange the map and everything derived from it; the caller holds the lock."""
-        self._map = belief
+        self._map, self._resumed = belief, False
         self._follower.replace(belief)
         self._scores = ScoreCache()
         self._telemetry.reset_floor()

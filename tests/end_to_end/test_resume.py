@@ -1,0 +1,58 @@
+"""The map survives its mapper: killed, or stopped, it comes back with what was seen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from onemap_mapper.checkpoint_file import newest
+from onemap_shared.messages import MapRevision
+from tests.end_to_end.conftest import SIMULATOR
+from tests.end_to_end.system import START_S, System
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+
+MAPPING = ("simulator", "perception", "mapper")
+
+
+@pytest.fixture
+def mapping(tmp_path: Path) -> Iterator[System]:
+    """A robot that stands and looks, and a mapper that writes a checkpoint every second."""
+    sections = {"simulator": SIMULATOR, "mapper": {"checkpoint_interval_s": 1.0}}
+    with System(tmp_path, MAPPING, sections) as system:
+        yield system
+
+
+def kept(system: System) -> tuple[int, int]:
+    """Cells and frames of the newest checkpoint."""
+    content, problems = newest(system.folder / "maps")
+    assert not problems
+    return (0, 0) if content is None else (len(content.cells), content.header.frames_fused)
+
+
+def announced(system: System) -> MapRevision:
+    """The next revision of the map."""
+    before = system.monitor.revision
+    system.until(lambda: system.monitor.revision is not before, "a map is announced", START_S)
+    assert system.monitor.revision is not None
+    return system.monitor.revision
+
+
+def test_a_mapper_that_ended_resumes_its_map(mapping: System) -> None:
+    mapping.until(lambda: kept(mapping)[1] > 10, "a checkpoint is written", 2 * START_S)
+    for end, code in (("kill", -9), ("terminate", 0)):
+        last = announced(mapping)
+        getattr(mapping.processes["mapper"], end)()
+        assert mapping.processes["mapper"].wait() == code
+        cells, frames = kept(mapping)
+        assert cells > 100
+        if end == "terminate":  # written once more at the end
+            assert frames >= last.frames_fused
+        mapping.monitor.revision = None
+        mapping.start("mapper")
+        first = announced(mapping)
+        assert first.frames_fused >= frames  # a map that began anew has one
+        assert first.cells_observed >= cells
+        assert announced(mapping).frames_fused > frames  # and frames reach it
