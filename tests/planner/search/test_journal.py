@@ -1,12 +1,25 @@
 """A recorded search goes on where it was; a broken record is refused with the reason."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
+from onemap_planner.search import decision_log
 from onemap_planner.search.events import Cancelled, EventStamp, Exhausted, Reordered
-from onemap_planner.search.journal import FILE_NAME, JournalError, load, save
+from onemap_planner.search.journal import (
+    FILE_NAME,
+    MAX_FILE_BYTES,
+    SET_ASIDE,
+    JournalError,
+    load,
+    save,
+    set_aside,
+)
 from onemap_planner.search.phases import (
     Budget,
     Destination,
@@ -114,3 +127,93 @@ def test_a_drive_goes_on_to_its_place(tmp_path: Path) -> None:
     assert restored.kind is SearchKind.LOOK_AT
     save(tmp_path, transition(search, Cancelled(), NOW), now_s=9.0, odometer_m=14.0)
     assert load(tmp_path, 0.0) is None
+
+
+def changed(**changes: Any) -> str:
+    """The journal of release 1 with members replaced, as text."""
+    return json.dumps(json.loads(WRITTEN_BY_RELEASE_1) | changes)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        changed(start_xy_m=[1.0]),  # IndexError
+        changed(elapsed_s=10**400),  # OverflowError
+        changed(started_ns=10**400),
+        changed(started_ns=-1),
+        "[" * 100_000,  # RecursionError
+        changed(objects=["\ud800a", "cup", "bed"]),  # UnicodeEncodeError
+        changed(search_id="\ud800"),
+        changed(search_id="../../etc/x"),
+        changed(elapsed_s="inf"),
+        changed(elapsed_s=True),
+        changed(elapsed_s=float("nan")),
+        changed(path_length_m=1e308),
+        changed(results=["x"]),
+        changed(results=[json.loads(WRITTEN_BY_RELEASE_1)["results"][0] | {"score": "high"}]),
+        changed(
+            paused=[{"index": 7, "spent_s": 0, "spent_active_time_s": 0, "driven_m": 0, "xy": None}]
+        ),
+        changed(paused=["x"]),
+        changed(objects=5),
+        " " * (MAX_FILE_BYTES + 1),
+    ],
+)
+def test_what_crashed_the_planner_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / FILE_NAME).write_text(text)
+    with pytest.raises(JournalError, match=FILE_NAME):
+        load(tmp_path, 0.0)
+
+
+VALUES = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.integers(10**18, 10**40)
+    | st.floats()
+    | st.text(st.characters(), max_size=5)
+    | st.sampled_from(["find", "go_to", "any", "found", "failed", "cup"]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=3), inner),
+    max_leaves=4,
+)
+MEMBERS = (*json.loads(WRITTEN_BY_RELEASE_1), "kind", "place_m", "order", "index", "done", "paused")
+
+
+@given(
+    changes=st.dictionaries(st.sampled_from(MEMBERS), VALUES, max_size=4),
+    result=st.dictionaries(
+        st.sampled_from(("name", "outcome", "score", "coverage", "box_px", "end_xy_m", "reason")),
+        VALUES,
+        max_size=2,
+    ),
+)
+@settings(
+    max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+def test_a_journal_of_any_content_is_refused_or_goes_on(
+    tmp_path: Path, changes: dict[str, Any], result: dict[str, Any]
+) -> None:
+    document = json.loads(WRITTEN_BY_RELEASE_1)
+    document["results"][0] |= result
+    (tmp_path / FILE_NAME).write_text(json.dumps(document | changes))
+    try:
+        search = load(tmp_path, 100.0)
+    except JournalError:
+        return
+    assert search is not None
+    save(tmp_path, search, now_s=101.0, odometer_m=1.0)
+    decision_log.record(tmp_path, status(search, odometer_m=1.0, now_ns=1), None)
+
+
+def test_a_journal_that_cannot_be_used_is_set_aside(tmp_path: Path) -> None:
+    (tmp_path / FILE_NAME).write_text("{")
+    assert SET_ASIDE in set_aside(tmp_path)
+    assert (tmp_path / SET_ASIDE).read_text() == "{"
+    assert load(tmp_path, 0.0) is None
+    assert "cannot be renamed" in set_aside(tmp_path)
+
+
+def test_a_journal_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
+    (tmp_path / FILE_NAME).mkdir()
+    with pytest.raises(JournalError, match="cannot read"):
+        load(tmp_path, 0.0)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Iterable
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -20,7 +21,7 @@ from onemap_planner.search.phases import (
     Search,
     TargetStart,
 )
-from onemap_planner.search.state_machine import new_search
+from onemap_planner.search.state_machine import new_search, status
 from onemap_shared.messages import (
     Coverage,
     FailureCode,
@@ -29,10 +30,19 @@ from onemap_shared.messages import (
     SearchOrder,
     SearchRequest,
     SearchState,
+    SearchStatus,
 )
+from onemap_shared.wire import decode, encode
 
 SCHEMA = 1
 FILE_NAME = "search.json"
+SET_ASIDE = "search.json.unreadable"
+MAX_FILE_BYTES = 1_000_000  # a search for 20 objects takes 20 kB
+MAX_REASON_CHARS = 200
+MAX_NUMBER = 1e12  # of seconds and metres: no sum of them becomes infinite
+SEARCH_ID = re.compile(r"[A-Za-z0-9_-]{1,64}")  # it becomes the name of a file
+# What reading a file of any content raises.
+UNUSABLE = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 
 
 class JournalError(Exception):
@@ -75,19 +85,37 @@ def save(folder: Path, search: Search, *, now_s: float, odometer_m: float) -> No
 def load(folder: Path, now_s: float) -> Search | None:
     """The search of the journal at its present object, or None if there is none.
 
-    The time since it was written is not counted; the odometer begins at zero.
+    The time since it was written is not counted; the odometer begins at zero. Raises
+    ``JournalError`` for every file that the planner could not go on with.
     """
     path = folder / FILE_NAME
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        size = path.stat().st_size
+        if size > MAX_FILE_BYTES:
+            raise JournalError(f"{path} has {size} bytes, more than {MAX_FILE_BYTES}")
+        document = json.loads(
+            path.read_text(encoding="utf-8"), parse_float=_finite, parse_constant=_finite
+        )
+        search = _search(document, now_s)
+        decode(SearchStatus, encode(status(search, odometer_m=0.0, now_ns=0)))  # can be published
     except FileNotFoundError:
         return None
-    except (OSError, ValueError) as problem:
+    except OSError as problem:
         raise JournalError(f"cannot read {path}: {problem}") from problem
+    except UNUSABLE as problem:
+        reason = repr(problem)[:MAX_REASON_CHARS]
+        raise JournalError(f"{path} is not a search of schema {SCHEMA}: {reason}") from problem
+    return search
+
+
+def set_aside(folder: Path) -> str:
+    """Rename a journal that cannot be used; returns what became of it, for people."""
+    path = folder / FILE_NAME
     try:
-        return _search(document, now_s)
-    except (KeyError, TypeError, ValueError) as problem:
-        raise JournalError(f"{path} is not a search of schema {SCHEMA}: {problem!r}") from problem
+        path.replace(folder / SET_ASIDE)
+    except OSError as problem:
+        return f"{path} cannot be renamed either: {problem.strerror}"
+    return f"{path} is now {SET_ASIDE}"
 
 
 def _search(document: Any, now_s: float) -> Search:
@@ -97,36 +125,37 @@ def _search(document: Any, now_s: float) -> Search:
     request = SearchRequest(
         tuple(document["objects"]),
         kind=SearchKind(document.get("kind", SearchKind.FIND.value)),
-        place_m=tuple(float(value) for value in document.get("place_m", ())),
-        max_distance_m=float(document.get("max_distance_m", 0.0)),
-        max_time_s=float(document.get("max_time_s", 0.0)),
+        place_m=_floats(document.get("place_m", ())),
+        max_distance_m=_number(document.get("max_distance_m", 0.0)),
+        max_time_s=_number(document.get("max_time_s", 0.0)),
     )
     objects = request.objects
     results = tuple(_result(entry) for entry in document["results"])
     if len(results) >= max(len(objects), 1):
         raise ValueError("all its objects are done")
     target_start = TargetStart(
-        since_s=now_s - float(document["elapsed_s"]),
+        since_s=now_s - _number(document["elapsed_s"]),
         since_active_time_s=0.0,
         xy=_pair(document["start_xy_m"]),
-        odometer_m=-float(document["path_length_m"]),
+        odometer_m=-_number(document["path_length_m"]),
     )
     done = tuple(int(index) for index in document.get("done", range(len(results))))
     index = int(document.get("index", len(results)))
     known = {*done, index}
     if len(known) != len(results) + 1 or not known <= set(range(max(len(objects), 1))):
         raise ValueError(f"object {index} is sought and {done} are done")
+    search_id, started_ns = str(document["search_id"]), int(document["started_ns"])
+    if not SEARCH_ID.fullmatch(search_id) or not 0 <= started_ns < 2**63:
+        raise ValueError(f"search_id is {search_id[:80]!r}, started_ns is {started_ns}")
     start = new_search(
-        str(document["search_id"]),
+        search_id,
         objects[index : index + 1],
         EventStamp(now_s, 0.0, None, 0.0),
-        int(document["started_ns"]),
+        started_ns,
         Destination.of(request),
         order=SearchOrder(document.get("order", SearchOrder.GIVEN.value)),
     )
-    paused = tuple(
-        PausedTarget(**{**entry, "xy": _pair(entry["xy"])}) for entry in document.get("paused", ())
-    )
+    paused = tuple(_paused(entry, len(objects)) for entry in document.get("paused", ()))
     return replace(
         start,
         budget=Budget.of(request),
@@ -140,7 +169,20 @@ def _search(document: Any, now_s: float) -> Search:
 
 
 def _pair(xy: Any) -> tuple[float, float] | None:
-    return None if xy is None else (float(xy[0]), float(xy[1]))
+    return None if xy is None else (_number(xy[0]), _number(xy[1]))
+
+
+def _paused(entry: dict[str, Any], objects: int) -> PausedTarget:
+    paused = PausedTarget(
+        index=int(entry["index"]),
+        spent_s=_number(entry["spent_s"]),
+        spent_active_time_s=_number(entry["spent_active_time_s"]),
+        driven_m=_number(entry["driven_m"]),
+        xy=_pair(entry["xy"]),
+    )
+    if not 0 <= paused.index < objects:
+        raise ValueError(f"object {paused.index} of {objects} is put aside")
+    return paused
 
 
 def _result(entry: dict[str, Any]) -> ObjectResult:
@@ -159,4 +201,20 @@ def _result(entry: dict[str, Any]) -> ObjectResult:
 
 
 def _floats(values: Iterable[Any]) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)
+    return tuple(_number(value) for value in values)
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError(f"{value!r} is no number")
+    if abs(value) > MAX_NUMBER:
+        raise ValueError(f"{value:g} is larger than {MAX_NUMBER:g}")
+    return float(value)
+
+
+def _finite(text: str) -> float:
+    """A number of a JSON text: one that no search has is refused wherever it stands."""
+    value = float(text)
+    if not abs(value) <= MAX_NUMBER:  # also refuses NaN
+        raise ValueError(f"{text[:20]} is larger than {MAX_NUMBER:g}")
+    return value
