@@ -40,7 +40,9 @@ class Robot:
 
     def __init__(self, folder: Path, http: TestClient, rig: Rig) -> None:
         self.folder, self.http, self.rig = folder, http, rig
-        self.planner = Planner(rig.router.bus("planner"), PlannerConfig())
+        self.planner = Planner(
+            rig.router.bus("planner"), PlannerConfig(state_dir=folder / "searches")
+        )
         self._odometry = rig.client.publish(keys.ROBOT_ODOMETRY)
         self._count = count()
 

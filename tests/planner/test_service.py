@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from onemap_planner.config import PlannerConfig
-from onemap_planner.search.journal import FILE_NAME
+from onemap_planner.search.journal import FILE_NAME, SET_ASIDE
 from onemap_planner.service import Planner
 from onemap_shared import keys
 from onemap_shared.messages import (
@@ -214,6 +214,32 @@ def test_a_broken_journal_does_not_keep_the_planner_from_starting(tmp_path: Path
     services.frame()
     with pytest.raises(RemoteError):
         services.get()
+    assert (tmp_path / SET_ASIDE).exists()
+    services.planner.close()
+
+
+def test_a_folder_that_cannot_be_written_is_said_once(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "file").write_text("no folder")
+    services = SimulatedServices(PlannerConfig(state_dir=tmp_path / "file"))
+    services.start("sofa")
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    services.until(lambda: services.get().choice.number > 0)
+    assert caplog.text.count("cannot record the search") == 1
+    services.planner.close()
+
+
+def test_by_default_a_search_outlives_the_planner(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    services = SimulatedServices(PlannerConfig())
+    started = services.start("sofa")
+    services.until(lambda: bool(services.resets))
+    services.planner._planning_thread.close()  # killed: nothing is tidied up
+    services.planner = Planner(services.router.bus("planner"), PlannerConfig())
+    assert services.get().search_id == started.search_id
     services.planner.close()
 
 

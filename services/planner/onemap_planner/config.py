@@ -13,10 +13,11 @@ class PlannerConfig(PlannerParams):
     """Parameters of the policy, and of the process around it."""
 
     state_dir: Path | None = Field(
-        default=None,
+        default=Path("searches"),
         description="Folder for the journal of the active search, from which a restarted planner "
         "resumes it, and for the decisions of the last 50 searches, which 'onemap search replay' "
-        "shows; none: the search is lost, and nothing is recorded.",
+        "shows; by default beside the mapper's 'maps'. None: the search is lost, and nothing is "
+        "recorded.",
     )
     plan_hz: PositiveFloat = Field(
         default=4.0, description="Plans per second: as often as the map changes."

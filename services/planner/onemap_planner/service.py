@@ -57,6 +57,7 @@ class Planner:
         self._inputs = LatestInputs(loop=LoopMonitor(bus.instance))
         self._controller = VelocityController()
         self._sent = self._refused = 0
+        self._reported: set[str] = set()
         self._control_rate = RateMeter()
         self._next_control_s = self._next_status_s = now_s
         self._published: tuple[object, ...] = ()
@@ -227,7 +228,7 @@ class Planner:
             step = status(search, odometer_m=self._inputs.odometer_m, now_ns=time.time_ns())
             decision_log.record(folder, step, pose.xy if pose else None)
         except OSError as problem:
-            LOG.error("cannot record the decisions in %s: %s", folder, problem)
+            self._report(f"cannot record the decisions in {folder}: {problem}")
 
     def _write_journal(self, search: Search, now_s: float) -> None:
         folder = self._config.state_dir
@@ -236,7 +237,13 @@ class Planner:
         try:
             journal.save(folder, search, now_s=now_s, odometer_m=self._inputs.odometer_m)
         except OSError as problem:
-            LOG.error("cannot record the search in %s: %s", folder, problem)
+            self._report(f"cannot record the search in {folder}: {problem}")
+
+    def _report(self, problem: str) -> None:
+        """Log why nothing can be recorded, once and not with each step."""
+        if problem not in self._reported:
+            LOG.error("%s", problem)
+            self._reported.add(problem)
 
 
 def _restored(config: PlannerConfig, now_s: float) -> Search | None:
@@ -245,7 +252,8 @@ def _restored(config: PlannerConfig, now_s: float) -> Search | None:
     try:
         search = journal.load(config.state_dir, now_s)
     except journal.JournalError as problem:
-        LOG.error("the search that was active is lost: %s", problem)
+        aside = journal.set_aside(config.state_dir)
+        LOG.error("the search that was active is lost: %s; %s", problem, aside)
         return None
     if search is not None:
         LOG.info("resuming search %s for %s", search.search_id, search.subject)
