@@ -1,0 +1,141 @@
+"""What a map file says about itself, checked before its arrays are read.
+
+A file of 13 MB can claim arrays of gigabytes: by compression, by shapes without data, or by
+numbers that no message holds. Everything is compared with the size of the file and of the largest
+map first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from math import prod
+
+import numpy as np
+
+from onemap_mapper.occupancy import MAX_EVIDENCE, MIN_EVIDENCE
+from onemap_mapper.snapshot import (
+    FORMAT,
+    VERSION,
+    VERSION_WITHOUT_DROPS,
+    MapFileError,
+    MapHeader,
+    MapSnapshot,
+)
+from onemap_shared.messages import MAX_FILE_TEXT_CHARS
+
+MAX_HEADER_BYTES = 64_000  # of the array with the JSON: ours have 2 kB
+MAX_DIMENSION = 16_384  # channels of a feature; encoders have up to 1536
+MAX_LEVELS = 1_000  # of a column: 11 at the default cell size
+MAX_OBJECT_BYTES = 2**27  # of the found objects: 200 pictures of 256 kB and their texts
+MAX_CONFIDENCE = 1e30  # sums of it stay finite in float32
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """An array as the file declares it, before its data are read.
+
+    stored_bytes: of data in the archive; compressed: whether they are packed there.
+    """
+
+    dtype: str
+    shape: tuple[int, ...]
+    stored_bytes: int
+    compressed: bool
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that the array takes in memory."""
+        return prod(self.shape) * np.dtype(self.dtype).itemsize
+
+
+def check_identity(raw: object, name: str) -> None:
+    """Raise ``MapFileError`` unless a header is that of a map that can be read."""
+    if not isinstance(raw, dict) or raw.get("format") != FORMAT:
+        raise MapFileError(f"{name} is not a map of OneMap")
+    if raw.get("version") not in (VERSION_WITHOUT_DROPS, VERSION):
+        raise MapFileError(
+            f"{name} has format version {str(raw.get('version'))[:40]}; this program reads "
+            f"{VERSION_WITHOUT_DROPS} and {VERSION}"
+        )
+
+
+def check_header(header: MapHeader, name: str) -> None:
+    """Raise ``MapFileError`` unless every field has its type and fits into a message."""
+    for field in fields(MapHeader):
+        value = getattr(header, field.name)
+        fits = {
+            "str": isinstance(value, str) and _fits_a_message(value),
+            "int": type(value) is int and 0 <= value < 2**63,
+            "float": isinstance(value, float) and 0 <= value < 1e6,
+        }
+        if not fits[str(field.type)]:
+            raise MapFileError(f"{name} is damaged: {field.name} is {str(value)[:80]!a}")
+    if header.dimension > MAX_DIMENSION:
+        raise MapFileError(
+            f"{name} has features of {header.dimension} channels; the limit is {MAX_DIMENSION}"
+        )
+    if header.dimension and not (header.encoder_id and header.text_space):
+        raise MapFileError(f"{name} is damaged: it does not say which encoder made its features")
+
+
+def _fits_a_message(text: str) -> bool:
+    return len(text) <= MAX_FILE_TEXT_CHARS and text.isprintable()  # no lone surrogates either
+
+
+def check_arrays(
+    declared: Mapping[str, Declared], header: MapHeader, name: str, max_cells: int
+) -> None:
+    """Raise ``MapFileError`` unless the arrays fit together, into the file and into a map."""
+    for part, array in declared.items():
+        if array.compressed:
+            raise MapFileError(f"{name} is damaged: {part} is compressed; maps are not compressed")
+        if array.nbytes > array.stored_bytes:
+            raise MapFileError(
+                f"{name} is damaged: {part} takes {array.nbytes} bytes, but the file holds "
+                f"{array.stored_bytes}"
+            )
+    (n,), (m,) = declared["cells"].shape[:1] or (0,), declared["driving_cells"].shape[:1] or (0,)
+    if max(n, m) > max_cells:
+        raise MapFileError(
+            f"{name} has {max(n, m)} cells; max_extent_m and cell_size_m allow {max_cells}"
+        )
+    half = declared["features"].dtype == "float16"
+    layout: dict[str, tuple[str, tuple[int, ...]]] = {
+        "cells": ("int32", (n, 2)),
+        "features": ("float16" if half else "float32", (n, header.dimension)),
+        "confidence": ("float32", (n,)),
+        "searched": ("float32", (n,)),
+        "driving_cells": ("int32", (m, 2)),
+        "evidence": ("int8", (m, *declared["evidence"].shape[-1:])),
+        "clear": ("uint8", (m,)),
+    }
+    for part, (dtype, shape) in layout.items():
+        array = declared[part]
+        if (array.dtype, array.shape) != (dtype, shape):
+            raise MapFileError(
+                f"{name} is damaged: {part} is {array.dtype} {array.shape}, expected {dtype} "
+                f"{shape}"
+            )
+    if declared["evidence"].shape[1] > MAX_LEVELS:
+        raise MapFileError(f"{name} is damaged: columns of {declared['evidence'].shape[1]} levels")
+
+
+def values_problem(snapshot: MapSnapshot) -> str:
+    """Which values of a map no map can hold; empty if there are none."""
+    if not np.isfinite(snapshot.features).all():
+        return "features that are not finite"
+    for part in ("confidence", "searched"):
+        values = getattr(snapshot, part)
+        if not ((values >= 0) & (values <= MAX_CONFIDENCE)).all():  # also refuses NaN
+            return f"{part} outside of 0 to {MAX_CONFIDENCE:g}"
+    evidence = snapshot.evidence
+    if evidence.size and not (evidence.min() >= MIN_EVIDENCE and evidence.max() <= MAX_EVIDENCE):
+        return f"evidence outside of {MIN_EVIDENCE} to {MAX_EVIDENCE}"
+    if snapshot.clear.size and snapshot.clear.max() > 1:
+        return "clear that is neither 0 nor 1"
+    for part in ("cells", "driving_cells"):
+        cells = getattr(snapshot, part)
+        if len(np.unique(cells, axis=0)) != len(cells):
+            return f"{part} that are there twice"
+    return ""
