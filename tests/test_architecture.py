@@ -116,6 +116,7 @@ FILES = {
     "onemap_perception.text.embedding_table": "words",
     "onemap_perception.text.calibration": "calibration",
     "onemap_perception.text.vocabulary": "vocabulary",
+    "onemap_mapper.atomic_file": "what is written in one piece",
     "onemap_mapper.checkpoint_file": "checkpoints",
     "onemap_mapper.map_file": "maps",
     "onemap_mapper.map_folder": "maps",

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import tracemalloc
+import zipfile
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.frame_update import compute_update
-from onemap_mapper.map_file import ARRAYS, map_path, read, write
+from onemap_mapper.map_file import ARRAYS, map_path, read, read_header, write
 from onemap_mapper.objects import NO_OBJECTS, to_bytes
 from onemap_mapper.params import ObjectParams
 from onemap_mapper.snapshot import VERSION, MapFileError, MapSnapshot, restore, take
@@ -233,6 +238,162 @@ def test_a_map_that_could_not_be_read_is_not_written(taken: MapSnapshot, tmp_pat
     write(taken, tmp_path / "a.npz")
     before = (tmp_path / "a.npz").read_bytes()
     poisoned = dataclasses.replace(taken, confidence=np.full_like(taken.confidence, np.inf))
-    with pytest.raises(MapFileError, match="not finite"):
+    with pytest.raises(MapFileError, match="outside of 0 to"):
         write(poisoned, tmp_path / "a.npz")
     assert (tmp_path / "a.npz").read_bytes() == before
+
+
+def bomb(path: Path, taken: MapSnapshot, cells: int) -> Path:
+    """A map whose features are zeros, packed a thousandfold."""
+    arrays = {name: getattr(taken, name) for name in ARRAYS}
+    arrays["cells"] = np.argwhere(np.ones((cells, 1), bool)).astype(np.int32)
+    arrays["features"] = np.zeros((cells, 16), np.float32)
+    arrays |= {name: np.ones(cells, np.float32) for name in ("confidence", "searched")}
+    np.savez_compressed(
+        path, header=np.array(json.dumps(dataclasses.asdict(taken.header))), **arrays
+    )
+    return path
+
+
+def test_a_bomb_is_refused_before_it_is_unpacked(taken: MapSnapshot, tmp_path: Path) -> None:
+    path = bomb(tmp_path / "bomb.npz", taken, 1_000_000)
+    assert path.stat().st_size < 3_000_000
+    tracemalloc.start()
+    try:
+        with pytest.raises(MapFileError, match="maps are not compressed"):
+            read(path)
+        assert tracemalloc.get_traced_memory()[1] < 2_000_000
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_map_larger_than_the_configuration_allows_is_not_read(
+    taken: MapSnapshot, tmp_path: Path
+) -> None:
+    write(taken, tmp_path / "a.npz")
+    assert read(tmp_path / "a.npz", max_cells=len(taken.driving_cells) + len(taken.cells))
+    with pytest.raises(MapFileError, match="max_extent_m and cell_size_m allow 100"):
+        read(tmp_path / "a.npz", max_cells=100)
+
+
+def test_a_shape_without_data_is_refused_before_it_is_allocated(
+    taken: MapSnapshot, tmp_path: Path
+) -> None:
+    write(taken, tmp_path / "a.npz")
+    content = (tmp_path / "a.npz").read_bytes()
+    shape = f"({len(taken.cells)}, 16)".encode()
+    longer = b"(" + b"9" * (len(shape) - 6) + b", 16)"
+    assert content.count(shape) == 1
+    (tmp_path / "b.npz").write_bytes(content.replace(shape, longer))
+    with pytest.raises(MapFileError, match="features"):
+        read(tmp_path / "b.npz")
+
+
+def test_a_single_array_is_never_read(tmp_path: Path) -> None:
+    with (tmp_path / "a.npz").open("wb") as file:
+        np.lib.format.write_array_header_1_0(
+            file, {"descr": "<f4", "fortran_order": False, "shape": (2**40,)}
+        )
+    with pytest.raises(MapFileError, match="damaged or not a map"):
+        read(tmp_path / "a.npz")
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        {"frames_fused": 2**70},
+        {"frames_fused": True},
+        {"stamp_ns": 2**63},
+        {"cell_size_m": float("nan")},
+        {"cell_size_m": float("inf")},
+        {"encoder_id": ""},
+        {"text_space": ""},
+        {"encoder_id": "a\ud800"},
+        {"encoder_id": "e" * 256},
+        {"dimension": 2**40},
+        {"dimension": 20_000},
+        {"version": "v" * 500},
+    ],
+)
+def test_a_header_that_no_message_can_hold_is_refused(
+    taken: MapSnapshot, tmp_path: Path, header: dict[str, Any]
+) -> None:
+    write(taken, tmp_path / "a.npz")
+    path = rewritten(tmp_path / "a.npz", header=header)
+    for reading in (read, read_header):
+        with pytest.raises(MapFileError) as refused:
+            reading(path)
+        assert len(str(refused.value)) < 300
+
+
+def test_a_header_of_any_size_is_refused(taken: MapSnapshot, tmp_path: Path) -> None:
+    write(taken, tmp_path / "a.npz")
+    with np.load(tmp_path / "a.npz") as archive:
+        content = {name: archive[name] for name in archive.files}
+    for text in ("[" * 100_000, "[" * 10_000, '{"format": "onemap-map", "version": 2}'):
+        np.savez(tmp_path / "b.npz", **(content | {"header": np.array(text)}))
+        with pytest.raises(MapFileError, match="damaged"):
+            read_header(tmp_path / "b.npz")
+
+
+def test_values_out_of_range_are_refused(taken: MapSnapshot, tmp_path: Path) -> None:
+    write(taken, tmp_path / "a.npz")
+    n, m = len(taken.cells), len(taken.driving_cells)
+    levels = taken.evidence.shape[1]
+    wrong: list[dict[str, np.ndarray]] = [
+        {"confidence": np.full(n, 3e38, np.float32)},
+        {"searched": np.full(n, -1, np.float32)},
+        {"evidence": np.full((m, levels), 13, np.int8)},
+        {"evidence": np.full((m, levels), -5, np.int8)},
+        {"evidence": np.zeros((m, 2000), np.int8)},
+        {"clear": np.full(m, 2, np.uint8)},
+        {"driving_cells": np.zeros((m, 2), np.int32)},
+    ]
+    for arrays in wrong:
+        with pytest.raises(MapFileError, match="damaged"):
+            read(rewritten(tmp_path / "a.npz", **arrays))
+
+
+def test_objects_that_are_compressed_are_refused(taken: MapSnapshot, tmp_path: Path) -> None:
+    found = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff", ObjectParams())
+    write(dataclasses.replace(taken, objects=found), tmp_path / "a.npz")
+    packed = tmp_path / "b.npz"
+    with zipfile.ZipFile(tmp_path / "a.npz") as old, zipfile.ZipFile(packed, "w") as new:
+        for entry in old.infolist():
+            how = zipfile.ZIP_DEFLATED if "objects" in entry.filename else zipfile.ZIP_STORED
+            new.writestr(entry.filename, old.read(entry), how)
+    with pytest.raises(MapFileError, match="objects take"):
+        read(packed)
+
+
+def test_memory_that_runs_out_is_reported(
+    taken: MapSnapshot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write(taken, tmp_path / "a.npz")
+
+    def exhausted(*_arguments: object, **_options: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(np.lib.format, "read_magic", exhausted)
+    with pytest.raises(MapFileError, match="MemoryError"):
+        read(tmp_path / "a.npz")
+
+
+@given(st.data())
+@settings(
+    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+def test_bytes_of_any_content_are_read_or_refused(
+    taken: MapSnapshot, tmp_path: Path, data: st.DataObject
+) -> None:
+    path = tmp_path / "a.npz"
+    write(taken, path)
+    content = bytearray(path.read_bytes())
+    for _ in range(data.draw(st.integers(1, 8))):
+        place = data.draw(st.integers(0, len(content) - 1))
+        length = data.draw(st.sampled_from((1, 2, 4, 60)))
+        content[place : place + length] = data.draw(st.binary(max_size=length))
+    path.write_bytes(bytes(content))
+    for reading in (read, read_header):
+        with suppress(MapFileError):
+            reading(path)

@@ -7,31 +7,46 @@ that does not fit is rejected with one sentence, and nothing has changed.
 from __future__ import annotations
 
 import json
-import os
 import re
+import struct
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
+from numpy.lib.npyio import NpzFile
 
+from onemap_mapper import map_layout
+from onemap_mapper.atomic_file import replacing
 from onemap_mapper.objects import NO_OBJECTS, from_bytes, to_bytes
-from onemap_mapper.snapshot import (
-    FORMAT,
-    VERSION,
-    VERSION_WITHOUT_DROPS,
-    MapFileError,
-    MapHeader,
-    MapSnapshot,
-)
+from onemap_mapper.snapshot import MapFileError, MapHeader, MapSnapshot
+from onemap_shared.grid import MAX_CELLS
 
 SUFFIX = ".npz"
 NAME = re.compile(r"[A-Za-z0-9._-]+")
-UNREADABLE = (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile, zlib.error)
+HEADER, MEMBER = "header", ".npy"
+MAX_REASON_CHARS = 200
+UNREADABLE = (  # what zipfile, NumPy, JSON and msgpack raise on files of any content
+    ArithmeticError,
+    AttributeError,
+    EOFError,
+    LookupError,
+    MemoryError,
+    OSError,
+    RuntimeError,  # also RecursionError and NotImplementedError
+    SyntaxError,
+    TypeError,
+    ValueError,
+    struct.error,
+    tokenize.TokenError,  # of an array's header
+    zipfile.BadZipFile,
+    zlib.error,
+)
 ARRAYS = (
     "cells",
     "features",
@@ -60,10 +75,10 @@ def map_path(folder: Path, name: str) -> Path:
 
 def write(snapshot: MapSnapshot, path: Path) -> int:
     """Write the file atomically; returns its size in bytes. Raises OSError, MapFileError."""
-    if not _is_finite(snapshot):
+    map_layout.check_header(snapshot.header, "the map in memory")
+    if problem := map_layout.values_problem(snapshot):
         raise MapFileError(
-            "the map in memory holds values that are not finite, so no file of it could be read: "
-            "clear it"
+            f"the map in memory holds {problem}, so no file of it could be read: clear it"
         )
     arrays = {name: getattr(snapshot, name) for name in ARRAYS}
     if snapshot.objects.objects:
@@ -75,31 +90,21 @@ def write(snapshot: MapSnapshot, path: Path) -> int:
     return path.stat().st_size
 
 
-@contextmanager
-def replacing(path: Path) -> Iterator[BinaryIO]:
-    """A file to write; at the end it takes the place of ``path`` as a whole, or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with temporary.open("wb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+def read(path: Path, *, max_cells: int = MAX_CELLS) -> MapSnapshot:
+    """The checked content of a file; raises ``MapNotFound`` or another ``MapFileError``.
 
-
-def read(path: Path) -> MapSnapshot:
-    """The checked content of a file; raises ``MapNotFound`` or another ``MapFileError``."""
+    Nothing is read that is larger than a map of ``max_cells`` or than the file.
+    """
     require(path)
     with _opened(path) as archive:
         header = _header(archive, path)
-        arrays = {name: archive[name] for name in ARRAYS}
-        objects = from_bytes(archive[OBJECTS].tobytes()) if OBJECTS in archive else NO_OBJECTS
-        explored = archive.get(EXPLORED, None)
-        snapshot = MapSnapshot(header, **arrays, objects=objects, explored=explored)
-    _check_arrays(snapshot, path)
+        map_layout.check_arrays(_declared(archive), header, path.name, max_cells)
+        arrays = {name: archive[name] for name in _names(archive)}
+        objects = from_bytes(_object_bytes(archive)) if OBJECTS in archive else NO_OBJECTS
+        snapshot = MapSnapshot(header, **arrays, objects=objects)
+        problem = map_layout.values_problem(snapshot)
+    if problem:
+        raise MapFileError(f"{path.name} is damaged: it holds {problem}")
     return snapshot
 
 
@@ -107,10 +112,7 @@ def read_header(path: Path) -> tuple[MapHeader, int]:
     """The checked header of a file and the number of its cells; its arrays are not read."""
     with _opened(path) as archive:
         header = _header(archive, path)
-        with archive.zip.open("cells.npy") as file:
-            np.lib.format.read_magic(file)
-            (count, _), _, _ = np.lib.format.read_array_header_1_0(file)
-    return header, int(count)
+        return header, _declared_array(archive, "cells").shape[0]
 
 
 def require(path: Path) -> None:
@@ -126,70 +128,52 @@ def require(path: Path) -> None:
 def _opened(path: Path) -> Iterator[Any]:
     """The archive of a file; what goes wrong with it becomes a ``MapFileError``."""
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            yield archive
+        with path.open("rb") as file, NpzFile(file, allow_pickle=False) as archive:
+            yield archive  # np.load would read a single array at once, whatever its size
     except MapFileError:
         raise
     except UNREADABLE as problem:
-        raise MapFileError(f"{path.name} is damaged or not a map: {problem}") from problem
+        reason = str(problem)[:MAX_REASON_CHARS] or type(problem).__name__
+        raise MapFileError(f"{path.name} is damaged or not a map: {reason}") from problem
 
 
 def _header(archive: Any, path: Path) -> MapHeader:
-    raw = json.loads(str(archive["header"]))
-    _check_identity(raw, path)
+    stored = archive.zip.getinfo(HEADER + MEMBER).file_size
+    declared = _declared_array(archive, HEADER)
+    if max(stored, declared.nbytes) > map_layout.MAX_HEADER_BYTES:
+        raise MapFileError(f"{path.name} is damaged: its header has {stored} bytes")
+    raw = json.loads(str(archive[HEADER]))
+    map_layout.check_identity(raw, path.name)
     header = MapHeader(**raw)
-    _check_types(header, path)
+    map_layout.check_header(header, path.name)
     return header
 
 
-def _check_identity(raw: Any, path: Path) -> None:
-    if not isinstance(raw, dict) or raw.get("format") != FORMAT:
-        raise MapFileError(f"{path.name} is not a map of OneMap")
-    if raw.get("version") not in (VERSION_WITHOUT_DROPS, VERSION):
-        raise MapFileError(
-            f"{path.name} has format version {raw.get('version')}; this program reads "
-            f"{VERSION_WITHOUT_DROPS} and {VERSION}"
-        )
+def _declared(archive: Any) -> dict[str, map_layout.Declared]:
+    return {name: _declared_array(archive, name) for name in _names(archive)}
 
 
-def _check_types(header: MapHeader, path: Path) -> None:
-    for field in fields(MapHeader):
-        value = getattr(header, field.name)
-        fits = {
-            "str": isinstance(value, str),
-            "int": isinstance(value, int) and value >= 0,
-            "float": isinstance(value, float),
-        }
-        if not fits[str(field.type)]:
-            raise MapFileError(f"{path.name} is damaged: {field.name} is {value!r}")
+def _names(archive: Any) -> tuple[str, ...]:
+    return (*ARRAYS, EXPLORED) if EXPLORED in archive else ARRAYS
 
 
-def _check_arrays(snapshot: MapSnapshot, path: Path) -> None:
-    n, m = len(snapshot.cells), len(snapshot.driving_cells)
-    half = snapshot.features.dtype == np.float16
-    layout: dict[str, tuple[str, tuple[int, ...]]] = {
-        "cells": ("int32", (n, 2)),
-        "features": ("float16" if half else "float32", (n, snapshot.header.dimension)),
-        "confidence": ("float32", (n,)),
-        "searched": ("float32", (n,)),
-        "driving_cells": ("int32", (m, 2)),
-        "evidence": ("int8", (m, *snapshot.evidence.shape[-1:])),
-        "clear": ("uint8", (m,)),
-    }
-    if snapshot.explored is not None:
-        layout[EXPLORED] = ("float32", (n,))
-    for name, (dtype, shape) in layout.items():
-        array = getattr(snapshot, name)
-        if str(array.dtype) != dtype or array.shape != shape:
-            raise MapFileError(
-                f"{path.name} is damaged: {name} is {array.dtype} {array.shape}, "
-                f"expected {dtype} {shape}"
-            )
-    distinct = len(np.unique(snapshot.cells, axis=0)) == n
-    if not (_is_finite(snapshot) and distinct and (snapshot.confidence >= 0).all()):
-        raise MapFileError(f"{path.name} is damaged: it holds values that no map can hold")
+def _declared_array(archive: Any, name: str) -> map_layout.Declared:
+    """Type and shape of an array from the first bytes of its entry."""
+    entry = archive.zip.getinfo(name + MEMBER)
+    with archive.zip.open(entry) as file:
+        version = np.lib.format.read_magic(file)
+        read_start = {
+            (1, 0): np.lib.format.read_array_header_1_0,
+            (2, 0): np.lib.format.read_array_header_2_0,
+        }[version]
+        shape, _, dtype = read_start(file)
+        compressed = entry.compress_type != zipfile.ZIP_STORED
+        return map_layout.Declared(str(dtype), shape, entry.file_size - file.tell(), compressed)
 
 
-def _is_finite(snapshot: MapSnapshot) -> bool:
-    arrays = (snapshot.features, snapshot.confidence, snapshot.searched, snapshot.explored)
-    return all(array is None or bool(np.isfinite(array).all()) for array in arrays)
+def _object_bytes(archive: Any) -> bytes:
+    declared = _declared_array(archive, OBJECTS)
+    if declared.compressed or declared.nbytes > map_layout.MAX_OBJECT_BYTES:
+        raise ValueError(f"its objects take {declared.nbytes} bytes")
+    data: bytes = archive[OBJECTS].tobytes()
+    return data

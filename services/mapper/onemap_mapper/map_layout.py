@@ -110,6 +110,8 @@ def check_arrays(
         "evidence": ("int8", (m, *declared["evidence"].shape[-1:])),
         "clear": ("uint8", (m,)),
     }
+    if "explored" in declared:
+        layout["explored"] = ("float32", (n,))
     for part, (dtype, shape) in layout.items():
         array = declared[part]
         if (array.dtype, array.shape) != (dtype, shape):
@@ -125,9 +127,11 @@ def values_problem(snapshot: MapSnapshot) -> str:
     """Which values of a map no map can hold; empty if there are none."""
     if not np.isfinite(snapshot.features).all():
         return "features that are not finite"
-    for part in ("confidence", "searched"):
+    for part in ("confidence", "searched", "explored"):
         values = getattr(snapshot, part)
-        if not ((values >= 0) & (values <= MAX_CONFIDENCE)).all():  # also refuses NaN
+        if (
+            values is not None and not ((values >= 0) & (values <= MAX_CONFIDENCE)).all()
+        ):  # also refuses NaN
             return f"{part} outside of 0 to {MAX_CONFIDENCE:g}"
     evidence = snapshot.evidence
     if evidence.size and not (evidence.min() >= MIN_EVIDENCE and evidence.max() <= MAX_EVIDENCE):
