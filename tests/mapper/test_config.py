@@ -9,10 +9,10 @@ from onemap_mapper.params import CheckpointParams, ObjectParams, RegionParams, S
 from onemap_shared.config import ConfigError, section
 
 
-def test_the_section_is_the_parameters_and_two_keys_of_the_service() -> None:
+def test_the_section_is_the_parameters_and_three_keys_of_the_service() -> None:
     groups = (CheckpointParams, RegionParams, ObjectParams, SubmapParams)
     parameters = [name for group in groups for name in group.model_fields]
-    assert set(MapperConfig.model_fields) == {*parameters, "threads", "map_folder"}
+    assert set(MapperConfig.model_fields) == {*parameters, "threads", "map_folder", "map_quota_mb"}
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.frame_update import compute_update
 from onemap_mapper.map_file import MapNotFound, map_path, write
-from onemap_mapper.map_folder import delete, saved_map, saved_maps
+from onemap_mapper.map_folder import QuotaExceeded, check_quota, delete, saved_map, saved_maps
 from onemap_mapper.snapshot import MapFileError, MapSnapshot, take
 from onemap_shared.messages import MAX_LISTED_MAPS
 from tests.mapper import scenes
@@ -84,7 +84,7 @@ def test_damaged_files_are_listed_with_the_reason(taken: MapSnapshot, tmp_path: 
     problems = {each.name: each.problem for each in saved_maps(tmp_path).maps}
     assert problems.pop("a") == ""
     assert "version 7" in problems.pop("newer")
-    assert "999 characters" in problems.pop("long")
+    assert "encoder_id" in problems.pop("long")
     assert set(problems) == {"no-cells", "text", "array"}
     assert all("damaged" in problem for problem in problems.values())
 
@@ -119,3 +119,18 @@ def test_of_a_link_only_the_link_is_deleted(taken: MapSnapshot, tmp_path: Path) 
     delete(tmp_path / "maps", "linked")
     assert outside.is_file()
     assert saved_maps(tmp_path / "maps").maps == ()
+
+
+def test_saved_maps_may_take_so_much_together(taken: MapSnapshot, tmp_path: Path) -> None:
+    size = write(taken, tmp_path / "a.npz")
+    check_quota(tmp_path / "b.npz", 10**6 - size, 1)
+    with pytest.raises(QuotaExceeded, match="delete one"):
+        check_quota(tmp_path / "b.npz", 10**6, 1)
+    check_quota(tmp_path / "a.npz", 10**6, 1)  # it is replaced
+    check_quota(tmp_path / "none" / "a.npz", 10**6, 1)
+    (tmp_path / "gone.npz").symlink_to(tmp_path / "nowhere")
+    check_quota(tmp_path / "a.npz", 10**6, 1)
+
+
+def test_the_size_of_a_file_is_about_that_of_its_arrays(taken: MapSnapshot, tmp_path: Path) -> None:
+    assert write(taken, tmp_path / "a.npz") == pytest.approx(taken.nbytes, abs=4000)

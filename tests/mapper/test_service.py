@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -10,8 +11,10 @@ import numpy as np
 import pytest
 import torch
 
+from onemap_mapper import map_file
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.service import Mapper, build
+from onemap_mapper.snapshot import MapSnapshot
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
 from onemap_shared.memory_bus import MemoryBus, MemoryRouter
@@ -540,3 +543,66 @@ def test_a_loaded_map_is_resumed(rig: Rig, tmp_path: Path) -> None:
     rig.mapper.close()
     assert rig.metric("checkpoints") == 1
     assert restarted(tmp_path / "maps").metric("cells") == cells
+
+
+def test_saving_beyond_the_quota_is_refused(rig: Rig, tmp_path: Path) -> None:
+    rig.feed(sofa_ahead(0))
+    (tmp_path / "maps").mkdir(exist_ok=True)
+    with (tmp_path / "maps" / "large.npz").open("wb") as file:
+        file.truncate(10**10)
+    error = refusal(lambda: rig.client.call(keys.MAP_SAVE, MapFile("a")))
+    assert error.code == "storage"
+    assert "map_quota_mb" in str(error)
+    rig.client.call(keys.MAP_DELETE, MapFile("large"))
+    assert rig.client.call(keys.MAP_SAVE, MapFile("a")).created
+
+
+def test_a_poisoned_file_changes_nothing(rig: Rig, tmp_path: Path) -> None:
+    rig.feed(sofa_ahead(0))
+    rig.client.call(keys.MAP_SAVE, MapFile("a"))
+    with np.load(tmp_path / "maps" / "a.npz") as archive:
+        content = {name: archive[name] for name in archive.files}
+    before = rig.metric("cells")
+    for field, value in (("frames_fused", 2**70), ("encoder_id", ""), ("stamp_ns", 2**63)):
+        header = json.loads(str(content["header"])) | {field: value}
+        changed = content | {"header": np.array(json.dumps(header))}
+        np.savez(tmp_path / "maps" / "b.npz", **changed)
+        error = refusal(lambda: rig.client.call(keys.MAP_LOAD, MapFile("b")))
+        assert (error.code, field in str(error) or "encoder" in str(error)) == ("invalid", True)
+    rig.feed(sofa_ahead(1))
+    assert rig.metric("cells") >= before
+    assert rig.metric("frames_fused") == 2
+
+
+def test_frames_that_are_fused_while_a_map_is_read_are_no_obstacle(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig.feed(sofa_ahead(0))
+    rig.client.call(keys.MAP_SAVE, MapFile("a"))
+    read = map_file.read
+
+    def slow(path: Path, *, max_cells: int) -> MapSnapshot:
+        rig.feed(sofa_ahead(1), sofa_ahead(2))
+        return read(path, max_cells=max_cells)
+
+    monkeypatch.setattr(map_file, "read", slow)
+    assert rig.client.call(keys.MAP_LOAD, MapFile("a")).frames_fused == 1
+    revision = rig.newest()
+    assert (revision.revision, revision.frames_fused) == (4, 1)
+
+
+def test_unfinished_files_of_an_earlier_mapper_are_removed(tmp_path: Path) -> None:
+    leftovers = [tmp_path / "maps" / ".a.npz.0.part", tmp_path / "maps/checkpoints/.1.npz.0.part"]
+    for path in leftovers:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(b"half")
+    Rig(tmp_path / "maps")
+    assert not any(path.exists() for path in leftovers)
+
+
+def test_a_leftover_that_cannot_be_removed_does_not_stop_the_mapper(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "maps" / ".a.part").mkdir(parents=True)
+    Rig(tmp_path / "maps")
+    assert "cannot remove unfinished files" in caplog.text

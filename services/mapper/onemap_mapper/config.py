@@ -26,6 +26,12 @@ class MapperConfig(SubmapParams, ObjectParams, RegionParams, CheckpointParams):
         "torch's threads wait for each other at every step: measured on two cores under a load "
         "of seven, a 640 x 480 frame took 28 ms with one thread and 770 ms with two.",
     )
+    map_quota_mb: int = Field(
+        default=10_000,
+        ge=1,
+        description="MB that the saved maps may take together; beyond it saving is refused. A flat "
+        "of 5,200 cells takes 16 MB with 768 channels.",
+    )
     map_folder: Path = Field(
         default=Path("maps"),
         description="Where maps are saved to and loaded from, and where checkpoints and the found "

@@ -10,6 +10,31 @@ from onemap_mapper.snapshot import MapFileError
 from onemap_shared.messages import MAX_FILE_TEXT_CHARS, MAX_LISTED_MAPS, MapList, SavedMap
 
 
+class QuotaExceeded(ValueError):
+    """The saved maps would take more than they may; the text says what to do."""
+
+
+def check_quota(path: Path, nbytes: int, quota_mb: int) -> None:
+    """Raise ``QuotaExceeded`` if a file of about ``nbytes`` at ``path`` is too much.
+
+    A file that it replaces does not count.
+    """
+    others = (each for each in path.parent.glob(f"*{SUFFIX}") if each != path)
+    used = sum(_size(each) for each in others) + nbytes
+    if used > quota_mb * 10**6:
+        raise QuotaExceeded(
+            f"the saved maps would take {used / 1e6:.0f} MB, more than map_quota_mb, {quota_mb}: "
+            "delete one, GET /v1/maps lists them"
+        )
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except FileNotFoundError:  # deleted meanwhile
+        return 0
+
+
 def saved_maps(folder: Path) -> MapList:
     """The maps of ``folder``, newest first; a damaged one is listed with its problem."""
     found: list[tuple[int, Path]] = []

@@ -6,6 +6,7 @@ in the mapper's section of the configuration.
 
 from __future__ import annotations
 
+from math import ceil
 from typing import Literal
 
 import torch
@@ -30,6 +31,11 @@ class GridParams(Params):
         "that jumps further is refused, instead of a grid that fills the memory; 409 m at the "
         "default cell size is the most that is allowed.",
     )
+
+    @property
+    def max_cells(self) -> int:
+        """Cells of the largest map."""
+        return ceil(self.max_extent_m / self.cell_size_m) ** 2
 
     @model_validator(mode="after")
     def _check_extent(self) -> GridParams:

@@ -10,10 +10,11 @@ import logging
 import threading
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import torch
 
-from onemap_mapper import map_file, map_folder, snapshot
+from onemap_mapper import atomic_file, checkpoint_file, map_file, map_folder, snapshot
 from onemap_mapper.belief_map import BeliefMap, FieldRejected
 from onemap_mapper.checkpoints import Checkpoints, resumed
 from onemap_mapper.config import MapperConfig
@@ -61,6 +62,7 @@ class Mapper:
         self._config = config
         self._lock = threading.Lock()
         self._turn = threading.Lock()  # of queries: one of them at a time competes with fusing
+        _sweep(config.map_folder)
         kept = resumed(config.map_folder, config)
         self._map = kept or BeliefMap(config)
         self._resumed = kept is not None  # and no frame was fused since
@@ -161,11 +163,17 @@ class Mapper:
         with self._lock:
             if self._map.dimension == 0:
                 raise _empty()
-            taken = snapshot.take(self._map, self._objects.memory)
             summary = summary_of(self._map)
+        taken = snapshot.copied_in_parts(self._lock, lambda: self._map)
+        if taken is None:  # cleared meanwhile
+            raise _empty()
+        taken = replace(taken, objects=self._objects.memory)
         created = not path.exists()
         try:
+            map_folder.check_quota(path, taken.nbytes, self._config.map_quota_mb)
             size = map_file.write(taken, path)
+        except map_folder.QuotaExceeded as problem:
+            raise RequestRejected("storage", str(problem)) from problem
         except OSError as problem:
             raise RequestRejected(
                 "storage", f"cannot write {path}: {problem.strerror}"
@@ -179,26 +187,28 @@ class Mapper:
         A rejected file changes nothing.
         """
         path = map_file.map_path(self._config.map_folder, request.name)
+        with self._lock:
+            encoder_id = self._map.encoder_id or self._encoder_seen
         try:
-            content = map_file.read(path)
+            content = map_file.read(path, max_cells=self._config.max_cells)
+            restored = snapshot.restore(
+                content, self._config, encoder_id=encoder_id, first_revision=0
+            )
+            size = path.stat().st_size
         except map_file.MapNotFound as problem:
             raise RequestRejected("unknown_map", str(problem)) from problem
+        except snapshot.EncoderMismatch as problem:
+            raise RequestRejected("encoder_mismatch", str(problem)) from problem
+        except OSError as problem:
+            raise RequestRejected("storage", f"cannot read {path}: {problem.strerror}") from problem
+        summary = replace(summary_of(restored), path=str(path), file_bytes=size)
         with self._lock:
-            try:
-                restored = snapshot.restore(
-                    content,
-                    self._config,
-                    encoder_id=self._map.encoder_id or self._encoder_seen,
-                    first_revision=self._map.revision + 1,
-                )
-            except snapshot.EncoderMismatch as problem:
-                raise RequestRejected("encoder_mismatch", str(problem)) from problem
+            restored.revision = self._map.revision + 1
             self._replace(restored)
             self._checkpoints.replaced(due=True)
-            summary = summary_of(self._map)
         self._objects.replace(content.objects)
         LOG.info("loaded %d cells from %s", summary.cells_observed, path)
-        return replace(summary, path=str(path), file_bytes=path.stat().st_size)
+        return summary
 
     def list_maps(self, request: MapListRequest) -> MapList:
         """The saved maps, or the one of the request's name."""
@@ -330,6 +340,18 @@ class Mapper:
                 if problem.code != "unknown_word":
                     raise
         return queries
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what cut off writes of an earlier mapper left."""
+    for each in (folder, folder / checkpoint_file.FOLDER):
+        try:
+            count = atomic_file.sweep(each)
+        except OSError as problem:
+            LOG.warning("cannot remove unfinished files in %s: %s", each, problem.strerror)
+            continue
+        if count:
+            LOG.info("removed %d unfinished files in %s", count, each)
 
 
 def _empty() -> RequestRejected:

@@ -68,6 +68,13 @@ class MapSnapshot:
     objects: ObjectMemory = NO_OBJECTS
     explored: NDArray[np.float32] | None = None
 
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the arrays, nearly the size of the file."""
+        cells = (self.cells, self.features, self.confidence, self.searched, self.explored)
+        driving = (self.driving_cells, self.evidence, self.clear)
+        return sum(array.nbytes for array in (*cells, *driving) if array is not None)
+
 
 def take(belief: BeliefMap, objects: ObjectMemory = NO_OBJECTS) -> MapSnapshot:
     """A copy of the map's content, with the objects that were found."""
