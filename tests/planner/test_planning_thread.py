@@ -178,7 +178,8 @@ def test_a_pose_bomb_stops_the_robot_with_a_reason(services: SimulatedServices) 
 
     def bomb() -> bool:
         pose = pose_2d(90_000.0, 90_000.0, 0.0)
-        services.odometry.put(Odometry(services.count, services.count, pose, 0.0, 0.0))
+        stamp_ns = services.count * 50_000_000
+        services.odometry.put(Odometry(services.count, stamp_ns, pose, 0.0, 0.0))
         services.planner.step(0.0)
         return "m outside the map" in services.get().reason
 
