@@ -15,7 +15,7 @@ from pathlib import Path
 from onemap_mapper import checkpoint_file
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.params import CheckpointParams
-from onemap_mapper.snapshot import MapFileError, MapSnapshot, copied_in_parts, restore
+from onemap_mapper.snapshot import MapFileError, copied_in_parts, restore
 
 LOG = logging.getLogger("onemap.mapper")
 
@@ -109,8 +109,14 @@ class Checkpoints:
 
 
 def resumed(folder: Path, params: CheckpointParams) -> BeliefMap | None:
-    """The map of the newest checkpoint that fits the configuration; what does not is logged."""
-    content, problems = _newest(folder, params)
+    """The map of the newest checkpoint that fits the configuration; what does not is logged.
+
+    None without ``resume``; old checkpoints are removed then, or a later start would resume them.
+    """
+    if not params.resume:
+        _forget(folder)
+        return None
+    content, problems = checkpoint_file.newest(folder)
     for problem in problems:
         LOG.error("%s", problem)
     if content is None:
@@ -126,5 +132,8 @@ def resumed(folder: Path, params: CheckpointParams) -> BeliefMap | None:
     return belief
 
 
-def _newest(folder: Path, params: CheckpointParams) -> tuple[MapSnapshot | None, list[str]]:
-    return checkpoint_file.newest(folder) if params.resume else (None, [])
+def _forget(folder: Path) -> None:
+    try:
+        checkpoint_file.remove_all(folder)
+    except OSError as problem:
+        LOG.error("cannot remove old checkpoints: %s; a restart resumes an old map", problem)

@@ -173,6 +173,17 @@ def test_a_crashed_process_is_restarted_after_its_backoff(folder: Path) -> None:
         assert processes.restart(now_s + 4.1) == ["mapper"]
 
 
+def test_the_first_start_alone_has_variables_of_its_own(folder: Path) -> None:
+    code = "import os; raise SystemExit(3 if os.environ.get('FIRST') else 4)"
+    spec = ProcessSpec("mapper", (sys.executable, "-c", code), at_first=(("FIRST", "1"),))
+    with Processes([spec], folder) as processes:
+        processes.start()
+        now_s = time.monotonic()
+        assert wait_for_end(processes, now_s).code == 3
+        processes.restart(now_s + 1.1)
+        assert wait_for_end(processes, now_s + 2).code == 4
+
+
 def test_a_healthy_process_starts_with_the_first_backoff(folder: Path) -> None:
     with Processes([python("mapper", CRASHING)], folder) as processes:
         processes.start()

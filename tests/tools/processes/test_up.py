@@ -21,7 +21,7 @@ from onemap_tools.processes.network import accepts_connections, any_free_port
 from onemap_tools.processes.router import CANNOT_LISTEN
 from onemap_tools.processes.services import CORE
 from onemap_tools.processes.session import temporary_session
-from onemap_tools.processes.up import choose, page_url, refuse_conflicts, supervise, up
+from onemap_tools.processes.up import at_first, choose, page_url, refuse_conflicts, supervise, up
 from tests.shared.test_bus import Router, eventually, router
 
 __all__ = ["router"]  # the fixture
@@ -58,6 +58,23 @@ def test_two_robots_are_refused(only: tuple[str, ...]) -> None:
 def test_only_chooses_between_two_robots() -> None:
     sections: dict[str, dict] = {"simulator": {}, "replay": {}}
     assert choose(("replay",), sections, has_file=True, router_here=True) == ("replay",)
+
+
+@pytest.mark.parametrize(
+    ("names", "sections", "begins_empty"),
+    [
+        pytest.param(("simulator", "mapper"), {}, True, id="a simulated robot starts"),
+        pytest.param(("mapper",), {}, False, id="the robot runs elsewhere"),
+        pytest.param(
+            ("simulator", "mapper"), {"mapper": {"resume": True}}, False, id="the file says so"
+        ),
+    ],
+)
+def test_a_map_begins_empty_with_a_simulated_robot(
+    names: tuple[str, ...], sections: dict[str, dict[str, bool]], begins_empty: bool
+) -> None:
+    assert bool(at_first("mapper", names, sections)) is begins_empty
+    assert at_first("planner", names, sections) == ()
 
 
 def test_an_unknown_name_is_a_usage_error() -> None:

@@ -38,11 +38,15 @@ THREAD_VARIABLES = (
 
 @dataclass(frozen=True, slots=True)
 class ProcessSpec:
-    """A process to start. ``last``: stopped after the others, as the router is."""
+    """A process to start. ``last``: stopped after the others, as the router is.
+
+    at_first: environment variables of its first start, which restarts do not get.
+    """
 
     name: str
     command: tuple[str, ...]
     last: bool = False
+    at_first: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,13 +173,14 @@ class Processes:
         child.due_s = None
         child.starts += 1
         child.started_s = time.monotonic()
+        at_first = dict(child.spec.at_first) if child.starts == 1 else {}
         with child.log.open("ab") as log:
             child.process = subprocess.Popen(
                 child.spec.command,
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                env=self._environment,
+                env={**self._environment, **at_first},
                 start_new_session=True,
             )
 

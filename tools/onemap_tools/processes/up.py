@@ -76,7 +76,13 @@ def up(config: Path | None, only: Collection[str], log_folder: Path, console: Co
         check_robot(robot, sections)
     arguments = ("--config", str(config)) if config is not None else ()
     specs = [
-        ProcessSpec(name, onemap_command(name, *arguments), last=name == "router") for name in names
+        ProcessSpec(
+            name,
+            onemap_command(name, *arguments),
+            last=name == "router",
+            at_first=at_first(name, names, sections),
+        )
+        for name in names
     ]
     with (
         Processes(specs, log_folder) as processes,
@@ -89,6 +95,20 @@ def up(config: Path | None, only: Collection[str], log_folder: Path, console: Co
             if held:
                 check_port(names, sections)
                 _run(processes, page_url(names, sections), stop, console)
+
+
+def at_first(
+    name: str, names: Collection[str], sections: Mapping[str, Any]
+) -> tuple[tuple[str, str], ...]:
+    """Environment variables of a process's first start.
+
+    With a robot that starts here the map begins empty, unless the configuration says otherwise: a
+    simulated robot's poses begin anew. A mapper that crashes goes on with its map.
+    """
+    if name != "mapper" or not set(names).intersection(ROBOTS):
+        return ()
+    said = "resume" in sections.get("mapper", {})
+    return () if said else (("ONEMAP__MAPPER__RESUME", "false"),)
 
 
 @contextmanager
