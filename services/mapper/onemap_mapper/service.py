@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -61,7 +62,9 @@ class Mapper:
     def __init__(self, bus: Bus, config: MapperConfig) -> None:
         self._config = config
         self._lock = threading.Lock()
-        self._turn = threading.Lock()  # of queries: one of them at a time competes with fusing
+        # One query at a time competes with fusing, in order of arrival; torch starts threads of
+        # its own for every thread that calls it.
+        self._scoring = ThreadPoolExecutor(1, "scoring")
         _sweep(config.map_folder)
         kept = resumed(config.map_folder, config)
         self._map = kept or BeliefMap(config)
@@ -124,14 +127,18 @@ class Mapper:
         return Health(ready=ready, problem=problem, metrics=metrics)
 
     def close(self) -> None:
-        """Write the map, so that the next mapper resumes it."""
+        """Answer no more queries; write the map, so that the next mapper resumes it."""
+        self._scoring.shutdown(wait=False, cancel_futures=True)
         self._checkpoints.close()
 
     def similarity(self, request: SimilarityRequest) -> SimilarityReply:
         """Ranked regions for a text."""
         self._require_content()
         query = self._query(request.text)
-        with self._turn, self._lock:
+        return self._scoring.submit(self._similarity, request, query).result()
+
+    def _similarity(self, request: SimilarityRequest, query: TextQuery) -> SimilarityReply:
+        with self._lock:
             if self._map.store.count == 0:
                 raise _empty()
             return similarity_reply(
