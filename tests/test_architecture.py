@@ -68,6 +68,7 @@ TALKS = {
     "onemap_gateway.http.shared_results": "computes in tasks, a few at once",
     "onemap_gateway.http.security": "reads a request's body, and the clock for the lock-out",
     "onemap_tools.bench.claims": "times, in processes of its own",
+    "onemap_tools.bench.clients": "times, in threads",
     "onemap_tools.bench.commands": "reads the configuration",
     "onemap_tools.bench.fusion": "times",
     "onemap_tools.bench.habitat.benchmark": "times",

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from onemap_tools.bench.cli_errors import cli_errors
+from onemap_tools.bench.clients_command import app as clients_app
 from onemap_tools.bench.habitat.command import app as habitat_app
 from onemap_tools.bench.navigation.choices import Apartments, Errors, Features, Method, ObjectOrder
 from onemap_tools.bench.pose_graph_command import pose_graph
@@ -19,6 +20,7 @@ from onemap_tools.errors import EXIT_FAILED, EXIT_OK
 PANEL = "Look deeper"
 app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")
 app.add_typer(habitat_app)  # without a name of its own: a command beside the others
+app.add_typer(clients_app)
 app.command()(pose_graph)
 
 

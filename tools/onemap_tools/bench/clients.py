@@ -1,0 +1,122 @@
+"""How long queries take when many clients ask a running gateway at once."""
+
+from __future__ import annotations
+
+import random
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from onemap import Client, OneMapError
+
+KNOWN = (
+    "sofa", "bed", "television", "refrigerator", "toilet", "bookcase", "dining table", "armchair",
+    "sink", "wardrobe", "door", "window", "lamp", "desk", "oven", "bathtub",
+)  # fmt: skip
+ADJECTIVES = ("purple", "broken", "tiny", "antique", "striped", "wooden", "folded", "shiny")
+NOUNS = ("umbrella", "teapot", "backpack", "guitar", "bicycle", "suitcase", "candle", "statue")
+
+Connect = Callable[[], AbstractContextManager[Client]]
+
+
+@dataclass(frozen=True, slots=True)
+class ClientsBenchParams:
+    """clients: that ask at once; seconds: of asking; new_share: of the texts never asked before;
+    pause_s: between a client's answer and its next question; seed: of the texts."""
+
+    clients: int
+    seconds: float
+    new_share: float
+    pause_s: float
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class QueryTime:
+    """One query. ``refusal``: why it was refused, empty if it was answered."""
+
+    new: bool
+    seconds: float
+    refusal: str = ""
+
+
+def run(connect: Connect, params: ClientsBenchParams) -> dict[str, Any]:
+    """Ask for ``seconds``; quantiles in ms of known and new texts, refusals and frames fused."""
+    with ExitStack() as connections:
+        # Connected before the first question: making a client takes longer than a query.
+        clients = [connections.enter_context(connect()) for _ in range(params.clients)]
+        for text in KNOWN:
+            clients[0].query(text)
+        fused_before, began_s = _frames_fused(clients[0]), time.monotonic()
+        stop = threading.Event()
+        with ThreadPoolExecutor(params.clients) as pool:
+            asked = [
+                pool.submit(_ask, client, params, number, stop)
+                for number, client in enumerate(clients)
+            ]
+            stop.wait(params.seconds)
+            stop.set()
+            times = [each for future in asked for each in future.result()]
+        took_s = time.monotonic() - began_s
+        fused = _frames_fused(clients[0]) - fused_before
+    return {
+        "clients": params.clients,
+        "pause_s": params.pause_s,
+        "fused_hz": round(fused / took_s, 2),
+        "queries_per_s": round(len(times) / took_s, 1),
+        "known": summarise([each for each in times if not each.new]),
+        "new": summarise([each for each in times if each.new]),
+    }
+
+
+def summarise(times: list[QueryTime]) -> dict[str, Any]:
+    """Number of queries, refusals with the first reason, and quantiles of the answered in ms."""
+    answered = [each.seconds * 1e3 for each in times if not each.refusal]
+    refusals = [each.refusal for each in times if each.refusal]
+    p50, p99, most = np.quantile(answered, (0.5, 0.99, 1.0)) if answered else (np.nan,) * 3
+    return {
+        "queries": len(times),
+        "refused": len(refusals),
+        "first_refusal": refusals[0] if refusals else "",
+        **{
+            name: round(float(value)) if answered else None
+            for name, value in (("p50_ms", p50), ("p99_ms", p99), ("max_ms", most))
+        },
+    }
+
+
+def _ask(
+    client: Client, params: ClientsBenchParams, number: int, stop: threading.Event
+) -> list[QueryTime]:
+    """One client: the next question once the last one is answered."""
+    rng, times = random.Random(f"{params.seed} {number}"), list[QueryTime]()
+    stop.wait(rng.random() * params.pause_s)  # not all at the same instant
+    while not stop.is_set():
+        new = rng.random() < params.new_share
+        text = _new_text(rng, number, len(times)) if new else rng.choice(KNOWN)
+        began_s, refusal = time.perf_counter(), ""
+        try:
+            client.query(text)
+        except OneMapError as problem:
+            refusal = problem.detail
+        times.append(QueryTime(new, time.perf_counter() - began_s, refusal))
+        stop.wait(params.pause_s)
+    return times
+
+
+def _new_text(rng: random.Random, number: int, count: int) -> str:
+    """A text that no run has asked for before, but by rare chance."""
+    unique = f"{number}{count}{rng.randrange(10**6)}{time.time_ns() % 10**6}"
+    return f"{rng.choice(ADJECTIVES)} {rng.choice(NOUNS)} {unique}"
+
+
+def _frames_fused(client: Client) -> int:
+    services = client.status().document["services"]
+    mapper = next(service for service in services if service["name"] == "mapper")
+    return int(mapper["metrics"]["frames_fused"])
