@@ -30,6 +30,12 @@ class Attack:
         self.rows.append(ChaosResult(test, limit, str(measured), HELD if held else BROKEN))
         assert held, f"{test}: {measured}, the limit is {limit}"
 
+    def hold_all(self, rows: Sequence[ChaosResult]) -> None:
+        """Record several rows at once; fails the test unless all limits were held."""
+        self.rows += rows
+        broken = [f"{row.test}: {row.measured}" for row in rows if row.verdict != HELD]
+        assert not broken, "; ".join(broken)
+
 
 def table_lines(rows: Sequence[ChaosResult]) -> list[str]:
     """The table, with columns as wide as their longest entry."""
