@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays as hypothesis_arrays
 
-from onemap_mapper import similarity
+from onemap_mapper import neutral_cosines, similarity
 from onemap_mapper.cell_store import CellStore
+from onemap_mapper.neutral_cosines import unit_cosines
 from onemap_mapper.similarity import (
     ScoreCache,
     TextQuery,
-    cosines,
     ranks,
     scores,
     scores_of,
@@ -71,21 +71,22 @@ def test_only_changed_cells_are_computed_again(monkeypatch: pytest.MonkeyPatch) 
     query = text_query(embeddings(rng, 3), 0, CPU)
     computed: list[int] = []
 
-    def counting(features: torch.Tensor, query: TextQuery) -> torch.Tensor:
+    def counting(features: torch.Tensor, words: torch.Tensor) -> torch.Tensor:
         computed.append(len(features))
-        return cosines(features, query)
+        return unit_cosines(features, words)
 
-    monkeypatch.setattr(similarity, "cosines", counting)
+    monkeypatch.setattr(similarity, "unit_cosines", counting)
+    monkeypatch.setattr(neutral_cosines, "unit_cosines", counting)
     for revision, slots in enumerate(([0, 1, 2, 3], [1, 4]), start=1):
         store.add(np.zeros((max(slots) + 1 - store.count, 2), np.int64))
         features = torch.from_numpy(unit(rng, len(slots), 8))
         store.fuse(np.array(slots), features, torch.ones(len(slots)), revision=revision)
         cached = cache.scores(query, store, revision)
-        everything = cosines(store.features(np.arange(store.count)), query)
+        everything = unit_cosines(store.features(np.arange(store.count)), query.concepts)
         np.testing.assert_allclose(cached, scores_of(everything, query), atol=1e-6)
-    assert computed == [4, 2]
+    assert computed == [4, 4, 2, 2]  # neutral words, then the text's own
     cache.scores(query, store, 2)
-    assert computed == [4, 2]
+    assert computed == [4, 4, 2, 2]
 
 
 @given(
@@ -143,3 +144,39 @@ def test_scores_stay_right_when_slots_were_removed() -> None:
     store.remove(np.array([1, 2]), revision=2)
     after = cache.scores(query, store, 2)
     np.testing.assert_allclose(after, before[store.cells[:, 0]], rtol=1e-6)
+
+
+def test_the_words_that_compete_with_all_texts_are_compared_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rng = np.random.default_rng(0)
+    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
+    slots = store.add(np.stack([np.arange(6), np.arange(6)], axis=1))
+    store.fuse(slots, torch.from_numpy(unit(rng, 6, 8)), torch.ones(6), revision=1)
+    reply = embeddings(rng, 40)
+    widths: list[int] = []
+
+    def counting(features: torch.Tensor, words: torch.Tensor) -> torch.Tensor:
+        widths.append(len(words))
+        return unit_cosines(features, words)
+
+    monkeypatch.setattr(similarity, "unit_cosines", counting)
+    monkeypatch.setattr(neutral_cosines, "unit_cosines", counting)
+    for text in range(2):
+        query = text_query(reply, text, CPU)
+        cached = cache.scores(query, store, 1)
+        np.testing.assert_allclose(cached, scores(store.features(slots), query), atol=1e-6)
+    assert widths[:2] == [40, 1]
+    assert widths.count(40) == 1
+
+
+def test_a_map_of_many_cells_keeps_no_table(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(similarity, "MAX_CELLS", 5)
+    rng = np.random.default_rng(0)
+    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
+    slots = store.add(np.stack([np.arange(6), np.arange(6)], axis=1))
+    store.fuse(slots, torch.from_numpy(unit(rng, 6, 8)), torch.ones(6), revision=1)
+    query = text_query(embeddings(rng, 3), 0, CPU)
+    expected = scores(store.features(slots), query)
+    np.testing.assert_allclose(cache.scores(query, store, 1), expected, atol=1e-6)
+    assert cache._neutral is None

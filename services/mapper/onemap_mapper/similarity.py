@@ -15,7 +15,8 @@ from cachetools import LRUCache
 from torch import Tensor
 
 from onemap_mapper.cell_store import CellStore
-from onemap_shared.geometry import F32, U8
+from onemap_mapper.neutral_cosines import MAX_CELLS, NeutralCosines, shares, unit_cosines
+from onemap_shared.geometry import F32, I64, U8
 from onemap_shared.messages import TextEmbeddings
 
 MAX_TEXTS = 32  # whose scores are kept; 2 MB each for a map of 250,000 cells
@@ -26,6 +27,8 @@ RANKED_CELLS = 4096  # a rank among so many is right to a percent or two
 class TextQuery:
     """One embedded text. concepts (1 + m, D) float32 unit rows: the text, then competing words.
 
+    neutral (M, D): all words that may compete; excluded (M,): 0 for those m, -inf for the others.
+    Both are None if the query does not say.
     min_score: a best score below this means that the map holds no such thing, 0 = not calibrated;
     nearest: words of the encoder next to a text that it does not contain.
     """
@@ -35,6 +38,8 @@ class TextQuery:
     temperature: float
     min_score: float = 0.0
     nearest: tuple[str, ...] = ()
+    neutral: Tensor | None = None
+    excluded: Tensor | None = None
 
     @property
     def calibrated(self) -> bool:
@@ -52,6 +57,8 @@ def text_query(embeddings: TextEmbeddings, index: int, device: torch.device) -> 
         embeddings.temperature,
         embeddings.floor,
         embeddings.nearest[index] if embeddings.nearest else (),
+        torch.tensor(embeddings.neutral, device=device),
+        torch.tensor(np.where(embeddings.neutral_mask[index] > 0, 0.0, -np.inf)).float().to(device),
     )
 
 
@@ -62,9 +69,7 @@ def scores(features: Tensor, query: TextQuery) -> Tensor:
 
 def cosines(features: Tensor, query: TextQuery) -> Tensor:
     """Cosines (n, 1 + m) of cell features (n, D) with the text and its competing words."""
-    norms = torch.linalg.vector_norm(features, dim=1, keepdim=True)
-    cosine: Tensor = features @ query.concepts.T / norms.clamp(min=1e-12)
-    return cosine
+    return unit_cosines(features, query.concepts)
 
 
 def scores_of(cosine: Tensor, query: TextQuery) -> Tensor:
@@ -108,6 +113,7 @@ class ScoreCache:
 
     def __init__(self) -> None:
         self._entries: LRUCache[str, CellScores] = LRUCache(MAX_TEXTS)
+        self._neutral: NeutralCosines | None = None
 
     def scores(self, query: TextQuery, store: CellStore, revision: int) -> F32:
         """Scores (count,) float32 of all slots at this revision of the map."""
@@ -123,10 +129,32 @@ class ScoreCache:
             both[0, :kept] = cached.scores[:kept]
             both[1, :kept] = cached.cosines[:kept]
             stale = np.nonzero(store.changed_at > cached.revision)[0]
+        neutral = self._neutral_cosines(query, store, revision) if len(stale) else None
         for chosen, features in store.chunks(stale):
-            cosine = cosines(features, query)
-            both[0, stale[chosen]] = scores_of(cosine, query).cpu().numpy()
-            both[1, stale[chosen]] = cosine[:, 0].cpu().numpy()
+            slots = stale[chosen]
+            if neutral is None or query.excluded is None:
+                cosine = cosines(features, query)
+                own, values = cosine[:, 0], scores_of(cosine, query)
+            else:
+                own = unit_cosines(features, query.concepts[:1])[:, 0]
+                values = shares(own, _rows(neutral, slots), query.excluded, query.temperature)
+            both[0, slots], both[1, slots] = values.cpu().numpy(), own.cpu().numpy()
         current = CellScores(query, revision, both[0], both[1])
         self._entries[query.text] = current
         return current
+
+    def _neutral_cosines(self, query: TextQuery, store: CellStore, revision: int) -> Tensor | None:
+        """Cosines (count, M) of all slots with the query's neutral words; None: not kept."""
+        words = query.neutral
+        if words is None or not query.calibrated or store.count > MAX_CELLS:
+            return None
+        if self._neutral is None or not torch.equal(self._neutral.words, words):
+            self._neutral = NeutralCosines(words)
+        return self._neutral.of(store, revision)
+
+
+def _rows(table: Tensor, slots: I64) -> Tensor:
+    """Rows of a table at ascending slots; consecutive ones are not copied."""
+    first, last = int(slots[0]), int(slots[-1])
+    together = last - first + 1 == len(slots)
+    return table[first : last + 1] if together else table[torch.from_numpy(slots)]
