@@ -105,6 +105,12 @@ def test_the_low_edge_of_a_shower_tray_is_an_obstacle_from_near() -> None:
     assert state_at(belief, *((1.025, y) for y in (-0.35, 0.05, 0.35))) == [Occupancy.OCCUPIED] * 3
 
 
+def test_a_low_edge_that_was_only_seen_from_2_m_is_an_obstacle() -> None:
+    edge = Box((1.0, -0.5, 0.0), (1.05, 0.5, 0.11))
+    belief = seen((*ROOM, edge), [scenes.pose(x) for x in np.arange(-1.9, -1.2, 0.1)])
+    assert state_at(belief, *((1.025, y) for y in (-0.35, 0.05, 0.35))) == [Occupancy.OCCUPIED] * 3
+
+
 def test_what_moves_away_disappears() -> None:
     belief = seen((*ROOM, COFFEE_TABLE), [scenes.pose(-0.5)] * 20)
     assert state_at(belief, (1.05, 0.0)) == [Occupancy.OCCUPIED]

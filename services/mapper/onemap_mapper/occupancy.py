@@ -29,6 +29,7 @@ I16 = NDArray[np.int16]
 # Evidence is a log-odds in steps of about 0.4, an int8 per voxel.
 HIT = 4  # MIN_HITS points or more: an unobserved voxel becomes occupied at once
 SINGLE_HIT = 2  # one point: a far leg or table edge, or noise, so two frames are needed
+LOW_HIT = 2  # too high for floor, too low for an obstacle: the edge of a tray, or a tilted floor
 DROP_HIT = 2  # a drop needs two frames: an error of the pitch lowers all floor of one frame
 MISS = 1  # four frames erase what was hit in one frame, twelve what was hit in many
 MAX_EVIDENCE = 12  # bounded, so that a removed obstacle disappears within twelve frames
@@ -66,22 +67,31 @@ def occupancy_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpd
     camera = cloud.camera_m.astype(np.float32)
     rays = points[::RAY_STRIDE, ::RAY_STRIDE][depth_m[::RAY_STRIDE, ::RAY_STRIDE] > 0]
     samples = ray_samples(camera, rays, params=params)
-    slack = params.height_error_per_m * np.where(depth_m > EXACT_HEIGHT_M, depth_m, 0.0)
-    z = points[..., 2]
-    usable = (depth_m > 0) & (depth_m <= params.occupancy_range_m)
-    is_obstacle = (z >= params.obstacle_min_height_m + slack) & (z < params.obstacle_max_height_m)
-    obstacles = points[usable & is_obstacle]
+    obstacles, low = _obstacles(cloud, params)
     floor = floor_points(cloud, params)
     box = _box(
-        (floor.seen, floor.drops, floor.blind, obstacles, samples, camera[None]),
+        (floor.seen, floor.drops, floor.blind, obstacles, low, samples, camera[None]),
         params.cell_size_m,
     )
     clear, blind = _marked(floor.seen, box), _marked(floor.blind, box)
     voxels = _voxel_evidence(obstacles, samples, box, params)
+    lowest = voxels[..., 0]
+    lowest[(_counts(low, box) >= MIN_HITS) & (lowest < LOW_HIT)] = LOW_HIT
     evidence = np.concatenate([voxels, _drop_evidence(floor.drops, clear, box)[..., None]], axis=2)
     touched = clear | blind | evidence.any(axis=2)
     cells = np.argwhere(touched) + np.asarray(box.origin_cell)
     return OccupancyUpdate(cells, evidence[touched], clear[touched], blind[touched])
+
+
+def _obstacles(cloud: PointCloud, params: OccupancyParams) -> tuple[F32, F32]:
+    """Points (n, 3) on obstacles, and those (m, 3) between the heights of floor and obstacles."""
+    depth_m, z = cloud.depth_m, cloud.points_m[..., 2]
+    error = params.height_error_per_m * depth_m
+    least = params.obstacle_min_height_m + np.where(depth_m > EXACT_HEIGHT_M, error, 0.0)
+    usable = (depth_m > 0) & (depth_m <= params.occupancy_range_m)
+    high = usable & (z >= least) & (z < params.obstacle_max_height_m)
+    low = usable & (z > params.floor_tolerance_m + error) & (z < least)
+    return cloud.points_m[high], cloud.points_m[low]
 
 
 def _voxel_evidence(obstacles: F32, samples: F32, box: GridSpec, params: OccupancyParams) -> I8:
@@ -98,11 +108,16 @@ def _voxel_evidence(obstacles: F32, samples: F32, box: GridSpec, params: Occupan
 
 def _drop_evidence(drops: F32, clear: Bool, box: GridSpec) -> I8:
     """Evidence (nx, ny) for the voxel below the floor, of places where floor is missing."""
-    hits = np.zeros(box.shape, np.int64)
-    np.add.at(hits, tuple(box.cells(drops.astype(np.float64)).T), 1)
     evidence: I8 = (clear * np.int8(-MISS)).astype(np.int8)
-    evidence[hits >= MIN_HITS] = DROP_HIT
+    evidence[_counts(drops, box) >= MIN_HITS] = DROP_HIT
     return evidence
+
+
+def _counts(places: F32, box: GridSpec) -> I64:
+    """How many of the places (n, 2 or 3) lie in each cell (nx, ny)."""
+    counts = np.zeros(box.shape, np.int64)
+    np.add.at(counts, tuple(box.cells(places[:, :2].astype(np.float64)).T), 1)
+    return counts
 
 
 def _marked(places: F32, box: GridSpec) -> Bool:
