@@ -94,7 +94,7 @@ def test_success_places_agree_with_their_definition_taken_literally(scene: Scene
         assert places.any()
         cells = np.argwhere(np.ones_like(places))[::7]
         literal = literal_success(scene, category, grid.centres(cells))
-        assert (literal != places[tuple(cells.T)]).mean() < 0.02  # cells on the edge
+        assert (literal != places[tuple(cells.T)]).mean() < 0.03  # where the robot just fits
 
 
 def test_a_success_place_is_at_distance_zero_and_no_other_free_place_is() -> None:
