@@ -8,14 +8,22 @@ from typing import Any
 
 import anyio
 import pytest
+from starlette.responses import Response
 from starlette.testclient import TestClient
 from starlette.types import Message, Receive, Scope, Send
 from starlette.websockets import WebSocketDisconnect
 
-from onemap_gateway.config import GatewayConfig
+from onemap_gateway.config import TOKENS as TOKEN_OF
+from onemap_gateway.config import GatewayConfig, Role
 from onemap_gateway.http import security
 from onemap_gateway.http.access import LOCK_S, MAX_FAILURES
-from onemap_gateway.http.security import LIVE_PROTOCOL, MAX_BODY_BYTES, TOKEN_PROTOCOL
+from onemap_gateway.http.security import (
+    LIVE_PROTOCOL,
+    MAX_BODY_BYTES,
+    ROLE,
+    TOKEN_PROTOCOL,
+    SecurityMiddleware,
+)
 from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway.fakes import FakeMapper, FakePlanner, client_on
 
@@ -142,6 +150,22 @@ def test_each_role_may_do_its_work_only(
     assert (answer.status_code != 403) == allowed
     if not allowed:
         assert "gateway." in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("role", [Role.LOOK, Role.SEARCH, Role.ADMINISTER])
+def test_a_route_learns_the_role_of_its_client(role: Role) -> None:
+    config = GatewayConfig.model_validate(TOKENS)
+    told: list[Role] = []
+
+    async def route(scope: Scope, receive: Receive, send: Send) -> None:
+        told.append(scope[ROLE])
+        await Response()(scope, receive, send)
+
+    guarded = TestClient(SecurityMiddleware(route, config), base_url="http://localhost")
+    guarded.get("/v1/map", headers=bearing(TOKENS[TOKEN_OF[role]]))
+    open_to_all = SecurityMiddleware(route, GatewayConfig())
+    TestClient(open_to_all, base_url="http://localhost").get("/v1/map")
+    assert told == [role, Role.ADMINISTER]
 
 
 def protocols(token: str) -> list[str]:

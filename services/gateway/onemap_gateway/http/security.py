@@ -33,6 +33,7 @@ BODY_TIMEOUT_S = 10.0  # for 64 kB over a link of 6.5 kB/s
 # padding, as one of the subprotocols; the gateway chooses LIVE_PROTOCOL, never the token.
 TOKEN_PROTOCOL = "onemap.token."
 LIVE_PROTOCOL = "onemap.live"
+ROLE = "onemap.role"  # member of the scope: the role of the client, for routes that ask for it
 LOG = logging.getLogger("onemap.gateway")
 
 
@@ -53,8 +54,10 @@ class SecurityMiddleware:
             method = "GET" if scope["type"] == "websocket" else scope["method"]
             if scope["type"] == "websocket" or method not in READING:
                 self._check_origin(headers)
+            scope[ROLE] = Role.ADMINISTER
             if not self._tokens.open:
-                self._check_role(required_role(method, scope["path"]), scope, headers)
+                required = required_role(method, scope["path"])
+                scope[ROLE] = self._check_role(required, scope, headers)
             if method not in READING:
                 receive = await _buffered_body(headers, receive)
         except HttpProblem as problem:
@@ -89,10 +92,11 @@ class SecurityMiddleware:
             f"A page from {origin[:100]} may not use the robot: open the gateway's own page.",
         )
 
-    def _check_role(self, required: Role, scope: Scope, headers: Headers) -> None:
+    def _check_role(self, required: Role, scope: Scope, headers: Headers) -> Role:
+        """The role of the client, at least ``required``; raises HttpProblem if it is lower."""
         token = presented_token(headers)
         if required is Role.NOBODY:
-            return
+            return required
         if token is None:
             raise HttpProblem(
                 "unauthorized",
@@ -116,6 +120,7 @@ class SecurityMiddleware:
                 f"This token may not do that: use that of 'gateway.{TOKENS[required]}' or of a "
                 "higher role.",
             )
+        return role
 
 
 def presented_token(headers: Headers) -> bytes | None:
