@@ -91,6 +91,19 @@ class GatewayConfig(Params):
         description="Concurrent connections of all clients, sockets of /v1/live included; further "
         "ones get 503. A page has up to 7; each costs a descriptor, of which a process has 1024.",
     )
+    agent_max_distance_m: float = Field(
+        default=100.0,
+        gt=0,
+        le=1e6,
+        description="Metres that one search of an agent over /mcp may drive; it has to name its "
+        "own limit, at most this one. 100 m are several searches of a flat.",
+    )
+    agent_max_time_s: float = Field(
+        default=900.0,
+        gt=0,
+        le=1e6,
+        description="Seconds that one search of an agent over /mcp may take, in the same way.",
+    )
     ready_within_s: float = Field(
         default=5.0,
         gt=0,
