@@ -62,6 +62,7 @@ TALKS = {
     "onemap_gateway.http.methods": "ends an answer after its headers",
     "onemap_gateway.http.middleware": "logs and times requests",
     "onemap_gateway.http.problems": "turns errors of calls into responses",
+    "onemap_gateway.http.agents.tools": "draws in a thread",
     "onemap_gateway.http.routes.camera": "encodes in a thread",
     "onemap_gateway.http.routes.live": "waits between two states",
     "onemap_gateway.http.routes.map": "draws in a thread",
