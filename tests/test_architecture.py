@@ -62,7 +62,9 @@ TALKS = {
     "onemap_gateway.http.methods": "ends an answer after its headers",
     "onemap_gateway.http.middleware": "logs and times requests",
     "onemap_gateway.http.problems": "turns errors of calls into responses",
+    "onemap_gateway.http.agents.server": "logs what agents did",
     "onemap_gateway.http.agents.tools": "draws in a thread",
+    "onemap_gateway.http.routes.agents": "imports the protocol's SDK in a thread",
     "onemap_gateway.http.routes.camera": "encodes in a thread",
     "onemap_gateway.http.routes.live": "waits between two states",
     "onemap_gateway.http.routes.map": "draws in a thread",
@@ -222,6 +224,7 @@ ONLY_IN = {
     "msgpack": {"onemap_shared.wire"},
     "fastapi": {"onemap_gateway.http", "onemap_gateway.service"},
     "starlette": {"onemap_gateway.http"},
+    "mcp": {"onemap_gateway.http.agents.server"},
     "uvicorn": {"onemap_gateway.connections", "onemap_gateway.service"},
     "embreex": {"onemap_simulator.rendering.ray_tracer"},
     "trimesh": {

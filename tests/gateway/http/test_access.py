@@ -26,6 +26,7 @@ from onemap_gateway.http.access import (
         ("GET /v1/map.png", Role.LOOK),
         ("OPTIONS /v1/map", Role.LOOK),
         ("POST /v1/queries", Role.LOOK),
+        ("POST /mcp", Role.LOOK),
         ("POST /v1/searches", Role.SEARCH),
         ("DELETE /v1/searches/s1", Role.SEARCH),
         ("DELETE /v1/searches/", Role.ADMINISTER),

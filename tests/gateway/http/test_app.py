@@ -32,8 +32,9 @@ BODIES: dict[str, object] = {
     "/v1/searches": {"object": "sofa"},
     "/v1/map/save": {"name": "flat"},
     "/v1/map/load": {"name": "flat"},
+    "/mcp": {"jsonrpc": "2.0", "id": 1, "method": "tools/list"},
 }
-WITHOUT_SERVICES = {"/healthz", "/v1/status", "/metrics"}
+WITHOUT_SERVICES = {"/healthz", "/v1/status", "/metrics", "/mcp"}
 
 
 def operations(client: TestClient) -> list[tuple[str, str, dict[str, Any]]]:

@@ -14,6 +14,8 @@ from onemap_gateway.config import Role
 PUBLIC_PATHS = frozenset({"/", "/docs", "/openapi.json", "/favicon.ico", "/healthz", "/readyz"})
 PUBLIC_FOLDER = "/static/"
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
+# Requests that change nothing by themselves; each tool of an agent checks the role it needs.
+LOOKING = frozenset({("POST", "/v1/queries"), ("POST", "/mcp")})
 
 MAX_FAILURES = 10  # wrong tokens of one address within FAILURE_WINDOW_S
 FAILURE_WINDOW_S = 60.0
@@ -26,7 +28,7 @@ def required_role(method: str, path: str) -> Role:
     if method in READING:
         public = path in PUBLIC_PATHS or path.startswith(PUBLIC_FOLDER)
         return Role.NOBODY if public else Role.LOOK
-    if (method, path) == ("POST", "/v1/queries"):
+    if (method, path) in LOOKING:
         return Role.LOOK
     folder, _, name = path.rpartition("/")
     if (method, path) == ("POST", "/v1/searches") or (

@@ -20,6 +20,7 @@ from onemap_gateway.http.problems import (
     problem_response,
 )
 from onemap_gateway.http.routes import (
+    agents,
     camera,
     health,
     live,
@@ -57,6 +58,7 @@ TAGS = [
     {"name": "map", "description": "The map of the floor: image, arrays, numbers."},
     {"name": "maps", "description": "Saved maps."},
     {"name": "camera", "description": "The newest camera image."},
+    {"name": "agents", "description": "Tools for assistants: the Model Context Protocol."},
     {"name": "health", "description": "What runs, and why not."},
 ]
 
@@ -73,7 +75,7 @@ def create_app(gateway: GatewayContext) -> FastAPI:
         redirect_slashes=False,
     )
     app.state.gateway = gateway
-    for part in (queries, searches, objects, map, maps, camera, health, live, pages):
+    for part in (queries, searches, objects, map, maps, camera, health, live, agents, pages):
         app.include_router(part.router)
     app.mount("/static/swagger-ui", pages.StaticPages(directory=pages.SWAGGER_UI))
     app.mount("/static", pages.StaticPages(directory=pages.STATIC))

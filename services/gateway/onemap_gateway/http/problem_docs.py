@@ -80,6 +80,7 @@ PROBLEM_STATUSES = {
     "(`words` names each, with the known ones nearest to it).",
     429: "There were too many wrong tokens from this address.",
     500: "The gateway failed; its log says why.",
+    501: "The gateway was installed without this part.",
     502: "A service failed; `service` names it.",
     503: "A service is missing or does not answer; `service` names it.",
     507: "The mapper cannot write or delete the file.",

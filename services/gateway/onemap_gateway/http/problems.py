@@ -50,6 +50,7 @@ PROBLEM_TYPES: Mapping[str, ProblemType] = {
     "locked_out": ProblemType(429, "There were too many wrong tokens"),
     "http": ProblemType(400, "The request was refused"),
     "internal": ProblemType(500, "The gateway failed"),
+    "not_installed": ProblemType(501, "This part is not installed"),
     "remote": ProblemType(502, "A service failed"),
     "unavailable": ProblemType(503, "A service is missing"),
     "timeout": ProblemType(503, "A service does not answer"),
