@@ -70,6 +70,7 @@ MAP_LOAD = Procedure("map/load/v1", m.MapFile, m.MapSummary)
 MAP_LIST = Procedure("map/list/v1", m.MapListRequest, m.MapList)
 MAP_DELETE = Procedure("map/delete/v1", m.MapFile, m.SavedMap)
 MAP_CLEAR = Procedure("map/clear/v1", m.MapClear, m.MapSummary)
+MAP_DIGEST = Procedure("map/digest/v1", m.MapDigestRequest, m.MapDigest)
 MAP_REMEMBER = Procedure("map/remember/v1", m.ObjectFind, m.KeptObject)
 MAP_OBJECTS = Procedure("map/objects/v1", m.ObjectListRequest, m.ObjectList)
 MAP_OBJECT = Procedure("map/object/v1", m.ObjectId, m.PicturedObject)
@@ -152,6 +153,7 @@ ROLES: Mapping[str, Access] = {
             MAP_LIST,
             MAP_DELETE,
             MAP_CLEAR,
+            MAP_DIGEST,
             MAP_REMEMBER,
             MAP_OBJECTS,
             MAP_OBJECT,
@@ -194,12 +196,13 @@ ROLES: Mapping[str, Access] = {
             SEARCH_LIST,
         ),
     ),
-    # status, doctor and a demo's film look; what changes something goes through the gateway
+    # status, doctor, recorder and a demo's film look; changes go through the gateway
     "tools": Access(
-        names=("doctor", "status", "demo"),
+        names=("doctor", "status", "demo", "recorder"),
         subscribes=(
             ROBOT_RGBD,
             ROBOT_ODOMETRY,
+            ROBOT_POSE_GRAPH,
             ROBOT_CMD_VEL,
             FIELD,
             DETECTIONS,
@@ -208,6 +211,6 @@ ROLES: Mapping[str, Access] = {
             SEARCH_PATH,
             ALL_HEARTBEATS,
         ),
-        calls=(EMBED_TEXT, MAP_SEARCH_VIEW),
+        calls=(EMBED_TEXT, MAP_SEARCH_VIEW, MAP_DIGEST),
     ),
 }

@@ -22,6 +22,7 @@ from onemap_shared.messages import (
     FeatureField,
     Layer,
     MapClear,
+    MapDigestRequest,
     MapFile,
     MapListRequest,
     MapRevision,
@@ -606,3 +607,12 @@ def test_a_leftover_that_cannot_be_removed_does_not_stop_the_mapper(
     (tmp_path / "maps" / ".a.part").mkdir(parents=True)
     Rig(tmp_path / "maps")
     assert "cannot remove unfinished files" in caplog.text
+
+
+def test_the_digest_is_of_the_map_that_was_announced(rig: Rig) -> None:
+    rig.feed(sofa_ahead(0), sofa_ahead(1))
+    before = rig.client.call(keys.MAP_DIGEST, MapDigestRequest())
+    assert (before.revision, before.frames_fused) == (rig.newest().revision, 2)
+    assert rig.client.call(keys.MAP_DIGEST, MapDigestRequest()) == before
+    rig.client.call(keys.MAP_SEARCH_RESET, SearchReset("s1"))
+    assert rig.client.call(keys.MAP_DIGEST, MapDigestRequest()).sha256 != before.sha256

@@ -84,6 +84,8 @@ SAMPLES: tuple[Any, ...] = (
     m.SearchReset("s1"),
     m.MapFile("flat"),
     m.MapClear(),
+    m.MapDigestRequest(),
+    m.MapDigest(4, 7, 123, "mini-1", 3, "0f" * 32, "{}", "torch 2.13.0"),
     m.MapSummary("/maps/flat.npz", "mini-1", "minilm", 0.1, 100, 3, 4096, created=True),
     m.MapListRequest("flat"),
     SAVED,

@@ -20,6 +20,7 @@ from onemap_mapper.belief_map import BeliefMap, FieldRejected
 from onemap_mapper.checkpoints import Checkpoints, resumed
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.diagnostics.telemetry import MapperTelemetry
+from onemap_mapper.digest import digest_of
 from onemap_mapper.frame_order import FrameOrder, FrameStamp
 from onemap_mapper.frame_update import FrameUpdate, compute_update
 from onemap_mapper.object_keeper import ObjectKeeper
@@ -38,6 +39,8 @@ from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import (
     FeatureField,
     MapClear,
+    MapDigest,
+    MapDigestRequest,
     MapFile,
     MapList,
     MapListRequest,
@@ -90,6 +93,7 @@ class Mapper:
         bus.serve(keys.MAP_LIST, self.list_maps)
         bus.serve(keys.MAP_DELETE, self.delete_map)
         bus.serve(keys.MAP_CLEAR, self.clear)
+        bus.serve(keys.MAP_DIGEST, self.digest)
         if kept is not None:
             self._announce_objects()
 
@@ -247,6 +251,12 @@ class Mapper:
             summary = summary_of(self._map)
         self._objects.replace(NO_OBJECTS)
         return summary
+
+    def digest(self, _request: MapDigestRequest) -> MapDigest:
+        """What the map holds, as one number; the lock is held only while the map is copied."""
+        with self._lock:
+            taken, revision = snapshot.take(self._map), self._map.revision
+        return digest_of(taken, revision=revision, config=self._config)
 
     def _fuse(self, field: FeatureField) -> None:
         started_s = time.monotonic()

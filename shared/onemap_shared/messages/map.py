@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from enum import IntEnum
 
@@ -14,6 +15,7 @@ from onemap_shared.messages.checks import clean_texts, expect, expect_share
 MAX_LISTED_MAPS = 200  # in one message of 256 kB
 MAX_RIVALS = 30  # names that compete in one view: the mapper keeps the scores of 32 texts
 
+SHA256 = re.compile(r"[0-9a-f]{64}")
 MAX_FILE_TEXT_CHARS = 255  # of each text about a file, as file systems limit names
 
 
@@ -293,3 +295,34 @@ class MapSummary:
     frames_fused: int
     file_bytes: int = 0
     created: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class MapDigestRequest:
+    """Request for the digest of the map in use, with which a recording is checked."""
+
+
+@dataclass(frozen=True, slots=True)
+class MapDigest:
+    """What the map holds, as one number, and how it was made.
+
+    Attributes:
+        frames_fused: frames in the map.
+        sha256: 64 hexadecimal digits, of cells, features, confidences and occupancy; two maps
+            with the same digest are equal bit for bit.
+        settings: the mapper's section of the configuration as JSON, without its folder.
+        versions: of the libraries that compute the map; others may round otherwise.
+    """
+
+    revision: int
+    sequence: int
+    stamp_ns: int
+    encoder_id: str
+    frames_fused: int
+    sha256: str
+    settings: str
+    versions: str
+
+    def __post_init__(self) -> None:
+        if not SHA256.fullmatch(self.sha256):
+            raise ValueError(f"sha256 is {self.sha256[:80]!r}; it has 64 hexadecimal digits")
