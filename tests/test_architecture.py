@@ -134,6 +134,7 @@ FILES = {
     "onemap_simulator.scene.corrections": "the YAML beside a scene",
     "onemap_simulator.scene.scene_file": "scenes",
     "onemap_shared.config": "the configuration",
+    "onemap_tools.bag.bag_file": "recordings",
     "onemap_tools.bench.habitat.benchmark": "tables",
     "onemap_tools.bench.habitat.episode_files": "episodes",
     "onemap_tools.bench.navigation.results_folder": "results",
@@ -222,6 +223,7 @@ FILE_CALLS = {
 ONLY_IN = {
     "zenoh": {"onemap_shared.bus", "onemap_shared.membership"},
     "msgpack": {"onemap_shared.wire"},
+    "mcap": {"onemap_tools.bag.bag_file"},
     "fastapi": {"onemap_gateway.http", "onemap_gateway.service"},
     "starlette": {"onemap_gateway.http"},
     "mcp": {"onemap_gateway.http.agents.server"},

@@ -1,0 +1,160 @@
+"""Bags on disk: what was written is read, however the writer ended."""
+
+from __future__ import annotations
+
+import errno
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from onemap_shared.messages import Odometry
+from onemap_tools.bag.bag_file import BagError, BagReader, BagWriter
+from tests.shared.samples import POSE, SAMPLES
+
+COUNT = 40
+
+
+def odometry(sequence: int) -> Odometry:
+    return Odometry(sequence, 1_000 + sequence, POSE, 0.5, 0.0)
+
+
+def written(path: Path, *, close: bool = True) -> BagWriter:
+    writer = BagWriter(path, {"onemap": {"version": "1"}})
+    for k in range(COUNT):
+        writer.write("robot/odometry/v1", odometry(k), 5_000 + k)
+        if k % 10 == 9:
+            writer.sync()
+    if close:
+        writer.close({"ended": "stopped"})
+    return writer
+
+
+def sequences(path: Path) -> tuple[list[int], BagReader]:
+    reader = BagReader(path)
+    return [message.sequence for message in reader.messages()], reader
+
+
+@pytest.mark.parametrize("sample", SAMPLES, ids=lambda sample: type(sample).__name__)
+def test_every_message_comes_back(sample: object, tmp_path: Path) -> None:
+    path = tmp_path / "all.mcap"
+    writer = BagWriter(path, {})
+    writer.write("a/key", sample, 7)
+    writer.close({})
+    (message,) = BagReader(path).messages()
+    assert (message.topic, message.log_time_ns) == ("a/key", 7)
+    again = message.decode(type(sample))
+    for name in sample.__dataclass_fields__:  # type: ignore[attr-defined]
+        np.testing.assert_array_equal(getattr(again, name), getattr(sample, name))
+
+
+def test_a_complete_file_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "folder" / "new.mcap"
+    writer = written(path)
+    found, reader = sequences(path)
+    assert found == list(range(COUNT))
+    assert not reader.cut_off
+    assert (reader.profile, reader.metadata["end"]) == ("onemap", {"ended": "stopped"})
+    assert writer.size == path.stat().st_size
+
+
+def test_without_its_end_a_file_is_read_up_to_there(tmp_path: Path) -> None:
+    whole, path = tmp_path / "whole.mcap", tmp_path / "cut.mcap"
+    written(whole)
+    content = whole.read_bytes()
+    lengths = set()
+    for size in range(60, len(content), 97):
+        path.write_bytes(content[:size])
+        found, reader = sequences(path)
+        assert reader.cut_off
+        assert found == list(range(len(found)))
+        lengths.add(len(found))
+    assert lengths == {0, 10, 20, 30, 40}  # chunks are whole or not there
+
+
+def test_a_killed_writer_loses_what_came_after_the_last_sync(tmp_path: Path) -> None:
+    path = tmp_path / "killed.mcap"
+    writer = written(path, close=False)
+    writer.write("robot/odometry/v1", odometry(COUNT), 6_000)
+    found, reader = sequences(path)
+    assert found == list(range(COUNT))
+    assert reader.cut_off
+
+
+def test_a_recording_is_not_overwritten(tmp_path: Path) -> None:
+    path = tmp_path / "there.mcap"
+    path.write_text("mine")
+    with pytest.raises(BagError, match="exists: a recording is not overwritten"):
+        BagWriter(path, {})
+    assert path.read_text() == "mine"
+    with pytest.raises(BagError, match="cannot write"):
+        BagWriter(path / "below" / "a.mcap", {})
+
+
+class FullDisk:
+    """A disk that takes so many bytes, the last write in part."""
+
+    def __init__(self, file: object, room: int) -> None:
+        self._file, self._room = file, room
+
+    def write(self, data: memoryview) -> int:
+        if self._room == 0:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        taken: int = self._file.write(data[: self._room])  # type: ignore[attr-defined]
+        self._room -= taken
+        return taken
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._file, name)
+
+
+def write_noise(writer: BagWriter) -> None:
+    noise = np.random.default_rng(0)
+    for k in range(1000):
+        pose = POSE.copy()
+        pose[:2, 3] = noise.normal(size=2)
+        writer.write("robot/odometry/v1", Odometry(k, k + 1, pose, 0.5, 0.0), k + 1)
+        if k % 3 == 2:
+            writer.sync()
+
+
+@pytest.mark.parametrize("room", [0, 100, 1500, 2600])
+def test_a_full_disk_leaves_what_was_written_before(room: int, tmp_path: Path) -> None:
+    path = tmp_path / "full.mcap"
+    writer = BagWriter(path, {"onemap": {"version": "1"}})
+    writer._output.file = FullDisk(writer._output.file, room)  # type: ignore[assignment]
+    with pytest.raises(BagError, match="No space left on device; what was recorded before"):
+        write_noise(writer)
+    found, reader = sequences(path)
+    assert found == list(range(len(found)))
+    assert (len(found) > 0) == (room > 1000)
+    assert reader.cut_off
+    assert path.stat().st_size <= room + 200
+
+
+def test_what_is_no_mcap_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "photo.mcap"
+    for content in (b"", b"GIF89a and more of it", b"\x89MCAP0"):
+        path.write_bytes(content)
+        with pytest.raises(BagError, match="is not an MCAP file"):
+            sequences(path)
+    with pytest.raises(BagError, match="cannot read"):
+        sequences(tmp_path / "nowhere.mcap")
+
+
+def test_damage_in_the_middle_is_told_from_a_missing_end(tmp_path: Path) -> None:
+    path = tmp_path / "damaged.mcap"
+    written(path)
+    content = bytearray(path.read_bytes())
+    content[len(content) // 4] ^= 0xFF
+    path.write_bytes(content)
+    with pytest.raises(BagError, match="is damaged"):
+        sequences(path)
+
+
+def test_a_message_of_another_type_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "other.mcap"
+    written(path)
+    message = next(BagReader(path).messages())
+    with pytest.raises(BagError, match=r"on robot/odometry/v1 cannot be read: .*schema"):
+        message.decode(type(SAMPLES[0]))

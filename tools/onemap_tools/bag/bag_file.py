@@ -1,0 +1,216 @@
+"""MCAP files: written so that a killed process leaves what it wrote, read as far as they go.
+
+A message of ours is stored as the length of its header (4 bytes, little-endian), header and
+body, as on the wire; the schema's name is that of the message.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from io import FileIO
+from pathlib import Path
+from typing import IO, TypeVar
+
+from mcap.records import Channel, Header, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader
+from mcap.writer import Writer
+
+from onemap_shared.wire import Packet, WireError, decode, encode, schema
+
+M = TypeVar("M")
+
+PROFILE, ENCODING = "onemap", "onemap"
+MAX_RECORD_BYTES = 2**30  # a damaged length must not allocate more
+LENGTH = struct.Struct("<I")
+
+
+class BagError(Exception):
+    """A file that cannot be read, or no longer written; the text says why in one sentence."""
+
+
+@dataclass(frozen=True, slots=True)
+class BagMessage:
+    """One recorded message. ``stamp_ns``: its own time, or when it was recorded without one."""
+
+    topic: str
+    schema: str
+    encoding: str
+    sequence: int
+    stamp_ns: int
+    log_time_ns: int
+    data: bytes
+
+    def decode(self, message: type[M]) -> M:
+        """The message, or BagError."""
+        if len(self.data) < LENGTH.size:
+            raise BagError(f"a message on {self.topic} has {len(self.data)} bytes: it is damaged")
+        end = LENGTH.size + LENGTH.unpack_from(self.data)[0]
+        try:
+            return decode(message, Packet(self.data[LENGTH.size : end], self.data[end:]))
+        except WireError as problem:
+            raise BagError(f"a message on {self.topic} cannot be read: {problem}") from problem
+
+
+class _WholeWrites:
+    """A file without a buffer: what was written before a failure is known to the byte."""
+
+    def __init__(self, file: FileIO) -> None:
+        self.file = file
+        self.size = 0
+
+    def write(self, data: bytes) -> int:
+        view = memoryview(data)
+        while view:
+            view = view[self.file.write(view) :]
+        self.size += len(data)
+        return len(data)
+
+    def tell(self) -> int:
+        return self.size
+
+    def flush(self) -> None:
+        """Nothing to do: there is no buffer."""
+
+
+class BagWriter:
+    """Writes a new file. After a BagError, the file ends with the last whole message."""
+
+    def __init__(self, path: Path, metadata: Mapping[str, Mapping[str, str]]) -> None:
+        self.path = path
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._output = _WholeWrites(FileIO(path, "x"))
+        except FileExistsError:
+            raise BagError(f"{path} exists: a recording is not overwritten") from None
+        except OSError as problem:
+            raise BagError(f"cannot write {path}: {problem.strerror}") from problem
+        self._writer = Writer(self._output)  # type: ignore[arg-type]
+        self._channels: dict[str, int] = {}
+        self._whole = 0  # bytes up to the end of the last whole chunk
+        with self._guarded():
+            self._writer.start(profile=PROFILE)
+            for name, values in metadata.items():
+                self._writer.add_metadata(name, dict(values))
+
+    @property
+    def size(self) -> int:
+        """Bytes in the file."""
+        return self._output.size
+
+    def write(self, topic: str, message: object, log_time_ns: int) -> None:
+        """Add a message; raises BagError if the disk takes no more."""
+        packet = encode(message)
+        stamp_ns = getattr(message, "stamp_ns", 0) or log_time_ns
+        with self._guarded():
+            if topic not in self._channels:
+                name = self._writer.register_schema(schema(type(message)), "", b"")
+                self._channels[topic] = self._writer.register_channel(topic, ENCODING, name)
+            self._writer.add_message(
+                self._channels[topic],
+                log_time=log_time_ns,
+                data=LENGTH.pack(len(packet.header)) + packet.header + packet.body,
+                publish_time=stamp_ns,
+                sequence=getattr(message, "sequence", 0) % 2**32,
+            )
+
+    def sync(self) -> None:
+        """Put everything written so far on the disk; a killed process loses what came later."""
+        with self._guarded():
+            self._writer.flush()  # type: ignore[no-untyped-call]
+            os.fsync(self._output.file.fileno())
+
+    def close(self, summary: Mapping[str, str]) -> None:
+        """Complete the file with its index and these values as the metadata ``end``."""
+        with self._guarded():
+            self._writer.add_metadata("end", dict(summary))
+            self._writer.finish()  # type: ignore[no-untyped-call]
+            os.fsync(self._output.file.fileno())
+        self._output.file.close()
+
+    @contextmanager
+    def _guarded(self) -> Iterator[None]:
+        """Count what is written inside as whole, or turn an OSError into a BagError."""
+        try:
+            yield
+        except OSError as problem:
+            raise self._failed(problem) from problem
+        self._whole = self._output.size
+
+    def _failed(self, problem: OSError) -> BagError:
+        """Cut off what was written in part, close the file, and say what happened."""
+        self._output.file.truncate(self._whole)
+        self._output.file.close()
+        return BagError(
+            f"the recording ended because {self.path} cannot be written any more: "
+            f"{problem.strerror}; what was recorded before, {self._whole / 1e6:.1f} MB, can be read"
+        )
+
+
+class BagReader:
+    """Reads a file from its beginning; ``cut_off`` and ``metadata`` are known at its end."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.profile = ""
+        self.cut_off = False
+        self._is_mcap = False
+        self.metadata: dict[str, dict[str, str]] = {}
+
+    def messages(self) -> Iterator[BagMessage]:
+        """All messages in the order in which they were recorded; raises BagError.
+
+        A file that ends in the middle of a record was cut off: what precedes it is read.
+        """
+        try:
+            with open(self.path, "rb") as file:
+                try:
+                    yield from self._read(_stream(file))
+                except (BagError, OSError):
+                    raise
+                except Exception as problem:  # of mcap, its decompressors and struct
+                    if not self._is_mcap:
+                        raise BagError(f"{self.path} is not an MCAP file") from problem
+                    if file.read(1):
+                        raise BagError(f"{self.path} is damaged: {problem}") from problem
+                    self.cut_off = True
+        except OSError as problem:
+            raise BagError(f"cannot read {self.path}: {problem.strerror}") from problem
+
+    def _read(self, stream: StreamReader) -> Iterator[BagMessage]:
+        schemas: dict[int, Schema] = {}
+        channels: dict[int, Channel] = {}
+        for record in stream.records:
+            match record:
+                case Header():
+                    self.profile, self._is_mcap = record.profile, True
+                case Schema():
+                    schemas[record.id] = record
+                case Channel():
+                    channels[record.id] = record
+                case Metadata():
+                    self.metadata[record.name] = record.metadata
+                case Message():
+                    yield _message(record, channels[record.channel_id], schemas)
+                case _:
+                    pass
+
+
+def _stream(file: IO[bytes]) -> StreamReader:
+    return StreamReader(file, validate_crcs=True, record_size_limit=MAX_RECORD_BYTES)
+
+
+def _message(record: Message, channel: Channel, schemas: Mapping[int, Schema]) -> BagMessage:
+    known = schemas.get(channel.schema_id)
+    return BagMessage(
+        topic=channel.topic,
+        schema=known.name if known is not None else "",
+        encoding=channel.message_encoding,
+        sequence=record.sequence,
+        stamp_ns=record.publish_time,
+        log_time_ns=record.log_time,
+        data=record.data,
+    )
