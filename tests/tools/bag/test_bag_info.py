@@ -1,0 +1,53 @@
+"""What is said of a bag."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from onemap_tools.bag.bag_file import BagWriter
+from onemap_tools.bag.bag_info import describe, info
+from tests.tools.bag.bags import RecordedRobot
+
+
+@pytest.fixture
+def recorded(tmp_path: Path) -> Path:
+    robot = RecordedRobot(tmp_path)
+    robot.begin()
+    robot.see(0, 1)
+    robot.update()
+    robot.see(2)
+    return robot.end()
+
+
+def test_it_says_what_is_in_it(recorded: Path) -> None:
+    document = info(recorded)
+    topics = {each["topic"]: each for each in document["topics"]}
+    assert topics["perception/field/v1"]["messages"] == 3
+    assert topics["perception/field/v1"]["schema"] == "onemap.FeatureField/1"
+    assert topics["perception/field/v1"]["rate_hz"] == 2.0
+    assert (document["seconds"], document["cut_off"]) == (1.0, False)
+    assert document["encoders"] == ["encoder-a"]
+    assert document["map"]["frames_fused"] == 3
+    assert document["bytes"] == recorded.stat().st_size
+    text = "\n".join(describe(document))
+    assert "perception/field/v1" in text
+    assert "Encoder: encoder-a" in text
+    assert "Map: 3 frames at revision 3" in text
+    assert "cut off" not in text
+
+
+def test_a_bag_that_was_cut_off_says_so(recorded: Path) -> None:
+    recorded.write_bytes(recorded.read_bytes()[:-30])
+    document = info(recorded)
+    assert document["cut_off"]
+    assert "It was cut off" in describe(document)[1]
+
+
+def test_an_empty_bag_has_no_rates(tmp_path: Path) -> None:
+    path = tmp_path / "empty.mcap"
+    BagWriter(path, {}).close({})
+    document = info(path)
+    assert (document["topics"], document["map"], document["seconds"]) == ([], None, 0.0)
+    assert len(describe(document)) == 1

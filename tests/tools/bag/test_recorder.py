@@ -1,0 +1,70 @@
+"""What a recorder takes from the bus."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from onemap_shared import keys
+from onemap_shared.messages import FeatureField, Heartbeat, MapDigest, MapRevision, RgbdFrame
+from onemap_tools.bag.bag_file import BagMessage, BagReader
+from onemap_tools.bag.recorded_topics import FRAMES_HELD
+from tests.tools.bag.bags import RecordedRobot
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> RecordedRobot:
+    made = RecordedRobot(tmp_path)
+    made.begin()
+    return made
+
+
+def on(path: Path, key: str) -> list[BagMessage]:
+    return [message for message in BagReader(path).messages() if message.topic == key]
+
+
+def test_what_was_consumed_is_in_the_bag(robot: RecordedRobot) -> None:
+    robot.see(0, 1, 2)
+    path = robot.end()
+    frames = [message.decode(RgbdFrame) for message in on(path, "robot/rgbd/v1")]
+    fields = [message.decode(FeatureField) for message in on(path, "perception/field/v1")]
+    revisions = [message.decode(MapRevision) for message in on(path, "map/revision/v1")]
+    assert [frame.rgb[0, 0, 0] for frame in frames] == [0, 1, 2]
+    assert [field.sequence for field in fields] == [0, 1, 2]
+    assert [revision.frames_fused for revision in revisions] == [1, 2, 3]
+    (digest,) = on(path, "map/digest/v1")
+    assert digest.decode(MapDigest).frames_fused == 3
+    assert robot.recorder.recorded["robot/rgbd/v1"] == 3
+    assert robot.recorder.missed == {}
+
+
+def test_images_can_be_left_out(tmp_path: Path) -> None:
+    robot = RecordedRobot(tmp_path, images=False)
+    robot.begin()
+    robot.see(0)
+    path = robot.end()
+    assert on(path, "robot/rgbd/v1") == []
+    assert len(on(path, "perception/field/v1")) == 1
+
+
+def test_what_was_missed_is_counted(robot: RecordedRobot) -> None:
+    robot.see(*range(FRAMES_HELD + 3), fused=False)
+    robot.see(FRAMES_HELD + 8, fused=False)
+    robot.end()
+    assert robot.recorder.missed == {"robot/rgbd/v1": 5, "perception/field/v1": 4}
+
+
+def test_heartbeats_keep_the_key_of_their_service(robot: RecordedRobot) -> None:
+    beat = Heartbeat("mapper", "a1", 5, 1, True, "", {"cells": 2.0})
+    robot.bus.publish(keys.heartbeat("mapper")).put(beat)
+    (message,) = on(robot.end(), "health/mapper/heartbeat/v1")
+    assert message.decode(Heartbeat) == beat
+
+
+def test_without_a_mapper_the_rest_is_recorded(robot: RecordedRobot) -> None:
+    robot.see(0, fused=False)
+    robot.mapper_bus.close()
+    path = robot.end()
+    assert len(on(path, "perception/field/v1")) == 1
+    assert "no process serves map/digest/v1" in robot.recorder.digest_problem

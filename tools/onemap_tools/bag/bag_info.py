@@ -1,0 +1,95 @@
+"""What a bag holds: ``onemap bag info``."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from onemap_shared.messages import MapDigest, MapRevision
+from onemap_tools.bag.bag_file import BagMessage, BagReader
+from onemap_tools.bag.recorded_topics import DIGESTS, REVISIONS
+
+
+@dataclass(slots=True)
+class BagSummary:
+    """Counts of a bag's messages by topic, their bytes, and what the map was."""
+
+    counts: Counter[str] = field(default_factory=Counter)
+    sizes: Counter[str] = field(default_factory=Counter)
+    schemas: dict[str, str] = field(default_factory=dict)
+    begins_ns: int = 0
+    ends_ns: int = 0
+    encoders: dict[str, None] = field(default_factory=dict)
+    digest: MapDigest | None = None
+
+    def add(self, message: BagMessage) -> None:
+        """Count a message."""
+        self.counts[message.topic] += 1
+        self.sizes[message.topic] += len(message.data)
+        self.schemas[message.topic] = message.schema
+        self.begins_ns = min(self.begins_ns or message.log_time_ns, message.log_time_ns)
+        self.ends_ns = max(self.ends_ns, message.log_time_ns)
+        if message.topic == REVISIONS.key:
+            encoder_id = message.decode(MapRevision).encoder_id
+            self.encoders |= {encoder_id: None} if encoder_id else {}
+        elif message.topic == DIGESTS.key:
+            self.digest = message.decode(MapDigest)
+
+
+def info(path: Path) -> dict[str, Any]:
+    """The bag as one JSON object, every chunk of it read and checked; raises BagError."""
+    reader, found = BagReader(path), BagSummary()
+    for message in reader.messages():
+        found.add(message)
+    seconds = (found.ends_ns - found.begins_ns) / 1e9
+    digest = found.digest
+    return {
+        "file": str(path),
+        "bytes": path.stat().st_size,
+        "profile": reader.profile,
+        "cut_off": reader.cut_off,
+        "begins_ns": found.begins_ns,
+        "seconds": round(seconds, 1),
+        "topics": [
+            {
+                "topic": topic,
+                "schema": found.schemas[topic],
+                "messages": count,
+                "bytes": found.sizes[topic],
+                "rate_hz": round((count - 1) / seconds, 2) if seconds > 0 else 0.0,
+            }
+            for topic, count in sorted(found.counts.items())
+        ],
+        "encoders": list(found.encoders),
+        "map": None
+        if digest is None
+        else {
+            "revision": digest.revision,
+            "frames_fused": digest.frames_fused,
+            "sha256": digest.sha256,
+            "versions": digest.versions,
+        },
+        "metadata": {name: reader.metadata[name] for name in sorted(reader.metadata)},
+    }
+
+
+def describe(document: dict[str, Any]) -> list[str]:
+    """The same for people, line by line."""
+    lines = [f"{document['file']}: {document['bytes'] / 1e6:.1f} MB, {document['seconds']:.1f} s"]
+    if document["cut_off"]:
+        lines.append("It was cut off: the recorder was killed, or the disk was full.")
+    lines += [
+        f"  {each['topic']:<34} {each['messages']:>7} messages  {each['rate_hz']:>7.2f} Hz "
+        f"{each['bytes'] / 1e6:>9.1f} MB  {each['schema']}"
+        for each in document["topics"]
+    ]
+    if document["encoders"]:
+        lines.append(f"Encoder: {', '.join(document['encoders'])}")
+    if (made := document["map"]) is not None:
+        lines.append(
+            f"Map: {made['frames_fused']} frames at revision {made['revision']}, "
+            f"SHA-256 {made['sha256'][:16]}..., by {made['versions']}"
+        )
+    return lines

@@ -1,0 +1,35 @@
+"""What is recorded, in the order in which it is taken from the bus."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from onemap_shared import keys
+from onemap_shared.keys import Topic
+from onemap_shared.messages import Heartbeat, MapDigest
+
+FRAMES_HELD = 32  # between two updates: 4 s at 8 Hz, 40 MB of images and 70 MB of features
+QUEUE = 512  # odometry at 50 Hz for ten seconds
+
+# Digests are answers of the mapper, recorded as if they were published.
+DIGESTS = Topic(keys.MAP_DIGEST.key, MapDigest)
+FIELDS, FRAMES, REVISIONS = keys.FIELD, keys.ROBOT_RGBD, keys.MAP_REVISION
+POSE_GRAPHS = keys.ROBOT_POSE_GRAPH
+IMAGES: tuple[tuple[Topic[Any], int], ...] = ((FRAMES, FRAMES_HELD),)
+# A map's revision names the frame that it fused, so that the frames are taken first.
+OTHERS: tuple[tuple[Topic[Any], int], ...] = (
+    (FIELDS, FRAMES_HELD),
+    (REVISIONS, QUEUE),
+    (keys.ROBOT_ODOMETRY, QUEUE),
+    (POSE_GRAPHS, 1),
+    (keys.ROBOT_CMD_VEL, QUEUE),
+    (keys.DETECTIONS, QUEUE),
+    (keys.SEARCH_STATE, QUEUE),
+    (keys.SEARCH_PATH, QUEUE),
+    (keys.ALL_HEARTBEATS, QUEUE),
+)
+
+
+def key_of(topic: Topic[Any], message: object) -> str:
+    """The key under which a message is recorded: that of its service for a heartbeat."""
+    return keys.heartbeat(message.service).key if isinstance(message, Heartbeat) else topic.key
