@@ -72,6 +72,7 @@ TALKS = {
     "onemap_gateway.http.security": "reads a request's body, and the clock for the lock-out",
     "onemap_tools.bag.record": "records from the bus until it is stopped",
     "onemap_tools.bag.recorder": "follows the bus",
+    "onemap_tools.bag.replay": "reads the configuration",
     "onemap_tools.bench.claims": "times, in processes of its own",
     "onemap_tools.bench.clients": "times, in threads",
     "onemap_tools.bench.commands": "reads the configuration",

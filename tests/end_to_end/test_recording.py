@@ -86,6 +86,9 @@ def test_a_stopped_recorder_leaves_a_complete_file(
     assert not document["cut_off"]
     assert document["map"]["frames_fused"] >= FRAMES
     assert frames_in(path) >= FRAMES
+    again = robot.onemap("replay", str(path), "--json")
+    assert again.returncode == 0, again.stdout
+    assert json.loads(again.stdout.splitlines()[-1])["same"]
 
 
 def test_a_killed_recorder_leaves_a_file_that_can_be_read(robot: System, tmp_path: Path) -> None:

@@ -7,13 +7,13 @@ import os
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
 from onemap_shared.services import SERVICES
 from onemap_tools.cli.options import Config, Json
-from onemap_tools.errors import EXIT_FAILED, EXIT_OK
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, requires_extra
 from onemap_tools.processes.network import DEFAULT_PORT
 
 PANEL = "Run"
@@ -144,21 +144,59 @@ def _service_command(name: str) -> Callable[[Path | None], None]:
 
 
 def replay(
-    directory: Annotated[
+    path: Annotated[
         Path | None,
-        typer.Argument(exists=True, file_okay=False, help="Holds frames.json and its PNG files."),
+        typer.Argument(
+            exists=True,
+            help="A folder with frames.json and PNG files, or a file of 'onemap record'.",
+        ),
     ] = None,
     config: Config = None,
+    *,
+    reencode: Annotated[
+        bool,
+        typer.Option("--reencode", help="From the images, with the encoder of --config."),
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(dir_okay=False, help="Write the map here, for 'onemap map load' (*.npz)."),
+    ] = None,
+    as_json: Json = False,
 ) -> None:
-    """Publish a recording in place of a robot."""
-    if directory is not None:
-        os.environ["ONEMAP__REPLAY__DIRECTORY"] = json.dumps(str(directory))
+    """A recording: a folder in place of a robot, or the map of an MCAP file once more.
+
+    A folder is published like a robot until Ctrl-C. Of an MCAP file the map is computed again, in
+    this process alone, and compared with the digests in it. Exit code 0 if all are the same, 1 if
+    one differs or none could be compared, 2 if the file cannot be read; with --reencode nothing
+    is compared.
+    """
+    if path is not None and path.is_file():
+        _rebuild(path, config, reencode=reencode, out=out, as_json=as_json)
+    if path is not None:
+        os.environ["ONEMAP__REPLAY__DIRECTORY"] = json.dumps(str(path))
     _run_service("replay", config)
+
+
+def _rebuild(
+    path: Path, config: Path | None, *, reencode: bool, out: Path | None, as_json: bool
+) -> NoReturn:
+    with requires_extra("record,mapper,perception", "The replay of a file"):
+        from onemap_tools.bag import replay as command
+    from onemap_tools.cli.terminal import print_json, result_console
+
+    options = command.ReplayOptions(path, config=config, reencode=reencode, out=out)
+    document = command.replay(options)
+    result_console(as_json).print(*command.describe(document), sep="\n", soft_wrap=True)
+    if as_json:
+        print_json(document)
+    raise typer.Exit(EXIT_OK if document["same"] or reencode else EXIT_FAILED)
 
 
 for service in SERVICES.values():
     app.command(
         name=service.name,
-        help=f"{service.summary[0].upper()}{service.summary[1:]}.",
+        help=None
+        if service.name == "replay"
+        else f"{service.summary[0].upper()}{service.summary[1:]}.",
         rich_help_panel=PANEL,
     )(replay if service.name == "replay" else _service_command(service.name))

@@ -1,0 +1,160 @@
+"""A map computed again from a recording: the same frames in the same order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from onemap_mapper.belief_map import BeliefMap, FieldRejected
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.digest import sha256_of, versions
+from onemap_mapper.frame_update import compute_update
+from onemap_mapper.snapshot import take
+from onemap_perception.encoders.protocol import Encoder
+from onemap_perception.feature_field import feature_field
+from onemap_perception.variance import VarianceParams
+from onemap_shared.grid import GridTooLarge
+from onemap_shared.messages import FeatureField, MapDigest, MapRevision, RgbdFrame
+from onemap_tools.bag.bag_file import BagMessage, BagReader
+from onemap_tools.bag.map_history import MapStep, StepKind, map_steps
+from onemap_tools.bag.recorded_topics import DIGESTS, FIELDS, FRAMES, POSE_GRAPHS, REVISIONS
+
+Place = tuple[int, int, int]  # of a digest in the map's history: revision, frames, stamp
+
+
+@dataclass(slots=True)
+class MapHistory:
+    """What a recording says of the map: its changes, its digests, the frames that it holds."""
+
+    revisions: list[MapRevision] = field(default_factory=list)
+    digests: list[MapDigest] = field(default_factory=list)
+    stamps_ns: set[int] = field(default_factory=set)  # of the recorded fields
+    corrected: bool = False
+    cut_off: bool = False
+
+    @property
+    def steps(self) -> Iterator[MapStep]:
+        """The changes of the map; frames that are not in the recording are gaps."""
+        for step in map_steps(self.revisions):
+            lost = step.kind is StepKind.FUSE and step.after.stamp_ns not in self.stamps_ns
+            yield MapStep(StepKind.GAP, step.after) if lost else step
+
+
+def read_history(path: Path) -> MapHistory:
+    """Read the small topics of a recording; raises BagError."""
+    reader, history = BagReader(path), MapHistory()
+    for message in reader.messages():
+        if message.topic == REVISIONS.key:
+            history.revisions.append(message.decode(MapRevision))
+        elif message.topic == DIGESTS.key:
+            history.digests.append(message.decode(MapDigest))
+        elif message.topic == FIELDS.key:
+            history.stamps_ns.add(message.stamp_ns)
+        elif message.topic == POSE_GRAPHS.key:
+            history.corrected = True
+    history.cut_off = reader.cut_off
+    return history
+
+
+@dataclass(slots=True)
+class MapRebuild:
+    """A map that is computed again, compared with the recorded digests on the way.
+
+    compared, equal: digests that were compared, and those that were the same. gaps: changes that
+    the recording does not hold; nothing is compared from one until the map is empty again.
+    """
+
+    belief: BeliefMap
+    digests: dict[Place, MapDigest]
+    known: bool = False
+    gaps: int = 0
+    rejected: int = 0
+    compared: int = 0
+    equal: int = 0
+    first_difference: int | None = None
+
+    def follow(self, steps: Iterable[MapStep], fields: Iterator[FeatureField]) -> None:
+        """Apply the changes; the fields come in the order in which the mapper took them."""
+        for step in steps:
+            if step.kind is StepKind.NEW_MAP:
+                empty = step.after.frames_fused == 0
+                first = step.after.revision if empty else 0
+                self.belief = BeliefMap(self.belief.params, first_revision=first)
+                self.known = True
+            elif step.kind is StepKind.RESET:
+                self.belief.reset_searched()
+            elif step.kind is StepKind.GAP:
+                self.gaps += 1
+                self.known = False
+            else:
+                wanted = step.after.stamp_ns
+                self.fuse(next(each for each in fields if each.stamp_ns == wanted))
+            self._compare(step.after)
+
+    def fuse(self, frame: FeatureField) -> None:
+        """Fuse one frame, unless it does not fit the map, as after a gap."""
+        try:
+            self.belief.check_pose(frame.T_map_camera)
+            self.belief.fuse(compute_update(frame, self.belief.params))
+        except (FieldRejected, GridTooLarge):
+            self.rejected += 1
+
+    def _compare(self, after: MapRevision) -> None:
+        place = (after.revision, after.frames_fused, after.stamp_ns)
+        digest = self.digests.get(place)
+        if digest is None or not self.known or self.belief.frames_fused != after.frames_fused:
+            return
+        self.compared += 1
+        if sha256_of(take(self.belief)) == digest.sha256:
+            self.equal += 1
+        elif self.first_difference is None:
+            self.first_difference = after.revision
+
+
+def rebuilt(path: Path, history: MapHistory, params: MapperConfig) -> MapRebuild:
+    """The map of the recorded features; raises BagError."""
+    digests = {(d.revision, d.frames_fused, d.stamp_ns): d for d in history.digests}
+    made = MapRebuild(BeliefMap(params), {} if history.corrected else digests)
+    fields = (message.decode(FeatureField) for message in _on(path, FIELDS.key))
+    made.follow(history.steps, fields)
+    return made
+
+
+def encoded_again(
+    path: Path, encoder: Encoder, observation: VarianceParams, params: MapperConfig
+) -> MapRebuild:
+    """The map of all recorded images with this encoder; raises BagError, BackendError."""
+    made = MapRebuild(BeliefMap(params), {})
+    for message in _on(path, FRAMES.key):
+        frame = message.decode(RgbdFrame)
+        made.fuse(feature_field(frame, encoder.encode(frame.rgb), encoder, observation))
+    return made
+
+
+def problems_of(history: MapHistory, made: MapRebuild) -> list[str]:
+    """Why the map is not, or not surely, the recorded one; each in one sentence."""
+    problems = []
+    if history.corrected:
+        problems.append(
+            "The map followed corrections of SLAM (robot/pose_graph); the frames are fused where "
+            "they were first seen, so that nothing is compared."
+        )
+    if made.gaps:
+        problems.append(
+            f"{made.gaps} changes of the map are not in the recording: it began with a map that "
+            "was not empty (see --clear-map), a map was loaded, or messages were missed."
+        )
+    recorded = sorted({digest.versions for digest in history.digests} - {versions()})
+    if made.compared > made.equal and recorded:
+        problems.append(
+            f"Recorded with {'; '.join(recorded)}, computed with {versions()}: last bits may "
+            "differ."
+        )
+    if made.rejected:
+        problems.append(f"{made.rejected} frames do not fit the map.")
+    return problems
+
+
+def _on(path: Path, topic: str) -> Iterator[BagMessage]:
+    return (message for message in BagReader(path).messages() if message.topic == topic)
