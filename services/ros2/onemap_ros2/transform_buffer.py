@@ -1,0 +1,137 @@
+"""Transforms of a ROS 2 robot over time: interpolated between stamps, never extrapolated."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from onemap_shared.geometry import F64, inverse
+
+KEPT_NS = 10_000_000_000  # as tf2: older transforms than the newest of their frame by 10 s go
+MAX_FRAMES = 64  # on the way to the root; more is a circle
+
+
+class TransformError(Exception):
+    """There is no transform for this time, and waiting will not bring it; one sentence."""
+
+
+class TransformLate(TransformError):
+    """The transform for this time may still arrive."""
+
+
+def rigid(translation: tuple[float, ...], quaternion: tuple[float, ...]) -> F64:
+    """The (4, 4) transform of a translation in metres and a quaternion x, y, z, w.
+
+    Raises ValueError for a quaternion of length zero and for what is not finite.
+    """
+    if not np.isfinite((*translation, *quaternion)).all():
+        raise ValueError("a transform contains NaN or infinity")
+    T = np.eye(4)
+    T[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
+    T[:3, 3] = translation
+    return T
+
+
+@dataclass(slots=True)
+class _Edge:
+    """A frame's parent, and its transform to it at ascending times; no times: it is static."""
+
+    parent: str
+    stamps_ns: list[int] = field(default_factory=list)
+    transforms: list[F64] = field(default_factory=list)
+
+    def add(self, stamp_ns: int, T: F64) -> None:
+        index = bisect_left(self.stamps_ns, stamp_ns)
+        if index < len(self.stamps_ns) and self.stamps_ns[index] == stamp_ns:
+            self.transforms[index] = T
+            return
+        self.stamps_ns.insert(index, stamp_ns)
+        self.transforms.insert(index, T)
+        old = bisect_left(self.stamps_ns, self.stamps_ns[-1] - KEPT_NS)
+        del self.stamps_ns[:old], self.transforms[:old]
+
+    def at(self, stamp_ns: int, frame: str) -> F64:
+        if not self.stamps_ns:
+            return self.transforms[0]
+        index = bisect_left(self.stamps_ns, stamp_ns)
+        if index == len(self.stamps_ns):
+            late_s = (stamp_ns - self.stamps_ns[-1]) * 1e-9
+            raise TransformLate(
+                f"{frame} in {self.parent} ends {late_s:.3f} s before the time asked for"
+            )
+        if self.stamps_ns[index] == stamp_ns:
+            return self.transforms[index]
+        if index == 0:
+            early_s = (self.stamps_ns[0] - stamp_ns) * 1e-9
+            raise TransformError(
+                f"{frame} in {self.parent} begins {early_s:.3f} s after the time asked for"
+            )
+        return self._between(index, stamp_ns)
+
+    def _between(self, index: int, stamp_ns: int) -> F64:
+        start_ns, end_ns = self.stamps_ns[index - 1 : index + 1]
+        before, after = self.transforms[index - 1 : index + 1]
+        share = (stamp_ns - start_ns) / (end_ns - start_ns)
+        T = np.eye(4)
+        turns = Rotation.from_matrix(np.stack([before[:3, :3], after[:3, :3]]))
+        T[:3, :3] = Slerp([0.0, 1.0], turns)(share).as_matrix()
+        T[:3, 3] = (1.0 - share) * before[:3, 3] + share * after[:3, 3]
+        return T
+
+
+class TransformBuffer:
+    """The tree of a robot's frames."""
+
+    def __init__(self) -> None:
+        self._edges: dict[str, _Edge] = {}
+
+    def add(self, parent: str, child: str, stamp_ns: int, T_parent_child: F64) -> None:
+        """A transform of ``/tf``. A frame that gets another parent forgets the one before."""
+        edge = self._edges.get(child)
+        if edge is None or edge.parent != parent or not edge.stamps_ns:
+            edge = self._edges[child] = _Edge(parent)
+        edge.add(stamp_ns, T_parent_child)
+
+    def add_static(self, parent: str, child: str, T_parent_child: F64) -> None:
+        """A transform of ``/tf_static``: for all times."""
+        self._edges[child] = _Edge(parent, [], [T_parent_child])
+
+    def forget_motion(self) -> None:
+        """Forget all but the static transforms: the clock jumped back."""
+        self._edges = {c: edge for c, edge in self._edges.items() if not edge.stamps_ns}
+
+    def lookup(self, target: str, source: str, stamp_ns: int) -> F64:
+        """T_target_source (4, 4) at a time; TransformLate or TransformError if there is none."""
+        below = set(self._to_root(source))
+        for frame in self._to_root(target):
+            if frame in below:
+                common = frame
+                break
+        else:
+            raise TransformLate(
+                f"the frames {target!r} and {source!r} are not connected; known are "
+                f"{', '.join(sorted(self._edges)) or 'none'}"
+            )
+        T_common_target = self._up(target, common, stamp_ns)
+        return inverse(T_common_target) @ self._up(source, common, stamp_ns)
+
+    def _to_root(self, frame: str) -> Iterator[str]:
+        for _ in range(MAX_FRAMES):
+            yield frame
+            edge = self._edges.get(frame)
+            if edge is None:
+                return
+            frame = edge.parent
+        raise TransformError(f"the frames above {frame!r} form a circle or are over {MAX_FRAMES}")
+
+    def _up(self, frame: str, above: str, stamp_ns: int) -> F64:
+        T: F64 = np.eye(4)
+        while frame != above:
+            edge = self._edges[frame]
+            T = edge.at(stamp_ns, frame) @ T
+            frame = edge.parent
+        return T
