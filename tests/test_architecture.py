@@ -73,6 +73,7 @@ TALKS = {
     "onemap_tools.bag.record": "records from the bus until it is stopped",
     "onemap_tools.bag.recorder": "follows the bus",
     "onemap_tools.bag.replay": "reads the configuration",
+    "onemap_ros2.network": "the robot's own Zenoh network",
     "onemap_tools.bench.claims": "times, in processes of its own",
     "onemap_tools.bench.clients": "times, in threads",
     "onemap_tools.bench.commands": "reads the configuration",
@@ -224,7 +225,7 @@ FILE_CALLS = {
     "write_text",
 }
 ONLY_IN = {
-    "zenoh": {"onemap_shared.bus", "onemap_shared.membership"},
+    "zenoh": {"onemap_shared.bus", "onemap_shared.membership", "onemap_ros2.network"},
     "msgpack": {"onemap_shared.wire"},
     "mcap": {"onemap_tools.bag.bag_file"},
     "fastapi": {"onemap_gateway.http", "onemap_gateway.service"},
@@ -337,7 +338,7 @@ BREACHES = {
     "zenoh outside the bus": (
         "services/mapper/onemap_mapper/service.py",
         "import zenoh",
-        "only onemap_shared.bus, onemap_shared.membership may",
+        "only onemap_ros2.network, onemap_shared.bus, onemap_shared.membership may",
     ),
     "msgpack outside the wire": (
         "shared/onemap_shared/x.py",

@@ -19,13 +19,14 @@ class Service:
 ALL = (
     Service("simulator", "onemap_simulator", "simulator", "a simulated robot in an apartment"),
     Service("replay", "onemap_simulator.replay", "simulator", "a recording in place of a robot"),
+    Service("ros2", "onemap_ros2", "ros2", "a ROS 2 robot over rmw_zenoh, without ROS 2"),
     Service("perception", "onemap_perception", "perception", "images to features"),
     Service("mapper", "onemap_mapper", "mapper", "features to a map that answers text queries"),
     Service("planner", "onemap_planner", "planner", "search goals, paths, velocity commands"),
     Service("gateway", "onemap_gateway", "gateway", "the HTTP API and the live page"),
 )
 SERVICES = {service.name: service for service in ALL}
-ROBOTS = ("simulator", "replay")  # publish what a real robot would
+ROBOTS = ("simulator", "replay", "ros2")  # publish what a real robot would
 STAGES = ("perception", "mapper", "planner")  # what every search needs, in the order of the data
 DRIVER = "robot"  # the name under which a robot's driver joins the bus
 SOLE = (DRIVER, *STAGES)  # of each of these roles one process may be on a set of keys

@@ -63,10 +63,10 @@ def test_a_section_is_selected_by_its_name() -> None:
 
 def test_only_the_robots_of_the_file_take_effect(tmp_path: Path) -> None:
     models = installed_models()
-    assert set(effective(None, models)) == set(SECTIONS) - {"replay"}
+    assert set(effective(None, models)) == set(SECTIONS) - {"replay", "ros2"}
     config = tmp_path / "robot.yaml"
     config.write_text("log: {level: debug}\n")
-    assert set(effective(config, models)) == set(SECTIONS) - {"simulator", "replay"}
+    assert set(effective(config, models)) == set(SECTIONS) - {"simulator", "replay", "ros2"}
 
 
 def test_two_robots_are_a_mistake(tmp_path: Path) -> None:

@@ -62,7 +62,7 @@ def check(config: Path | None, models: SectionModels) -> None:
         for name, model in models.known.items()
         for sentence in mistakes(sections, name, model)
     ]
-    if set(ROBOTS).issubset(sections):
+    if len(set(ROBOTS) & set(sections)) > 1:
         found.append(TWO_ROBOTS)
     if found:
         raise CliError("\n".join(found), EXIT_USAGE_ERROR, {"ok": False, "mistakes": found})

@@ -103,7 +103,7 @@ def up(
 ) -> None:
     """All services on this machine until Ctrl-C; a service that crashes is started again.
 
-    The robot is the one that the configuration has a section for: simulator or replay.
+    The robot is the one that the configuration has a section for: simulator, replay or ros2.
     A router is started if the configuration expects one here and none answers. Nothing is
     started if one of the services runs on the bus already, or if the page's port is taken.
     """

@@ -26,8 +26,8 @@ from onemap_tools.processes.session import connect
 STARTABLE = ("router", *ROBOTS, *CORE)
 WATCH_S = 0.2
 TWO_ROBOTS = (
-    "The simulator and the replay are both robots, and a map follows one: keep one of these two "
-    "sections of the configuration, or choose one with --only."
+    "Two of simulator, replay and ros2 are configured: both robots, but a map follows one. Keep "
+    "one of these sections of the configuration, or choose one with --only."
 )
 CONNECT_S = 0.5  # per attempt; processes and Ctrl-C are checked in between
 
@@ -52,7 +52,7 @@ def choose(
     else:
         robots = tuple(name for name in ROBOTS if name in sections) if has_file else ("simulator",)
         names = (*(("router",) if router_here else ()), *robots, *CORE)
-    if set(names).issuperset(ROBOTS):
+    if len(set(names) & set(ROBOTS)) > 1:
         raise CliError(TWO_ROBOTS, EXIT_USAGE_ERROR)
     return names
 

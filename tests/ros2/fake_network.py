@@ -1,0 +1,57 @@
+"""A robot's network in memory."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+from onemap_ros2.rmw_keys import Endpoint
+
+
+class FakeReader:
+    def __init__(self) -> None:
+        self.waiting: list[bytes] = []
+
+    def take(self) -> list[bytes]:
+        taken, self.waiting = self.waiting, []
+        return taken
+
+
+class FakeWriter:
+    def __init__(self) -> None:
+        self.sent: list[bytes] = []
+
+    def put(self, data: bytes) -> None:
+        self.sent.append(data)
+
+
+class FakeNetwork:
+    """Implements ``RosNetwork``: what is said to it waits in the readers."""
+
+    def __init__(self, *endpoints: Endpoint) -> None:
+        self.readers: dict[str, FakeReader] = defaultdict(FakeReader)
+        self.types: dict[str, str] = {}
+        self.latched: set[str] = set()
+        self.writers: dict[tuple[str, str], FakeWriter] = {}
+        self.known = endpoints
+        self.closed = False
+
+    def read(self, topic: str, ros_type: str, depth: int, *, latched: bool = False) -> FakeReader:
+        assert depth > 0
+        self.types[topic] = ros_type
+        self.latched |= {topic} if latched else set()
+        return self.readers[topic]
+
+    def write(self, topic: str, ros_type: str) -> FakeWriter:
+        return self.writers.setdefault((topic, ros_type), FakeWriter())
+
+    def endpoints(self) -> tuple[Endpoint, ...]:
+        return self.known
+
+    def wait(self, timeout_s: float) -> None:
+        assert timeout_s <= 0.1
+
+    def close(self) -> None:
+        self.closed = True
+
+    def say(self, topic: str, data: bytes) -> None:
+        self.readers[topic].waiting.append(data)

@@ -1,0 +1,214 @@
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from onemap_ros2 import service
+from onemap_ros2.cdr import decode, type_hash
+from onemap_ros2.config import Ros2Config
+from onemap_ros2.rmw_keys import Endpoint
+from onemap_ros2.service import TWIST, TWIST_STAMPED, Ros2Worker, build, check
+from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import VelocityCommand
+from onemap_shared.runner import StartError
+from tests.ros2.fake_network import FakeNetwork
+from tests.ros2.robot_messages import HEIGHT, WIDTH, camera_info, image, odometry, transforms
+
+T0 = 1_700_000_000_000_000_000
+CONFIG = Ros2Config(map_frame="odom")
+TOPICS = CONFIG.topics
+
+
+def base(ros_type: str) -> Endpoint:
+    return Endpoint("MS", "/base", "/cmd_vel", ros_type, type_hash(ros_type))
+
+
+class Clock:
+    """The worker's monotonic clock; every look advances it by a microsecond."""
+
+    def __init__(self) -> None:
+        self.now_s = 100.0
+
+    def monotonic(self) -> float:
+        self.now_s += 1e-6
+        return self.now_s
+
+    def time_ns(self) -> int:
+        return T0
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    made = Clock()
+    monkeypatch.setattr(service, "time", made)
+    return made
+
+
+class Set:
+    """A worker between a robot in memory and a bus in memory."""
+
+    def __init__(self, clock: Clock, *endpoints: Endpoint, config: Ros2Config = CONFIG) -> None:
+        router = MemoryRouter()
+        self.clock = clock
+        self.network = FakeNetwork(*endpoints)
+        self.bus = router.bus()
+        self.frames = self.bus.subscribe(ROBOT_RGBD, capacity=20)
+        self.odometry = self.bus.subscribe(ROBOT_ODOMETRY, capacity=20)
+        self.commands = self.bus.publish(ROBOT_CMD_VEL)
+        self.worker = Ros2Worker(router.bus("ros2"), self.network, config)
+        self.sequences: Iterator[int] = itertools.count(1)
+
+    def robot_says(self, stamp_ns: int) -> None:
+        say = self.network.say
+        say(TOPICS.tf_static, transforms(0, ("base_link", "camera", 0.2, 0.0)))
+        say(TOPICS.tf, transforms(stamp_ns, ("odom", "base_link", 1.0, 0.0)))
+        say(TOPICS.camera_info, camera_info(stamp_ns))
+        say(TOPICS.odometry, odometry(stamp_ns, 1.0))
+        say(TOPICS.color, image(stamp_ns, np.zeros((HEIGHT, WIDTH, 3), np.uint8), "rgb8"))
+        say(TOPICS.depth, image(stamp_ns, np.ones((HEIGHT, WIDTH), np.uint16), "16UC1"))
+
+    def command(self, linear_mps: float, odometry_stamp_ns: int = 0) -> None:
+        number = next(self.sequences)
+        self.commands.put(
+            VelocityCommand(
+                number, T0, linear_mps, 0.0, planner="p1", odometry_stamp_ns=odometry_stamp_ns
+            )
+        )
+
+    def sent(self, ros_type: str) -> list[float]:
+        """The forward velocities that went to the base."""
+        if (TOPICS.command, ros_type) not in self.network.writers:
+            return []
+        messages = [
+            decode(data, ros_type) for data in self.network.writers[TOPICS.command, ros_type].sent
+        ]
+        return [m.twist.linear.x if ros_type == TWIST_STAMPED else m.linear.x for m in messages]
+
+    def run(self, duration_s: float) -> None:
+        end_s = self.clock.now_s + duration_s
+        while self.clock.now_s < end_s:
+            self.clock.now_s += 0.02
+            self.worker.step(0.1)
+
+
+def test_frames_and_odometry_reach_the_bus(clock: Clock) -> None:
+    made = Set(clock)
+    made.robot_says(T0)
+    made.worker.step(0.1)
+    frame, message = made.frames.take(0.0), made.odometry.take(0.0)
+    assert frame is not None
+    assert message is not None
+    assert frame.stamp_ns == message.stamp_ns == T0
+    assert frame.T_map_camera[0, 3] == pytest.approx(1.2)
+    assert (message.planner, message.command_sequence) == ("", 0)
+    assert made.network.latched == {TOPICS.tf_static}
+
+
+@pytest.mark.parametrize("ros_type", [TWIST, TWIST_STAMPED])
+def test_velocities_go_out_as_the_base_asks_then_zero_then_silence(
+    clock: Clock, ros_type: str
+) -> None:
+    made = Set(clock, base(ros_type))
+    made.robot_says(T0)
+    made.worker.step(0.1)
+    made.command(0.25, T0)
+    made.worker.step(0.1)
+    assert made.sent(ros_type) == [0.25]
+    made.run(3.0)
+    velocities = made.sent(ros_type)
+    assert set(velocities[1:]) == {0.0}
+    made.run(3.0)
+    assert made.sent(ros_type) == velocities
+    made.worker.close()
+    assert made.sent(ros_type) == velocities
+    assert made.network.closed
+
+
+def test_odometry_echoes_the_command(clock: Clock) -> None:
+    made = Set(clock, base(TWIST))
+    made.robot_says(T0)
+    made.worker.step(0.1)
+    made.command(0.25, T0)
+    made.worker.step(0.1)
+    made.odometry.take(0.0)
+    made.robot_says(T0 + 1)
+    made.worker.step(0.1)
+    message = made.odometry.take(0.0)
+    assert message is not None
+    assert (message.planner, message.command_sequence) == ("p1", 1)
+
+
+def test_no_velocity_without_odometry(clock: Clock) -> None:
+    made = Set(clock, base(TWIST))
+    made.command(0.25)
+    made.worker.step(0.1)
+    assert made.sent(TWIST) == []
+    made.robot_says(T0)
+    made.worker.step(0.1)
+    made.command(0.25)
+    made.worker.step(0.1)
+    assert made.sent(TWIST) == [0.25]
+    made.clock.now_s += 0.6
+    made.command(0.25)
+    made.worker.step(0.1)
+    assert made.sent(TWIST) == [0.25, 0.0]
+
+
+def test_a_command_made_on_old_odometry_is_a_stop(clock: Clock) -> None:
+    made = Set(clock, base(TWIST))
+    made.robot_says(T0)
+    made.worker.step(0.1)
+    made.command(0.25, T0 - 10**9)
+    made.worker.step(0.1)
+    assert made.sent(TWIST) == [0.0]
+
+
+def test_nothing_is_sent_while_no_base_subscribes(clock: Clock) -> None:
+    made = Set(clock)
+    made.robot_says(T0)
+    made.worker.step(0.1)
+    made.command(0.25)
+    made.worker.step(0.1)
+    assert made.network.writers == {}
+
+
+def test_the_configured_type_holds_without_a_subscriber(clock: Clock) -> None:
+    config = CONFIG.model_copy(update={"command_type": "TwistStamped"})
+    made = Set(clock, config=config)
+    made.robot_says(T0)
+    made.worker.step(0.1)
+    made.command(0.25)
+    made.worker.step(0.1)
+    assert made.sent(TWIST_STAMPED) == [0.25]
+    assert service.command_type(made.network, CONFIG) is None
+    made.worker.close()
+    assert made.sent(TWIST_STAMPED) == [0.25, 0.0]
+
+
+def test_health_names_the_topic_that_is_missing(clock: Clock) -> None:
+    made = Set(clock)
+    assert "no odometry on /odom" in made.worker.health().problem
+    made.network.say(TOPICS.odometry, odometry(T0))
+    made.worker.step(0.1)
+    assert f"no camera information on {TOPICS.camera_info}" in made.worker.health().problem
+    made.network.say(TOPICS.camera_info, camera_info(T0))
+    made.worker.step(0.1)
+    assert "no color and depth images" in made.worker.health().problem
+    made.robot_says(T0 + 1)
+    made.worker.step(0.1)
+    health = made.worker.health()
+    assert (health.ready, health.problem) == (True, "")
+    assert health.metrics is not None
+    assert health.metrics["frames"] == 1
+
+
+def test_without_a_router_it_does_not_start() -> None:
+    config = Ros2Config(connect=("tcp/127.0.0.1:1",))
+    check(config)
+    with pytest.raises(StartError, match=r"no ROS 2 router answers at tcp/127\.0\.0\.1:1") as error:
+        build(MemoryRouter().bus("ros2"), config)
+    assert error.value.temporary
