@@ -15,7 +15,7 @@ from pathlib import Path
 from statistics import median
 
 ROOT = Path(__file__).parents[1]
-SERVICES = ("perception", "mapper", "planner", "gateway", "simulator")
+SERVICES = ("perception", "mapper", "planner", "gateway", "simulator", "ros2")
 CAMERA_FIELDS = {"fx", "fy", "cx", "cy"}
 PARAMS_BASES = ("Params", "StrictModel", "Config")  # ends of the names of parameter models
 PLAIN_TYPES = {"bool", "float", "int", "str", "tuple", "Path", "F64"}

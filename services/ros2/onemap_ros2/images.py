@@ -1,0 +1,77 @@
+"""ROS 2 images and camera information as the arrays that a frame is made of."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from onemap_ros2.cdr import FormatError
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import U8, U16
+
+CHANNELS = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1, "8UC1": 1, "8UC3": 3}
+REVERSED = ("bgr8", "bgra8", "8UC3")  # OpenCV's order
+MM_PER_M = 1000.0
+MAX_DEPTH_MM = np.iinfo(np.uint16).max
+
+
+def rows(image: Any, dtype: str, channels: int) -> NDArray:
+    """(H, W, channels) of a ``sensor_msgs/Image``: honours ``step`` and ``is_bigendian``."""
+    item = np.dtype(dtype).newbyteorder(">" if image.is_bigendian else "<")
+    height, width, step = int(image.height), int(image.width), int(image.step)
+    used = width * channels * item.itemsize
+    if height < 1 or width < 1 or step < used or len(image.data) < height * step:
+        raise FormatError(
+            f"an image of {width} x {height} pixels {image.encoding} has {len(image.data)} bytes "
+            f"in rows of {step}; it needs rows of at least {used} bytes"
+        )
+    data = np.asarray(image.data, np.uint8)[: height * step].reshape(height, step)[:, :used]
+    pixels: NDArray = np.ascontiguousarray(data).view(item)
+    return pixels.reshape(height, width, channels)
+
+
+def color_image(image: Any) -> U8:
+    """(H, W, 3) uint8 red, green, blue of a ``sensor_msgs/Image``."""
+    channels = CHANNELS.get(image.encoding)
+    if channels is None:
+        raise FormatError(
+            f"the color image's encoding {image.encoding!r} is not supported; supported are "
+            f"{', '.join(CHANNELS)}"
+        )
+    pixels = rows(image, "u1", channels)
+    if channels == 1:
+        return np.repeat(pixels, 3, axis=2)
+    rgb: U8 = pixels[..., 2::-1] if image.encoding in REVERSED else pixels[..., :3]
+    return rgb
+
+
+def depth_image_mm(image: Any) -> U16:
+    """(H, W) uint16 millimetres, 0 = no return, of ``16UC1`` (mm) or ``32FC1`` (m)."""
+    if image.encoding in ("16UC1", "mono16"):
+        millimetres: U16 = rows(image, "u2", 1)[..., 0].astype(np.uint16, copy=False)
+        return millimetres
+    if image.encoding != "32FC1":
+        raise FormatError(
+            f"the depth image's encoding {image.encoding!r} is not supported; supported are "
+            "16UC1 (millimetres) and 32FC1 (metres)"
+        )
+    with np.errstate(invalid="ignore", over="ignore"):
+        scaled = np.rint(rows(image, "f4", 1)[..., 0].astype(np.float32, copy=False) * MM_PER_M)
+        measured = (scaled >= 1) & (scaled <= MAX_DEPTH_MM)  # False for NaN
+    return np.where(measured, scaled, 0).astype(np.uint16)
+
+
+def intrinsics(info: Any, *, rectified: bool) -> Intrinsics:
+    """The pinhole camera of a ``sensor_msgs/CameraInfo``.
+
+    ROS 2 has pixel centres at integers, OneMap at half-integers, which is half a pixel more.
+    ``rectified``: the image is, so that P holds, not K.
+    """
+    values = np.asarray(info.p if rectified else info.k, np.float64)
+    fx, fy, cx, cy = (values[i] for i in ((0, 5, 2, 6) if rectified else (0, 4, 2, 5)))
+    try:
+        return Intrinsics(float(fx), float(fy), float(cx) + 0.5, float(cy) + 0.5)
+    except ValueError as problem:
+        raise FormatError(f"the camera information has no usable camera: {problem}") from problem

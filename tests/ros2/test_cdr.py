@@ -1,0 +1,90 @@
+"""Golden bytes, built with ``struct`` alone, and hashes that ROS 2 has published."""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+import pytest
+
+from onemap_ros2.cdr import (
+    FormatError,
+    decode,
+    encode,
+    header,
+    known,
+    new,
+    peek_stamp_ns,
+    stamp_ns,
+    type_hash,
+)
+from tests.ros2.robot_messages import image, vector
+
+STAMP_NS = 1_700_000_000_123_456_789
+PUBLISHED = {
+    "std_msgs/msg/String": "df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18",
+    "sensor_msgs/msg/Image": "d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47",
+    "geometry_msgs/msg/Twist": "9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
+    "geometry_msgs/msg/TwistStamped": (
+        "5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64"
+    ),
+}
+
+
+@pytest.mark.parametrize("ros_type", PUBLISHED)
+def test_hashes_are_those_that_ros_publishes(ros_type: str) -> None:
+    assert type_hash(ros_type) == f"RIHS01_{PUBLISHED[ros_type]}"
+
+
+def test_a_twist_is_a_header_and_six_doubles() -> None:
+    kind = "geometry_msgs/msg/Twist"
+    message = new(kind, vector(0.5, 0.0, 0.0), vector(0.0, 0.0, -0.25))
+    golden = bytes((0, 1, 0, 0)) + struct.pack("<6d", 0.5, 0, 0, 0, 0, -0.25)
+    assert encode(message, kind) == golden
+    assert decode(golden, kind).angular.z == -0.25
+
+
+def test_a_stamped_twist_aligns_its_doubles() -> None:
+    kind = "geometry_msgs/msg/TwistStamped"
+    twist = new("geometry_msgs/msg/Twist", vector(0.5, 0.0, 0.0), vector(0.0, 0.0, 1.0))
+    message = new(kind, header(STAMP_NS, "base_link"), twist)
+    body = struct.pack("<iII10s", 1_700_000_000, 123_456_789, 10, b"base_link\0")
+    body += bytes(-len(body) % 8) + struct.pack("<6d", 0.5, 0, 0, 0, 0, 1.0)
+    assert encode(message, kind) == bytes((0, 1, 0, 0)) + body
+
+
+def test_an_image_is_what_struct_says() -> None:
+    kind = "sensor_msgs/msg/Image"
+    body = struct.pack("<iII7s", 1_700_000_000, 123_456_789, 7, b"camera\0")
+    body += bytes(-len(body) % 4) + struct.pack("<III5s", 1, 2, 5, b"rgb8\0")
+    body += struct.pack("<B", 0)
+    body += bytes(-len(body) % 4) + struct.pack("<II6s", 6, 6, bytes(range(6)))
+    message = decode(bytes((0, 1, 0, 0)) + body, kind)
+    assert (message.height, message.width, message.encoding, message.step) == (1, 2, "rgb8", 6)
+    assert bytes(message.data) == bytes(range(6))
+    assert stamp_ns(message.header.stamp) == STAMP_NS
+    assert peek_stamp_ns(bytes((0, 1, 0, 0)) + body) == STAMP_NS
+    pixels = np.arange(6, dtype=np.uint8).reshape(1, 2, 3)
+    assert image(STAMP_NS, pixels, "rgb8") == bytes((0, 1, 0, 0)) + body
+
+
+def test_a_stamp_is_read_in_both_byte_orders() -> None:
+    assert peek_stamp_ns(bytes((0, 0, 0, 0)) + struct.pack(">iI", 3, 7)) == 3_000_000_007
+    assert peek_stamp_ns(bytes((0, 1, 0, 0)) + struct.pack("<iI", 3, 7)) == 3_000_000_007
+
+
+@pytest.mark.parametrize("data", [b"", bytes(8), bytes((0, 9)) + bytes(20)])
+def test_what_is_no_stamp_is_refused(data: bytes) -> None:
+    with pytest.raises(FormatError, match="do not begin with"):
+        peek_stamp_ns(data)
+
+
+@pytest.mark.parametrize("data", [b"", bytes((0, 1, 0, 0)), bytes((0, 1, 0, 0)) + b"\xff" * 40])
+def test_what_is_no_message_is_refused(data: bytes) -> None:
+    with pytest.raises(FormatError, match="bytes are no sensor_msgs/msg/Image"):
+        decode(data, "sensor_msgs/msg/Image")
+
+
+def test_which_types_are_known() -> None:
+    assert known("nav_msgs/msg/Odometry")
+    assert not known("my_msgs/msg/Thing")

@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from onemap_ros2.cdr import FormatError, decode, header, new
+from onemap_ros2.images import color_image, depth_image_mm, intrinsics
+from tests.ros2.robot_messages import FX, HEIGHT, WIDTH, camera_info, image
+
+IMAGE = "sensor_msgs/msg/Image"
+RGB = np.arange(HEIGHT * WIDTH * 3, dtype=np.uint8).reshape(HEIGHT, WIDTH, 3)
+ALPHA = np.full((HEIGHT, WIDTH, 1), 255, np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("encoding", "pixels"),
+    [
+        ("rgb8", RGB),
+        ("bgr8", RGB[..., ::-1]),
+        ("rgba8", np.concatenate([RGB, ALPHA], axis=2)),
+        ("bgra8", np.concatenate([RGB[..., ::-1], ALPHA], axis=2)),
+    ],
+)
+def test_every_color_encoding_becomes_rgb(encoding: str, pixels: np.ndarray) -> None:
+    np.testing.assert_array_equal(color_image(decode(image(1, pixels, encoding), IMAGE)), RGB)
+
+
+def test_grey_becomes_three_channels() -> None:
+    rgb = color_image(decode(image(1, RGB[..., 0], "mono8"), IMAGE))
+    np.testing.assert_array_equal(rgb, np.stack([RGB[..., 0]] * 3, axis=2))
+
+
+def test_depth_in_millimetres_passes_unchanged() -> None:
+    depth = np.arange(HEIGHT * WIDTH, dtype=np.uint16).reshape(HEIGHT, WIDTH) * 100
+    np.testing.assert_array_equal(depth_image_mm(decode(image(1, depth, "16UC1"), IMAGE)), depth)
+
+
+def test_depth_in_metres_is_rounded_and_what_is_invalid_is_zero() -> None:
+    metres = np.array([[0.0, 1.2344, np.nan, np.inf, -1.0, 65.535, 70.0, 0.0004]], np.float32)
+    depth_mm = depth_image_mm(decode(image(1, metres, "32FC1"), IMAGE))
+    assert depth_mm.tolist() == [[0, 1234, 0, 0, 0, 65535, 0, 0]]
+
+
+@pytest.mark.parametrize("dtype", ["<u2", ">u2"])
+def test_padded_rows_and_byte_order_are_honoured(dtype: str) -> None:
+    depth = np.array([[1, 2], [3, 400]])
+    rows = np.zeros((2, 7), np.uint8)
+    rows[:, :4] = depth.astype(dtype).view(np.uint8)
+    big = int(dtype[0] == ">")
+    message = new(IMAGE, header(1, "camera"), 2, 2, "16UC1", big, 7, rows.ravel())
+    depth_mm = depth_image_mm(message)
+    assert depth_mm.dtype == np.uint16
+    assert depth_mm.tolist() == depth.tolist()
+
+
+def test_what_is_not_supported_is_named() -> None:
+    odd = decode(image(1, RGB, "yuv422"), IMAGE)
+    with pytest.raises(FormatError, match=r"'yuv422' is not supported; supported are rgb8"):
+        color_image(odd)
+    with pytest.raises(FormatError, match=r"16UC1 \(millimetres\)"):
+        depth_image_mm(odd)
+
+
+@pytest.mark.parametrize(("width", "step"), [(9, 24), (8, 240), (0, 24)])
+def test_an_image_that_does_not_fit_its_bytes_is_refused(width: int, step: int) -> None:
+    message = new(IMAGE, header(1, "camera"), HEIGHT, width, "rgb8", 0, step, RGB.ravel())
+    with pytest.raises(FormatError, match="needs rows of at least"):
+        color_image(message)
+
+
+def test_pixel_centres_move_by_half_a_pixel() -> None:
+    info = decode(camera_info(1), "sensor_msgs/msg/CameraInfo")
+    camera = intrinsics(info, rectified=False)
+    assert (camera.fx, camera.fy, camera.cx, camera.cy) == (FX, FX, WIDTH / 2, HEIGHT / 2)
+    assert intrinsics(info, rectified=True).fx == 2 * FX
+
+
+def test_an_uncalibrated_camera_is_refused() -> None:
+    info = decode(camera_info(1, fx=0.0), "sensor_msgs/msg/CameraInfo")
+    with pytest.raises(FormatError, match="no usable camera"):
+        intrinsics(info, rectified=False)
