@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from onemap_tools.bag.bag_info import info
+from onemap_tools.bag.replay import ReplayOptions, replay
 from onemap_tools.processes.launch import onemap_command
 from tests.end_to_end.system import PATIENCE_S, START_S, System
 
@@ -86,9 +87,8 @@ def test_a_stopped_recorder_leaves_a_complete_file(
     assert not document["cut_off"]
     assert document["map"]["frames_fused"] >= FRAMES
     assert frames_in(path) >= FRAMES
-    again = robot.onemap("replay", str(path), "--json")
-    assert again.returncode == 0, again.stdout
-    assert json.loads(again.stdout.splitlines()[-1])["same"]
+    again = replay(ReplayOptions(path))
+    assert (again["same"], again["problems"]) == (True, [])
 
 
 def test_a_killed_recorder_leaves_a_file_that_can_be_read(robot: System, tmp_path: Path) -> None:

@@ -40,6 +40,7 @@ def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RecordedRobot:
 
     monkeypatch.setattr(module, "temporary_session", session)
     monkeypatch.setattr(module, "UPDATE_S", 0.001)
+    monkeypatch.setattr(module, "SETTLE_S", 0.001)
     return made
 
 

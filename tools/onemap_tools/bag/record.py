@@ -26,6 +26,7 @@ from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.processes.session import temporary_session
 
 CONNECT_S = 5.0
+SETTLE_S = 2.0  # for the first features; a robot that sends none may still be recorded
 UPDATE_S = 0.05
 SYNC_S = 1.0  # what a killed recorder loses at most, and how often the disk is looked at
 DIGEST_S = 10.0  # a digest of 100 000 cells with 64 channels takes 40 ms
@@ -106,6 +107,8 @@ def _disk_problem(options: RecordOptions) -> str:
 
 
 def _clear_map(bus: Bus) -> None:
+    """Clear the map once features arrive, so that none of the new map's frames is missed."""
+    bus.subscribe(keys.FIELD).take(SETTLE_S)
     try:
         bus.call(keys.MAP_CLEAR, MapClear())
     except CallError as problem:
