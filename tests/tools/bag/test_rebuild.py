@@ -86,6 +86,17 @@ def test_from_the_middle_of_a_run_nothing_is_compared(tmp_path: Path) -> None:
     assert document["problems"][-1] == "No digest of the map could be compared."
 
 
+def test_once_the_map_was_cleared_all_is_known(tmp_path: Path) -> None:
+    robot = RecordedRobot(tmp_path)
+    robot.see(0, 1)
+    robot.begin()
+    robot.see(2)
+    robot.clear()
+    robot.see(3)
+    code, document = replayed(robot.end())
+    assert (code, document["same"], document["problems"]) == (0, True, [])
+
+
 @pytest.mark.parametrize("topic", [FIELDS.key, REVISIONS.key])
 def test_a_missing_message_is_noticed(robot: RecordedRobot, topic: str) -> None:
     robot.see(0, 1, 2)

@@ -61,8 +61,8 @@ def read_history(path: Path) -> MapHistory:
 class MapRebuild:
     """A map that is computed again, compared with the recorded digests on the way.
 
-    compared, equal: digests that were compared, and those that were the same. gaps: changes that
-    the recording does not hold; nothing is compared from one until the map is empty again.
+    compared, equal: digests that were compared, and those that were the same. gaps: changes
+    since the map was empty that the recording does not hold; nothing is compared after one.
     """
 
     belief: BeliefMap
@@ -81,7 +81,7 @@ class MapRebuild:
                 empty = step.after.frames_fused == 0
                 first = step.after.revision if empty else 0
                 self.belief = BeliefMap(self.belief.params, first_revision=first)
-                self.known = True
+                self.known, self.gaps = True, 0
             elif step.kind is StepKind.RESET:
                 self.belief.reset_searched()
             elif step.kind is StepKind.GAP:
