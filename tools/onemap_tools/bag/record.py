@@ -29,7 +29,7 @@ CONNECT_S = 5.0
 SETTLE_S = 2.0  # for the first features; a robot that sends none may still be recorded
 UPDATE_S = 0.05
 SYNC_S = 1.0  # what a killed recorder loses at most, and how often the disk is looked at
-DIGEST_S = 10.0  # a digest of 100 000 cells with 64 channels takes 40 ms
+DIGEST_S = 10.0  # the mapper computes it while it does not fuse: seldom
 MEGABYTE = 10**6
 
 
