@@ -59,6 +59,18 @@ def test_the_map_in_numbers() -> None:
     assert found["onemap_map_frames_fused"] == 4
 
 
+def test_latencies_of_frames_are_a_histogram() -> None:
+    state = LiveState().with_message(fakes.revision(3), 0.5)
+    for message, now_s in ((fakes.rgbd(), 1.0), (fakes.revision(4), 1.25)):
+        state = state.with_message(message, now_s)
+    state = state.with_message(fakes.detections("sofa"), 1.5)
+    found = samples(state)
+    assert found["onemap_frame_latency_seconds_bucket le=0.2 stage=map"] == 0
+    assert found["onemap_frame_latency_seconds_bucket le=0.3 stage=map"] == 1
+    assert found["onemap_frame_latency_seconds_count stage=detections"] == 1
+    assert found["onemap_frame_latency_seconds_sum stage=detections"] == 0.5
+
+
 @given(st.text(min_size=1))
 def test_any_name_becomes_one_that_prometheus_takes(name: str) -> None:
     assert metric_name("mapper", name).isascii()

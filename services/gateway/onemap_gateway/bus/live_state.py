@@ -12,6 +12,7 @@ from itertools import islice
 from math import isfinite
 from typing import Any, Generic, TypeAlias, TypeVar
 
+from onemap_gateway.bus.latency import FrameLatencies
 from onemap_shared.messages import (
     Detections,
     Heartbeat,
@@ -80,7 +81,8 @@ class LiveState:
     reader can tell which are new to it. trail_m: past positions (x, y), map frame.
     last_fused_s: when a frame was last fused into the map. alive: services that hold a
     liveliness token; alive_changed_s: when each service's token last appeared or vanished;
-    doubled: roles that several processes have, with their names.
+    doubled: roles that several processes have, with their names. latencies: of frames to the
+    map and to the detections.
     """
 
     frame: LatestMessage[RgbdFrame] | None = None
@@ -97,6 +99,7 @@ class LiveState:
     alive: frozenset[str] = frozenset()
     alive_changed_s: Mapping[str, float] = field(default_factory=dict)
     doubled: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    latencies: FrameLatencies = field(default_factory=FrameLatencies)
 
     def with_message(self, message: BusMessage, now_s: float) -> LiveState:
         """The state after ``message`` arrived."""
@@ -151,15 +154,20 @@ def _changes(state: LiveState, message: BusMessage, now_s: float) -> dict[str, A
     match message:
         case RgbdFrame():
             changes["frame"] = _latest(state.frame, message, now_s)
+            changes["latencies"] = state.latencies.with_frame(message.stamp_ns, now_s)
         case Odometry():
             changes["odometry"] = _latest(state.odometry, message, now_s)
             changes["trail_m"] = _trail(state.trail_m, message)
         case Detections():
             changes["detections"] = _latest(state.detections, message, now_s)
+            seen = state.latencies.with_result("detections", message.stamp_ns, now_s)
+            changes["latencies"] = seen
         case MapRevision():
             changes["revision"] = _latest(state.revision, message, now_s)
             if _is_progress(state.revision, message):
                 changes["last_fused_s"] = now_s
+                fused = state.latencies.with_result("map", message.stamp_ns, now_s)
+                changes["latencies"] = fused
         case SearchStatus():
             changes["search"] = _latest(state.search, message, now_s)
             changes["search_log"] = (*state.search_log, message)[-MAX_LOGGED_STATUSES:]

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from itertools import accumulate
 
 from prometheus_client import CollectorRegistry, Counter, generate_latest
-from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.core import (
+    CounterMetricFamily,
+    GaugeMetricFamily,
+    HistogramMetricFamily,
+    Metric,
+)
 from prometheus_client.registry import Collector
 
+from onemap_gateway.bus.latency import BOUNDS_S, FrameLatencies
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.present.service_status import ServiceCondition, assess_services
 from onemap_shared.transport import Counters
@@ -68,6 +75,7 @@ def _families(state: LiveState, counters: Mapping[str, Counters], now_s: float) 
             messages.add_metric([stream, outcome], getattr(counter, outcome))
     yield messages
     yield from _map_families(state, now_s)
+    yield _latency_family(state.latencies)
     for service, record in sorted(state.heartbeats.items()):
         for name, value in sorted(record.heartbeat.metrics.items()):
             yield GaugeMetricFamily(
@@ -90,6 +98,19 @@ def _map_families(state: LiveState, now_s: float) -> Iterator[Metric]:
         yield GaugeMetricFamily(
             "onemap_map_cells_observed", "Cells with features.", value=revision.cells_observed
         )
+
+
+def _latency_family(latencies: FrameLatencies) -> HistogramMetricFamily:
+    family = HistogramMetricFamily(
+        "onemap_frame_latency_seconds",
+        "From a frame at the gateway to the result with its stamp.",
+        labels=["stage"],
+    )
+    bounds = [*map(str, BOUNDS_S), "+Inf"]
+    for stage, histogram in sorted(latencies.stages.items()):
+        buckets = list(zip(bounds, accumulate(histogram.counts), strict=True))
+        family.add_metric([stage], buckets, histogram.total_s)
+    return family
 
 
 def metric_name(service: str, name: str) -> str:
