@@ -115,12 +115,17 @@ def main(endpoint: str) -> None:
     color = robot.publish("/camera/color", "sensor_msgs/msg/Image")
     depth = robot.publish("/camera/depth", "sensor_msgs/msg/Image")
     info = robot.publish("/camera/camera_info", "sensor_msgs/msg/CameraInfo")
-    rgb = np.arange(HEIGHT * WIDTH * 3, dtype=np.uint32).astype(np.uint8)
-    rgb = rgb.reshape(HEIGHT, WIDTH, 3)
+    ramp = np.arange(HEIGHT * WIDTH * 3, dtype=np.uint32).astype(np.uint8)
+    rgb = ramp.reshape(HEIGHT, WIDTH, 3)
     metres = np.full((HEIGHT, WIDTH), 1.5, np.float32)
     metres[0, 0] = np.nan
     ended = threading.Event()
-    threading.Thread(target=lambda: (sys.stdin.read(), ended.set()), daemon=True).start()
+
+    def end() -> None:
+        sys.stdin.read()
+        ended.set()
+
+    threading.Thread(target=end, daemon=True).start()
     while not ended.wait(PERIOD_S):
         now = time.time_ns()
         tf.put(transforms(now, ("odom", "base_link", 1.0, 0.0)))
@@ -128,7 +133,7 @@ def main(endpoint: str) -> None:
         info.put(camera_info(now, WIDTH, HEIGHT, FX))
         color.put(image(now - 3_000_000, rgb, "rgb8"))
         depth.put(image(now - 3_000_000, metres, "32FC1"))
-    robot.session.close()
+    robot.session.close()  # type: ignore[no-untyped-call]
 
 
 if __name__ == "__main__":
