@@ -194,12 +194,14 @@ def test_health_names_the_topic_that_is_missing(clock: Clock) -> None:
     assert "no odometry on /odom" in made.worker.health().problem
     made.network.say(TOPICS.odometry, odometry(T0))
     made.worker.step(0.1)
-    assert f"no camera information on {TOPICS.camera_info}" in made.worker.health().problem
+    assert f"no node publishes {TOPICS.camera_info}" in made.worker.health().problem
     made.network.say(TOPICS.camera_info, camera_info(T0))
     made.worker.step(0.1)
-    assert "no color and depth images" in made.worker.health().problem
+    assert f"no node publishes {TOPICS.color}" in made.worker.health().problem
     made.robot_says(T0 + 1)
     made.worker.step(0.1)
+    assert "no node subscribes to /cmd_vel" in made.worker.health().problem
+    made.network.known = (base(TWIST),)
     health = made.worker.health()
     assert (health.ready, health.problem) == (True, "")
     assert health.metrics is not None

@@ -12,6 +12,7 @@ from onemap_ros2.config import Ros2Config
 from onemap_ros2.network import NetworkError, RosNetwork, Writer, ZenohRosNetwork
 from onemap_ros2.rmw_keys import SUBSCRIBER
 from onemap_ros2.robot_input import CAMERA_INFO, IMAGE, ODOMETRY, TF, RobotInput
+from onemap_ros2.topic_list import missing
 from onemap_shared.command_gate import CommandGate
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD
@@ -134,14 +135,18 @@ class Ros2Worker:
     def _problem(self, now_s: float) -> str:
         """What keeps the robot from being used; empty if nothing does."""
         topics = self._config.topics
+        lacking = missing(self._network.endpoints(), topics)
         if not self._fresh(now_s):
-            reason = self._input.problem or "no message arrives"
+            reason = self._input.problem or lacking.get("odometry", "no message arrives")
             return f"no odometry on {topics.odometry} for {self._config.stale_s:g} s: {reason}"
         if not self._input.has_camera:
-            return f"no camera information on {topics.camera_info}"
+            return lacking.get("camera_info", f"no camera information on {topics.camera_info}")
         if self._input.counts.frames == 0:
-            reason = self._input.problem or "no color and depth images with near stamps"
+            lack = lacking.get("color") or lacking.get("depth")
+            reason = self._input.problem or lack or "no color and depth images with near stamps"
             return f"no frame from {topics.color} and {topics.depth}: {reason}"
+        if self._writer is None and self._config.command_type == "auto":
+            return lacking.get("command", "")
         return ""
 
 
