@@ -132,3 +132,22 @@ def test_the_graph_shows_the_robot_and_forgets_it(router: Router, robot: RobotPr
         assert eventually(lambda: None if network.endpoints() else True)
     finally:
         network.close()
+
+
+@pytest.mark.usefixtures("planner", "robot")
+def test_the_command_lists_topics_and_names_the_missing_one(router: Router, tmp_path: Path) -> None:
+    config = tmp_path / "robot.yaml"
+    topics = {**TOPICS, "color": "/camera/colour"}
+    config.write_text(yaml.safe_dump({"ros2": {"connect": [router.endpoint], "topics": topics}}))
+    command = [sys.executable, "-m", "onemap_tools", "ros2", "topics", "--config", str(config)]
+    done = subprocess.run(
+        [*command, "--seconds", "1", "--json"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1, done.stderr
+    document = json.loads(done.stdout.splitlines()[-1])
+    listed = {each["topic"]: each for each in document["topics"]}
+    assert listed["/odom"]["setting"] == "odometry"
+    assert listed["/odom"]["rate_hz"] > 1.0
+    assert listed["/cmd_vel"]["rate_hz"] is None
+    (sentence,) = document["missing"]
+    assert sentence.endswith("the nearest of its type is /camera/color")

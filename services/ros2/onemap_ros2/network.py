@@ -108,12 +108,14 @@ class ZenohRosNetwork:
             subscriber = self._session.declare_subscriber(key, handler)
         self._declared.append(subscriber)
         qos = rmw_keys.QOS_TRANSIENT_LOCAL if latched else rmw_keys.QOS_SENSOR
-        self._announce(Endpoint(rmw_keys.SUBSCRIBER, "", topic, ros_type, type_hash(ros_type)), qos)
+        self._announce(
+            Endpoint(rmw_keys.SUBSCRIBER, "", topic, ros_type, self._hash(ros_type)), qos
+        )
         return reader
 
     def write(self, topic: str, ros_type: str) -> Writer:
         """See ``RosNetwork``."""
-        endpoint = Endpoint(rmw_keys.PUBLISHER, "", topic, ros_type, type_hash(ros_type))
+        endpoint = Endpoint(rmw_keys.PUBLISHER, "", topic, ros_type, self._hash(ros_type))
         key = rmw_keys.topic_key(self._domain, topic, ros_type, endpoint.type_hash)
         publisher = self._session.declare_publisher(
             key,
@@ -136,6 +138,11 @@ class ZenohRosNetwork:
     def close(self) -> None:
         """Leave the network; nothing is received afterwards."""
         self._session.close()  # type: ignore[no-untyped-call]
+
+    def _hash(self, ros_type: str) -> str:
+        """The hash that the robot's own nodes have for a type, else the one of our definition."""
+        known = (each.type_hash for each in self.endpoints() if each.ros_type == ros_type)
+        return next(known, None) or type_hash(ros_type)
 
     def _announce(self, endpoint: Endpoint, qos: str) -> bytes:
         """Show the endpoint in the graph; returns the id of a publisher."""

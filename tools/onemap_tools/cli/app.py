@@ -14,6 +14,7 @@ from onemap_tools.cli import ask, bag, certs, models, run
 from onemap_tools.cli.command_group import CommandGroup
 from onemap_tools.cli.config import app as config_app
 from onemap_tools.cli.map import app as map_app
+from onemap_tools.cli.ros2 import app as ros2_app
 from onemap_tools.cli.scene import app as scene_app
 from onemap_tools.cli.search_replay import app as search_replay_app
 from onemap_tools.train.commands import app as train_app
@@ -65,6 +66,7 @@ app.add_typer(bag.app)
 app.add_typer(bag.bag_app, name="bag", rich_help_panel=run.PANEL)
 app.add_typer(ask.app)
 app.add_typer(search_replay_app)
+app.add_typer(ros2_app)
 app.add_typer(map_app, name="map", rich_help_panel=ask.PANEL)
 app.add_typer(scene_app, name="scene", rich_help_panel=MEASURE_PANEL)
 app.add_typer(config_app, name="config", rich_help_panel=run.PANEL)

@@ -1,0 +1,46 @@
+"""Counts what arrives on every topic of a robot for a while."""
+
+from __future__ import annotations
+
+import time
+
+from onemap_ros2.config import Ros2Config
+from onemap_ros2.network import NetworkError, RosNetwork, ZenohRosNetwork
+from onemap_ros2.rmw_keys import PUBLISHER
+from onemap_ros2.topic_list import TopicReport, missing, topic_reports
+
+SETTLE_S = 1.0  # until the tokens of the graph have come
+DRAIN_S = 0.1
+KEPT = 200  # messages of a topic between two counts: 2 kHz
+
+
+def survey(config: Ros2Config, seconds: float) -> tuple[list[TopicReport], list[str]]:
+    """The robot's topics with their rates, and what is missing; ConnectionError without it."""
+    try:
+        network = ZenohRosNetwork(config.connect, config.domain, f"{config.node}_topics")
+    except NetworkError as problem:
+        raise ConnectionError(str(problem)) from problem
+    try:
+        deadline_s = time.monotonic() + SETTLE_S
+        while time.monotonic() < deadline_s:
+            network.wait(SETTLE_S)
+        rates_hz = count(network, seconds)
+        endpoints = network.endpoints()
+    finally:
+        network.close()
+    reports = topic_reports(endpoints, rates_hz, config.topics)
+    return reports, list(missing(endpoints, config.topics).values())
+
+
+def count(network: RosNetwork, seconds: float) -> dict[tuple[str, str], float]:
+    """Messages per second of every topic that has a publisher, by topic and type."""
+    published = {(e.topic, e.ros_type) for e in network.endpoints() if e.kind == PUBLISHER}
+    readers = {(topic, kind): network.read(topic, kind, KEPT) for topic, kind in sorted(published)}
+    counts = dict.fromkeys(readers, 0)
+    began_s = time.monotonic()
+    while time.monotonic() - began_s < seconds:
+        network.wait(DRAIN_S)
+        for name, reader in readers.items():
+            counts[name] += len(reader.take())
+    lasted_s = time.monotonic() - began_s
+    return {name: number / lasted_s for name, number in counts.items()}
