@@ -129,7 +129,7 @@ class Access:
 # uses, so that a key that is missing here fails before a router refuses it.
 ROLES: Mapping[str, Access] = {
     "robot": Access(
-        names=("simulator", "replay", "robot"),
+        names=("simulator", "replay", "ros2", "robot"),
         publishes=(ROBOT_RGBD, ROBOT_ODOMETRY, ROBOT_POSE_GRAPH),
         subscribes=(ROBOT_CMD_VEL,),
         serves=(ROBOT_TRUTH,),

@@ -36,6 +36,7 @@ OPTIONAL = {  # imported when installed, with a clear sentence when not
         "huggingface_hub",
         "PIL",
     },
+    "gateway": {"mcp"},
 }
 
 
@@ -65,7 +66,7 @@ def third_party(folder: Path) -> dict[str, str]:
     }
 
 
-@pytest.mark.parametrize("service", ["perception", "mapper", "planner", "gateway", "simulator"])
+@pytest.mark.parametrize("service", ["perception", "mapper", "planner", "gateway", "simulator", "ros2"])
 def test_a_service_imports_only_what_its_extra_installs(service: str) -> None:
     base = module_names(project()["dependencies"])  # type: ignore[arg-type]
     extra = module_names(project()["optional-dependencies"][service])  # type: ignore[index]

@@ -13,7 +13,7 @@ from rich.console import Console
 
 from onemap_shared.config import BusConfig, read, section
 from onemap_shared.runner import StartError
-from onemap_shared.services import ROBOTS
+from onemap_shared.services import ROBOTS, SIMULATED
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.claim import LAUNCHER, claim, conflicts
 from onemap_tools.processes.interrupts import interruptible
@@ -105,7 +105,7 @@ def at_first(
     With a robot that starts here the map begins empty, unless the configuration says otherwise: a
     simulated robot's poses begin anew. A mapper that crashes goes on with its map.
     """
-    if name != "mapper" or not set(names).intersection(ROBOTS):
+    if name != "mapper" or not set(names).intersection(SIMULATED):
         return ()
     said = "resume" in sections.get("mapper", {})
     return () if said else (("ONEMAP__MAPPER__RESUME", "false"),)
