@@ -66,7 +66,9 @@ def third_party(folder: Path) -> dict[str, str]:
     }
 
 
-@pytest.mark.parametrize("service", ["perception", "mapper", "planner", "gateway", "simulator", "ros2"])
+@pytest.mark.parametrize(
+    "service", ["perception", "mapper", "planner", "gateway", "simulator", "ros2"]
+)
 def test_a_service_imports_only_what_its_extra_installs(service: str) -> None:
     base = module_names(project()["dependencies"])  # type: ignore[arg-type]
     extra = module_names(project()["optional-dependencies"][service])  # type: ignore[index]
