@@ -59,7 +59,10 @@ PRIORITIES = {
 }
 
 
-def _settings(mode: str, *, connect: tuple[str, ...], listen: tuple[str, ...]) -> zenoh.Config:
+def zenoh_config(
+    mode: str, *, connect: tuple[str, ...] = (), listen: tuple[str, ...] = ()
+) -> zenoh.Config:
+    """Settings of a session ("client") or a router ("router"); nothing is found by multicast."""
     settings: dict[str, Any] = {
         "mode": mode,
         "connect/endpoints": list(connect),
@@ -93,7 +96,7 @@ def open_bus(
 
     Without ``announce`` no other process sees this one until ``claim`` succeeds.
     """
-    settings = _settings("client", connect=config.connect, listen=())
+    settings = zenoh_config("client", connect=config.connect)
     if config.namespace:
         settings.insert_json5("namespace", json.dumps(config.namespace))
     pause_s, warned = RETRY_MS[0] / 1000, False
@@ -126,7 +129,7 @@ def run_router(
     second, as long as the router still passes queries on.
     """
     if file is None:
-        settings = _settings("router", connect=(), listen=listen)
+        settings = zenoh_config("router", listen=listen)
     else:
         settings = zenoh.Config.from_file(str(file))
         if listen:

@@ -6,7 +6,6 @@ OneMap's bus never carries these keys.
 
 from __future__ import annotations
 
-import json
 import threading
 import time
 from collections import deque
@@ -18,9 +17,8 @@ import zenoh.ext
 from onemap_ros2 import rmw_keys
 from onemap_ros2.cdr import type_hash
 from onemap_ros2.rmw_keys import Endpoint
+from onemap_shared.bus import zenoh_config
 
-RETRY_MS = (200, 2000)  # as on OneMap's bus: first and longest pause before connecting again
-LEASE_MS = 2000
 STATIC_HISTORY = 100  # latched messages of each publisher, as tf2's own listener asks for
 
 
@@ -193,22 +191,7 @@ class _ZenohWriter:
 
 
 def _settings(connect: tuple[str, ...]) -> zenoh.Config:
-    settings: dict[str, Any] = {
-        "mode": "client",
-        "connect/endpoints": list(connect),
-        "scouting/multicast/enabled": False,
-        "scouting/gossip/enabled": False,
-        "connect/timeout_ms": 0,
-        "connect/retry": {
-            "period_init_ms": RETRY_MS[0],
-            "period_max_ms": RETRY_MS[1],
-            "period_increase_factor": 2,
-        },
-        "timestamping/enabled": True,  # the history of latched topics needs it
-        "transport/link/tx/lease": LEASE_MS,
-        "transport/shared_memory/enabled": False,
-    }
-    config: zenoh.Config = zenoh.Config()
-    for key, value in settings.items():
-        config.insert_json5(key, json.dumps(value))
+    """As on OneMap's bus, with time stamps: the history of latched topics needs them."""
+    config = zenoh_config("client", connect=connect)
+    config.insert_json5("timestamping/enabled", "true")
     return config
