@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -50,7 +50,7 @@ def record(
         from onemap_tools.bag.record import RecordOptions
         from onemap_tools.bag.record import record as run
     from onemap_tools.cli.app import version
-    from onemap_tools.cli.terminal import print_json, progress_console, result_console
+    from onemap_tools.cli.terminal import progress_console
 
     options = RecordOptions(
         path=out or _new_file(),
@@ -61,7 +61,13 @@ def record(
         keep_free_mb=keep_free,
         version=version(),
     )
-    document = run(options, progress_console())
+    _report(run(options, progress_console()), as_json)
+
+
+def _report(document: dict[str, Any], as_json: bool) -> None:
+    """Say what was recorded, and what is missing in it."""
+    from onemap_tools.cli.terminal import print_json, progress_console, result_console
+
     result_console(as_json).print(
         f"Recorded {document['seconds']:.0f} s, {document['bytes'] / 1e6:.1f} MB.", soft_wrap=True
     )
