@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+
 import pytest
 
 from onemap_shared.config import BusConfig
@@ -32,3 +34,11 @@ def test_a_session_leaves_the_bus_at_its_end(router: Router) -> None:
         assert eventually(lambda: "doctor" in observer.alive() or None)
     assert eventually(lambda: "doctor" not in observer.alive() or None)
     observer.close()
+
+
+def test_only_the_wait_is_silent(caplog: pytest.LogCaptureFixture) -> None:
+    config = BusConfig(connect=(f"tcp/127.0.0.1:{any_free_port()}",))
+    assert connect(config, "status", "a", patience_s=0.1) is None
+    assert caplog.text == ""
+    logging.getLogger("onemap.bus").warning("the link is slow")
+    assert "the link is slow" in caplog.text

@@ -31,11 +31,25 @@ def temporary_session(config: BusConfig, name: str, patience_s: float) -> Iterat
 
 def connect(config: BusConfig, name: str, instance: str, patience_s: float) -> ZenohBus | None:
     """A bus session under this name; None without a router within ``patience_s``."""
-    logging.getLogger("onemap.bus").setLevel(logging.ERROR)  # the caller reports it
     gave_up = threading.Event()
     timer = threading.Timer(patience_s, gave_up.set)
     timer.start()
     try:
-        return open_bus(config, name, instance, gave_up)
+        with _without_warnings(logging.getLogger("onemap.bus")):  # the caller reports it
+            return open_bus(config, name, instance, gave_up)
     finally:
         timer.cancel()
+
+
+@contextmanager
+def _without_warnings(log: logging.Logger) -> Iterator[None]:
+    """Only errors until the end; what is said afterwards is as loud as before."""
+
+    def is_error(record: logging.LogRecord) -> bool:
+        return record.levelno >= logging.ERROR
+
+    log.addFilter(is_error)
+    try:
+        yield
+    finally:
+        log.removeFilter(is_error)
