@@ -56,7 +56,7 @@ class CommandGate:
         age_s = (stamp_ns - command.odometry_stamp_ns) * 1e-9
         if command.odometry_stamp_ns == 0 or age_s <= self.max_age_s or not command.moves:
             return gate, command
-        stop = replace(command, linear_mps=0.0, angular_radps=0.0)
+        stop = replace(command, linear_mps=0.0, angular_radps=0.0, lateral_mps=0.0)
         return replace(gate, late=self.late + 1), stop
 
     def echo(self, now_s: float) -> tuple[str, int]:

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from onemap_shared.command_gate import CommandGate
-from onemap_shared.geometry import F64, Velocity2d
+from onemap_shared.geometry import F64
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
 from onemap_shared.messages import Odometry, RgbdFrame, Truth, TruthRequest, VelocityCommand
 from onemap_shared.rates import RateMeter
@@ -188,8 +188,7 @@ class SimulatorWorker:
     def _obey(self, command: VelocityCommand, now_s: float) -> None:
         self._gate, allowed = self._gate.receive(command, now_s, time.time_ns())
         if allowed is not None:
-            velocity = Velocity2d(allowed.linear_mps, allowed.angular_radps)
-            self._simulation.receive_command(velocity, now_s, allowed.validity_ms / 1e3)
+            self._simulation.receive_command(allowed.velocity, now_s, allowed.validity_ms / 1e3)
 
     def health(self) -> Health:
         """Ready once the first image was published."""
@@ -238,6 +237,7 @@ class SimulatorWorker:
                 collided=self._collided,
                 planner=planner,
                 command_sequence=command_sequence,
+                lateral_mps=velocity.lateral_mps,
             )
         )
         self._sequence += 1

@@ -19,17 +19,24 @@ from onemap_simulator.physics.robot import (
 from tests.simulator.scenes import box_room
 
 PARAMETERS = RobotParams()
+HOLONOMIC = RobotParams(max_lateral_mps=0.4)
 START = RobotState(1.0, 1.0, 0.0)
-COMMANDS = st.builds(Velocity2d, st.floats(-2, 2), st.floats(-4, 4))
+COMMANDS = st.builds(Velocity2d, st.floats(-2, 2), st.floats(-4, 4), st.floats(-2, 2))
 
 
 def nowhere(x: float, y: float) -> bool:
     return False
 
 
-def drive(state: RobotState, command: Velocity2d, seconds: float, dt_s: float = 0.02) -> RobotState:
+def drive(
+    state: RobotState,
+    command: Velocity2d,
+    seconds: float,
+    dt_s: float = 0.02,
+    params: RobotParams = PARAMETERS,
+) -> RobotState:
     for _ in range(round(seconds / dt_s)):
-        state = step(state, command, dt_s, params=PARAMETERS, collides=nowhere)
+        state = step(state, command, dt_s, params=params, collides=nowhere)
     return state
 
 
@@ -53,6 +60,29 @@ def test_drives_a_circle_back_to_where_it_began() -> None:
     assert (half.x_m, half.y_m) == pytest.approx((1.0, 1.0 + 2 * 0.4 / 0.5), abs=1e-9)
 
 
+def test_a_differential_drive_ignores_what_is_sideways() -> None:
+    assert drive(START, Velocity2d(0.4, 0.2, 0.3), 2.0) == drive(START, Velocity2d(0.4, 0.2), 2.0)
+
+
+def test_a_holonomic_drive_moves_sideways_within_its_limits() -> None:
+    left = drive(replace(START, yaw_rad=np.pi / 2), Velocity2d(0, 0, 9.0), 2.0, params=HOLONOMIC)
+    assert left.velocity.lateral_mps == pytest.approx(0.4)
+    assert left.x_m == pytest.approx(1.0 - 0.4 * 2.0 + 0.4**2 / 2)  # 1 m/s^2 up to the limit
+    assert left.y_m == pytest.approx(1.0)
+
+
+@given(st.floats(-0.7, 0.7), st.floats(-1.6, 1.6), st.floats(-0.4, 0.4))
+def test_an_arc_is_that_of_many_small_steps(linear: float, angular: float, lateral: float) -> None:
+    rolling = replace(START, velocity=Velocity2d(linear, angular, lateral))
+    once = step(rolling, rolling.velocity, 1.0, params=HOLONOMIC, collides=nowhere)
+    x, y, count = 1.0, 1.0, 2000
+    for k in range(count):  # Euler's way, with the heading in the middle of each step
+        yaw = angular * (k + 0.5) / count
+        x += (linear * np.cos(yaw) - lateral * np.sin(yaw)) / count
+        y += (linear * np.sin(yaw) + lateral * np.cos(yaw)) / count
+    assert (once.x_m, once.y_m) == pytest.approx((x, y), abs=1e-6)
+
+
 def test_turning_left_is_positive() -> None:
     assert drive(START, Velocity2d(0.0, 1.0), 1.0).yaw_rad > 0
     assert drive(START, Velocity2d(0.3, 1.0), 1.0).y_m > START.y_m
@@ -70,7 +100,7 @@ def test_is_never_inside_an_obstacle(commands: list[Velocity2d], seed: int) -> N
     for command in commands:
         for _ in range(25):
             before = state
-            state = step(state, command, 0.02, params=PARAMETERS, collides=collides)
+            state = step(state, command, 0.02, params=HOLONOMIC, collides=collides)
             assert not collides(state.x_m, state.y_m)
             change = abs(state.velocity.linear_mps - before.velocity.linear_mps)
             assert change <= 0.02 + 1e-9 or state.collided

@@ -35,9 +35,11 @@ class Pose2d:
 def moved(pose: Pose2d, velocity: Velocity2d, dt_s: float) -> Pose2d:
     """The pose after ``dt_s`` seconds at this velocity; the chord of its arc is as long as it."""
     turn = velocity.angular_radps * dt_s
-    length, heading = velocity.linear_mps * dt_s, pose.yaw_rad + 0.5 * turn
-    x_m = pose.x_m + length * float(np.cos(heading))
-    y_m = pose.y_m + length * float(np.sin(heading))
+    ahead, left = velocity.linear_mps * dt_s, velocity.lateral_mps * dt_s
+    heading = pose.yaw_rad + 0.5 * turn
+    cos, sin = float(np.cos(heading)), float(np.sin(heading))
+    x_m = pose.x_m + ahead * cos - left * sin
+    y_m = pose.y_m + ahead * sin + left * cos
     return Pose2d(x_m, y_m, wrap_angle(pose.yaw_rad + turn))
 
 

@@ -1,7 +1,8 @@
-"""Regulated pure pursuit for a differential drive, as in nav2.
+"""Regulated pure pursuit as in nav2, for a differential drive and for a holonomic one.
 
 The speed is limited by the curvature of the arc, by the clearance and by the end of the path; the
-accelerations by what the robot can do.
+accelerations by what the robot can do. A holonomic robot drives towards the lookahead point in any
+direction but backwards, and turns to it while it drives.
 """
 
 from __future__ import annotations
@@ -11,10 +12,13 @@ from pydantic import Field, PositiveFloat
 
 from onemap_planner.motion.motions import STOP, Drive, Motion, Pose2d, Rest, Reverse, Rotate
 from onemap_planner.world.costmap import Costmap
-from onemap_shared.geometry import F64, Velocity2d
+from onemap_shared.geometry import F64, Velocity2d, wrap_angle
 from onemap_shared.params import Params
 
 MIN_SPEED_MPS = 0.05  # so that the last centimetres of a path are driven too
+SIDEWAYS_RAD = np.pi / 2  # from the heading: a holonomic robot turns before it drives backwards
+TURN_TO_LOOK_M = 0.8  # before the end of the path a holonomic robot begins to face its goal
+IN_VIEW_RAD = 0.6  # between heading and way then: the camera still sees where it drives
 
 
 class DriveParams(Params):
@@ -25,6 +29,12 @@ class DriveParams(Params):
     )
     max_angular_radps: PositiveFloat = Field(
         default=1.5, description="Top turning rate in rad/s: a blur of 4 degrees at 20 frames/s."
+    )
+    max_lateral_mps: float = Field(
+        default=0.0,
+        ge=0,
+        description="Top speed sideways in m/s, of a holonomic robot; 0: a differential drive, as "
+        "most robots have. 0.3 for mecanum or omni wheels: the camera looks elsewhere.",
     )
     max_linear_mps2: PositiveFloat = Field(
         default=1.0, description="Acceleration in m/s^2: stops from top speed within 0.25 m."
@@ -53,6 +63,11 @@ class DriveParams(Params):
     )
     reverse_mps: PositiveFloat = Field(
         default=0.15, description="m/s backwards: no camera looks there."
+    )
+    unseen_mps: PositiveFloat = Field(
+        default=0.045,
+        description="m/s at which the robot's body comes over cells that no camera saw: slow "
+        "enough to touch what stands there without harm.",
     )
     lookahead_m: PositiveFloat = Field(
         default=0.4,
@@ -103,6 +118,8 @@ def target_velocity(
             to_end_m = pose.distance_to((float(points_xy[-1, 0]), float(points_xy[-1, 1])))
             if to_end_m <= params.arrive_m:
                 return _rotate_by(_heading_error(pose, look_xy), params)
+            if params.max_lateral_mps > 0:
+                return _holonomic_pursuit(motion, pose, costmap, params, lookahead_part)
             return _pure_pursuit(points_xy, pose, costmap, params, lookahead_part)
 
 
@@ -129,11 +146,12 @@ def limit_acceleration(
     wanted: Velocity2d, previous: Velocity2d, dt_s: float, params: DriveParams
 ) -> Velocity2d:
     """The velocity nearest to ``wanted`` that the limits allow ``dt_s`` after ``previous``."""
-    linear = _ramp(previous.linear_mps, wanted.linear_mps, params.max_linear_mps2 * dt_s)
+    linear, lateral = _ramp_direction(wanted, previous, params.max_linear_mps2 * dt_s)
     angular = _ramp(previous.angular_radps, wanted.angular_radps, params.max_angular_radps2 * dt_s)
     return Velocity2d(
         min(max(linear, -params.max_linear_mps), params.max_linear_mps),
         min(max(angular, -params.max_angular_radps), params.max_angular_radps),
+        min(max(lateral, -params.max_lateral_mps), params.max_lateral_mps),
     )
 
 
@@ -165,6 +183,42 @@ def _pure_pursuit(
         speed *= params.max_angular_radps / abs(angular)
         angular = float(np.copysign(params.max_angular_radps, angular))
     return Velocity2d(speed, angular)
+
+
+def _holonomic_pursuit(
+    motion: Drive,
+    pose: Pose2d,
+    costmap: Costmap | None,
+    params: DriveParams,
+    lookahead_part: float,
+) -> Velocity2d:
+    """Velocity towards the lookahead point, in any direction but backwards.
+
+    The robot turns to where it drives, so that its camera sees the way; shortly before the end it
+    turns to what it is to look at, as far as the way stays in view.
+    """
+    lookahead_m = lookahead_part * params.lookahead_m
+    aim, remaining_m = _lookahead_point(motion.points_xy, pose, lookahead_m)
+    error = pose.bearing_to(aim)
+    if abs(error) > SIDEWAYS_RAD:
+        return _rotate_by(error, params)
+    facing = error
+    if remaining_m <= TURN_TO_LOOK_M:
+        away = wrap_angle(_heading_error(pose, motion.look_xy) - error)
+        facing = error + float(np.clip(away, -IN_VIEW_RAD, IN_VIEW_RAD))
+    fastest = top_speed_mps(error, params)
+    speed = min(fastest, float(np.sqrt(params.max_linear_mps2 * remaining_m)))
+    slowest = min(MIN_SPEED_MPS, fastest)
+    speed = max(speed * _clearance_factor(pose, aim, costmap, params), slowest)
+    turning = _rotate_by(facing, params).angular_radps
+    return Velocity2d(speed * float(np.cos(error)), turning, speed * float(np.sin(error)))
+
+
+def top_speed_mps(bearing_rad: float, params: DriveParams) -> float:
+    """Top speed towards a bearing of at most pi / 2: an ellipse between ahead and sideways."""
+    lateral_mps = min(params.max_lateral_mps, params.max_linear_mps)
+    ahead = float(np.cos(bearing_rad)) / params.max_linear_mps
+    return float(1 / np.hypot(ahead, float(np.sin(bearing_rad)) / lateral_mps))
 
 
 def _lookahead_point(
@@ -207,6 +261,22 @@ def _rotate_by(error_rad: float, params: DriveParams) -> Velocity2d:
     """Rotate in place, braking in time to stop at the right heading."""
     rate = min(params.max_angular_radps, float(np.sqrt(params.max_angular_radps2 * abs(error_rad))))
     return Velocity2d(0.0, float(np.copysign(rate, error_rad)) if abs(error_rad) > 1e-3 else 0.0)
+
+
+def _ramp_direction(
+    wanted: Velocity2d, previous: Velocity2d, step_mps: float
+) -> tuple[float, float]:
+    """Speeds forwards and to the left, changed by at most ``step_mps`` in all."""
+    if wanted.lateral_mps == previous.lateral_mps:
+        linear_mps = _ramp(previous.linear_mps, wanted.linear_mps, step_mps)
+        return linear_mps, previous.lateral_mps
+    ahead = wanted.linear_mps - previous.linear_mps
+    left = wanted.lateral_mps - previous.lateral_mps
+    change = float(np.hypot(ahead, left))
+    if change <= step_mps * (1 + 1e-9):  # what was limited before stays as it is
+        return wanted.linear_mps, wanted.lateral_mps
+    part = step_mps / change
+    return previous.linear_mps + part * ahead, previous.lateral_mps + part * left
 
 
 def _ramp(value: float, target: float, step: float) -> float:

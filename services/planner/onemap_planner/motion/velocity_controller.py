@@ -73,7 +73,7 @@ class VelocityController:
     @property
     def blocked(self) -> bool:
         """Whether the costmap stops the robot, which the plan wants to move."""
-        return abs(self.wanted.linear_mps) > 0 and self.command.linear_mps == 0.0
+        return self.wanted.speed_mps > 0 and self.command.speed_mps == 0.0
 
     def update(
         self,

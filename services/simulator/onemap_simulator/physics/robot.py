@@ -1,4 +1,7 @@
-"""Differential drive kinematics with limits of speed and acceleration, stopped by obstacles."""
+"""Kinematics of a differential or holonomic drive, with limits of speed and acceleration.
+
+Obstacles stop it.
+"""
 
 from __future__ import annotations
 
@@ -29,6 +32,13 @@ class RobotParams(Params):
     )
     max_linear_mps: float = Field(
         default=0.7, gt=0, le=5, description="Limit of the forward speed: a slow walk."
+    )
+    max_lateral_mps: float = Field(
+        default=0.0,
+        ge=0,
+        le=5,
+        description="Limit of the speed sideways; 0: a differential drive, which ignores commands "
+        "to drive sideways. 0.3 for one with mecanum wheels.",
     )
     max_angular_radps: float = Field(
         default=1.6, gt=0, le=10, description="Limit of the turning speed: one turn in 4 s."
@@ -85,12 +95,13 @@ def step(
     """
     velocity = _accelerated(state.velocity, command, dt_s, params)
     # With constant acceleration the mean of both velocities is exact in length and angle.
-    length = 0.5 * (state.velocity.linear_mps + velocity.linear_mps) * dt_s
+    ahead = 0.5 * (state.velocity.linear_mps + velocity.linear_mps) * dt_s
+    left = 0.5 * (state.velocity.lateral_mps + velocity.lateral_mps) * dt_s
     turn = 0.5 * (state.velocity.angular_radps + velocity.angular_radps) * dt_s
     yaw = wrap_angle(state.yaw_rad + turn)
-    x, y = _along_arc(state, length, turn)
-    if length != 0 and collides(x, y):
-        stopped = replace(velocity, linear_mps=0.0)
+    x, y = _along_arc(state, (ahead, left), turn)
+    if (ahead != 0 or left != 0) and collides(x, y):
+        stopped = replace(velocity, linear_mps=0.0, lateral_mps=0.0)
         return RobotState(state.x_m, state.y_m, yaw, stopped, collided=True)
     return RobotState(x, y, yaw, velocity)
 
@@ -112,6 +123,12 @@ def _accelerated(
             params.max_angular_radps,
             params.angular_acceleration_radps2 * dt_s,
         ),
+        _towards(
+            now.lateral_mps,
+            command.lateral_mps,
+            params.max_lateral_mps,
+            params.linear_acceleration_mps2 * dt_s,
+        ),
     )
 
 
@@ -121,20 +138,21 @@ def _towards(now: float, wanted: float, limit: float, change: float) -> float:
     return min(max(target, now - change), now + change)
 
 
-def _along_arc(state: RobotState, length_m: float, turn_rad: float) -> tuple[float, float]:
-    """End (x, y) in metres of an arc of this length that turns by this angle."""
+def _along_arc(
+    state: RobotState, way_m: tuple[float, float], turn_rad: float
+) -> tuple[float, float]:
+    """End (x, y) in metres of an arc that turns by this angle.
+
+    way_m: forwards and to the left, each the length that it has in the turning body frame.
+    """
+    begin, end = state.yaw_rad, state.yaw_rad + turn_rad
     if abs(turn_rad) < STRAIGHT_RAD:
-        heading = state.yaw_rad
-        return (
-            state.x_m + length_m * float(np.cos(heading)),
-            state.y_m + length_m * float(np.sin(heading)),
-        )
-    radius = length_m / turn_rad
-    end = state.yaw_rad + turn_rad
-    return (
-        state.x_m + radius * float(np.sin(end) - np.sin(state.yaw_rad)),
-        state.y_m - radius * float(np.cos(end) - np.cos(state.yaw_rad)),
-    )
+        cos, sin = float(np.cos(begin)), float(np.sin(begin))
+        ahead, left = way_m
+    else:  # the means of cosine and sine over the turn, times it
+        cos, sin = float(np.sin(end) - np.sin(begin)), -float(np.cos(end) - np.cos(begin))
+        ahead, left = way_m[0] / turn_rad, way_m[1] / turn_rad
+    return state.x_m + ahead * cos - left * sin, state.y_m + ahead * sin + left * cos
 
 
 @dataclass(frozen=True, slots=True)

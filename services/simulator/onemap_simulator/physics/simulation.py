@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import hypot
 
 from onemap_shared.geometry import Velocity2d
 from onemap_simulator.physics.collision import CollisionMap
@@ -88,7 +89,7 @@ class Simulation:
             )
             if self._deadman.expired_between(self._now_s, self._now_s + dt_s):
                 self._count(deadman_stops=1)
-            if self.state.collided and abs(before.velocity.linear_mps) > IMPACT_MPS:
+            if self.state.collided and before.velocity.speed_mps > IMPACT_MPS:
                 self._count(collisions=1, people_touched=int(self._touched_person(before, dt_s)))
             was_over_edge, self._over_edge = self._over_edge, self._is_over_edge()
             if self._over_edge and not was_over_edge:
@@ -110,7 +111,8 @@ class Simulation:
 
     def _touched_person(self, before: RobotState, dt_s: float) -> bool:
         """Whether a person, and not furniture, stopped the robot in its last step."""
-        reach_m = self._parameters.radius_m + self._parameters.max_linear_mps * dt_s
+        params = self._parameters
+        reach_m = params.radius_m + hypot(params.max_linear_mps, params.max_lateral_mps) * dt_s
         return self._people is not None and (
             self._people.distance_m(before.x_m, before.y_m) <= reach_m
         )
