@@ -32,7 +32,8 @@ def drawn_map(*rows: str, scale: int = 1, similarity: F32 | None = None) -> MapV
     """A map view from rows of characters; rows run along x, characters along y.
 
     ``#`` occupied, ``.`` free and explored and searched, ``,`` free and observed only, ``o``
-    free, explored, not searched, blank unknown. Each character is ``scale`` cells square.
+    free, explored, not searched, ``a`` as ``.`` but assumed, not seen, blank unknown. Each
+    character is ``scale`` cells square.
     """
     letters = np.array([list(row) for row in rows]).repeat(scale, axis=0).repeat(scale, axis=1)
     occupancy = np.full(letters.shape, Occupancy.FREE, np.uint8)
@@ -44,6 +45,7 @@ def drawn_map(*rows: str, scale: int = 1, similarity: F32 | None = None) -> MapV
         occupancy=occupancy,
         observed=observed,
         explored=observed & (letters != ","),
+        assumed=letters == "a",
         searched=observed & ~np.isin(letters, [",", "o"]),
         similarity=(
             np.where(observed, np.float32(0.1), np.float32(np.nan)).astype(np.float32)

@@ -20,7 +20,7 @@ from onemap_planner.policy.step import step
 from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Destination, Search
 from onemap_planner.search.state_machine import new_search
-from onemap_shared.geometry import F32, F64, U8, Bool, Velocity2d
+from onemap_shared.geometry import F32, F64, I64, U8, Bool, Velocity2d
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Detections, Layer, Occupancy, SearchView
 
@@ -28,6 +28,7 @@ CELL_M = 0.1
 FOV_RAD = np.deg2rad(79.0)
 RANGE_M = 4.5
 BLIND_M = 0.8  # the camera sees no floor nearer than this
+ASSUMED_M = 0.35  # around the first place, floor counts as free all the same, as in the mapper
 DETECT_M = 3.0
 STEP_S = 0.05
 CONTROLS_PER_STEP = 5
@@ -117,6 +118,8 @@ class GridWorld:
         self.confidence = np.zeros(self.floor_plan.solid.shape)
         self.since_reset = np.zeros(self.floor_plan.solid.shape)
         self.occupancy = np.zeros(self.floor_plan.solid.shape, np.uint8)
+        self.assumed = np.zeros(self.floor_plan.solid.shape, bool)
+        self.start_xy: tuple[float, float] | None = None
 
     def drive(self, command: Velocity2d, dt_s: float) -> None:
         """Move by the command; solid cells stop the robot and set ``collided``."""
@@ -154,6 +157,8 @@ class GridWorld:
         visible = before & inside & ((ranges >= BLIND_M) | hit)
         seen = np.zeros(self.floor_plan.solid.shape, bool)
         seen[cells[visible][:, 0], cells[visible][:, 1]] = True
+        self.assumed &= ~seen
+        self._assume(cells[before & inside & ~hit & (ranges < BLIND_M)])
         distance = self._distance()
         gain = np.where(seen, 0.4 * np.exp(-(((distance - 1.5) / 1.5) ** 2) / 3), 0.0)
         self.confidence += gain
@@ -163,6 +168,17 @@ class GridWorld:
         ).astype(np.uint8)
         return seen
 
+    def _assume(self, blind: I64) -> None:
+        """Take unseen floor for free: where the map begins, and from there to what is seen."""
+        self.start_xy = self.start_xy or self.pose.xy
+        if self.pose.distance_to(self.start_xy) > ASSUMED_M:
+            return
+        cells = np.zeros_like(self.assumed)
+        cells[tuple(blind.T)] = True
+        cells |= (self._distance() <= ASSUMED_M) & ~self.floor_plan.solid
+        self.assumed |= cells & (self.occupancy == Occupancy.UNKNOWN)
+        self.occupancy[self.assumed] = Occupancy.FREE
+
     def view(self, text: str, rivals: tuple[str, ...] = ()) -> SearchView:
         observed = self.confidence > 0
         best = [self.likeness.get(name, self.likeness[""]) for name in rivals]
@@ -170,6 +186,7 @@ class GridWorld:
             observed * Layer.OBSERVED
             + (self.confidence > 1.0) * Layer.EXPLORED
             + (self.since_reset > 1.0) * Layer.SEARCHED
+            + self.assumed * Layer.ASSUMED
         )
         return SearchView(
             text=text,

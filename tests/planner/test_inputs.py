@@ -56,6 +56,8 @@ def test_the_odometer_counts_driving_only() -> None:
     assert carried.odometer_m == pytest.approx(0.3)
     trembling = with_odometry(state, odometry(3, 0, 0.31, speed=0.0), 0.2)
     assert trembling.odometer_m == pytest.approx(0.3)
+    sideways = replace(odometry(3, 0, 0.5, speed=0.0), lateral_mps=-0.2)
+    assert with_odometry(state, sideways, 0.2).odometer_m == pytest.approx(0.5)
     assert trembling.pose is not None
     assert trembling.pose.yaw_rad == pytest.approx(0.3)
 

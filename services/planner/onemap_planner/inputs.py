@@ -87,7 +87,8 @@ def with_odometry(inputs: LatestInputs, message: Odometry, now_s: float) -> Late
     """The inputs with the new pose, and the odometer advanced by the distance driven."""
     T = message.T_map_body
     pose = Pose2d(float(T[0, 3]), float(T[1, 3]), yaw_of(T))
-    moving = inputs.pose is not None and abs(message.linear_mps) > MIN_SPEED_MPS
+    speed_mps = math.hypot(message.linear_mps, message.lateral_mps)
+    moving = inputs.pose is not None and speed_mps > MIN_SPEED_MPS
     driven_m = pose.distance_to(inputs.pose.xy) if inputs.pose is not None and moving else 0.0
     return replace(
         inputs,

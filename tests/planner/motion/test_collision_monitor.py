@@ -11,24 +11,37 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from onemap_planner.motion.collision_monitor import SLACK_M, monitored, stopping_path
-from onemap_planner.motion.motions import STOP, Pose2d
-from onemap_planner.motion.pure_pursuit import limit_acceleration
+from onemap_planner.motion.collision_monitor import (
+    CORNER_M,
+    SLACK_M,
+    monitored,
+    stopping_path,
+)
+from onemap_planner.motion.motions import STOP, Pose2d, moved
+from onemap_planner.motion.pure_pursuit import DriveParams, limit_acceleration
 from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, Bool, Velocity2d
 from onemap_shared.messages import Occupancy
 from tests.planner.drawn_maps import CELL_M, PARAMS, costmap_of, drawn_map
 
 DRIVE, SIZE = PARAMS.drive, PARAMS.costmap
+HOLONOMIC = DRIVE.model_copy(update={"max_lateral_mps": 0.4})
 DT_S = 0.05
 OPEN = drawn_map(*["." * 10] * 10, scale=5)
 
 speeds = st.builds(Velocity2d, st.floats(-0.7, 0.7), st.floats(-1.5, 1.5))
+vectors = st.builds(Velocity2d, st.floats(-0.7, 0.7), st.floats(-1.5, 1.5), st.floats(-0.4, 0.4))
 headings = st.floats(-math.pi, math.pi)
 
 
-def checked(command: Velocity2d, before: Velocity2d, pose: Pose2d, costmap: Costmap) -> Velocity2d:
-    return monitored(command, before, pose, costmap, DRIVE, dt_s=DT_S)
+def checked(
+    command: Velocity2d,
+    before: Velocity2d,
+    pose: Pose2d,
+    costmap: Costmap,
+    params: DriveParams = DRIVE,
+) -> Velocity2d:
+    return monitored(command, before, pose, costmap, params, dt_s=DT_S)
 
 
 def touches(points: F64, cells: Bool, radius_m: float) -> bool:
@@ -45,7 +58,7 @@ def touches(points: F64, cells: Bool, radius_m: float) -> bool:
 @settings(deadline=None, max_examples=60)
 @given(
     arrays(np.uint8, (12, 12), elements=st.sampled_from([0, 1, 1, 1, 1, 1, 1, 1, 2])),
-    speeds,
+    speeds | vectors,
     headings,
 )
 def test_whatever_is_commanded_the_robot_never_leaves_the_known_free_floor(
@@ -58,34 +71,35 @@ def test_whatever_is_commanded_the_robot_never_leaves_the_known_free_floor(
     pose, velocity = Pose2d(0.6, 0.6, yaw_rad), STOP
     unknown = ~(costmap.free | costmap.occupied)
     for _ in range(30):
-        wanted = limit_acceleration(command, velocity, DT_S, DRIVE)
-        velocity = checked(wanted, velocity, pose, costmap)
-        pose = moved(pose, velocity)
-        ends = np.vstack([[pose.xy], stopping_path(STOP, velocity, pose, DRIVE)])
+        wanted = limit_acceleration(command, velocity, DT_S, HOLONOMIC)
+        velocity = checked(wanted, velocity, pose, costmap, HOLONOMIC)
+        pose = moved(pose, velocity, DT_S)
+        ends = np.vstack([[pose.xy], stopping_path(STOP, velocity, pose, HOLONOMIC)])
         assert not touches(ends, costmap.occupied, SIZE.radius_m - 2 * SLACK_M)
         known_m = max(SIZE.radius_m - SIZE.unknown_overlap_m - 2 * SLACK_M, 1e-3)
         assert not touches(ends, unknown, known_m)
 
 
-def moved(pose: Pose2d, velocity: Velocity2d) -> Pose2d:
-    """The pose after one control period at this velocity."""
-    yaw = pose.yaw_rad + 0.5 * velocity.angular_radps * DT_S
-    length = velocity.linear_mps * DT_S
-    return Pose2d(
-        pose.x_m + length * math.cos(yaw),
-        pose.y_m + length * math.sin(yaw),
-        pose.yaw_rad + velocity.angular_radps * DT_S,
-    )
-
-
-@given(speeds, speeds, headings)
+@given(speeds | vectors, speeds | vectors, headings)
 @settings(deadline=None)
 def test_in_the_open_every_command_passes(
     wanted: Velocity2d, before: Velocity2d, yaw_rad: float
 ) -> None:
-    command = limit_acceleration(wanted, before, DT_S, DRIVE)
+    command = limit_acceleration(wanted, before, DT_S, HOLONOMIC)
     costmap = costmap_of(OPEN, (2.5, 2.5), SIZE)
-    assert checked(command, before, Pose2d(2.5, 2.5, yaw_rad), costmap) == command
+    assert checked(command, before, Pose2d(2.5, 2.5, yaw_rad), costmap, HOLONOMIC) == command
+
+
+def test_sideways_it_slows_down_and_stops_before_a_wall() -> None:
+    costmap = costmap_of(drawn_map("#" * 10, *["." * 10] * 9, scale=5), (2.5, 2.5), SIZE)
+    pose, velocity = Pose2d(2.5, 2.5, math.pi / 2), STOP  # the wall, below x = 0.5, is to its left
+    for _ in range(400):
+        wanted = limit_acceleration(Velocity2d(lateral_mps=0.4), velocity, DT_S, HOLONOMIC)
+        velocity = checked(wanted, velocity, pose, costmap, HOLONOMIC)
+        pose = moved(pose, velocity, DT_S)
+    assert velocity.speed_mps < 0.02
+    assert SIZE.radius_m - SLACK_M - 1e-3 <= pose.x_m - 0.5 < SIZE.radius_m + 0.03
+    assert pose.y_m == pytest.approx(2.5)
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -98,12 +112,13 @@ def test_it_slows_down_and_stops_before_what_is_not_free(direction: int, ahead: 
         target = Velocity2d(direction * (0.7 if direction > 0 else 0.15), 0.0)
         wanted = limit_acceleration(target, velocity, DT_S, DRIVE)
         velocity = checked(wanted, velocity, pose, costmap)
-        pose = moved(pose, velocity)
+        pose = moved(pose, velocity, DT_S)
         speeds_mps.append(abs(velocity.linear_mps))
-    keeps_m = SIZE.radius_m if ahead == "#" else SIZE.radius_m - SIZE.unknown_overlap_m
+    keeps_m = SIZE.radius_m if ahead == "#" else -CORNER_M
     gap_m = min(4.5 - pose.x_m, pose.x_m - 0.5)
     assert keeps_m - SLACK_M - 1e-3 <= gap_m < keeps_m + 0.03
     assert speeds_mps[-1] < 0.02
+    assert ahead == "#" or DRIVE.unseen_mps in speeds_mps
     braking = np.diff(speeds_mps[speeds_mps.index(max(speeds_mps)) :])
     assert (braking >= -DRIVE.max_linear_mps2 * DT_S - 1e-9).all()
 
@@ -144,15 +159,40 @@ def test_an_escape_crosses_unseen_floor_slowly_and_not_far() -> None:
     strict = SIZE.model_copy(update={"unknown_overlap_m": 0.1})
     near = costmap_of(replace(OPEN, occupancy=hole), (1.0, 1.25), strict)
     assert near.crossable[7, 12]
-    slow, fast, pose = Velocity2d(-0.1, 0.0), Velocity2d(-0.4, 0.0), Pose2d(1.0, 1.25, 0.0)
+    slow, fast, pose = Velocity2d(-0.04, 0.0), Velocity2d(-0.1, 0.0), Pose2d(1.0, 1.25, 0.0)
     assert checked(slow, slow, pose, near) == slow
     assert checked(fast, fast, pose, near) != fast
     nothing = costmap_of(drawn_map(*[" " * 10] * 10, scale=5), (2.5, 2.5), SIZE)
-    assert not nothing.crossable.any()
+    beside = nothing.grid.centres(np.argwhere(nothing.crossable)) - (2.5, 2.5)
+    assert np.hypot(*beside.T).max() <= SIZE.radius_m + CELL_M  # only where it stands
     centre = Pose2d(2.5, 2.5, 0.0)
     for command in (Velocity2d(0.15, 0.0), Velocity2d(-0.15, 0.0)):
         end = pose_after(command, centre, nothing)
         assert end.distance_to(centre.xy) < SIZE.radius_m + CELL_M
+
+
+@pytest.mark.parametrize("beside", [" ", "a"])
+def test_the_body_comes_over_what_no_camera_saw_at_the_speed_of_a_touch(beside: str) -> None:
+    rows = [*["." * 10] * 5, *[beside * 10] * 5]
+    costmap = costmap_of(drawn_map(*rows, scale=5), (2.2, 2.5), SIZE)
+    velocity, pose, border_m = Velocity2d(0.7, 0.0), Pose2d(1.5, 2.5, 0.0), 2.5 - SIZE.radius_m
+    for _ in range(200):
+        wanted = limit_acceleration(Velocity2d(0.7, 0.0), velocity, DT_S, DRIVE)
+        velocity = checked(wanted, velocity, pose, costmap)
+        pose = moved(pose, velocity, DT_S)
+        if pose.x_m > border_m + SLACK_M:
+            assert velocity.linear_mps <= DRIVE.unseen_mps
+    assert pose.x_m > border_m + 0.1
+    assert (pose.x_m > 2.6) == (beside == "a")  # assumed floor is floor, unknown cells are not
+
+
+def test_a_body_that_is_over_it_creeps_along_and_drives_away() -> None:
+    rows = [*["." * 10] * 5, *[" " * 10] * 5]
+    costmap = costmap_of(drawn_map(*rows, scale=5), (2.4, 2.5), SIZE)
+    along, away = Pose2d(2.4, 2.5, math.pi / 2), Pose2d(2.4, 2.5, math.pi)
+    command = Velocity2d(0.3, 0.0)
+    assert checked(command, STOP, along, costmap).linear_mps == DRIVE.unseen_mps
+    assert checked(command, command, away, costmap) == command
 
 
 def pose_after(command: Velocity2d, pose: Pose2d, costmap: Costmap) -> Pose2d:
@@ -161,5 +201,5 @@ def pose_after(command: Velocity2d, pose: Pose2d, costmap: Costmap) -> Pose2d:
     for _ in range(100):
         wanted = limit_acceleration(command, velocity, DT_S, DRIVE)
         velocity = checked(wanted, velocity, pose, costmap)
-        pose = moved(pose, velocity)
+        pose = moved(pose, velocity, DT_S)
     return pose

@@ -42,6 +42,11 @@ def test_commanded_without_moving_it_backs_up_and_adds_an_obstacle() -> None:
     assert stuck.obstacles_xy.tolist() == [[pytest.approx(1.0), pytest.approx(2.25)]]
 
 
+def test_a_robot_that_is_stuck_sideways_adds_an_obstacle_there() -> None:
+    stuck = updated(START, 3.1, command=Velocity2d(0.0, 0.0, -0.3))
+    assert stuck.obstacles_xy.tolist() == [[pytest.approx(1.25), pytest.approx(2.0)]]
+
+
 def test_a_collision_counts_at_once_but_only_when_driving_at_it() -> None:
     assert updated(START, 0.1, collided=True).stuck_count == 1
     assert updated(START, 0.1, collided=True, command=STOP).stuck_count == 0

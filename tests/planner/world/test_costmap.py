@@ -32,29 +32,35 @@ def test_navigable_is_free_with_room_for_the_robot(occupancy: np.ndarray) -> Non
     )
     costmap = costmap_of(map_view, (0.05, 0.05), params)
     away = clearances(occupancy == Occupancy.OCCUPIED, 0.1)
-    free = occupancy == Occupancy.FREE
-    for under_the_robot in ((0, 0), (0, 1), (1, 0)):
-        free[under_the_robot] |= occupancy[under_the_robot] != Occupancy.OCCUPIED
-    expected = free & (away >= 0.1)
+    expected = (occupancy == Occupancy.FREE) & (away >= 0.1)
     assert (costmap.navigable == expected).all()
     assert ((costmap.cost >= 1.0) == expected).all()
     np.testing.assert_allclose(costmap.clearance_m, away, rtol=1e-6)
 
 
-def test_unknown_is_not_free_but_the_driven_floor_is() -> None:
+def test_unknown_is_not_free_but_floor_driven_over_a_metre_ago_is() -> None:
     map_view = drawn_map(*["     "] * 5, scale=4)
-    trail = np.array([[0.55, 1.0], [1.0, 1.0]])
+    trail = np.column_stack([np.linspace(0.55, 1.75, 13), np.full(13, 1.0)])
     costmap = build_costmap(
         map_view,
-        robot_xy=np.array([1.45, 1.0]),
+        robot_xy=np.array([1.75, 1.0]),
         trail_xy=trail,
         obstacles_xy=NO_POINTS,
         params=PARAMS.costmap,
     )
     assert costmap.free[5, 10]
-    assert costmap.free[14, 10]
+    assert not costmap.unseen[5, 10]
+    assert not costmap.free[14, 10]  # else the robot's own steps would make way into the unknown
+    assert costmap.unseen[14, 10]
     assert not costmap.free[5, 15]
     assert not costmap.navigable[5, 15]
+
+
+def test_floor_that_is_assumed_is_floor_but_unseen() -> None:
+    costmap = costmap_of(drawn_map(*["...aa"] * 5, scale=4), (1.0, 0.5), PARAMS.costmap)
+    assert costmap.free.all()
+    np.testing.assert_array_equal(costmap.unseen, np.tile(np.arange(20) >= 12, (20, 1)))
+    assert costmap.cost[10, 11] > costmap.cost[10, 10] > costmap.cost[10, 2]
 
 
 def test_costs_rise_towards_obstacles() -> None:

@@ -3,7 +3,8 @@
 Each command is checked against the newest costmap, forwards and backwards: the path of the
 robot's disc while the command acts for ``reaction_s`` and the robot then brakes as hard as its
 limits allow. The disc may touch no occupied cell and reach over unknown ones only by
-``unknown_overlap_m``. A robot that already does may move so that it does not get worse.
+``unknown_overlap_m``, at the speed of a harmless touch where it comes over them anew. A robot that
+already does may move so that it does not get worse.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from onemap_shared.geometry import F64, Bool, Velocity2d
 
 FRACTIONS = (0.75, 0.5, 0.25)  # of the commanded speed that are tried, on the same arc
 STEP_S = 0.05  # of the predicted path: at 0.7 m/s 35 mm, a third of a cell
+CORNER_M = 0.02  # by which the centre may leave known cells, where a path cuts a corner
 SLACK_M = 0.005  # of rounding and tracking: navigable cells lie a radius from obstacles as a whole
 NOT_WORSE_M = 1e-6  # rounding of distances
 
@@ -52,9 +54,9 @@ class MonitorCounts:
 
 def action_of(wanted: Velocity2d, command: Velocity2d) -> MonitorAction:
     """What was done to a wanted velocity, by the command that became of it."""
-    if abs(command.linear_mps) >= abs(wanted.linear_mps):
+    if command.speed_mps >= wanted.speed_mps:
         return MonitorAction.PASSED
-    return MonitorAction.SLOWED if command.linear_mps != 0.0 else MonitorAction.STOPPED
+    return MonitorAction.SLOWED if command.speed_mps != 0.0 else MonitorAction.STOPPED
 
 
 def monitored(
@@ -71,16 +73,19 @@ def monitored(
     previous: the velocity that the robot has, ``dt_s`` before the command. If no speed is safe the
     robot turns in place, and if it drives too fast for that it brakes on its arc.
     """
-    if previous.linear_mps == command.linear_mps == 0.0:
+    if previous.speed_mps == command.speed_mps == 0.0:
         return command
     surroundings = _Surroundings.of(pose, costmap, _reach_m(command, previous, params))
-    v, w = command.linear_mps, command.angular_radps
-    slower = [Velocity2d(v * part, w * part) for part in FRACTIONS]
+    v, w, left = command.linear_mps, command.angular_radps, command.lateral_mps
+    parts = (*FRACTIONS, min(params.unseen_mps / max(command.speed_mps, params.unseen_mps), 1.0))
+    slower = [Velocity2d(v * part, w * part, left * part) for part in sorted(parts, reverse=True)]
     for wanted in (command, *slower, Velocity2d(0.0, w)):
         candidate = limit_acceleration(wanted, previous, dt_s, params)
         path = stopping_path(wanted, previous, pose, params)
-        slow = max(abs(wanted.linear_mps), abs(previous.linear_mps)) <= params.reverse_mps
-        if surroundings.allow(path, slow=slow):
+        fastest = max(wanted.speed_mps, previous.speed_mps)
+        if not surroundings.allow(path, slow=fastest <= params.reverse_mps):
+            continue
+        if fastest <= params.unseen_mps or not surroundings.covers_unseen(path):
             return candidate
     return limit_acceleration(STOP, previous, dt_s, params)
 
@@ -94,7 +99,7 @@ def stopping_path(
     the limits of acceleration.
     """
     reaction = int(np.ceil(params.reaction_s / STEP_S))
-    fastest = max(abs(command.linear_mps), abs(previous.linear_mps))
+    fastest = max(command.speed_mps, previous.speed_mps)
     steps = reaction + int(np.ceil(fastest / (params.max_linear_mps2 * STEP_S)))
     velocity, points = previous, np.empty((steps, 2))
     x, y, yaw = pose.x_m, pose.y_m, pose.yaw_rad
@@ -103,9 +108,10 @@ def stopping_path(
         after = limit_acceleration(target, velocity, STEP_S, params)
         # The mean of both velocities is exact in length and angle, the mean heading in direction.
         turn = 0.5 * (velocity.angular_radps + after.angular_radps) * STEP_S
-        length = 0.5 * (velocity.linear_mps + after.linear_mps) * STEP_S
-        x += length * float(np.cos(yaw + 0.5 * turn))
-        y += length * float(np.sin(yaw + 0.5 * turn))
+        ahead = 0.5 * (velocity.linear_mps + after.linear_mps) * STEP_S
+        left = 0.5 * (velocity.lateral_mps + after.lateral_mps) * STEP_S
+        cos, sin = float(np.cos(yaw + 0.5 * turn)), float(np.sin(yaw + 0.5 * turn))
+        x, y = x + ahead * cos - left * sin, y + ahead * sin + left * cos
         yaw, velocity = yaw + turn, after
         points[i] = x, y
     return points
@@ -113,7 +119,7 @@ def stopping_path(
 
 def _reach_m(command: Velocity2d, previous: Velocity2d, params: DriveParams) -> float:
     """An upper bound of the length of ``stopping_path``, metres."""
-    fastest = max(abs(command.linear_mps), abs(previous.linear_mps))
+    fastest = max(command.speed_mps, previous.speed_mps)
     return fastest * (params.reaction_s + STEP_S) + fastest**2 / (2 * params.max_linear_mps2)
 
 
@@ -121,16 +127,20 @@ def _reach_m(command: Velocity2d, previous: Velocity2d, params: DriveParams) -> 
 class _Surroundings:
     """The cells that the robot's disc must keep away from, and how far its centre has to stay.
 
-    occupied and unknown (N, 2): centres in metres; occupied_m and unknown_m: metres to keep from
-    their edges. crossable (N, 2): unknown cells that an escape may cross slowly.
+    here (1, 2): the robot's centre in metres. occupied and unknown (N, 2): centres in metres;
+    occupied_m and unknown_m: metres to keep from their edges. known (N, 2): cells that are not
+    unknown, which the centre may leave by leave_m. unseen (N, 2): cells that no camera saw.
     """
 
     costmap: Costmap
+    here: F64
     occupied: F64
     unknown: F64
-    crossable: F64
+    known: F64
+    unseen: F64
     occupied_m: float
     unknown_m: float
+    leave_m: float
 
     @classmethod
     def of(cls, pose: Pose2d, costmap: Costmap, reach_m: float) -> _Surroundings:
@@ -142,17 +152,20 @@ class _Surroundings:
         inside, centres = grid.contains(cells), grid.centres(cells)
         at = tuple(np.clip(cells, 0, np.array(grid.shape) - 1).T)
         occupied = centres[inside & costmap.occupied[at]]
-        crossable = inside & costmap.crossable[at]
-        unknown = centres[~inside | ~(costmap.free | costmap.occupied | costmap.crossable)[at]]
+        known = inside & (costmap.free | costmap.occupied | costmap.crossable)[at]
+        unknown = centres[~known]
         size, here = grid.cell_size_m, np.array([pose.xy])
-        known_m = max(radius_m - costmap.params.unknown_overlap_m - SLACK_M, 0.0)
+        keep_m = max(radius_m - costmap.params.unknown_overlap_m - CORNER_M - SLACK_M, 0.0)
         return cls(
             costmap,
+            here,
             occupied,
             unknown,
-            centres[crossable],
+            centres[known],
+            centres[~inside | costmap.unseen[at]],
             min(radius_m - SLACK_M, float(_edge_distance(here, occupied, size)[0])) - NOT_WORSE_M,
-            min(known_m, float(_edge_distance(here, unknown, size)[0])) - NOT_WORSE_M,
+            min(keep_m, float(_edge_distance(here, unknown, size)[0])) - NOT_WORSE_M,
+            max(CORNER_M, float(_edge_distance(here, centres[known], size)[0])) + NOT_WORSE_M,
         )
 
     def allow(self, points: F64, *, slow: bool) -> bool:
@@ -162,15 +175,25 @@ class _Surroundings:
         come as near to an obstacle on its own trail as it has to where noise narrowed a door.
         """
         size = self.costmap.grid.cell_size_m
-        if not slow and (_edge_distance(points, self.crossable, size) < self.unknown_m).any():
-            return False
         if (_edge_distance(points, self.unknown, size) < self.unknown_m).any():
+            return False
+        if (_edge_distance(points, self.known, size) > self.leave_m).any():
             return False
         near = _edge_distance(points, self.occupied, size)
         if slow:
             back = self._returning(points) & (near >= self.costmap.params.radius_m / 2)
             near = np.where(back, np.inf, near)
         return not bool((near < self.occupied_m).any())
+
+    def covers_unseen(self, points: F64) -> bool:
+        """Whether the disc comes over unseen cells on this path (N, 2) that it is not over yet."""
+        size = self.costmap.grid.cell_size_m
+        if len(self.unseen) == 0:
+            return False
+        radius_m = self.costmap.params.radius_m - SLACK_M
+        now = np.minimum(_edge_distances(self.here, self.unseen, size)[0], radius_m)
+        closest = _edge_distances(points, self.unseen, size).min(axis=0)
+        return bool((closest < now - NOT_WORSE_M).any())
 
     def _returning(self, points: F64) -> Bool:
         """Whether each point (N, 2) lies on the robot's own way back."""
@@ -184,7 +207,12 @@ def _edge_distance(points: F64, centres: F64, cell_size_m: float) -> F64:
     """Distance (N,) of each point to the nearest edge of square cells; infinity without cells."""
     if len(centres) == 0:
         return np.full(len(points), np.inf)
-    apart = np.abs(points[:, None] - centres[None]) - cell_size_m / 2
-    outside = np.maximum(apart, 0.0)
-    nearest: F64 = np.sqrt((outside**2).sum(axis=2).min(axis=1))
+    nearest: F64 = _edge_distances(points, centres, cell_size_m).min(axis=1)
     return nearest
+
+
+def _edge_distances(points: F64, centres: F64, cell_size_m: float) -> F64:
+    """Distances (N, M) of N points to the edges of M square cells; 0 inside."""
+    apart = np.abs(points[:, None] - centres[None]) - cell_size_m / 2
+    distances: F64 = np.linalg.norm(np.maximum(apart, 0.0), axis=2)
+    return distances

@@ -110,7 +110,7 @@ class ProgressMonitor:
             if done or now_s - monitor.backing_since_s >= params.back_up_s:
                 return replace(monitor, backing_from=None, moved_at=pose, moved_s=now_s)
             return monitor
-        driving = abs(sample.command.linear_mps) > COMMANDED_MPS
+        driving = sample.command.speed_mps > COMMANDED_MPS
         commanded = driving or abs(sample.command.angular_radps) > COMMANDED_RADPS
         if not commanded or _moved(monitor.moved_at, pose):
             monitor = replace(monitor, moved_at=pose, moved_s=now_s)
@@ -129,9 +129,11 @@ def _moved(before: Pose2d, pose: Pose2d) -> bool:
 def _with_obstacle(
     monitor: ProgressMonitor, sample: MotionSample, params: RecoveryParams, front_m: float
 ) -> ProgressMonitor:
-    """The monitor with a virtual obstacle ``front_m`` ahead of the robot."""
-    x = sample.pose.x_m + front_m * float(np.cos(sample.pose.yaw_rad))
-    y = sample.pose.y_m + front_m * float(np.sin(sample.pose.yaw_rad))
+    """The monitor with a virtual obstacle ``front_m`` ahead, or to where the robot drove."""
+    command = sample.command
+    towards = sample.pose.yaw_rad + float(np.arctan2(command.lateral_mps, abs(command.linear_mps)))
+    x = sample.pose.x_m + front_m * float(np.cos(towards))
+    y = sample.pose.y_m + front_m * float(np.sin(towards))
     obstacle = VirtualObstacle((x, y), sample.now_s + params.virtual_obstacle_s)
     return replace(monitor, virtual_obstacles=(*monitor.virtual_obstacles, obstacle))
 

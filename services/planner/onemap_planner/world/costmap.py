@@ -54,6 +54,12 @@ class CostmapParams(Params):
         ge=0,
         description="Extra cost per metre at the least clearance; 3 keeps to the middle of doors.",
     )
+    unseen_weight: float = Field(
+        default=6.0,
+        ge=0,
+        description="Extra cost per metre on the border of what no camera saw, less with distance: "
+        "the robot creeps where its body comes over that.",
+    )
     escape_radius_m: PositiveFloat = Field(
         default=1.2,
         description="Metres around a robot outside the navigable map through which it may leave: "
@@ -86,8 +92,9 @@ class Costmap:
     robot's own trail, and its surroundings while it has to escape); clearance_m float32: to
     the nearest obstacle's edge, infinity without obstacles; trail_distance_m float32: to where
     the robot's centre has been; returning bool: the robot's way until a metre ago, which it may
-    drive back slowly; crossable bool: unknown cells that a robot which has to escape may cross
-    slowly. params: the robot's size.
+    drive back slowly; crossable bool: unknown cells that a path may enter all the same, slowly;
+    unseen bool: neither occupied nor floor that a camera saw or the robot drove over. params: the
+    robot's size.
     """
 
     grid: GridSpec
@@ -99,6 +106,7 @@ class Costmap:
     trail_distance_m: F32
     returning: Bool
     crossable: Bool
+    unseen: Bool
     params: CostmapParams
 
     @property
@@ -113,38 +121,38 @@ def build_costmap(
 ) -> Costmap:
     """The costmap of a map view. All points are metres in the map frame.
 
-    robot_xy (2,): inside the view's grid; trail_xy (K, 2): where the robot's centre has been,
-    so that the floor there is free even if no camera saw it; obstacles_xy (B, 2): virtual
-    obstacles, which the robot ran into and no map shows.
+    robot_xy (2,): inside the view's grid; trail_xy (K, 2): where the robot's centre has been, so
+    that the floor there is free even if no camera saw it, but for the last metre: else the robot's
+    own steps would make way into the unknown; obstacles_xy (B, 2): virtual obstacles, which the
+    robot ran into and no map shows.
     """
     grid, size = map_view.grid, map_view.grid.cell_size_m
     occupied = (map_view.occupancy == Occupancy.OCCUPIED) | _mark(grid, obstacles_xy)
     trail_distance = _distance(_mark(grid, np.vstack([trail_xy, robot_xy]))) * size
-    driven = trail_distance <= params.radius_m
+    earlier_xy = trail_xy[:-RECENT_POINTS]
+    driven = _distance(_mark(grid, earlier_xy)) * size <= params.radius_m
     free = ((map_view.occupancy == Occupancy.FREE) | driven) & ~occupied
     clearance = _distance(occupied) * size - size / 2
     needed = params.min_clearance_m
     navigable = free & (clearance >= needed) & ~_near_unknown(free | occupied, size, params)
-    proximity = np.clip(
-        (params.inflation_radius_m - clearance) / (params.inflation_radius_m - needed), 0.0, 1.0
-    )
-    cost = np.where(navigable, 1.0 + params.inflation_weight * proximity**2, IMPASSABLE)
+    unseen = ~(driven | occupied | ((map_view.occupancy == Occupancy.FREE) & ~map_view.assumed))
+    effort = _effort(clearance, _distance(unseen) * size - size / 2, params)
+    cost = np.where(navigable, effort, IMPASSABLE)
     way_back = ndimage.binary_dilation(_mark(grid, trail_xy), CONNECTIVITY_8)
     way_back &= ~navigable & (clearance >= params.radius_m / 2)
     cost[way_back] = RETURN_COST
-    earlier = ndimage.binary_dilation(_mark(grid, trail_xy[:-RECENT_POINTS]), CONNECTIVITY_8)
+    earlier = ndimage.binary_dilation(_mark(grid, earlier_xy), CONNECTIVITY_8)
     returning = earlier & (clearance >= params.radius_m / 2)
     robot = grid.cells(robot_xy)
-    crossable = np.zeros_like(free)
     if _component_m2(navigable, robot, map_view.cell_area_m2) < params.escape_below_m2:
         distance = distance_cells(grid, robot) * size
         body = distance <= params.radius_m
         around = (distance <= params.escape_radius_m) & (~occupied | body) & (cost < 0)
         seen_m = _distance(map_view.occupancy == Occupancy.FREE) * size
         around &= free | body | (seen_m <= params.escape_unknown_m)
-        crossable = around & ~free & ~occupied
         lack = np.clip((needed - clearance[around]) / needed, 0.0, 2.0)
         cost[around] = ESCAPE_COST * (1.0 + 4.0 * lack)
+    crossable = (cost > 0) & ~free & ~occupied
     return Costmap(
         grid,
         occupied,
@@ -155,8 +163,18 @@ def build_costmap(
         trail_distance.astype(np.float32),
         returning,
         crossable,
+        unseen,
         params,
     )
+
+
+def _effort(clearance_m: F64, unseen_m: F64, params: CostmapParams) -> F64:
+    """Metres of effort per metre (nx, ny), from the distances to obstacles and to unseen cells."""
+    needed, enough = params.min_clearance_m, params.inflation_radius_m
+    proximity = np.clip((enough - clearance_m) / (enough - needed), 0.0, 1.0)
+    exposed = np.clip(1.0 - unseen_m / needed, 0.0, 1.0)
+    effort: F64 = 1.0 + params.inflation_weight * proximity**2 + params.unseen_weight * exposed
+    return effort
 
 
 def _near_unknown(known: Bool, cell_size_m: float, params: CostmapParams) -> Bool:

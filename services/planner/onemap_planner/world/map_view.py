@@ -25,7 +25,8 @@ MAX_OUTSIDE_M = 50.0
 class MapView:
     """The layers of a ``SearchView`` as masks, all (nx, ny) on ``grid``.
 
-    occupancy uint8, values of ``Occupancy``; observed O, explored E, searched C bool;
+    occupancy uint8, values of ``Occupancy``; observed O, explored E, searched C bool; assumed
+    bool: counts as free, but no camera saw it;
     similarity float32 in [0, 1], NaN where not observed: the score, or for an encoder without
     calibration the place among the map's top tenth; margin float32: the score less that of the
     best name that competes with the object, infinity where none does, NaN where not observed;
@@ -38,6 +39,7 @@ class MapView:
     observed: Bool
     explored: Bool
     searched: Bool
+    assumed: Bool
     similarity: F32
     margin: F32
     guidance: F32
@@ -124,6 +126,7 @@ def map_view_around(view: SearchView, robot_xy: F64, window_xy: F64 | None = Non
         observed=(layers & Layer.OBSERVED) > 0,
         explored=(layers & Layer.EXPLORED) > 0,
         searched=(layers & Layer.SEARCHED) > 0,
+        assumed=(layers & Layer.ASSUMED) > 0,
         similarity=similarity if view.calibrated else _top_tenth(guidance),
         margin=margin,
         guidance=guidance,
