@@ -178,7 +178,7 @@ def test_cancelling_stops_the_robot() -> None:
 
 def test_a_restarted_mapper_makes_it_look_around_again() -> None:
     run = start_drive(in_two_rooms(), place(4.0, 7.0))
-    while run.now_s < 12.0:
+    while run.now_s < 30.0:
         run.step()
     run.world.forget()
     run.step()

@@ -10,8 +10,8 @@ from onemap_planner.motion.motions import Drive, Pose2d, Rest, Rotate
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import explore, select_candidate
 from onemap_planner.policy.goals import Goal, GoalKind
-from onemap_planner.policy.state import PlannerState, TargetState, blacklist
-from onemap_planner.search.events import CandidateSelected, Exhausted
+from onemap_planner.policy.state import PlannerState, TargetState, blacklist, reject_candidate
+from onemap_planner.search.events import CandidateSelected, Event, Exhausted
 from onemap_planner.world.acceptance import ViewpointTally
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import POSE, SEARCH, candidate, context, planner_state
@@ -70,6 +70,29 @@ def test_what_the_map_does_not_support_is_looked_at_from_near() -> None:
     there = replace(here, pose=Pose2d(*goal.goal.viewpoint_xy, facing(goal.goal)))
     _, _, event, _ = explore(state, there, PARAMS)
     assert event == CandidateSelected(state.target_state.disputed[0])
+
+
+def given_up(state: PlannerState, here: PlanningContext) -> tuple[PlannerState, Event | None]:
+    """The state and the event after no goal was left for long enough."""
+    state, *_ = explore(state, here, PARAMS)
+    later = replace(state, active_time_s=state.active_time_s + GIVE_UP_S)
+    after, _, event, _ = explore(later, here, PARAMS)
+    return after, event
+
+
+@pytest.mark.parametrize(("hits", "again"), [(8, True), (1, False)])
+def test_before_not_found_what_is_doubtful_is_looked_at_once_more(hits: int, again: bool) -> None:
+    state, here = doubtful(rank=0.95, hits=hits)
+    (thing,) = state.target_state.disputed
+    state = replace(state, target_state=TargetState(rejected=(thing,)))
+    state, event = given_up(state, here)
+    assert event is None
+    assert state.target_state.disputed == ((thing,) if again else ())
+    state, motion, event, _ = explore(state, here, PARAMS)
+    assert isinstance(motion, Drive) is again
+    state = reject_candidate(state, thing)
+    _, event = given_up(state, here)
+    assert isinstance(event, Exhausted)  # one more look, not one after the other
 
 
 @pytest.mark.parametrize(("hits", "named"), [(8, True), (1, False)])

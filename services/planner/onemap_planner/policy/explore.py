@@ -47,6 +47,7 @@ from onemap_planner.world.regions import SimilarRegion, find_regions, remaining_
 from onemap_shared.messages import Coverage, SearchKind
 
 LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
+MAX_LAST_LOOKS = 2  # doubtful candidates that are looked at again before an object is given up
 LEAST_NAMED_M2 = 1.0  # less floor out of reach is the rim of furniture
 MAX_CANDIDATES_TRIED = 5  # candidates considered in one step, those with the most sightings
 
@@ -261,24 +262,34 @@ def _idle(
         return state, Rotate(), None  # whoever stood in a doorway may have left
     cut_off = context.unreachable_m2() >= params.explore.cut_off_m2
     again = state.target_state.rejected or (cut_off and state.blacklisted_frontiers)
-    if again and not state.target_state.reconsidered:
-        return reconsider(state, frontiers=cut_off), Rest(), None
+    doubtful = _doubtful(state, context, params)
+    if (again or doubtful) and not state.target_state.reconsidered:
+        looks = tuple(candidate for _, candidate in doubtful[:MAX_LAST_LOOKS])
+        return reconsider(state, frontiers=cut_off, doubtful=looks), Rest(), None
     coverage = coverage_of(context)
     covered = _covered(state, context, coverage)
-    doubtful = _most_probable(state, context, params)
-    return state, Rest(), Exhausted(f"{covered}; {doubtful}" if doubtful else covered, coverage)
+    named = f"; {_told(*doubtful[0])}" if doubtful else ""
+    return state, Rest(), Exhausted(covered + named, coverage)
 
 
-def _most_probable(state: PlannerState, context: PlanningContext, params: PlannerParams) -> str:
-    """What was detected, but not accepted because the map did not agree; empty without any."""
+def _doubtful(
+    state: PlannerState, context: PlanningContext, params: PlannerParams
+) -> list[tuple[float, ObjectCandidate]]:
+    """What was detected, but not accepted because the map did not agree, the most probable first.
+
+    Each with its probability; what is certainly something else is left out.
+    """
     weighed = [
         (object_probability(candidate, context, params.acceptance), candidate)
         for candidate in (*state.target_state.disputed, *state.target_state.rejected)
         if not candidate.supported and candidate.sightings >= params.consensus.min_sightings
     ]
-    probable, best = max(weighed, key=lambda pair: pair[0], default=(0.0, None))
-    if best is None or probable <= 1 - params.acceptance.certain:
-        return ""
+    likely = [pair for pair in weighed if pair[0] > 1 - params.acceptance.certain]
+    return sorted(likely, key=lambda pair: -pair[0])
+
+
+def _told(probable: float, best: ObjectCandidate) -> str:
+    """A doubtful candidate in words."""
     hits = sum(tally.hits for tally in best.near_views)
     x, y, _ = best.xyz
     return (

@@ -220,16 +220,19 @@ def is_new_goal(state: PlannerState, active_goal: ActiveGoal) -> bool:
     return before is None or before.since_s != active_goal.since_s
 
 
-def reconsider(state: PlannerState, *, frontiers: bool) -> PlannerState:
+def reconsider(
+    state: PlannerState, *, frontiers: bool, doubtful: tuple[ObjectCandidate, ...] = ()
+) -> PlannerState:
     """The state that considers rejected candidates once more, because no goal is left.
 
+    doubtful: those that the map does not support and that are worth a look from another side;
+    what was seen of them counts on. All others are forgotten until they are detected again.
     frontiers: also those that stayed after their visit, since one of them may be the way to a
     part of the flat that noise cut off.
     """
     blacklisted = () if frontiers else state.blacklisted_frontiers
-    return replace(
-        state, target_state=TargetState(reconsidered=True), blacklisted_frontiers=blacklisted
-    )
+    again = TargetState(reconsidered=True, disputed=doubtful)
+    return replace(state, target_state=again, blacklisted_frontiers=blacklisted)
 
 
 def is_blacklisted(state: PlannerState, goal: Goal, within_m: float) -> bool:
