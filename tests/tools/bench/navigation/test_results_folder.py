@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import pytest
@@ -11,7 +12,7 @@ import pytest
 from onemap_tools.bench.navigation.results_folder import ResultsFolder, read_beside
 from tests.tools.bench.navigation.records import episode, found
 
-OPTIONS = {"method": "onemap", "seed": 1, "config": {"planner": {"plan_hz": 4.0}}}
+OPTIONS: dict[str, Any] = {"method": "onemap", "seed": 1, "config": {"planner": {"plan_hz": 4.0}}}
 FIRST, SECOND = episode(0, found("bed", 4, 8)), episode(1, found("fan", 1, 1))
 
 
@@ -57,10 +58,16 @@ def test_a_folder_of_other_options_is_refused_in_a_sentence(tmp_path: Path) -> N
         ResultsFolder(tmp_path, OPTIONS)
 
 
-def test_only_runs_that_differ_in_the_method_are_compared(tmp_path: Path) -> None:
+def test_only_runs_of_the_same_task_are_compared(tmp_path: Path) -> None:
     ResultsFolder(tmp_path, OPTIONS).add(FIRST)
     assert read_beside(tmp_path, {**OPTIONS, "method": "vlfm"}) == ("onemap", [FIRST])
-    with pytest.raises(ValueError, match=r"plan_hz 4\.0 instead of 5\.0: only runs"):
-        read_beside(tmp_path, {**OPTIONS, "config": {"planner": {"plan_hz": 5.0}}})
+    other = {**OPTIONS, "config": {"planner": {"plan_hz": 5.0}}}
+    assert read_beside(tmp_path, other) == ("onemap, planner.plan_hz 4.0", [FIRST])
+    later = {"seed": 3, "config": {**OPTIONS["config"], "simulator": {"seed": 3}}}
+    assert read_beside(tmp_path, {**OPTIONS, **later})[0] == "onemap"
+    with pytest.raises(ValueError, match=r"simulator\.rgbd_hz None instead of 8\.0: only runs"):
+        read_beside(tmp_path, {**other, "config": {"simulator": {"rgbd_hz": 8.0}}})
+    with pytest.raises(ValueError, match="features None instead of 'mini': only runs"):
+        read_beside(tmp_path, {**other, "features": "mini"})
     with pytest.raises(ValueError, match="holds no results"):
         read_beside(tmp_path / "none", OPTIONS)

@@ -14,6 +14,10 @@ from onemap_tools.bench.navigation.page import metrics_by_method, page_html, spl
 from onemap_tools.bench.navigation.records import EpisodeRecord, episode_record
 
 OPTIONS_FILE, EPISODES_FILE = "options.json", "episodes.jsonl"
+# Settings of the search itself; those of simulator and perception are part of the task.
+SEARCHING = ("config.planner.", "config.mapper.")
+# What may differ beside them: the apartments that both searched are compared.
+FREE = {"method", "episodes", "seed", "config.simulator.seed", "apartments", "order"}
 RESULTS_FILE, PAGE_FILE, PLOT_FILE = "results.json", "index.html", "spl_by_position.svg"
 
 
@@ -49,32 +53,44 @@ class ResultsFolder:
 
 
 def read_beside(folder: Path, options: Mapping[str, Any]) -> tuple[str, list[EpisodeRecord]]:
-    """Method and episodes of another run; ValueError if more than method, order and
-    apartments differ."""
+    """Name and episodes of another run: its method, and its settings where they differ.
+
+    ValueError if more differs than method, order, apartments and the settings of ``SEARCHING``:
+    then the task was another one.
+    """
     file = folder / OPTIONS_FILE
     if not file.exists():
         raise ValueError(f"{folder} holds no results of onemap bench navigation")
     before = dict(_options(file))
-    free = ("method", "episodes", "seed", "apartments", "order")
-    wanted = {**options, **{name: before.get(name) for name in free}}
-    refuse_others(
-        folder, before, wanted, "only runs that differ in method or order can be compared"
-    )
-    return str(before["method"]), _finished(folder / EPISODES_FILE)
+    differing = _differing(before, options)
+    settings = [name for name in differing if name.startswith(SEARCHING)]
+    advice = "only runs that differ in method, order, planner or mapper can be compared"
+    another = {k: each for k, each in differing.items() if k not in {*FREE, *settings}}
+    _refuse(folder, another, advice)
+    of = [f"{name.removeprefix('config.')} {differing[name][0]!r}" for name in settings]
+    return ", ".join((str(before["method"]), *of)), _finished(folder / EPISODES_FILE)
 
 
 def refuse_others(
     folder: Path, before: Mapping[str, Any], wanted: Mapping[str, Any], advice: str
 ) -> None:
     """Raise ValueError that names the options in which the two differ."""
-    had, want = flat(before), flat(wanted)
-    differing = [
-        f"{name} {had.get(name)!r} instead of {want.get(name)!r}"
-        for name in dict.fromkeys((*had, *want))
-        if had.get(name) != want.get(name)
-    ]
+    _refuse(folder, _differing(before, wanted), advice)
+
+
+def _refuse(folder: Path, differing: Mapping[str, tuple[Any, Any]], advice: str) -> None:
     if differing:
-        raise ValueError(f"{folder} holds results with {', '.join(differing)}: {advice}")
+        named = [f"{name} {had!r} instead of {want!r}" for name, (had, want) in differing.items()]
+        raise ValueError(f"{folder} holds results with {', '.join(named)}: {advice}")
+
+
+def _differing(before: Mapping[str, Any], wanted: Mapping[str, Any]) -> dict[str, tuple[Any, Any]]:
+    """Both values of each option in which the two differ, by its dotted name."""
+    had, want = flat(before), flat(wanted)
+    names = dict.fromkeys((*had, *want))
+    return {
+        name: (had.get(name), want.get(name)) for name in names if had.get(name) != want.get(name)
+    }
 
 
 def flat(document: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
