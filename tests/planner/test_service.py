@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,22 @@ def test_without_a_search_it_sends_nothing(services: SimulatedServices) -> None:
     assert services.sent_commands() == []
     assert services.asked == []
     assert services.planner.health().ready
+
+
+def test_a_command_names_the_frame_on_which_its_plan_rests(services: SimulatedServices) -> None:
+    view = services.answer
+    services.answer = lambda request: replace(view(request), stamp_ns=77)
+    services.start("sofa")
+    sent: list[VelocityCommand] = []
+
+    def moved() -> bool:
+        sent.extend(services.sent_commands())
+        return any(map(moves, sent))
+
+    services.until(moved)
+    assert {command.frame_ns for command in sent if moves(command)} == {77}
+    services.planner.close()
+    assert services.sent_commands()[-1].frame_ns == 0  # the last stop rests on none
 
 
 def test_a_search_moves_the_robot_and_publishes_its_state(services: SimulatedServices) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from onemap_planner.motion.motions import Drive
+from onemap_planner.motion.motions import Drive, Motion, Reverse, Rotate
 from onemap_planner.policy.goals import GoalKind
 from onemap_planner.policy.state import Decision
 from onemap_planner.search.phases import Approaching, Confirming, Driving, Exploring, Search
@@ -33,11 +33,13 @@ def planned_path(search: Search, decision: Decision | None, stamp_ns: int) -> Pl
 
 def _message(stamp_ns: int, kind: str, reason: str, *, decision: Decision | None) -> PlannedPath:
     points = np.zeros((0, 2))
+    look: tuple[float, ...] = ()
     frontiers, frontier_scores = np.zeros((0, 2)), np.zeros(0)
     regions, region_scores = np.zeros((0, 2)), np.zeros(0)
     if decision is not None:
         if isinstance(decision.motion, Drive):
             points = decision.motion.points_xy
+            look = (float(decision.motion.look_xy[0]), float(decision.motion.look_xy[1]))
         else:
             kind = NO_GOAL  # the robot rests, rotates or backs up
         offered = decision.goal_candidates
@@ -55,7 +57,21 @@ def _message(stamp_ns: int, kind: str, reason: str, *, decision: Decision | None
         frontier_scores=_f32(frontier_scores),
         regions_m=_f32(regions),
         region_scores=_f32(region_scores),
+        motion=_name(decision.motion) if decision is not None else "",
+        look_m=look,
     )
+
+
+def _name(motion: Motion) -> str:
+    """The motion as the message names it."""
+    match motion:
+        case Drive():
+            return "drive"
+        case Rotate():
+            return "rotate"
+        case Reverse():
+            return "reverse"
+    return "rest"
 
 
 def _stack(places: list[F64]) -> F64:

@@ -26,7 +26,7 @@ from onemap_planner.search.events import EventStamp, TargetFailed
 from onemap_planner.search.phases import Search, Starting
 from onemap_planner.search.state_machine import transition
 from onemap_planner.world.map_view import outside_reason
-from onemap_shared import keys
+from onemap_shared import keys, tracing
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import (
     Detections,
@@ -50,7 +50,8 @@ class PlanningResult:
     """The newest result of planning.
 
     stale_reason: why there is no view of the map, empty if there is one; view_at_s: when the
-    last view was used, None before the first; goals: number of frontiers and regions.
+    last view was used, None before the first; goals: number of frontiers and regions; frame_ns:
+    capture time of the newest frame in the view that the plan rests on, 0 without one.
     """
 
     plan: Plan | None = None
@@ -58,6 +59,7 @@ class PlanningResult:
     plan_ms: float = 0.0
     view_at_s: float | None = None
     goals: int = 0
+    frame_ns: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,9 +169,12 @@ class PlanningThread:
         plan_ms = (time.monotonic() - now_s) * 1e3
         if not self._registry.compare_and_swap(state, next_state):
             return
-        self._publish(
-            next_state, decision, replace(self.result, stale_reason=stale_reason, plan_ms=plan_ms)
-        )
+        if view is not None:
+            tracing.stage("plan", view.stamp_ns, plan_ms / 1e3)
+        result = replace(self.result, stale_reason=stale_reason, plan_ms=plan_ms)
+        if decision is not None:  # without one the old plan ages, and so does its frame
+            result = replace(result, frame_ns=view.stamp_ns if view is not None else 0)
+        self._publish(next_state, decision, result)
         if view is not None:  # without one the mapper would not answer this call either
             self._finds.send()
 

@@ -22,7 +22,7 @@ from onemap_planner.search import decision_log, journal
 from onemap_planner.search.phases import Search
 from onemap_planner.search.state_machine import status
 from onemap_planner.search_commands import SearchCommands
-from onemap_shared import keys
+from onemap_shared import keys, tracing
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import (
     SearchStatus,
@@ -57,6 +57,7 @@ class Planner:
         self._inputs = LatestInputs(loop=LoopMonitor(bus.instance))
         self._controller = VelocityController()
         self._sent = self._refused = 0
+        self._driven_ns = 0  # the frame on which the newest command rests
         self._reported: set[str] = set()
         self._control_rate = RateMeter()
         self._next_control_s = self._next_status_s = now_s
@@ -133,42 +134,47 @@ class Planner:
         self._planning_thread.close()
         state = self._registry.state
         if state is not None and state.search.active:
-            self._send(0.0, 0.0)
+            self._send(Velocity2d())
             self._write_journal(state.search, time.monotonic())
 
     def _control(self, now_s: float) -> None:
         state = self._registry.state
         search_id = state.search.search_id if state is not None and state.search.active else ""
         inputs = self._inputs.for_controller(search_id, now_s, self._config.staleness)
+        result = self._planning_thread.result
         self._controller, send = self._controller.update(
-            self._planning_thread.result.plan,
+            result.plan,
             inputs,
             self._config.drive,
             max_plan_age_s=self._config.staleness.max_plan_age_s,
         )
         if send:
-            self._send(self._controller.command.linear_mps, self._controller.command.angular_radps)
+            frame_ns = result.frame_ns if inputs.may_move else 0
+            self._send(self._controller.command, frame_ns)
 
     def _thread_inputs(self) -> ThreadInputs:
         controller = self._controller
         return ThreadInputs(self._inputs, controller.wanted, controller.blocked)
 
-    def _send(self, linear_mps: float, angular_radps: float) -> None:
+    def _send(self, velocity: Velocity2d, frame_ns: int = 0) -> None:
         self._sent += 1
         odometry = self._inputs.odometry
         command = VelocityCommand(
             self._sent,
             time.time_ns(),
-            linear_mps,
-            angular_radps,
+            velocity.linear_mps,
+            velocity.angular_radps,
             planner=self._bus.instance,
             odometry_stamp_ns=odometry.stamp_ns if odometry else 0,
+            frame_ns=frame_ns,
+            lateral_mps=velocity.lateral_mps,
         )
-        self._inputs = with_sent(
-            self._inputs,
-            SentCommand(self._sent, time.monotonic(), Velocity2d(linear_mps, angular_radps)),
-        )
+        sent = SentCommand(self._sent, time.monotonic(), velocity)
+        self._inputs = with_sent(self._inputs, sent)
         self._commands.put(command)
+        if frame_ns != self._driven_ns:
+            self._driven_ns = frame_ns
+            tracing.drive(frame_ns)
 
     def _publish_status(self, now_s: float) -> None:
         """Publish the state of the search on every change and every ``STATUS_PERIOD_S``."""
