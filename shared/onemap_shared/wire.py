@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import types
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import Enum
 from functools import cache
 from math import prod
@@ -18,6 +18,8 @@ from typing import Any, TypeVar
 
 import msgpack
 import numpy as np
+
+from onemap_shared.compression import Compression, CompressionError, decompress
 
 M = TypeVar("M")
 
@@ -82,8 +84,8 @@ def _is_array(hint: Any) -> bool:
     return typing.get_origin(hint) is np.ndarray or hint in (np.ndarray, bytes)
 
 
-def encode(message: object) -> Packet:
-    """The packet of a message dataclass."""
+def encode(message: object, compressions: Mapping[str, Compression] | None = None) -> Packet:
+    """The packet of a message dataclass; ``compressions`` by the names of its arrays."""
     values: dict[str, Any] = {}
     arrays: dict[str, list[Any]] = {}
     chunks: list[Any] = []
@@ -96,9 +98,13 @@ def encode(message: object) -> Packet:
         value = np.frombuffer(value, np.uint8) if hint is bytes else value
         array = np.ascontiguousarray(value, dtype=value.dtype.newbyteorder("<"))
         arrays[name] = [array.dtype.str, list(array.shape), offset]
-        padding = -array.nbytes % ALIGNMENT
-        chunks += [array.reshape(-1).view(np.uint8).data, bytes(padding)]
-        offset += array.nbytes + padding
+        data: Any = array.reshape(-1).view(np.uint8).data
+        if compressions and name in compressions:
+            data = compressions[name].compress(array)
+            arrays[name] += [compressions[name].codec.value, len(data)]
+        padding = -len(data) % ALIGNMENT
+        chunks += [data, bytes(padding)]
+        offset += len(data) + padding
     header = {"schema": schema(type(message)), "values": values, "arrays": arrays}
     packed: bytes = msgpack.packb(header)
     return Packet(packed, b"".join(chunks))
@@ -148,8 +154,12 @@ def _header(message: type, packet: Packet) -> dict[str, Any]:
 
 
 def _array(name: str, description: Any, body: bytes) -> np.ndarray:
+    codec: str | None = None
+    size = 0
     match description:
         case [str(dtype_name), list(shape), int(offset)]:
+            pass
+        case [str(dtype_name), list(shape), int(offset), str(codec), int(size)]:
             pass
         case _:
             raise WireError(f"array {name} is missing or not described")
@@ -158,11 +168,19 @@ def _array(name: str, description: Any, body: bytes) -> np.ndarray:
         raise WireError(f"array {name} has dtype {dtype_name!r}; allowed are {', '.join(DTYPES)}")
     if len(shape) > MAX_DIMENSIONS or not all(type(n) is int and n >= 0 for n in shape):
         raise WireError(f"array {name} has shape {shape}: at most {MAX_DIMENSIONS} lengths >= 0")
-    size = prod(shape) * dtype.itemsize
-    if offset < 0 or offset + size > len(body):
+    if codec is None:
+        size = prod(shape) * dtype.itemsize
+    elif prod(shape) * dtype.itemsize > MAX_BODY_BYTES:
+        raise WireError(f"array {name} of shape {shape} takes more than {MAX_BODY_BYTES} bytes")
+    if offset < 0 or size < 0 or offset + size > len(body):
         raise WireError(
             f"array {name} needs bytes {offset} to {offset + size}, the body has {len(body)}"
         )
+    if codec is not None:
+        try:
+            return decompress(codec, body[offset : offset + size], dtype, tuple(shape))
+        except CompressionError as problem:
+            raise WireError(f"array {name} {problem}") from problem
     return np.frombuffer(body, dtype, count=prod(shape), offset=offset).reshape(shape)
 
 
