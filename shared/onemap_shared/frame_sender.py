@@ -1,0 +1,118 @@
+"""Sends the newest frame of a topic from a thread of its own, as the link allows."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+from onemap_shared.compression import Codec, opencv
+from onemap_shared.keys import Topic
+from onemap_shared.link import LinkParams, SendWindow, compressions
+from onemap_shared.messages import FrameReceipt
+from onemap_shared.wire import Packet, WireError, decode, encode
+
+LOG = logging.getLogger("onemap.bus")
+
+M = TypeVar("M")
+
+CLOSING_S = 1.0  # for the frame that is being sent
+
+
+class FrameSender(Generic[M]):
+    """Keeps one frame waiting; a newer one replaces it. Implements ``transport.Publisher``.
+
+    ``send`` puts a packet on the wire; it is called in this class's thread, which also compresses,
+    so that frames that are replaced cost nothing. Raises CompressionError at once if the codecs of
+    ``params`` are not installed.
+    """
+
+    def __init__(
+        self,
+        topic: Topic[M],
+        params: LinkParams,
+        send: Callable[[Packet], None],
+        *,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._topic, self._send, self._clock = topic, send, clock
+        self._compressions = compressions(topic.message, params)
+        if any(each.codec is Codec.JPEG for each in self._compressions.values()):
+            opencv()
+        self._changed = threading.Condition()
+        self._waiting: M | None = None
+        self._window = SendWindow(params.window)
+        self._closed = False
+        self._frames = self._bytes = self._newest_bytes = self._replaced = 0
+        self._thread = threading.Thread(target=self._run, name=f"send {topic.key}", daemon=True)
+        self._thread.start()
+
+    def put(self, message: M) -> None:
+        """Send this frame as soon as the link allows, unless a newer one comes before."""
+        with self._changed:
+            self._replaced += self._waiting is not None
+            self._waiting = message
+            self._changed.notify()
+
+    def receipt(self, packet: Packet) -> None:
+        """Take the receiver's receipt of a frame."""
+        try:
+            sequence = decode(FrameReceipt, packet).sequence
+        except WireError as problem:
+            LOG.warning("a receipt of %s is refused: %s", self._topic.key, problem)
+            return
+        with self._changed:
+            self._window = self._window.with_receipt(sequence, self._clock())
+            self._changed.notify()
+
+    def metrics(self) -> dict[str, float]:
+        """Counts since the start, bytes of the newest frame, and how long its receipt took."""
+        name = f"link_{self._topic.key.split('/')[1]}"
+        with self._changed:
+            return {
+                f"{name}_frames": float(self._frames),
+                f"{name}_bytes": float(self._bytes),
+                f"{name}_frame_bytes": float(self._newest_bytes),
+                f"{name}_replaced": float(self._replaced),
+                f"{name}_overdue": float(self._window.overdue),
+                f"{name}_receipt_ms": self._window.answer_s * 1e3,
+            }
+
+    def close(self) -> None:
+        """Send nothing more."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        self._thread.join(CLOSING_S)
+
+    def _run(self) -> None:
+        while (message := self._next()) is not None:
+            packet = encode(message, self._compressions)
+            try:
+                self._send(packet)
+            except Exception:
+                if self._closed:  # the bus did not wait for a frame that the link holds up
+                    return
+                raise
+            with self._changed:
+                self._frames += 1
+                self._newest_bytes = len(packet.header) + len(packet.body)
+                self._bytes += self._newest_bytes
+
+    def _next(self) -> M | None:
+        """The frame to send now, once there is one and the window is open; None at the end."""
+        with self._changed:
+            while not self._closed:
+                now_s = self._clock()
+                if self._waiting is None:
+                    self._changed.wait()
+                elif (free_s := self._window.free_at()) > now_s:
+                    self._changed.wait(free_s - now_s)
+                else:
+                    message, self._waiting = self._waiting, None
+                    sequence: Any = getattr(message, "sequence", 0)
+                    self._window = self._window.with_sent(sequence, now_s)
+                    return message
+        return None

@@ -1,0 +1,104 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from onemap_shared.compression import Codec
+from onemap_shared.link import OVERDUE_S, LinkParams, SendWindow, compressions
+from onemap_shared.messages import FeatureField, Odometry, RgbdFrame
+
+NEVER = float("-inf")
+THIN = LinkParams(color="jpeg", jpeg_quality=70, depth="lossless", features="int8", variance="log8")
+
+
+def heard(size: int) -> SendWindow:
+    """A window whose receiver sends receipts."""
+    return SendWindow(size).with_sent(0, 0.0).with_receipt(0, 0.1)
+
+
+def test_nothing_is_compressed_by_default() -> None:
+    for message in (RgbdFrame, FeatureField, Odometry):
+        assert compressions(message, LinkParams()) == {}
+
+
+def test_every_large_array_has_its_codec() -> None:
+    frame, field = compressions(RgbdFrame, THIN), compressions(FeatureField, THIN)
+    assert {name: each.codec for name, each in frame.items()} == {
+        "rgb": Codec.JPEG,
+        "depth_mm": Codec.DELTA,
+    }
+    assert frame["rgb"].quality == 70
+    assert {name: each.codec for name, each in field.items()} == {
+        "features": Codec.INT8,
+        "variance": Codec.LOG8,
+        "depth_mm": Codec.DELTA,
+    }
+    assert compressions(Odometry, THIN) == {}
+    assert compressions(RgbdFrame, LinkParams(color="lossless"))["rgb"].codec is Codec.DELTA
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"color": "webp"}, {"jpeg_quality": 0}, {"window": -1}, {"depth": "jpeg"}]
+)
+def test_wrong_settings_are_refused(wrong: dict[str, object]) -> None:
+    with pytest.raises(ValidationError):
+        LinkParams.model_validate(wrong)
+
+
+def test_a_full_window_waits_for_a_receipt() -> None:
+    window = heard(2).with_sent(1, 1.0)
+    assert window.free_at() == NEVER
+    window = window.with_sent(2, 1.1)
+    assert window.free_at() == 1.0 + OVERDUE_S
+    window = window.with_receipt(1, 1.25)
+    assert window.free_at() == NEVER
+    assert window.answer_s == pytest.approx(0.25)
+
+
+def test_a_receipt_counts_for_the_skipped_frames_before_it() -> None:
+    window = heard(2).with_sent(1, 1.0).with_sent(2, 1.1).with_receipt(2, 1.3)
+    assert window.under_way == ()
+    assert window.overdue == 0
+
+
+def test_without_any_receipt_nothing_is_held_back() -> None:
+    window = SendWindow(1)
+    for number in range(5):
+        window = window.with_sent(number, 0.1 * number)
+        assert window.free_at() == NEVER
+    assert window.overdue == 0
+
+
+def test_lost_frames_are_given_up_and_counted() -> None:
+    window = heard(1).with_sent(1, 1.0)
+    assert window.free_at() == 1.0 + OVERDUE_S
+    window = window.with_sent(2, 1.0 + OVERDUE_S)
+    assert window.overdue == 1
+    assert [sequence for sequence, _ in window.under_way] == [2]
+
+
+def test_receipts_of_other_frames_change_nothing() -> None:
+    window = heard(1).with_sent(5, 1.0)
+    assert window.with_receipt(4, 1.1) == window
+
+
+def test_a_robot_that_counts_anew_is_not_held_back() -> None:
+    window = heard(1).with_sent(900, 1.0).with_receipt(900, 1.1).with_sent(0, 1.2)
+    assert window.with_receipt(0, 1.3).under_way == ()
+
+
+@given(st.integers(1, 4), st.lists(st.tuples(st.booleans(), st.floats(0.01, 2.0)), max_size=40))
+def test_never_are_more_frames_under_way_than_the_window(
+    size: int, events: list[tuple[bool, float]]
+) -> None:
+    window, now_s, number = heard(size), 1.0, 0
+    for wants_to_send, pause_s in events:
+        now_s += pause_s
+        if wants_to_send and window.free_at() <= now_s:
+            number += 1
+            window = window.with_sent(number, now_s)
+        elif window.under_way:
+            window = window.with_receipt(window.under_way[0][0], now_s)
+        assert len([at for _, at in window.under_way if now_s - at < OVERDUE_S]) <= size
