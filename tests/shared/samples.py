@@ -56,7 +56,7 @@ SAMPLES: tuple[Any, ...] = (
     ),
     m.Odometry(7, 123, POSE, 0.5, -0.1, True, planner="5f3a", command_sequence=12),
     m.PoseGraph(2, 456, np.array([123, 234]), np.stack([POSE, POSE]), np.stack([POSE, POSE])),
-    m.VelocityCommand(3, 5, 0.2, -0.4, planner="5f3a", odometry_stamp_ns=123),
+    m.VelocityCommand(3, 5, 0.2, -0.4, planner="5f3a", odometry_stamp_ns=123, frame_ns=99),
     m.FeatureField(
         7, 123, "mini-1", "minilm", f32(2, 3, 4).astype(np.float16), f32(6, 8),
         np.full((6, 8), 1500, np.uint16), CAMERA, POSE,
@@ -71,10 +71,15 @@ SAMPLES: tuple[Any, ...] = (
         0.3, (("armchair", "bed"),),
     ),
     m.MapRevision(4, 7, 123, "mini-1", "minilm", 3, 100, 4096, 8.5, 5.0, 9),
-    m.SimilarityRequest("sofa", 3, include_grid=True),
+    m.SimilarityRequest(
+        "sofa", 3, include_grid=True, negatives=("bed",), area_m=(0.0, -1.0, 2.0, 1.0),
+        robot_xy_m=(0.5, 0.0),
+    ),
     m.SimilarityReply(
         "sofa", 4, 123, "mini-1", f32(2, 2), f32(2, 4), f32(2), f32(2), GRID, f32(4, 5),
-        0.9, 0.3, ("armchair",),
+        0.9, 0.3, ("armchair",), f32(4, 2), np.array([0, 0, 1, 1], np.int32),
+        np.array([0, 123], np.int64), f32(2, 3),
+        m.MapVerdict(m.Verdict.FOUND, 8.0, 2.0, 1, (1.0, 2.0)),
     ),
     m.SearchViewRequest("sofa", ("bed", "desk")),
     m.SearchView(
@@ -87,6 +92,7 @@ SAMPLES: tuple[Any, ...] = (
     m.MapDigestRequest(),
     m.MapDigest(4, 7, 123, "mini-1", 3, "0f" * 32, "{}", "torch 2.13.0"),
     m.MapSummary("/maps/flat.npz", "mini-1", "minilm", 0.1, 100, 3, 4096, created=True),
+    m.MapMerge("flat", 1.0, -2.0, 0.5),
     m.MapListRequest("flat"),
     SAVED,
     m.MapList((SAVED,), 3),
@@ -109,6 +115,7 @@ SAMPLES: tuple[Any, ...] = (
     ),
     m.TruthRequest("sofa", 1.0, 2.0),
     m.Truth("apartment 1", 0, float("inf"), float("inf"), ("bed", "sofa"), "chair", True),
+    m.FrameReceipt(7, 123),
     m.Heartbeat("mapper", "abc", 5, 9, ready=True, metrics={"update_ms": 8.0}),
 )  # fmt: skip
 
@@ -120,7 +127,7 @@ def message_types() -> set[type]:
         for _, cls in inspect.getmembers(m, inspect.isclass)
         if dataclasses.is_dataclass(cls)
         and cls.__module__.startswith(m.__name__)
-        and cls not in (m.ObjectResult, m.GoalOption, m.GoalChoice, m.Coverage)
+        and cls not in (m.ObjectResult, m.GoalOption, m.GoalChoice, m.Coverage, m.MapVerdict)
     }
 
 

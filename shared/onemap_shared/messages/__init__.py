@@ -30,6 +30,7 @@ from onemap_shared.messages.checks import (
 from onemap_shared.messages.choice import MAX_GOAL_OPTIONS, NO_CHOICE, GoalChoice, GoalOption
 from onemap_shared.messages.ground_truth import Truth, TruthRequest
 from onemap_shared.messages.health import Heartbeat
+from onemap_shared.messages.link import FrameReceipt
 from onemap_shared.messages.map import (
     MAX_FILE_TEXT_CHARS,
     MAX_LISTED_MAPS,
@@ -41,6 +42,7 @@ from onemap_shared.messages.map import (
     MapFile,
     MapList,
     MapListRequest,
+    MapMerge,
     MapRevision,
     MapSummary,
     Occupancy,
@@ -48,8 +50,6 @@ from onemap_shared.messages.map import (
     SearchReset,
     SearchView,
     SearchViewRequest,
-    SimilarityReply,
-    SimilarityRequest,
 )
 from onemap_shared.messages.objects import (
     MAX_LISTED_OBJECTS,
@@ -91,6 +91,8 @@ from onemap_shared.messages.search import (
     SearchStatus,
     subject_of,
 )
+from onemap_shared.messages.similarity import MAX_NEGATIVES, SimilarityReply, SimilarityRequest
+from onemap_shared.messages.verdict import NO_VERDICT, MapVerdict, Verdict
 
 __all__ = [
     "FINAL_STATES",
@@ -99,6 +101,7 @@ __all__ = [
     "MAX_KEYFRAMES",
     "MAX_LISTED_MAPS",
     "MAX_LISTED_OBJECTS",
+    "MAX_NEGATIVES",
     "MAX_OBJECTS",
     "MAX_PICTURE_BYTES",
     "MAX_RIVALS",
@@ -106,11 +109,13 @@ __all__ = [
     "MIN_VARIANCE",
     "NO_CHOICE",
     "NO_COVERAGE",
+    "NO_VERDICT",
     "SAME_MEANING_COSINE",
     "Coverage",
     "Detections",
     "FailureCode",
     "FeatureField",
+    "FrameReceipt",
     "GoalChoice",
     "GoalOption",
     "Heartbeat",
@@ -122,8 +127,10 @@ __all__ = [
     "MapFile",
     "MapList",
     "MapListRequest",
+    "MapMerge",
     "MapRevision",
     "MapSummary",
+    "MapVerdict",
     "ObjectFind",
     "ObjectId",
     "ObjectList",
@@ -154,6 +161,7 @@ __all__ = [
     "Truth",
     "TruthRequest",
     "VelocityCommand",
+    "Verdict",
     "check_text",
     "expect",
     "expect_finite",

@@ -1,4 +1,4 @@
-"""Messages of the mapper: revisions, similarity, layers, map files."""
+"""Messages of the mapper: revisions, layers, map files."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from enum import IntEnum
 
 import numpy as np
 
-from onemap_shared.geometry import F32, U8
+from onemap_shared.geometry import F32, MAX_COORDINATE_M, U8
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages.checks import clean_texts, expect, expect_share
+from onemap_shared.messages.checks import clean_texts, expect
 
 MAX_LISTED_MAPS = 200  # in one message of 256 kB
 MAX_RIVALS = 30  # names that compete in one view: the mapper keeps the scores of 32 texts
@@ -33,6 +33,7 @@ class Layer(IntEnum):
     OBSERVED = 1  # O: any feature was fused here
     EXPLORED = 2  # E: variance below the threshold
     SEARCHED = 4  # C: the same, since the search of this object began
+    ASSUMED = 8  # free floor that no camera saw: near and under where the robot was put down
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,69 +60,6 @@ class MapRevision:
     update_ms: float
     rate_hz: float
     objects_version: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class SimilarityRequest:
-    """Request for the regions of the map most similar to a text.
-
-    Attributes:
-        text: what to look for.
-        max_regions: number of regions in the reply, 1 to 100.
-        include_grid: whether the reply carries the score of every cell.
-    """
-
-    text: str
-    max_regions: int = 5
-    include_grid: bool = False
-
-    def __post_init__(self) -> None:
-        clean_texts(self, "text")
-        if not 1 <= self.max_regions <= 100:
-            raise ValueError(f"max_regions is {self.max_regions}; it must lie in [1, 100]")
-
-
-@dataclass(frozen=True, slots=True)
-class SimilarityReply:
-    """Ranked regions of high similarity, best first, and the grid if it was requested.
-
-    Attributes:
-        text: the text of the request.
-        centres_m: (N, 2) x, y of each region.
-        extents_m: (N, 4) x_min, y_min, x_max, y_max of each region.
-        scores: (N,) in [0, 1]; no region scores below ``floor``.
-        variances: (N,) variance of the feature of each region.
-        scores_grid: (nx, ny) score of each cell, NaN where nothing was observed; (0, 0) if not
-            requested.
-        best_score: of the best region before those below the floor were left out, 0 if nothing
-            was observed.
-        floor: the encoder's, 0 if it was not measured.
-        nearest: known words near a text outside the encoder's vocabulary.
-    """
-
-    text: str
-    revision: int
-    stamp_ns: int
-    encoder_id: str
-    centres_m: F32
-    extents_m: F32
-    scores: F32
-    variances: F32
-    grid: GridSpec
-    scores_grid: F32
-    best_score: float = 0.0
-    floor: float = 0.0
-    nearest: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        count = len(self.scores)
-        expect(self.centres_m, "centres_m", np.float32, (count, 2))
-        expect(self.extents_m, "extents_m", np.float32, (count, 4))
-        expect(self.scores, "scores", np.float32, (count,))
-        expect(self.variances, "variances", np.float32, (count,))
-        expect(self.scores_grid, "scores_grid", np.float32, (None, None))
-        expect_share(self.best_score, "best_score")
-        expect_share(self.floor, "floor")
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,6 +135,33 @@ class MapFile:
     """
 
     name: str
+
+
+@dataclass(frozen=True, slots=True)
+class MapMerge:
+    """Fuse this saved map into the map in use.
+
+    The saved map is turned about its origin, then moved, into the frame of the map in use.
+
+    Attributes:
+        name: letters, digits, dot, dash and underscore.
+        x_m: metres that it is moved along x.
+        y_m: metres that it is moved along y.
+        yaw_rad: radians that it is turned, counter-clockwise.
+    """
+
+    name: str
+    x_m: float = 0.0
+    y_m: float = 0.0
+    yaw_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field_name in ("x_m", "y_m", "yaw_rad"):
+            value = getattr(self, field_name)
+            if not abs(value) <= MAX_COORDINATE_M:  # also refuses NaN
+                raise ValueError(
+                    f"{field_name} is {value}; it must lie within {MAX_COORDINATE_M:g}"
+                )
 
 
 @dataclass(frozen=True, slots=True)

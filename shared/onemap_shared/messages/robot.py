@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F64, I64, U8, U16, check_rigid
+from onemap_shared.geometry import F64, I64, U8, U16, Velocity2d, check_rigid
 from onemap_shared.messages.checks import ADDED, check_instance, expect
 
 MAX_KEYFRAMES = 1024  # of one pose graph: 256 kB, which take 50 ms to check
@@ -53,6 +53,7 @@ class Odometry:
             follows none.
         command_sequence: of the newest command that came from it, followed or not; 0 before the
             first; -1: the driver does not say, and the planner cannot measure its loop.
+        lateral_mps: speed to the left, in metres per second; 0 for a differential drive.
     """
 
     sequence: int
@@ -63,6 +64,7 @@ class Odometry:
     collided: bool = False
     planner: str = field(default="", metadata=ADDED)
     command_sequence: int = field(default=-1, metadata=ADDED)
+    lateral_mps: float = field(default=0.0, metadata=ADDED)
 
     def __post_init__(self) -> None:
         check_rigid(self.T_map_body, "T_map_body")
@@ -122,6 +124,10 @@ class VelocityCommand:
         planner: the instance of the planner that sends it; empty: it does not say.
         odometry_stamp_ns: the stamp of the newest odometry that the planner had, by which the
             robot tells on its own clock how old the command is; 0: the planner does not say.
+        frame_ns: capture time of the newest frame in the map on which its plan rests; 0: it rests
+            on none, as a stop on stale inputs.
+        lateral_mps: speed to the left, in metres per second; 0 unless the planner is set to a
+            holonomic robot.
     """
 
     sequence: int
@@ -131,13 +137,20 @@ class VelocityCommand:
     validity_ms: int = 300
     planner: str = field(default="", metadata=ADDED)
     odometry_stamp_ns: int = field(default=0, metadata=ADDED)
+    frame_ns: int = field(default=0, metadata=ADDED)
+    lateral_mps: float = field(default=0.0, metadata=ADDED)
 
     def __post_init__(self) -> None:
         check_instance(self.planner, "planner")
-        if not np.isfinite((self.linear_mps, self.angular_radps)).all():
+        if not np.isfinite((self.linear_mps, self.angular_radps, self.lateral_mps)).all():
             raise ValueError("velocity is NaN or infinite")
+
+    @property
+    def velocity(self) -> Velocity2d:
+        """The velocity in the body frame."""
+        return Velocity2d(self.linear_mps, self.angular_radps, self.lateral_mps)
 
     @property
     def moves(self) -> bool:
         """Whether it is not a stop."""
-        return self.linear_mps != 0.0 or self.angular_radps != 0.0
+        return self.velocity != Velocity2d()

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from math import inf, isfinite
 
 import numpy as np
 
 from onemap_shared.geometry import F32, MAX_COORDINATE_M
-from onemap_shared.messages.checks import clean_texts, expect, expect_finite
+from onemap_shared.messages.checks import ADDED, clean_texts, expect, expect_finite
 from onemap_shared.messages.choice import NO_CHOICE, GoalChoice
 from onemap_shared.messages.outcome import NO_COVERAGE, Coverage, FailureCode
 
 MAX_OBJECTS = 20  # objects of one search
+MOTIONS = ("", "drive", "rotate", "reverse", "rest")  # of a planned path; empty: not known
 
 
 class SearchKind(str, Enum):
@@ -275,6 +276,9 @@ class PlannedPath:
         frontier_scores: (F,) their scores.
         regions_m: (R, 2) where the regions are.
         region_scores: (R,) their scores.
+        motion: what the robot is to do: drive, rotate (left, where it stands), reverse, rest;
+            empty: the planner does not say.
+        look_m: x, y of what it faces at the end of the path; empty if it does not drive.
     """
 
     stamp_ns: int
@@ -286,8 +290,14 @@ class PlannedPath:
     frontier_scores: F32
     regions_m: F32
     region_scores: F32
+    motion: str = field(default="", metadata=ADDED)
+    look_m: tuple[float, ...] = field(default=(), metadata=ADDED)
 
     def __post_init__(self) -> None:
+        if self.motion not in MOTIONS:
+            raise ValueError(f"motion is {self.motion!r}; it must be one of {', '.join(MOTIONS)}")
+        if len(self.look_m) not in (0, 2) or not all(map(isfinite, self.look_m)):
+            raise ValueError(f"look_m is {self.look_m}; it must be x and y in metres, or empty")
         expect(self.points_m, "points_m", np.float32, (None, 2))
         expect(self.goal_m, "goal_m", np.float32, (None, 2))
         expect(self.frontiers_m, "frontiers_m", np.float32, (None, 2))

@@ -15,28 +15,9 @@ from onemap_shared.messages import (
     SavedMap,
     SearchView,
     SearchViewRequest,
-    SimilarityReply,
-    SimilarityRequest,
 )
 from onemap_shared.wire import decode, encode
 from tests.shared.messages.broken import assert_refused, sample
-
-
-@pytest.mark.parametrize("count", [0, 101])
-def test_a_query_asks_for_1_to_100_regions(count: int) -> None:
-    assert_refused(SimilarityRequest, "max_regions", max_regions=count)
-
-
-@pytest.mark.parametrize(
-    ("changes", "reason"),
-    [
-        ({"best_score": -0.1}, "best_score is -0.1"),
-        ({"floor": 2.0}, "floor is 2.0"),
-        ({"variances": np.zeros(3, np.float32)}, "variances has shape"),
-    ],
-)
-def test_a_damaged_reply_is_refused(changes: dict[str, Any], reason: str) -> None:
-    assert_refused(SimilarityReply, reason, **changes)
 
 
 def test_a_view_without_text_is_of_the_layers_alone() -> None:

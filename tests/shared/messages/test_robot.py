@@ -40,10 +40,15 @@ def test_a_mirrored_pose_is_refused() -> None:
     assert_refused(Odometry, "reflection", T_map_body=MIRRORED)
 
 
-@pytest.mark.parametrize("field", ["linear_mps", "angular_radps"])
+@pytest.mark.parametrize("field", ["linear_mps", "angular_radps", "lateral_mps"])
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
 def test_a_velocity_that_is_not_finite_is_refused(field: str, value: float) -> None:
     assert_refused(VelocityCommand, "velocity is NaN or infinite", **{field: value})
+
+
+def test_a_command_to_drive_sideways_moves() -> None:
+    assert VelocityCommand(1, 2, 0.0, 0.0, lateral_mps=-0.1).moves
+    assert not VelocityCommand(1, 2, 0.0, 0.0).moves
 
 
 @pytest.mark.parametrize(

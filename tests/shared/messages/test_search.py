@@ -59,7 +59,11 @@ def test_a_path_has_a_score_for_each_frontier_and_region() -> None:
     one = np.zeros(1, np.float32)
     assert_refused(PlannedPath, "frontier_scores has shape", frontier_scores=one)
     assert_refused(PlannedPath, "region_scores has shape", region_scores=one)
-    assert_refused(PlannedPath, "points_m contains", points_m=np.full((1, 2), np.nan, np.float32))
+    nan = np.full((1, 2), np.nan, np.float32)
+    assert_refused(PlannedPath, "points_m contains", points_m=nan)
+    assert_refused(PlannedPath, "look_m is", look_m=(1.0,))
+    assert_refused(PlannedPath, "look_m is", look_m=(1.0, float("inf")))
+    assert_refused(PlannedPath, "motion is 'fly'", motion="fly")
 
 
 PLACES = (SearchKind.GO_TO, SearchKind.LOOK_AT)

@@ -1,0 +1,121 @@
+"""Where something is on the map: the request for the regions that look like a text, the reply."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from onemap_shared.geometry import F32, I32, I64, MAX_COORDINATE_M
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages.checks import clean_texts, expect, expect_share
+from onemap_shared.messages.verdict import NO_VERDICT, MapVerdict
+
+MAX_NEGATIVES = 10  # texts that compete with one text
+
+
+@dataclass(frozen=True, slots=True)
+class SimilarityRequest:
+    """Request for the regions of the map most similar to a text.
+
+    Attributes:
+        text: what to look for.
+        max_regions: number of regions in the reply, 1 to 100.
+        include_grid: whether the reply carries the score of every cell.
+        negatives: what it must not be: they compete with the text; at most 10.
+        area_m: x_min, y_min, x_max, y_max of the part of the map that counts; empty: all of it.
+        robot_xy_m: x, y of the robot, from which reachable is judged; empty: not known.
+    """
+
+    text: str
+    max_regions: int = 5
+    include_grid: bool = False
+    negatives: tuple[str, ...] = ()
+    area_m: tuple[float, ...] = ()
+    robot_xy_m: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        clean_texts(self, "text")
+        clean_texts(self, "negatives", "negative")
+        if not 1 <= self.max_regions <= 100:
+            raise ValueError(f"max_regions is {self.max_regions}; it must lie in [1, 100]")
+        if len(self.negatives) > MAX_NEGATIVES:
+            raise ValueError(f"{len(self.negatives)} negatives; at most {MAX_NEGATIVES} compete")
+        _check_area(self.area_m)
+        if len(self.robot_xy_m) not in (0, 2) or not np.isfinite(self.robot_xy_m).all():
+            raise ValueError(f"robot_xy_m is {self.robot_xy_m}; give x, y in metres, or nothing")
+
+
+def _check_area(area_m: tuple[float, ...]) -> None:
+    """Raise ValueError unless it is empty or x_min < x_max and y_min < y_max, not too far away."""
+    if not area_m:
+        return
+    if len(area_m) != 4 or not np.abs(area_m).max() <= MAX_COORDINATE_M:  # also refuses NaN
+        raise ValueError(
+            f"area_m is {list(area_m)}; give x_min, y_min, x_max, y_max in metres, at most "
+            f"{MAX_COORDINATE_M:g} from the origin"
+        )
+    if area_m[0] >= area_m[2] or area_m[1] >= area_m[3]:
+        raise ValueError(f"area_m is {list(area_m)}; x_min < x_max and y_min < y_max must hold")
+
+
+@dataclass(frozen=True, slots=True)
+class SimilarityReply:
+    """Ranked regions of high similarity, best first, and the grid if it was requested.
+
+    Attributes:
+        text: the text of the request.
+        centres_m: (N, 2) x, y of each region.
+        extents_m: (N, 4) x_min, y_min, x_max, y_max of each region.
+        scores: (N,) in [0, 1]; no region scores below ``floor``.
+        variances: (N,) variance of the feature of each region.
+        scores_grid: (nx, ny) score of each cell, NaN where nothing was observed; (0, 0) if not
+            requested.
+        best_score: of the best region before those below the floor were left out, 0 if nothing
+            was observed.
+        floor: the encoder's, 0 if it was not measured.
+        nearest: known words near a text outside the encoder's vocabulary.
+        outline_points_m: (P, 2) x, y of the corners of the regions' outlines, counter-clockwise,
+            one region after the other.
+        outline_owner: (P,) index of the region that a corner belongs to, ascending.
+        last_seen_ns: (N,) when a camera last saw a cell of the region, on the robot's wall clock;
+            0: not since the map was loaded or the mapper started.
+        best_views: (N, 3) x, y and yaw in radians of the camera when it saw the region best; NaN:
+            as 0 above.
+        verdict: whether the object is on the map.
+    """
+
+    text: str
+    revision: int
+    stamp_ns: int
+    encoder_id: str
+    centres_m: F32
+    extents_m: F32
+    scores: F32
+    variances: F32
+    grid: GridSpec
+    scores_grid: F32
+    best_score: float = 0.0
+    floor: float = 0.0
+    nearest: tuple[str, ...] = ()
+    outline_points_m: F32 = field(default_factory=lambda: np.zeros((0, 2), np.float32))
+    outline_owner: I32 = field(default_factory=lambda: np.zeros(0, np.int32))
+    last_seen_ns: I64 = field(default_factory=lambda: np.zeros(0, np.int64))
+    best_views: F32 = field(default_factory=lambda: np.zeros((0, 3), np.float32))
+    verdict: MapVerdict = NO_VERDICT
+
+    def __post_init__(self) -> None:
+        count, corners = len(self.scores), len(self.outline_owner)
+        expect(self.centres_m, "centres_m", np.float32, (count, 2))
+        expect(self.extents_m, "extents_m", np.float32, (count, 4))
+        expect(self.scores, "scores", np.float32, (count,))
+        expect(self.variances, "variances", np.float32, (count,))
+        expect(self.scores_grid, "scores_grid", np.float32, (None, None))
+        expect(self.outline_points_m, "outline_points_m", np.float32, (corners, 2))
+        expect(self.outline_owner, "outline_owner", np.int32, (corners,))
+        expect(self.last_seen_ns, "last_seen_ns", np.int64, (count,))
+        expect(self.best_views, "best_views", np.float32, (count, 3))
+        if corners and not 0 <= self.outline_owner.min() <= self.outline_owner.max() < count:
+            raise ValueError(f"outline_owner names a region beyond the {count} there are")
+        expect_share(self.best_score, "best_score")
+        expect_share(self.floor, "floor")
