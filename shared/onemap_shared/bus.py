@@ -19,8 +19,11 @@ from typing import Any, Generic, TypeVar
 
 import zenoh
 
+from onemap_shared.access_control import access_control
 from onemap_shared.config import BusConfig
+from onemap_shared.frame_sender import FrameSender
 from onemap_shared.keys import Delivery, Procedure, Topic, router_probe
+from onemap_shared.link import LinkParams
 from onemap_shared.membership import Membership
 from onemap_shared.transport import (
     CALL_TIMEOUT_S,
@@ -96,13 +99,10 @@ def open_bus(
 
     Without ``announce`` no other process sees this one until ``claim`` succeeds.
     """
-    settings = zenoh_config("client", connect=config.connect)
-    if config.namespace:
-        settings.insert_json5("namespace", json.dumps(config.namespace))
     pause_s, warned = RETRY_MS[0] / 1000, False
     while not stop.is_set():
         try:
-            bus = ZenohBus(settings, service, instance)
+            bus = ZenohBus(config, service, instance)
             if announce:
                 bus.announce()
             return bus
@@ -116,17 +116,27 @@ def open_bus(
     return None
 
 
+def _session_settings(config: BusConfig) -> zenoh.Config:
+    settings = zenoh_config("client", connect=config.connect)
+    if config.namespace:
+        settings.insert_json5("namespace", json.dumps(config.namespace))
+    return settings
+
+
 def run_router(
     listen: tuple[str, ...],
     stop: threading.Event,
     file: Path | None = None,
     routed: Callable[[], None] = lambda: None,
+    *,
+    namespace: str = "",
 ) -> None:
     """Run the router that all services connect to, until ``stop`` is set.
 
     ``file`` is a Zenoh JSON5 configuration, the one that a ``zenohd`` would read;
     ``listen`` then replaces its endpoints unless it is empty. ``routed`` is called about once a
-    second, as long as the router still passes queries on.
+    second, as long as the router still passes queries on. Where ``file`` controls access, a
+    ``namespace`` replaces its rules by those for the keys below it.
     """
     if file is None:
         settings = zenoh_config("router", listen=listen)
@@ -134,6 +144,9 @@ def run_router(
         settings = zenoh.Config.from_file(str(file))
         if listen:
             settings.insert_json5("listen/endpoints", json.dumps(list(listen)))
+        if namespace and json.loads(settings.get_json("access_control/enabled")):
+            settings.insert_json5("access_control", json.dumps(access_control(namespace)))
+            LOG.info("each role may use its keys below %s only", namespace)
     with zenoh.open(settings) as session:
         LOG.info("router listens on %s", settings.get_json("listen/endpoints"))
         probe = router_probe(str(session.info.zid()))
@@ -156,13 +169,15 @@ def _answers(session: zenoh.Session, key: str) -> bool:
 class ZenohBus:
     """One process on the bus. Implements ``transport.Bus``."""
 
-    def __init__(self, settings: zenoh.Config, service: str, instance: str) -> None:
-        self._settings = settings
+    def __init__(self, config: BusConfig, service: str, instance: str) -> None:
+        self._config, self._link = config, config.link
+        self._settings = settings = _session_settings(config)
         self._session = zenoh.open(settings)
         self._membership = Membership(self._session, settings, (service, instance))
         self._command_session: zenoh.Session | None = None
         self._servers: list[_Server] = []
         self._declared: list[Any] = []
+        self._senders: list[FrameSender[Any]] = []
 
     @property
     def instance(self) -> str:
@@ -187,8 +202,25 @@ class ZenohBus:
             express=topic.delivery is Delivery.COMMAND,
         )
         self._declared.append(publisher)
+        if topic.receipts is not None and self._link != LinkParams():
+            return self._frame_sender(topic, publisher)
         latch = _Latch(session, topic.key) if topic.latched else None
         return _ZenohPublisher(publisher, latch)
+
+    def _frame_sender(self, topic: Topic[M], publisher: zenoh.Publisher) -> FrameSender[M]:
+        def send(packet: Packet) -> None:
+            publisher.put(packet.body, attachment=packet.header)
+
+        sender = FrameSender(topic, self._link, send)
+        self._senders.append(sender)
+        if topic.receipts is not None and self._link.window:
+
+            def on_receipt(sample: zenoh.Sample) -> None:
+                sender.receipt(_packet(sample.attachment, sample.payload))
+
+            handler = zenoh.handlers.Callback(on_receipt, indirect=False)
+            self._declared.append(self._session.declare_subscriber(topic.receipts.key, handler))
+        return sender
 
     def subscribe(self, topic: Topic[M], capacity: int = 1) -> Subscription[M]:
         """See ``transport.Bus``."""
@@ -263,8 +295,19 @@ class ZenohBus:
         """Service and instance of every process on the bus, as the router knows now."""
         return self._membership.ask()
 
+    def sibling(self, namespace: str) -> ZenohBus:
+        """See ``transport.Bus``."""
+        config = self._config.model_copy(update={"namespace": namespace})
+        return ZenohBus(config, *self._membership.name)
+
+    def metrics(self) -> dict[str, float]:
+        """See ``transport.Bus``."""
+        return {name: value for each in self._senders for name, value in each.metrics().items()}
+
     def close(self) -> None:
         """Leave the bus; nothing is received afterwards."""
+        for sender in self._senders:
+            sender.close()
         for server in self._servers:
             server.stop()
         for server in self._servers:

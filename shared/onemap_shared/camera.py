@@ -61,6 +61,10 @@ class Intrinsics:
         cx, cy = ((centre - 0.5) / n + 0.5 for centre in (self.cx, self.cy))
         return Intrinsics(self.fx / n, self.fy / n, cx, cy)
 
+    def matrix(self) -> F64:
+        """K (3, 3) as OpenCV and ROS have it: with pixel centres at integers."""
+        return np.array([[self.fx, 0, self.cx - 0.5], [0, self.fy, self.cy - 0.5], [0, 0, 1.0]])
+
     def x_at(self, u: X) -> X:
         """x at depth 1 of pixel columns ``u`` (0-based indices); the dtype follows ``u``."""
         return (u + (0.5 - self.cx)) / self.fx  # type: ignore[operator, return-value]
@@ -68,6 +72,14 @@ class Intrinsics:
     def y_at(self, v: X) -> X:
         """y at depth 1 of pixel rows ``v`` (0-based indices); the dtype follows ``v``."""
         return (v + (0.5 - self.cy)) / self.fy  # type: ignore[operator, return-value]
+
+    @property
+    def pixel_to_ray(self) -> F32:
+        """(0.5 - cx, 0.5 - cy, fx, fy) float32, for compiled loops over pixels (u, v).
+
+        x at depth 1 is (u + [0]) / [2], y is (v + [1]) / [3], as ``x_at`` and ``y_at``.
+        """
+        return np.array([0.5 - self.cx, 0.5 - self.cy, self.fx, self.fy], np.float32)
 
     def check_image(self, width: int, height: int) -> None:
         """Raise ValueError if an image of this size would look further aside than a pinhole can.
@@ -114,15 +126,31 @@ def unproject(depth_m: F32, intrinsics: Intrinsics) -> F32:
     return points
 
 
-def unproject_to_map(depth_m: F32, intrinsics: Intrinsics, T_map_camera: F64) -> F32:
+def project(points: F32, intrinsics: Intrinsics) -> F32:
+    """0-based pixel columns and rows (..., 2) float32 of camera-frame points (..., 3), z > 0.
+
+    The inverse of ``unproject``: a pixel's own centre has whole numbers.
+    """
+    pixels = np.empty((*points.shape[:-1], 2), np.float32)
+    z = points[..., 2]
+    pixels[..., 0] = points[..., 0] / z * intrinsics.fx + (intrinsics.cx - 0.5)
+    pixels[..., 1] = points[..., 1] / z * intrinsics.fy + (intrinsics.cy - 0.5)
+    return pixels
+
+
+def unproject_to_map(
+    depth_m: F32, intrinsics: Intrinsics, T_map_camera: F64, *, stride: int = 1
+) -> F32:
     """Map-frame points (H, W, 3) float32, metres, of z-depth (H, W) float32.
 
     ``transform(T_map_camera, unproject(depth_m, intrinsics))``, but faster: the result is a view of
     three planes, one per coordinate. Where the depth is 0, the point is the camera's position.
+    stride: depth_m holds only every so many rows and columns of the camera's image.
     """
     height, width = depth_m.shape
     R, t = T_map_camera[:3, :3].astype(np.float32), T_map_camera[:3, 3].astype(np.float32)
-    u, v = np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)[:, None]
+    u = np.arange(width, dtype=np.float32) * np.float32(stride)
+    v = np.arange(height, dtype=np.float32)[:, None] * np.float32(stride)
     # Multiply before dividing: walls that lie on a cell border fall on the released code's side.
     x = (u + (0.5 - intrinsics.cx)) * depth_m / intrinsics.fx
     y = (v + (0.5 - intrinsics.cy)) * depth_m / intrinsics.fy

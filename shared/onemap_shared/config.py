@@ -18,6 +18,8 @@ from typing import Annotated, Any, Literal, TypeVar, get_args
 import yaml
 from pydantic import BaseModel, Field, ValidationError
 
+from onemap_shared.keys import NAMESPACE
+from onemap_shared.link import LinkParams
 from onemap_shared.params import Params, is_secret, masked
 from onemap_shared.services import SERVICES
 
@@ -25,6 +27,8 @@ S = TypeVar("S", bound=BaseModel)
 
 PREFIX = "ONEMAP__"
 MAX_SHOWN_CHARS = 200  # of a wrong value
+# What PyYAML raises; ValueError of a date, a number or a character that there is not.
+UNREADABLE = (yaml.YAMLError, ValueError, RecursionError)
 SECTIONS = ("bus", "log", *SERVICES)
 
 
@@ -45,19 +49,35 @@ class BusConfig(Params):
     )
     namespace: str = Field(
         default="",
-        pattern=r"^([A-Za-z0-9_-]+(/[A-Za-z0-9_-]+)*)?$",
+        pattern=rf"^$|{NAMESPACE}",
         description="Prefix of all keys, one per robot of a fleet, for example fleet/r1.",
+    )
+    link: LinkParams = Field(
+        default=LinkParams(), description="Compression and pace of frames and fields."
     )
 
 
 class LogConfig(Params):
-    """How a process logs."""
+    """How a process logs and traces."""
 
     format: Literal["human", "json"] = Field(
         default="human", description="json for journald and log collectors."
     )
     level: Literal["debug", "info", "warning", "error"] = Field(
         default="info", description="info names every change of state and no single frame."
+    )
+    traces: str = Field(
+        default="",
+        pattern=r"^(https?://[^\s]+)?$",
+        description="Where an OpenTelemetry collector takes spans of frames (OTLP over HTTP), for "
+        "example http://127.0.0.1:4318/v1/traces; empty: no traces, nothing is sent.",
+    )
+    traced_share: float = Field(
+        default=0.1,
+        ge=0,
+        le=1,
+        description="Share of the frames that are traced, the same ones by all services: 1 in 10 "
+        "is one a second, enough for a distribution after a minute.",
     )
 
 
@@ -70,7 +90,7 @@ def read(path: Path | None, environment: Mapping[str, str] = os.environ) -> dict
         except OSError as problem:
             reason = problem.strerror or problem
             raise ConfigError(f"cannot read configuration {path}: {reason}") from problem
-        except (yaml.YAMLError, UnicodeDecodeError) as problem:
+        except UNREADABLE as problem:
             raise ConfigError(f"{path} is not valid YAML{_place(problem)}") from None
     source = str(path) if path is not None else "configuration"
     if not isinstance(document, dict):
@@ -104,7 +124,7 @@ def _override(sections: dict[str, dict[str, Any]], environment: Mapping[str, str
 def _parsed(variable: str, text: str) -> Any:
     try:
         return yaml.safe_load(text)
-    except yaml.YAMLError as problem:
+    except UNREADABLE as problem:
         raise ConfigError(f"{variable}: the value is not valid YAML{_place(problem)}") from None
 
 
@@ -114,7 +134,11 @@ def _place(problem: Exception) -> str:
         mark = problem.problem_mark
         reason = re.sub(r"'[^']{3,}'", "...", problem.problem or "it cannot be read")
         return f" (line {mark.line + 1}, column {mark.column + 1}): {reason}"
-    return f": {problem.reason}" if isinstance(problem, UnicodeDecodeError) else ""
+    if isinstance(problem, UnicodeDecodeError):
+        return f": {problem.reason}"
+    if isinstance(problem, RecursionError):
+        return ": it is nested too deeply"
+    return ": a date or a number in it cannot be read" if isinstance(problem, ValueError) else ""
 
 
 def _check_name(name: object, valid: tuple[str, ...], problem: str) -> None:

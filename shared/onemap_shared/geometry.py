@@ -55,10 +55,19 @@ def check_rigid(T: F64, name: str) -> F64:
 
 @dataclass(frozen=True, slots=True)
 class Velocity2d:
-    """Velocity of a robot on the floor, in its body frame (x forward, positive turns left)."""
+    """Velocity of a robot on the floor, in its body frame (x forward, positive turns left).
+
+    lateral_mps: to the left, of a holonomic robot; a differential drive has none.
+    """
 
     linear_mps: float = 0.0
     angular_radps: float = 0.0
+    lateral_mps: float = 0.0
+
+    @property
+    def speed_mps(self) -> float:
+        """Metres per second over the floor, whatever the direction."""
+        return float(np.hypot(self.linear_mps, self.lateral_mps))
 
 
 def pose_2d(x_m: float, y_m: float, yaw_rad: float) -> F64:

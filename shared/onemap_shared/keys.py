@@ -9,6 +9,8 @@ from typing import Any, Generic, TypeVar
 
 from onemap_shared import messages as m
 
+NAMESPACE = r"^[A-Za-z0-9_-]+(/[A-Za-z0-9_-]+)*$"  # of a robot; its keys begin with it
+
 M = TypeVar("M")
 Q = TypeVar("Q")
 R = TypeVar("R")
@@ -24,12 +26,16 @@ class Delivery(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Topic(Generic[M]):
-    """A stream of messages of one type. Latched: late joiners get the last one."""
+    """A stream of messages of one type. Latched: late joiners get the last one.
+
+    receipts: on which the stage that works on the messages says which one it took.
+    """
 
     key: str
     message: type[M]
     delivery: Delivery = Delivery.STATE
     latched: bool = False
+    receipts: Topic[m.FrameReceipt] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,13 +56,15 @@ class Procedure(Generic[Q, R]):
     to_all: bool = False
 
 
-ROBOT_RGBD = Topic("robot/rgbd/v1", m.RgbdFrame, Delivery.FRAME)
+RGBD_RECEIPTS = Topic("perception/rgbd_receipts/v1", m.FrameReceipt)
+ROBOT_RGBD = Topic("robot/rgbd/v1", m.RgbdFrame, Delivery.FRAME, receipts=RGBD_RECEIPTS)
 ROBOT_ODOMETRY = Topic("robot/odometry/v1", m.Odometry)
 ROBOT_POSE_GRAPH = Topic("robot/pose_graph/v1", m.PoseGraph, latched=True)
 ROBOT_CMD_VEL = Topic("robot/cmd_vel/v1", m.VelocityCommand, Delivery.COMMAND)
 ROBOT_TRUTH = Procedure("robot/truth/v1", m.TruthRequest, m.Truth)
 
-FIELD = Topic("perception/field/v1", m.FeatureField, Delivery.FRAME)
+FIELD_RECEIPTS = Topic("map/field_receipts/v1", m.FrameReceipt)
+FIELD = Topic("perception/field/v1", m.FeatureField, Delivery.FRAME, receipts=FIELD_RECEIPTS)
 DETECTIONS = Topic("perception/detections/v1", m.Detections)
 EMBED_TEXT = Procedure("perception/embed_text/v1", m.TextRequest, m.TextEmbeddings)
 
@@ -69,6 +77,7 @@ MAP_SAVE = Procedure("map/save/v1", m.MapFile, m.MapSummary)
 MAP_LOAD = Procedure("map/load/v1", m.MapFile, m.MapSummary)
 MAP_LIST = Procedure("map/list/v1", m.MapListRequest, m.MapList)
 MAP_DELETE = Procedure("map/delete/v1", m.MapFile, m.SavedMap)
+MAP_MERGE = Procedure("map/merge/v1", m.MapMerge, m.MapSummary)
 MAP_CLEAR = Procedure("map/clear/v1", m.MapClear, m.MapSummary)
 MAP_DIGEST = Procedure("map/digest/v1", m.MapDigestRequest, m.MapDigest)
 MAP_REMEMBER = Procedure("map/remember/v1", m.ObjectFind, m.KeptObject)
@@ -131,18 +140,20 @@ ROLES: Mapping[str, Access] = {
     "robot": Access(
         names=("simulator", "replay", "ros2", "robot"),
         publishes=(ROBOT_RGBD, ROBOT_ODOMETRY, ROBOT_POSE_GRAPH),
-        subscribes=(ROBOT_CMD_VEL,),
+        # beside commands and receipts: the planner's goals for nav2, and what RViz shows
+        subscribes=(ROBOT_CMD_VEL, RGBD_RECEIPTS, MAP_REVISION, SEARCH_STATE, SEARCH_PATH),
         serves=(ROBOT_TRUTH,),
+        calls=(MAP_SEARCH_VIEW, MAP_OBJECTS),
     ),
     "perception": Access(
         names=("perception",),
-        publishes=(FIELD, DETECTIONS),
-        subscribes=(ROBOT_RGBD, SEARCH_STATE),
+        publishes=(FIELD, DETECTIONS, RGBD_RECEIPTS),
+        subscribes=(ROBOT_RGBD, SEARCH_STATE, FIELD_RECEIPTS),
         serves=(EMBED_TEXT,),
     ),
     "mapper": Access(
         names=("mapper",),
-        publishes=(MAP_REVISION,),
+        publishes=(MAP_REVISION, FIELD_RECEIPTS),
         subscribes=(FIELD, ROBOT_POSE_GRAPH),
         serves=(
             MAP_SIMILARITY,
@@ -152,6 +163,7 @@ ROLES: Mapping[str, Access] = {
             MAP_LOAD,
             MAP_LIST,
             MAP_DELETE,
+            MAP_MERGE,
             MAP_CLEAR,
             MAP_DIGEST,
             MAP_REMEMBER,
@@ -173,6 +185,7 @@ ROLES: Mapping[str, Access] = {
         subscribes=(
             ROBOT_RGBD,
             ROBOT_ODOMETRY,
+            ROBOT_CMD_VEL,
             DETECTIONS,
             MAP_REVISION,
             SEARCH_STATE,
@@ -186,6 +199,7 @@ ROLES: Mapping[str, Access] = {
             MAP_LOAD,
             MAP_LIST,
             MAP_DELETE,
+            MAP_MERGE,
             MAP_CLEAR,
             MAP_OBJECTS,
             MAP_OBJECT,
@@ -196,9 +210,9 @@ ROLES: Mapping[str, Access] = {
             SEARCH_LIST,
         ),
     ),
-    # status, doctor, recorder and a demo's film look; changes go through the gateway
+    # status, doctor, recorder, viewer and a demo's film look; changes go through the gateway
     "tools": Access(
-        names=("doctor", "status", "demo", "recorder"),
+        names=("doctor", "status", "demo", "recorder", "viewer"),
         subscribes=(
             ROBOT_RGBD,
             ROBOT_ODOMETRY,
@@ -211,6 +225,6 @@ ROLES: Mapping[str, Access] = {
             SEARCH_PATH,
             ALL_HEARTBEATS,
         ),
-        calls=(EMBED_TEXT, MAP_SEARCH_VIEW, MAP_DIGEST),
+        calls=(EMBED_TEXT, MAP_SEARCH_VIEW, MAP_DIGEST, MAP_OBJECTS),
     ),
 }

@@ -46,6 +46,7 @@ class MemoryRouter:
             list
         )
         self.services: dict[MemoryBus, str] = {}
+        self.namespaces: dict[str, MemoryRouter] = {}  # of siblings
 
     def bus(self, service: str = "") -> MemoryBus:
         """A new bus; ``service`` counts as alive until it is closed."""
@@ -113,6 +114,14 @@ class MemoryBus:
         """See ``transport.Bus``."""
         services = self._router.services.copy()
         return frozenset((service, bus.instance) for bus, service in services.items())
+
+    def sibling(self, namespace: str) -> MemoryBus:
+        """See ``transport.Bus``."""
+        return self._router.namespaces.setdefault(namespace, MemoryRouter()).bus()
+
+    def metrics(self) -> dict[str, float]:
+        """See ``transport.Bus``; there is no link inside one process."""
+        return {}
 
     def close(self) -> None:
         """Leave at once, as a killed process would: its handlers answer no more."""

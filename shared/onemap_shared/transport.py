@@ -135,6 +135,12 @@ class Bus(Protocol):
     def members(self) -> frozenset[tuple[str, str]]:
         """Service and instance of every process that is connected now."""
 
+    def sibling(self, namespace: str) -> Bus:
+        """The same router under the keys of another namespace, unseen there; close it as well."""
+
+    def metrics(self) -> dict[str, float]:
+        """Of what it sends, by names that begin with ``link_``; for the heartbeat."""
+
     def close(self) -> None: ...
 
 

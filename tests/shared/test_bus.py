@@ -12,18 +12,21 @@ from concurrent.futures import TimeoutError as FutureTimeout
 from dataclasses import replace
 from typing import TypeVar
 
+import numpy as np
 import pytest
 
 from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.bus import open_bus, run_router
 from onemap_shared.config import BusConfig
+from onemap_shared.link import LinkParams
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.transport import Bus, NoReply, QueryTimeout, RemoteError, RequestRejected
 from tests.shared.messages.broken import sample
 
 T = TypeVar("T")
 PATIENCE_S = 20.0
+NO_LINK = LinkParams()
 ROUTER = """
 import sys, threading, signal
 from onemap_shared.bus import run_router
@@ -75,8 +78,8 @@ def router() -> Iterator[Router]:
     router.kill()
 
 
-def join(router: Router, service: str, namespace: str = "") -> Bus:
-    config = BusConfig(connect=(router.endpoint,), namespace=namespace)
+def join(router: Router, service: str, namespace: str = "", link: LinkParams = NO_LINK) -> Bus:
+    config = BusConfig(connect=(router.endpoint,), namespace=namespace, link=link)
     bus = open_bus(config, service, "test", threading.Event())
     assert bus is not None
     return bus
@@ -388,3 +391,39 @@ def test_a_procedure_may_serve_several_requests_at_once(buses: tuple[Bus, Bus]) 
     with ThreadPoolExecutor(3) as pool:
         asked = [pool.submit(here.call, parallel, m.MapFile(f"m{i}"), 10.0) for i in range(3)]
         assert [each.result(20) for each in asked] == [summary(f"m{i}") for i in range(3)]
+
+
+def test_frames_wait_for_receipts_and_travel_compressed(router: Router) -> None:
+    link = LinkParams(color="lossless", depth="lossless", window=1)
+    robot, perception = join(router, "robot", link=link), join(router, "perception")
+    frames = perception.subscribe(keys.ROBOT_RGBD)
+    receipts = perception.publish(keys.RGBD_RECEIPTS)
+    publisher = robot.publish(keys.ROBOT_RGBD)
+
+    def put(number: int) -> None:
+        publisher.put(replace(sample(m.RgbdFrame), sequence=number))
+
+    def first() -> bool | None:
+        """Until both are connected: a receipt before holds nothing back."""
+        put(1)
+        if frames.take(0.1) is not None:
+            receipts.put(m.FrameReceipt(1, 1))
+        return robot.metrics()["link_rgbd_receipt_ms"] > 0 or None
+
+    eventually(first)
+    put(2)
+    received = eventually(lambda: newer(frames.take(0.1), 1))
+    assert received.sequence == 2
+    np.testing.assert_array_equal(received.rgb, sample(m.RgbdFrame).rgb)
+    for number in (3, 4):  # the receipt of 2 is missing
+        put(number)
+    receipts.put(m.FrameReceipt(2, 1))
+    assert eventually(lambda: frames.take(0.1)).sequence == 4
+    assert robot.metrics()["link_rgbd_replaced"] >= 1
+    assert perception.metrics() == {}
+    for bus in (robot, perception):
+        bus.close()
+
+
+def newer(frame: m.RgbdFrame | None, than: int) -> m.RgbdFrame | None:
+    return frame if frame is not None and frame.sequence > than else None

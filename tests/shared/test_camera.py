@@ -68,3 +68,9 @@ def test_a_camera_that_sees_kilometres_aside_is_refused(camera: Intrinsics) -> N
     CAMERA.check_image(9, 6)
     with pytest.raises(ValueError, match="aside at 1 m"):
         camera.check_image(9, 6)
+
+
+def test_the_matrix_has_pixel_centres_at_integers() -> None:
+    camera = Intrinsics(300.0, 310.0, 160.5, 119.5)
+    u, v, w = camera.matrix() @ (camera.x_at(17.0), camera.y_at(4.0), 1.0)
+    assert (u / w, v / w) == pytest.approx((17.0, 4.0))

@@ -68,6 +68,11 @@ BAD_FILES = {
     "not a mapping": ("- 1", "must be a mapping of sections, not list"),
     "section is a value": ("mapper: 3", "section 'mapper' must be a mapping"),
     "not yaml": ("mapper: {", "not valid YAML"),
+    "no date": (
+        "mapper: {a: 2001-13-45}",
+        "not valid YAML: a date or a number in it cannot be read",
+    ),
+    "too deep": ("mapper: " + "[" * 5000, "not valid YAML: it is nested too deeply"),
     "unknown key": (
         "mapper: {cell_size: 0.1}",
         "mapper.cell_size is unknown; did you mean 'cell_size_m'",
@@ -117,6 +122,7 @@ def test_the_environment_overrides_the_file(tmp_path: Path) -> None:
         ("ONEMAP__MAPPER", "1", "must be ONEMAP__SECTION__KEY"),
         ("ONEMAP__MAPPER__A__B", "1", "'a' is a value"),
         ("ONEMAP__MAPPER__X", "{", "not valid YAML"),
+        ("ONEMAP__MAPPER__X", "2001-13-45", "not valid YAML"),
     ],
 )
 def test_mistakes_in_the_environment_are_named(

@@ -41,14 +41,19 @@ def test_heartbeats_and_tokens_match_the_wildcards(service: str) -> None:
 
 
 PACKAGES = {
-    "robot": ("onemap_simulator",),
+    "robot": ("onemap_simulator", "onemap_ros2"),
     "perception": ("onemap_perception",),
     "mapper": ("onemap_mapper",),
     "planner": ("onemap_planner",),
     "gateway": ("onemap_gateway",),
 }
 NOT_USED_HERE = {"robot": {keys.ROBOT_POSE_GRAPH.key}}  # of robots that correct their poses
-SHARED_USE = {"mapper": {keys.EMBED_TEXT.key}, "planner": {keys.EMBED_TEXT.key}}  # text_embedding
+SHARED_USE = {
+    "robot": {keys.RGBD_RECEIPTS.key},  # bus
+    "perception": {keys.FIELD_RECEIPTS.key},  # bus
+    "mapper": {keys.EMBED_TEXT.key},  # text_embedding
+    "planner": {keys.EMBED_TEXT.key},  # text_embedding
+}
 
 
 def used(role: str) -> set[str]:

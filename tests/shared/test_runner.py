@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from onemap_shared import keys
+from onemap_shared.runner import SWITCH_S
 from tests.shared.test_bus import Router, eventually, join, router
 
 __all__ = ["router"]  # the fixture
@@ -21,6 +22,7 @@ SERVICE = """
 import sys, threading, time
 from onemap_shared.params import Params
 from onemap_shared.runner import StartError, run_service
+from onemap_shared.compression import CompressionError
 from onemap_shared.transport import Health
 from onemap_shared import watchdog
 
@@ -43,7 +45,7 @@ class Worker:
             threading.Event().wait()
         self.waiting.wait(timeout_s)
     def health(self):
-        return Health(ready=True, metrics={"answer": 42.0})
+        return Health(ready=True, metrics={"answer": 42.0, "switch_s": sys.getswitchinterval()})
     def close(self):
         if self.mode == "hang at the end":
             threading.Event().wait()
@@ -57,6 +59,8 @@ def build(bus, config):
         raise StartError("the port is in use", temporary=True)
     if config.mode == "unable":
         raise StartError("there is no camera at /dev/video7")
+    if config.mode == "no codec":
+        raise CompressionError("is a JPEG, which needs OpenCV here")
     return Worker(config.mode)
 
 def check(config):
@@ -92,7 +96,8 @@ def test_heartbeats_tell_health_and_progress_until_sigterm(router: Router) -> No
     first = eventually(lambda: beats.take(0.5))
     second = eventually(lambda: beats.take(0.5))
     assert first.ready
-    assert first.metrics == {"answer": 42.0}
+    # a thread that computes lets those go on soon that answer
+    assert first.metrics == {"answer": 42.0, "switch_s": pytest.approx(SWITCH_S)}
     assert second.progress > first.progress
     process.send_signal(signal.SIGTERM)
     stdout, _ = process.communicate(timeout=5)
@@ -176,11 +181,15 @@ def test_a_second_process_of_a_service_is_refused_and_the_first_goes_on(router: 
 
 
 def test_a_service_that_cannot_start_says_why_in_one_sentence(router: Router) -> None:
-    process = start(router.endpoint, "unable")
-    _, stderr = process.communicate(timeout=10)
-    assert process.returncode == 2
-    assert "there is no camera at /dev/video7" in stderr
-    assert "Traceback" not in stderr
+    for mode, sentence in (
+        ("unable", "there is no camera at /dev/video7"),
+        ("no codec", "what it sends is a JPEG, which needs OpenCV here"),
+    ):
+        process = start(router.endpoint, mode)
+        _, stderr = process.communicate(timeout=20)
+        assert process.returncode == 2
+        assert sentence in stderr
+        assert "Traceback" not in stderr
 
 
 def test_a_service_that_cannot_start_now_may_be_started_again(router: Router) -> None:
