@@ -1,0 +1,66 @@
+"""Compile numeric functions with numba, where it is installed and works.
+
+The machine code is kept on disk, so that only the first start on a machine compiles: in
+NUMBA_CACHE_DIR if that is set, else in __pycache__ beside the source, else in the user's cache
+folder. Where none of them can be written, every start compiles.
+
+numba renews the code of a function when the file that defines it changes, not when a file changes
+that it calls into: a compiled function calls only functions of its own file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import torch
+
+try:
+    import numba
+
+    MISSING = ""
+except ImportError as problem:  # not installed, or not made for this numpy
+    numba = None
+    MISSING = str(problem)
+
+AVAILABLE = numba is not None
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def usable(*, wanted: bool, device: torch.device) -> bool:
+    """Whether compiled functions are to be used: wanted, installed, and the data on the CPU."""
+    return wanted and AVAILABLE and device.type == "cpu"
+
+
+def described(*, wanted: bool) -> str:
+    """Whether loops are compiled, for the log."""
+    if not wanted:
+        return "loops are not compiled, as configured"
+    if MISSING:
+        return f"loops are not compiled, frames take longer: {MISSING}; pip install numba"
+    return "loops are compiled with numba"
+
+
+def compiled(function: F) -> F:
+    """The function, compiled at its first call; as it is where numba is missing.
+
+    Arithmetic keeps its order, so that results do not depend on the processor; the interpreter's
+    lock is released meanwhile.
+    """
+    return _compile(function, fastmath=False)
+
+
+def compiled_fast(function: F) -> F:
+    """As ``compiled``, but sums may be reordered: for products, where torch's order is free too."""
+    return _compile(function, fastmath={"reassoc", "contract", "nsz"})
+
+
+def _compile(function: F, *, fastmath: bool | set[str]) -> F:
+    if numba is None:
+        return function
+    options = {"nogil": True, "fastmath": fastmath, "error_model": "numpy"}
+    try:
+        made: F = numba.njit(cache=True, **options)(function)
+    except RuntimeError:  # no folder for the cache can be written
+        made = numba.njit(**options)(function)
+    return made

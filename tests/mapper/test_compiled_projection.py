@@ -1,0 +1,153 @@
+"""The compiled projection against the one in torch and against the upsampled image."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onemap_mapper.compiled_projection import project_compiled
+from onemap_mapper.params import ProjectionParams
+from onemap_mapper.point_cloud import PointCloud
+from onemap_mapper.projection import MAX_ENTRIES, CellWeights, cell_features, project
+from onemap_shared.camera import Intrinsics
+from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
+from onemap_shared.grid import GridTooLarge
+from tests.mapper import scenes
+from tests.reference import mapping as slow
+
+CAMERA = Intrinsics(9.0, 8.0, 6.5, 5.0)
+CPU = torch.device("cpu")
+LIMITS = ProjectionParams(max_feature_range_m=4.0, max_feature_height_m=1.5)
+
+
+def both(
+    depth_m: F32,
+    variance: F32,
+    T_map_camera: F64,
+    patch_shape: tuple[int, int],
+    params: ProjectionParams = LIMITS,
+) -> tuple[CellWeights, CellWeights]:
+    """Weights by the compiled functions, and by torch."""
+    cloud = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T_map_camera)
+    expected = project(cloud, variance, patch_shape=patch_shape, params=params, device=CPU)
+    found = project_compiled(
+        depth_m,
+        variance,
+        intrinsics=CAMERA,
+        T_map_camera=T_map_camera,
+        patch_shape=patch_shape,
+        params=params,
+    )
+    return found, expected
+
+
+def assert_alike(found: CellWeights, expected: CellWeights, patches: int) -> None:
+    """The same cells, in the same order, with equal rows."""
+    assert torch.equal(found.cells, expected.cells)
+    torch.testing.assert_close(found.confidence, expected.confidence, rtol=1e-5, atol=0)
+    rows = [cell_features(weights, torch.eye(patches)) for weights in (found, expected)]
+    torch.testing.assert_close(*rows, rtol=0, atol=2e-6)
+
+
+def image(rng: np.random.Generator, *, empty: float) -> tuple[F32, F32]:
+    """Depth (11, 13) in steps of a millimetre, and variance, with holes in both."""
+    depth = (rng.integers(300, 5000, (11, 13)) / np.float32(1000)).astype(np.float32)
+    depth[rng.random(depth.shape) < empty] = 0
+    variance = rng.uniform(0.5, 400, depth.shape).astype(np.float32)
+    variance[rng.random(depth.shape) < 0.1] = np.inf
+    return depth, variance
+
+
+@given(
+    seed=st.integers(0, 2**16),
+    h=st.integers(1, 14),
+    w=st.integers(1, 15),
+    far_m=st.sampled_from([0.0, 10_000.0]),
+)
+@settings(max_examples=60, deadline=None)
+def test_agrees_with_torch_to_the_last_cell(seed: int, h: int, w: int, far_m: float) -> None:
+    """Pixels on cell borders too, 10 km from the origin, and with pitch and roll."""
+    rng = np.random.default_rng(seed)
+    x, y, yaw = rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(-3, 3)
+    T = pose_2d(far_m + x, y - far_m, yaw) @ camera_mount(0.0, 1.0, rng.uniform(-0.5, 0.8))
+    T = scenes.rolled(T, rng.uniform(-0.4, 0.4))
+    depth, variance = image(rng, empty=rng.choice([0.0, 0.2, 0.95]))
+    assert_alike(*both(depth, variance, T, (h, w)), patches=h * w)
+
+
+@given(distance_mm=st.integers(300, 3900))
+@settings(max_examples=40, deadline=None)
+def test_a_wall_on_a_cell_border_falls_on_the_same_side(distance_mm: int) -> None:
+    depth = np.full((11, 13), distance_mm / np.float32(1000), np.float32)
+    T = pose_2d(0.0, 0.0, 0.0) @ camera_mount(0.0, 0.0, 0.0)
+    assert_alike(*both(depth, np.ones_like(depth), T, (4, 5)), patches=20)
+
+
+def test_agrees_with_the_upsampled_image() -> None:
+    rng = np.random.default_rng(3)
+    T, everything = scenes.pose(0.31, -0.17, 0.4), ProjectionParams(max_feature_height_m=100.0)
+    depth, variance = image(rng, empty=0.1)
+    features = rng.normal(size=(3, 4, 5)).astype(np.float32)
+    weights, _ = both(depth, variance, T, (3, 4), everything)
+    cells = slow.projected(
+        features, depth, variance, intrinsics=CAMERA, T_map_camera=T, cell_size_m=0.1
+    )
+    assert {tuple(cell) for cell in weights.cells.tolist()} == set(cells)
+    expected, confidence = slow.table(cells, weights.cells.numpy())
+    found = cell_features(weights, torch.from_numpy(features.reshape(12, 5))).numpy()
+    np.testing.assert_allclose(found, expected, atol=2e-5)
+    np.testing.assert_allclose(weights.confidence, confidence, rtol=1e-5)
+
+
+@pytest.mark.parametrize("fill", [0.0, 1.0])
+def test_a_frame_without_usable_pixels_has_no_cells(fill: float) -> None:
+    depth = np.full((11, 13), fill, np.float32)
+    found, expected = both(depth, np.full(depth.shape, np.inf, np.float32), np.eye(4), (2, 2))
+    assert_alike(found, expected, patches=4)
+    assert found.cells.shape == (0, 2)
+
+
+def test_more_entries_than_were_reserved() -> None:
+    """Every pixel in a cell of its own."""
+    side = 120
+    camera = Intrinsics(10.0, 10.0, side / 2, side / 2)
+    depth, variance = np.full((2, side, side), 2.0, np.float32)
+    weights = project_compiled(
+        depth,
+        variance,
+        intrinsics=camera,
+        T_map_camera=np.eye(4),
+        patch_shape=(2, 2),
+        params=ProjectionParams(max_feature_height_m=100.0),
+    )
+    assert len(weights.cells) == side * side
+    torch.testing.assert_close(weights.confidence, torch.full((side * side,), 0.5))
+
+
+def test_too_many_patches_are_refused() -> None:
+    depth = np.ones((4, 4), np.float32)
+    with pytest.raises(GridTooLarge, match="are the intrinsics right"):
+        both(depth, depth, np.eye(4), (2, MAX_ENTRIES))
+
+
+def test_a_view_wider_than_the_largest_grid_is_refused() -> None:
+    depth = np.full((11, 13), 90.0, np.float32)
+    depth[:, ::2] = 1.0
+    params = ProjectionParams(
+        cell_size_m=0.005, max_extent_m=20, max_feature_range_m=100.0, max_feature_height_m=100.0
+    )
+    T = pose_2d(0.0, 0.0, 0.0) @ camera_mount(0.0, 1.0, 0.0)
+    with pytest.raises(GridTooLarge, match="did the pose jump"):
+        both(depth, np.ones_like(depth), T, (2, 2), params)
+    with pytest.raises(GridTooLarge, match="did the pose jump"):
+        project_compiled(
+            depth,
+            np.ones_like(depth),
+            intrinsics=CAMERA,
+            T_map_camera=T,
+            patch_shape=(2, 2),
+            params=params,
+        )

@@ -1,0 +1,55 @@
+"""After the start nothing is left to be compiled."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+
+import numpy as np
+import pytest
+import torch
+
+from onemap_mapper import kernels
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.frame_update import compute_update
+from onemap_mapper.warm_up import warm_up
+from tests.mapper import scenes
+
+
+def compiled_variants() -> dict[str, int]:
+    """For each compiled function that others call, for how many combinations of types."""
+    found = {}
+    for info in pkgutil.iter_modules(kernels.__path__):
+        module = importlib.import_module(f"{kernels.__name__}.{info.name}")
+        for name, value in vars(module).items():
+            if hasattr(value, "signatures") and not name.startswith("_"):
+                found[f"{info.name}.{name}"] = len(value.signatures)
+    return found
+
+
+@pytest.mark.parametrize("dtype", ["float16", "float32"])
+@pytest.mark.parametrize("max_rows", [30, 240])
+def test_a_frame_as_it_arrives_needs_no_further_compilation(max_rows: int, dtype: str) -> None:
+    pytest.importorskip("numba", reason="numba is not installed")
+    params = scenes.params(occupancy_max_rows=max_rows, feature_dtype=dtype)
+    warm_up(params)
+    before = compiled_variants()
+    of_float32 = {"fuse_rows.fuse_rows", "row_products.products"}
+    unused = {name for name, variants in before.items() if variants == 0}
+    assert unused <= (of_float32 if dtype == "float16" else {"row_products.half_products"})
+    belief = BeliefMap(params)
+    for sequence in range(3):
+        field = scenes.field(sequence, scenes.pose(0.1 * sequence))
+        for array in (field.features, field.variance, field.depth_mm):
+            array.flags.writeable = False  # as the bus delivers them
+        belief.fuse(compute_update(field, params))
+    empty = scenes.field(4, scenes.pose(), boxes=())
+    assert not np.any(empty.depth_mm)
+    belief.fuse(compute_update(empty, params))
+    query = torch.ones((1, belief.dimension))
+    belief.store.products(np.arange(belief.store.count), query)
+    assert compiled_variants() == before
+
+
+def test_without_compiled_functions_there_is_nothing_to_do() -> None:
+    warm_up(scenes.params(compiled=False))
