@@ -174,6 +174,34 @@ def test_ray_samples_lie_on_their_rays_in_empty_space(seed: int) -> None:
         assert ways <= min(lengths[ray] - 0.1, PARAMS.clearing_range_m) + 1e-4
 
 
+@given(
+    seed=st.integers(0, 2**16),
+    far_m=st.sampled_from([0.0, 10_000.0]),
+    missing=st.sampled_from([0.0, 0.1, 0.9, 1.0]),
+)
+@settings(max_examples=40, deadline=None)
+def test_the_compiled_update_is_that_of_numpy(seed: int, far_m: float, missing: float) -> None:
+    """With holes and noise, pitch and roll, and 10 km from the origin."""
+    rng = np.random.default_rng(seed)
+    T = scenes.pose(rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(-3, 3), rng.uniform(0.3, 2))
+    depth = scenes.depth_of((*ROOM, *TABLE), T)
+    depth += rng.normal(0, 0.01, depth.shape).astype(np.float32) * depth**2
+    depth[rng.random(depth.shape) < missing] = 0
+    roll = rng.uniform(-0.3, 0.3)
+    T[:3, :3] = T[:3, :3] @ [
+        [np.cos(roll), -np.sin(roll), 0],
+        [np.sin(roll), np.cos(roll), 0],
+        [0, 0, 1],
+    ]
+    T[:2, 3] += far_m
+    cloud = PointCloud.of(depth, intrinsics=scenes.CAMERA, T_map_camera=T)
+    found, expected = (
+        occupancy_update(cloud, scenes.params(compiled=compiled)) for compiled in (True, False)
+    )
+    for name in ("cells", "evidence", "clear", "blind"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
+
+
 def test_voxels_count_up_from_the_lowest_obstacle() -> None:
     box = GridSpec(0.1, (-2, 3), (4, 5))
     points = np.array([[-0.15, 0.35, 0.10], [0.11, 0.72, 0.25], [0.11, 0.72, 1.19]], np.float32)

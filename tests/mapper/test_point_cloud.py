@@ -31,3 +31,10 @@ def test_a_strided_cloud_is_that_of_the_strided_image() -> None:
     whole = PointCloud.of(DEPTH_M[::3, ::3].copy(), intrinsics=CAMERA.strided(3), T_map_camera=T)
     np.testing.assert_array_equal(thin.depth_m, whole.depth_m)
     np.testing.assert_allclose(thin.points_m, whole.points_m, atol=1e-5)
+
+
+def test_a_cloud_made_of_some_pixels_is_the_strided_cloud() -> None:
+    thin = PointCloud.of(DEPTH_M, intrinsics=CAMERA, T_map_camera=T, stride=3)
+    whole = PointCloud.of(DEPTH_M, intrinsics=CAMERA, T_map_camera=T).strided(3)
+    np.testing.assert_array_equal(thin.depth_m, whole.depth_m)
+    np.testing.assert_array_equal(thin.points_m, whole.points_m)

@@ -108,6 +108,8 @@ def _edges(image: _Image, valid: Bool, fall: F32, params: OccupancyParams) -> Bo
 
 def _behind_edge(image: _Image, edge: Bool) -> Bool:
     """Pixels above an edge in their column that lie lower than half its height."""
+    if not edge.any():
+        return np.zeros(edge.shape, bool)
     rows, columns = edge.shape
     none = rows - 1
     row = np.where(edge, np.arange(rows, dtype=np.int32)[:, None], none)
@@ -134,6 +136,8 @@ def _missing(image: _Image, valid: Bool, floor: Bool, params: OccupancyParams) -
     """Places just beyond floor that ends at a large hole without returns, and across the hole."""
     rows, columns = valid.shape
     tall, wide = max(2, rows // MISSING_ROWS), max(1, columns // MISSING_COLUMNS)
+    if valid.all():
+        return np.zeros((0, 2), np.float32)
     near = floor & (image.depth <= params.missing_floor_range_m)
     count = np.zeros((rows + 1, columns + 1), np.int32)
     np.cumsum(np.cumsum(~valid, axis=0, dtype=np.int32), axis=1, out=count[1:, 1:])

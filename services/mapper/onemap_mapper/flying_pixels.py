@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from onemap_mapper.kernels.alike import few_alike
 from onemap_shared.geometry import F32, Bool
 
 ALIKE = 0.04  # of the depth: 12 cm at 3 m, three times the noise of a stereo camera there
@@ -16,11 +17,14 @@ NEIGHBOURS = 2  # of the eight: as a pixel of a vertical or horizontal line one 
 STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))  # rows, columns: half of the eight neighbours
 
 
-def flying_pixels(depth_m: F32) -> Bool:
+def flying_pixels(depth_m: F32, *, compiled: bool = False) -> Bool:
     """Mask (H, W) of the pixels with depth that have fewer than two of eight neighbours alike.
 
-    Pixels at the rim of the image have fewer neighbours and are kept.
+    Pixels at the rim of the image have fewer neighbours and are kept. compiled: by the compiled
+    loop, with the same result.
     """
+    if compiled:
+        return few_alike(np.ascontiguousarray(depth_m), ALIKE, NEIGHBOURS)
     alike = np.full(depth_m.shape, NEIGHBOURS, np.uint8)
     alike[1:-1, 1:-1] = 0
     limit = ALIKE * depth_m

@@ -12,9 +12,11 @@ from dataclasses import dataclass, fields
 from math import prod
 
 import numpy as np
+from numpy.typing import NDArray
 
 from onemap_mapper.occupancy import MAX_EVIDENCE, MIN_EVIDENCE
 from onemap_mapper.snapshot import (
+    ASSUMED,
     FORMAT,
     VERSION,
     VERSION_WITHOUT_DROPS,
@@ -123,10 +125,13 @@ def check_arrays(
         raise MapFileError(f"{name} is damaged: columns of {declared['evidence'].shape[1]} levels")
 
 
+def features_problem(features: NDArray) -> str:
+    """Which features (k, D) no map can hold; empty if there are none."""
+    return "" if np.isfinite(features).all() else "features that are not finite"
+
+
 def values_problem(snapshot: MapSnapshot) -> str:
-    """Which values of a map no map can hold; empty if there are none."""
-    if not np.isfinite(snapshot.features).all():
-        return "features that are not finite"
+    """Which other values of a map no map can hold; empty if there are none."""
     for part in ("confidence", "searched", "explored"):
         values = getattr(snapshot, part)
         if (
@@ -136,8 +141,8 @@ def values_problem(snapshot: MapSnapshot) -> str:
     evidence = snapshot.evidence
     if evidence.size and not (evidence.min() >= MIN_EVIDENCE and evidence.max() <= MAX_EVIDENCE):
         return f"evidence outside of {MIN_EVIDENCE} to {MAX_EVIDENCE}"
-    if snapshot.clear.size and snapshot.clear.max() > 1:
-        return "clear that is neither 0 nor 1"
+    if snapshot.clear.size and snapshot.clear.max() > ASSUMED:
+        return f"clear that is none of 0 to {ASSUMED}"
     for part in ("cells", "driving_cells"):
         cells = getattr(snapshot, part)
         if len(np.unique(cells, axis=0)) != len(cells):

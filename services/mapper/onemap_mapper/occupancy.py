@@ -13,18 +13,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 
 from onemap_mapper.floor import floor_points
 from onemap_mapper.flying_pixels import flying_pixels
+from onemap_mapper.kernels import jit
+from onemap_mapper.kernels.voxels import count_points, mark_rays
 from onemap_mapper.params import OccupancyParams
 from onemap_mapper.point_cloud import PointCloud
-from onemap_shared.geometry import F32, F64, I64, U8, Bool
+from onemap_shared.geometry import F32, F64, I32, I64, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
 
 I8 = NDArray[np.int8]
 I16 = NDArray[np.int16]
+CPU = torch.device("cpu")  # where occupancy is computed, whatever the device of the features
 
 # Evidence is a log-odds in steps of about 0.4, an int8 per voxel.
 HIT = 4  # MIN_HITS points or more: an unobserved voxel becomes occupied at once
@@ -62,19 +66,19 @@ def occupancy_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpd
     Flying pixels are neither obstacles nor floor.
     """
     cloud = cloud.strided(-(-cloud.depth_m.shape[0] // params.occupancy_max_rows))
-    cloud = cloud.without(flying_pixels(cloud.depth_m))
+    compiled = jit.usable(wanted=params.compiled, device=CPU)
+    cloud = cloud.without(flying_pixels(cloud.depth_m, compiled=compiled))
     depth_m, points = cloud.depth_m, cloud.points_m
     camera = cloud.camera_m.astype(np.float32)
     rays = points[::RAY_STRIDE, ::RAY_STRIDE][depth_m[::RAY_STRIDE, ::RAY_STRIDE] > 0]
-    samples = ray_samples(camera, rays, params=params)
     obstacles, low = _obstacles(cloud, params)
     floor = floor_points(cloud, params)
     box = _box(
-        (floor.seen, floor.drops, floor.blind, obstacles, low, samples, camera[None]),
+        (floor.seen, floor.drops, floor.blind, obstacles, low, _cleared(camera, rays, params)),
         params.cell_size_m,
     )
     clear, blind = _marked(floor.seen, box), _marked(floor.blind, box)
-    voxels = _voxel_evidence(obstacles, samples, box, params)
+    voxels = _voxel_evidence(obstacles, (camera, rays), box, params)
     lowest = voxels[..., 0]
     lowest[(_counts(low, box) >= MIN_HITS) & (lowest < LOW_HIT)] = LOW_HIT
     evidence = np.concatenate([voxels, _drop_evidence(floor.drops, clear, box)[..., None]], axis=2)
@@ -94,16 +98,48 @@ def _obstacles(cloud: PointCloud, params: OccupancyParams) -> tuple[F32, F32]:
     return cloud.points_m[high], cloud.points_m[low]
 
 
-def _voxel_evidence(obstacles: F32, samples: F32, box: GridSpec, params: OccupancyParams) -> I8:
-    """Evidence (nx, ny, levels) of points on obstacles and of samples of free space."""
-    hits = np.zeros((*box.shape, params.levels), np.int64)
-    np.add.at(hits.reshape(-1), voxel_indices(obstacles, box, params), 1)
-    crossed = np.zeros(hits.shape, bool)
-    crossed.reshape(-1)[voxel_indices(samples, box, params)] = True
+def _voxel_evidence(
+    obstacles: F32, rays: tuple[F32, F32], box: GridSpec, params: OccupancyParams
+) -> I8:
+    """Evidence (nx, ny, levels) of points on obstacles and of free space along rays.
+
+    rays: the camera (3,) and where they end (m, 3).
+    """
+    if jit.usable(wanted=params.compiled, device=CPU):
+        hits, crossed = _compiled_voxels(obstacles, rays, box, params)
+    else:
+        hits = np.zeros((*box.shape, params.levels), np.int32)
+        np.add.at(hits.reshape(-1), voxel_indices(obstacles, box, params), 1)
+        crossed = np.zeros(hits.shape, bool)
+        samples = ray_samples(*rays, params=params)
+        crossed.reshape(-1)[voxel_indices(samples, box, params)] = True
     evidence: I8 = (crossed * np.int8(-MISS)).astype(np.int8)
     evidence[hits > 0] = SINGLE_HIT
     evidence[hits >= MIN_HITS] = HIT
     return evidence
+
+
+def _compiled_voxels(
+    obstacles: F32, rays: tuple[F32, F32], box: GridSpec, params: OccupancyParams
+) -> tuple[I32, Bool]:
+    """Points in each voxel and whether a ray's samples lie in it, (nx, ny, levels) both."""
+    low_m, high_m = params.obstacle_min_height_m, params.obstacle_max_height_m
+    band = np.array([low_m, _thickness_m(params), high_m, params.cell_size_m], np.float32)
+    where = (box.origin_cell, (*box.shape, params.levels), params.cell_size_m)
+    crossed = mark_rays((*rays, _distances_m(params)), *where, band)
+    return count_points(obstacles, *where, band[:2]), crossed
+
+
+def _cleared(camera: F32, ends: F32, params: OccupancyParams) -> F32:
+    """The camera (3,), and the ends (m, 3) of rays no further than the clearing range: (m + 1, 3).
+
+    All samples of the rays lie between them.
+    """
+    rays = ends - camera
+    length_m = np.linalg.norm(rays, axis=1)
+    share = np.minimum(params.clearing_range_m / np.maximum(length_m, 1e-6), 1.0)
+    reached: F32 = camera + np.concatenate([camera[None] * 0, rays * share[:, None]])
+    return reached.astype(np.float32)
 
 
 def _drop_evidence(drops: F32, clear: Bool, box: GridSpec) -> I8:
@@ -133,10 +169,9 @@ def ray_samples(camera: F32, ends: F32, *, params: OccupancyParams) -> F32:
     Within the clearing range and the heights of obstacles; not in the last cell before the
     surface, because depth noise moves the surface across cell borders.
     """
-    step = RAY_STEP * params.cell_size_m
     rays = ends - camera
     length = np.linalg.norm(rays, axis=1)
-    distances = np.arange(step, params.clearing_range_m, step, dtype=np.float32)
+    distances = _distances_m(params)
     rays = rays / np.maximum(length, 1e-6)[:, None]
     z = camera[2] + rays[:, 2, None] * distances
     inside = distances <= (length - params.cell_size_m)[:, None]
@@ -148,10 +183,20 @@ def ray_samples(camera: F32, ends: F32, *, params: OccupancyParams) -> F32:
     return samples
 
 
+def _distances_m(params: OccupancyParams) -> F32:
+    """Distances (k,) of a ray's samples from the camera, ascending."""
+    step = RAY_STEP * params.cell_size_m
+    return np.arange(step, params.clearing_range_m, step, dtype=np.float32)
+
+
+def _thickness_m(params: OccupancyParams) -> float:
+    """Height of a voxel."""
+    return (params.obstacle_max_height_m - params.obstacle_min_height_m) / params.levels
+
+
 def voxel_indices(points: F32, box: GridSpec, params: OccupancyParams) -> I64:
     """Flat voxel indices (n,) in (nx, ny, levels) of points (n, 3) inside box and height band."""
-    thickness = (params.obstacle_max_height_m - params.obstacle_min_height_m) / params.levels
-    level = ((points[:, 2] - params.obstacle_min_height_m) / thickness).astype(np.int64)
+    level = ((points[:, 2] - params.obstacle_min_height_m) / _thickness_m(params)).astype(np.int64)
     cells = box.cells(points[:, :2].astype(np.float64))
     flat: I64 = (cells[:, 0] * box.shape[1] + cells[:, 1]) * params.levels
     return flat + np.minimum(level, params.levels - 1)

@@ -23,9 +23,12 @@ class PointCloud:
     T_map_camera: F64
 
     @classmethod
-    def of(cls, depth_m: F32, *, intrinsics: Intrinsics, T_map_camera: F64) -> PointCloud:
-        """The cloud of a depth image (H, W) float32 metres."""
-        points_m = unproject_to_map(depth_m, intrinsics, T_map_camera)
+    def of(
+        cls, depth_m: F32, *, intrinsics: Intrinsics, T_map_camera: F64, stride: int = 1
+    ) -> PointCloud:
+        """The cloud of a depth image (H, W) float32 metres, thinned as by ``strided``."""
+        depth_m = np.ascontiguousarray(depth_m[::stride, ::stride])
+        points_m = unproject_to_map(depth_m, intrinsics, T_map_camera, stride=stride)
         return cls(depth_m, points_m, T_map_camera)
 
     @property
@@ -36,9 +39,9 @@ class PointCloud:
 
     def without(self, pixels: Bool) -> PointCloud:
         """The cloud without return at these pixels (H, W)."""
-        depth_m = np.where(pixels, np.float32(0), self.depth_m)
-        camera_m = self.camera_m.astype(np.float32)
-        points_m = np.where(pixels[..., None], camera_m, self.points_m)
+        depth_m, points_m = self.depth_m.copy(), np.copy(self.points_m, order="K")
+        depth_m[pixels] = 0.0
+        points_m[pixels] = self.camera_m.astype(np.float32)
         return PointCloud(depth_m, points_m, self.T_map_camera)
 
     def strided(self, n: int) -> PointCloud:

@@ -66,7 +66,7 @@ def project(
     (low_x, low_y), depth = box.origin_cell, box.shape[1]
     cells = torch.stack([found // depth + low_x, found % depth + low_y], dim=1)
     count = len(cells)
-    _check_size(count, patch_shape)
+    check_size(count, patch_shape)
     pixels = torch.bincount(row, minlength=count + 1)[:count]
     starts, patches, values = _scatter(row, confidence, patch_shape=patch_shape, count=count)
     lengths = torch.diff(starts, append=starts.new_tensor([len(patches)]))
@@ -91,7 +91,7 @@ def sparse_matmul(table: Tensor, columns: Tensor, values: Tensor, starts: Tensor
     return embedding_bag(columns, table, starts, mode="sum", per_sample_weights=values)
 
 
-def _check_size(cells: int, patch_shape: tuple[int, int]) -> None:
+def check_size(cells: int, patch_shape: tuple[int, int]) -> None:
     """Raise ``GridTooLarge`` if W would be too large."""
     if cells > MAX_FRAME_CELLS or cells * math.prod(patch_shape) > MAX_ENTRIES:
         raise GridTooLarge(
@@ -144,8 +144,9 @@ def _scatter(
     fractions down and right. Each quadruple of sums becomes four entries afterwards.
     """
     (h, w), (height, width) = patch_shape, confidence.shape
-    top, a = _interpolation(height, h, confidence.device)
-    left, b = _interpolation(width, w, confidence.device)
+    device = confidence.device
+    top, a = (torch.from_numpy(each).to(device) for each in interpolation(height, h))
+    left, b = (torch.from_numpy(each).to(device) for each in interpolation(width, w))
     down, right = w * (h > 1), int(w > 1)
     key = row * (h * w) + (top[:, None] * w + left).flatten()
     used, index = _unique_inverse(key.clamp_(max=count * h * w), count * h * w)
@@ -162,7 +163,7 @@ def _scatter(
     return starts, patches.flatten(), values.flatten().clamp_(min=0.0)
 
 
-def _interpolation(pixels: int, patches: int, device: torch.device) -> tuple[Tensor, Tensor]:
+def interpolation(pixels: int, patches: int) -> tuple[I64, F32]:
     """Per pixel the patch before it (int64) and the fraction towards the next (float32).
 
     Half-pixel centres with border clamping, as bilinear resizing with align_corners=False.
@@ -170,5 +171,4 @@ def _interpolation(pixels: int, patches: int, device: torch.device) -> tuple[Ten
     position = (np.arange(pixels) + 0.5) * patches / pixels - 0.5
     position = position.clip(0, patches - 1)
     before = np.minimum(np.floor(position), max(patches - 2, 0)).astype(np.int64)
-    fraction = (position - before).astype(np.float32)
-    return torch.from_numpy(before).to(device), torch.from_numpy(fraction).to(device)
+    return before, (position - before).astype(np.float32)

@@ -24,7 +24,13 @@ def depth_of(*boxes: scenes.Box, T_map_camera: F64 | None = None) -> F32:
 
 def surface_in(depth_m: F32, T_believed: F64 | None = None) -> LevelSurface | None:
     T = scenes.pose() if T_believed is None else T_believed
-    return lowest_level_surface(PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T))
+    cloud = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T)
+    found, compiled = (lowest_level_surface(cloud, compiled=each) for each in (False, True))
+    assert (found is None) == (compiled is None)
+    if found is not None and compiled is not None:
+        assert compiled.height_m == pytest.approx(found.height_m, abs=1e-6)
+        assert compiled.tilt_rad == pytest.approx(found.tilt_rad, abs=1e-5)
+    return found
 
 
 def height_in(depth_m: F32, T_believed: F64 | None = None) -> float:

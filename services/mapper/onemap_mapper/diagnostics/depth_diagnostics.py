@@ -10,7 +10,7 @@ from onemap_mapper.point_cloud import PointCloud
 
 NEAR_M = 0.1  # nothing a robot looks at is nearer: a wrong depth scale, or a covered lens
 NEAR_LIMIT = 0.5  # of the pixels with a return
-STRIDE = 4  # of the pixels that are counted, in images of at least 120 rows and columns
+COUNTED_ROWS = 120  # of larger images some are left out when pixels are counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,11 +40,12 @@ class DepthDiagnostics:
         return ""
 
 
-def diagnose_depth(cloud: PointCloud) -> DepthDiagnostics:
-    """The diagnostics of one depth image."""
-    step = STRIDE if min(cloud.depth_m.shape) >= STRIDE * 30 else 1
+def diagnose_depth(cloud: PointCloud, *, compiled: bool = False) -> DepthDiagnostics:
+    """The diagnostics of one depth image; compiled: see ``lowest_level_surface``."""
+    step = max(1, cloud.depth_m.shape[0] // COUNTED_ROWS)
     depth_m = cloud.depth_m[::step, ::step]
     valid = depth_m > 0
     near = float((depth_m[valid] < NEAR_M).mean()) if valid.any() else 0.0
     viewpoint = camera_pose_2d(cloud.T_map_camera)
-    return DepthDiagnostics(float(valid.mean()), near, viewpoint, lowest_level_surface(cloud))
+    surface = lowest_level_surface(cloud, compiled=compiled)
+    return DepthDiagnostics(float(valid.mean()), near, viewpoint, surface)
