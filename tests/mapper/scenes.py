@@ -44,6 +44,14 @@ def pose(x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0, height_m: flo
     return pose_2d(x_m, y_m, yaw_rad) @ camera_mount(0.0, height_m, np.deg2rad(20))
 
 
+def rolled(T_map_camera: F64, roll_rad: float) -> F64:
+    """The pose with the camera turned about its optical axis."""
+    c, s = np.cos(roll_rad), np.sin(roll_rad)
+    T = np.eye(4)
+    T[:2, :2] = [[c, -s], [s, c]]
+    return T_map_camera @ T
+
+
 def depth_of(
     boxes: tuple[Box, ...],
     T_map_camera: F64,

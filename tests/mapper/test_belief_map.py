@@ -143,6 +143,23 @@ def test_the_robots_own_place_is_free_at_first_sight_only() -> None:
     assert without.occupancy_grid()[tuple(own)] == Occupancy.UNKNOWN
 
 
+def test_assumed_floor_is_told_from_floor_that_was_seen() -> None:
+    params = scenes.params(initially_free_radius_m=0.35)
+    first = scenes.field(0, scenes.pose(-1.0))
+    belief = mapped([first], params)
+    own = tuple(belief.grid.cells(np.array([-1.0, 0.0])))
+    before = (belief.layers() & Layer.ASSUMED) > 0
+    assert before[own]
+    assert (belief.occupancy_grid()[before] == Occupancy.FREE).all()
+    seen = compute_update(first, params).occupancy
+    cells = seen.cells[seen.clear] - np.array(belief.grid.origin_cell)
+    assert not before[tuple(cells.T)].any()
+    belief.fuse(compute_update(scenes.field(1, scenes.pose(-2.5)), params))
+    own = tuple(belief.grid.cells(np.array([-1.0, 0.0])))
+    assert not (belief.layers() & Layer.ASSUMED)[own]  # seen from further back
+    assert belief.occupancy_grid()[own] == Occupancy.FREE
+
+
 def test_forgetting_lets_old_cells_fade() -> None:
     params = scenes.params(process_noise_per_s=0.5)
     once = scenes.field(0, POSES[0])

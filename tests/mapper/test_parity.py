@@ -10,6 +10,7 @@ import torch
 
 from onemap_mapper.blur import blur_kernel, blurred
 from onemap_mapper.cell_store import CellStore
+from onemap_mapper.compiled_projection import project_compiled
 from onemap_mapper.params import BlurParams, ProjectionParams
 from onemap_mapper.point_cloud import PointCloud
 from onemap_mapper.projection import cell_features, project
@@ -31,7 +32,7 @@ def camera_pose(T_map_body: F32) -> F64:
     return T_map_body.astype(np.float64) @ T_body_camera
 
 
-def fused(data: dict[str, np.ndarray], half_width: int) -> tuple[F32, F32]:
+def fused(data: dict[str, np.ndarray], half_width: int, *, compiled: bool) -> tuple[F32, F32]:
     """Confidence (600, 600) and features (600, 600, 32) after all frames."""
     fx, fy, cx, cy = data["K"].tolist()
     # The released code counts pixel centres at whole numbers, ours lie half a pixel further.
@@ -40,17 +41,25 @@ def fused(data: dict[str, np.ndarray], half_width: int) -> tuple[F32, F32]:
     store = CellStore(32, device=CPU, dtype=torch.float32)
     for k, (features, depth) in enumerate(zip(data["features"], data["depth"], strict=True)):
         T = camera_pose(data["pose"][k])
-        weights = project(
-            PointCloud.of(depth, intrinsics=intrinsics, T_map_camera=T),
-            observation_variance(depth, intrinsics, VarianceParams()),
-            patch_shape=(8, 8),
-            params=EVERYTHING,
-            device=CPU,
-        )
+        variance = observation_variance(depth, intrinsics, VarianceParams())
+        if compiled:
+            weights = project_compiled(
+                depth,
+                variance,
+                intrinsics=intrinsics,
+                T_map_camera=T,
+                patch_shape=(8, 8),
+                params=EVERYTHING,
+            )
+        else:
+            cloud = PointCloud.of(depth, intrinsics=intrinsics, T_map_camera=T)
+            weights = project(cloud, variance, patch_shape=(8, 8), params=EVERYTHING, device=CPU)
         kernel = blur_kernel(
             weights.cells,
             camera_xy_m=(float(T[0, 3]), float(T[1, 3])),
-            params=BlurParams(depth_factor=0.01, blur_half_width_cells=half_width),
+            params=BlurParams(
+                depth_factor=0.01, blur_half_width_cells=half_width, compiled=compiled
+            ),
         )
         place = tuple(kernel.cells.numpy().T + CELLS // 2)
         new = slots[place] < 0
@@ -70,8 +79,9 @@ def fused(data: dict[str, np.ndarray], half_width: int) -> tuple[F32, F32]:
     return confidence, dense
 
 
+@pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize(("name", "half_width"), [("no_blur", 0), ("blur", 3)])
-def test_matches_the_released_code(name: str, half_width: int) -> None:
+def test_matches_the_released_code(name: str, half_width: int, compiled: bool) -> None:
     with np.load(DATA / f"{name}.npz") as archive:
         data = {key: archive[key] for key in archive.files}
     place = tuple(data["cells"].T)
@@ -79,6 +89,6 @@ def test_matches_the_released_code(name: str, half_width: int) -> None:
     released_confidence[place] = data["confidence"]
     released_features = np.zeros((CELLS, CELLS, 32), np.float32)
     released_features[place] = data["feature_map"]
-    confidence, features = fused(data, half_width)
+    confidence, features = fused(data, half_width, compiled=compiled)
     for ours, theirs in ((confidence, released_confidence), (features, released_features)):
         assert np.abs(ours - theirs).max() <= TOLERANCE * np.abs(theirs).max()

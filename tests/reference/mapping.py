@@ -108,3 +108,17 @@ def table(cells: Cells, order: I64) -> tuple[F64, F64]:
     """Features (n, D) and confidences (n,) in this order of cells (n, 2)."""
     rows = [cells[(int(x), int(y))] for x, y in order]
     return np.array([f for f, _ in rows]), np.array([c for _, c in rows])
+
+
+def fading_mean(observations: F64, confidence: float, max_prior: float) -> F64:
+    """The belief (frames, D) float64 after each of the observations (frames, D) of one cell.
+
+    As ``fused`` with variances, but what was known before counts for ``max_prior`` at most.
+    """
+    means, known = np.zeros_like(observations), 0.0
+    for k, new in enumerate(observations):
+        prior = min(known, max_prior)
+        before = means[k - 1] if k else np.zeros_like(new)
+        means[k] = (prior * before + confidence * new) / (prior + confidence)
+        known += confidence
+    return means

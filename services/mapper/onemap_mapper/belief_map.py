@@ -6,10 +6,15 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
+from torch import Tensor
 
 from onemap_mapper.cell_store import CellStore, FeatureShare
 from onemap_mapper.frame_update import FrameUpdate
+from onemap_mapper.kernels import jit
+from onemap_mapper.kernels.fuse_rows import all_finite
 from onemap_mapper.keyframes import NO_VIEW, Keyframes, Views
 from onemap_mapper.occupancy import (
     I8,
@@ -20,6 +25,7 @@ from onemap_mapper.occupancy import (
 )
 from onemap_mapper.params import MapParams
 from onemap_mapper.tiles import MapTooLarge, TileIndex, TileLayer
+from onemap_mapper.view_log import ViewLog
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec, world_cells
 from onemap_shared.messages import Layer, Occupancy
@@ -45,14 +51,17 @@ class BeliefMap:
         self.stamp_ns = 0
         self.frames_fused = 0
         self.revision = first_revision
-        self.store = CellStore(0, device=params.torch_device, dtype=params.torch_dtype)
+        self._max_prior = params.max_prior_confidence
+        self.store = self._new_store(0)
         self.tiles = TileIndex(params)
         self.slots = TileLayer(np.int32, NO_SLOT)
         self.evidence = TileLayer(np.int8, 0, (params.levels + 1,))
         self.clear = TileLayer(np.bool_, 0)
+        self.assumed = TileLayer(np.bool_, 0)  # clear, though no camera saw this floor
         self.occupancy = TileLayer(np.uint8, Occupancy.UNKNOWN)
         self.start_m: F64 | None = None  # the camera's first position
         self.newest_views = NO_VIEW  # that the newest frame counted for
+        self.view_log = ViewLog()
         self._keyframes = Keyframes()
 
     @property
@@ -68,8 +77,9 @@ class BeliefMap:
     @property
     def memory_bytes(self) -> int:
         """Bytes of features and layers, with those reserved for growth."""
-        layers = (self.slots, self.evidence, self.clear, self.occupancy)
-        return self.store.nbytes + self.tiles.nbytes + sum(layer.nbytes for layer in layers)
+        layers = (self.slots, self.evidence, self.clear, self.assumed, self.occupancy)
+        held = self.store.nbytes + self.tiles.nbytes + self.view_log.nbytes
+        return held + sum(layer.nbytes for layer in layers)
 
     def fuse(self, update: FrameUpdate, views: Views | None = None) -> None:
         """Fuse one frame. Raises ``FieldRejected`` before anything has changed.
@@ -93,8 +103,15 @@ class BeliefMap:
             revision=self.revision,
             views=self.newest_views,
         )
+        self.view_log.record(
+            self.tiles.rows(update.cells),
+            update.confidence.cpu().numpy(),
+            T_map_camera=update.T_map_camera,
+            stamp_ns=update.stamp_ns,
+            params=self.params,
+        )
         self.fuse_occupancy(update.occupancy)
-        self._mark_free(free)
+        self.assume_free(free)
         if self.start_m is None:
             self.start_m = update.camera_m
         self.frames_fused += 1
@@ -117,14 +134,14 @@ class BeliefMap:
     def set_encoder(self, encoder_id: str, text_space: str, dimension: int) -> None:
         """Fix the encoder whose features the map holds; only while it is empty."""
         self.encoder_id, self.text_space = encoder_id, text_space
-        device, dtype = self.params.torch_device, self.params.torch_dtype
-        self.store = CellStore(dimension, device=device, dtype=dtype)
+        self.store = self._new_store(dimension)
 
     def grow(self, cells: I64) -> None:
         """Allocate tiles for world cells (n, 2). Raises ``MapTooLarge`` before any change."""
         self.tiles.allocate(cells)
-        for layer in (self.slots, self.evidence, self.clear, self.occupancy):
+        for layer in (self.slots, self.evidence, self.clear, self.assumed, self.occupancy):
             layer.grow(self.tiles.count)
+        self.view_log.grow(self.tiles.count)
 
     def slots_of(self, cells: I64) -> I64:
         """Slots (n,) of distinct world cells (n, 2) inside the tiles, new where there were none."""
@@ -142,7 +159,12 @@ class BeliefMap:
         clear = self.clear.values[rows] | frame.clear
         self.evidence.values[rows] = evidence
         self.clear.values[rows] = clear
+        self.assumed.values[rows] &= ~frame.clear
         self.occupancy.values[rows] = occupancy_states(evidence, clear)
+
+    def keep_every_view(self) -> None:
+        """Let no view fade from now on: only so can what was fused be taken out again."""
+        self._max_prior = self.store.max_prior = inf
 
     def put_in(self, share: FeatureShare) -> None:
         """Fuse a share of the features. Raises ``MapTooLarge`` before any change."""
@@ -166,6 +188,7 @@ class BeliefMap:
         """Replace what is known of cells, by rows (n,) of ``tiles``, as ``OccupancyUpdate``."""
         self.evidence.values[rows] = evidence
         self.clear.values[rows] = clear
+        self.assumed.values[rows] &= clear
         self.occupancy.values[rows] = occupancy_states(evidence, clear)
 
     def reset_searched(self) -> None:
@@ -183,6 +206,7 @@ class BeliefMap:
         bits[:-1] |= explored * np.uint8(Layer.EXPLORED) | searched * np.uint8(Layer.SEARCHED)
         bits[NO_SLOT] = 0
         dense: U8 = bits[self.tiles.to_dense(self.slots.values, NO_SLOT)]
+        dense |= self.tiles.to_dense(self.assumed.values, False) * np.uint8(Layer.ASSUMED)
         return dense
 
     def occupancy_grid(self) -> U8:
@@ -196,8 +220,19 @@ class BeliefMap:
         dense: F32 = padded[self.tiles.to_dense(self.slots.values, NO_SLOT)]
         return dense
 
+    def _new_store(self, dimension: int) -> CellStore:
+        params = self.params
+        device, dtype = params.torch_device, params.torch_dtype
+        return CellStore(
+            dimension,
+            device=device,
+            dtype=dtype,
+            compiled=params.compiled,
+            max_prior=self._max_prior,
+        )
+
     def _check(self, update: FrameUpdate) -> None:
-        if not (update.features.isfinite().all() and update.confidence.isfinite().all()):
+        if not (self._finite(update.features) and update.confidence.isfinite().all()):
             raise FieldRejected(
                 "the frame's features or confidences are not finite: their cells would stay NaN; "
                 "check perception's variance and encoder"
@@ -212,6 +247,11 @@ class BeliefMap:
                 f"the frame has {theirs[0]} ({theirs[1]}, {theirs[2]} channels): clear the map or "
                 "restart perception with the map's encoder"
             )
+
+    def _finite(self, features: Tensor) -> bool:
+        if jit.usable(wanted=self.params.compiled, device=features.device):
+            return all_finite(features.numpy())
+        return bool(features.isfinite().all())
 
     def _add_process_noise(self, stamp_ns: int) -> None:
         elapsed_s = (stamp_ns - self.stamp_ns) * 1e-9 if self.stamp_ns else 0.0
@@ -233,8 +273,10 @@ class BeliefMap:
         disc = cells_within(start_m, radius_m, self.params.cell_size_m) if first else none
         return np.concatenate([disc, update.occupancy.cells[update.occupancy.blind]])
 
-    def _mark_free(self, cells: I64) -> None:
+    def assume_free(self, cells: I64) -> None:
+        """Take floor of world cells (n, 2) inside the tiles for free; no camera sees it."""
         rows = self.tiles.rows(cells)
+        self.assumed.values[rows] |= ~self.clear.values[rows]
         self.clear.values[rows] = True
         self.occupancy.values[rows] = occupancy_states(
             self.evidence.values[rows], self.clear.values[rows]

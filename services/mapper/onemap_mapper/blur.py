@@ -10,9 +10,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
 import torch
 from torch import Tensor
 
+from onemap_mapper.kernels import jit
+from onemap_mapper.kernels.blur_rows import blur_rows
 from onemap_mapper.params import BlurParams
 from onemap_mapper.projection import sparse_matmul
 
@@ -44,24 +47,40 @@ def blur_kernel(
     params: BlurParams,
 ) -> BlurKernel:
     """The kernel over the observed cells (n, 2) int64 of a camera at ``camera_xy_m``."""
-    cell_size_m, half_width = params.cell_size_m, params.blur_half_width_cells
     camera = torch.tensor(camera_xy_m, device=cells.device, dtype=torch.float32)
-    sigma_per_m = params.depth_factor / cell_size_m  # in cells per metre
-    farthest_m = 1.5 * half_width * cell_size_m  # beyond the observed cells, to a corner
-    if len(cells):
-        farthest_m += float(_distance_m(cells, camera, cell_size_m).amax())
-    reach_cells = min(half_width, math.ceil(CUTOFF_SIGMAS * sigma_per_m * farthest_m))
+    reach_cells = _reach_cells(cells, camera, params)
+    if jit.usable(wanted=params.compiled, device=cells.device) and len(cells):
+        limits = (params.cell_size_m, _sigma_per_m(params), MIN_SIGMA_CELLS, MIN_WEIGHT)
+        half_width = params.blur_half_width_cells
+        rows = blur_rows(
+            cells.numpy(), camera.numpy(), reach_cells, half_width, np.array(limits, np.float32)
+        )
+        return BlurKernel(*map(torch.from_numpy, rows))
     reach = torch.arange(-reach_cells, reach_cells + 1, device=cells.device)
     steps = torch.cartesian_prod(reach, reach)
     targets = cells[:, None] + steps  # (n, k, 2)
-    sigma = sigma_per_m * _distance_m(targets, camera, cell_size_m)
+    sigma = _sigma_per_m(params) * _distance_m(targets, camera, params.cell_size_m)
     precision = 0.5 / sigma.clamp_(min=MIN_SIGMA_CELLS).square()
-    whole = torch.arange(1, half_width + 1, device=cells.device)
+    whole = torch.arange(1, params.blur_half_width_cells + 1, device=cells.device)
     side = _exp(-whole.square() * precision[..., None])
     window = (1.0 + 2.0 * side.sum(dim=-1)).square()  # S_i: the kernel is separable
     weight = _exp(-steps.square().sum(dim=-1) * precision) / window
     source, step = torch.nonzero(weight >= MIN_WEIGHT, as_tuple=True)
     return _by_target(targets[source, step], source, weight[source, step])
+
+
+def _sigma_per_m(params: BlurParams) -> float:
+    """Standard deviation of the blur, in cells per metre of distance (Eq. depthvariance)."""
+    return params.depth_factor / params.cell_size_m
+
+
+def _reach_cells(cells: Tensor, camera_xy_m: Tensor, params: BlurParams) -> int:
+    """How many cells to each side a weight of at least ``MIN_WEIGHT`` may lie."""
+    cell_size_m, half_width = params.cell_size_m, params.blur_half_width_cells
+    farthest_m = 1.5 * half_width * cell_size_m  # beyond the observed cells, to a corner
+    if len(cells):
+        farthest_m += float(_distance_m(cells, camera_xy_m, cell_size_m).amax())
+    return min(half_width, math.ceil(CUTOFF_SIGMAS * _sigma_per_m(params) * farthest_m))
 
 
 def _distance_m(cells: Tensor, camera_xy_m: Tensor, cell_size_m: float) -> Tensor:

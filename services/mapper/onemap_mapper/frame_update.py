@@ -12,12 +12,14 @@ import torch
 from torch import Tensor
 
 from onemap_mapper.blur import blur_kernel, blurred
+from onemap_mapper.compiled_projection import project_compiled
 from onemap_mapper.diagnostics.depth_diagnostics import DepthDiagnostics, diagnose_depth
-from onemap_mapper.occupancy import OccupancyUpdate, occupancy_update
+from onemap_mapper.kernels import jit
+from onemap_mapper.occupancy import CPU, OccupancyUpdate, occupancy_update
 from onemap_mapper.params import MapParams
 from onemap_mapper.point_cloud import PointCloud
-from onemap_mapper.projection import cell_features, project
-from onemap_shared.geometry import F64, I64
+from onemap_mapper.projection import CellWeights, cell_features, project
+from onemap_shared.geometry import F32, F64, I64
 from onemap_shared.messages import FeatureField
 
 
@@ -48,17 +50,14 @@ class FrameUpdate:
 
 def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
     """Project, blur and diagnose a field: the expensive half of fusing a frame."""
-    cloud = PointCloud.of(
-        np.divide(field.depth_mm, 1000, dtype=np.float32),
-        intrinsics=field.intrinsics,
-        T_map_camera=field.T_map_camera,
-    )
-    h, w, dimension = field.features.shape
-    device = params.torch_device
-    weights = project(cloud, field.variance, patch_shape=(h, w), params=params, device=device)
+    depth_m = depth_in_metres(field)
+    weights = weights_of(field, depth_m, params)
+    cloud = cloud_of(field, depth_m, params)
     x_m, y_m = (float(value) for value in cloud.camera_m[:2])
     kernel = blur_kernel(weights.cells, camera_xy_m=(x_m, y_m), params=params)
-    patches = torch.tensor(field.features, device=device).view(h * w, dimension).float()
+    dimension, device = field.features.shape[2], params.torch_device
+    patches = torch.tensor(field.features, device=device).view(-1, dimension).float()
+    compiled = jit.usable(wanted=params.compiled, device=CPU)
     return FrameUpdate(
         sequence=field.sequence,
         stamp_ns=field.stamp_ns,
@@ -69,5 +68,40 @@ def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
         features=blurred(kernel, cell_features(weights, patches)),
         confidence=blurred(kernel, weights.confidence),
         occupancy=occupancy_update(cloud, params),
-        depth=diagnose_depth(cloud),
+        depth=diagnose_depth(cloud, compiled=compiled),
+    )
+
+
+def depth_in_metres(field: FeatureField) -> F32:
+    """z-depth (H, W) float32 in metres, 0 = no return."""
+    return np.divide(field.depth_mm, 1000, dtype=np.float32)
+
+
+def cloud_of(field: FeatureField, depth_m: F32, params: MapParams) -> PointCloud:
+    """The points of the field, thinned to the rows that occupancy reads."""
+    stride = -(-depth_m.shape[0] // params.occupancy_max_rows)
+    return PointCloud.of(
+        depth_m,
+        intrinsics=field.intrinsics,
+        T_map_camera=field.T_map_camera,
+        stride=stride,
+    )
+
+
+def weights_of(field: FeatureField, depth_m: F32, params: MapParams) -> CellWeights:
+    """The weights of the field's patches in the cells of its pixels."""
+    h, w, _ = field.features.shape
+    intrinsics, T_map_camera = field.intrinsics, field.T_map_camera
+    if jit.usable(wanted=params.compiled, device=params.torch_device):
+        return project_compiled(
+            depth_m,
+            field.variance,
+            intrinsics=intrinsics,
+            T_map_camera=T_map_camera,
+            patch_shape=(h, w),
+            params=params,
+        )
+    cloud = PointCloud.of(depth_m, intrinsics=intrinsics, T_map_camera=T_map_camera)
+    return project(
+        cloud, field.variance, patch_shape=(h, w), params=params, device=params.torch_device
     )
