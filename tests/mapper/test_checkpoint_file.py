@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from onemap_mapper import checkpoint_file, map_file
 from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.checkpoint_file import FOLDER, newest, remove_all, write
+from onemap_mapper.checkpoint_file import FOLDER, newest, remove_all
 from onemap_mapper.frame_update import compute_update
 from onemap_mapper.map_folder import saved_maps
 from onemap_mapper.snapshot import MapSnapshot, take
@@ -20,6 +21,10 @@ def taken() -> MapSnapshot:
     belief = BeliefMap(scenes.params())
     belief.fuse(compute_update(scenes.field(0, scenes.pose()), scenes.params()))
     return take(belief)
+
+
+def write(folder: Path, taken: MapSnapshot) -> Path:
+    return checkpoint_file.write(folder, lambda path: map_file.write(taken, path))
 
 
 def numbered(taken: MapSnapshot, frames: int) -> MapSnapshot:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Callable
+from concurrent.futures import wait
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +15,13 @@ from onemap_mapper import checkpoint_file
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.checkpoints import Checkpoints, resumed
 from onemap_mapper.frame_update import compute_update
+from onemap_mapper.live_map import LiveMap
 from onemap_mapper.params import CheckpointParams
-from onemap_mapper.snapshot import MapSnapshot
 from tests.mapper import scenes
 
 PARAMS = CheckpointParams()
 LATER_S = 1e9  # of the monotonic clock
+Writes = Callable[[Path], object]
 
 
 class Mapped:
@@ -27,7 +30,8 @@ class Mapped:
     def __init__(self, folder: Path, params: CheckpointParams = PARAMS) -> None:
         self.belief = BeliefMap(params)
         self.lock = threading.Lock()
-        self.checkpoints = Checkpoints(folder, params, lock=self.lock, current=lambda: self.belief)
+        live = LiveMap(self.lock, lambda: self.belief)
+        self.checkpoints = Checkpoints(folder, params, live)
         self.now_s = LATER_S
 
     def see(self, sequence: int) -> None:
@@ -38,8 +42,8 @@ class Mapped:
         """Checkpoints written so far, after this one has ended."""
         self.now_s += after_s
         self.checkpoints.poll(self.now_s)
-        if self.checkpoints._writer is not None:
-            self.checkpoints._writer.join()
+        if self.checkpoints._writing is not None:
+            wait([self.checkpoints._writing])
         return self.checkpoints.written
 
 
@@ -135,10 +139,10 @@ def test_a_map_cleared_while_it_is_written_does_not_come_back(
 ) -> None:
     mapped, write = Mapped(tmp_path), checkpoint_file.write
 
-    def cleared_meanwhile(folder: Path, content: MapSnapshot) -> Path:
+    def cleared_meanwhile(folder: Path, to_file: Writes) -> Path:
         mapped.belief = BeliefMap(PARAMS, first_revision=mapped.belief.revision + 1)
         mapped.checkpoints.replaced(due=False)
-        return write(folder, content)
+        return write(folder, to_file)
 
     mapped.see(0)
     monkeypatch.setattr(checkpoint_file, "write", cleared_meanwhile)
@@ -164,10 +168,10 @@ def test_frames_are_fused_while_a_checkpoint_is_written(
     mapped, write = Mapped(tmp_path), checkpoint_file.write
     writing, go_on = threading.Event(), threading.Event()
 
-    def slow(folder: Path, content: MapSnapshot) -> Path:
+    def slow(folder: Path, to_file: Writes) -> Path:
         writing.set()
         assert go_on.wait(10.0)
-        return write(folder, content)
+        return write(folder, to_file)
 
     monkeypatch.setattr(checkpoint_file, "write", slow)
     mapped.see(0)
@@ -182,12 +186,41 @@ def test_frames_are_fused_while_a_checkpoint_is_written(
     assert cells_of(tmp_path) == mapped.belief.store.count
 
 
+def test_one_thread_writes_all_checkpoints(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    mapped, write, writers = Mapped(tmp_path), checkpoint_file.write, []
+
+    def seen(folder: Path, to_file: Writes) -> Path:
+        writers.append(threading.current_thread())
+        return write(folder, to_file)
+
+    monkeypatch.setattr(checkpoint_file, "write", seen)
+    for sequence in range(3):
+        mapped.see(sequence)
+        mapped.poll(100.0)
+    assert len(writers) == 3
+    assert len(set(writers)) == 1  # each new one would have an arena of the allocator
+
+
+def test_what_nobody_expected_ends_the_mapper(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def wrong(_folder: Path, _to_file: Writes) -> Path:
+        raise ZeroDivisionError
+
+    mapped = Mapped(tmp_path)
+    mapped.see(0)
+    monkeypatch.setattr(checkpoint_file, "write", wrong)
+    mapped.poll(0.0)
+    with pytest.raises(ZeroDivisionError):
+        mapped.poll(1.0)
+
+
 def test_a_full_disk_is_said_once_and_ends(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     mapped, write = Mapped(tmp_path), checkpoint_file.write
 
-    def full(_folder: Path, _content: MapSnapshot) -> Path:
+    def full(_folder: Path, _to_file: Writes) -> Path:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(checkpoint_file, "write", full)

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 import torch
 
-from onemap_mapper import snapshot as snapshot_module
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.frame_update import compute_update
 from onemap_mapper.snapshot import (
     EncoderMismatch,
     MapFileError,
     MapSnapshot,
-    copied_in_parts,
     restore,
     take,
 )
@@ -119,83 +116,3 @@ def test_a_file_without_drops_is_still_read(belief: BeliefMap) -> None:
     old = dataclasses.replace(taken, header=header, evidence=taken.evidence[:, :-1])
     assert (taken.evidence[:, -1] <= 0).all()
     np.testing.assert_array_equal(restored(old).occupancy_grid(), belief.occupancy_grid())
-
-
-class Turns:
-    """A lock that lets something else happen before it is taken for the n-th time."""
-
-    def __init__(self, happens: dict[int, Callable[[], None]] | None = None) -> None:
-        self.taken = 0
-        self._happens = happens or {}
-
-    def __enter__(self) -> None:
-        self._happens.get(self.taken, lambda: None)()
-        self.taken += 1
-
-    def __exit__(self, *_problem: object) -> None: ...
-
-
-def assert_same_content(one: MapSnapshot | None, two: MapSnapshot) -> None:
-    assert one is not None
-    assert one.header == two.header
-    for field in dataclasses.fields(MapSnapshot):
-        if field.name not in ("header", "objects"):
-            have, want = getattr(one, field.name), getattr(two, field.name)
-            np.testing.assert_array_equal(have, want, strict=True)
-
-
-@pytest.fixture
-def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(snapshot_module, "PART", 100)
-
-
-@pytest.mark.usefixtures("small_parts")
-@pytest.mark.parametrize("dtype", ["float32", "float16"])
-def test_a_copy_in_parts_is_the_map(belief: BeliefMap, dtype: str) -> None:
-    belief = restored(take(belief), feature_dtype=dtype)
-    lock = Turns()
-    assert_same_content(copied_in_parts(lock, lambda: belief), take(belief))
-    assert lock.taken > 4  # not as a whole
-
-
-def test_of_an_empty_map_there_is_no_copy() -> None:
-    assert copied_in_parts(Turns(), lambda: BeliefMap(PARAMS)) is None
-
-
-@pytest.mark.usefixtures("small_parts")
-def test_a_frame_that_is_fused_meanwhile_changes_the_rest_of_the_copy(belief: BeliefMap) -> None:
-    changing = restored(take(belief))
-    update = compute_update(scenes.field(9, scenes.pose()), PARAMS)
-    copy = copied_in_parts(Turns({2: lambda: changing.fuse(update)}), lambda: changing)
-    assert copy is not None
-    count = len(copy.cells)
-    np.testing.assert_array_equal(copy.cells, changing.store.cells[:count])
-    later = take(changing)
-    np.testing.assert_array_equal(copy.features[100:], later.features[100:count])
-    np.testing.assert_array_equal(copy.confidence[100:], later.confidence[100:count])
-    assert copy.header == take(restored(take(belief))).header
-
-
-@pytest.mark.usefixtures("small_parts")
-def test_cells_that_change_their_slots_meanwhile_begin_the_copy_again(belief: BeliefMap) -> None:
-    changing = restored(take(belief))
-
-    def shuffle() -> None:
-        store = changing.store
-        gone = store.cells[:50].copy()
-        changing.slots.values[changing.tiles.rows(gone)] = -1
-        refilled = store.remove(np.arange(50), revision=9)
-        changing.slots.values[changing.tiles.rows(store.cells[refilled])] = refilled
-
-    copy = copied_in_parts(Turns({2: shuffle}), lambda: changing)
-    assert_same_content(copy, take(changing))
-    always = Turns(dict.fromkeys(range(100), shuffle))
-    assert_same_content(copied_in_parts(always, lambda: changing), take(changing))
-
-
-@pytest.mark.usefixtures("small_parts")
-def test_another_map_meanwhile_is_the_one_that_is_copied(belief: BeliefMap) -> None:
-    other = restored(take(belief), cell_size_m=0.1)
-    maps = [belief]
-    copy = copied_in_parts(Turns({2: lambda: maps.insert(0, other)}), lambda: maps[0])
-    assert_same_content(copy, take(other))

@@ -8,16 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
+from math import inf
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from onemap_mapper.fusion import fused, gain, with_process_noise
-from onemap_mapper.keyframes import NO_VIEW, ONE_VIEW, Views
+from onemap_mapper.kernels import jit, row_products
+from onemap_mapper.kernels.fuse_rows import fuse_rows
+from onemap_mapper.keyframes import ONE_VIEW, Views
 from onemap_shared.geometry import I64, Bool
 
 BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
+PART = 512  # rows that are multiplied at once: 1.5 MB of 768 float32 channels, in the L2 cache
+FEW_VECTORS = 2  # for which reading a row anew costs less than converting it
 # What remains of a cell is cleared below this share of its confidence: rounding errors of its
 # feature grow with the inverse of what remains, and would become as large as the feature.
 EMPTY_BELOW = {torch.float32: 1e-5, torch.float16: 2e-2}
@@ -54,10 +60,20 @@ class FeatureShare:
 class CellStore:
     """The slots of one map; device and dtype of the features are fixed at construction."""
 
-    def __init__(self, dimension: int, *, device: torch.device, dtype: torch.dtype) -> None:
+    def __init__(
+        self,
+        dimension: int,
+        *,
+        device: torch.device,
+        dtype: torch.dtype,
+        compiled: bool = False,
+        max_prior: float = inf,
+    ) -> None:
         self.dimension = dimension
         self.count = 0
-        self._device, self._dtype = device, dtype
+        self.max_prior = max_prior  # what was known counts for at most, when frames are fused
+        self._compiled = jit.usable(wanted=compiled, device=device)
+        self.device, self._device, self._dtype = device, device, dtype
         self._blocks: list[Tensor] = []
         # Rows: c, that of keyframes since the reset, that of all keyframes. In float64, so that
         # what is taken out again leaves nothing.
@@ -71,6 +87,11 @@ class CellStore:
         tensors = [*self._blocks, self._confidence]
         held = sum(tensor.numel() * tensor.element_size() for tensor in tensors)
         return held + self._cells.nbytes + self._changed_at.nbytes
+
+    @property
+    def blocks(self) -> tuple[Tensor, ...]:
+        """The tables (BLOCK, D) of features, as they are stored; not to be written."""
+        return tuple(self._blocks)
 
     @property
     def cells(self) -> I64:
@@ -96,6 +117,10 @@ class CellStore:
     def explored_confidence(self) -> Tensor:
         """c (count,) float32 >= 0 of keyframes only."""
         return self._confidence[2, : self.count].float()
+
+    def confidences(self, part: slice) -> Tensor:
+        """The three confidences (3, k) float32 of consecutive slots, in the order above."""
+        return self._confidence[:, part].float()
 
     def add(self, cells: I64) -> I64:
         """New slots (n,) for world cells (n, 2) that have none."""
@@ -128,15 +153,23 @@ class CellStore:
         views: how often it counts for searched and explored.
         """
         index = torch.from_numpy(slots).to(self._device)
-        K = gain(self._confidence[0, index], confidence)
-        for block, chosen, within in self._by_block(slots):
-            table = self._blocks[block]
-            mean = fused(table[within].float(), features[chosen], K[chosen].float())
-            table[within] = mean.to(self._dtype)
+        known = self._confidence[0, index].clamp(max=self.max_prior)
+        self._move(slots, features, gain(known, confidence).float())
         for row, times in enumerate((1.0, views.searched, views.explored)):
             if times > 0:
                 self._confidence[row, index] += times * confidence
         self._changed_at[slots] = revision
+
+    def _move(self, slots: I64, features: Tensor, K: Tensor) -> None:
+        """Move the features of distinct slots by gains K (n,) float32 towards features (n, D)."""
+        for block, chosen, within in self._by_block(slots):
+            table = self._blocks[block]
+            if self._compiled and self._dtype == torch.float32:
+                parts = (table, within, features, chosen, K)
+                fuse_rows(*(part.contiguous().numpy() for part in parts))
+                continue
+            mean = fused(table[within].float(), features[chosen], K[chosen])
+            table[within] = mean.to(self._dtype)
 
     def share(self, dtype: torch.dtype) -> FeatureShare:
         """A copy of all content, on the CPU, with features in ``dtype``."""
@@ -145,13 +178,16 @@ class CellStore:
         return FeatureShare(self.cells.copy(), features, *confidences)
 
     def put_in(self, slots: I64, share: FeatureShare, *, revision: int) -> None:
-        """Fuse a share into the slots (n,) of its cells."""
-        confidence = share.confidence.to(self._device)
-        features = share.features.to(self._device).float()
-        self.fuse(slots, features, confidence, revision=revision, views=NO_VIEW)
+        """Fuse a share into the slots (n,) of its cells; what was known counts in full."""
         index = torch.from_numpy(slots).to(self._device)
-        for row, part in enumerate((share.searched, share.explored), start=1):
-            self._confidence[row, index] += part.to(self._device)
+        parts = [
+            part.to(self._device) for part in (share.confidence, share.searched, share.explored)
+        ]
+        K = gain(self._confidence[0, index], parts[0])
+        self._move(slots, share.features.to(self._device).float(), K.float())
+        for row, part in enumerate(parts):
+            self._confidence[row, index] += part
+        self._changed_at[slots] = revision
 
     def take_out(self, slots: I64, share: FeatureShare, *, revision: int) -> Bool:
         """Undo ``put_in``; returns (n,) bool: nothing remains of the slot, which is now zero.
@@ -207,12 +243,31 @@ class CellStore:
 
         Consecutive slots are not copied, so that a query over a whole map reads the memory once.
         """
-        for block, chosen, within in self._by_block(slots):
+        for start, part in self._ascending(slots):
+            yield np.arange(start, start + len(part)), part.float()
+
+    def products(self, slots: I64, vectors: Tensor) -> Tensor:
+        """Scalar products (T, n) float32 of vectors (T, D) float32 with ascending slots' features.
+
+        A table of float16 is not converted as a whole: in registers for one or two vectors, for
+        more in parts that stay in the cache.
+        """
+        found = torch.empty((len(vectors), len(slots)), device=self._device)
+        for start, part in self._ascending(slots):
+            _multiply(part, vectors, found[:, start : start + len(part)], self._compiled)
+        return found
+
+    def _ascending(self, slots: I64) -> Iterator[tuple[int, Tensor]]:
+        """The tables of ascending slots in parts, not copied if consecutive; where each begins."""
+        bounds = np.searchsorted(slots, np.arange(len(self._blocks) + 1) * BLOCK)
+        for block, (start, end) in enumerate(pairwise(bounds.tolist())):
+            if start == end:
+                continue
+            within, table = slots[start:end] - block * BLOCK, self._blocks[block]
             first, last = int(within[0]), int(within[-1])
-            together = last - first + 1 == len(within)
-            table = self._blocks[block]
-            part = table[first : last + 1] if together else table[within]
-            yield chosen.cpu().numpy(), part.float()
+            together = last - first + 1 == end - start
+            index = torch.from_numpy(within).to(self._device)
+            yield start, table[first : last + 1] if together else table[index]
 
     def add_process_noise(self, *, rate_per_s: float, elapsed_s: float) -> None:
         """Add ``rate_per_s * elapsed_s`` to every variance."""
@@ -243,3 +298,21 @@ class CellStore:
                 torch.from_numpy(chosen).to(self._device),
                 torch.from_numpy(within).to(self._device),
             )
+
+
+def _multiply(table: Tensor, vectors: Tensor, found: Tensor, compiled: bool) -> None:
+    """found (T, n) float32 = vectors (T, D) float32 times table (n, D)^T, float32 or float16."""
+    half = table.dtype == torch.float16
+    if compiled and len(vectors) <= FEW_VECTORS and (row_products.HALF or not half):
+        for vector, out in zip(vectors, found, strict=True):
+            query = vector.contiguous().numpy()
+            if half:
+                bits = table.view(torch.int16).numpy().view(np.uint16)
+                row_products.half_products(bits, query, out.numpy())
+            else:
+                row_products.products(table.numpy(), query, out.numpy())
+        return
+    rows = PART if table.device.type == "cpu" else len(table)
+    for start in range(0, len(table), rows):
+        part = table[start : start + rows].float()
+        found[:, start : start + rows] = vectors @ part.T

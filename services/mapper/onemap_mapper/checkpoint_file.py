@@ -6,6 +6,7 @@ cannot be read leaves another.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from onemap_mapper import map_file
@@ -15,14 +16,14 @@ FOLDER = "checkpoints"  # inside the map folder
 KEPT = 2
 
 
-def write(folder: Path, content: MapSnapshot) -> Path:
-    """Write the next checkpoint, then remove old ones; returns its path.
+def write(folder: Path, to_file: Callable[[Path], object]) -> Path:
+    """Have ``to_file`` write the next checkpoint, then remove old ones; returns its path.
 
-    Raises OSError, MapFileError.
+    Raises what ``to_file`` raises; then the old ones stay.
     """
     known = _newest_first(folder)
     path = folder / FOLDER / f"{_number(known[0]) + 1 if known else 1:08d}{map_file.SUFFIX}"
-    map_file.write(content, path)
+    to_file(path)
     for old in known[KEPT - 1 :]:
         old.unlink(missing_ok=True)
     return path

@@ -1,39 +1,33 @@
 """Writes the map while frames are fused, so that a restarted mapper resumes it.
 
-One checkpoint at a time is copied and written by a thread of its own. The mapper's lock is held
-for parts of the copy only, so that fusing waits for a few milliseconds.
+One checkpoint at a time is written, in a thread that lasts: each new one would keep memory of its
+own. The mapper's lock is held for a part of the map at a time, so that fusing waits for a few
+milliseconds.
 """
 
 from __future__ import annotations
 
 import logging
-import threading
 import time
-from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 from onemap_mapper import checkpoint_file
 from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.live_map import LiveMap
 from onemap_mapper.params import CheckpointParams
-from onemap_mapper.snapshot import MapFileError, copied_in_parts, restore
+from onemap_mapper.snapshot import MapFileError, restore
 
 LOG = logging.getLogger("onemap.mapper")
 
 
 class Checkpoints:
-    """The checkpoints of one mapper. ``current`` gives its map, called with ``lock`` held."""
+    """The checkpoints of one mapper."""
 
-    def __init__(
-        self,
-        folder: Path,
-        params: CheckpointParams,
-        *,
-        lock: threading.Lock,
-        current: Callable[[], BeliefMap],
-    ) -> None:
-        self._folder, self._params = folder, params
-        self._lock, self._current = lock, current
-        self._writer: threading.Thread | None = None
+    def __init__(self, folder: Path, params: CheckpointParams, live: LiveMap) -> None:
+        self._folder, self._params, self._live = folder, params, live
+        self._writer = ThreadPoolExecutor(1, "checkpoint")
+        self._writing: Future[None] | None = None
         self._saved_revision = 0
         self._saved_s = time.monotonic()
         self._epoch = 0  # counts maps: a file of an earlier one must not stay
@@ -42,17 +36,20 @@ class Checkpoints:
         self.write_ms = 0.0
 
     def poll(self, now_s: float) -> None:
-        """Begin a checkpoint if one is due, at ``now_s`` on the monotonic clock."""
+        """Begin a checkpoint if one is due, at ``now_s`` on the monotonic clock.
+
+        Raises what the last one raised unexpectedly.
+        """
         since_s = now_s - self._saved_s
-        busy = self._writer is not None and self._writer.is_alive()
-        if busy or not self._params.checkpoint_interval_s or not self._params.may_be_due(since_s):
+        if self._busy() or not self._params.checkpoint_interval_s:
             return
-        with self._lock:
+        if not self._params.may_be_due(since_s):
+            return
+        with self._live.lock:
             changed = self._changed_cells()
         if self._params.is_due(since_s, changed):
             self._saved_s = now_s
-            self._writer = threading.Thread(target=self._write, name="checkpoint", daemon=True)
-            self._writer.start()
+            self._writing = self._writer.submit(self._write)
 
     def replaced(self, *, due: bool) -> None:
         """Remove what was written: the map is another one. ``due``: write that one at once."""
@@ -64,28 +61,34 @@ class Checkpoints:
 
     def close(self) -> None:
         """Wait for a checkpoint that is being written; write the newest state."""
-        if self._writer is not None:
-            self._writer.join()
+        self._writer.shutdown()
         if self._params.checkpoint_interval_s:
             self._write()
 
+    def _busy(self) -> bool:
+        """Whether one is being written."""
+        if self._writing is None or not self._writing.done():
+            return self._writing is not None
+        ended, self._writing = self._writing, None
+        ended.result()
+        return False
+
     def _changed_cells(self) -> int:
         """Cells that changed since the last checkpoint; 1 if only something else did."""
-        belief = self._current()
+        belief = self._live.current()
         if belief.dimension == 0 or belief.revision == self._saved_revision:
             return 0
         return max(int((belief.store.changed_at > self._saved_revision).sum()), 1)
 
     def _write(self) -> None:
-        """Copy and write the map, unless it is empty or has not changed."""
+        """Write the map, unless it is empty or has not changed."""
         epoch, began_s = self._epoch, time.monotonic()
-        with self._lock:
-            changed, revision = self._changed_cells(), self._current().revision
-        content = copied_in_parts(self._lock, self._current) if changed else None
-        if content is None:
+        with self._live.lock:
+            changed, revision = self._changed_cells(), self._live.current().revision
+        if not changed:
             return
         try:
-            checkpoint_file.write(self._folder, content)
+            checkpoint_file.write(self._folder, self._live.write)
         except (OSError, MapFileError) as problem:
             self._report(f"cannot write a checkpoint: {problem}; a restart loses the map")
             return

@@ -12,7 +12,7 @@ import struct
 import tokenize
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -20,9 +20,11 @@ from typing import Any
 
 import numpy as np
 from numpy.lib.npyio import NpzFile
+from numpy.typing import NDArray
 
 from onemap_mapper import map_layout
 from onemap_mapper.atomic_file import replacing
+from onemap_mapper.npz_writer import NpzWriter
 from onemap_mapper.objects import NO_OBJECTS, from_bytes, to_bytes
 from onemap_mapper.snapshot import MapFileError, MapHeader, MapSnapshot
 from onemap_shared.grid import MAX_CELLS
@@ -73,21 +75,45 @@ def map_path(folder: Path, name: str) -> Path:
     return folder / (name if name.endswith(SUFFIX) else name + SUFFIX)
 
 
-def write(snapshot: MapSnapshot, path: Path) -> int:
-    """Write the file atomically; returns its size in bytes. Raises OSError, MapFileError."""
+def write(snapshot: MapSnapshot, path: Path, feature_parts: Iterable[NDArray] | None = None) -> int:
+    """Write the file atomically; returns its size in bytes. Raises OSError, MapFileError.
+
+    feature_parts: consecutive rows (k, D) of all features, where the snapshot has (0, D); its
+    confidences are read after them.
+    """
     map_layout.check_header(snapshot.header, "the map in memory")
-    if problem := map_layout.values_problem(snapshot):
-        raise MapFileError(
-            f"the map in memory holds {problem}, so no file of it could be read: clear it"
-        )
-    arrays = {name: getattr(snapshot, name) for name in ARRAYS}
+    with replacing(path) as file, NpzWriter(file) as archive:
+        archive.add(HEADER, np.array(json.dumps(asdict(snapshot.header))))
+        shape = (len(snapshot.cells), snapshot.header.dimension)
+        parts = [snapshot.features] if feature_parts is None else feature_parts
+        archive.add_parts("features", shape, snapshot.features.dtype, map(_finite, parts))
+        if problem := map_layout.values_problem(snapshot):
+            raise _unreadable(problem)
+        for name, array in _arrays(snapshot).items():
+            archive.add(name, array)
+    return path.stat().st_size
+
+
+def _arrays(snapshot: MapSnapshot) -> dict[str, NDArray]:
+    """The arrays of a file by name, without its features."""
+    arrays = {name: getattr(snapshot, name) for name in ARRAYS if name != "features"}
     if snapshot.objects.objects:
         arrays[OBJECTS] = np.frombuffer(to_bytes(snapshot.objects), np.uint8)
     if snapshot.explored is not None:
         arrays[EXPLORED] = snapshot.explored
-    with replacing(path) as file:
-        np.savez(file, header=np.array(json.dumps(asdict(snapshot.header))), **arrays)
-    return path.stat().st_size
+    return arrays
+
+
+def _finite(features: NDArray) -> NDArray:
+    if problem := map_layout.features_problem(features):
+        raise _unreadable(problem)
+    return features
+
+
+def _unreadable(problem: str) -> MapFileError:
+    return MapFileError(
+        f"the map in memory holds {problem}, so no file of it could be read: clear it"
+    )
 
 
 def read(path: Path, *, max_cells: int = MAX_CELLS) -> MapSnapshot:
@@ -102,7 +128,8 @@ def read(path: Path, *, max_cells: int = MAX_CELLS) -> MapSnapshot:
         arrays = {name: archive[name] for name in _names(archive)}
         objects = from_bytes(_object_bytes(archive)) if OBJECTS in archive else NO_OBJECTS
         snapshot = MapSnapshot(header, **arrays, objects=objects)
-        problem = map_layout.values_problem(snapshot)
+        problem = map_layout.features_problem(snapshot.features)
+        problem = problem or map_layout.values_problem(snapshot)
     if problem:
         raise MapFileError(f"{path.name} is damaged: it holds {problem}")
     return snapshot

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,8 +16,7 @@ from onemap_mapper.tiles import MapTooLarge
 
 FORMAT, VERSION = "onemap-map", 2
 VERSION_WITHOUT_DROPS = 1  # its columns have no voxel below the floor
-PART = 2048  # cells that are copied at a time: 6 MB of 768 float32 channels, 1 to 2 ms
-ATTEMPTS = 3
+ASSUMED = 2  # of ``clear``: free floor that no camera saw; 1: it was seen
 
 
 class MapFileError(ValueError):
@@ -52,7 +49,8 @@ class MapSnapshot:
     """A copy of a map, detached from it.
 
     cells (n, 2) int32 world cells with features (n, D), confidence and searched (n,) float32;
-    driving_cells (m, 2) int32 with evidence (m, levels + 1) int8 and clear (m,) uint8.
+    driving_cells (m, 2) int32 with evidence (m, levels + 1) int8 and clear (m,) uint8,
+    0, 1 or ``ASSUMED``.
     objects: what was found. explored (n,) float32: confidence of keyframes; None in a file of
     a release that counted all frames.
     """
@@ -70,70 +68,32 @@ class MapSnapshot:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the arrays, nearly the size of the file."""
-        cells = (self.cells, self.features, self.confidence, self.searched, self.explored)
+        """Bytes of the arrays with all features, nearly the size of the file."""
+        features = len(self.cells) * self.header.dimension * self.features.itemsize
+        cells = (self.cells, self.confidence, self.searched, self.explored)
         driving = (self.driving_cells, self.evidence, self.clear)
-        return sum(array.nbytes for array in (*cells, *driving) if array is not None)
+        arrays = (array for array in (*cells, *driving) if array is not None)
+        return features + sum(array.nbytes for array in arrays)
 
 
 def take(belief: BeliefMap, objects: ObjectMemory = NO_OBJECTS) -> MapSnapshot:
     """A copy of the map's content, with the objects that were found."""
     features = _features(belief, slice(0, belief.store.count))
-    return replace(_outline(belief), features=features, objects=objects)
-
-
-def copied_in_parts(
-    lock: AbstractContextManager[object], current: Callable[[], BeliefMap]
-) -> MapSnapshot | None:
-    """A copy of the map, for which ``lock`` is held for ``PART`` cells at a time; None if empty.
-
-    A cell's feature and confidences are of one moment; two cells may be some frames apart. If
-    cells change their slots meanwhile, as submaps move, the copy begins again, the last time
-    under the lock as a whole.
-    """
-    for _ in range(ATTEMPTS):
-        with lock:
-            belief = current()
-            outline = _outline(belief)
-        copy = _filled(outline, belief, lock)
-        with lock:
-            count = len(outline.cells)
-            same = np.array_equal(belief.store.cells[:count], outline.cells)
-            if belief is current() and same:
-                return copy if belief.dimension else None
-    with lock:
-        return take(current()) if current().dimension else None
-
-
-def _filled(
-    outline: MapSnapshot, belief: BeliefMap, lock: AbstractContextManager[object]
-) -> MapSnapshot:
-    """The outline with features and confidences, copied part by part."""
-    count, half = len(outline.cells), belief.params.torch_dtype == torch.float16
-    features = np.empty((count, belief.dimension), np.float16 if half else np.float32)
-    store, counts = belief.store, np.empty((3, count), np.float32)
-    for first in range(0, count, PART):
-        with lock:  # the store may have lost cells: then the copy begins again
-            part = slice(first, min(first + PART, count, store.count))
-            if part.stop > first:
-                features[part] = _features(belief, part)
-                confidences = (store.confidence, store.searched_confidence)
-                for row, each in enumerate((*confidences, store.explored_confidence)):
-                    counts[row, part] = each[part].cpu().numpy()
-    confidence, searched, explored = counts
-    return replace(
-        outline, features=features, confidence=confidence, searched=searched, explored=explored
-    )
+    return replace(outline(belief), features=features, objects=objects)
 
 
 def _features(belief: BeliefMap, part: slice) -> NDArray:
     """A copy of the features (k, D) of consecutive slots, in the precision of the map."""
     features: NDArray = belief.store.features(np.arange(part.start, part.stop)).cpu().numpy()
-    return features.astype(np.float16) if belief.params.torch_dtype == torch.float16 else features
+    return features.astype(_dtype(belief), copy=False)
 
 
-def _outline(belief: BeliefMap) -> MapSnapshot:
-    """A copy of the map's content without its features, which are nearly all of it."""
+def _dtype(belief: BeliefMap) -> type[np.float16] | type[np.float32]:
+    return np.float16 if belief.params.torch_dtype == torch.float16 else np.float32
+
+
+def outline(belief: BeliefMap) -> MapSnapshot:
+    """A copy of the map's content without its features (0, D), which are nearly all of it."""
     store, params = belief.store, belief.params
     rows = np.nonzero(belief.clear.values | belief.evidence.values.any(axis=1))[0]
     header = MapHeader(
@@ -152,12 +112,12 @@ def _outline(belief: BeliefMap) -> MapSnapshot:
     return MapSnapshot(
         header=header,
         cells=store.cells.astype(np.int32),
-        features=np.zeros((0, belief.dimension), np.float32),
+        features=np.zeros((0, belief.dimension), _dtype(belief)),
         confidence=store.confidence.cpu().numpy().copy(),
         searched=store.searched_confidence.cpu().numpy().copy(),
         driving_cells=belief.tiles.cells(rows).astype(np.int32),
         evidence=belief.evidence.values[rows],
-        clear=belief.clear.values[rows].astype(np.uint8),
+        clear=belief.clear.values[rows] * np.uint8(1) + belief.assumed.values[rows],
         explored=store.explored_confidence.cpu().numpy().copy(),
     )
 
@@ -179,8 +139,10 @@ def restore(
         belief.grow(np.concatenate([cells, driving_cells]))
     except MapTooLarge as problem:
         raise MapFileError(f"the map is larger than max_extent_m allows: {problem}") from problem
-    clear = snapshot.clear > 0
-    belief.fuse_occupancy(OccupancyUpdate(driving_cells, evidence, clear, np.zeros_like(clear)))
+    assumed = snapshot.clear == ASSUMED
+    clear = (snapshot.clear > 0) & ~assumed
+    belief.fuse_occupancy(OccupancyUpdate(driving_cells, evidence, clear, assumed))
+    belief.assume_free(driving_cells[assumed])
     if header.dimension > 0:
         belief.set_encoder(header.encoder_id, header.text_space, header.dimension)
         confidence, searched, features = (

@@ -50,11 +50,14 @@ class _Placed:
 class SubmapStore:
     """The movable parts of a map, oldest first; bounded in number and memory.
 
-    What the map holds at the start is fixed. Not thread-safe: the caller holds the map's lock.
+    What the map holds at the start is fixed; of what follows no view fades, as with
+    ``max_prior_confidence``, because faded views could not be taken out again. Not thread-safe:
+    the caller holds the map's lock.
     """
 
     def __init__(self, belief: BeliefMap, params: SubmapParams) -> None:
         self._belief, self._params = belief, params
+        belief.keep_every_view()
         self._closed: list[_Placed] = []
         self._active: _Active | None = None
         self._graph: PoseGraph | None = None
@@ -81,6 +84,7 @@ class SubmapStore:
         if self._active is None or self._ends_with(update):
             self.close()
             content = BeliefMap(self._belief.params)
+            content.keep_every_view()
             start_m = self._belief.start_m
             first = start_m is not None and np.array_equal(start_m, update.camera_m)
             content.start_m = None if first else start_m  # the first frame frees where it stands
