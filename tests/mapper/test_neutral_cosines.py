@@ -1,4 +1,4 @@
-"""Cosines with neutral words that are kept: as computed anew, whatever changes."""
+"""Sums over neutral words that are kept: as computed anew, whatever changes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.cell_store import CellStore
-from onemap_mapper.neutral_cosines import NeutralCosines, shares, unit_cosines
+from onemap_mapper.neutral_cosines import NeutralSums, shares, unit_cosines
 
 CPU = torch.device("cpu")
 WORDS = torch.nn.functional.normalize(torch.randn(5, 8, generator=torch.manual_seed(0)), dim=1)
@@ -23,7 +23,8 @@ def features(rng: np.random.Generator, count: int) -> torch.Tensor:
 def test_they_follow_the_map(seed: int, steps: list[str]) -> None:
     """Cells are added, seen anew and removed; the table is asked for in between."""
     rng, store, kept = np.random.default_rng(seed), CellStore(8, device=CPU, dtype=torch.float32), 0
-    table = NeutralCosines(WORDS)
+    sums = NeutralSums(WORDS, 20.0)
+    sets = [torch.zeros(5), torch.tensor([0.0, -torch.inf, 0.0, 0.0, -torch.inf])]
     for revision, step in enumerate(["a", *steps], start=1):
         slots = np.arange(store.count)
         if step == "a":
@@ -35,8 +36,11 @@ def test_they_follow_the_map(seed: int, steps: list[str]) -> None:
             some = slots[:: int(rng.integers(1, 3))]
             ones = torch.ones(len(some))
             store.fuse(some, features(rng, len(some)), ones, revision=revision)
-        fresh = unit_cosines(store.features(np.arange(store.count)), WORDS)
-        torch.testing.assert_close(table.of(store, revision), fresh, atol=1e-6, rtol=0)
+        weighed = 20.0 * unit_cosines(store.features(np.arange(store.count)), WORDS)
+        for excluded in sets[: 1 + revision % 2]:
+            fresh = torch.logsumexp(weighed + excluded, dim=1)
+            kept_sums = sums.of(store, revision, excluded)
+            torch.testing.assert_close(kept_sums, fresh, atol=1e-4, rtol=0)
 
 
 @given(seed=st.integers(0, 2**16), temperature=st.floats(1, 300))
@@ -47,6 +51,5 @@ def test_shares_are_those_of_a_softmax(seed: int, temperature: float) -> None:
     excluded = torch.where(competes, 0.0, -torch.inf)
     together = torch.cat([own[:, None], neutral[:, competes]], dim=1)
     expected = torch.softmax(temperature * together, dim=1)[:, 0]
-    torch.testing.assert_close(
-        shares(own, neutral, excluded, temperature), expected, atol=1e-4, rtol=0
-    )
+    sums = torch.logsumexp(temperature * neutral + excluded, dim=1)
+    torch.testing.assert_close(shares(own, sums, temperature), expected, atol=1e-4, rtol=0)

@@ -7,7 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.regions import TOP_CELLS, Regions, find_regions, region_threshold
+from onemap_mapper.regions import (
+    TOP_CELLS,
+    Regions,
+    find_regions,
+    region_threshold,
+    scoring_at_least,
+)
 from onemap_shared.geometry import F32
 from onemap_shared.grid import GridSpec
 
@@ -87,3 +93,12 @@ def test_plain_cosines_are_cut_at_the_top_share() -> None:
     values = np.linspace(0.5, 0.6, 101, dtype=np.float32)
     limit = region_threshold(values, best_share=0.5, top_share=0.05)
     assert np.count_nonzero(values >= limit - 1e-6) == 6
+
+
+def test_each_region_has_its_cells_also_after_the_weak_ones_are_gone() -> None:
+    scores = np.zeros(GRID.shape, np.float32)
+    scores[0, 0], scores[4:6, 5] = 0.6, 0.9
+    both = found(scores, 0.5)
+    np.testing.assert_array_equal(both.cells[0], [[4, 5], [5, 5]])
+    np.testing.assert_array_equal(both.cells[1], [[0, 0]])
+    assert [len(cells) for cells in scoring_at_least(both, 0.8).cells] == [2]

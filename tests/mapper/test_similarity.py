@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -9,18 +12,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays as hypothesis_arrays
 
-from onemap_mapper import neutral_cosines, similarity
+from onemap_mapper import similarity
 from onemap_mapper.cell_store import CellStore
 from onemap_mapper.neutral_cosines import unit_cosines
 from onemap_mapper.similarity import (
+    CellScores,
     ScoreCache,
     TextQuery,
+    against,
     ranks,
     scores,
     scores_of,
     text_query,
 )
-from onemap_shared.geometry import F32
+from onemap_shared.geometry import F32, I64
 from onemap_shared.messages import TextEmbeddings
 
 CPU = torch.device("cpu")
@@ -69,14 +74,7 @@ def test_only_changed_cells_are_computed_again(monkeypatch: pytest.MonkeyPatch) 
     rng = np.random.default_rng(0)
     store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
     query = text_query(embeddings(rng, 3), 0, CPU)
-    computed: list[int] = []
-
-    def counting(features: torch.Tensor, words: torch.Tensor) -> torch.Tensor:
-        computed.append(len(features))
-        return unit_cosines(features, words)
-
-    monkeypatch.setattr(similarity, "unit_cosines", counting)
-    monkeypatch.setattr(neutral_cosines, "unit_cosines", counting)
+    read = reads(monkeypatch)
     for revision, slots in enumerate(([0, 1, 2, 3], [1, 4]), start=1):
         store.add(np.zeros((max(slots) + 1 - store.count, 2), np.int64))
         features = torch.from_numpy(unit(rng, len(slots), 8))
@@ -84,9 +82,63 @@ def test_only_changed_cells_are_computed_again(monkeypatch: pytest.MonkeyPatch) 
         cached = cache.scores(query, store, revision)
         everything = unit_cosines(store.features(np.arange(store.count)), query.concepts)
         np.testing.assert_allclose(cached, scores_of(everything, query), atol=1e-6)
-    assert computed == [4, 4, 2, 2]  # neutral words, then the text's own
+    assert read == [4, 4, 4, 2, 2, 2]  # the text, the lengths, the words that compete
     cache.scores(query, store, 2)
-    assert computed == [4, 4, 2, 2]
+    assert sum(read) == 18
+
+
+def reads(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How many rows of features were read, each time that some were, from now on."""
+    read: list[int] = []
+    chunks, products = CellStore.chunks, CellStore.products
+
+    def counted_chunks(store: CellStore, slots: I64) -> Iterator[tuple[I64, torch.Tensor]]:
+        read.append(len(slots))
+        return chunks(store, slots)
+
+    def counted_products(store: CellStore, slots: I64, vectors: torch.Tensor) -> torch.Tensor:
+        read.append(len(slots))
+        return products(store, slots, vectors)
+
+    monkeypatch.setattr(CellStore, "chunks", counted_chunks)
+    monkeypatch.setattr(CellStore, "products", counted_products)
+    return read
+
+
+@given(seed=st.integers(0, 2**16), dtype=st.sampled_from([torch.float32, torch.float16]))
+@settings(max_examples=30, deadline=None)
+def test_texts_asked_together_score_as_one_by_one(seed: int, dtype: torch.dtype) -> None:
+    """Some of them were asked before, and the map has changed since."""
+    rng = np.random.default_rng(seed)
+    store, together = CellStore(8, device=CPU, dtype=dtype), ScoreCache()
+    reply = embeddings(rng, int(rng.integers(0, 5)))
+    queries = [text_query(reply, text, CPU) for text in range(2)]
+    for revision in range(1, 4):
+        store.add(np.zeros((3, 2), np.int64))
+        some = np.flatnonzero(rng.random(store.count) < 0.7)
+        features = torch.from_numpy(unit(rng, len(some), 8)).reshape(-1, 8)
+        store.fuse(some, features, torch.ones(len(some)), revision=revision)
+        asked = [queries[k] for k in rng.permutation(2)[: rng.integers(1, 3)]]
+        found = together.scores_of_all(asked, store, revision)
+        table = store.features(np.arange(store.count))
+        for query, each in zip(asked, found, strict=True):
+            np.testing.assert_allclose(each.scores, scores(table, query), atol=2e-5)
+
+
+@pytest.mark.parametrize("texts", [1, 2, 3, 40])
+@pytest.mark.parametrize("dtype", [torch.float32, torch.float16])
+@pytest.mark.parametrize("compiled", [False, True])
+def test_products_are_those_of_the_whole_table(
+    dtype: torch.dtype, texts: int, compiled: bool
+) -> None:
+    rng = np.random.default_rng(0)
+    store = CellStore(8, device=CPU, dtype=dtype, compiled=compiled)
+    slots = store.add(np.zeros((5000, 2), np.int64))
+    store.fuse(slots, torch.from_numpy(unit(rng, 5000, 8)), torch.ones(5000), revision=1)
+    vectors = torch.from_numpy(unit(rng, texts, 8))
+    for chosen in (slots, slots[::7], slots[4000:4200]):
+        expected = vectors @ store.features(chosen).T
+        torch.testing.assert_close(store.products(chosen, vectors), expected, rtol=0, atol=1e-6)
 
 
 @given(
@@ -154,29 +206,41 @@ def test_the_words_that_compete_with_all_texts_are_compared_once(
     slots = store.add(np.stack([np.arange(6), np.arange(6)], axis=1))
     store.fuse(slots, torch.from_numpy(unit(rng, 6, 8)), torch.ones(6), revision=1)
     reply = embeddings(rng, 40)
-    widths: list[int] = []
-
-    def counting(features: torch.Tensor, words: torch.Tensor) -> torch.Tensor:
-        widths.append(len(words))
-        return unit_cosines(features, words)
-
-    monkeypatch.setattr(similarity, "unit_cosines", counting)
-    monkeypatch.setattr(neutral_cosines, "unit_cosines", counting)
+    read = reads(monkeypatch)
     for text in range(2):
-        query = text_query(reply, text, CPU)
+        query = replace(text_query(reply, text, CPU), excluded=torch.zeros(40))
+        assert query.neutral is not None
         cached = cache.scores(query, store, 1)
-        np.testing.assert_allclose(cached, scores(store.features(slots), query), atol=1e-6)
-    assert widths[:2] == [40, 1]
-    assert widths.count(40) == 1
+        own = unit_cosines(store.features(slots), torch.cat([query.concepts[:1], query.neutral]))
+        np.testing.assert_allclose(cached, scores_of(own, query), atol=1e-5)
+    assert read == [6, 6, 6, 6]  # the first text, lengths, competing words; the second text only
 
 
-def test_a_map_of_many_cells_keeps_no_table(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(similarity, "MAX_CELLS", 5)
-    rng = np.random.default_rng(0)
-    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
-    slots = store.add(np.stack([np.arange(6), np.arange(6)], axis=1))
-    store.fuse(slots, torch.from_numpy(unit(rng, 6, 8)), torch.ones(6), revision=1)
-    query = text_query(embeddings(rng, 3), 0, CPU)
-    expected = scores(store.features(slots), query)
-    np.testing.assert_allclose(cache.scores(query, store, 1), expected, atol=1e-6)
-    assert cache._neutral is None
+def cell_scores(features: np.ndarray, concepts: np.ndarray, temperature: float) -> CellScores:
+    query = TextQuery("a text", torch.from_numpy(concepts), temperature)
+    cosine = similarity.cosines(torch.from_numpy(features), query)
+    return CellScores(query, 1, scores_of(cosine, query).numpy(), cosine[:, 0].numpy())
+
+
+@given(seed=st.integers(0, 2**16), temperature=st.floats(1, 60))
+@settings(max_examples=40, deadline=None)
+def test_negatives_compete_as_neutral_words_do(seed: int, temperature: float) -> None:
+    rng = np.random.default_rng(seed)
+    features, text, neutral, negatives = (unit(rng, n, 8) for n in (6, 1, 3, 2))
+    own = cell_scores(features, np.concatenate([text, neutral]), temperature)
+    others = [cell_scores(features, np.stack([n, text[0]]), temperature) for n in negatives]
+    together = cell_scores(features, np.concatenate([text, neutral, negatives]), temperature)
+    np.testing.assert_allclose(against(own, others).scores, together.scores, atol=1e-5)
+
+
+def test_without_calibration_a_cell_more_like_a_negative_scores_nothing() -> None:
+    sofa, bed = np.eye(8, dtype=np.float32)[:2]
+    features = np.stack([sofa, bed])
+    own, other = (cell_scores(features, one[None], 1.0) for one in (sofa, bed))
+    np.testing.assert_allclose(against(own, [other]).scores, [1.0, 0.0])
+
+
+def test_a_score_of_zero_stays_zero_against_negatives() -> None:
+    far = TextQuery("a text", torch.eye(8)[:2], 1e4)
+    none = CellScores(far, 1, np.zeros(1, np.float32), np.zeros(1, np.float32))
+    assert against(none, [none]).scores.tolist() == [0.0]

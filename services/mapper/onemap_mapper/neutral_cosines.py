@@ -1,57 +1,91 @@
-"""Cosines of a map's cells with the words that compete with every text.
+"""What the words that compete with a text weigh in each cell.
 
-All texts of an encoder compete with the same words: their cosines are computed once for each
-change of a cell, not once for each text that is asked for.
+A text's score is its share in a softmax over itself and those words. Their part in it, the
+logarithm of the sum of their exponentials, does not depend on the text: it is computed once for
+each change of a cell, and kept for each set of competing words.
 """
 
 from __future__ import annotations
 
 import numpy as np
 import torch
+from cachetools import LRUCache
 from torch import Tensor
 
 from onemap_mapper.cell_store import CellStore
+from onemap_shared.geometry import I64
 
-MAX_CELLS = 100_000  # 40 MB for the 103 words of mini; for more cells each text computes its own
+LEAST_NORM = 1e-12  # shorter features have no direction: their cosines are 0
+MAX_SETS = 32  # of competing words: most texts of an encoder share one; 4 bytes per cell each
 
 
-class NeutralCosines:
-    """Cosines (count, m) float32 of all slots of one map with the words (m, D), unit rows."""
+class NeutralSums:
+    """log(sum(exp(temperature cosine))) (count,) float32 of all slots of one map, per set of words.
 
-    def __init__(self, words: Tensor) -> None:
-        self.words = words
-        self._table = torch.zeros((0, len(words)), dtype=torch.float32, device=words.device)
-        self._revision = -1
+    words (m, D) float32 unit rows: all that may compete.
+    """
 
-    def of(self, store: CellStore, revision: int) -> Tensor:
-        """The cosines at this revision of the map; only changed cells are computed again."""
-        if revision != self._revision or len(self._table) != store.count:
+    def __init__(self, words: Tensor, temperature: float) -> None:
+        self.words, self.temperature = words, temperature
+        self._sums: LRUCache[bytes, tuple[Tensor, Tensor]] = LRUCache(MAX_SETS)  # with excluded
+        self._revision, self._count = -1, 0
+
+    def fits(self, words: Tensor, temperature: float) -> bool:
+        """Whether these sums are those of these words at this temperature."""
+        return self.temperature == temperature and torch.equal(self.words, words)
+
+    def of(self, store: CellStore, revision: int, excluded: Tensor) -> Tensor:
+        """The sums at this revision of the map; only changed cells are computed again.
+
+        excluded (m,): 0 for words that compete, -inf for those that do not.
+        """
+        if revision != self._revision or store.count != self._count:
             self._update(store)
-            self._revision = revision
-        return self._table
+            self._revision, self._count = revision, store.count
+        key = excluded.cpu().numpy().tobytes()
+        if key not in self._sums:
+            sums = self.words.new_zeros(store.count)
+            self._fill({key: (excluded, sums)}, store, np.arange(store.count))
+            self._sums[key] = (excluded, sums)
+        return self._sums[key][1]
 
     def _update(self, store: CellStore) -> None:
-        kept = min(len(self._table), store.count)  # a corrected map may have fewer cells
-        table = self._table.new_zeros((store.count, len(self.words)))
-        table[:kept] = self._table[:kept]
-        stale = np.nonzero((store.changed_at > self._revision) | (np.arange(store.count) >= kept))
-        for chosen, features in store.chunks(stale[0]):
-            table[torch.from_numpy(stale[0][chosen])] = unit_cosines(features, self.words)
-        self._table = table
+        """Follow the map: grow or shrink with it, and compute what changed."""
+        if not self._sums:
+            return
+        kept = min(self._count, store.count)  # a corrected map may have fewer cells
+        grown = {}
+        for key, (excluded, old) in self._sums.items():
+            sums = old.new_zeros(store.count)
+            sums[:kept] = old[:kept]
+            grown[key] = (excluded, sums)
+        self._fill(grown, store, stale_slots(store, self._revision, kept))
+        self._sums.update(grown)
+
+    def _fill(self, sets: dict[bytes, tuple[Tensor, Tensor]], store: CellStore, slots: I64) -> None:
+        """Compute the sums of these slots for these sets of words."""
+        for chosen, features in store.chunks(slots):
+            weighed = self.temperature * unit_cosines(features, self.words)
+            index = torch.from_numpy(slots[chosen]).to(weighed.device)
+            for excluded, sums in sets.values():
+                sums[index] = torch.logsumexp(weighed + excluded, dim=1)
+
+
+def stale_slots(store: CellStore, revision: int, kept: int) -> I64:
+    """Slots (n,) that changed since this revision of the map, or are not among the kept first."""
+    changed = store.changed_at > revision
+    changed[kept:] = True
+    return np.nonzero(changed)[0]
 
 
 def unit_cosines(features: Tensor, words: Tensor) -> Tensor:
     """Cosines (n, m) of cell features (n, D) of any length with unit rows (m, D)."""
     norms = torch.linalg.vector_norm(features, dim=1, keepdim=True)
-    cosine: Tensor = features @ words.T / norms.clamp(min=1e-12)
+    cosine: Tensor = features @ words.T / norms.clamp(min=LEAST_NORM)
     return cosine
 
 
-def shares(own: Tensor, neutral: Tensor, excluded: Tensor, temperature: float) -> Tensor:
-    """Softmax shares (n,) of a text's cosines (n,) against those of neutral words (n, m).
-
-    excluded (m,): 0 for words that compete with the text, -inf for those that do not.
-    """
-    rest = torch.logsumexp(temperature * neutral + excluded, dim=1)
-    share: Tensor = torch.sigmoid(temperature * own - rest)
+def shares(own: Tensor, sums: Tensor, temperature: float) -> Tensor:
+    """Softmax shares (n,) of a text's cosines (n,) against the sums (n,) of competing words."""
+    share: Tensor = torch.sigmoid(temperature * own - sums)
     return share

@@ -19,13 +19,24 @@ class Regions:
     """Clusters of high score, best first, all float32; metres in the map frame.
 
     centres_m (n, 2) score-weighted; extents_m (n, 4) x_min, y_min, x_max, y_max of the
-    cells' outlines; scores (n,) in [0, 1]; variances (n,) the mean of 1 / c.
+    cells' outlines; scores (n,) in [0, 1]; variances (n,) the mean of 1 / c. cells: of each region
+    (K, 2) int64.
     """
 
     centres_m: F32
     extents_m: F32
     scores: F32
     variances: F32
+    cells: tuple[I64, ...]
+
+
+NO_REGIONS = Regions(
+    np.zeros((0, 2), np.float32),
+    np.zeros((0, 4), np.float32),
+    np.zeros(0, np.float32),
+    np.zeros(0, np.float32),
+    (),
+)
 
 
 def region_threshold(values: F32, *, best_share: float, top_share: float | None) -> float:
@@ -63,6 +74,7 @@ def find_regions(
         _extents(cells, owner, count, grid)[best],
         ranked[best].astype(np.float32),
         (np.bincount(owner, variance, count) / size)[best].astype(np.float32),
+        tuple(cells[owner == number] for number in best),
     )
 
 
@@ -74,6 +86,7 @@ def scoring_at_least(regions: Regions, min_score: float) -> Regions:
         regions.extents_m[kept],
         regions.scores[kept],
         regions.variances[kept],
+        tuple(cells for cells, keep in zip(regions.cells, kept, strict=True) if keep),
     )
 
 

@@ -7,7 +7,8 @@ an encoder without calibration.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -15,7 +16,7 @@ from cachetools import LRUCache
 from torch import Tensor
 
 from onemap_mapper.cell_store import CellStore
-from onemap_mapper.neutral_cosines import MAX_CELLS, NeutralCosines, shares, unit_cosines
+from onemap_mapper.neutral_cosines import LEAST_NORM, NeutralSums, shares, stale_slots, unit_cosines
 from onemap_shared.geometry import F32, I64, U8
 from onemap_shared.messages import TextEmbeddings
 
@@ -81,6 +82,24 @@ def scores_of(cosine: Tensor, query: TextQuery) -> Tensor:
     return shares
 
 
+def against(text: CellScores, negatives: Sequence[CellScores]) -> CellScores:
+    """The scores of a text where other texts compete with it, besides the neutral words.
+
+    With z the sum of exp(t cos) over the neutral words, a score is s = exp(t c) / (exp(t c) + z),
+    so that each negative n adds exp(t (c_n - c)) to 1 / s. Without calibration a cell that is more
+    like a negative scores 0.
+    """
+    values, own = text.scores.astype(np.float64), text.cosines.astype(np.float64)
+    if not text.query.calibrated:
+        rival = np.max([other.cosines for other in negatives], axis=0, initial=-np.inf)
+        return replace(text, scores=np.where(rival > own, 0.0, values).astype(np.float32))
+    with np.errstate(divide="ignore", over="ignore"):
+        odds = 1.0 / values
+        for other in negatives:
+            odds += np.exp(text.query.temperature * (other.cosines - own))
+        return replace(text, scores=(1.0 / odds).astype(np.float32))
+
+
 def ranks(values: F32) -> U8:
     """Rank (n,) of each value among all: 1 for the lowest, 255 for the highest; ties are equal.
 
@@ -113,7 +132,8 @@ class ScoreCache:
 
     def __init__(self) -> None:
         self._entries: LRUCache[str, CellScores] = LRUCache(MAX_TEXTS)
-        self._neutral: NeutralCosines | None = None
+        self._neutral: NeutralSums | None = None
+        self._norms = SlotNorms()
 
     def scores(self, query: TextQuery, store: CellStore, revision: int) -> F32:
         """Scores (count,) float32 of all slots at this revision of the map."""
@@ -121,40 +141,90 @@ class ScoreCache:
 
     def cell_scores(self, query: TextQuery, store: CellStore, revision: int) -> CellScores:
         """Scores and cosines of all slots at this revision of the map."""
-        cached = self._entries.get(query.text)
-        both = np.zeros((2, store.count), np.float32)
-        stale = np.arange(store.count)
-        if cached is not None and cached.query is query:
-            kept = min(len(cached.scores), store.count)  # a corrected map may have fewer cells
-            both[0, :kept] = cached.scores[:kept]
-            both[1, :kept] = cached.cosines[:kept]
-            stale = np.nonzero(store.changed_at > cached.revision)[0]
-        neutral = self._neutral_cosines(query, store, revision) if len(stale) else None
-        for chosen, features in store.chunks(stale):
-            slots = stale[chosen]
-            if neutral is None or query.excluded is None:
-                cosine = cosines(features, query)
-                own, values = cosine[:, 0], scores_of(cosine, query)
+        return self.scores_of_all([query], store, revision)[0]
+
+    def scores_of_all(
+        self, queries: Sequence[TextQuery], store: CellStore, revision: int
+    ) -> list[CellScores]:
+        """Scores and cosines for each query; those that were asked for together read the map once.
+
+        At most ``MAX_TEXTS`` of them are kept.
+        """
+        found: dict[int, CellScores] = {}
+        for known, group in self._groups(queries).items():
+            chosen = [queries[k] for k in group]
+            found |= dict(zip(group, self._updated(chosen, store, revision, known), strict=True))
+        for k, query in enumerate(queries):
+            self._entries[query.text] = found[k]
+        return [found[k] for k in range(len(queries))]
+
+    def _groups(self, queries: Sequence[TextQuery]) -> dict[tuple[int, int], list[int]]:
+        """Indices of the queries by the revision and the number of cells of their kept scores."""
+        groups: dict[tuple[int, int], list[int]] = {}
+        for k, query in enumerate(queries):
+            kept = self._entries.get(query.text)
+            usable = kept is not None and kept.query is query
+            known = (kept.revision, len(kept.scores)) if kept is not None and usable else (-1, 0)
+            groups.setdefault(known, []).append(k)
+        return groups
+
+    def _updated(
+        self,
+        queries: Sequence[TextQuery],
+        store: CellStore,
+        revision: int,
+        known: tuple[int, int],
+    ) -> list[CellScores]:
+        """The queries' scores, computed where the map changed since what is known of them."""
+        kept = min(known[1], store.count)  # a corrected map may have fewer cells
+        slots = stale_slots(store, known[0], kept)
+        # A slice where all are computed: picking 250,000 by index takes as long as scoring them.
+        place: I64 | slice = slice(None) if len(slots) == store.count else slots
+        where = place if isinstance(place, slice) else torch.from_numpy(place)
+        texts = torch.stack([query.concepts[0] for query in queries])
+        cosine = store.products(slots, texts) / self._norms.of(store, revision)[where]
+        made = []
+        for query, own in zip(queries, cosine, strict=True):
+            if query.calibrated and len(slots):
+                sums = self._sums(query, store, revision)[where]
+                values = shares(own, sums, query.temperature)
             else:
-                own = unit_cosines(features, query.concepts[:1])[:, 0]
-                values = shares(own, _rows(neutral, slots), query.excluded, query.temperature)
-            both[0, slots], both[1, slots] = values.cpu().numpy(), own.cpu().numpy()
-        current = CellScores(query, revision, both[0], both[1])
-        self._entries[query.text] = current
-        return current
+                values = scores_of(own[:, None], query)
+            both = np.zeros((2, store.count), np.float32)
+            if kept:
+                entry = self._entries[query.text]
+                both[0, :kept], both[1, :kept] = entry.scores[:kept], entry.cosines[:kept]
+            both[0, place], both[1, place] = values.cpu().numpy(), own.cpu().numpy()
+            made.append(CellScores(query, revision, both[0], both[1]))
+        return made
 
-    def _neutral_cosines(self, query: TextQuery, store: CellStore, revision: int) -> Tensor | None:
-        """Cosines (count, M) of all slots with the query's neutral words; None: not kept."""
-        words = query.neutral
-        if words is None or not query.calibrated or store.count > MAX_CELLS:
-            return None
-        if self._neutral is None or not torch.equal(self._neutral.words, words):
-            self._neutral = NeutralCosines(words)
-        return self._neutral.of(store, revision)
+    def _sums(self, query: TextQuery, store: CellStore, revision: int) -> Tensor:
+        """What the words that compete with a text weigh in each cell (count,)."""
+        words, excluded = query.neutral, query.excluded
+        if words is None or excluded is None:
+            words = query.concepts[1:]
+            excluded = words.new_zeros(len(words))
+        if self._neutral is None or not self._neutral.fits(words, query.temperature):
+            self._neutral = NeutralSums(words, query.temperature)
+        return self._neutral.of(store, revision, excluded)
 
 
-def _rows(table: Tensor, slots: I64) -> Tensor:
-    """Rows of a table at ascending slots; consecutive ones are not copied."""
-    first, last = int(slots[0]), int(slots[-1])
-    together = last - first + 1 == len(slots)
-    return table[first : last + 1] if together else table[torch.from_numpy(slots)]
+class SlotNorms:
+    """Lengths (count,) float32 of the features of all slots of one map, kept up to date."""
+
+    def __init__(self) -> None:
+        self._norms = torch.zeros(0)
+        self._revision = -1
+
+    def of(self, store: CellStore, revision: int) -> Tensor:
+        """The lengths at this revision, at least ``LEAST_NORM``; only changed ones are computed."""
+        if revision != self._revision or len(self._norms) != store.count:
+            kept = min(len(self._norms), store.count)
+            stale = stale_slots(store, self._revision, kept)
+            norms = torch.zeros(store.count, device=store.device)
+            norms[:kept] = self._norms[:kept]
+            for chosen, features in store.chunks(stale):
+                lengths = torch.linalg.vector_norm(features, dim=1)
+                norms[torch.from_numpy(stale[chosen])] = lengths.clamp(min=LEAST_NORM)
+            self._norms, self._revision = norms, revision
+        return self._norms
