@@ -1,0 +1,49 @@
+"""The coverage is computed once for the queries of a second."""
+
+from __future__ import annotations
+
+import pytest
+
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.coverage_cache import KEPT_S, CoverageCache
+from onemap_mapper.frame_update import compute_update
+from onemap_mapper.params import VerdictParams
+from tests.mapper import scenes
+
+
+@pytest.fixture(scope="module")
+def belief() -> BeliefMap:
+    made = BeliefMap(scenes.params())
+    made.fuse(compute_update(scenes.field(0, scenes.pose()), made.params))
+    return made
+
+
+class Time:
+    """A clock that is set."""
+
+    now_s = 0.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+def test_a_coverage_is_kept_for_a_second_and_then_made_anew(belief: BeliefMap) -> None:
+    clock = Time()
+    cache = CoverageCache(VerdictParams(), clock)
+    first = cache.coverage(cache.layers(belief, ()), (), ())
+    assert first.not_looked_m2 > 0
+    clock.now_s = KEPT_S * 0.99
+    layers = cache.layers(belief, ())
+    assert layers is None
+    assert cache.coverage(layers, (), ()) is first
+    clock.now_s = KEPT_S
+    assert cache.layers(belief, ()) is not None
+
+
+def test_each_area_has_its_own(belief: BeliefMap) -> None:
+    cache = CoverageCache(VerdictParams(), Time())
+    whole = cache.coverage(cache.layers(belief, ()), (), ())
+    area_m = (0.0, -1.0, 2.0, 1.0)
+    part = cache.coverage(cache.layers(belief, area_m), area_m, ())
+    assert part.looked_m2 + part.not_looked_m2 <= 4.0 + 1e-6
+    assert whole.looked_m2 + whole.not_looked_m2 > 4.0
