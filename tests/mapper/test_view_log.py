@@ -1,0 +1,73 @@
+"""From where cells were seen best, and when last."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from onemap_mapper import view_log
+from onemap_mapper.view_log import ViewLog
+from onemap_shared.geometry import camera_mount, pose_2d
+from tests.mapper import scenes
+
+ROWS = np.arange(4)
+
+
+@pytest.fixture
+def log() -> ViewLog:
+    made = ViewLog()
+    made.grow(1)
+    return made
+
+
+def record(
+    log: ViewLog, x_m: float, confidence: list[float], stamp_ns: int, yaw_rad: float = 0.5
+) -> None:
+    log.record(
+        ROWS,
+        np.array(confidence, np.float32),
+        T_map_camera=pose_2d(x_m, 2.0, yaw_rad) @ camera_mount(0.0, 1.0, 0.2),
+        stamp_ns=stamp_ns,
+        params=scenes.params(),
+    )
+
+
+def test_nothing_is_known_of_cells_that_were_not_seen(log: ViewLog) -> None:
+    assert log.last_seen_ns(ROWS) == 0
+    assert np.isnan(log.best_view(ROWS)).all()
+    assert log.last_seen_ns(np.zeros(0, np.int64)) == 0
+
+
+def test_the_best_view_of_a_region_is_that_of_most_of_its_confidence(log: ViewLog) -> None:
+    record(log, 0.0, [1, 1, 1, 1], 10)
+    record(log, 1.0, [3, 3, 0.5, 0.5], 20)
+    np.testing.assert_allclose(log.best_view(ROWS), [1.0, 2.0, 0.5], atol=1e-6)
+    np.testing.assert_allclose(log.best_view(ROWS[2:]), [0.0, 2.0, 0.5], atol=1e-6)
+    assert log.last_seen_ns(ROWS) == 20
+
+
+def test_a_weaker_later_view_is_seen_last_but_not_best(log: ViewLog) -> None:
+    record(log, 1.0, [2, 2, 2, 2], 10)
+    record(log, 3.0, [1, 1, 1, 1], 99)
+    assert log.best_view(ROWS)[0] == pytest.approx(1.0)
+    assert log.last_seen_ns(ROWS) == 99
+
+
+def test_a_camera_that_stands_still_adds_no_views(log: ViewLog) -> None:
+    for stamp_ns in range(50):
+        record(log, 0.0, [1, 1, 1, 1], stamp_ns)
+    held = log.nbytes
+    record(log, 1.0, [1, 1, 1, 1], 60)
+    assert log.nbytes == held + 24
+
+
+def test_views_that_are_best_for_no_cell_are_forgotten(
+    log: ViewLog, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(view_log, "FIRST_PRUNING", 8)
+    log._prune_at = 8
+    for step in range(1, 100):
+        record(log, 0.5 * step, [step, 1, 1, 1], step)
+        assert log.best_view(ROWS[:1])[0] == pytest.approx(0.5 * step)
+        assert log.best_view(ROWS[1:])[0] == pytest.approx(0.5)
+    assert len(log._poses) <= 9
