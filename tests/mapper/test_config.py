@@ -5,12 +5,18 @@ from __future__ import annotations
 import pytest
 
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.params import CheckpointParams, ObjectParams, RegionParams, SubmapParams
+from onemap_mapper.params import (
+    CheckpointParams,
+    ObjectParams,
+    RegionParams,
+    SubmapParams,
+    VerdictParams,
+)
 from onemap_shared.config import ConfigError, section
 
 
 def test_the_section_is_the_parameters_and_three_keys_of_the_service() -> None:
-    groups = (CheckpointParams, RegionParams, ObjectParams, SubmapParams)
+    groups = (CheckpointParams, RegionParams, VerdictParams, ObjectParams, SubmapParams)
     parameters = [name for group in groups for name in group.model_fields]
     assert set(MapperConfig.model_fields) == {*parameters, "threads", "map_folder", "map_quota_mb"}
 

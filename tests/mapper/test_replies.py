@@ -9,11 +9,24 @@ import pytest
 import torch
 
 from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.coverage import floor_coverage
 from onemap_mapper.frame_update import compute_update
-from onemap_mapper.params import RegionParams
-from onemap_mapper.replies import revision_of, search_view, similarity_reply, summary_of
+from onemap_mapper.params import RegionParams, VerdictParams
+from onemap_mapper.replies import (
+    judged,
+    revision_of,
+    search_view,
+    similarity_reply,
+    summary_of,
+)
 from onemap_mapper.similarity import ScoreCache, TextQuery
-from onemap_shared.messages import Layer, SimilarityReply, SimilarityRequest
+from onemap_shared.messages import (
+    Layer,
+    MapVerdict,
+    SimilarityReply,
+    SimilarityRequest,
+    Verdict,
+)
 from tests.mapper import scenes
 
 SOFA, WALL, CUP = np.eye(16, dtype=np.float32)[:3]
@@ -109,3 +122,63 @@ def test_revision_and_summary_describe_the_map(belief: BeliefMap) -> None:
     summary = summary_of(belief)
     assert summary.cells_observed == revision.cells_observed == belief.store.count > 0
     assert (summary.cell_size_m, summary.path) == (0.1, "")
+
+
+def test_a_region_has_outline_view_and_time(belief: BeliefMap) -> None:
+    reply = replied(belief, query("sofa", SOFA))
+    assert set(reply.outline_owner.tolist()) == set(range(len(reply.scores)))
+    corners = reply.outline_points_m[reply.outline_owner == 0]
+    np.testing.assert_allclose(corners.min(axis=0), reply.extents_m[0, :2], atol=0.11)
+    np.testing.assert_allclose(corners.max(axis=0), reply.extents_m[0, 2:], atol=0.11)
+    camera_m = scenes.pose()[:2, 3]
+    np.testing.assert_allclose(reply.best_views[0], [*camera_m, 0.0], atol=1e-5)
+    assert (reply.last_seen_ns == belief.stamp_ns).all()
+
+
+def test_only_the_area_that_was_asked_for_has_regions(belief: BeliefMap) -> None:
+    everywhere = replied(belief, query("sofa", SOFA), include_grid=True)
+    x, y = everywhere.centres_m[0]
+    area_m = (float(x) - 0.2, float(y) - 0.2, float(x) + 0.2, float(y) + 0.2)
+    near = replied(belief, query("sofa", SOFA), area_m=area_m, include_grid=True)
+    assert near.best_score == pytest.approx(everywhere.best_score)
+    assert 0 < np.isfinite(near.scores_grid).sum() <= 20
+    elsewhere = replied(belief, query("sofa", SOFA), area_m=(90.0, 90.0, 91.0, 91.0))
+    assert len(elsewhere.scores) == 0
+    assert elsewhere.best_score == 0.0
+
+
+def test_a_negative_takes_what_looks_more_like_it(belief: BeliefMap) -> None:
+    asked = query("furniture", (SOFA + CUP) / np.float32(2**0.5))
+    alone = similarity_reply(
+        belief, ScoreCache(), query=asked, request=SimilarityRequest("furniture"),
+        params=RegionParams(),
+    )  # fmt: skip
+    against_sofas = similarity_reply(
+        belief, ScoreCache(), query=asked, request=SimilarityRequest("furniture"),
+        params=RegionParams(), negatives=[query("sofa", SOFA)],
+    )  # fmt: skip
+    assert alone.best_score > 0.9
+    assert against_sofas.best_score < 0.1
+
+
+def test_the_verdict_needs_no_map(belief: BeliefMap) -> None:
+    params = VerdictParams(found_score=0.9)
+    coverage = floor_coverage(
+        belief.occupancy_grid(),
+        belief.layers(),
+        belief.grid,
+        robot_xy_m=(0.0, 0.0),
+        area=None,
+        params=params,
+    )
+    cosines = np.full(belief.grid.shape, np.nan, np.float32)
+
+    def verdict(question: TextQuery) -> MapVerdict:
+        reply = replied(belief, question)
+        return judged(reply, SimilarityRequest(question.text), coverage, cosines, params).verdict
+
+    assert verdict(query("sofa", SOFA)).verdict is Verdict.FOUND
+    missing = verdict(query("cup", CUP))
+    assert missing.verdict is Verdict.NOT_LOOKED_YET
+    assert missing.not_looked_m2 > 1
+    assert len(missing.frontier_m) == 2

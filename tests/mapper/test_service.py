@@ -20,6 +20,7 @@ from onemap_shared.geometry import pose_2d
 from onemap_shared.memory_bus import MemoryBus, MemoryRouter
 from onemap_shared.messages import (
     FeatureField,
+    FrameReceipt,
     Layer,
     MapClear,
     MapDigestRequest,
@@ -133,6 +134,12 @@ def test_a_frame_becomes_a_revision(rig: Rig) -> None:
     assert revision.memory_bytes == rig.metric("memory_bytes") > 0
     late = rig.router.bus("gateway").subscribe(keys.MAP_REVISION)
     assert late.take(0.0) == revision  # latched
+
+
+def test_every_field_has_a_receipt(rig: Rig) -> None:
+    receipts = rig.client.subscribe(keys.FIELD_RECEIPTS)
+    rig.feed(sofa_ahead(3))
+    assert receipts.take(0.0) == FrameReceipt(3, sofa_ahead(3).stamp_ns)
 
 
 def test_the_sofa_is_where_it_was_seen(rig: Rig) -> None:
@@ -436,7 +443,8 @@ def test_found_objects_go_with_the_map(rig: Rig, tmp_path: Path) -> None:
     rig.client.call(keys.MAP_CLEAR, MapClear())
     assert names() == []
     assert rig.newest().objects_version > loaded.objects_version
-    assert Rig(tmp_path / "maps").mapper.list_maps(MapListRequest()).maps[0].name == "flat"
+    listed = Rig(tmp_path / "maps").client.call(keys.MAP_LIST, MapListRequest())
+    assert listed.maps[0].name == "flat"
 
 
 def test_objects_that_cannot_be_written_are_a_problem(
@@ -469,7 +477,8 @@ def test_the_map_follows_a_corrected_pose(rig: Rig) -> None:
     rig.mapper.step(0.0)
     assert rig.newest().revision > announced
     after = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")).centres_m[0]
-    np.testing.assert_allclose(after - before, (1.0, -2.0), atol=1e-3)
+    # One cell at the edge of the region comes or goes by rounding: millimetres of its middle.
+    np.testing.assert_allclose(after - before, (1.0, -2.0), atol=0.01)
     view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest(""))
     assert not (view.layers & Layer.SEARCHED).any()
     assert rig.metric("submaps") == 1

@@ -8,10 +8,16 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from onemap_mapper.params import CheckpointParams, ObjectParams, RegionParams, SubmapParams
+from onemap_mapper.params import (
+    CheckpointParams,
+    ObjectParams,
+    RegionParams,
+    SubmapParams,
+    VerdictParams,
+)
 
 
-class MapperConfig(SubmapParams, ObjectParams, RegionParams, CheckpointParams):
+class MapperConfig(SubmapParams, ObjectParams, VerdictParams, RegionParams, CheckpointParams):
     """How the map is built, queried and kept."""
 
     former_keys: ClassVar[Mapping[str, str]] = {

@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.params import RegionParams
-from onemap_mapper.regions import find_regions, region_threshold, scoring_at_least
-from onemap_mapper.similarity import ScoreCache, TextQuery, ranks
+from onemap_mapper.coverage import FloorCoverage
+from onemap_mapper.outlines import outline
+from onemap_mapper.params import RegionParams, VerdictParams
+from onemap_mapper.regions import (
+    NO_REGIONS,
+    Regions,
+    find_regions,
+    region_threshold,
+    scoring_at_least,
+)
+from onemap_mapper.similarity import CellScores, ScoreCache, TextQuery, against, ranks
+from onemap_mapper.verdicts import area_mask, frontier_worths, judge
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import (
     MapRevision,
@@ -30,27 +40,22 @@ def similarity_reply(
     query: TextQuery,
     request: SimilarityRequest,
     params: RegionParams,
+    negatives: Sequence[TextQuery] = (),
 ) -> SimilarityReply:
     """Ranked regions that score at least the query's ``min_score``, and the grid if requested.
 
-    The map must not be empty.
+    The map must not be empty. The verdict is left to ``judged``.
     """
-    values = cache.scores(query, belief.store, belief.revision)
-    grid_scores = belief.to_grid(values)
-    limit = region_threshold(
-        values,
-        best_share=params.region_best_share,
-        top_share=None if query.calibrated else params.region_top_share,
-    )
-    regions = find_regions(
-        grid_scores,
-        belief.to_grid(belief.store.confidence.reciprocal().cpu().numpy()),
-        belief.grid,
-        limit=max(limit, float(np.finfo(np.float32).tiny)),
-        max_regions=request.max_regions,
-    )
+    values = request_scores(belief, cache, query=query, negatives=negatives)
+    grid_scores = belief.to_grid(values.scores)
+    if (inside := area_mask(belief.grid, request.area_m)) is not None:
+        grid_scores = np.where(inside, grid_scores, np.float32(np.nan))
+    regions = _regions_of(belief, grid_scores, request, params, calibrated=query.calibrated)
     best_score = min(float(regions.scores[0]), 1.0) if len(regions.scores) else 0.0  # rounding
     regions = scoring_at_least(regions, query.min_score)
+    outlines = [outline(cells, belief.grid) for cells in regions.cells]
+    rows = [belief.tiles.rows(cells + belief.grid.origin_cell) for cells in regions.cells]
+    log = belief.view_log
     return SimilarityReply(
         text=request.text,
         revision=belief.revision,
@@ -65,7 +70,69 @@ def similarity_reply(
         best_score=best_score,
         floor=query.min_score,
         nearest=query.nearest,
+        outline_points_m=np.concatenate([np.zeros((0, 2), np.float32), *outlines]),
+        outline_owner=np.repeat(
+            np.arange(len(outlines), dtype=np.int32), [len(corners) for corners in outlines]
+        ),
+        last_seen_ns=np.array([log.last_seen_ns(each) for each in rows], np.int64),
+        best_views=np.array([log.best_view(each) for each in rows], np.float32).reshape(-1, 3),
     )
+
+
+def request_scores(
+    belief: BeliefMap, cache: ScoreCache, *, query: TextQuery, negatives: Sequence[TextQuery]
+) -> CellScores:
+    """Scores and cosines of a text at all slots, with its negatives as competitors."""
+    own = cache.cell_scores(query, belief.store, belief.revision)
+    others = [cache.cell_scores(each, belief.store, belief.revision) for each in negatives]
+    return against(own, others) if others else own
+
+
+def _regions_of(
+    belief: BeliefMap,
+    grid_scores: F32,
+    request: SimilarityRequest,
+    params: RegionParams,
+    *,
+    calibrated: bool,
+) -> Regions:
+    """The regions of scores (nx, ny), none where they are all NaN."""
+    values = grid_scores[np.isfinite(grid_scores)]
+    if values.size == 0:
+        return NO_REGIONS
+    limit = region_threshold(
+        values,
+        best_share=params.region_best_share,
+        top_share=None if calibrated else params.region_top_share,
+    )
+    return find_regions(
+        grid_scores,
+        belief.to_grid(belief.store.confidence.reciprocal().cpu().numpy()),
+        belief.grid,
+        limit=max(limit, float(np.finfo(np.float32).tiny)),
+        max_regions=request.max_regions,
+    )
+
+
+def cosine_grid(belief: BeliefMap, cache: ScoreCache, query: TextQuery) -> F32:
+    """Cosines (nx, ny) of a text, NaN where nothing was observed."""
+    return belief.to_grid(cache.cell_scores(query, belief.store, belief.revision).cosines)
+
+
+def judged(
+    reply: SimilarityReply,
+    request: SimilarityRequest,
+    coverage: FloorCoverage,
+    cosines: F32,
+    params: VerdictParams,
+) -> SimilarityReply:
+    """The reply with its verdict; needs no map, so it is computed without the map's lock.
+
+    cosines (nx, ny) on the reply's grid: of the text, NaN where nothing was observed.
+    """
+    worths = frontier_worths(coverage, cosines, reply.grid, robot_xy_m=request.robot_xy_m)
+    verdict = judge(reply.best_score, coverage, worths=worths, params=params)
+    return replace(reply, verdict=verdict)
 
 
 def search_view(
@@ -80,18 +147,16 @@ def search_view(
 
     ``rival`` holds each cell's best score over the rivals.
     """
-    similarity, guidance = NO_GRID, NO_RANKS
+    similarity, rival, guidance = NO_GRID, NO_GRID, NO_RANKS
     if query is not None:
-        cells = cache.cell_scores(query, belief.store, belief.revision)
+        cells, *others = cache.scores_of_all([query, *rivals], belief.store, belief.revision)
         similarity = belief.to_grid(cells.scores)
         guidance = np.nan_to_num(belief.to_grid(ranks(cells.cosines).astype(np.float32)))
         guidance = guidance.astype(np.uint8)
+        if others:
+            rival = belief.to_grid(np.max([other.scores for other in others], axis=0))
     elif text:  # a map without features: nothing was observed
         similarity = np.full(belief.grid.shape, np.nan, np.float32)
-    rival = NO_GRID
-    if rivals:
-        each = [cache.scores(other, belief.store, belief.revision) for other in rivals]
-        rival = belief.to_grid(np.max(each, axis=0))
     return SearchView(
         text=text,
         revision=belief.revision,

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -19,33 +20,38 @@ from onemap_mapper import atomic_file, checkpoint_file, map_file, map_folder, sn
 from onemap_mapper.belief_map import BeliefMap, FieldRejected
 from onemap_mapper.checkpoints import Checkpoints, resumed
 from onemap_mapper.config import MapperConfig
+from onemap_mapper.coverage_cache import CoverageCache
 from onemap_mapper.diagnostics.telemetry import MapperTelemetry
 from onemap_mapper.digest import digest_of
 from onemap_mapper.frame_order import FrameOrder, FrameStamp
 from onemap_mapper.frame_update import FrameUpdate, compute_update
+from onemap_mapper.kernels import jit
+from onemap_mapper.live_map import LiveMap
 from onemap_mapper.object_keeper import ObjectKeeper
 from onemap_mapper.objects import NO_OBJECTS
 from onemap_mapper.pose_graph_follower import PoseGraphFollower
 from onemap_mapper.replies import (
+    cosine_grid,
+    judged,
     revision_of,
     search_view,
     similarity_reply,
     summary_of,
 )
+from onemap_mapper.saved_maps import SavedMaps
 from onemap_mapper.similarity import ScoreCache, TextQuery
 from onemap_mapper.text_cache import TextCache
-from onemap_shared import keys
+from onemap_mapper.warm_up import warm_up
+from onemap_shared import keys, tracing
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import (
     FeatureField,
+    FrameReceipt,
     MapClear,
     MapDigest,
     MapDigestRequest,
     MapFile,
-    MapList,
-    MapListRequest,
     MapSummary,
-    SavedMap,
     SearchReset,
     SearchView,
     SearchViewRequest,
@@ -72,15 +78,16 @@ class Mapper:
         kept = resumed(config.map_folder, config)
         self._map = kept or BeliefMap(config)
         self._resumed = kept is not None  # and no frame was fused since
-        self._checkpoints = Checkpoints(
-            config.map_folder, config, lock=self._lock, current=lambda: self._map
-        )
+        self._live = LiveMap(self._lock, lambda: self._map)
+        self._checkpoints = Checkpoints(config.map_folder, config, self._live)
         self._scores = ScoreCache()
+        self._coverages = CoverageCache(config, time.monotonic)
         self._texts = TextCache(lambda texts: embed_texts(bus, texts), config.torch_device)
         self._encoder_seen = ""
         self._telemetry = MapperTelemetry()
         self._order = FrameOrder()
         self._fields = bus.subscribe(keys.FIELD)
+        self._receipts = bus.publish(keys.FIELD_RECEIPTS)
         self._graphs = bus.subscribe(keys.ROBOT_POSE_GRAPH)
         self._follower = PoseGraphFollower(config)
         self._revisions = bus.publish(keys.MAP_REVISION)
@@ -90,8 +97,7 @@ class Mapper:
         bus.serve(keys.MAP_SEARCH_RESET, self.reset_searched)
         bus.serve(keys.MAP_SAVE, self.save)
         bus.serve(keys.MAP_LOAD, self.load)
-        bus.serve(keys.MAP_LIST, self.list_maps)
-        bus.serve(keys.MAP_DELETE, self.delete_map)
+        SavedMaps(bus, config, self._objects, self._edit)
         bus.serve(keys.MAP_CLEAR, self.clear)
         bus.serve(keys.MAP_DIGEST, self.digest)
         if kept is not None:
@@ -101,6 +107,7 @@ class Mapper:
         """Fuse the newest field, if one arrives within the timeout; then follow corrections."""
         field = self._fields.take(0.0 if self._follower.busy else timeout_s)
         if field is not None:
+            self._receipts.put(FrameReceipt(field.sequence, field.stamp_ns))
             self._fuse(field)
         graph = self._graphs.take(0.0)
         with self._lock:
@@ -139,15 +146,24 @@ class Mapper:
         """Ranked regions for a text."""
         self._require_content()
         query = self._query(request.text)
-        return self._scoring.submit(self._similarity, request, query).result()
+        negatives = [self._query(text) for text in request.negatives]
+        return self._scoring.submit(self._similarity, request, query, negatives).result()
 
-    def _similarity(self, request: SimilarityRequest, query: TextQuery) -> SimilarityReply:
+    def _similarity(
+        self, request: SimilarityRequest, query: TextQuery, negatives: Sequence[TextQuery]
+    ) -> SimilarityReply:
         with self._lock:
             if self._map.store.count == 0:
                 raise _empty()
-            return similarity_reply(
-                self._map, self._scores, query=query, request=request, params=self._config
-            )
+            reply = similarity_reply(
+                self._map, self._scores, query=query, request=request, params=self._config,
+                negatives=negatives,
+            )  # fmt: skip
+            cosines = cosine_grid(self._map, self._scores, query)
+            coverages = self._coverages
+            layers = coverages.layers(self._map, request.area_m)
+        coverage = coverages.coverage(layers, request.area_m, request.robot_xy_m)
+        return judged(reply, request, coverage, cosines, self._config)
 
     def search_view(self, request: SearchViewRequest) -> SearchView:
         """The layers, with the similarity if a text was given and the map is not empty."""
@@ -175,20 +191,21 @@ class Mapper:
             if self._map.dimension == 0:
                 raise _empty()
             summary = summary_of(self._map)
-        taken = snapshot.copied_in_parts(self._lock, lambda: self._map)
-        if taken is None:  # cleared meanwhile
-            raise _empty()
-        taken = replace(taken, objects=self._objects.memory)
-        created = not path.exists()
+        created, quota_mb = not path.exists(), self._config.map_quota_mb
         try:
-            map_folder.check_quota(path, taken.nbytes, self._config.map_quota_mb)
-            size = map_file.write(taken, path)
+            size = self._live.write(
+                path,
+                objects=self._objects.memory,
+                accept=lambda nbytes: map_folder.check_quota(path, nbytes, quota_mb),
+            )
         except map_folder.QuotaExceeded as problem:
             raise RequestRejected("storage", str(problem)) from problem
         except OSError as problem:
             raise RequestRejected(
                 "storage", f"cannot write {path}: {problem.strerror}"
             ) from problem
+        if not size:  # cleared meanwhile
+            raise _empty()
         LOG.info("saved %d cells to %s", summary.cells_observed, path)
         return replace(summary, path=str(path), file_bytes=size, created=created)
 
@@ -220,28 +237,6 @@ class Mapper:
         self._objects.replace(content.objects)
         LOG.info("loaded %d cells from %s", summary.cells_observed, path)
         return summary
-
-    def list_maps(self, request: MapListRequest) -> MapList:
-        """The saved maps, or the one of the request's name."""
-        if not request.name:
-            return map_folder.saved_maps(self._config.map_folder)
-        try:
-            return MapList((map_folder.saved_map(self._config.map_folder, request.name),))
-        except map_file.MapNotFound as problem:
-            raise RequestRejected("unknown_map", str(problem)) from problem
-
-    def delete_map(self, request: MapFile) -> SavedMap:
-        """Delete a saved map; the map in memory stays."""
-        try:
-            deleted = map_folder.delete(self._config.map_folder, request.name)
-        except map_file.MapNotFound as problem:
-            raise RequestRejected("unknown_map", str(problem)) from problem
-        except OSError as problem:
-            raise RequestRejected(
-                "storage", f"cannot delete map {request.name}: {problem.strerror}"
-            ) from problem
-        LOG.info("deleted map %s", request.name)
-        return deleted
 
     def clear(self, _request: MapClear) -> MapSummary:
         """Start an empty map, without found objects."""
@@ -297,6 +292,7 @@ class Mapper:
             self._telemetry.record_fused(
                 now_s=now_s, update_ms=(now_s - started_s) * 1e3, depth=update.depth
             )
+            tracing.stage("fuse", update.stamp_ns, now_s - started_s)
             self._announce()
         with self._lock:  # again, so that the announced map can be read first
             if self._map is belief:
@@ -307,6 +303,7 @@ class Mapper:
         self._map, self._resumed = belief, False
         self._follower.replace(belief)
         self._scores = ScoreCache()
+        self._coverages = CoverageCache(self._config, time.monotonic)
         self._telemetry.reset_floor()
         self._announce()
 
@@ -326,6 +323,18 @@ class Mapper:
         """Publish the revision with the new version of the found objects."""
         with self._lock:
             self._announce()
+
+    def _edit(self, change: Callable[[BeliefMap], None]) -> MapSummary:
+        """Change the map in use; what the change raises leaves it as it was.
+
+        What it held before is no longer moved by corrections, as that of a loaded map.
+        """
+        with self._lock:
+            change(self._map)
+            self._follower.replace(self._map)
+            self._checkpoints.replaced(due=True)
+            self._announce()
+            return summary_of(self._map)
 
     def _require_content(self) -> None:
         with self._lock:
@@ -380,4 +389,11 @@ def build(bus: Bus, config: MapperConfig) -> Mapper:
     if config.device.startswith("cuda") and not torch.cuda.is_available():
         raise StartError(f"device is {config.device}, but torch finds no GPU: set device: cpu")
     torch.set_num_threads(config.threads)
+    started_s = time.monotonic()
+    warm_up(config)
+    LOG.info(
+        "%s; the first frame was prepared in %.1f s",
+        jit.described(wanted=config.compiled),
+        time.monotonic() - started_s,
+    )
     return Mapper(bus, config)
