@@ -15,7 +15,13 @@ from onemap_perception.variance import VarianceParams
 from onemap_shared import keys
 from onemap_shared.geometry import F16, U8
 from onemap_shared.memory_bus import MemoryBus, MemoryRouter
-from onemap_shared.messages import Detections, SearchState, SearchStatus, TextRequest
+from onemap_shared.messages import (
+    Detections,
+    FrameReceipt,
+    SearchState,
+    SearchStatus,
+    TextRequest,
+)
 from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError
 from onemap_shared.wire import Packet
@@ -68,6 +74,16 @@ def test_a_frame_becomes_a_field(world: World) -> None:
     assert field.features.shape == (4, 6, 3)
     assert np.isfinite(field.variance).all()
     assert world.detections.take(0.0) is None  # nobody searches
+
+
+def test_every_frame_that_is_taken_has_a_receipt(world: World) -> None:
+    receipts = world.router.bus("robot").subscribe(keys.RGBD_RECEIPTS)
+    for sequence in (1, 2):
+        world.camera.put(frame(sequence))
+    world.service.step(0.0)
+    assert receipts.take(0.0) == FrameReceipt(2, frame(2).stamp_ns)
+    world.service.step(0.0)
+    assert receipts.take(0.0) is None
 
 
 def test_only_the_newest_frame_is_encoded(world: World) -> None:

@@ -18,7 +18,7 @@ from onemap_perception.detectors.params import (
 from onemap_perception.detectors.patches import PatchDetector, PatchesParams
 from onemap_perception.detectors.protocol import Detector, DetectorError
 from onemap_perception.detectors.router import RoutedDetector
-from onemap_perception.encoders.mini import MiniEncoder, MiniParams
+from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.encoders.params import (
     EncoderParams,
     OpenClipConvNextParams,
@@ -26,8 +26,10 @@ from onemap_perception.encoders.params import (
     Tipsv2Params,
     TorchParams,
 )
-from onemap_perception.encoders.protocol import Encoder
+from onemap_perception.encoders.projected import ProjectedEncoder
+from onemap_perception.encoders.protocol import Encoder, EncoderError
 from onemap_perception.model_store import locate
+from onemap_perception.text.vocabulary import load_vocabulary
 
 if TYPE_CHECKING:
     import torch
@@ -41,6 +43,21 @@ PLUGIN_MEMBERS = ("detector_id", "reads_features", "detect")
 
 def make_encoder(params: EncoderParams) -> Encoder:
     """The configured encoder, warm; raises BackendError."""
+    return with_channels(_make_encoder(params), params.channels)
+
+
+def with_channels(encoder: Encoder, channels: int) -> Encoder:
+    """The encoder projected to so many channels; itself if ``channels`` is 0."""
+    if channels == 0:
+        return encoder
+    try:
+        words = load_vocabulary(SHIPPED).words
+    except ValueError as problem:
+        raise EncoderError(str(problem)) from problem
+    return ProjectedEncoder(encoder, words, channels)
+
+
+def _make_encoder(params: EncoderParams) -> Encoder:
     if isinstance(params, MiniParams):
         return MiniEncoder(params)
     path = _model_path(params)

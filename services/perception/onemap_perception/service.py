@@ -17,9 +17,10 @@ from onemap_perception.frame_picture import with_picture
 from onemap_perception.target_detection import Target, make_target
 from onemap_perception.telemetry import PerceptionTelemetry
 from onemap_perception.variance import VarianceParams
-from onemap_shared import keys
+from onemap_shared import keys, tracing
 from onemap_shared.geometry import F16
 from onemap_shared.messages import (
+    FrameReceipt,
     RgbdFrame,
     SearchStatus,
     TextEmbeddings,
@@ -52,6 +53,7 @@ class Perception:
         self._followed: tuple[str, tuple[str, ...]] | None = None  # target and all names
         self._refused = 0
         self._frames = bus.subscribe(keys.ROBOT_RGBD)
+        self._receipts = bus.publish(keys.RGBD_RECEIPTS)
         self._searches = bus.subscribe(keys.SEARCH_STATE)
         self._fields = bus.publish(keys.FIELD)
         self._detections = bus.publish(keys.DETECTIONS)
@@ -60,6 +62,8 @@ class Perception:
     def step(self, timeout_s: float) -> None:
         """Encode the newest frame, if one arrives in time; detect the target of the search."""
         frame = self._frames.take(timeout_s)
+        if frame is not None:
+            self._receipts.put(FrameReceipt(frame.sequence, frame.stamp_ns))
         self._update_target()
         self._log_refused()
         features = None
@@ -116,6 +120,7 @@ class Perception:
             self._telemetry.frame_failed(str(problem), _out_of_memory(problem))
             return None
         encoded_s = time.perf_counter()
+        tracing.stage("encode", frame.stamp_ns, encoded_s - begun_s)
         field = feature_field(
             frame, features, self._components.encoder, self._components.observation
         )
@@ -142,6 +147,7 @@ class Perception:
         if result is None:
             return
         self._telemetry.detection_done(result.detect_ms)
+        tracing.stage("detect", result.detections.stamp_ns, result.detect_ms / 1e3)
         if self._target is not None and result.target.name == self._target.name:
             self._detections.put(with_picture(result.detections, result.rgb, result.target.name))
 

@@ -79,7 +79,8 @@ def export_encoder(config: EncoderParams, path: Path) -> ExportResult:
 
 
 def _make_cpu_encoder(config: TorchParams) -> TorchEncoder:
-    plain = config.model_copy(update={"device": "cpu", "compiled": False, "exported": None})
+    of_tower = {"device": "cpu", "compiled": False, "exported": None, "channels": 0}
+    plain = config.model_copy(update=of_tower)
     try:
         encoder = make_encoder(plain)
     except BackendError as problem:

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from pydantic import Field
 
+from onemap_perception.encoders.projected import ChannelParams
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.onnx import open_session
 from onemap_perception.text.calibration import load_calibration
@@ -24,7 +25,6 @@ from onemap_perception.text.text_encoder import CachedTextEncoder
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.geometry import F16, U8
 from onemap_shared.messages import TextEmbeddings, expect
-from onemap_shared.params import Params
 
 STRIDE = 8
 SHIPPED = Path(__file__).parents[1] / "mini"
@@ -33,7 +33,7 @@ TEXT_SPACE = "all-MiniLM-L6-v2"
 CACHED_TEXTS = 4096  # embeddings outside the table that are kept: 6 MB at 384 numbers
 
 
-class MiniParams(Params):
+class MiniParams(ChannelParams):
     """The encoder that ships with OneMap."""
 
     backend: Literal["mini"] = Field(

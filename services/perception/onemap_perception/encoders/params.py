@@ -9,6 +9,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from onemap_perception.encoders.mini import MiniParams
+from onemap_perception.encoders.projected import ChannelParams
 from onemap_shared.params import Params
 
 Device = Annotated[str, Field(pattern=r"^(cpu|cuda(:\d+)?)$")]
@@ -34,7 +35,7 @@ class TowerParams(Params):
     )
 
 
-class TorchEncoderParams(TowerParams):
+class TorchEncoderParams(TowerParams, ChannelParams):
     """What the encoders of vision and text towers in torch have in common."""
 
     former_keys: ClassVar[Mapping[str, str]] = {"kept_texts": "text_cache_size"}
