@@ -37,6 +37,13 @@ def test_nan_scores_do_not_break_the_live_document() -> None:
     json.dumps(document, allow_nan=False)
 
 
+def test_the_live_document_has_the_latencies_of_late() -> None:
+    state = LiveState().with_message(fakes.rgbd(), 1.0).with_message(fakes.command(), 1.4)
+    document = live_document(state, None, now_s=2.0, now_ns=STAMP_NS, with_trail=False)
+    expected = {"stage": "command", "p50_s": 0.4, "p95_s": 0.4, "count": 1}
+    assert document["latencies"] == [expected]
+
+
 def test_the_live_document_of_nothing_says_what_is_missing() -> None:
     document = live_document(LiveState(), None, now_s=0.0, now_ns=STAMP_NS, with_trail=False)
     for part in ("robot", "map", "camera", "path", "search", "trail_m"):

@@ -8,6 +8,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.present.metrics import RequestCounter, exposition, metric_name
+from onemap_shared.messages import VelocityCommand
 from onemap_shared.transport import Counters
 from tests.gateway import fakes
 
@@ -64,7 +65,11 @@ def test_latencies_of_frames_are_a_histogram() -> None:
     for message, now_s in ((fakes.rgbd(), 1.0), (fakes.revision(4), 1.25)):
         state = state.with_message(message, now_s)
     state = state.with_message(fakes.detections("sofa"), 1.5)
+    for command in (VelocityCommand(1, 2, 0.1, 0.0), fakes.command(), fakes.command()):
+        state = state.with_message(command, 1.75)
     found = samples(state)
+    assert found["onemap_frame_latency_seconds_sum stage=command"] == 0.75
+    assert found["onemap_frame_latency_seconds_count stage=command"] == 1
     assert found["onemap_frame_latency_seconds_bucket le=0.2 stage=map"] == 0
     assert found["onemap_frame_latency_seconds_bucket le=0.3 stage=map"] == 1
     assert found["onemap_frame_latency_seconds_count stage=detections"] == 1

@@ -15,7 +15,6 @@ from onemap_gateway.present.views import (
     found_objects,
     map_archive,
     map_info,
-    no_match_message,
     search_report,
 )
 from onemap_shared.messages import (
@@ -23,7 +22,6 @@ from onemap_shared.messages import (
     SearchKind,
     SearchOrder,
     SearchState,
-    SimilarityReply,
 )
 from tests.gateway import fakes
 from tests.gateway.fakes import STAMP_NS, full_state, search_view
@@ -32,32 +30,6 @@ from tests.gateway.fakes import STAMP_NS, full_state, search_view
 def test_numbers_that_json_lacks_are_null() -> None:
     assert finite(float("nan")) is finite(float("inf")) is None
     assert finite(0.5) == 0.5
-
-
-def nothing(floor: float, nearest: tuple[str, ...]) -> SimilarityReply:
-    none = np.zeros((0, 4), np.float32)
-    return SimilarityReply(
-        text="yeti",
-        revision=1,
-        stamp_ns=1,
-        encoder_id="e",
-        centres_m=none[:, :2],
-        extents_m=none,
-        scores=none[:, 0],
-        variances=none[:, 0],
-        grid=fakes.GRID,
-        scores_grid=np.zeros((0, 0), np.float32),
-        floor=floor,
-        nearest=nearest,
-    )
-
-
-def test_an_empty_reply_has_the_best_score_and_near_words() -> None:
-    assert no_match_message(nothing(0.0, ())) == "Nothing on the map looks like 'yeti'."
-    assert no_match_message(nothing(0.3, ())).endswith(
-        "the best score is 0.00, and answers begin at 0.30."
-    )
-    assert no_match_message(nothing(0.0, ("bed",))).endswith("'yeti'. Did you mean 'bed'?")
 
 
 def test_an_age_is_never_negative_and_never_of_nothing() -> None:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictStr, model_validator
+from pydantic.json_schema import SkipJsonSchema
 
 from onemap_shared.geometry import MAX_COORDINATE_M
 from onemap_shared.messages import (
+    MAX_NEGATIVES,
     MAX_OBJECTS,
     MAX_TEXT_CHARS,
     SearchKind,
     SearchOrder,
     SearchRequest,
+    SimilarityRequest,
     check_text,
 )
 
@@ -41,13 +44,66 @@ class RequestModel(BaseModel):
 
 
 class QueryRequest(RequestModel):
-    """Where is it?"""
+    """Where is it? Exactly one of ``text`` and ``texts``."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [{"text": "sofa"}]})
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"text": "sofa"},
+                {"texts": ["sofa", "armchair"], "area_m": [0, -2, 4, 3]},
+                {"text": "table", "negatives": ["coffee table", "desk"], "max_regions": 3},
+            ]
+        }
+    )
 
-    text: ObjectName
+    text: ObjectName | None = None
+    texts: Annotated[list[ObjectName], Field(min_length=1, max_length=MAX_OBJECTS)] | None = Field(
+        default=None, description="Several: then the reply has a list, `answers`."
+    )
+    negatives: Annotated[list[ObjectName], Field(max_length=MAX_NEGATIVES)] = Field(
+        default=[], description="What it must not be: these texts compete with each text."
+    )
+    area_m: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = Field(
+        default=None,
+        description="x_min, y_min, x_max, y_max in metres: only this part of the map counts.",
+    )
     max_regions: int = Field(default=5, ge=1, le=100, description="Best regions to return.")
     include_grid: bool = Field(default=False, description="Also return the score of every cell.")
+    image: Annotated[Any, SkipJsonSchema()] = None
+
+    @model_validator(mode="after")
+    def _answerable(self) -> QueryRequest:
+        if self.image is not None:
+            raise ValueError(
+                "'image' cannot be asked for: no encoder here embeds an image in the space of its "
+                "texts; name the object in 'text'"
+            )
+        if (self.text is None) == (self.texts is None):
+            raise ValueError(
+                "give exactly one of 'text', an object in plain words, and 'texts', a list of "
+                'them; for example {"text": "sofa"}'
+            )
+        if self.area_m is not None:
+            x_min, y_min, x_max, y_max = self.area_m
+            if x_min >= x_max or y_min >= y_max:
+                raise ValueError(
+                    f"'area_m' is {list(self.area_m)}: x_min < x_max and y_min < y_max must hold"
+                )
+        return self
+
+    def requests(self, robot_xy_m: tuple[float, ...]) -> list[SimilarityRequest]:
+        """The mapper's requests, one for each text."""
+        return [
+            SimilarityRequest(
+                text,
+                self.max_regions,
+                self.include_grid,
+                negatives=tuple(self.negatives),
+                area_m=self.area_m or (),
+                robot_xy_m=robot_xy_m,
+            )
+            for text in self.texts or [self.text or ""]
+        ]
 
 
 class SearchStart(RequestModel):
@@ -141,4 +197,18 @@ class MapName(RequestModel):
         description="Begins with a letter or a digit; letters A-Z and a-z, digits, '.', '_' and "
         "'-', at most 64; no folder.",
         json_schema_extra={"pattern": f"^{MAP_NAME.pattern}$"},
+    )
+
+
+class MergeRequest(RequestModel):
+    """Where the frame of a saved map lies in that of the map in use: turned, then moved."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{}, {"x_m": 1.5, "y_m": -2.0, "yaw_rad": 1.5708}]}
+    )
+
+    x_m: Coordinate = Field(default=0.0, description="Metres that it is moved along x.")
+    y_m: Coordinate = Field(default=0.0, description="Metres that it is moved along y.")
+    yaw_rad: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-10, le=10)] = Field(
+        default=0.0, description="Radians that it is turned, counter-clockwise."
     )

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from pydantic import BaseModel, Field
 
 from onemap_gateway.present.objects import MapObjectReport
-from onemap_gateway.present.replies import MapInfo, QueryRegion, QueryReply, SearchReport
+from onemap_gateway.present.queries import LookedReport, QueryRegion, QueryReply
+from onemap_gateway.present.replies import MapInfo, SearchReport
 from onemap_gateway.present.service_status import sentence
-from onemap_shared.messages import SearchOrder, SearchState
+from onemap_shared.messages import SearchOrder, SearchState, Verdict
 
 
 class AgentReply(BaseModel):
@@ -25,6 +26,10 @@ class PlacesReply(AgentReply):
     likely: list[QueryRegion] = Field(description="Regions that look like it, not confirmed.")
     did_you_mean: list[str] = Field(description="The nearest known words, if there are no regions.")
     map_age_s: float | None = Field(description="Age of the newest frame in the map.")
+    verdict: Verdict = Field(
+        description="By the map alone: found, not_here or not_looked_yet (search for it)."
+    )
+    looked: LookedReport
 
 
 class FoundObjectsReply(AgentReply):
@@ -72,13 +77,15 @@ def places_reply(reply: QueryReply, found: list[MapObjectReport]) -> PlacesReply
             f"{_xy(best.centre_m)} with the score {best.score:.2f}; no search confirmed that."
         )
     elif reply.message:
-        parts.append(reply.message)
+        parts += [reply.message, reply.sentence]
     return PlacesReply(
         summary=" ".join(parts),
         found=found,
         likely=reply.regions,
         did_you_mean=reply.did_you_mean,
         map_age_s=reply.age_s,
+        verdict=reply.verdict,
+        looked=reply.looked,
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.present.service_status import PipelineFault, assess_services
 from onemap_gateway.present.units import DECIMALS
-from onemap_gateway.present.views import age_s, search_report
+from onemap_gateway.present.views import age_s, latency_reports, search_report
 from onemap_shared.geometry import yaw_of
 
 
@@ -31,6 +31,7 @@ def live_document(
             {"name": r.name, "condition": str(r.condition), "problem": r.problem}
             for r in assess_services(state, now_s)
         ],
+        "latencies": [report.model_dump() for report in latency_reports(state.latencies)],
     }
 
 

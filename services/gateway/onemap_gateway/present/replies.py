@@ -26,84 +26,6 @@ Nanoseconds = Annotated[
 ]
 
 
-class QueryRegion(BaseModel):
-    """A region of the map that looks like the text."""
-
-    rank: int = Field(description="1 is the best.")
-    centre_m: tuple[float, float] = Field(description="x, y in the map frame, metres.")
-    extent_m: tuple[float, float, float, float] = Field(
-        description="x_min, y_min, x_max, y_max in metres."
-    )
-    score: float = Field(description="Mean score of its best cells, 0 to 1.")
-    variance: float | None = Field(description="Variance of the belief there; null: unbounded.")
-
-
-class ScoreGrid(BaseModel):
-    """The score of every cell: ``scores[ix][iy]``, x to the right, y up, null: not observed."""
-
-    cell_size_m: float
-    origin_m: tuple[float, float] = Field(description="x, y of the lower left corner of [0][0].")
-    shape: tuple[int, int]
-    scores: list[list[float | None]]
-
-
-class QueryReply(BaseModel):
-    """Ranked regions, best first; an empty list means that nothing on the map looks like the text.
-
-    What scores below the encoder's floor is left out; ``message`` then says so.
-    """
-
-    model_config = ConfigDict(
-        json_schema_extra={
-            "examples": [
-                {
-                    "text": "sofa",
-                    "regions": [
-                        {
-                            "rank": 1,
-                            "centre_m": [2.35, -1.1],
-                            "extent_m": [1.5, -1.6, 3.2, -0.6],
-                            "score": 0.91,
-                            "variance": 0.04,
-                        }
-                    ],
-                    "revision": 412,
-                    "age_s": 0.21,
-                    "encoder_id": "mini-1",
-                    "best_score": 0.91,
-                    "message": "",
-                    "did_you_mean": [],
-                    "grid": None,
-                },
-                {
-                    "text": "skateboard",
-                    "regions": [],
-                    "revision": 412,
-                    "age_s": 0.21,
-                    "encoder_id": "mini-1",
-                    "best_score": 0.04,
-                    "message": "Nothing on the map looks like 'skateboard': the best score is "
-                    "0.04, and answers begin at 0.22. Did you mean 'floor' or 'box'?",
-                    "did_you_mean": ["floor", "box"],
-                    "grid": None,
-                },
-            ]
-        }
-    )
-
-    text: str
-    regions: list[QueryRegion]
-    revision: int = Field(description="Counts every change of the map.")
-    age_s: float | None = Field(description="Age of the newest frame in the map; null if empty.")
-    encoder_id: str
-    best_score: float = Field(description="Of the best region, also if it was left out.")
-    message: str = Field(description="Why there are no regions; empty if there are.")
-    did_you_mean: list[str] = Field(
-        description="The nearest known words, if the encoder cannot place the text."
-    )
-    grid: ScoreGrid | None = None
-
-
 ReasonCode = Annotated[
     FailureCode | None,
     Field(
@@ -295,6 +217,15 @@ class StreamReport(BaseModel):
     last_problem: str = Field(description="Why the last one was refused.")
 
 
+class LatencyReport(BaseModel):
+    """How long frames took from the gateway to a stage's result, the newest 200 of them."""
+
+    stage: str = Field(description="map, detections or command: the first that rests on a frame.")
+    p50_s: float
+    p95_s: float
+    count: int = Field(description="Of frames that were timed since the gateway started.")
+
+
 class StatusReport(BaseModel):
     """Every service and stream."""
 
@@ -302,6 +233,24 @@ class StatusReport(BaseModel):
     problem: str = Field(description="The reason why not.")
     services: list[ServiceReport]
     streams: list[StreamReport]
+    latencies: list[LatencyReport]
+
+
+class RobotReport(BaseModel):
+    """One of several robots behind this gateway."""
+
+    name: str
+    namespace: str = Field(description="Prefix of its keys on the bus.")
+    address: str = Field(description="What this document's addresses begin with for this robot.")
+    ready: bool = Field(description="As /readyz.")
+    problem: str = Field(description="The reason why not; empty when all is well.")
+    services: list[str] = Field(description="Those of its processes that are connected now.")
+
+
+class RobotList(BaseModel):
+    """The robots of ``gateway.robots``."""
+
+    robots: list[RobotReport]
 
 
 class HealthReply(BaseModel):

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping
-from math import floor, isfinite
+from math import isfinite
 
 import numpy as np
 
+from onemap_gateway.bus.latency import FrameLatencies
 from onemap_gateway.bus.live_state import LatestMessage, LiveState
 from onemap_gateway.present.choices import choice_report
 from onemap_gateway.present.endings import coverage_report, evidence_report
 from onemap_gateway.present.render import Overlay
 from onemap_gateway.present.replies import (
+    LatencyReport,
     MapChange,
     MapInfo,
     MapListReply,
     ObjectReport,
-    QueryRegion,
-    QueryReply,
     SavedMapReport,
-    ScoreGrid,
     SearchListReply,
     SearchReport,
     ServiceReport,
@@ -30,7 +29,6 @@ from onemap_gateway.present.replies import (
 from onemap_gateway.present.service_status import PipelineFault, assess_services
 from onemap_gateway.present.units import DECIMALS, millimetres, rfc3339
 from onemap_shared.geometry import yaw_of
-from onemap_shared.grid import GridSpec
 from onemap_shared.messages import (
     Layer,
     MapList,
@@ -43,7 +41,6 @@ from onemap_shared.messages import (
     SearchState,
     SearchStatus,
     SearchView,
-    SimilarityReply,
 )
 from onemap_shared.transport import Counters
 
@@ -56,54 +53,6 @@ def finite(value: float) -> float | None:
 def age_s(stamp_ns: int, now_ns: int) -> float | None:
     """Seconds since a capture stamp; None for 0, which stands for none."""
     return max(now_ns - stamp_ns, 0) / 1e9 if stamp_ns else None
-
-
-def query_reply(reply: SimilarityReply, now_ns: int) -> QueryReply:
-    """The regions in order of their score, with the reason if there are none."""
-    regions = [
-        QueryRegion(
-            rank=rank,
-            centre_m=millimetres(centre),
-            extent_m=millimetres(extent),
-            score=float(score),
-            variance=finite(variance),
-        )
-        for rank, (centre, extent, score, variance) in enumerate(
-            zip(reply.centres_m, reply.extents_m, reply.scores, reply.variances, strict=True), 1
-        )
-    ]
-    return QueryReply(
-        text=reply.text,
-        regions=regions,
-        revision=reply.revision,
-        age_s=age_s(reply.stamp_ns, now_ns),
-        encoder_id=reply.encoder_id,
-        best_score=reply.best_score,
-        message="" if regions else no_match_message(reply),
-        did_you_mean=list(reply.nearest),
-        grid=_score_grid(reply.grid, reply.scores_grid) if reply.scores_grid.size else None,
-    )
-
-
-def no_match_message(reply: SimilarityReply) -> str:
-    """Why the result of a query is empty, and known words near to it."""
-    best = floor(reply.best_score * 100) / 100  # rounded down: it must not read like the floor
-    sentence = f"Nothing on the map looks like {reply.text!r}"
-    if reply.floor > 0:
-        sentence += f": the best score is {best:.2f}, and answers begin at {reply.floor:.2f}"
-    if reply.nearest:
-        sentence += f". Did you mean {' or '.join(map(repr, reply.nearest))}?"
-    return sentence if reply.nearest else sentence + "."
-
-
-def _score_grid(grid: GridSpec, scores: np.ndarray) -> ScoreGrid:
-    rounded = np.round(scores.astype(np.float64), 4).tolist()
-    return ScoreGrid(
-        cell_size_m=grid.cell_size_m,
-        origin_m=millimetres(grid.bounds_m[:2]),
-        shape=grid.shape,
-        scores=[[finite(score) for score in column] for column in rounded],
-    )
 
 
 def search_report(status: SearchStatus, now_ns: int) -> SearchReport:
@@ -290,4 +239,18 @@ def status_report(
             )
             for name, seen in streams.items()
         ],
+        latencies=latency_reports(state.latencies),
     )
+
+
+def latency_reports(latencies: FrameLatencies) -> list[LatencyReport]:
+    """Median and 95th percentile of every stage that was timed."""
+    return [
+        LatencyReport(
+            stage=stage,
+            p50_s=round(timed.quantile_s(0.5), DECIMALS),
+            p95_s=round(timed.quantile_s(0.95), DECIMALS),
+            count=sum(timed.counts),
+        )
+        for stage, timed in sorted(latencies.stages.items())
+    ]

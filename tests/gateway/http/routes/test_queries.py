@@ -5,8 +5,17 @@ from __future__ import annotations
 import pytest
 from starlette.testclient import TestClient
 
+from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
-from tests.gateway.fakes import GRID, FakeMapper, client_on
+from tests.gateway.fakes import (
+    GRID,
+    FakeMapper,
+    client_of,
+    client_on,
+    gateway_on,
+    odometry,
+    state_reached,
+)
 
 
 def test_regions_come_back_best_first(client: TestClient) -> None:
@@ -62,7 +71,7 @@ def test_the_grid_comes_on_request_with_null_for_unseen(client: TestClient) -> N
         ("1234", "no readable word"),
         ("so\x00fa", "no readable word"),
         (5, "string"),
-        (None, "string"),
+        (None, "exactly one of"),
         (["sofa"], "string"),
         ({"a": 1}, "string"),
         (True, "string"),
@@ -123,3 +132,51 @@ def test_a_killed_mapper_is_named_and_missed_only_until_it_is_back(router: Memor
         mapper = FakeMapper(router)
         assert client.post("/v1/queries", json={"text": "sofa"}).status_code == 200
         mapper.bus.close()
+
+
+def test_several_texts_get_an_answer_each_in_their_order(client: TestClient) -> None:
+    answer = client.post("/v1/queries", json={"texts": ["kite", "sofa", "kettle"]})
+    answers = answer.json()["answers"]
+    assert [each["text"] for each in answers] == ["kite", "sofa", "kettle"]
+    assert [each["verdict"] for each in answers] == ["not_looked_yet", "found", "found"]
+
+
+def test_one_unknown_word_among_several_refuses_them_all(client: TestClient) -> None:
+    answer = client.post("/v1/queries", json={"texts": ["sofa", "flurb"]})
+    assert answer.status_code == 422
+    assert "flurb" in answer.json()["detail"]
+
+
+def test_negatives_area_and_the_robots_place_reach_the_mapper(router: MemoryRouter) -> None:
+    mapper = FakeMapper(router)
+    with gateway_on(router) as gateway:
+        router.bus("robot").publish(keys.ROBOT_ODOMETRY).put(odometry(1.0, 2.0))
+        assert state_reached(gateway.cache, lambda state: state.odometry is not None)
+        body = {"text": "sofa", "negatives": ["kettle"], "area_m": [0, -1, 2, 3]}
+        assert client_of(gateway).post("/v1/queries", json=body).status_code == 200
+    (asked,) = mapper.asked
+    assert (asked.negatives, asked.area_m) == (("kettle",), (0.0, -1.0, 2.0, 3.0))
+    assert asked.robot_xy_m == (1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        ({}, "exactly one of 'text'"),
+        ({"text": "sofa", "texts": ["bed"]}, "exactly one of 'text'"),
+        ({"texts": []}, "texts"),
+        ({"texts": ["sofa"] * 21}, "texts"),
+        ({"text": "sofa", "negatives": ["bed"] * 11}, "negatives"),
+        ({"text": "sofa", "negatives": [""]}, "empty"),
+        ({"text": "sofa", "area_m": [0, 0, 1]}, "area_m"),
+        ({"text": "sofa", "area_m": [1, 0, 0, 1]}, "x_min < x_max"),
+        ({"text": "sofa", "area_m": [0, 0, 1, 1e9]}, "area_m"),
+        ({"image": "/9j/4AAQ"}, "no encoder here embeds an image"),
+    ],
+)
+def test_what_cannot_be_asked_is_refused_with_the_reason(
+    client: TestClient, body: dict[str, object], reason: str
+) -> None:
+    answer = client.post("/v1/queries", json=body)
+    assert answer.status_code == 422
+    assert reason in answer.json()["detail"]

@@ -1,0 +1,52 @@
+"""Queries of the map: all texts of a request at once, judged from where the robot stands."""
+
+from __future__ import annotations
+
+import anyio
+
+from onemap_gateway.http.context import GatewayContext
+from onemap_gateway.http.problems import HttpProblem
+from onemap_gateway.http.schemas import QueryRequest
+from onemap_gateway.present.queries import QueryReply, query_reply
+from onemap_shared import keys
+from onemap_shared.messages import SimilarityRequest
+
+
+async def answers(gateway: GatewayContext, request: QueryRequest) -> list[QueryReply]:
+    """The answers to the texts, in their order; HttpProblem of the first that fails."""
+    asked = request.requests(robot_xy_m(gateway))
+    if len(asked) == 1:
+        return [await answer(gateway, asked[0])]
+    replies: list[QueryReply | HttpProblem | None] = [None] * len(asked)
+
+    async def ask(index: int) -> None:
+        try:
+            replies[index] = await answer(gateway, asked[index])
+        except HttpProblem as problem:  # a task group would wrap it
+            replies[index] = problem
+
+    async with anyio.create_task_group() as tasks:
+        for index in range(len(asked)):
+            tasks.start_soon(ask, index)
+    found = []
+    for reply in replies:
+        if isinstance(reply, HttpProblem):
+            raise reply
+        if reply is not None:
+            found.append(reply)
+    return found
+
+
+async def answer(gateway: GatewayContext, request: SimilarityRequest) -> QueryReply:
+    """The answer to one text."""
+    reply = await gateway.call(keys.MAP_SIMILARITY, request)
+    return query_reply(reply, gateway.now_ns())
+
+
+def robot_xy_m(gateway: GatewayContext) -> tuple[float, ...]:
+    """x, y of the robot in metres, empty if nothing is known of it."""
+    odometry = gateway.cache.state.odometry
+    if odometry is None:
+        return ()
+    x_m, y_m = odometry.message.T_map_body[:2, 3]
+    return (float(x_m), float(y_m))
