@@ -34,7 +34,8 @@ BODIES: dict[str, object] = {
     "/v1/map/load": {"name": "flat"},
     "/mcp": {"jsonrpc": "2.0", "id": 1, "method": "tools/list"},
 }
-WITHOUT_SERVICES = {"/healthz", "/v1/status", "/metrics", "/mcp"}
+ENDLESS = {"/v1/queries/events"}  # a stream, which says itself what is missing
+WITHOUT_SERVICES = {"/v1/robots", "/healthz", "/v1/status", "/metrics", "/mcp"}
 
 
 def operations(client: TestClient) -> list[tuple[str, str, dict[str, Any]]]:
@@ -78,6 +79,8 @@ def test_no_route_hangs_when_no_service_answers(
         request.getfixturevalue("silent")
     with client_on(router, GatewayConfig(call_timeout_s=0.1)) as client:
         for method, path, _ in operations(client):
+            if path in ENDLESS:
+                continue
             address = path.format(search_id="s1", name="flat", object_id="3f9a12c4")
             answer = client.request(method, address, json=BODIES.get(path))
             if path in WITHOUT_SERVICES:

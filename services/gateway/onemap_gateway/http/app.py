@@ -29,6 +29,7 @@ from onemap_gateway.http.routes import (
     objects,
     pages,
     queries,
+    robots,
     searches,
 )
 from onemap_gateway.http.security import SecurityMiddleware
@@ -59,6 +60,7 @@ TAGS = [
     {"name": "maps", "description": "Saved maps."},
     {"name": "camera", "description": "The newest camera image."},
     {"name": "agents", "description": "Tools for assistants: the Model Context Protocol."},
+    {"name": "robots", "description": "Several robots behind one gateway."},
     {"name": "health", "description": "What runs, and why not."},
 ]
 
@@ -75,7 +77,19 @@ def create_app(gateway: GatewayContext) -> FastAPI:
         redirect_slashes=False,
     )
     app.state.gateway = gateway
-    for part in (queries, searches, objects, map, maps, camera, health, live, agents, pages):
+    for part in (
+        queries,
+        searches,
+        objects,
+        map,
+        maps,
+        camera,
+        health,
+        robots,
+        live,
+        agents,
+        pages,
+    ):
         app.include_router(part.router)
     app.mount("/static/swagger-ui", pages.StaticPages(directory=pages.SWAGGER_UI))
     app.mount("/static", pages.StaticPages(directory=pages.STATIC))
