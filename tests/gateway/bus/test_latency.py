@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from onemap_gateway.bus.latency import BOUNDS_S, KEPT_FRAMES, FrameLatencies, LatencyHistogram
+from onemap_gateway.bus.latency import (
+    BOUNDS_S,
+    KEPT_FRAMES,
+    RECENT,
+    FrameLatencies,
+    LatencyHistogram,
+)
 
 
 @pytest.mark.parametrize(("latency_s", "index"), [(0.0, 0), (0.02, 0), (0.021, 1), (9.0, -1)])
@@ -13,6 +19,23 @@ def test_a_latency_is_counted_up_to_its_bound(latency_s: float, index: int) -> N
     assert histogram.counts[index] == sum(histogram.counts) == 1
     assert len(histogram.counts) == len(BOUNDS_S) + 1
     assert histogram.total_s == latency_s
+
+
+def test_quantiles_are_latencies_that_were_measured() -> None:
+    histogram = LatencyHistogram()
+    for hundredth in range(1, 101):
+        histogram = histogram.with_value(hundredth / 100)
+    assert (histogram.quantile_s(0.5), histogram.quantile_s(0.95)) == (0.5, 0.95)
+    assert (histogram.quantile_s(0.0), histogram.quantile_s(1.0)) == (0.01, 1.0)
+
+
+def test_quantiles_are_of_late_and_zero_of_nothing() -> None:
+    histogram = LatencyHistogram()
+    assert histogram.quantile_s(0.95) == 0.0
+    for latency_s in (*[9.0] * 50, *[0.1] * RECENT):
+        histogram = histogram.with_value(latency_s)
+    assert histogram.quantile_s(1.0) == 0.1
+    assert sum(histogram.counts) == RECENT + 50
 
 
 def test_each_stage_is_timed_from_the_frame_once() -> None:

@@ -19,6 +19,7 @@ def test_every_stream_arrives(router: MemoryRouter) -> None:
     cache, robot = StateCache(router.bus("gateway")), router.bus("simulator")
     robot.publish(keys.ROBOT_RGBD).put(fakes.rgbd())
     robot.publish(keys.ROBOT_ODOMETRY).put(fakes.odometry(1, 2))
+    robot.publish(keys.ROBOT_CMD_VEL).put(fakes.command())
     robot.publish(keys.DETECTIONS).put(fakes.detections("sofa"))
     robot.publish(keys.MAP_REVISION).put(fakes.revision(1))
     robot.publish(keys.SEARCH_STATE).put(fakes.search())
@@ -27,7 +28,11 @@ def test_every_stream_arrives(router: MemoryRouter) -> None:
     streams = ("frame", "odometry", "detections", "revision", "search", "path")
     heard = state_reached(
         cache,
-        lambda state: bool(state.heartbeats) and all(getattr(state, name) for name in streams),
+        lambda state: (
+            bool(state.heartbeats)
+            and all(getattr(state, name) for name in streams)
+            and cache.counters()["command"].received > 0
+        ),
     )
     cache.close()
     assert heard

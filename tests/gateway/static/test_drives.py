@@ -170,6 +170,28 @@ def test_the_page_asks_for_the_token_before_it_shows_anything(page: Page, robot:
     assert robot.drive()[0] == "go_to"
 
 
+@pytest.mark.parametrize(
+    "gateway_config",
+    [
+        GatewayConfig(
+            port=0, live_rate_hz=20, token=SecretStr("secret"), look_token=SecretStr("look")
+        )
+    ],
+)
+def test_a_token_that_may_only_look_is_asked_for_another(page: Page, robot: Robot) -> None:
+    page.open(robot.address, ready=ASKED)
+    page.type("#token", "look")
+    page.click("#token-dialog .primary")
+    place = middle_of(page, "free")
+    page.drag(place, place)
+    page.click("#place-go")
+    page.wait_for(ASKED)
+    page.type("#token", "secret")
+    page.click("#token-dialog .primary")
+    page.wait_for(f"!{MENU_OPEN} && document.body.classList.contains('searching')")
+    assert robot.drive()[0] == "go_to"
+
+
 def test_the_menu_has_no_violation(page: Page, robot: Robot) -> None:
     for scheme in ("dark", "light"):
         page.prefer(scheme)

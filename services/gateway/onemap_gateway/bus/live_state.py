@@ -21,6 +21,7 @@ from onemap_shared.messages import (
     PlannedPath,
     RgbdFrame,
     SearchStatus,
+    VelocityCommand,
 )
 from onemap_shared.rates import RateMeter
 from onemap_shared.services import SERVICES, doubled
@@ -28,7 +29,14 @@ from onemap_shared.trail import PointM, extended
 
 M = TypeVar("M")
 BusMessage: TypeAlias = (
-    RgbdFrame | Odometry | Detections | MapRevision | SearchStatus | PlannedPath | Heartbeat
+    RgbdFrame
+    | Odometry
+    | VelocityCommand
+    | Detections
+    | MapRevision
+    | SearchStatus
+    | PlannedPath
+    | Heartbeat
 )
 
 TRAIL_STEP_M = 0.05  # one cell: finer steps are not visible in the map image
@@ -82,7 +90,7 @@ class LiveState:
     last_fused_s: when a frame was last fused into the map. alive: services that hold a
     liveliness token; alive_changed_s: when each service's token last appeared or vanished;
     doubled: roles that several processes have, with their names. latencies: of frames to the
-    map and to the detections.
+    map, to the detections and to the velocity commands.
     """
 
     frame: LatestMessage[RgbdFrame] | None = None
@@ -158,6 +166,9 @@ def _changes(state: LiveState, message: BusMessage, now_s: float) -> dict[str, A
         case Odometry():
             changes["odometry"] = _latest(state.odometry, message, now_s)
             changes["trail_m"] = _trail(state.trail_m, message)
+        case VelocityCommand() if message.frame_ns:
+            driven = state.latencies.with_result("command", message.frame_ns, now_s)
+            changes["latencies"] = driven
         case Detections():
             changes["detections"] = _latest(state.detections, message, now_s)
             seen = state.latencies.with_result("detections", message.stamp_ns, now_s)

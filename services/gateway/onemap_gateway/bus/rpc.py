@@ -24,6 +24,7 @@ MAPPER = (
     keys.MAP_LOAD,
     keys.MAP_LIST,
     keys.MAP_DELETE,
+    keys.MAP_MERGE,
     keys.MAP_CLEAR,
     keys.MAP_OBJECTS,
     keys.MAP_OBJECT,

@@ -23,6 +23,7 @@ BUFFERED_MESSAGES = 16  # for streams of which no message may be lost
 STREAMS: Mapping[str, tuple[Topic[Any], int]] = {
     "rgbd": (keys.ROBOT_RGBD, 1),
     "odometry": (keys.ROBOT_ODOMETRY, 1),
+    "command": (keys.ROBOT_CMD_VEL, BUFFERED_MESSAGES),
     "detections": (keys.DETECTIONS, 1),
     "revision": (keys.MAP_REVISION, 1),
     "search": (keys.SEARCH_STATE, BUFFERED_MESSAGES),

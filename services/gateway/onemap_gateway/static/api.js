@@ -1,6 +1,8 @@
 // Requests to the gateway; every failure becomes a ProblemError with a sentence for the user.
 
 const TIMEOUT_MS = 8000;
+// Of a robot behind a gateway of several, such as "/robots/r1"; empty for the gateway's own.
+export const BASE = location.pathname.match(/^\/robots\/[^/]+/)?.[0] ?? "";
 
 export class ProblemError extends Error {
   constructor(problem, status) {
@@ -13,7 +15,7 @@ export class ProblemError extends Error {
 let asking = null; // the open question for the token, one for all requests that wait for it
 let declined = false; // what nobody pressed a button for does not ask again
 
-// A request of the user: asks for the token if it is missing or wrong.
+// A request of the user: asks for the token if it is missing, wrong, or may not do that.
 export async function send(method, path, body) {
   return (await checked(await allowed(() => attempt(method, path, body), true))).json();
 }
@@ -49,10 +51,18 @@ async function load(path) {
 async function allowed(request, wanted) {
   const token = sessionStorage.getItem("token");
   const response = await request();
-  if (response.status !== 401 || (declined && !wanted)) return response;
+  const refused = response.status === 401 || (wanted && (await mayNot(response)));
+  if (!refused || (declined && !wanted)) return response;
   const others = sessionStorage.getItem("token") !== token; // given while this request ran
   if (!others && !(await askForToken())) return response;
   return request();
+}
+
+// Whether the token is of a role that may not do this; a page of another site is refused too.
+async function mayNot(response) {
+  if (response.status !== 403) return false;
+  const problem = await response.clone().json().catch(() => ({}));
+  return String(problem.type).endsWith("#problem-forbidden");
 }
 
 async function attempt(method, path, body) {
@@ -61,7 +71,7 @@ async function attempt(method, path, body) {
   if (token) headers.Authorization = `Bearer ${token}`;
   if (body !== undefined) headers["Content-Type"] = "application/json";
   try {
-    return await fetch(path, {
+    return await fetch(BASE + path, {
       method,
       headers,
       body: body === undefined ? undefined : JSON.stringify(body),

@@ -51,7 +51,7 @@ function onState(next) {
   showNotices(state);
   showSearch(state.search);
   showChoice(state.search);
-  showFacts(state.map);
+  showFacts(state.map, state.latencies);
   by("map-hint").hidden = state.map?.frames_fused > 0;
   if (state.camera) camera.show(state.camera);
   showHeatmapText();

@@ -1,6 +1,6 @@
 // The stream of states; reconnects when the connection ends.
 
-import { protocols, read } from "./api.js";
+import { BASE, protocols, read } from "./api.js";
 
 const SILENT_MS = 4000; // states come five times a second
 const PAUSES_MS = [300, 1000, 2000, 4000];
@@ -10,7 +10,7 @@ export function follow(onState, onConnection) {
 
   function connect() {
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}/v1/live`, protocols());
+    const socket = new WebSocket(`${scheme}://${location.host}${BASE}/v1/live`, protocols());
     let refused = true; // until a state comes
     let watchdog = setTimeout(() => socket.close(), SILENT_MS);
     let ended = false;

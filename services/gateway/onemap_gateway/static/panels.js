@@ -122,6 +122,7 @@ export function showAnswers(answers, shown, actions) {
   by("regions-card").replaceChildren(
     ...answers.flatMap((answer) => [
       answerTitle(answer, shown, answers.length > 1 && !answer.refused && actions.onAnswer),
+      ...(answer.sentence ? [element("p", { className: "verdict", text: answer.sentence })] : []),
       element("ol", { className: "regions" }, answerRows(answer, actions)),
     ]),
   );
@@ -163,7 +164,17 @@ function answerRows(answer, { onRegion, onWord }) {
   return rows;
 }
 
-export function showFacts(map) {
+// How long frames took of late from the gateway to the map and to the command.
+function latencyFacts(latencies) {
+  const shown = [["map", "image to map"], ["command", "image to command"]];
+  return shown.flatMap(([stage, label]) => {
+    const timed = latencies.find((each) => each.stage === stage);
+    if (!timed) return [];
+    return [[label, `${timed.p50_s.toFixed(2)} s, 95 % in ${timed.p95_s.toFixed(2)} s`, false]];
+  });
+}
+
+export function showFacts(map, latencies = []) {
   const fresh = by("freshness");
   fresh.hidden = !map;
   if (map) {
@@ -176,6 +187,7 @@ export function showFacts(map) {
         ["map update", `${map.update_ms.toFixed(0)} ms`, false],
         ["frames", map.frames_fused.toLocaleString("en"), false],
         ["cells", map.cells_observed.toLocaleString("en"), false],
+        ...latencyFacts(latencies),
         ["encoder", map.encoder_id || "–", false],
       ]
     : [["map", "none yet", true]];
