@@ -43,6 +43,10 @@ def odometry(x_m: float, y_m: float, yaw_rad: float = 0.0, sequence: int = 1) ->
     return m.Odometry(sequence, STAMP_NS, pose_2d(x_m, y_m, yaw_rad), 0.3, 0.0)
 
 
+def command(frame_ns: int = STAMP_NS) -> m.VelocityCommand:
+    return m.VelocityCommand(1, STAMP_NS, 0.2, 0.0, planner="p1", frame_ns=frame_ns)
+
+
 def detections(*names: str, sequence: int = 1) -> m.Detections:
     count = len(names)
     boxes = np.tile(np.array([[4, 6, 20, 18]], np.float32), (count, 1))
@@ -180,6 +184,7 @@ def full_state() -> LiveState:
         detections("sofa"),
         revision(3),
         planned_path((1, 2), (3, 4)),
+        command(),
         status,
         heartbeat("mapper"),
     ):
@@ -196,15 +201,18 @@ class FakeMapper:
     saved: list[str] = field(default_factory=list)
     objects: list[m.KeptObject] = field(default_factory=list)
     picture: bytes = PICTURE
+    asked: list[m.SimilarityRequest] = field(default_factory=list)
+    merged: list[m.MapMerge] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.bus = self.router.bus("mapper")
-        self.bus.serve(keys.MAP_SIMILARITY, self._similarity)
+        self.bus.serve(keys.MAP_SIMILARITY, self.similarity)
         self.bus.serve(keys.MAP_SEARCH_VIEW, self._view)
         self.bus.serve(keys.MAP_SAVE, self._save)
         self.bus.serve(keys.MAP_LOAD, self._load)
         self.bus.serve(keys.MAP_LIST, self._list)
         self.bus.serve(keys.MAP_DELETE, self._delete)
+        self.bus.serve(keys.MAP_MERGE, self._merge)
         self.bus.serve(keys.MAP_CLEAR, lambda _request: self._summary(""))
         self.bus.serve(keys.MAP_OBJECTS, lambda _: m.ObjectList(tuple(self.objects), 1))
         self.bus.serve(keys.MAP_OBJECT, self._object)
@@ -214,8 +222,9 @@ class FakeMapper:
         if text not in self.vocabulary:
             raise RequestRejected("unknown_word", f"the encoder does not know {text!r}")
 
-    def _similarity(self, request: m.SimilarityRequest) -> m.SimilarityReply:
+    def similarity(self, request: m.SimilarityRequest) -> m.SimilarityReply:
         self._check(request.text)
+        self.asked.append(request)
         absent = request.text == "kite"
         count = 0 if absent else min(request.max_regions, 2)
         grid = search_view(request.text).similarity if request.include_grid else None
@@ -233,6 +242,13 @@ class FakeMapper:
             best_score=0.199 if absent else 0.9,
             floor=0.2,
             nearest=("ball", "fan") if absent else (),
+            outline_points_m=np.array([[0.2, 1], [0.5, 1], [0.5, 1.3]], np.float32)[: 3 * count],
+            outline_owner=np.zeros(3 if count else 0, np.int32),
+            last_seen_ns=np.array([STAMP_NS, 0], np.int64)[:count],
+            best_views=np.array([[1.0, 2.0, 0.5], [np.nan] * 3], np.float32)[:count],
+            verdict=m.MapVerdict(
+                m.Verdict.NOT_LOOKED_YET if absent else m.Verdict.FOUND, 6.0, 2.0, 1, (1.5, 0.5)
+            ),
         )
 
     def _view(self, request: m.SearchViewRequest) -> m.SearchView:
@@ -248,6 +264,11 @@ class FakeMapper:
 
     def _load(self, request: m.MapFile) -> m.MapSummary:
         self._require(request.name)
+        return self._summary(f"maps/{request.name}")
+
+    def _merge(self, request: m.MapMerge) -> m.MapSummary:
+        self._require(request.name)
+        self.merged.append(request)
         return self._summary(f"maps/{request.name}")
 
     def _list(self, request: m.MapListRequest) -> m.MapList:

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from enum import IntEnum
 from ipaddress import ip_address
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
-from pydantic import Field, SecretStr, field_validator, model_validator
+from pydantic import Field, IPvAnyNetwork, SecretStr, field_validator, model_validator
 
+from onemap_shared.keys import NAMESPACE
 from onemap_shared.params import Params
+
+RobotName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,31}$")]
+Namespace = Annotated[str, Field(pattern=NAMESPACE)]
 
 
 class Role(IntEnum):
@@ -69,6 +73,12 @@ class GatewayConfig(Params):
         description="Listen beyond loopback without a token: only on a trusted network, because "
         "whoever reaches the port sees the camera and drives the robot.",
     )
+    trusted_proxies: tuple[IPvAnyNetwork, ...] = Field(
+        default=(),
+        description="Addresses or networks of proxies whose header X-Forwarded-For says who the "
+        "client is, for the lock-out after wrong tokens. Empty: the header is not read, because "
+        "whoever guesses tokens could name another address with each guess.",
+    )
     call_timeout_s: float = Field(
         default=3.0,
         gt=0,
@@ -103,6 +113,13 @@ class GatewayConfig(Params):
         gt=0,
         le=1e6,
         description="Seconds that one search of an agent over /mcp may take, in the same way.",
+    )
+    robots: dict[RobotName, Namespace] = Field(
+        default={},
+        max_length=64,
+        description="Further robots on the same router, each a name and its bus.namespace, for "
+        "example {r1: site/r1}: served under /robots/<name>/, listed by /v1/robots. Each takes "
+        "part of the router's link for its camera's frames.",
     )
     ready_within_s: float = Field(
         default=5.0,

@@ -17,6 +17,7 @@ from onemap_gateway.config import GatewayConfig
 from onemap_gateway.connections import LimitedConnection, connection_limit
 from onemap_gateway.http.app import create_app
 from onemap_gateway.http.context import GatewayContext
+from onemap_gateway.http.fleet import FleetApp
 from onemap_gateway.http.listener import listen
 from onemap_gateway.http.security import MAX_BODY_BYTES
 from onemap_gateway.present.service_status import hung_for_s
@@ -42,6 +43,21 @@ class HttpServer(uvicorn.Server):
         return await super().on_tick(counter)
 
 
+class FleetRobot:
+    """A further robot behind this gateway: its own part of the bus, cache and application."""
+
+    def __init__(self, bus: Bus, config: GatewayConfig) -> None:
+        self._bus = bus
+        self.cache = StateCache(bus)
+        rpc = RpcClient(bus, config.max_concurrent_calls)
+        self.app = create_app(GatewayContext(self.cache, rpc, config))
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self.cache.close()
+        self._bus.close()
+
+
 class GatewayWorker:
     """Serves HTTP until ``close``."""
 
@@ -49,17 +65,23 @@ class GatewayWorker:
         listener = listen(config.host, config.port)
         self.port: int = listener.getsockname()[1]
         self._cache = StateCache(bus)
+        self._robots = {
+            name: FleetRobot(bus.sibling(at), config) for name, at in config.robots.items()
+        }
+        caches = {name: robot.cache for name, robot in self._robots.items()}
         rpc = RpcClient(bus, config.max_concurrent_calls)
-        app = create_app(GatewayContext(self._cache, rpc, config))
+        app = create_app(GatewayContext(self._cache, rpc, config, caches))
         self._server = HttpServer(
             uvicorn.Config(
-                app,
+                FleetApp(app, {name: robot.app for name, robot in self._robots.items()}),
                 lifespan="off",
                 http=self._connections(config),
                 log_config=None,  # the runner configures logging
                 log_level="error",  # a warning is about bytes that a client sent
                 access_log=False,
                 server_header=False,
+                proxy_headers=bool(config.trusted_proxies),  # uvicorn believes all of loopback
+                forwarded_allow_ips=[str(proxy) for proxy in config.trusted_proxies],
                 ws_max_size=MAX_BODY_BYTES,
                 timeout_graceful_shutdown=GRACEFUL_SHUTDOWN_S,
             )
@@ -107,12 +129,15 @@ class GatewayWorker:
 
     def close(self) -> None:
         """Stop within two seconds, open streams included."""
-        self._cache.begin_close()
+        for cache in (self._cache, *(robot.cache for robot in self._robots.values())):
+            cache.begin_close()
         self._server.should_exit = True
         self._thread.join(JOIN_TIMEOUT_S)
         self._server.force_exit = True
         self._thread.join(0.5)
         self._cache.close()
+        for robot in self._robots.values():
+            robot.close()
 
 
 def build(bus: Bus, config: GatewayConfig) -> GatewayWorker:

@@ -18,7 +18,7 @@ from onemap_gateway.http.problems import (
     from_validation_errors,
     problem_response,
 )
-from onemap_gateway.http.schemas import QueryRequest, SearchStart
+from onemap_gateway.http.schemas import MapName, QueryRequest, SearchStart
 from onemap_gateway.present.service_status import sentence
 from onemap_shared.transport import CallError, NoReply, QueryTimeout, RemoteError
 
@@ -100,7 +100,7 @@ def test_a_wrong_field_is_named() -> None:
 
 
 def test_a_missing_field_is_named() -> None:
-    assert refused(QueryRequest, "{}").detail == "'text' is missing."
+    assert refused(MapName, "{}").detail == "'name' is missing."
 
 
 def test_all_wrong_fields_are_listed() -> None:

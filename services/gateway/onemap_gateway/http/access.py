@@ -67,7 +67,8 @@ class LockOut:
     """Counts wrong tokens per address, and locks an address out after ``MAX_FAILURES`` of them.
 
     Also the right token is refused then: otherwise guessing could go on. Clients behind one
-    proxy share an address. Times are seconds of one monotonic clock.
+    proxy share an address, unless it is one of ``trusted_proxies``. Times are seconds
+    of one monotonic clock.
     """
 
     def __init__(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, TypeVar
 
@@ -36,6 +37,7 @@ class GatewayContext:
     cache: StateCache
     rpc: RpcClient
     config: GatewayConfig
+    robots: Mapping[str, StateCache] = field(default_factory=dict)  # the further ones, by name
     requests: RequestCounter = field(default_factory=RequestCounter)
     images: SharedResults = field(init=False)
 

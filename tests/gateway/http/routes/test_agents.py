@@ -39,4 +39,6 @@ def test_what_is_no_message_is_refused(client: TestClient) -> None:
     pytest.importorskip("mcp", reason="the extra 'mcp' is not installed")
     answer = client.post("/mcp", json={}, headers={"Accept": "application/json"})
     assert answer.status_code == 400
-    assert client.post("/mcp", content=b"x").status_code == 415
+    for nothing in (client.post("/mcp", content=b"x"), client.post("/mcp")):
+        assert nothing.status_code == 415
+        assert nothing.headers["content-type"] == "application/problem+json"

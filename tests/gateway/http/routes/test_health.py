@@ -49,6 +49,7 @@ def test_the_status_names_every_service_and_stream(client: TestClient) -> None:
     missing = {s["name"] for s in status["services"] if s["condition"] == "down"}
     assert missing == {"robot", "perception"}
     assert {stream["name"] for stream in status["streams"]} >= {"rgbd", "odometry", "revision"}
+    assert isinstance(status["latencies"], list)
 
 
 def test_metrics_count_requests_by_route(client: TestClient) -> None:

@@ -125,3 +125,17 @@ def test_without_a_mapper_it_is_named(router: MemoryRouter, method: str, path: s
         answer = client_of(gateway).request(method, path, json=body)
     assert answer.status_code == 503
     assert answer.json()["service"] == "mapper"
+
+
+def test_a_saved_map_is_merged_where_the_body_says(client: TestClient, mapper: FakeMapper) -> None:
+    client.put("/v1/maps/flat")
+    assert client.post("/v1/maps/flat/merge").json()["cells_observed"] == 315
+    body = {"x_m": 1.5, "y_m": -2.0, "yaw_rad": 0.5}
+    assert client.post("/v1/maps/flat/merge", json=body).status_code == 200
+    assert [(m.name, m.x_m, m.y_m, m.yaw_rad) for m in mapper.merged] == [
+        ("flat", 0.0, 0.0, 0.0),
+        ("flat", 1.5, -2.0, 0.5),
+    ]
+    assert client.post("/v1/maps/other/merge").status_code == 404
+    assert client.post("/v1/maps/flat/merge", json={"x_m": 1e9}).status_code == 422
+    assert client.post("/v1/maps/flat/merge", json={"z_m": 1}).status_code == 422

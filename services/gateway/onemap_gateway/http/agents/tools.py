@@ -20,6 +20,7 @@ from onemap_gateway.http.agents.arguments import (
 )
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem, from_validation_errors
+from onemap_gateway.http.queries import answer, robot_xy_m
 from onemap_gateway.http.schemas import RequestModel
 from onemap_gateway.present.agents import (
     AgentReply,
@@ -40,7 +41,7 @@ from onemap_gateway.present.agents import (
 from onemap_gateway.present.objects import MapObjectReport, object_report
 from onemap_gateway.present.palette import PALETTES, Theme
 from onemap_gateway.present.render import encode_png, render_map
-from onemap_gateway.present.views import build_overlay, map_info, query_reply, search_report
+from onemap_gateway.present.views import build_overlay, map_info, search_report
 from onemap_shared import keys
 from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import (
@@ -83,10 +84,10 @@ class AgentTool:
 
 async def where_is(gateway: GatewayContext, asked: PlacesArguments) -> ToolResult:
     """Objects of that name that a search found, then regions that look like it."""
-    request = SimilarityRequest(asked.object, asked.max_places, False)
-    similarity = await gateway.call(keys.MAP_SIMILARITY, request)
+    request = SimilarityRequest(asked.object, asked.max_places, robot_xy_m=robot_xy_m(gateway))
+    reply = await answer(gateway, request)
     found = [kept for kept in await _found(gateway) if _is_called(kept, asked.object)]
-    return ToolResult(places_reply(query_reply(similarity, gateway.now_ns()), found))
+    return ToolResult(places_reply(reply, found))
 
 
 async def list_objects(gateway: GatewayContext, _asked: NoArguments) -> ToolResult:

@@ -33,6 +33,13 @@ async def serve_agent(gateway: GatewayDep, request: Request) -> Response:
     The tools are `where_is`, `list_objects`, `describe_map`, `look_at`, `search_status`, and,
     with a token that may search, `start_search` and `stop`.
     """
+    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    if media_type != "application/json":  # the SDK's answer to an empty body is no problem document
+        raise HttpProblem(
+            "content_type",
+            "Send a message of the Model Context Protocol with the header 'Content-Type: "
+            "application/json'.",
+        )
     try:  # in a thread: the first import of the SDK takes a second
         return await to_thread.run_sync(_response, gateway, request)
     except ModuleNotFoundError as missing:

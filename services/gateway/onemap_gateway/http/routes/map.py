@@ -94,7 +94,8 @@ async def get_map_arrays(gateway: GatewayDep, text: Text = None) -> Response:
     """The map for programs: a NumPy archive without pickled objects.
 
     - `occupancy` (nx, ny) uint8: 0 unknown, 1 free, 2 occupied
-    - `layers` (nx, ny) uint8, bits: 1 observed, 2 explored, 4 searched
+    - `layers` (nx, ny) uint8, bits: 1 observed, 2 explored, 4 searched, 8 free floor
+      that no camera saw, where the robot was put down
     - `similarity` (nx, ny) float32: score 0 to 1, NaN where not observed; (0, 0) without `text`
     - `origin_m` (2,): x, y of the lower left corner of cell [0, 0], in metres
     - `cell_size_m`, `revision`, `stamp_ns` (newest frame; 0: empty map), `text`

@@ -9,14 +9,15 @@ from pydantic import AfterValidator
 
 from onemap_gateway.http.context import GatewayDep
 from onemap_gateway.http.problem_docs import BODY, problem_responses
-from onemap_gateway.http.schemas import MAP_NAME, MapName, check_map_name
+from onemap_gateway.http.schemas import MAP_NAME, MapName, MergeRequest, check_map_name
 from onemap_gateway.present.replies import MapChange, MapListReply, SavedMapReport
 from onemap_gateway.present.views import map_change, map_list, saved_map_report
 from onemap_shared import keys
-from onemap_shared.messages import MapFile, MapListRequest
+from onemap_shared.messages import MapFile, MapListRequest, MapMerge
 
 router = APIRouter(prefix="/v1", tags=["maps"])
 
+NO_MOTION = MergeRequest()
 FILE_S = 20.0  # a map of hundreds of megabytes on the card of a Jetson
 
 Name = Annotated[
@@ -83,6 +84,24 @@ async def delete_map(name: Name, gateway: GatewayDep) -> SavedMapReport:
 async def load_saved_map(name: Name, gateway: GatewayDep) -> MapChange:
     """Replace the map by a saved one; refused if another encoder made it."""
     return map_change(await gateway.call(keys.MAP_LOAD, MapFile(name), FILE_S))
+
+
+@router.post(
+    "/maps/{name}/merge",
+    summary="Merge a saved map into the map in use",
+    responses=problem_responses(*BODY, 401, 404, 409, 422, 503),
+)
+async def merge_saved_map(
+    name: Name, gateway: GatewayDep, request: MergeRequest = NO_MOTION
+) -> MapChange:
+    """Fuse a saved map of the same frame, or of one that lies in it as the body says.
+
+    Features are weighted by the inverse of their variance, so that it does not matter which of both
+    maps came first; found objects that are none of ours are added. Refused if another encoder made
+    it.
+    """
+    merge = MapMerge(name, request.x_m, request.y_m, request.yaw_rad)
+    return map_change(await gateway.call(keys.MAP_MERGE, merge, FILE_S))
 
 
 @router.post(
