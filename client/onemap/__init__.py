@@ -16,19 +16,19 @@ from onemap.errors import InvalidSetting, OneMapError, Unreachable
 from onemap.events import SearchChanged, SearchEvent, SearchInterrupted
 from onemap.map_files import MapFiles
 from onemap.map_objects import MapObject
+from onemap.queries import LookedArea, QueryOptions, QueryResult, Region
 from onemap.remote_search import NO_LIMITS, RemoteSearch, RemoteSearches, Retry, SearchLimits
 from onemap.replies import (
     MapContent,
     MapStatistics,
     ObjectOutcome,
-    QueryResult,
-    Region,
     SearchSnapshot,
     ServiceHealth,
     StoredMap,
     StreamHealth,
     SystemStatus,
 )
+from onemap.standing_queries import QueryEvent, QueryInterrupted
 
 __all__ = [
     "DEFAULT_URL",
@@ -38,12 +38,16 @@ __all__ = [
     "Client",
     "FindEvidence",
     "InvalidSetting",
+    "LookedArea",
     "MapContent",
     "MapFiles",
     "MapObject",
     "MapStatistics",
     "ObjectOutcome",
     "OneMapError",
+    "QueryEvent",
+    "QueryInterrupted",
+    "QueryOptions",
     "QueryResult",
     "Region",
     "RemoteSearch",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from types import TracebackType
 
 import httpx
@@ -11,8 +11,10 @@ from onemap.connection import DEFAULT_URL, TIMEOUT_S, Connection
 from onemap.errors import OneMapError, Unreachable
 from onemap.map_files import MapFiles
 from onemap.map_objects import ADDRESS, MapObject, object_path
+from onemap.queries import NO_OPTIONS, QueryOptions, QueryResult
 from onemap.remote_search import NO_LIMITS, RemoteSearch, RemoteSearches, Retry, SearchLimits
-from onemap.replies import QueryResult, SystemStatus
+from onemap.replies import SystemStatus
+from onemap.standing_queries import QueryEvent, StandingQueries
 
 
 class Client:
@@ -34,6 +36,7 @@ class Client:
         self._connection = Connection(url, token or "", timeout_s, transport)
         self.url = url
         self.searches = RemoteSearches(self._connection, retry or Retry())
+        self._standing = StandingQueries(self._connection, retry or Retry())
         self.maps = MapFiles(self._connection)
 
     def __enter__(self) -> Client:
@@ -51,10 +54,34 @@ class Client:
         """Close the sockets."""
         self._connection.close()
 
-    def query(self, text: str, max_regions: int = 5) -> QueryResult:
-        """Where is it? Regions of the map that look like the text, best first."""
-        body = {"text": text, "max_regions": max_regions}
+    def query(
+        self,
+        text: str,
+        max_regions: int = 5,
+        *,
+        negatives: Sequence[str] = (),
+        area_m: tuple[float, float, float, float] | None = None,
+    ) -> QueryResult:
+        """Where is it? Whether it is on the map, and regions that look like it, best first.
+
+        negatives: what it must not be; area_m: x_min, y_min, x_max, y_max, only there.
+        """
+        options = QueryOptions(max_regions, tuple(negatives), area_m)
+        body = options.body(text)
         return self._connection.fetch(QueryResult.of, "POST", "/v1/queries", body)
+
+    def query_all(
+        self, texts: Sequence[str], options: QueryOptions = NO_OPTIONS
+    ) -> tuple[QueryResult, ...]:
+        """Where are they? The answers to several texts, in their order."""
+        body = options.body(tuple(texts))
+        return self._connection.fetch(QueryResult.all_of, "POST", "/v1/queries", body)
+
+    def follow_queries(
+        self, texts: Sequence[str], options: QueryOptions = NO_OPTIONS
+    ) -> Iterator[QueryEvent]:
+        """Standing queries: the answer to each text, and again whenever it changes, without end."""
+        return self._standing.events(tuple(texts), options)
 
     def search(
         self,

@@ -37,6 +37,18 @@ class MapFiles:
         """Replace the map by a saved one; refused if another encoder made it."""
         return self._change("POST", f"{_path(name)}/load")
 
+    def merge(
+        self, name: str, *, x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0
+    ) -> MapContent:
+        """Fuse a saved map into the map in use: turned by ``yaw_rad``, then moved.
+
+        Its frame is that of the map in use unless a motion is given.
+        """
+        motion = {"x_m": x_m, "y_m": y_m, "yaw_rad": yaw_rad}
+        return self._connection.fetch(
+            MapContent.of, "POST", f"{_path(name)}/merge", motion, timeout_s=FILE_TIMEOUT_S
+        )
+
     def delete(self, name: str) -> StoredMap:
         """Delete a file and say what it was; the map in use stays."""
         return self._connection.fetch(StoredMap.of, "DELETE", _path(name))
@@ -45,9 +57,13 @@ class MapFiles:
         """Delete the content of the map."""
         return self._connection.fetch(MapContent.of, "POST", "/v1/map/clear")
 
-    def archive(self) -> bytes:
-        """Occupancy, layers and geometry of the map, as an ``.npz`` file for ``numpy.load``."""
-        return self._connection.download("/v1/map.npz", timeout_s=FILE_TIMEOUT_S)
+    def archive(self, text: str = "") -> bytes:
+        """Occupancy, layers and geometry of the map, as an ``.npz`` file for ``numpy.load``.
+
+        text: also the similarity of every cell to it.
+        """
+        path = f"/v1/map.npz?text={quote(text)}" if text else "/v1/map.npz"
+        return self._connection.download(path, timeout_s=FILE_TIMEOUT_S)
 
     def _change(self, method: str, path: str) -> MapContent:
         return self._connection.fetch(MapContent.of, method, path, timeout_s=FILE_TIMEOUT_S)

@@ -20,62 +20,6 @@ FINAL_STATES = ("found", "not_found", "failed", "cancelled", "arrived")
 
 
 @dataclass(frozen=True, slots=True)
-class Region:
-    """A region of the map that looks like a text; ``rank`` 1 is the best.
-
-    centre_m: x, y; extent_m: x_min, y_min, x_max, y_max; score: 0 to 1; variance: of the belief
-    there, None if unbounded.
-    """
-
-    rank: int
-    centre_m: tuple[float, float]
-    extent_m: tuple[float, float, float, float]
-    score: float
-    variance: float | None
-    document: Document = field(repr=False, compare=False)
-
-    @classmethod
-    def of(cls, document: Document) -> Region:
-        """The region that ``document`` describes."""
-        return cls(
-            rank=int(document["rank"]),
-            centre_m=_point(document["centre_m"]),
-            extent_m=_box(document["extent_m"]),
-            score=float(document["score"]),
-            variance=_number(document.get("variance")),
-            document=document,
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class QueryResult:
-    """Where a text may be, best first.
-
-    best_score: of the best region, also if it was left out; message: why there are no regions,
-    empty if there are; did_you_mean: the nearest known words, if the encoder cannot place the text.
-    """
-
-    text: str
-    regions: tuple[Region, ...]
-    best_score: float
-    message: str
-    did_you_mean: tuple[str, ...]
-    document: Document = field(repr=False, compare=False)
-
-    @classmethod
-    def of(cls, document: Document) -> QueryResult:
-        """The result that ``document`` describes."""
-        return cls(
-            text=str(document["text"]),
-            regions=tuple(map(Region.of, document["regions"])),
-            best_score=float(document.get("best_score", 0.0)),
-            message=str(document.get("message", "")),
-            did_you_mean=tuple(document.get("did_you_mean", ())),
-            document=document,
-        )
-
-
-@dataclass(frozen=True, slots=True)
 class ObjectOutcome:
     """How the search for one object, or the drive to the place, ended.
 

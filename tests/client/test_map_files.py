@@ -57,3 +57,18 @@ def test_the_map_in_numbers(client: Client, mapper: FakeMapper) -> None:
 def test_the_archive_is_what_numpy_loads(client: Client, mapper: FakeMapper) -> None:
     with np.load(io.BytesIO(client.maps.archive())) as archive:
         assert archive["occupancy"].shape == (40, 30)
+
+
+def test_a_saved_map_is_merged(client: Client, mapper: FakeMapper) -> None:
+    client.maps.save("flat")
+    assert client.maps.merge("flat", x_m=1.5, yaw_rad=0.5).cells_observed == 315
+    (merged,) = mapper.merged
+    assert (merged.x_m, merged.y_m, merged.yaw_rad) == (1.5, 0.0, 0.5)
+
+
+def test_an_archive_holds_the_similarity_that_is_asked_for(
+    client: Client, mapper: FakeMapper
+) -> None:
+    assert client.maps.archive("sofa") != client.maps.archive()
+    with pytest.raises(OneMapError, match="flurb"):
+        client.maps.archive("flurb")

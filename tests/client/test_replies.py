@@ -2,24 +2,12 @@
 
 from __future__ import annotations
 
-from onemap.replies import FINAL_STATES, ObjectOutcome, QueryResult, SearchSnapshot
+from onemap.replies import FINAL_STATES, ObjectOutcome, SearchSnapshot
 from onemap_shared import messages
 
 
 def test_the_final_states_are_those_of_the_planner() -> None:
     assert set(FINAL_STATES) == {state.value for state in messages.FINAL_STATES}
-
-
-def test_members_that_are_missing_are_empty() -> None:
-    result = QueryResult.of({"text": "yeti", "regions": []})
-    assert (result.best_score, result.message, result.did_you_mean) == (0.0, "", ())
-
-
-def test_members_that_are_new_are_kept() -> None:
-    document = {"text": "yeti", "regions": [], "colour": "white"}
-    result = QueryResult.of(document)
-    assert result.document == document
-    assert result == QueryResult.of({"text": "yeti", "regions": []})
 
 
 def test_nanoseconds_may_be_a_string() -> None:
