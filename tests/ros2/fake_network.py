@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 
-from onemap_ros2.rmw_keys import Endpoint
+from onemap_ros2.network.endpoint import Endpoint
 
 
 class FakeReader:
@@ -19,9 +19,22 @@ class FakeReader:
 class FakeWriter:
     def __init__(self) -> None:
         self.sent: list[bytes] = []
+        self.heard = True
 
     def put(self, data: bytes) -> None:
         self.sent.append(data)
+
+
+class FakeCall:
+    """A question; a test answers it with ``answer``, or with None: nobody does."""
+
+    def __init__(self, service: str, request: bytes) -> None:
+        self.service, self.request = service, request
+        self.done = False
+        self.reply: bytes | None = None
+
+    def answer(self, reply: bytes | None) -> None:
+        self.done, self.reply = True, reply
 
 
 class FakeNetwork:
@@ -32,6 +45,7 @@ class FakeNetwork:
         self.types: dict[str, str] = {}
         self.latched: set[str] = set()
         self.writers: dict[tuple[str, str], FakeWriter] = {}
+        self.calls: list[FakeCall] = []
         self.known = endpoints
         self.closed = False
 
@@ -41,7 +55,14 @@ class FakeNetwork:
         self.latched |= {topic} if latched else set()
         return self.readers[topic]
 
-    def write(self, topic: str, ros_type: str) -> FakeWriter:
+    def call(self, service: str, ros_type: str, request: bytes, timeout_s: float) -> FakeCall:
+        assert ros_type
+        assert timeout_s > 0
+        self.calls.append(FakeCall(service, request))
+        return self.calls[-1]
+
+    def write(self, topic: str, ros_type: str, *, latched: bool = False) -> FakeWriter:
+        self.latched |= {topic} if latched else set()
         return self.writers.setdefault((topic, ros_type), FakeWriter())
 
     def endpoints(self) -> tuple[Endpoint, ...]:

@@ -7,7 +7,7 @@ import pytest
 from onemap_ros2 import discovery
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.discovery import count, survey
-from onemap_ros2.rmw_keys import Endpoint
+from onemap_ros2.network.endpoint import Endpoint
 from tests.ros2.fake_network import FakeNetwork
 
 ODOMETRY = "nav_msgs/msg/Odometry"
@@ -35,7 +35,7 @@ def test_counts_what_is_published(network: Talking) -> None:
 
 
 def test_a_survey_names_what_is_missing(network: Talking, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(discovery, "ZenohRosNetwork", lambda *_: network)
+    monkeypatch.setattr(discovery, "join", lambda *_: network)
     reports, missing = survey(Ros2Config(), 1.0)
     assert [each.topic for each in reports] == ["/cmd_vel", "/odom"]
     assert any("ros2.topics.depth" in sentence for sentence in missing)

@@ -14,6 +14,8 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
+from onemap_ros2.definitions import register_missing
+
 NS = 1_000_000_000
 HEADER_BYTES = 12  # CDR header, seconds, nanoseconds: where the stamp of a std_msgs/Header ends
 
@@ -25,7 +27,9 @@ class FormatError(ValueError):
 @cache
 def store() -> Typestore:
     """The message definitions; made on first use, which takes 0.3 s."""
-    return get_typestore(Stores.ROS2_JAZZY)
+    made = get_typestore(Stores.ROS2_JAZZY)
+    register_missing(made)
+    return made
 
 
 def known(ros_type: str) -> bool:
@@ -51,8 +55,20 @@ def encode(message: Any, ros_type: str) -> bytes:
 def decode(data: bytes, ros_type: str) -> Any:
     """The message; its arrays are read-only views of ``data``. FormatError if it is none."""
     try:
-        return store().deserialize_cdr(data, ros_type)
+        return store().deserialize_cdr(memoryview(data), ros_type)  # a slice of bytes is a copy
     except (SerdeError, ValueError) as problem:
+        raise FormatError(f"{len(data)} bytes are no {ros_type}: {problem}") from problem
+
+
+def decode_start(data: bytes, ros_type: str) -> Any:
+    """The message at the start of ``data``; later releases append fields to some messages."""
+    try:
+        if len(data) < 4 or data[0] != 0 or data[1] not in (0, 1):
+            raise ValueError("they do not begin with a CDR header")
+        layout = store().get_msgdef(ros_type)
+        read = layout.deserialize_cdr_le if data[1] else layout.deserialize_cdr_be
+        return read(data[4:], 0, layout.cls, store())[0]
+    except (SerdeError, ValueError, struct.error) as problem:
         raise FormatError(f"{len(data)} bytes are no {ros_type}: {problem}") from problem
 
 

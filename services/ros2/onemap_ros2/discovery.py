@@ -5,8 +5,9 @@ from __future__ import annotations
 import time
 
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.network import NetworkError, RosNetwork, ZenohRosNetwork
-from onemap_ros2.rmw_keys import PUBLISHER
+from onemap_ros2.network.endpoint import PUBLISHER
+from onemap_ros2.network.interface import NetworkError, RosNetwork
+from onemap_ros2.network.joining import join
 from onemap_ros2.topic_list import TopicReport, missing, topic_reports
 
 SETTLE_S = 1.0  # until the tokens of the graph have come
@@ -17,7 +18,7 @@ KEPT = 200  # messages of a topic between two counts: 2 kHz
 def survey(config: Ros2Config, seconds: float) -> tuple[list[TopicReport], list[str]]:
     """The robot's topics with their rates, and what is missing; ConnectionError without it."""
     try:
-        network = ZenohRosNetwork(config.connect, config.domain, f"{config.node}_topics")
+        network = join(config, f"{config.node}_topics")
     except NetworkError as problem:
         raise ConnectionError(str(problem)) from problem
     try:
@@ -28,8 +29,8 @@ def survey(config: Ros2Config, seconds: float) -> tuple[list[TopicReport], list[
         endpoints = network.endpoints()
     finally:
         network.close()
-    reports = topic_reports(endpoints, rates_hz, config.topics)
-    return reports, list(missing(endpoints, config.topics).values())
+    reports = topic_reports(endpoints, rates_hz, config.names)
+    return reports, list(missing(endpoints, config).values())
 
 
 def count(network: RosNetwork, seconds: float) -> dict[tuple[str, str], float]:

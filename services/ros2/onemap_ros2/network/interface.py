@@ -1,0 +1,63 @@
+"""What the adapter needs of a robot's network, whatever its keys look like."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from onemap_ros2.network.endpoint import Endpoint
+
+
+class Reader(Protocol):
+    """The newest messages of a topic, encoded, oldest first."""
+
+    def take(self) -> list[bytes]:
+        """What came since the last call."""
+
+
+class Writer(Protocol):
+    """Sends encoded messages of one topic."""
+
+    def put(self, data: bytes) -> None:
+        """Send one message, with what ROS 2 expects beside it."""
+
+    @property
+    def heard(self) -> bool:
+        """Whether anyone listens, as far as the network knows."""
+
+
+class PendingCall(Protocol):
+    """A question to a service that is under way."""
+
+    @property
+    def done(self) -> bool:
+        """Whether it was answered, or never will be."""
+
+    @property
+    def reply(self) -> bytes | None:
+        """The encoded answer; None while there is none, and if nobody answered in time."""
+
+
+class RosNetwork(Protocol):
+    """One ROS 2 node."""
+
+    def read(self, topic: str, ros_type: str, depth: int, *, latched: bool = False) -> Reader:
+        """Follow a topic, keeping the newest ``depth`` messages; latched: also those of before."""
+
+    def write(self, topic: str, ros_type: str, *, latched: bool = False) -> Writer:
+        """Announce a publisher of a topic; latched: who comes later gets the newest message."""
+
+    def call(self, service: str, ros_type: str, request: bytes, timeout_s: float) -> PendingCall:
+        """Ask a service, without waiting for its answer."""
+
+    def endpoints(self) -> tuple[Endpoint, ...]:
+        """All publishers, subscribers and servers of the robot that are known now."""
+
+    def wait(self, timeout_s: float) -> None:
+        """Until a message or an answer arrives, at most ``timeout_s``."""
+
+    def close(self) -> None:
+        """Leave the network."""
+
+
+class NetworkError(Exception):
+    """The robot's network cannot be joined; one sentence."""

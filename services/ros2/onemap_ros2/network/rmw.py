@@ -1,0 +1,158 @@
+"""The robot's ROS 2 network over rmw_zenoh: a node with its publishers and subscribers."""
+
+from __future__ import annotations
+
+import os
+import time
+from typing import Any
+
+import zenoh
+import zenoh.ext
+
+from onemap_ros2.cdr import type_hash
+from onemap_ros2.network import rmw_keys
+from onemap_ros2.network.endpoint import PUBLISHER, SERVER, SUBSCRIBER, Endpoint
+from onemap_ros2.network.interface import PendingCall, Reader, Writer
+from onemap_ros2.network.zenoh_session import RobotSession
+
+STATIC_HISTORY = 100  # latched messages of each publisher, as tf2's own listener asks for
+HEARTBEAT_S = 0.5  # as rmw_zenoh's publishers of transient local topics send it
+ADVICE = "start one on the robot with 'ros2 run rmw_zenoh_cpp rmw_zenohd'"
+
+
+class RmwNetwork:
+    """One ROS 2 node. Implements ``RosNetwork``."""
+
+    def __init__(
+        self, connect: tuple[str, ...], domain: int, node: str, namespace: str = ""
+    ) -> None:
+        self._robot = RobotSession(connect, ADVICE, rmw_keys.parse_token)
+        self._domain = domain
+        self._numbers = 0
+        self._calls = 0
+        self._client_id = os.urandom(rmw_keys.GID_BYTES)
+        self._node = rmw_keys.node_token(domain, self._robot.id, node, namespace)
+        self._buffered: dict[str, Endpoint] = {}  # topics whose images may come as buffers
+        self._robot.on_endpoint = self._ask_for_buffers
+        self._robot.announce(self._node)
+        self._robot.follow_graph(rmw_keys.graph_key(domain))
+
+    def read(self, topic: str, ros_type: str, depth: int, *, latched: bool = False) -> Reader:
+        """See ``RosNetwork``."""
+        inbox = self._robot.inbox(depth)
+        key = rmw_keys.topic_key(self._domain, topic, ros_type)
+        handler = zenoh.handlers.Callback(inbox.on_sample, indirect=False)
+        if latched:
+            subscriber: Any = zenoh.ext.declare_advanced_subscriber(
+                self._robot.session,
+                key,
+                handler,
+                history=zenoh.ext.HistoryConfig(
+                    detect_late_publishers=True, max_samples=STATIC_HISTORY
+                ),
+                recovery=zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True),
+                subscriber_detection=True,
+            )
+        else:
+            subscriber = self._robot.session.declare_subscriber(key, handler)
+            buffers = f"{key}/{rmw_keys.BUFFERS}"
+            self._robot.keep(self._robot.session.declare_subscriber(buffers, handler))
+        self._robot.keep(subscriber)
+        qos = rmw_keys.QOS_TRANSIENT_LOCAL if latched else rmw_keys.QOS_SENSOR
+        endpoint = Endpoint(SUBSCRIBER, "", topic, ros_type, self._hash(ros_type))
+        self._announce(endpoint, qos)
+        self._buffered[topic] = endpoint
+        for known in self.endpoints():
+            self._ask_for_buffers(known)
+        return inbox
+
+    def write(self, topic: str, ros_type: str, *, latched: bool = False) -> Writer:
+        """See ``RosNetwork``."""
+        endpoint = Endpoint(PUBLISHER, "", topic, ros_type, self._hash(ros_type))
+        key = rmw_keys.topic_key(self._domain, topic, ros_type, endpoint.type_hash)
+        options: dict[str, Any] = {
+            "congestion_control": zenoh.CongestionControl.DROP,
+            "reliability": zenoh.Reliability.RELIABLE,
+        }
+        if latched:
+            publisher: Any = zenoh.ext.declare_advanced_publisher(
+                self._robot.session,
+                key,
+                cache=zenoh.ext.CacheConfig(max_samples=1),
+                publisher_detection=True,
+                sample_miss_detection=zenoh.ext.MissDetectionConfig(
+                    heartbeat=None, sporadic_heartbeat=HEARTBEAT_S
+                ),
+                **options,
+            )
+        else:
+            publisher = self._robot.session.declare_publisher(key, express=True, **options)
+        self._robot.keep(publisher)
+        qos = rmw_keys.QOS_TRANSIENT_LOCAL if latched else rmw_keys.QOS_RELIABLE
+        return _RmwWriter(self, publisher, endpoint, self._announce(endpoint, qos))
+
+    def call(self, service: str, ros_type: str, request: bytes, timeout_s: float) -> PendingCall:
+        """See ``RosNetwork``."""
+        self._calls += 1
+        server = next(
+            (e for e in self.endpoints() if e.kind == SERVER and e.topic == service), None
+        )
+        known = server.type_hash if server is not None and server.ros_type == ros_type else "*"
+        return self._robot.ask(
+            rmw_keys.topic_key(self._domain, service, ros_type, known),
+            request,
+            timeout_s,
+            attachment=rmw_keys.attachment(self._calls, time.time_ns(), self._client_id),
+        )
+
+    def endpoints(self) -> tuple[Endpoint, ...]:
+        """See ``RosNetwork``."""
+        return self._robot.endpoints()
+
+    def listeners(self, topic: str) -> bool:
+        """Whether a node subscribes to the topic."""
+        return any(e.kind == SUBSCRIBER and e.topic == topic for e in self.endpoints())
+
+    def wait(self, timeout_s: float) -> None:
+        """See ``RosNetwork``."""
+        self._robot.wait(timeout_s)
+
+    def close(self) -> None:
+        """Leave the network; nothing is received afterwards."""
+        self._robot.close()
+
+    def _hash(self, ros_type: str) -> str:
+        """The hash that the robot's own nodes have for a type, else the one of our definition."""
+        known = (each.type_hash for each in self.endpoints() if each.ros_type == ros_type)
+        return next(known, None) or type_hash(ros_type)
+
+    def _ask_for_buffers(self, found: Endpoint) -> None:
+        """Lyrical and Rolling publish images only for a token that names a buffer backend."""
+        if found.kind == PUBLISHER and found.backends and found.topic in self._buffered:
+            endpoint = self._buffered.pop(found.topic)
+            self._announce(endpoint, f"{rmw_keys.QOS_SENSOR}/{rmw_keys.BACKENDS}")
+
+    def _announce(self, endpoint: Endpoint, qos: str) -> bytes:
+        """Show the endpoint in the graph; returns the id of a publisher."""
+        self._numbers += 1
+        token = rmw_keys.endpoint_token(self._node, self._numbers, endpoint, qos)
+        self._robot.announce(token)
+        return rmw_keys.gid_of(token)
+
+
+class _RmwWriter:
+    def __init__(self, network: RmwNetwork, publisher: Any, endpoint: Endpoint, gid: bytes) -> None:
+        self._network = network
+        self._publisher = publisher
+        self._endpoint = endpoint
+        self._gid = gid
+        self._sequence = 0
+
+    @property
+    def heard(self) -> bool:
+        return self._network.listeners(self._endpoint.topic)
+
+    def put(self, data: bytes) -> None:
+        self._sequence += 1
+        note = rmw_keys.attachment(self._sequence, time.time_ns(), self._gid)
+        self._publisher.put(data, attachment=note)

@@ -1,0 +1,155 @@
+"""A Zenoh session on a robot's router, with what both forms of ROS 2's keys share.
+
+A client of the robot's own router, so no DDS and no ROS 2 is needed. It is a session of its own:
+OneMap's bus never carries these keys.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import zenoh
+
+from onemap_ros2.network.endpoint import Endpoint
+from onemap_ros2.network.interface import NetworkError
+from onemap_shared.bus import zenoh_config
+
+
+class RobotSession:
+    """The session, the tokens of the robot's graph, and an event that any arrival sets."""
+
+    def __init__(
+        self, connect: tuple[str, ...], advice: str, parse: Callable[[str], Endpoint | None]
+    ) -> None:
+        try:
+            self.session = zenoh.open(_settings(connect))
+        except zenoh.ZError as problem:
+            raise NetworkError(
+                f"no ROS 2 router answers at {', '.join(connect)}: {advice}, or correct "
+                "ros2.connect"
+            ) from problem
+        self._parse = parse
+        self._arrived = threading.Event()
+        self._kept: list[Any] = []  # what is dropped ends
+        self._graph: dict[str, Endpoint] = {}
+        self._own: set[str] = set()
+        self.on_endpoint: Callable[[Endpoint], None] = lambda _: None
+
+    @property
+    def id(self) -> str:
+        """The session's Zenoh id."""
+        return str(self.session.info.zid())
+
+    def follow_graph(self, key: str) -> None:
+        """Follow the tokens on these keys."""
+        self.keep(
+            self.session.liveliness().declare_subscriber(
+                key, zenoh.handlers.Callback(self._on_token, indirect=False), history=True
+            )
+        )
+
+    def announce(self, token: str) -> None:
+        """Show a token of our own, which is not among the robot's endpoints."""
+        self._own.add(token)
+        self.keep(self.session.liveliness().declare_token(token))
+
+    def keep(self, declared: Any) -> None:
+        """Keep what was declared until the session closes."""
+        self._kept.append(declared)
+
+    def inbox(self, depth: int) -> SampleInbox:
+        """Room for the newest ``depth`` samples."""
+        return SampleInbox(depth, self._arrived)
+
+    def ask(self, key: str, request: bytes, timeout_s: float, **options: Any) -> QueryCall:
+        """Send a query to all that serve the key."""
+        call = QueryCall(self._arrived)
+        self.session.get(
+            key,
+            zenoh.handlers.Callback(call.on_reply, call.on_end, indirect=False),
+            target=zenoh.QueryTarget.ALL,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=timeout_s,
+            payload=request,
+            **options,
+        )
+        return call
+
+    def endpoints(self) -> tuple[Endpoint, ...]:
+        """All endpoints but our own."""
+        return tuple(e for token, e in self._graph.copy().items() if token not in self._own)
+
+    def wait(self, timeout_s: float) -> None:
+        """Until something arrives, at most ``timeout_s``."""
+        self._arrived.wait(timeout_s)
+        self._arrived.clear()
+
+    def close(self) -> None:
+        """Leave the network; nothing is received afterwards."""
+        self.session.close()  # type: ignore[no-untyped-call]
+
+    def _on_token(self, sample: zenoh.Sample) -> None:
+        token = str(sample.key_expr)
+        if sample.kind == zenoh.SampleKind.DELETE:
+            self._graph.pop(token, None)
+            return
+        endpoint = self._parse(token)
+        if endpoint is not None:
+            self._graph[token] = endpoint
+            self.on_endpoint(endpoint)
+
+
+class SampleInbox:
+    """Keeps the newest samples; its callback only stores a reference."""
+
+    def __init__(self, depth: int, arrived: threading.Event) -> None:
+        self._samples: deque[zenoh.Sample] = deque(maxlen=depth)
+        self._arrived = arrived
+
+    def on_sample(self, sample: zenoh.Sample) -> None:
+        """Keep a sample."""
+        self._samples.append(sample)
+        self._arrived.set()
+
+    def on_reply(self, reply: zenoh.Reply) -> None:
+        """Keep a sample of somebody's history."""
+        if reply.ok is not None:
+            self.on_sample(reply.ok)
+
+    def take(self) -> list[bytes]:
+        """See ``Reader``."""
+        taken = []
+        while self._samples:
+            taken.append(self._samples.popleft().payload.to_bytes())
+        return taken
+
+
+class QueryCall:
+    """Implements ``PendingCall``: the first answer counts."""
+
+    def __init__(self, arrived: threading.Event) -> None:
+        self._arrived = arrived
+        self.reply: bytes | None = None
+        self.done = False
+
+    def on_reply(self, reply: zenoh.Reply) -> None:
+        """Take an answer."""
+        if self.reply is None and reply.ok is not None:
+            self.reply = reply.ok.payload.to_bytes()
+            self.done = True
+            self._arrived.set()
+
+    def on_end(self) -> None:
+        """No answer will come any more."""
+        self.done = True
+        self._arrived.set()
+
+
+def _settings(connect: tuple[str, ...]) -> zenoh.Config:
+    """As on OneMap's bus, with time stamps: the history of latched topics needs them."""
+    config = zenoh_config("client", connect=connect)
+    config.insert_json5("timestamping/enabled", "true")
+    return config
