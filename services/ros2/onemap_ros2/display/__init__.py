@@ -1,0 +1,1 @@
+"""What RViz and Foxglove show: the map, finds, regions, frontiers, the goal."""
