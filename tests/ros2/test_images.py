@@ -1,11 +1,20 @@
 from __future__ import annotations
 
+import struct
+
+import cv2
 import numpy as np
 import pytest
 
 from onemap_ros2.cdr import FormatError, decode, header, new
-from onemap_ros2.images import color_image, depth_image_mm, intrinsics
-from tests.ros2.robot_messages import FX, HEIGHT, WIDTH, camera_info, image
+from onemap_ros2.images import (
+    color_image,
+    compressed_color,
+    compressed_depth_mm,
+    depth_image_mm,
+    intrinsics,
+)
+from tests.ros2.robot_messages import FX, HEIGHT, WIDTH, camera_info, compressed, image
 
 IMAGE = "sensor_msgs/msg/Image"
 RGB = np.arange(HEIGHT * WIDTH * 3, dtype=np.uint8).reshape(HEIGHT, WIDTH, 3)
@@ -79,3 +88,69 @@ def test_an_uncalibrated_camera_is_refused() -> None:
     info = decode(camera_info(1, fx=0.0), "sensor_msgs/msg/CameraInfo")
     with pytest.raises(FormatError, match="no usable camera"):
         intrinsics(info, rectified=False)
+
+
+COMPRESSED = "sensor_msgs/msg/CompressedImage"
+DEPTH_MM = np.array([[0, 1, 1500], [2000, 3000, 65535]], np.uint16)
+
+
+def squeezed(pixels: np.ndarray, ending: str = ".png") -> bytes:
+    done, data = cv2.imencode(ending, pixels)
+    assert done
+    return bytes(data)
+
+
+def read_depth(data: bytes, form: str) -> np.ndarray:
+    return compressed_depth_mm(decode(compressed(1, data, form), COMPRESSED))
+
+
+@pytest.mark.parametrize(("ending", "error"), [(".png", 0), (".jpg", 12)])
+def test_compressed_color_becomes_rgb(ending: str, error: int) -> None:
+    rows, columns = np.mgrid[0:48, 0:64]
+    rgb = np.stack([rows * 4, columns * 3, 255 - rows * 4], axis=2).astype(np.uint8)
+    message = decode(compressed(1, squeezed(rgb[..., ::-1], ending), "rgb8; jpeg"), COMPRESSED)
+    difference = compressed_color(message).astype(int) - rgb
+    assert np.abs(difference).max() <= error
+
+
+@pytest.mark.parametrize("form", ["16UC1; compressedDepth", "16UC1; compressedDepth png"])
+def test_compressed_depth_has_a_header_before_its_png(form: str) -> None:
+    data = struct.pack("<iff", 0, 0.0, 0.0) + squeezed(DEPTH_MM)
+    np.testing.assert_array_equal(read_depth(data, form), DEPTH_MM)
+
+
+def test_a_plain_png_of_depth_has_none() -> None:
+    np.testing.assert_array_equal(read_depth(squeezed(DEPTH_MM), "16UC1; png compressed"), DEPTH_MM)
+
+
+def test_compressed_metres_are_inverse() -> None:
+    metres = np.array([[0.5, 1.0, 4.0]])
+    scale, offset = 200.0, 10.0
+    raw = np.rint(scale / metres + offset).astype(np.uint16)
+    raw = np.append(raw, [[0, 5]], axis=1).astype(np.uint16)  # invalid: none, and not positive
+    data = struct.pack("<iff", 0, scale, offset) + squeezed(raw)
+    depth = read_depth(data, "32FC1; compressedDepth png")
+    assert depth.tolist() == [[500, 1000, 4000, 0, 0]]
+
+
+@pytest.mark.parametrize(
+    ("data", "form", "reason"),
+    [
+        (b"x" * 40, "16UC1; compressedDepth rvl", "is not supported"),
+        (b"x" * 40, "8UC1; compressedDepth png", "is not supported"),
+        (b"x" * 40, "16UC1; compressedDepth png", "is no JPEG or PNG"),
+        (b"x" * 12, "16UC1; compressedDepth png", "no room for its header"),
+        (b"", "16UC1; png compressed", "is no JPEG or PNG"),
+        (squeezed(DEPTH_MM.astype(np.uint8)), "16UC1; png compressed", "PNG of 16 bits"),
+    ],
+)
+def test_compressed_depth_that_cannot_be_read_is_refused(
+    data: bytes, form: str, reason: str
+) -> None:
+    with pytest.raises(FormatError, match=reason):
+        read_depth(data, form)
+
+
+def test_compressed_color_that_cannot_be_read_is_refused() -> None:
+    with pytest.raises(FormatError, match="is no JPEG or PNG"):
+        compressed_color(decode(compressed(1, b"no image", "jpeg"), COMPRESSED))

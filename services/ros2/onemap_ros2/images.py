@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import struct
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from onemap_ros2.cdr import FormatError
 from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import U8, U16
+from onemap_shared.geometry import F32, U8, U16
 
 CHANNELS = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1, "8UC1": 1, "8UC3": 3}
 REVERSED = ("bgr8", "bgra8", "8UC3")  # OpenCV's order
 MM_PER_M = 1000.0
+DEPTH_HEADER = struct.Struct("<iff")  # of compressedDepth: format, A, B
 MAX_DEPTH_MM = np.iinfo(np.uint16).max
 
 
@@ -57,10 +60,71 @@ def depth_image_mm(image: Any) -> U16:
             f"the depth image's encoding {image.encoding!r} is not supported; supported are "
             "16UC1 (millimetres) and 32FC1 (metres)"
         )
+    return _millimetres(rows(image, "f4", 1)[..., 0].astype(np.float32, copy=False))
+
+
+def _millimetres(metres: F32) -> U16:
+    """Rounded; 0 for what is invalid: NaN, infinite, under half a millimetre, over 65 m."""
     with np.errstate(invalid="ignore", over="ignore"):
-        scaled = np.rint(rows(image, "f4", 1)[..., 0].astype(np.float32, copy=False) * MM_PER_M)
+        scaled = np.rint(metres * MM_PER_M)
         measured = (scaled >= 1) & (scaled <= MAX_DEPTH_MM)  # False for NaN
     return np.where(measured, scaled, 0).astype(np.uint16)
+
+
+def compressed_color(image: Any) -> U8:
+    """(H, W, 3) uint8 red, green, blue of a ``sensor_msgs/CompressedImage``: JPEG or PNG."""
+    bgr = _decompressed(image.data, cv2.IMREAD_COLOR, image.format)
+    rgb: U8 = bgr[..., ::-1]
+    return rgb
+
+
+def compressed_depth_mm(image: Any) -> U16:
+    """(H, W) uint16 millimetres of a ``CompressedImage`` of image_transport.
+
+    Its format says how: "16UC1; compressedDepth" and "32FC1; compressedDepth png" have a header of
+    12 bytes before the PNG, "16UC1; png compressed" has none. Values of 32FC1 are inverse: A / (raw
+    - B) metres. RVL is refused.
+    """
+    parts = str(image.format).split(";")
+    encoding, how = parts[0].strip(), "".join(parts[1:]).lower()
+    if "rvl" in how or encoding not in ("16UC1", "32FC1"):
+        raise FormatError(
+            f"the depth image's format {image.format!r} is not supported; supported are 16UC1 and "
+            "32FC1 with PNG: set the publisher's parameter compressedDepth.format to png"
+        )
+    if "compresseddepth" not in how:
+        return _png_depth(image.data, image.format)
+    if len(image.data) <= DEPTH_HEADER.size:
+        raise FormatError(f"a depth image of {len(image.data)} bytes has no room for its header")
+    _, scale, offset = DEPTH_HEADER.unpack_from(bytes(image.data[: DEPTH_HEADER.size]))
+    raw = _png_depth(image.data[DEPTH_HEADER.size :], image.format)
+    if encoding == "16UC1":
+        return raw
+    inverse = raw.astype(np.float32) - np.float32(offset)
+    measured = (raw > 0) & (inverse > 0)
+    metres = np.zeros(raw.shape, np.float32)
+    np.divide(np.float32(scale), inverse, out=metres, where=measured)
+    return _millimetres(metres)
+
+
+def _png_depth(data: Any, name: str) -> U16:
+    raw = _decompressed(data, cv2.IMREAD_UNCHANGED, name)
+    if raw.dtype != np.uint16 or raw.ndim != 2:
+        raise FormatError(
+            f"the depth image {name!r} holds {raw.dtype} of shape {raw.shape}; it must be a PNG "
+            "of 16 bits with one channel"
+        )
+    return raw
+
+
+def _decompressed(data: Any, mode: int, name: str) -> NDArray:
+    try:
+        pixels: NDArray | None = cv2.imdecode(np.asarray(data, np.uint8), mode)
+    except cv2.error:
+        pixels = None
+    if pixels is None:
+        raise FormatError(f"an image of format {name!r} and {len(data)} bytes is no JPEG or PNG")
+    return pixels
 
 
 def intrinsics(info: Any, *, rectified: bool) -> Intrinsics:
