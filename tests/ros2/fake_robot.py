@@ -1,16 +1,19 @@
-"""A ROS 2 robot as rmw_zenoh shows it, in a process of its own: ``python fake_robot.py ENDPOINT``.
+"""A ROS 2 robot in a process of its own: ``python fake_robot.py ENDPOINT rmw|bridge [NAV2]``.
 
-Written against the formats, with nothing of the adapter's network: keys, tokens and attachments are
-spelt out. It prints what its base is told, one JSON line per message of ``/cmd_vel``.
+As rmw_zenoh or as zenoh-bridge-ros2dds shows it. Written against the formats, with nothing of the
+adapter's network: keys, tokens and attachments are spelt out. It prints what its base is told, one
+JSON line per message of ``/cmd_vel``.
 """
 
 from __future__ import annotations
 
+import itertools
 import json
 import struct
 import sys
 import threading
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -26,56 +29,91 @@ COMMAND = "geometry_msgs/msg/TwistStamped"
 PERIOD_S = 0.05
 
 
+def open_session(endpoint: str) -> Any:
+    """A peer of the router, as ROS 2's nodes are."""
+    settings: Any = zenoh.Config()
+    for key, value in {
+        "mode": "peer",
+        "connect/endpoints": [endpoint],
+        "listen/endpoints": ["tcp/127.0.0.1:0"],
+        "scouting/multicast/enabled": False,
+        "timestamping/enabled": True,
+    }.items():
+        settings.insert_json5(key, json.dumps(value))
+    return zenoh.open(settings)
+
+
+def payload(query: zenoh.Query) -> bytes:
+    return query.payload.to_bytes() if query.payload is not None else b""
+
+
 class FakeRobot:
-    """A node with its publishers and the subscriber of its base."""
+    """A node of rmw_zenoh with its publishers, subscribers and servers."""
 
     def __init__(self, endpoint: str) -> None:
-        settings: Any = zenoh.Config()
-        for key, value in {
-            "mode": "peer",
-            "connect/endpoints": [endpoint],
-            "listen/endpoints": ["tcp/127.0.0.1:0"],
-            "scouting/multicast/enabled": False,
-            "timestamping/enabled": True,
-        }.items():
-            settings.insert_json5(key, json.dumps(value))
-        self.session = zenoh.open(settings)
+        self.session = open_session(endpoint)
         self.declared: list[Any] = []
         self._head = f"@ros2_lv/0/{self.session.info.zid()}/0"
-        self.declared.append(
-            self.session.liveliness().declare_token(f"{self._head}/0/NN/%/%/fake_robot")
-        )
-        self.base = self._base()
+        self._token(f"{self._head}/0/NN/%/%/fake_robot")
 
-    def announce(self, kind: str, topic: str, ros_type: str, qos: str) -> bytes:
+    def _token(self, token: str) -> None:
+        self.declared.append(self.session.liveliness().declare_token(token))
+
+    def announce(self, kind: str, topic: str, ros_type: str, qos: str = "::,10:,:,:,,") -> bytes:
         """Declare a token; returns the publisher's id."""
-        package, _, name = ros_type.split("/")
+        package, section, name = ros_type.split("/")
         token = (
             f"{self._head}/{len(self.declared)}/{kind}/%/%/fake_robot/{topic.replace('/', '%')}/"
-            f"{package}::msg::dds_::{name}_/{type_hash(ros_type)}/{qos}"
+            f"{package}::{section}::dds_::{name}_/{type_hash(ros_type)}/{qos}"
         )
-        self.declared.append(self.session.liveliness().declare_token(token))
+        self._token(token)
         digest = xxhash.xxh3_128_intdigest(token.encode())
         return struct.pack("<QQ", digest & (2**64 - 1), digest >> 64)
 
     def key(self, topic: str, ros_type: str) -> str:
-        package, _, name = ros_type.split("/")
-        return f"0{topic}/{package}::msg::dds_::{name}_/{type_hash(ros_type)}"
+        package, section, name = ros_type.split("/")
+        return f"0{topic}/{package}::{section}::dds_::{name}_/{type_hash(ros_type)}"
 
-    def _base(self) -> Any:
-        def on_command(sample: zenoh.Sample) -> None:
-            note = sample.attachment.to_bytes() if sample.attachment is not None else b""
-            sequence = struct.unpack_from("<q", note)[0] if len(note) == 33 else -1
-            message = decode(sample.payload.to_bytes(), COMMAND)
-            linear, angular = message.twist.linear.x, message.twist.angular.z
-            print(json.dumps([sequence, linear, angular]), flush=True)
+    def subscribe(
+        self, topic: str, ros_type: str, hear: Callable[[bytes], None], *, latched: bool = False
+    ) -> None:
+        """Hear a topic; what ROS 2 would drop for its attachment is dropped."""
 
-        self.announce("MS", "/cmd_vel", COMMAND, "::,10:,:,:,,")
-        return self.session.declare_subscriber(self.key("/cmd_vel", COMMAND), on_command)
+        def on_sample(sample: zenoh.Sample) -> None:
+            if sample.attachment is not None and len(sample.attachment.to_bytes()) == 33:
+                hear(sample.payload.to_bytes())
+
+        key = self.key(topic, ros_type)
+        if latched:
+            self.announce("MS", topic, ros_type, ":1:,1:,:,:,,")
+            history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1)
+            self.declared.append(
+                zenoh.ext.declare_advanced_subscriber(
+                    self.session, key, on_sample, history=history, subscriber_detection=True
+                )
+            )
+            return
+        self.announce("MS", topic, ros_type)
+        self.declared.append(self.session.declare_subscriber(key, on_sample))
+
+    def serve(self, service: str, ros_type: str, answer: Callable[[bytes], bytes]) -> None:
+        """Answer a service in threads; the reply echoes sequence and id of the request."""
+
+        def on_query(query: zenoh.Query) -> None:
+            def run() -> None:
+                with query:
+                    assert query.attachment is not None
+                    note = query.attachment.to_bytes()
+                    query.reply(key, answer(payload(query)), attachment=note)
+
+            threading.Thread(target=run, daemon=True).start()
+
+        key = self.key(service, ros_type)
+        self.announce("SS", service, ros_type)
+        self.declared.append(self.session.declare_queryable(key, on_query, complete=True))
 
     def publish(self, topic: str, ros_type: str, *, latched: bool = False) -> Publisher:
         """A publisher of a topic."""
-        qos = ":1:,1:,:,:,," if latched else "::,10:,:,:,,"
         key = self.key(topic, ros_type)
         publisher: Any = (
             zenoh.ext.declare_advanced_publisher(
@@ -90,7 +128,71 @@ class FakeRobot:
             if latched
             else self.session.declare_publisher(key)
         )
-        return Publisher(publisher, self.announce("MP", topic, ros_type, qos))
+        gid = self.announce("MP", topic, ros_type, ":1:,1:,:,:,," if latched else "::,10:,:,:,,")
+        return Publisher(publisher, gid)
+
+
+class FakeBridge:
+    """The same robot behind a bridge: keys without types, tokens below the session."""
+
+    def __init__(self, endpoint: str) -> None:
+        self.session = open_session(endpoint)
+        self.declared: list[Any] = []
+        self._head = f"@/{self.session.info.zid()}"
+        self._token(f"{self._head}/@ros2_lv")
+
+    def _token(self, token: str) -> None:
+        self.declared.append(self.session.liveliness().declare_token(token))
+
+    def _announce(self, kind: str, topic: str, ros_type: str, qos: str = "") -> None:
+        key, escaped = topic[1:].replace("/", "§"), ros_type.replace("/", "§")
+        self._token(f"{self._head}/@ros2_lv/{kind}/{key}/{escaped}{qos}")
+
+    def subscribe(
+        self, topic: str, ros_type: str, hear: Callable[[bytes], None], *, latched: bool = False
+    ) -> None:
+        """Hear a topic; of a latched one first what the caches of all bridges have."""
+        self._announce("MS", topic, ros_type, "/:1:1:0,1" if latched else "/:1::0,10")
+        self.declared.append(
+            self.session.declare_subscriber(topic[1:], lambda s: hear(s.payload.to_bytes()))
+        )
+        if latched:
+            cache = f"@/*/@ros2_pub_cache{topic}"
+            for reply in self.session.get(cache, accept_replies=zenoh.ReplyKeyExpr.ANY):
+                if reply.ok is not None:
+                    hear(reply.ok.payload.to_bytes())
+
+    def serve(self, service: str, ros_type: str, answer: Callable[[bytes], bytes]) -> None:
+        """Answer a service in threads; an action is announced as one, with its goals' service."""
+
+        def on_query(query: zenoh.Query) -> None:
+            def run() -> None:
+                with query:
+                    query.reply(service[1:], answer(payload(query)))
+
+            threading.Thread(target=run, daemon=True).start()
+
+        if service.endswith("/_action/send_goal"):
+            action = service.removesuffix("/_action/send_goal")
+            self._announce("AS", action, ros_type.removesuffix("_SendGoal"))
+        elif "/_action/" not in service:
+            self._announce("SS", service, ros_type)
+        self.declared.append(self.session.declare_queryable(service[1:], on_query))
+
+    def publish(self, topic: str, ros_type: str, *, latched: bool = False) -> Publisher:
+        """A publisher of a topic; a latched one has a cache under the bridge's own prefix."""
+        made = Publisher(self.session.declare_publisher(topic[1:]), b"")
+        if latched:
+
+            def on_query(query: zenoh.Query) -> None:
+                with query:
+                    query.reply(topic[1:], made.newest)
+
+            cache = f"{self._head}/@ros2_pub_cache{topic}"
+            self.declared.append(self.session.declare_queryable(cache, on_query))
+        if "/_action/" not in topic:
+            self._announce("MP", topic, ros_type, "/:1:1:0,1" if latched else "/:1::0,10")
+        return made
 
 
 class Publisher:
@@ -98,16 +200,44 @@ class Publisher:
 
     def __init__(self, publisher: Any, gid: bytes) -> None:
         self._publisher, self._gid, self._sequence = publisher, gid, 0
+        self.newest = b""
 
     def put(self, data: bytes) -> None:
         self._sequence += 1
+        self.newest = data
+        if not self._gid:
+            self._publisher.put(data)
+            return
         note = struct.pack("<qqB", self._sequence, time.time_ns(), 16) + self._gid
         self._publisher.put(data, attachment=note)
 
 
-def main(endpoint: str) -> None:
-    """Stand 1 m along the odometry's x axis and look, until standard input ends."""
-    robot = FakeRobot(endpoint)
+FORMS: dict[str, type[FakeRobot] | type[FakeBridge]] = {"rmw": FakeRobot, "bridge": FakeBridge}
+
+
+def print_commands(robot: FakeRobot | FakeBridge) -> None:
+    """Print what the base is told: a count, forward and turning speed."""
+    count = itertools.count(1)
+
+    def on_command(data: bytes) -> None:
+        message = decode(data, COMMAND)
+        linear, angular = message.twist.linear.x, message.twist.angular.z
+        print(json.dumps([next(count), linear, angular]), flush=True)
+
+    robot.subscribe("/cmd_vel", COMMAND, on_command)
+
+
+def main(endpoint: str, form: str, nav2: str = "") -> None:
+    """Stand 1 m along the odometry's x axis and look, until standard input ends.
+
+    ``nav2``: how its action behaves; empty: it has none.
+    """
+    robot = FORMS[form](endpoint)
+    print_commands(robot)
+    if nav2:
+        from tests.ros2.fake_nav2 import FakeNav2
+
+        FakeNav2(robot, nav2)
     static = robot.publish("/tf_static", "tf2_msgs/msg/TFMessage", latched=True)
     static.put(transforms(0, ("base_link", "camera", 0.2, 0.0)))  # once, long before the adapter
     tf = robot.publish("/tf", "tf2_msgs/msg/TFMessage")
@@ -133,8 +263,8 @@ def main(endpoint: str) -> None:
         info.put(camera_info(now, WIDTH, HEIGHT, FX))
         color.put(image(now - 3_000_000, rgb, "rgb8"))
         depth.put(image(now - 3_000_000, metres, "32FC1"))
-    robot.session.close()  # type: ignore[no-untyped-call]
+    robot.session.close()
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])

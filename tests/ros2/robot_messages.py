@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from onemap_ros2.cdr import encode, header, new
+from onemap_ros2.cdr import encode, header, new, time_of
 
 WIDTH, HEIGHT = 8, 6
 FX = 4.0
@@ -40,11 +40,17 @@ def camera_info(stamp_ns: int, width: int = WIDTH, height: int = HEIGHT, fx: flo
 
 
 def odometry(
-    stamp_ns: int, x_m: float = 0.0, yaw_rad: float = 0.0, linear_mps: float = 0.0
+    stamp_ns: int,
+    x_m: float = 0.0,
+    yaw_rad: float = 0.0,
+    linear_mps: float = 0.0,
+    lateral_mps: float = 0.0,
 ) -> bytes:
     kind = "nav_msgs/msg/Odometry"
     pose = new("geometry_msgs/msg/Pose", vector(x_m, 0.0, 0.0, "Point"), quaternion(yaw_rad))
-    speed = new("geometry_msgs/msg/Twist", vector(linear_mps, 0.0, 0.0), vector(0.0, 0.0, 0.0))
+    speed = new(
+        "geometry_msgs/msg/Twist", vector(linear_mps, lateral_mps, 0.0), vector(0.0, 0.0, 0.0)
+    )
     zeros = np.zeros(36)
     pose = new("geometry_msgs/msg/PoseWithCovariance", pose, zeros)
     speed = new("geometry_msgs/msg/TwistWithCovariance", speed, zeros)
@@ -64,3 +70,14 @@ def transforms(stamp_ns: int, *edges: tuple[str, str, float, float]) -> bytes:
         for parent, child, x_m, yaw_rad in edges
     ]
     return encode(new(kind, stamped), kind)
+
+
+def compressed(stamp_ns: int, data: bytes, form: str, frame: str = "camera") -> bytes:
+    kind = "sensor_msgs/msg/CompressedImage"
+    payload = np.frombuffer(data, np.uint8)
+    return encode(new(kind, header(stamp_ns, frame), form, payload), kind)
+
+
+def simulated_clock(now_ns: int) -> bytes:
+    kind = "rosgraph_msgs/msg/Clock"
+    return encode(new(kind, time_of(now_ns)), kind)

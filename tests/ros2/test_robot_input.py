@@ -1,12 +1,24 @@
 from __future__ import annotations
 
+import struct
+
+import cv2
 import numpy as np
 import pytest
 
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.robot_input import RobotInput
 from onemap_shared.geometry import pose_2d
-from tests.ros2.robot_messages import HEIGHT, WIDTH, camera_info, image, odometry, transforms
+from tests.ros2.robot_messages import (
+    HEIGHT,
+    WIDTH,
+    camera_info,
+    compressed,
+    image,
+    odometry,
+    simulated_clock,
+    transforms,
+)
 
 T0 = 1_700_000_000_000_000_000
 MS = 1_000_000
@@ -84,17 +96,18 @@ def test_depth_of_another_size_is_refused_by_name() -> None:
 def test_without_camera_information_there_is_no_frame() -> None:
     made = RobotInput(Ros2Config())
     show(made, T0)
-    assert not made.has_camera
+    assert not made.has_camera()
     assert made.take_frame(0.0) is None
 
 
 def test_odometry_is_placed_on_the_map() -> None:
     made = robot()
-    made.add("odometry", odometry(T0 + 20 * MS, 0.5, 0.3, 0.4), 0.0)
+    made.add("odometry", odometry(T0 + 20 * MS, 0.5, 0.3, 0.4, -0.1), 0.0)
     message = made.take_odometry(0.0)
     assert message is not None
     np.testing.assert_allclose(message.T_map_body, pose_2d(5.5, 0.0, 0.3), atol=1e-9)
     assert (message.stamp_ns, message.linear_mps) == (T0 + 20 * MS, 0.4)
+    assert message.lateral_mps == -0.1
     assert made.take_odometry(0.0) is None
 
 
@@ -135,5 +148,85 @@ def test_odometry_that_is_not_finite_is_refused() -> None:
     made = robot()
     made.add("odometry", odometry(T0, float("nan")), 0.0)
     made.add("odometry", odometry(T0, linear_mps=float("inf")), 0.0)
+    made.add("odometry", odometry(T0, lateral_mps=float("nan")), 0.0)
     assert made.take_odometry(0.0) is None
-    assert made.counts.unusable == 2
+    assert made.counts.unusable == 3
+
+
+def test_compressed_images_become_the_same_frame() -> None:
+    topics = {"color": "/c/image/compressed", "depth": "/d/image/compressedDepth"}
+    made = robot(topics=topics)
+    stamp_ns = T0 + 50 * MS
+    png = bytes(cv2.imencode(".png", DEPTH)[1])
+    color = bytes(cv2.imencode(".png", RGB)[1])
+    made.add("color", compressed(stamp_ns, color, "rgb8; png compressed"), 0.0)
+    depth = struct.pack("<iff", 0, 0.0, 0.0) + png
+    made.add("depth", compressed(stamp_ns, depth, "16UC1; compressedDepth png"), 0.0)
+    frame = made.take_frame(0.0)
+    assert frame is not None, made.problem
+    np.testing.assert_array_equal(frame.rgb, RGB)
+    np.testing.assert_array_equal(frame.depth_mm, DEPTH)
+
+
+def test_separate_depth_is_registered_and_the_pose_is_that_of_the_color_camera() -> None:
+    made = robot(topics={"depth_camera_info": "/d/camera_info"})
+    made.add("tf_static", transforms(0, ("camera", "depth_camera", 0.0, 0.0)), 0.0)
+    show_color = image(T0 + 50 * MS, RGB, "rgb8")
+    made.add("color", show_color, 0.0)
+    small = np.full((HEIGHT // 2, WIDTH // 2), 1500, np.uint16)
+    made.add("depth", image(T0 + 50 * MS, small, "16UC1", "depth_camera"), 0.0)
+    assert made.take_frame(0.0) is None  # the depth camera is not known yet
+    assert not made.has_camera("depth_camera_info")
+    made.add("depth_camera_info", camera_info(T0, WIDTH // 2, HEIGHT // 2, 2.0), 0.0)
+    frame = made.take_frame(0.0)
+    assert frame is not None, made.problem
+    assert frame.depth_mm.shape == RGB.shape[:2]
+    assert set(frame.depth_mm.ravel()) == {1500}  # without holes, although it has half the pixels
+    np.testing.assert_allclose(frame.T_map_camera, pose_2d(5.7, 0.0, 0.0), atol=1e-6)
+
+
+def test_without_the_transform_between_the_cameras_the_frame_is_dropped() -> None:
+    made = robot(topics={"depth_camera_info": "/d/camera_info"})
+    made.add("depth_camera_info", camera_info(T0), 0.0)
+    made.add("color", image(T0, RGB, "rgb8"), 0.0)
+    made.add("depth", image(T0, DEPTH, "16UC1", "nowhere"), 0.0)
+    assert made.take_frame(0.0) is None
+    assert made.take_frame(1.0) is None
+    assert made.counts.no_transform == 1
+    assert "'nowhere' are not connected" in made.problem
+
+
+def test_the_simulated_clock_that_jumps_back_begins_anew() -> None:
+    made = robot(use_sim_time=True)
+    made.add("clock", simulated_clock(T0), 0.0)
+    made.add("clock", simulated_clock(T0 - 10 * MS), 0.0)
+    assert made.counts.clock_jumps == 0
+    show(made, T0)
+    made.add("clock", simulated_clock(5 * 10**9), 0.0)
+    assert made.counts.clock_jumps == 1
+    assert made.clock_ns == 5 * 10**9
+    assert made.take_frame(0.0) is None
+
+
+def test_dropped_and_late_transforms_cost_frames_and_never_a_wrong_pose() -> None:
+    made = robot(map_frame="odom", transform_wait_ms=100, frame_rate_hz=60)
+    rng = np.random.default_rng(0)
+    taken, asked, now_s = 0, 200, 0.0
+    waiting: list[tuple[float, bytes]] = []
+    for step in range(asked):
+        now_s, stamp_ns = 0.05 * step, T0 + 200 * MS + step * 50 * MS
+        x_m = (stamp_ns - T0) * 1e-8
+        if rng.random() > 0.2:  # one in five is lost, the others come up to 0.3 s late
+            edge = transforms(stamp_ns, ("odom", "base_link", x_m, 0.0))
+            waiting.append((now_s + float(rng.uniform(0.0, 0.3)), edge))
+        for due_s, edge in [each for each in waiting if each[0] <= now_s]:
+            made.add("tf", edge, now_s)
+            waiting.remove((due_s, edge))
+        show(made, stamp_ns)
+        frame = made.take_frame(now_s)
+        if frame is not None:
+            taken += 1
+            x_m = (frame.stamp_ns - T0) * 1e-8 + 0.2
+            assert frame.T_map_camera[0, 3] == pytest.approx(x_m, abs=1e-6)
+    assert taken > 0
+    assert made.counts.no_transform > 0

@@ -7,19 +7,37 @@ import numpy as np
 import pytest
 
 from onemap_ros2 import service
-from onemap_ros2.cdr import decode, type_hash
+from onemap_ros2.cdr import decode, stamp_ns, type_hash
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.rmw_keys import Endpoint
-from onemap_ros2.service import TWIST, TWIST_STAMPED, Ros2Worker, build, check
-from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD
+from onemap_ros2.drive.velocity_driver import command_type, twist
+from onemap_ros2.network.endpoint import Endpoint
+from onemap_ros2.ros_types import TWIST, TWIST_STAMPED
+from onemap_ros2.service import Ros2Worker, build, check
+from onemap_shared.geometry import Velocity2d
+from onemap_shared.keys import (
+    ROBOT_CMD_VEL,
+    ROBOT_ODOMETRY,
+    ROBOT_RGBD,
+    SEARCH_PATH,
+    SEARCH_STATE,
+)
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import VelocityCommand
 from onemap_shared.runner import StartError
 from tests.ros2.fake_network import FakeNetwork
-from tests.ros2.robot_messages import HEIGHT, WIDTH, camera_info, image, odometry, transforms
+from tests.ros2.planner_messages import path_to, status
+from tests.ros2.robot_messages import (
+    HEIGHT,
+    WIDTH,
+    camera_info,
+    image,
+    odometry,
+    simulated_clock,
+    transforms,
+)
 
 T0 = 1_700_000_000_000_000_000
-CONFIG = Ros2Config(map_frame="odom")
+CONFIG = Ros2Config.model_validate({"map_frame": "odom", "display": {"enabled": False}})
 TOPICS = CONFIG.topics
 
 
@@ -59,6 +77,8 @@ class Set:
         self.frames = self.bus.subscribe(ROBOT_RGBD, capacity=20)
         self.odometry = self.bus.subscribe(ROBOT_ODOMETRY, capacity=20)
         self.commands = self.bus.publish(ROBOT_CMD_VEL)
+        self.paths = self.bus.publish(SEARCH_PATH)
+        self.states = self.bus.publish(SEARCH_STATE)
         self.worker = Ros2Worker(router.bus("ros2"), self.network, config)
         self.sequences: Iterator[int] = itertools.count(1)
 
@@ -128,6 +148,13 @@ def test_velocities_go_out_as_the_base_asks_then_zero_then_silence(
     assert made.network.closed
 
 
+@pytest.mark.parametrize("ros_type", [TWIST, TWIST_STAMPED])
+def test_a_twist_has_forward_sideways_and_turning_speed(ros_type: str) -> None:
+    message = decode(twist(Velocity2d(0.3, 0.5, -0.1), ros_type, T0, "base_link"), ros_type)
+    velocity = message.twist if ros_type == TWIST_STAMPED else message
+    assert (velocity.linear.x, velocity.linear.y, velocity.angular.z) == (0.3, -0.1, 0.5)
+
+
 def test_odometry_echoes_the_command(clock: Clock) -> None:
     made = Set(clock, base(TWIST))
     made.robot_says(T0)
@@ -184,7 +211,7 @@ def test_the_configured_type_holds_without_a_subscriber(clock: Clock) -> None:
     made.command(0.25)
     made.worker.step(0.1)
     assert made.sent(TWIST_STAMPED) == [0.25]
-    assert service.command_type(made.network, CONFIG) is None
+    assert command_type(made.network, CONFIG) is None
     made.worker.close()
     assert made.sent(TWIST_STAMPED) == [0.25, 0.0]
 
@@ -206,6 +233,49 @@ def test_health_names_the_topic_that_is_missing(clock: Clock) -> None:
     assert (health.ready, health.problem) == (True, "")
     assert health.metrics is not None
     assert health.metrics["frames"] == 1
+
+
+def nav2() -> Endpoint:
+    kind = "nav2_msgs/action/NavigateToPose_SendGoal"
+    return Endpoint("SS", "/nav2", "/navigate_to_pose/_action/send_goal", kind, type_hash(kind))
+
+
+@pytest.mark.parametrize("drive", ["nav2", "goal_pose"])
+def test_what_drives_by_goals_never_sends_a_velocity(clock: Clock, drive: str) -> None:
+    config = Ros2Config.model_validate({**CONFIG.model_dump(), "drive": drive})
+    made = Set(clock, base(TWIST), nav2(), config=config)
+    made.states.put(status("s1"))
+    for step in range(100):
+        if step < 40:
+            made.robot_says(T0 + step * 20_000_000)
+            made.paths.put(path_to(4.0, 0.0))
+        made.command(0.25)
+        made.clock.now_s += 0.02
+        made.worker.step(0.1)
+    made.worker.close()
+    assert (TOPICS.command, TWIST) not in made.network.writers
+    if drive == "nav2":
+        assert [call.service.split("/")[-1] for call in made.network.calls][:1] == ["send_goal"]
+        assert "cancel_goal" in made.network.calls[-1].service
+    else:
+        sent = [
+            decode(data, "geometry_msgs/msg/PoseStamped").pose.position.x
+            for data in made.network.writers["/goal_pose", "geometry_msgs/msg/PoseStamped"].sent
+        ]
+        assert sent[0] == 4.0
+        assert sent[-1] == pytest.approx(1.0)  # where the robot stands: it is to stop
+
+
+def test_simulated_time_is_the_stamp_of_velocities(clock: Clock) -> None:
+    made = Set(clock, base(TWIST_STAMPED), config=CONFIG.model_copy(update={"use_sim_time": True}))
+    assert "/clock" in made.worker.health().problem
+    made.network.say("/clock", simulated_clock(7_000_000_123))
+    made.robot_says(7_000_000_000)
+    made.worker.step(0.1)
+    made.command(0.25, 7_000_000_000)
+    made.worker.step(0.1)
+    (sent,) = made.network.writers[TOPICS.command, TWIST_STAMPED].sent
+    assert stamp_ns(decode(sent, TWIST_STAMPED).header.stamp) == 7_000_000_123
 
 
 def test_without_a_router_it_does_not_start() -> None:

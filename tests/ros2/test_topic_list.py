@@ -2,11 +2,18 @@ from __future__ import annotations
 
 import pytest
 
-from onemap_ros2.config import TopicParams
-from onemap_ros2.rmw_keys import Endpoint
-from onemap_ros2.topic_list import TYPES, missing, topic_reports
+from onemap_ros2.config import Ros2Config, TopicParams
+from onemap_ros2.network.endpoint import Endpoint
+from onemap_ros2.topic_list import missing, needs, topic_reports
 
 TOPICS = TopicParams(color="/camera/color")
+CONFIG = Ros2Config(topics=TOPICS)
+EVERYTHING = Ros2Config(
+    topics=TOPICS.model_copy(update={"depth_camera_info": "/camera/depth/camera_info"}),
+    namespace="/r1",
+    use_sim_time=True,
+    drive="nav2",
+)
 IMAGE = "sensor_msgs/msg/Image"
 
 
@@ -14,37 +21,69 @@ def endpoint(topic: str, ros_type: str, kind: str = "MP") -> Endpoint:
     return Endpoint(kind, "/robot", topic, ros_type, "RIHS01_0")
 
 
-def robot() -> list[Endpoint]:
+def robot(config: Ros2Config = CONFIG) -> list[Endpoint]:
     """One that has everything."""
-    return [
-        endpoint(getattr(TOPICS, name), types[-1], "MS" if name == "command" else "MP")
-        for name, types in TYPES.items()
-    ]
+    return [endpoint(need.topic, need.types[-1], need.kind) for need in needs(config)]
 
 
-def test_a_robot_that_has_everything_lacks_nothing() -> None:
-    assert missing(robot(), TOPICS) == {}
+@pytest.mark.parametrize("config", [CONFIG, EVERYTHING])
+def test_a_robot_that_has_everything_lacks_nothing(config: Ros2Config) -> None:
+    assert missing(robot(config), config) == {}
 
 
-@pytest.mark.parametrize("setting", TYPES)
-def test_every_missing_topic_is_named_by_its_setting(setting: str) -> None:
-    name = getattr(TOPICS, setting)
-    rest = [each for each in robot() if each.topic != name]
-    found = missing(rest, TOPICS)
-    assert list(found) == [setting]
-    assert f"{name} (ros2.topics.{setting})" in found[setting]
+@pytest.mark.parametrize("config", [CONFIG, EVERYTHING])
+def test_every_missing_topic_is_named_by_its_setting(config: Ros2Config) -> None:
+    for need in needs(config):
+        rest = [each for each in robot(config) if each.topic != need.topic]
+        found = missing(rest, config)
+        assert list(found) == [need.setting]
+        assert f"{need.topic} (ros2.topics.{need.setting})" in found[need.setting]
+
+
+def test_the_namespace_stands_before_all_but_the_clock() -> None:
+    named = {need.setting: need.topic for need in needs(EVERYTHING)}
+    assert named["clock"] == "/clock"
+    assert all(name.startswith("/r1/") for s, name in named.items() if s != "clock")
+    shared = EVERYTHING.model_copy(update={"tf_in_namespace": False})
+    assert shared.names.tf == "/tf"
+    assert shared.names.odometry == "/r1/odom"
+
+
+def test_compressed_topics_have_another_type() -> None:
+    topics = TopicParams(color="/c/image/compressed", depth="/d/image/compressedDepth")
+    found = {need.setting: need.types for need in needs(Ros2Config(topics=topics))}
+    assert found["color"] == found["depth"] == ("sensor_msgs/msg/CompressedImage",)
+
+
+@pytest.mark.parametrize(
+    ("drive", "kind", "ros_type", "topic"),
+    [
+        ("nav2", "SS", "nav2_msgs/action/NavigateToPose_SendGoal", "/_action/send_goal"),
+        ("nav2", "AS", "nav2_msgs/action/NavigateToPose", ""),
+        ("goal_pose", "MS", "geometry_msgs/msg/PoseStamped", ""),
+    ],
+)
+def test_what_drives_is_looked_for(drive: str, kind: str, ros_type: str, topic: str) -> None:
+    config = Ros2Config.model_validate({"drive": drive})
+    setting = "navigate" if drive == "nav2" else drive
+    rest = [each for each in robot(config) if each.topic != getattr(config.topics, setting)]
+    assert list(missing(rest, config)) == [setting]
+    name = f"{getattr(config.topics, setting)}{topic}"
+    assert missing([*rest, endpoint(name, ros_type, kind)], config) == {}
+    near = missing([*rest, endpoint(f"/r2{name}", ros_type, kind)], config)[setting]
+    assert "the nearest of its type is /r2/" in near
 
 
 def test_the_nearest_topic_of_the_right_type_is_named() -> None:
     rest = [each for each in robot() if each.topic != "/camera/color"]
     others = [endpoint("/front/color/image", IMAGE), endpoint("/camera/color_", "x/msg/Y")]
-    sentence = missing([*rest, *others], TOPICS)["color"]
+    sentence = missing([*rest, *others], CONFIG)["color"]
     assert sentence.endswith("the nearest of its type is /front/color/image")
 
 
 def test_a_wrong_type_is_named() -> None:
     rest = [each for each in robot() if each.topic != "/odom"]
-    sentence = missing([*rest, endpoint("/odom", IMAGE)], TOPICS)["odometry"]
+    sentence = missing([*rest, endpoint("/odom", IMAGE)], CONFIG)["odometry"]
     assert sentence.endswith("it is sensor_msgs/msg/Image and must be nav_msgs/msg/Odometry")
 
 

@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from onemap_ros2.cdr import FormatError, decode, peek_stamp_ns, stamp_ns
 from onemap_ros2.config import Ros2Config
-from onemap_ros2.images import color_image, depth_image_mm, intrinsics
+from onemap_ros2.depth_registration import CameraPair, register_depth
+from onemap_ros2.images import (
+    color_image,
+    compressed_color,
+    compressed_depth_mm,
+    depth_image_mm,
+    intrinsics,
+)
 from onemap_ros2.pairing import PairBuffer
+from onemap_ros2.ros_types import CAMERA_INFO, CLOCK, IMAGE, ODOMETRY, TF, image_type
 from onemap_ros2.transform_buffer import TransformBuffer, TransformError, TransformLate, rigid
 from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F64
+from onemap_shared.geometry import F64, U16
 from onemap_shared.messages import Odometry, RgbdFrame
 
-IMAGE = "sensor_msgs/msg/Image"
-CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
-ODOMETRY = "nav_msgs/msg/Odometry"
-TF = "tf2_msgs/msg/TFMessage"
 JUMP_BACK_NS = 1_000_000_000  # further back than late messages come: the clock was set
 MAX_WAITING = 50  # odometry messages; a quarter of a second at 200 Hz
 
@@ -44,7 +48,7 @@ class _Waiting:
     frame: str
     since_s: float
     message: Any  # odometry, or the depth image
-    color: bytes = b""
+    color: Any = None  # the color image
 
 
 class RobotInput:
@@ -58,18 +62,21 @@ class RobotInput:
         self._config = config
         self._transforms = TransformBuffer()
         self._pairs = PairBuffer(int(config.pair_tolerance_ms * 1e6))
-        self._camera: Intrinsics | None = None
+        self._cameras: dict[str, Intrinsics] = {}
+        self._image_types = image_type(config.topics.color), image_type(config.topics.depth)
+        self._registers = config.topics.depth_camera_info is not None
         self._odometry: deque[_Waiting] = deque(maxlen=MAX_WAITING)
         self._images: _Waiting | None = None
         self._newest_ns: int | None = None
         self._next_frame_ns = 0
         self.counts = InputCounts()
         self.problem = ""
+        self.clock_ns: int | None = None  # simulated time; None before the first
 
-    @property
-    def has_camera(self) -> bool:
-        """Whether camera information has come."""
-        return self._camera is not None
+    def has_camera(self, kind: str = "camera_info") -> bool:
+        """Whether the camera information that this setting names has come, if it is needed."""
+        needed = kind != "depth_camera_info" or self._registers
+        return not needed or kind in self._cameras
 
     @property
     def unpaired(self) -> int:
@@ -105,14 +112,14 @@ class RobotInput:
 
     def take_frame(self, now_s: float) -> RgbdFrame | None:
         """The newest frame whose color, depth, camera and transform are there."""
-        if self._camera is None:
+        if not (self.has_camera() and self.has_camera("depth_camera_info")):
             return None
         try:
             self._images = self._images or self._next_images(now_s)
             if self._images is None:
                 return None
             T_map_camera = self._lookup(self._images, now_s)
-            made = self._make_frame(self._images, self._camera, T_map_camera)
+            made = self._make_frame(self._images, T_map_camera, now_s)
         except TransformLate:
             return None
         except TransformError as problem:
@@ -132,8 +139,11 @@ class RobotInput:
             self._pairs.add_color(peek_stamp_ns(data), data)
         elif kind == "depth":
             self._pairs.add_depth(peek_stamp_ns(data), data)
-        elif kind == "camera_info":
-            self._camera = intrinsics(decode(data, CAMERA_INFO), rectified=self._config.rectified)
+        elif kind in ("camera_info", "depth_camera_info"):
+            info = decode(data, CAMERA_INFO)
+            self._cameras[kind] = intrinsics(info, rectified=self._config.rectified)
+        elif kind == "clock":
+            self._set_clock(stamp_ns(decode(data, CLOCK).clock))
         elif kind == "odometry":
             self._add_odometry(decode(data, ODOMETRY), now_s)
         else:
@@ -157,6 +167,11 @@ class RobotInput:
         frame = _frame(message.header.frame_id)
         self._odometry.append(_Waiting(stamp, frame, now_s, message))
 
+    def _set_clock(self, now_ns: int) -> None:
+        if self.clock_ns is not None and now_ns < self.clock_ns - JUMP_BACK_NS:
+            self._start_over()
+        self.clock_ns = now_ns
+
     def _start_over(self) -> None:
         """The clock was set back: what came before belongs to another time."""
         self.counts.clock_jumps += 1
@@ -170,38 +185,64 @@ class RobotInput:
         if pair is None or pair.stamp_ns < self._next_frame_ns:
             return None
         self._next_frame_ns = pair.stamp_ns + int(0.9e9 / self._config.frame_rate_hz)
-        depth = decode(pair.depth, IMAGE)
-        frame = _frame(depth.header.frame_id)
-        return _Waiting(pair.stamp_ns, frame, now_s, depth, pair.color)
+        color_type, depth_type = self._image_types
+        color, depth = decode(pair.color, color_type), decode(pair.depth, depth_type)
+        frame = _frame((color if self._registers else depth).header.frame_id)
+        return _Waiting(pair.stamp_ns, frame, now_s, depth, color)
 
-    def _lookup(self, waiting: _Waiting, now_s: float) -> F64:
-        """T_map_frame of what waits; TransformLate as long as it may wait, then TransformError."""
+    def _lookup(self, waiting: _Waiting, now_s: float, target: str = "") -> F64:
+        """T_target_frame of what waits, of the map without a target.
+
+        TransformLate as long as it may wait, then TransformError.
+        """
+        target = target or self._config.map_frame
         try:
-            return self._transforms.lookup(self._config.map_frame, waiting.frame, waiting.stamp_ns)
+            return self._transforms.lookup(target, waiting.frame, waiting.stamp_ns)
         except TransformLate as problem:
             if now_s - waiting.since_s < self._config.transform_wait_ms * 1e-3:
                 raise
             raise TransformError(str(problem)) from problem
 
-    def _make_frame(self, images: _Waiting, camera: Intrinsics, T_map_camera: F64) -> RgbdFrame:
-        rgb = color_image(decode(images.color, IMAGE))
-        depth_mm = depth_image_mm(images.message)
+    def _make_frame(self, images: _Waiting, T_map_camera: F64, now_s: float) -> RgbdFrame:
+        color_type, depth_type = self._image_types
+        raw_color, raw_depth = color_type == IMAGE, depth_type == IMAGE
+        depth_mm = (depth_image_mm if raw_depth else compressed_depth_mm)(images.message)
+        rgb = (color_image if raw_color else compressed_color)(images.color)
+        if self._registers:
+            depth_mm = self._registered(images, depth_mm, rgb.shape[:2], now_s)
         if rgb.shape[:2] != depth_mm.shape:
             raise FormatError(
                 f"the depth image has {depth_mm.shape[1]} x {depth_mm.shape[0]} pixels and the "
                 f"color image {rgb.shape[1]} x {rgb.shape[0]}: choose a depth topic that is "
-                "registered to the color image"
+                "registered to the color image, or set ros2.topics.depth_camera_info"
             )
+        camera = self._cameras["camera_info"]
         return RgbdFrame(self.counts.frames, images.stamp_ns, rgb, depth_mm, camera, T_map_camera)
+
+    def _registered(
+        self, images: _Waiting, depth_mm: U16, shape: tuple[int, ...], now_s: float
+    ) -> U16:
+        """The depth as the color camera sees it."""
+        depth_frame = _frame(images.message.header.frame_id)
+        between = replace(images, frame=depth_frame)
+        T_color_depth = self._lookup(between, now_s, target=images.frame)
+        cameras = CameraPair(
+            self._cameras["depth_camera_info"], self._cameras["camera_info"], T_color_depth
+        )
+        return register_depth(depth_mm, cameras, (shape[0], shape[1]))
 
     def _make_odometry(self, waiting: _Waiting, T_map_odom: F64) -> Odometry:
         pose, twist = waiting.message.pose.pose, waiting.message.twist.twist
         place, turn = pose.position, pose.orientation
         T_odom_body = rigid((place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w))
         speed = (float(twist.linear.x), float(twist.angular.z))
-        if not np.isfinite(speed).all():
-            raise FormatError(f"the odometry's velocity {speed} is not finite")
-        return Odometry(self.counts.odometry, waiting.stamp_ns, T_map_odom @ T_odom_body, *speed)
+        left = float(twist.linear.y)
+        if not np.isfinite((*speed, left)).all():
+            raise FormatError(f"the odometry's velocity {(*speed, left)} is not finite")
+        T_map_body = T_map_odom @ T_odom_body
+        return Odometry(
+            self.counts.odometry, waiting.stamp_ns, T_map_body, *speed, lateral_mps=left
+        )
 
     def _miss(self, problem: TransformError) -> None:
         self.counts.no_transform += 1

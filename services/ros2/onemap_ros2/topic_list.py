@@ -4,21 +4,77 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from onemap_ros2.config import TopicParams
-from onemap_ros2.rmw_keys import PUBLISHER, SUBSCRIBER, Endpoint
+from onemap_ros2.config import Ros2Config, TopicParams
+from onemap_ros2.network.endpoint import (
+    ACTION_SERVER,
+    PUBLISHER,
+    SEND_GOAL,
+    SERVER,
+    SUBSCRIBER,
+    Endpoint,
+)
+from onemap_ros2.ros_types import (
+    CAMERA_INFO,
+    CLOCK,
+    NAVIGATE,
+    ODOMETRY,
+    POSE_STAMPED,
+    TF,
+    TWIST,
+    TWIST_STAMPED,
+    image_type,
+)
 
-# Types that each topic of the configuration may have.
-TYPES = {
-    "color": ("sensor_msgs/msg/Image",),
-    "depth": ("sensor_msgs/msg/Image",),
-    "camera_info": ("sensor_msgs/msg/CameraInfo",),
-    "odometry": ("nav_msgs/msg/Odometry",),
-    "command": ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"),
-    "tf": ("tf2_msgs/msg/TFMessage",),
-    "tf_static": ("tf2_msgs/msg/TFMessage",),
+VERBS = {
+    PUBLISHER: "publishes",
+    SUBSCRIBER: "subscribes to",
+    SERVER: "serves",
 }
+
+
+@dataclass(frozen=True, slots=True)
+class TopicNeed:
+    """A topic that the configuration asks of the robot.
+
+    Attributes:
+        setting: its key below ``ros2.topics``.
+        topic: its name.
+        types: that it may have.
+        kind: what the robot's node is to it: publisher, subscriber or server.
+    """
+
+    setting: str
+    topic: str
+    types: tuple[str, ...]
+    kind: str = PUBLISHER
+
+
+def needs(config: Ros2Config) -> list[TopicNeed]:
+    """What the robot must have, as it is configured."""
+    topics = config.names
+    wanted = [
+        TopicNeed("color", topics.color, (image_type(topics.color),)),
+        TopicNeed("depth", topics.depth, (image_type(topics.depth),)),
+        TopicNeed("camera_info", topics.camera_info, (CAMERA_INFO,)),
+        TopicNeed("odometry", topics.odometry, (ODOMETRY,)),
+        TopicNeed("tf", topics.tf, (TF,)),
+        TopicNeed("tf_static", topics.tf_static, (TF,)),
+    ]
+    if topics.depth_camera_info is not None:
+        wanted.append(TopicNeed("depth_camera_info", topics.depth_camera_info, (CAMERA_INFO,)))
+    if config.use_sim_time:
+        wanted.append(TopicNeed("clock", topics.clock, (CLOCK,)))
+    match config.drive:
+        case "velocity":
+            types = (TWIST, TWIST_STAMPED)
+            wanted.append(TopicNeed("command", topics.command, types, SUBSCRIBER))
+        case "goal_pose":
+            wanted.append(TopicNeed("goal_pose", topics.goal_pose, (POSE_STAMPED,), SUBSCRIBER))
+        case "nav2":
+            wanted.append(TopicNeed("navigate", topics.navigate, (NAVIGATE,), SERVER))
+    return wanted
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,26 +119,35 @@ def topic_reports(
     ]
 
 
-def missing(endpoints: Iterable[Endpoint], topics: TopicParams) -> dict[str, str]:
+def missing(endpoints: Iterable[Endpoint], config: Ros2Config) -> dict[str, str]:
     """A sentence for every configured topic that the robot lacks, by its setting."""
-    known = list(endpoints)
+    known = [_as_action(each) for each in endpoints]
     found = {}
-    for setting, types in TYPES.items():
-        name = getattr(topics, setting)
-        kind = SUBSCRIBER if setting == "command" else PUBLISHER
-        sentence = _lack(name, types, [each for each in known if each.kind == kind])
+    for need in needs(config):
+        sentence = _lack(need, [each for each in known if each.kind == need.kind])
         if sentence:
-            verb = "subscribes to" if setting == "command" else "publishes"
-            found[setting] = f"no node {verb} {name} (ros2.topics.{setting}): {sentence}"
+            what = f"{need.topic} (ros2.topics.{need.setting})"
+            found[need.setting] = f"no node {VERBS[need.kind]} {what}: {sentence}"
     return found
 
 
-def _lack(name: str, types: tuple[str, ...], endpoints: list[Endpoint]) -> str:
-    here = sorted({each.ros_type for each in endpoints if each.topic == name})
-    if set(here) & set(types):
+def _as_action(endpoint: Endpoint) -> Endpoint:
+    """The service with which an action's goals are sent, as the action itself."""
+    if endpoint.kind == ACTION_SERVER:
+        return replace(endpoint, kind=SERVER)
+    if endpoint.kind != SERVER or not endpoint.topic.endswith(SEND_GOAL):
+        return endpoint
+    action = endpoint.topic.removesuffix(SEND_GOAL)
+    return replace(endpoint, topic=action, ros_type=endpoint.ros_type.removesuffix("_SendGoal"))
+
+
+def _lack(need: TopicNeed, endpoints: list[Endpoint]) -> str:
+    here = sorted({each.ros_type for each in endpoints if each.topic == need.topic})
+    wanted = " or ".join(need.types)
+    if set(here) & set(need.types):
         return ""
     if here:
-        return f"it is {', '.join(here)} and must be {' or '.join(types)}"
-    fitting = sorted({each.topic for each in endpoints if each.ros_type in types})
-    near = difflib.get_close_matches(name, fitting, n=1, cutoff=0.0)
-    return f"the nearest of its type is {near[0]}" if near else f"there is no {' or '.join(types)}"
+        return f"it is {', '.join(here)} and must be {wanted}"
+    fitting = sorted({each.topic for each in endpoints if each.ros_type in need.types})
+    near = difflib.get_close_matches(need.topic, fitting, n=1, cutoff=0.0)
+    return f"the nearest of its type is {near[0]}" if near else f"there is no {wanted}"

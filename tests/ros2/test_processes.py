@@ -1,0 +1,228 @@
+"""The adapter's process between a fake robot's process and OneMap's bus, through a real router."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import queue
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from onemap_ros2.config import Ros2Config
+from onemap_ros2.display.grids import belief_grid
+from onemap_ros2.network.joining import join as join_robot
+from onemap_ros2.ros_types import GRID
+from onemap_shared import keys
+from onemap_shared.messages import VelocityCommand
+from onemap_shared.transport import Bus
+from tests.ros2.fake_robot import COMMAND, FORMS, FX, HEIGHT, WIDTH
+from tests.ros2.planner_messages import view
+from tests.shared.test_bus import Router, eventually, join, router
+from tests.structure import ROOT
+
+__all__ = ["router"]  # the fixture
+pytestmark = pytest.mark.slow
+MIDDLEWARE = {"rmw": "rmw_zenoh", "bridge": "zenoh-bridge-ros2dds"}
+TOPICS = {
+    "color": "/camera/color",
+    "depth": "/camera/depth",
+    "camera_info": "/camera/camera_info",
+}
+
+
+class RobotProcess:
+    """The fake robot, and what its base was told: sequence, forward and turning speed.
+
+    ``nav2``: how its action behaves, if it has one; ``asked``: what that was asked.
+    """
+
+    def __init__(self, endpoint: str, form: str, nav2: str = "") -> None:
+        self.told: queue.SimpleQueue[tuple[int, float, float]] = queue.SimpleQueue()
+        self.asked: queue.SimpleQueue[list[Any]] = queue.SimpleQueue()
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "tests.ros2.fake_robot", endpoint, form, nav2],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=ROOT,
+        )
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def _listen(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            first, *rest = json.loads(line)
+            if first == "nav2":
+                self.asked.put(rest)
+            else:
+                self.told.put((first, *rest))
+
+    def close(self) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.close()
+        assert self.process.wait(timeout=20) == 0
+
+
+@pytest.fixture(params=MIDDLEWARE)
+def form(request: pytest.FixtureRequest) -> str:
+    chosen: str = request.param
+    return chosen
+
+
+@pytest.fixture
+def robot(router: Router, form: str) -> Iterator[RobotProcess]:
+    made = RobotProcess(router.endpoint, form)
+    yield made
+    if made.process.poll() is None:
+        made.close()
+
+
+@pytest.fixture
+def adapter(
+    router: Router, robot: RobotProcess, form: str, tmp_path: Path
+) -> Iterator[subprocess.Popen[bytes]]:
+    config = tmp_path / "robot.yaml"
+    ros2 = {
+        "middleware": MIDDLEWARE[form],
+        "connect": [router.endpoint],
+        "map_frame": "odom",
+        "topics": TOPICS,
+    }
+    config.write_text(yaml.safe_dump({"bus": {"connect": [router.endpoint]}, "ros2": ros2}))
+    process = subprocess.Popen([sys.executable, "-m", "onemap_ros2", "--config", str(config)])
+    yield process
+    process.terminate()
+    assert process.wait(timeout=20) == 0
+
+
+@pytest.fixture
+def planner(router: Router) -> Iterator[Bus]:
+    bus = join(router, "planner")
+    yield bus
+    bus.close()
+
+
+def drive(planner: Bus, robot: RobotProcess, command: VelocityCommand) -> tuple[int, float, float]:
+    """Send the command, again and again as a planner does, until the base is told something."""
+    commands = planner.publish(keys.ROBOT_CMD_VEL)
+    sequence = itertools.count(command.sequence)
+
+    def attempt() -> tuple[int, float, float] | None:
+        commands.put(replace(command, sequence=next(sequence)))
+        with suppress(queue.Empty):
+            return robot.told.get(timeout=0.05)
+        return None
+
+    return eventually(attempt)
+
+
+@pytest.mark.usefixtures("adapter")
+def test_a_robot_of_ros_2_is_seen_and_driven(planner: Bus, robot: RobotProcess) -> None:
+    frames, odometry = planner.subscribe(keys.ROBOT_RGBD), planner.subscribe(keys.ROBOT_ODOMETRY)
+    frame = eventually(lambda: frames.take(0.5))
+    assert frame.rgb.shape == (HEIGHT, WIDTH, 3)
+    assert frame.rgb[0, 0].tolist() == [0, 1, 2]
+    assert (frame.depth_mm[0, 0], frame.depth_mm[1, 1]) == (0, 1500)
+    assert (frame.intrinsics.fx, frame.intrinsics.cx) == (FX, WIDTH / 2)
+    np.testing.assert_allclose(frame.T_map_camera[:3, 3], (1.2, 0.0, 0.0), atol=1e-9)
+    eventually(lambda: odometry.take(0.5))
+    first = drive(planner, robot, VelocityCommand(1, 1, 0.25, -0.5, 300, "p1"))
+    assert first == (1, 0.25, -0.5)
+    eventually(lambda: m if (m := odometry.take(0.5)) and m.planner == "p1" else None)
+    told = [robot.told.get(timeout=20)]
+    while told[-1][1:] != (0.0, 0.0):
+        told.append(robot.told.get(timeout=20))
+    told += [robot.told.get(timeout=20) for _ in range(2)]
+    assert [velocity for _, *velocity in told[-3:]] == [[0.0, 0.0]] * 3
+    assert [sequence for sequence, *_ in told] == list(range(2, 2 + len(told)))
+
+
+@pytest.mark.usefixtures("adapter")
+def test_the_base_is_stopped_when_the_adapter_ends(
+    planner: Bus, robot: RobotProcess, adapter: subprocess.Popen[bytes]
+) -> None:
+    odometry = planner.subscribe(keys.ROBOT_ODOMETRY)
+    eventually(lambda: odometry.take(0.5))
+    drive(planner, robot, VelocityCommand(1, 1, 0.25, 0.0, 60_000, "p1"))
+    adapter.terminate()
+    assert adapter.wait(timeout=20) == 0
+    told = robot.told.get(timeout=20)
+    while not robot.told.empty():
+        told = robot.told.get()
+    assert told[1:] == (0.0, 0.0)
+
+
+@pytest.mark.usefixtures("planner")  # which waits for the router
+def test_the_graph_shows_the_robot_and_forgets_it(
+    router: Router, robot: RobotProcess, form: str
+) -> None:
+    network = join_robot(
+        Ros2Config.model_validate({"middleware": MIDDLEWARE[form], "connect": [router.endpoint]})
+    )
+    try:
+        network.read("/tf", "tf2_msgs/msg/TFMessage", 5)
+        found = eventually(lambda: network.endpoints() if len(network.endpoints()) == 7 else None)
+        base = next(each for each in found if each.kind == "MS")
+        assert (base.topic, base.ros_type) == ("/cmd_vel", COMMAND)
+        assert base.node == ("/fake_robot" if form == "rmw" else "")
+        robot.close()
+        assert eventually(lambda: None if network.endpoints() else True)
+    finally:
+        network.close()
+
+
+@pytest.mark.usefixtures("planner", "robot")
+def test_the_command_lists_topics_and_names_the_missing_one(
+    router: Router, form: str, tmp_path: Path
+) -> None:
+    config = tmp_path / "robot.yaml"
+    topics = {**TOPICS, "color": "/camera/colour"}
+    ros2 = {"middleware": MIDDLEWARE[form], "connect": [router.endpoint], "topics": topics}
+    config.write_text(yaml.safe_dump({"ros2": ros2}))
+    command = [sys.executable, "-m", "onemap_tools", "ros2", "topics", "--config", str(config)]
+    done = subprocess.run(
+        [*command, "--seconds", "1", "--json"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1, done.stderr
+    document = json.loads(done.stdout.splitlines()[-1])
+    listed = {each["topic"]: each for each in document["topics"]}
+    assert listed["/odom"]["setting"] == "odometry"
+    assert listed["/odom"]["rate_hz"] > 1.0
+    assert listed["/cmd_vel"]["rate_hz"] is None
+    (sentence,) = document["missing"]
+    assert sentence.endswith("the nearest of its type is /camera/color")
+
+
+@pytest.mark.usefixtures("adapter", "robot")
+def test_who_looks_later_sees_the_map_at_once(router: Router, planner: Bus, form: str) -> None:
+    grids: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+
+    def newest() -> bytes | None:
+        with suppress(queue.Empty):
+            return grids.get(timeout=0.05)
+        return None
+
+    mapper = join(router, "mapper")
+    mapper.serve(keys.MAP_SEARCH_VIEW, lambda _: view())
+    viewer = FORMS[form](router.endpoint)
+    viewer.subscribe("/onemap/belief", GRID, grids.put, latched=True)
+    first = eventually(newest)
+    assert first == belief_grid(view(), "odom")
+    mapper.close()
+    viewer.session.close()
+    while not grids.empty():
+        grids.get()
+    later = FORMS[form](router.endpoint)  # nobody computes a grid any more: it is remembered
+    later.subscribe("/onemap/belief", GRID, grids.put, latched=True)
+    assert eventually(newest) == first
+    later.session.close()
