@@ -18,8 +18,9 @@ from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.config import PREFIX, ConfigError
 from onemap_simulator.config import SimulatorConfig
 from onemap_tools.demo.setup import (
-    DEMO_SERVICES,
     PREFERRED_OBJECTS,
+    ROS2_ROBOT,
+    SIMULATOR,
     DemoOptions,
     choose_objects,
     choose_port,
@@ -32,6 +33,7 @@ from onemap_tools.demo.setup import (
 from onemap_tools.demo.truth import vocabulary_names
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.network import LOOPBACK, any_free_port
+from onemap_tools.processes.services import CORE
 from tests.structure import ROOT
 from tests.tools.cli.commands import TREE
 
@@ -39,7 +41,7 @@ KNOWN = vocabulary_names(load_vocabulary(SHIPPED))
 NOON = datetime(2026, 1, 2, 12, 30, 45)
 
 
-def options(folder: Path, *, scene: Path | None = None) -> DemoOptions:
+def options(folder: Path, *, scene: Path | None = None, ros2: bool = False) -> DemoOptions:
     return DemoOptions(
         seed=7,
         scene=scene,
@@ -48,6 +50,7 @@ def options(folder: Path, *, scene: Path | None = None) -> DemoOptions:
         port=8123,
         folder=folder,
         time_limit_s=10.0,
+        ros2=ros2,
     )
 
 
@@ -79,12 +82,21 @@ def test_a_run_never_writes_over_another(tmp_path: Path) -> None:
 
 def test_the_router_is_stopped_last_and_all_read_one_file(tmp_path: Path) -> None:
     setup = set_up(options(tmp_path / "run"))
-    assert [spec.name for spec in setup.specs] == ["router", *DEMO_SERVICES]
+    assert [spec.name for spec in setup.specs] == ["router", SIMULATOR, *CORE]
     assert [spec.name for spec in setup.specs if spec.last] == ["router"]
     assert all(str(setup.config_file) in spec.command for spec in setup.specs)
     sections = yaml.safe_load(setup.config_file.read_text())
     assert sections["bus"]["connect"] == [setup.endpoint]
     assert sections["gateway"]["port"] == 8123
+    assert sections["simulator"]["seed"] == 7
+
+
+def test_a_robot_of_ros_2_is_two_processes_on_the_same_router(tmp_path: Path) -> None:
+    setup = set_up(options(tmp_path / "run", ros2=True))
+    assert [spec.name for spec in setup.specs] == ["router", ROS2_ROBOT, "ros2", *CORE]
+    sections = yaml.safe_load(setup.config_file.read_text())
+    assert sections["ros2"]["connect"] == [setup.endpoint]
+    assert setup.environment["ONEMAP_DEMO_ROUTER"] == setup.endpoint
     assert sections["simulator"]["seed"] == 7
 
 

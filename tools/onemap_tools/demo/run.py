@@ -21,7 +21,15 @@ from onemap_shared.messages import SearchState
 from onemap_shared.transport import Bus
 from onemap_tools.demo.report import describe
 from onemap_tools.demo.run_monitor import RunMonitor
-from onemap_tools.demo.setup import DemoOptions, DemoSetup, choose_objects, failed_document, set_up
+from onemap_tools.demo.setup import (
+    ROS2_ROBOT,
+    SIMULATOR,
+    DemoOptions,
+    DemoSetup,
+    choose_objects,
+    failed_document,
+    set_up,
+)
 from onemap_tools.demo.summary import DemoSummary
 from onemap_tools.demo.truth import evaluate_result, scene_category, vocabulary_names
 from onemap_tools.errors import EXIT_INTERRUPTED, CliError, to_cli_error
@@ -95,7 +103,7 @@ def run(options: DemoOptions, console: Console) -> dict[str, Any]:
         while not accepts_connections(setup.endpoint):
             demo.pause()
         with temporary_session(BusConfig(connect=(setup.endpoint,)), "demo", CONNECT_S) as bus:
-            monitor = RunMonitor(bus)
+            monitor = RunMonitor(bus, ROS2_ROBOT if options.ros2 else SIMULATOR)
             with progress_view(console) as view:
                 _wait_until_ready(demo, gateway, view)
                 targets = _choose_targets(demo, monitor, console)

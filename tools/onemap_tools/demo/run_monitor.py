@@ -29,14 +29,15 @@ TRUTH_S = 10.0  # long enough for a busy machine to answer
 class RunMonitor:
     """Collects odometry, map revisions and contacts; call ``update`` several times a second.
 
+    robot: the process that simulates it.
     contacts: those above 0.05 m/s that the simulator has counted; None before its first heartbeat.
     """
 
-    def __init__(self, bus: Bus) -> None:
+    def __init__(self, bus: Bus, robot: str = "simulator") -> None:
         self._bus = bus
         self._odometry = bus.subscribe(ROBOT_ODOMETRY, QUEUE)
         self._revisions = bus.subscribe(MAP_REVISION, QUEUE)
-        self._heartbeats = bus.subscribe(heartbeat("simulator"), QUEUE)
+        self._heartbeats = bus.subscribe(heartbeat(robot), QUEUE)
         self._counts: list[int] = []
         self._times_s: list[float] = []
         self.trail_m: tuple[PointM, ...] = ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -14,12 +15,12 @@ from rich.console import Console
 
 from onemap_shared.config import PREFIX, read
 from onemap_simulator.scene.scene import STRUCTURE, UNNAMED
-from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
 from onemap_tools.processes.launch import ProcessSpec, make_folder, onemap_command
 from onemap_tools.processes.network import DEFAULT_PORT, LOOPBACK, any_free_port, next_free_port
 from onemap_tools.processes.services import CORE, check_robot
 
-DEMO_SERVICES = ("simulator", *CORE)
+SIMULATOR, ROS2_ROBOT = "simulator", "ros2_robot"  # the processes that simulate the robot
 OBJECTS = 3
 
 # Searched for by default where the scene has them: large objects of different rooms first.
@@ -42,8 +43,8 @@ UNINFORMATIVE = STRUCTURE | {"picture", "lamp"}
 class DemoOptions:
     """The options of the command line. Without ``objects`` the demo chooses them.
 
-    ``film``: where an animation of the search is written; None: nowhere. ``settings``: of the
-    configuration's sections, above the environment's.
+    ``film``: where an animation of the search is written; None: nowhere. ``ros2``: the robot speaks
+    ROS 2. ``settings``: of the configuration's sections, above the environment's.
     """
 
     seed: int
@@ -54,6 +55,7 @@ class DemoOptions:
     folder: Path
     time_limit_s: float
     film: Path | None = None
+    ros2: bool = False
     settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
@@ -107,7 +109,9 @@ def set_up(options: DemoOptions) -> DemoSetup:
     endpoint = f"tcp/{LOOPBACK}:{any_free_port()}"
     environment = dict(os.environ)
     sections = demo_sections(environment, options, endpoint)
-    check_robot("simulator", sections)
+    check_robot(SIMULATOR, sections)
+    if options.ros2:
+        check_robot("ros2", sections)
     if options.scene is not None:
         check_scene_file(options.scene)
     if options.film is not None:
@@ -120,18 +124,40 @@ def set_up(options: DemoOptions) -> DemoSetup:
     router = ProcessSpec(
         "router", onemap_command("router", "--config", str(config_file)), last=True
     )
+    robots, robot_environment = _robots(options, endpoint, config_file)
     services = (
-        ProcessSpec(name, onemap_command(name, "--config", str(config_file)))
-        for name in DEMO_SERVICES
+        ProcessSpec(name, onemap_command(name, "--config", str(config_file))) for name in CORE
     )
     return DemoSetup(
         endpoint=endpoint,
         url=f"http://{LOOPBACK}:{options.port}",
         config_file=config_file,
-        specs=(router, *services),
+        specs=(router, *robots, *services),
         # Their overrides are in the file already; applied again they would replace fixed values.
-        environment={k: v for k, v in environment.items() if not k.startswith(PREFIX)},
+        environment={
+            **{k: v for k, v in environment.items() if not k.startswith(PREFIX)},
+            **robot_environment,
+        },
     )
+
+
+def _robots(
+    options: DemoOptions, endpoint: str, config_file: Path
+) -> tuple[tuple[ProcessSpec, ...], dict[str, str]]:
+    """The robot's processes, and what they need in their environment.
+
+    With ROS 2: the simulator behind ROS 2's formats, and the adapter. Else the simulator.
+    """
+    settings = ("--config", str(config_file))
+    if not options.ros2:
+        return (ProcessSpec(SIMULATOR, onemap_command(SIMULATOR, *settings)),), {}
+    from onemap_tools.demo.ros2.robot import ROUTER_VARIABLE
+
+    robot = (sys.executable, "-m", "onemap_tools.demo.ros2", *settings)
+    adapter = onemap_command("ros2", *settings)
+    return (ProcessSpec(ROS2_ROBOT, robot), ProcessSpec("ros2", adapter)), {
+        ROUTER_VARIABLE: endpoint
+    }
 
 
 def check_scene_file(path: Path) -> None:
@@ -160,6 +186,11 @@ def demo_sections(
     }
     if options.scene is not None:
         fixed["simulator"]["scene"] = str(options.scene.resolve())
+    if options.ros2:
+        with requires_extra("ros2", "A demo with ROS 2"):
+            from onemap_tools.demo.ros2.robot import ros2_section
+
+        fixed["ros2"] = ros2_section(endpoint)
     for part in (options.settings, fixed):
         for name, values in part.items():
             sections[name] = {**sections.get(name, {}), **values}
