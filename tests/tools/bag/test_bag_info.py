@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from onemap_shared import keys
 from onemap_tools.bag.bag_file import BagWriter
 from onemap_tools.bag.bag_info import describe, info
+from tests.gateway import fakes
 from tests.tools.bag.bags import RecordedRobot
 
 
@@ -18,6 +20,7 @@ def recorded(tmp_path: Path) -> Path:
     robot.see(0, 1)
     robot.update()
     robot.see(2)
+    robot.bus.publish(keys.DETECTIONS).put(fakes.detections("sofa"))
     return robot.end()
 
 
@@ -28,12 +31,12 @@ def test_it_says_what_is_in_it(recorded: Path) -> None:
     assert topics["perception/field/v1"]["schema"] == "onemap.FeatureField/1"
     assert topics["perception/field/v1"]["rate_hz"] == 2.0
     assert (document["seconds"], document["cut_off"]) == (1.0, False)
-    assert document["encoders"] == ["encoder-a"]
+    assert (document["encoders"], document["detectors"]) == (["encoder-a"], ["fake"])
     assert document["map"]["frames_fused"] == 3
     assert document["bytes"] == recorded.stat().st_size
     text = "\n".join(describe(document))
     assert "perception/field/v1" in text
-    assert "Encoder: encoder-a" in text
+    assert "Encoder: encoder-a\nDetector: fake" in text
     assert "Map: 3 frames at revision 3" in text
     assert "cut off" not in text
 

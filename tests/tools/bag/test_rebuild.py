@@ -15,10 +15,12 @@ from onemap_mapper import map_file
 from onemap_shared import keys
 from onemap_shared.keys import Topic
 from onemap_shared.messages import MapDigest, PoseGraph
+from onemap_tools.bag import replay as command
 from onemap_tools.bag.bag_file import BagReader, BagWriter
 from onemap_tools.bag.recorded_topics import DIGESTS, FIELDS, REVISIONS
 from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_USAGE_ERROR
+from tests.perception.toy import ColourEncoder
 from tests.shared.samples import SAMPLES
 from tests.tools.bag.bags import RecordedRobot
 from tests.tools.cli.commands import error_of
@@ -194,3 +196,15 @@ def test_without_the_gpu_of_the_recording_the_processor_computes(robot: Recorded
     robot.see(0)
     path = with_settings(robot.end(), {"device": "cuda"})
     assert replayed(path)[1]["frames_fused"] == 1
+
+
+def test_another_encoder_makes_another_map_of_the_images(
+    robot: RecordedRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(command, "make_encoder", lambda _: ColourEncoder())
+    robot.see(0, 1, 2)
+    code, document = replayed(robot.end(), "--reencode")
+    assert code == 0
+    assert (document["frames_fused"], document["compared"]) == (3, 0)
+    assert document["encoder_id"] == ColourEncoder().encoder_id
+    assert document["problems"] == []

@@ -85,6 +85,7 @@ def test_ctrl_c_ends_a_recording(
     assert shown.exit_code == 0
     assert last(shown)["map"]["frames_fused"] == 2
     assert last(shown)["metadata"]["end"]["ended"] == "stopped"
+    assert len(last(shown)["metadata"]["onemap"]["configuration_sha256"]) == 64
     path.write_bytes(path.read_bytes()[:-9])
     assert RUNNER.invoke(app, ["bag", "info", str(path)]).exit_code == 1
 

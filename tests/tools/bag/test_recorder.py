@@ -4,12 +4,23 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from onemap_shared import keys
-from onemap_shared.messages import FeatureField, Heartbeat, MapDigest, MapRevision, RgbdFrame
+from onemap_shared.messages import (
+    FeatureField,
+    Heartbeat,
+    MapDigest,
+    MapRevision,
+    RgbdFrame,
+    SearchView,
+    TextEmbeddings,
+    TextRequest,
+)
 from onemap_tools.bag.bag_file import BagMessage, BagReader
 from onemap_tools.bag.recorded_topics import FRAMES_HELD
+from tests.gateway import fakes
 from tests.tools.bag.bags import RecordedRobot
 
 
@@ -67,4 +78,51 @@ def test_without_a_mapper_the_rest_is_recorded(robot: RecordedRobot) -> None:
     robot.mapper_bus.close()
     path = robot.end()
     assert len(on(path, "perception/field/v1")) == 1
-    assert "no process serves map/digest/v1" in robot.recorder.digest_problem
+    assert "no process serves map/digest/v1" in robot.recorder.problems["map/digest/v1"]
+
+
+CHANNELS = 16  # of the fields of this room
+
+
+def embedded(request: TextRequest) -> TextEmbeddings:
+    vectors = np.tile(np.eye(1, CHANNELS, dtype=np.float32), (len(request.texts), 1))
+    nothing = np.zeros((0, CHANNELS), np.float32)
+    mask = np.zeros((len(request.texts), 0), np.uint8)
+    return TextEmbeddings(
+        "encoder-a", "space-a", request.texts, vectors, nothing, mask, temperature=1.0
+    )
+
+
+def test_what_is_sought_is_recorded_with_its_embedding_once(robot: RecordedRobot) -> None:
+    robot.router.bus("perception").serve(keys.EMBED_TEXT, embedded)
+    states = robot.bus.publish(keys.SEARCH_STATE)
+    for objects in (("sofa",), ("sofa",), ("sofa", "bed")):
+        states.put(fakes.search(objects=objects))
+    path = robot.end()
+    asked = [each.decode(TextEmbeddings).texts for each in on(path, "perception/embed_text/v1")]
+    assert asked == [("sofa",), ("bed",)]
+
+
+def test_a_snapshot_shows_the_map_and_what_is_sought(robot: RecordedRobot) -> None:
+    robot.router.bus("perception").serve(keys.EMBED_TEXT, embedded)
+    robot.see(0, 1)
+    robot.update()
+    robot.recorder.snapshot(robot.now_ns)
+    robot.bus.publish(keys.SEARCH_STATE).put(fakes.search(objects=("sofa",)))
+    robot.update()
+    robot.recorder.snapshot(robot.now_ns)
+    empty, sought = (
+        message.decode(SearchView) for message in on(robot.end(), "map/search_view/v1")
+    )
+    assert (empty.text, empty.similarity.size) == ("", 0)
+    assert sought.text == "sofa"
+    assert np.isfinite(sought.similarity).any()
+    assert (sought.occupancy != 0).any()
+
+
+def test_without_perception_the_text_is_a_problem_and_the_rest_recorded(
+    robot: RecordedRobot,
+) -> None:
+    robot.bus.publish(keys.SEARCH_STATE).put(fakes.search(objects=("sofa",)))
+    assert len(on(robot.end(), "search/state/v1")) == 1
+    assert "no process serves" in robot.recorder.problems["perception/embed_text/v1"]

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from onemap_shared.messages import MapDigest, MapRevision
+from onemap_shared import keys
+from onemap_shared.messages import Detections, MapDigest, MapRevision
 from onemap_tools.bag.bag_file import BagMessage, BagReader
 from onemap_tools.bag.recorded_topics import DIGESTS, REVISIONS
 
@@ -22,6 +23,7 @@ class BagSummary:
     begins_ns: int = 0
     ends_ns: int = 0
     encoders: dict[str, None] = field(default_factory=dict)
+    detectors: dict[str, None] = field(default_factory=dict)
     digest: MapDigest | None = None
 
     def add(self, message: BagMessage) -> None:
@@ -34,6 +36,8 @@ class BagSummary:
         if message.topic == REVISIONS.key:
             encoder_id = message.decode(MapRevision).encoder_id
             self.encoders |= {encoder_id: None} if encoder_id else {}
+        elif message.topic == keys.DETECTIONS.key:
+            self.detectors |= {message.decode(Detections).detector_id: None}
         elif message.topic == DIGESTS.key:
             self.digest = message.decode(MapDigest)
 
@@ -63,6 +67,7 @@ def info(path: Path) -> dict[str, Any]:
             for topic, count in sorted(found.counts.items())
         ],
         "encoders": list(found.encoders),
+        "detectors": list(found.detectors),
         "map": None
         if digest is None
         else {
@@ -87,6 +92,8 @@ def describe(document: dict[str, Any]) -> list[str]:
     ]
     if document["encoders"]:
         lines.append(f"Encoder: {', '.join(document['encoders'])}")
+    if document["detectors"]:
+        lines.append(f"Detector: {', '.join(document['detectors'])}")
     if (made := document["map"]) is not None:
         lines.append(
             f"Map: {made['frames_fused']} frames at revision {made['revision']}, "

@@ -121,13 +121,17 @@ def rebuilt(path: Path, history: MapHistory, params: MapperConfig) -> MapRebuild
     return made
 
 
+def recorded_frames(path: Path) -> Iterator[RgbdFrame]:
+    """All recorded images with their poses; raises BagError."""
+    return (message.decode(RgbdFrame) for message in _on(path, FRAMES.key))
+
+
 def encoded_again(
-    path: Path, encoder: Encoder, observation: VarianceParams, params: MapperConfig
+    frames: Iterable[RgbdFrame], encoder: Encoder, observation: VarianceParams, params: MapperConfig
 ) -> MapRebuild:
-    """The map of all recorded images with this encoder; raises BagError, BackendError."""
+    """The map of these frames with this encoder; raises BackendError."""
     made = MapRebuild(BeliefMap(params), {})
-    for message in _on(path, FRAMES.key):
-        frame = message.decode(RgbdFrame)
+    for frame in frames:
         made.fuse(feature_field(frame, encoder.encode(frame.rgb), encoder, observation))
     return made
 

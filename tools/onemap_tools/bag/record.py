@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import platform
 import shutil
@@ -80,6 +81,7 @@ def _run(recorder: BagRecorder, writer: BagWriter, options: RecordOptions, stop:
             if now_s >= digest_s:
                 digest_s = now_s + DIGEST_S
                 recorder.digest(time.time_ns())
+                recorder.snapshot(time.time_ns())
             if now_s >= sync_s:
                 sync_s = now_s + SYNC_S
                 writer.sync()
@@ -88,6 +90,7 @@ def _run(recorder: BagRecorder, writer: BagWriter, options: RecordOptions, stop:
                     return problem
         recorder.update(time.time_ns())
         recorder.digest(time.time_ns())
+        recorder.snapshot(time.time_ns())
         writer.close({"ended": "stopped", "missed": json.dumps(recorder.missed)})
     except BagError as problem:
         sentence = str(problem)
@@ -116,15 +119,21 @@ def _clear_map(bus: Bus) -> None:
 
 
 def _metadata(version: str, sections: Mapping[str, Any]) -> dict[str, dict[str, str]]:
-    """What is known at the start; secrets of the configuration are masked."""
+    """What is known at the start; secrets of the configuration are masked.
+
+    configuration_sha256: of the configuration as recorded, to compare two recordings.
+    """
+    configuration = {name: json.dumps(masked(value)) for name, value in sections.items()}
+    whole = json.dumps(configuration, sort_keys=True).encode()
     return {
         "onemap": {
             "version": version,
             "python": platform.python_version(),
             "machine": platform.machine(),
             "started_ns": str(time.time_ns()),
+            "configuration_sha256": hashlib.sha256(whole).hexdigest(),
         },
-        "configuration": {name: json.dumps(masked(value)) for name, value in sections.items()},
+        "configuration": configuration,
     }
 
 
@@ -136,5 +145,5 @@ def summary(recorder: BagRecorder, writer: BagWriter, seconds: float) -> dict[st
         "bytes": writer.size,
         "messages": dict(sorted(recorder.recorded.items())),
         "missed": recorder.missed,
-        "digest_problem": recorder.digest_problem,
+        "problems": recorder.problems,
     }

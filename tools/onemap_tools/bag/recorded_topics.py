@@ -6,13 +6,15 @@ from typing import Any
 
 from onemap_shared import keys
 from onemap_shared.keys import Topic
-from onemap_shared.messages import Heartbeat, MapDigest
+from onemap_shared.messages import Heartbeat, MapDigest, SearchView, TextEmbeddings
 
 FRAMES_HELD = 32  # between two updates: 4 s at 8 Hz, 40 MB of images and 70 MB of features
 QUEUE = 512  # odometry at 50 Hz for ten seconds
 
-# Digests are answers of the mapper, recorded as if they were published.
+# Answers of services, recorded as if they were published.
 DIGESTS = Topic(keys.MAP_DIGEST.key, MapDigest)
+VIEWS = Topic(keys.MAP_SEARCH_VIEW.key, SearchView)
+EMBEDDINGS = Topic(keys.EMBED_TEXT.key, TextEmbeddings)
 FIELDS, FRAMES, REVISIONS = keys.FIELD, keys.ROBOT_RGBD, keys.MAP_REVISION
 POSE_GRAPHS = keys.ROBOT_POSE_GRAPH
 IMAGES: tuple[tuple[Topic[Any], int], ...] = ((FRAMES, FRAMES_HELD),)

@@ -7,11 +7,16 @@ from collections.abc import Sequence
 from typing import Any
 
 from onemap_shared import keys
-from onemap_shared.keys import Topic
-from onemap_shared.messages import MapDigestRequest
+from onemap_shared.keys import Procedure, Topic
+from onemap_shared.messages import (
+    MapDigestRequest,
+    SearchStatus,
+    SearchViewRequest,
+    TextRequest,
+)
 from onemap_shared.transport import Bus, CallError, Subscription
 from onemap_tools.bag.bag_file import BagWriter
-from onemap_tools.bag.recorded_topics import DIGESTS, IMAGES, OTHERS, key_of
+from onemap_tools.bag.recorded_topics import DIGESTS, EMBEDDINGS, IMAGES, OTHERS, VIEWS, key_of
 
 COUNTED = (keys.ROBOT_RGBD, keys.ROBOT_ODOMETRY)  # their sequences have no gaps of their own
 
@@ -25,29 +30,53 @@ def subscribed(bus: Bus, *, images: bool) -> Streams:
 
 
 class BagRecorder:
-    """Call ``update`` several times a second and ``digest`` now and then."""
+    """Call ``update`` several times a second, ``digest`` and ``snapshot`` now and then.
+
+    problems: why services did not answer, by key; the last of each.
+    """
 
     def __init__(self, bus: Bus, streams: Streams, writer: BagWriter) -> None:
         self._bus = bus
         self._streams = streams
         self._writer = writer
+        self._target = ""
+        self._embedded: set[str] = set()
         self.recorded: Counter[str] = Counter()
-        self.digest_problem = ""
+        self.problems: dict[str, str] = {}
 
     def update(self, now_ns: int) -> None:
         """Write all messages since the last update; raises BagError."""
         for topic, subscription in self._streams:
             while (message := subscription.take(0.0)) is not None:
                 self._write(key_of(topic, message), message, now_ns)
+                if isinstance(message, SearchStatus):
+                    self._follow(message, now_ns)
 
     def digest(self, now_ns: int) -> None:
         """Write the digest of the map, if the mapper answers."""
+        self._ask(keys.MAP_DIGEST, MapDigestRequest(), DIGESTS, now_ns)
+
+    def snapshot(self, now_ns: int) -> None:
+        """Write the layers of the map, with the similarity to what is sought now."""
+        self._ask(keys.MAP_SEARCH_VIEW, SearchViewRequest(self._target), VIEWS, now_ns)
+
+    def _follow(self, status: SearchStatus, now_ns: int) -> None:
+        """Write the embeddings of texts that were not sought before."""
+        self._target = status.target
+        new = tuple(name for name in dict.fromkeys(status.objects) if name not in self._embedded)
+        if new:
+            self._embedded |= set(new)
+            self._ask(keys.EMBED_TEXT, TextRequest(new), EMBEDDINGS, now_ns)
+
+    def _ask(
+        self, procedure: Procedure[Any, Any], request: object, topic: Topic[Any], now_ns: int
+    ) -> None:
         try:
-            answer = self._bus.call(keys.MAP_DIGEST, MapDigestRequest())
+            answer = self._bus.call(procedure, request)
         except CallError as problem:
-            self.digest_problem = str(problem)
+            self.problems[topic.key] = str(problem)
             return
-        self._write(DIGESTS.key, answer, now_ns)
+        self._write(topic.key, answer, now_ns)
 
     @property
     def missed(self) -> dict[str, int]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,9 @@ from onemap_mapper.snapshot import take
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
+from onemap_ros2.config import Ros2Config
 from onemap_shared.config import read, section
+from onemap_shared.messages import RgbdFrame
 from onemap_tools.bag.bag_file import BagError
 from onemap_tools.bag.rebuild import (
     MapHistory,
@@ -25,7 +28,9 @@ from onemap_tools.bag.rebuild import (
     problems_of,
     read_history,
     rebuilt,
+    recorded_frames,
 )
+from onemap_tools.bag.ros2_frames import Ros2Bag, is_ros2
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 
@@ -41,12 +46,19 @@ class ReplayOptions:
 
 def replay(options: ReplayOptions) -> dict[str, Any]:
     """Compute the map again; one JSON object. CliError for what cannot be read or written."""
+    bag: Ros2Bag | None = None
     try:
+        if is_ros2(options.path):
+            options = replace(options, reencode=True)
+            bag = Ros2Bag(options.path, section(read(options.config), "ros2", Ros2Config))
         history = read_history(options.path)
         params = _mapper_config(options, history)
         torch.set_num_threads(params.threads)
-        made = _encoded(options, params) if options.reencode else None
-        made = made or rebuilt(options.path, history, params)
+        if options.reencode:
+            frames = recorded_frames(options.path) if bag is None else bag.frames()
+            made = _encoded(options, frames, params)
+        else:
+            made = rebuilt(options.path, history, params)
     except (BagError, BackendError) as problem:
         sentence = str(problem)
         raise CliError(f"{sentence[0].upper()}{sentence[1:]}.", EXIT_USAGE_ERROR) from problem
@@ -55,7 +67,9 @@ def replay(options: ReplayOptions) -> dict[str, Any]:
         raise CliError(f"{options.path} holds no {what} of which a map could be made.")
     if options.out is not None:
         _write(made, options.out)
-    return _document(options, history, made)
+    document = _document(options, history, made)
+    document["problems"] += bag.problems if bag is not None else []
+    return document
 
 
 def _mapper_config(options: ReplayOptions, history: MapHistory) -> MapperConfig:
@@ -74,10 +88,12 @@ def _mapper_config(options: ReplayOptions, history: MapHistory) -> MapperConfig:
     return config
 
 
-def _encoded(options: ReplayOptions, params: MapperConfig) -> MapRebuild:
+def _encoded(
+    options: ReplayOptions, frames: Iterable[RgbdFrame], params: MapperConfig
+) -> MapRebuild:
     perception = section(read(options.config), "perception", PerceptionConfig)
     encoder = make_encoder(perception.encoder)
-    return encoded_again(options.path, encoder, perception.observation, params)
+    return encoded_again(frames, encoder, perception.observation, params)
 
 
 def _write(made: MapRebuild, out: Path) -> None:
@@ -94,6 +110,7 @@ def _document(options: ReplayOptions, history: MapHistory, made: MapRebuild) -> 
     return {
         "file": str(options.path),
         "cut_off": history.cut_off,
+        "reencoded": options.reencode,
         "encoder_id": made.belief.encoder_id,
         "frames_fused": made.belief.frames_fused,
         "cells": made.belief.store.count,

@@ -1,0 +1,86 @@
+"""Frames of a ROS 2 bag in MCAP, as the ROS 2 adapter makes them of a running robot.
+
+Topics and frames are those of the section ``ros2``: color and depth are paired by stamp and placed
+by tf. The recorder's time takes the place of the clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from onemap_ros2.config import Ros2Config
+from onemap_ros2.robot_input import RobotInput
+from onemap_ros2.ros_types import CAMERA_INFO, IMAGE, TF
+from onemap_shared.messages import RgbdFrame
+from onemap_tools.bag.bag_file import BagError, BagReader
+
+CDR, PROFILE = "cdr", "ros2"
+LONG_S = 10.0  # more than anything may wait
+TYPES = {"tf_static": TF, "tf": TF, "camera_info": CAMERA_INFO, "color": IMAGE, "depth": IMAGE}
+
+
+def is_ros2(path: Path) -> bool:
+    """Whether a file is a ROS 2 bag, by its profile or its first message; raises BagError."""
+    reader = BagReader(path)
+    first = next(reader.messages(), None)
+    return reader.profile == PROFILE or (first is not None and first.encoding == CDR)
+
+
+@dataclass(slots=True)
+class Ros2Bag:
+    """A bag and how its topics are read; ``problems`` is complete after the last frame."""
+
+    path: Path
+    config: Ros2Config
+    frames_read: int = 0
+    problems: list[str] = field(default_factory=list)
+
+    def frames(self) -> Iterator[RgbdFrame]:
+        """All frames in the order of the recording; BagError if there is none."""
+        robot, now_s = RobotInput(self.config), 0.0
+        kinds = {getattr(self.config.topics, kind): kind for kind in TYPES}
+        types: dict[str, str] = {}
+        for message in BagReader(self.path).messages():
+            types.setdefault(message.topic, message.schema)
+            kind = kinds.get(message.topic)
+            if kind is None:
+                continue
+            if (message.encoding, message.schema) != (CDR, TYPES[kind]):
+                raise BagError(
+                    f"{message.topic} (ros2.topics.{kind}) in {self.path} is {message.schema} in "
+                    f"{message.encoding}; it must be {TYPES[kind]} in {CDR}"
+                )
+            now_s = message.log_time_ns / 1e9
+            robot.add(kind, message.data, now_s)
+            yield from self._ready(robot, now_s)
+        yield from self._ready(robot, now_s + LONG_S)  # what waits for a transform waits in vain
+        if self.frames_read == 0:
+            raise BagError(self._lack(types) or f"no frame in {self.path}: {robot.problem}")
+        counts = robot.counts
+        for count, what in (
+            (robot.unpaired, "images have no counterpart within ros2.pair_tolerance_ms"),
+            (counts.no_transform, "images or their depth have no transform at their stamp"),
+            (counts.unusable, f"messages cannot be used: {robot.problem}"),
+        ):
+            if count:
+                self.problems.append(f"{count} {what}.")
+
+    def _ready(self, robot: RobotInput, now_s: float) -> Iterator[RgbdFrame]:
+        while (frame := robot.take_frame(now_s)) is not None:
+            self.frames_read += 1
+            yield frame
+
+    def _lack(self, types: dict[str, str]) -> str:
+        """Which topic is not in the bag, and which of its type is; empty if all are there."""
+        for kind, ros_type in TYPES.items():
+            name = getattr(self.config.topics, kind)
+            if name not in types and kind != "tf_static":
+                fitting = sorted(topic for topic, schema in types.items() if schema == ros_type)
+                there = f"those are {', '.join(fitting)}" if fitting else "there is none"
+                return (
+                    f"{self.path} holds no {name} (ros2.topics.{kind}) of type {ros_type}: "
+                    f"{there}; name the topics in --config"
+                )
+        return ""
