@@ -1,0 +1,235 @@
+"""Follows the bus and gives a viewer what it has subscribed to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+
+from onemap_gateway.bus.live_state import LiveState
+from onemap_shared import keys
+from onemap_shared.geometry import F32, U8
+from onemap_shared.keys import Topic
+from onemap_shared.messages import (
+    Detections,
+    Heartbeat,
+    MapRevision,
+    ObjectListRequest,
+    Odometry,
+    PlannedPath,
+    RgbdFrame,
+    SearchStatus,
+    SearchView,
+    SearchViewRequest,
+    VelocityCommand,
+)
+from onemap_shared.services import SERVICES
+from onemap_shared.transport import Bus, CallError, Subscription
+from onemap_tools.viewers import foxglove_messages as convert
+from onemap_tools.viewers import foxglove_scenes as scenes
+from onemap_tools.viewers import foxglove_topics as topics
+from onemap_tools.viewers.map_colours import belief_rgba, occupancy_rgba, similarity_rgba
+
+STREAMS: tuple[tuple[Topic[Any], int], ...] = (
+    (keys.ROBOT_RGBD, 1),
+    (keys.ROBOT_ODOMETRY, 1),
+    (keys.ROBOT_CMD_VEL, 1),
+    (keys.DETECTIONS, 1),
+    (keys.MAP_REVISION, 1),
+    (keys.SEARCH_STATE, 16),
+    (keys.SEARCH_PATH, 1),
+    (keys.ALL_HEARTBEATS, 16),
+)
+MAP_EVERY_S = 1.0  # a view of the map is up to 1 MB, and a planner asks for its own
+REPEAT_S = 3.0  # of what changes seldom, for viewers that connect later
+CALL_S = 0.5  # the mapper answers within 0.1 s; frames wait meanwhile
+LAYER_M = 0.01  # between two layers of the map, so that neither covers the other
+NO_DETECTIONS = np.zeros((0, 4), np.float32)
+
+
+class ViewerServer(Protocol):
+    """Where messages go: ``FoxgloveServer``, or a fake of it in tests."""
+
+    @property
+    def query(self) -> str: ...
+
+    def wanted(self, topic: str) -> bool:
+        """Whether a viewer has subscribed to this topic."""
+
+    def send(self, topic: str, message: Any, now_ns: int) -> None:
+        """Send a message of the type of the topic, or a dict where that is JSON."""
+
+
+class LiveViewer:
+    """Call ``update`` often; what no viewer has subscribed to is not computed."""
+
+    def __init__(self, bus: Bus, server: ViewerServer) -> None:
+        self._bus = bus
+        self._server = server
+        self._subscriptions: list[Subscription[Any]] = [
+            bus.subscribe(topic, capacity) for topic, capacity in STREAMS
+        ]
+        self._state = LiveState()
+        self._now_s, self._now_ns = 0.0, 0
+        self._map_due_s = self._repeat_due_s = 0.0
+        self._shown: dict[str, str] = {}  # the last log line of each source
+        self._map_of: tuple[Any, ...] = ()
+
+    def update(self, now_s: float, now_ns: int) -> None:
+        """Pass on all messages since the last update, and the map if it is due.
+
+        now_s: of a monotonic clock; now_ns: of the wall clock.
+        """
+        self._now_s, self._now_ns = now_s, now_ns
+        for subscription in self._subscriptions:
+            while (message := subscription.take(0.0)) is not None:
+                self._show(message)
+        repeat = now_s >= self._repeat_due_s
+        if repeat:
+            self._repeat_due_s = now_s + REPEAT_S
+            self._repeat()
+        if now_s >= self._map_due_s:
+            self._map_due_s = now_s + MAP_EVERY_S
+            self._show_map(repeat=repeat)
+            self._show_objects()
+
+    def _send(self, topic: str, make: Callable[[], Any]) -> None:
+        if self._server.wanted(topic):
+            self._server.send(topic, make(), self._now_ns)
+
+    def _show(self, message: Any) -> None:
+        if isinstance(message, VelocityCommand):
+            self._send(topics.COMMAND, lambda: topics.speed(message))
+            return
+        self._state = self._state.with_message(message, self._now_s)
+        match message:
+            case RgbdFrame():
+                self._show_frame(message)
+            case Odometry():
+                self._show_odometry(message)
+            case Detections():
+                self._send(topics.BOXES, lambda: convert.boxes_in_image(message))
+                self._send(topics.DETECTED, lambda: convert.detected_cloud(message))
+            case MapRevision():
+                self._send(topics.MAP_STATE, lambda: topics.map_state(message, self._now_ns))
+            case SearchStatus():
+                self._show_search(message)
+            case PlannedPath():
+                self._send(topics.PLAN, lambda: scenes.plan_scene(message))
+            case Heartbeat() if message.service in SERVICES:
+                self._show_service(message)
+
+    def _show_frame(self, frame: RgbdFrame) -> None:
+        stamp_ns = frame.stamp_ns
+        self._send(
+            topics.TRANSFORMS,
+            lambda: convert.transforms(frame.T_map_camera, convert.CAMERA, stamp_ns),
+        )
+        self._send(topics.CALIBRATION, lambda: convert.calibration(frame))
+        self._send(topics.IMAGE, lambda: convert.camera_image(frame))
+        self._send(topics.POINTS, lambda: convert.frame_cloud(frame))
+
+    def _show_odometry(self, odometry: Odometry) -> None:
+        pose, stamp_ns = odometry.T_map_body, odometry.stamp_ns
+        self._send(topics.TRANSFORMS, lambda: convert.transforms(pose, convert.BODY, stamp_ns))
+        self._send(topics.MOTION, lambda: topics.speed(odometry))
+        self._send(topics.ROBOT, lambda: scenes.robot_scene(odometry, self._state.trail_m))
+
+    def _show_search(self, status: SearchStatus) -> None:
+        self._send(topics.SEARCH, lambda: topics.search_state(status))
+        self._log("search", status.reason, problem=False)
+        if not status.active:  # nobody renews the plan and the boxes any more
+            self._send(topics.PLAN, lambda: scenes.plan_scene(_no_plan(self._now_ns)))
+            self._send(topics.BOXES, lambda: convert.boxes_in_image(_no_detections(self._now_ns)))
+            self._send(topics.DETECTED, lambda: convert.detected_cloud(_no_detections(1)))
+
+    def _show_service(self, beat: Heartbeat) -> None:
+        self._send(topics.service_topic(beat.service), lambda: topics.service_state(beat))
+        self._log(beat.service, beat.problem or "is well", problem=bool(beat.problem))
+
+    def _log(self, name: str, text: str, *, problem: bool) -> None:
+        if text and self._shown.get(name) != text and self._server.wanted(topics.LOG):
+            self._shown[name] = text
+            line = topics.log_line(name, text, self._now_ns, problem=problem)
+            self._server.send(topics.LOG, line, self._now_ns)
+
+    def _repeat(self) -> None:
+        """Once more what a viewer that has just connected would wait for."""
+        state = self._state
+        if state.search is not None:
+            search = state.search.message
+            self._send(topics.SEARCH, lambda: topics.search_state(search))
+        if state.revision is not None:
+            revision = state.revision.message
+            self._send(topics.MAP_STATE, lambda: topics.map_state(revision, self._now_ns))
+
+    def _show_map(self, *, repeat: bool) -> None:
+        """The layers of the map, if it or the text has changed, or as a repetition."""
+        wanted = [self._server.wanted(topic) for topic in topics.MAP_LAYERS]
+        if not any(wanted):
+            return
+        searched = self._state.search.message.target if self._state.search is not None else ""
+        text = self._server.query or searched
+        revision = self._state.revision.message.revision if self._state.revision else 0
+        if (revision, text, *wanted) == self._map_of and not repeat:
+            return
+        try:
+            view = self._bus.call(keys.MAP_SEARCH_VIEW, SearchViewRequest(text), CALL_S)
+        except CallError as problem:
+            self._log("map", str(problem), problem=True)
+            return
+        self._map_of = (revision, text, *wanted)
+        self._log("map", f"shows {text!r}" if text else "shows no text", problem=False)
+        self._send_layers(view)
+
+    def _send_layers(self, view: SearchView) -> None:
+        self._send_layer(
+            topics.OCCUPANCY, view, occupancy_rgba(view.occupancy), view.occupancy, 0.0
+        )
+        self._send_layer(topics.BELIEF, view, belief_rgba(view.layers), view.layers, LAYER_M)
+        if view.similarity.size:
+            rgba = similarity_rgba(view.similarity)
+            self._send_layer(topics.SIMILARITY, view, rgba, view.similarity, 2 * LAYER_M)
+
+    def _send_layer(
+        self, topic: str, view: SearchView, rgba: U8, value: U8 | F32, height_m: float
+    ) -> None:
+        values = value.astype(np.float32)
+        self._send(
+            topic,
+            lambda: convert.grid(
+                view.grid, rgba, values, stamp_ns=view.stamp_ns, height_m=height_m
+            ),
+        )
+
+    def _show_objects(self) -> None:
+        if not self._server.wanted(topics.OBJECTS):
+            return
+        try:
+            found = self._bus.call(keys.MAP_OBJECTS, ObjectListRequest(), CALL_S)
+        except CallError as problem:
+            self._log("objects", str(problem), problem=True)
+            return
+        scene = scenes.object_scene(found.objects, self._now_ns)
+        self._server.send(topics.OBJECTS, scene, self._now_ns)
+
+
+def _no_plan(stamp_ns: int) -> PlannedPath:
+    points, scores = np.zeros((0, 2), np.float32), np.zeros(0, np.float32)
+    return PlannedPath(
+        stamp_ns, "none", "the search is over", points, points, points, scores, points, scores
+    )
+
+
+def _no_detections(stamp_ns: int) -> Detections:
+    return Detections(
+        sequence=0,
+        stamp_ns=stamp_ns,
+        detector_id="",
+        names=(),
+        boxes_px=NO_DETECTIONS,
+        scores=np.zeros(0, np.float32),
+        points_map=np.zeros((0, 3), np.float32),
+        point_owner=np.zeros(0, np.int32),
+    )
