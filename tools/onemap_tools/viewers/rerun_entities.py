@@ -1,0 +1,190 @@
+"""Recorded messages as what Rerun shows: entity paths with archetypes. Pure: nothing is written.
+
+The space ``world`` is the map frame; the camera's image plane hangs in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, TypeAlias
+
+import numpy as np
+import rerun as rr
+
+from onemap_gateway.present.camera_image import BOX, encode_jpeg
+from onemap_gateway.present.palette import DARK
+from onemap_shared.camera import unproject_to_map
+from onemap_shared.geometry import F32, U8
+from onemap_shared.messages import (
+    Detections,
+    Heartbeat,
+    MapRevision,
+    Odometry,
+    PlannedPath,
+    RgbdFrame,
+    SearchState,
+    SearchStatus,
+    SearchView,
+    VelocityCommand,
+)
+from onemap_tools.viewers.map_colours import belief_rgba, occupancy_rgba, similarity_rgba
+
+Entity: TypeAlias = tuple[str, Any]
+
+WORLD, CAMERA, IMAGE = "world", "world/camera", "world/camera/image"
+JPEG_QUALITY = 85
+CLOUD_STRIDE = 4  # every fourth pixel each way
+PATH_Z_M, LAYER_M, ROBOT_M = 0.05, 0.01, (0.4, 0.3, 0.3)
+FRUSTUM_M = 0.5  # where the image hangs in front of the camera
+
+
+def entities_of(message: object) -> Iterator[Entity]:
+    """What a message shows; nothing for those that have no picture."""
+    show = SHOWN.get(type(message))
+    if show is not None:
+        yield from show(message)
+
+
+def _frame(frame: RgbdFrame) -> Iterator[Entity]:
+    height, width = frame.depth_mm.shape
+    T = frame.T_map_camera
+    yield CAMERA, rr.Transform3D(translation=T[:3, 3], mat3x3=T[:3, :3])
+    yield (
+        IMAGE,
+        rr.Pinhole(
+            image_from_camera=frame.intrinsics.matrix(),
+            resolution=(width, height),
+            camera_xyz=rr.ViewCoordinates.RDF,
+            image_plane_distance=FRUSTUM_M,
+        ),
+    )
+    jpeg = encode_jpeg(frame.rgb, JPEG_QUALITY)
+    yield IMAGE, rr.EncodedImage(contents=jpeg, media_type="image/jpeg")
+    step = CLOUD_STRIDE
+    depth_m = frame.depth_mm[::step, ::step].astype(np.float32) / np.float32(1000)
+    points = unproject_to_map(depth_m, frame.intrinsics.strided(step), T)
+    seen = depth_m > 0
+    yield "world/points", rr.Points3D(points[seen], colors=frame.rgb[::step, ::step][seen])
+
+
+def _odometry(odometry: Odometry) -> Iterator[Entity]:
+    T = odometry.T_map_body
+    yield "world/robot", rr.Transform3D(translation=T[:3, 3], mat3x3=T[:3, :3])
+    yield (
+        "world/robot/body",
+        rr.Boxes3D(sizes=[ROBOT_M], centers=[(0, 0, ROBOT_M[2] / 2)], colors=[DARK.robot]),
+    )
+    yield "plots/speed/forwards", rr.Scalars(odometry.linear_mps)
+    yield "plots/speed/turning", rr.Scalars(odometry.angular_radps)
+
+
+def _command(command: VelocityCommand) -> Iterator[Entity]:
+    yield "plots/speed/commanded", rr.Scalars(command.linear_mps)
+    yield "plots/speed/commanded_turning", rr.Scalars(command.angular_radps)
+
+
+def _detections(detections: Detections) -> Iterator[Entity]:
+    labels = [
+        f"{name} {score:.2f}"
+        for name, score in zip(detections.names, detections.scores, strict=True)
+    ]
+    yield (
+        f"{IMAGE}/boxes",
+        rr.Boxes2D(
+            array=detections.boxes_px,
+            array_format=rr.Box2DFormat.XYXY,
+            labels=labels,
+            colors=[BOX] * len(labels),
+        ),
+    )
+    yield "world/detected", rr.Points3D(detections.points_map, colors=BOX, radii=0.02)
+
+
+def _view(view: SearchView) -> Iterator[Entity]:
+    layers = {"occupancy": occupancy_rgba(view.occupancy), "belief": belief_rgba(view.layers)}
+    if view.similarity.size:
+        layers["similarity"] = similarity_rgba(view.similarity)
+    for index, (name, rgba) in enumerate(layers.items()):
+        if view.occupancy.size:
+            yield f"world/map/{name}", _grid_map(view, rgba, LAYER_M * index)
+
+
+def _grid_map(view: SearchView, rgba: U8, height_m: float) -> Any:
+    """A layer (nx, ny, 4) as an image, row 0 with the largest y, at its lower left corner."""
+    width, height = view.grid.shape
+    x_min, y_min, _, _ = view.grid.bounds_m
+    return rr.GridMap(
+        data=np.ascontiguousarray(rgba.swapaxes(0, 1)[::-1]).tobytes(),
+        format=rr.components.ImageFormat(
+            width=width, height=height, color_model="RGBA", channel_datatype="U8"
+        ),
+        cell_size=view.grid.cell_size_m,
+        translation=(x_min, y_min, height_m),
+    )
+
+
+def _revision(revision: MapRevision) -> Iterator[Entity]:
+    yield "plots/map/update_ms", rr.Scalars(revision.update_ms)
+    yield "plots/map/frames_per_s", rr.Scalars(revision.rate_hz)
+
+
+def _plan(plan: PlannedPath) -> Iterator[Entity]:
+    yield (
+        "world/plan/path",
+        rr.LineStrips3D([_lifted(plan.points_m)], colors=[DARK.path], radii=0.02),
+    )
+    labels = [plan.goal_kind] * len(plan.goal_m)
+    goal = _lifted(plan.goal_m)
+    yield "world/plan/goal", rr.Points3D(goal, colors=DARK.path, radii=0.12, labels=labels)
+    for name, points, scores, colour in (
+        ("frontiers", plan.frontiers_m, plan.frontier_scores, DARK.frontier),
+        ("regions", plan.regions_m, plan.region_scores, DARK.region),
+    ):
+        radii = 0.06 + 0.1 * np.clip(np.nan_to_num(scores), 0, 1)
+        yield f"world/plan/{name}", rr.Points3D(_lifted(points), colors=colour, radii=radii)
+
+
+def _search(status: SearchStatus) -> Iterator[Entity]:
+    found = [
+        result
+        for result in status.results
+        if result.outcome is SearchState.FOUND and len(result.position_m) == 3
+    ]
+    yield (
+        "world/objects",
+        rr.Points3D(
+            [result.position_m for result in found],
+            labels=[f"{result.name} {result.score:.2f}" for result in found],
+            colors=DARK.found,
+            radii=0.12,
+        ),
+    )
+    yield "log/search", rr.TextLog(f"{status.state}: {status.reason}", level="INFO")
+
+
+def _heartbeat(beat: Heartbeat) -> Iterator[Entity]:
+    for name, value in sorted(beat.metrics.items()):
+        if name.endswith("_ms"):
+            yield f"plots/times/{beat.service}_{name}", rr.Scalars(value)
+    if beat.problem:
+        yield f"log/{beat.service}", rr.TextLog(beat.problem, level="WARN")
+
+
+def _lifted(points_m: F32) -> F32:
+    """Points (N, 2) of the floor as (N, 3) a little above it."""
+    height = np.full((len(points_m), 1), PATH_Z_M, np.float32)
+    lifted: F32 = np.hstack([points_m, height])
+    return lifted
+
+
+SHOWN: dict[type, Callable[[Any], Iterator[Entity]]] = {
+    RgbdFrame: _frame,
+    Odometry: _odometry,
+    VelocityCommand: _command,
+    Detections: _detections,
+    SearchView: _view,
+    MapRevision: _revision,
+    PlannedPath: _plan,
+    SearchStatus: _search,
+    Heartbeat: _heartbeat,
+}
