@@ -1,4 +1,4 @@
-"""``onemap map``: save, load, describe, export or clear the map of a running robot."""
+"""``onemap map``: save, load, merge, describe, export or clear the map of a running robot."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from onemap_tools.cli.options import Json, Token, Url
+from onemap_tools.map_export.layers import MapLayer
 from onemap_tools.processes.network import DEFAULT_URL
 
 if TYPE_CHECKING:
@@ -16,7 +17,9 @@ if TYPE_CHECKING:
 
     from onemap import MapContent, MapFiles, MapStatistics
 
-app = typer.Typer(no_args_is_help=True, help="Save, load, describe, export or clear the map.")
+app = typer.Typer(
+    no_args_is_help=True, help="Save, load, merge, describe, export or clear the map."
+)
 Name = Annotated[str, typer.Argument(help="Letters, digits, '.', '_' and '-'; no folder.")]
 
 
@@ -37,6 +40,34 @@ def load(name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = 
 
 
 @app.command()
+def merge(
+    name: Name,
+    *,
+    x: Annotated[float, typer.Option(help="Metres that it is moved along x.")] = 0.0,
+    y: Annotated[float, typer.Option(help="Metres that it is moved along y.")] = 0.0,
+    yaw: Annotated[
+        float, typer.Option(help="Degrees that it is turned before, counter-clockwise.")
+    ] = 0.0,
+    url: Url = DEFAULT_URL,
+    token: Token = "",
+    as_json: Json = False,
+) -> None:
+    """Fuse a saved map into the map in use, of the same frame or moved into it.
+
+    Features are weighted by the inverse of their variance: it does not matter which
+    of both maps came first. Refused if another encoder made it.
+    """
+    from math import radians
+
+    from onemap_tools.cli.gateway_report import describe_change
+
+    def send(maps: MapFiles) -> MapContent:
+        return maps.merge(name, x_m=x, y_m=y, yaw_rad=radians(yaw))
+
+    _request(url, token, as_json, send, describe_change("Merged"))
+
+
+@app.command()
 def clear(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """Forget the map."""
     from onemap_tools.cli.gateway_report import describe_change
@@ -54,17 +85,33 @@ def info(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> No
 
 @app.command()
 def export(
-    file: Annotated[Path, typer.Argument(dir_okay=False, help="Where to write the .npz file.")],
+    file: Annotated[
+        Path, typer.Argument(dir_okay=False, help="Ends in .npz, .png, .yaml, .geojson or .ply.")
+    ],
+    *,
+    text: Annotated[
+        list[str] | None,
+        typer.Option(help="Also the similarity to it; for .geojson its regions, and repeatable."),
+    ] = None,
+    layer: Annotated[
+        MapLayer, typer.Option(help="Of a .png file; similarity needs --text.")
+    ] = MapLayer.OCCUPANCY,
     url: Url = DEFAULT_URL,
     token: Token = "",
     as_json: Json = False,
 ) -> None:
-    """Write occupancy, layers and geometry to a NumPy archive on this machine."""
-    from onemap_tools.cli.gateway_report import describe_export, write_archive
+    """Write the map to a file on this machine, in the format of its ending.
+
+    .npz: occupancy, layers and geometry for NumPy; .png: one layer, a pixel per cell,
+    with a world file .pgw; .yaml: for nav2's map server, with a .pgm; .geojson: found
+    objects, and the regions of each --text; .ply: the known cells as a point cloud.
+    """
+    from onemap_tools.cli.gateway_report import describe_export
+    from onemap_tools.cli.map_export import export_map
     from onemap_tools.gateway import gateway_client
 
     with gateway_client(url, token) as gateway:
-        written = write_archive(gateway, file)
+        written = export_map(gateway, file, texts=text or (), layer=layer)
     _print(written, as_json, describe_export)
 
 

@@ -1,0 +1,1 @@
+"""The map in formats of other programs."""
