@@ -1,0 +1,207 @@
+"""Rate and age of fields at the map, by the link and its settings."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+
+from onemap_shared.link import LinkParams
+from onemap_tools.bench.transport.link_shape import LinkShape
+from onemap_tools.bench.transport.network import (
+    ADDRESSES,
+    EmulatedLink,
+    NoEmulation,
+    emulation_problem,
+)
+from onemap_tools.bench.transport.peers import PeerTask
+from onemap_tools.bench.transport.streams import Stream, sizes_kb
+from onemap_tools.processes.launch import onemap_command
+from onemap_tools.processes.network import LOOPBACK, any_free_port
+
+WARM_UP_S = 3.0  # connections, and what fills queues at the beginning
+ENDING_S = 20.0
+PORT = 7447  # in a namespace of its own
+ROLES = ("mapper", "perception", "robot")  # the order in which they are started
+REMOTE = "perception"  # the role on the other side of the link
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """``bus.link`` of robot and perception, and perception's number of channels, 0: all."""
+
+    link: LinkParams
+    channels: int = 0
+
+
+COMPRESSED = LinkParams(color="jpeg", depth="lossless", features="int8", variance="log8")
+THIN = COMPRESSED.model_copy(update={"window": 2})
+SETTINGS: Mapping[str, Setting] = {
+    "raw": Setting(LinkParams()),
+    "window": Setting(LinkParams(window=2)),
+    "compressed": Setting(COMPRESSED),
+    "thin": Setting(THIN),
+    "narrow": Setting(THIN, channels=128),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class TransportBenchParams:
+    """shape: of the link, None for loopback. streams: robots at once. seconds: that count, after
+    ``WARM_UP_S``."""
+
+    shape: LinkShape | None = None
+    congestion_control: str = ""
+    streams: int = 1
+    rate_hz: float = 15.0
+    encode_s: float = 0.03
+    seconds: float = 10.0
+
+
+def check(shape: LinkShape | None) -> None:
+    """Raise ValueError if a link of this shape is asked for and cannot be emulated here."""
+    problem = emulation_problem() if shape is not None else ""
+    if problem:
+        raise ValueError(problem)
+
+
+def run(
+    streams: Mapping[int, Stream], settings: Mapping[str, Setting], params: TransportBenchParams
+) -> Iterator[dict[str, Any]]:
+    """One row for each of the settings; ValueError where no link can be emulated.
+
+    ``streams`` by the number of channels of their features.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        for name, setting in settings.items():
+            path = Path(folder) / f"{setting.channels}.npz"
+            stream = streams[setting.channels]
+            if not path.exists():
+                stream.save(path)
+            frame_kb, field_kb = sizes_kb(stream, setting.link)
+            row = {"setting": name, "streams": params.streams}
+            row |= {"frame_kb": round(frame_kb, 1), "field_kb": round(field_kb, 1)}
+            yield row | measure(path, setting.link, params)
+
+
+def measure(path: Path, link: LinkParams, params: TransportBenchParams) -> dict[str, Any]:
+    """Run router, robots, perception and map for a while; rates, ages and bytes."""
+    with ExitStack() as stack:
+        emulated = None
+        if params.shape is not None:
+            try:
+                emulated = stack.enter_context(
+                    EmulatedLink(params.shape, params.congestion_control)
+                )
+            except NoEmulation as problem:
+                raise ValueError(str(problem)) from problem
+        host = ADDRESSES[0] if emulated else LOOPBACK
+        endpoint = f"tcp/{host}:{PORT if emulated else any_free_port()}"
+        router = psutil.Process(stack.enter_context(_router(endpoint, emulated)))
+        task = PeerTask(
+            endpoint=endpoint,
+            stream=str(path),
+            streams=params.streams,
+            rate_hz=params.rate_hz,
+            encode_s=params.encode_s,
+            link=link,
+        )
+        peers = {role: _peer(role, task, emulated) for role in ROLES}
+        try:
+            time.sleep(WARM_UP_S)
+            begun, before = time.monotonic(), emulated.carried() if emulated else {}
+            routing = router.cpu_times()
+            time.sleep(params.seconds)
+            ended, after = time.monotonic(), emulated.carried() if emulated else {}
+            routed = router.cpu_times()
+            counted = {role: _counted(process) for role, process in peers.items()}
+        finally:
+            for process in peers.values():
+                process.kill()
+                process.wait()
+    row = summary(counted, begun, ended)
+    frames = row["rate_hz"] * params.streams * (ended - begun)
+    used_s = routed.user + routed.system - routing.user - routing.system
+    row["router_ms_per_frame"] = round(1e3 * used_s / frames, 2) if frames else None
+    return row | {
+        f"{way}_mbit_s": round(8e-6 * (after[way] - before[way]) / (ended - begun), 1)
+        for way in ("up", "down")
+        if way in after
+    }
+
+
+def summary(counted: Mapping[str, Any], begun_s: float, ended_s: float) -> dict[str, Any]:
+    """Rate and age of the fields that arrived between two times, of all streams together.
+
+    rate_hz is the mean of the streams, slowest_hz the lowest; ages are None if nothing arrived.
+    """
+    ages: list[float] = []
+    rates = []
+    for stream in counted["mapper"]["streams"]:
+        inside = [age for at, age in stream["ages"] if begun_s <= at < ended_s]
+        rates.append(len(inside) / (ended_s - begun_s))
+        ages += inside
+    p50, p95 = (round(1e3 * float(np.quantile(ages, q))) if ages else None for q in (0.5, 0.95))
+    metrics = [s["metrics"] for role in ("robot", "perception") for s in counted[role]["streams"]]
+
+    def total(name: str) -> int:
+        return int(sum(v for each in metrics for k, v in each.items() if k.endswith(name)))
+
+    return {
+        "rate_hz": round(float(np.mean(rates)), 1),
+        "slowest_hz": round(min(rates), 1),
+        "age_p50_ms": p50,
+        "age_p95_ms": p95,
+        "replaced": total("_replaced"),
+        "overdue": total("_overdue"),
+    }
+
+
+def _command(link: EmulatedLink | None, side: int, command: Sequence[str]) -> list[str]:
+    return list(link.command(side, *command) if link else command)
+
+
+@contextmanager
+def _router(endpoint: str, link: EmulatedLink | None) -> Iterator[int]:
+    command = _command(link, 0, onemap_command("router", "--listen", endpoint))
+    process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+    try:
+        yield process.pid
+    finally:
+        process.terminate()
+        try:
+            process.wait(ENDING_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+
+
+def _peer(role: str, task: PeerTask, link: EmulatedLink | None) -> subprocess.Popen[str]:
+    """A process of this role that is connected."""
+    own = [sys.executable, "-m", f"{__package__}.peers", role, task.to_json()]
+    process = subprocess.Popen(
+        _command(link, int(role == REMOTE), own),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+    )
+    assert process.stdout is not None
+    if process.stdout.readline() != "ready\n":
+        raise ValueError(f"the {role} of the benchmark did not start")
+    return process
+
+
+def _counted(process: subprocess.Popen[str]) -> Any:
+    output, _ = process.communicate(timeout=ENDING_S)
+    return json.loads(output.splitlines()[-1])
