@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import resource
 import time
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,27 +13,90 @@ import torch
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import compute_update
+from onemap_mapper.frame_update import compute_update, depth_in_metres
+from onemap_mapper.kernels import jit
 from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_shared.messages import FeatureField
+from onemap_tools.bench.dense_update import dense_update
+from onemap_tools.bench.fusion_parts import fusion_work, parts_ms
+from onemap_tools.bench.machine import best_s, machine_limits
 
 SIZE = (480, 640)
 CAMERA = Intrinsics.from_fov(SIZE[1], SIZE[0], np.deg2rad(79))  # a usual RGB-D camera
 PATCHES = (24, 24, 768)
 ROOM_LOW, ROOM_HIGH = (-4.0, -3.0, 0.0), (4.0, 3.0, 2.5)  # metres
 WARM_UP = 5  # frames that are fused but not counted: first allocations
-SEED = 0
 
 
-def run(frames: int, *, device: str, threads: int) -> dict[str, Any]:
-    """Fuse ``frames`` frames of a robot that walks in a circle; times in milliseconds."""
-    torch.set_num_threads(threads)
-    params = MapperConfig(device=device)
-    rng = np.random.default_rng(SEED)
-    belief = BeliefMap(params)
-    observing, absorbing, computing = [], [], []
-    for sequence in range(frames + WARM_UP):
+@dataclass(frozen=True, slots=True)
+class FusionBenchOptions:
+    """What is measured: so many frames, drawn with the seed, with these parameters of the map."""
+
+    frames: int = 50
+    device: str = "cpu"
+    threads: int = 1
+    half_width: int = 3  # of the blur, in cells
+    compiled: bool = True
+    dense: bool = False  # also the update as the equations read
+    seed: int = 0
+
+
+def run(options: FusionBenchOptions) -> dict[str, Any]:
+    """Fuse frames of a robot that walks in a circle; times in milliseconds."""
+    torch.set_num_threads(options.threads)
+    params = MapperConfig(
+        device=options.device,
+        compiled=options.compiled,
+        blur_half_width_cells=options.half_width,
+    )
+    # Alone on one thread, processor time is the time of a machine that does nothing else.
+    clock = time.process_time if options.threads == 1 else time.perf_counter
+    limits = machine_limits(clock)
+    belief, times = _fuse(options, params)
+    observe_ms, absorb_ms, cpu_ms = (column[WARM_UP:] for column in times.T)
+    total_ms = observe_ms + absorb_ms
+    field = simulated_field(WARM_UP, np.random.default_rng(options.seed))
+    work = fusion_work(field, params)
+    least_ms = limits.least_ms(moved_bytes=work.moved_bytes, operations=work.operations)
+    result = {
+        "benchmark": "fusion",
+        "seed": options.seed,
+        "frames": options.frames,
+        "image": f"{SIZE[1]}x{SIZE[0]}",
+        "features": "x".join(str(n) for n in PATCHES),
+        "blur_cells": 2 * options.half_width + 1,
+        "compiled": jit.usable(wanted=params.compiled, device=params.torch_device),
+        "p50_ms": round(float(np.median(total_ms)), 2),
+        "p95_ms": round(float(np.quantile(total_ms, 0.95)), 2),
+        "min_ms": round(float(total_ms.min()), 2),
+        "cpu_p50_ms": round(float(np.median(cpu_ms)), 2),
+        "cpu_min_ms": round(float(cpu_ms.min()), 2),
+        "observe_p50_ms": round(float(np.median(observe_ms)), 2),
+        "absorb_p50_ms": round(float(np.median(absorb_ms)), 2),
+        "parts_ms": parts_ms(field, params),
+        "moved_bytes": work.moved_bytes,
+        "operations": work.operations,
+        **limits.as_dict(),
+        "least_ms": round(least_ms, 3),
+        "cpu_min_over_least": round(float(cpu_ms.min()) / least_ms, 1),
+        "cells": belief.store.count,
+        "map_bytes": belief.memory_bytes,
+        "device": options.device,
+        "threads": options.threads,
+        "cores": len(os.sched_getaffinity(0)),
+        "load_average": round(os.getloadavg()[0], 2),
+    }
+    peak_bytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    result["peak_process_bytes"] = peak_bytes
+    return result | (_dense(field, params, float(cpu_ms.min())) if options.dense else {})
+
+
+def _fuse(options: FusionBenchOptions, params: MapperConfig) -> tuple[BeliefMap, F64]:
+    """The map, and per frame the milliseconds of its update, of fusing it, and of the processor."""
+    rng, belief = np.random.default_rng(options.seed), BeliefMap(params)
+    times = np.zeros((options.frames + WARM_UP, 3))
+    for sequence in range(len(times)):
         field = simulated_field(sequence, rng)
         started, cpu_started = time.perf_counter(), time.process_time()
         update = compute_update(field, params)
@@ -40,29 +104,18 @@ def run(frames: int, *, device: str, threads: int) -> dict[str, Any]:
         belief.fuse(update)
         _synchronise(params.torch_device)
         ended = time.perf_counter()
-        computing.append((time.process_time() - cpu_started) * 1e3)
-        observing.append((observed - started) * 1e3)
-        absorbing.append((ended - observed) * 1e3)
-    observe_ms, absorb_ms = np.array(observing[WARM_UP:]), np.array(absorbing[WARM_UP:])
-    total_ms = observe_ms + absorb_ms
+        cpu = time.process_time() - cpu_started
+        times[sequence] = observed - started, ended - observed, cpu
+    return belief, times * 1e3
+
+
+def _dense(field: FeatureField, params: MapperConfig, cpu_ms: float) -> dict[str, Any]:
+    """Processor time of the update as the equations read, and how many times the mapper's."""
+    depth_m = torch.from_numpy(depth_in_metres(field))
+    dense_s = best_s(lambda: dense_update(field, depth_m, params), 2, time.process_time)
     return {
-        "benchmark": "fusion",
-        "frames": frames,
-        "image": f"{SIZE[1]}x{SIZE[0]}",
-        "features": "x".join(str(n) for n in PATCHES),
-        "p50_ms": round(float(np.median(total_ms)), 2),
-        "p95_ms": round(float(np.quantile(total_ms, 0.95)), 2),
-        "min_ms": round(float(total_ms.min()), 2),
-        "cpu_p50_ms": round(float(np.median(computing[WARM_UP:])), 2),
-        "observe_p50_ms": round(float(np.median(observe_ms)), 2),
-        "absorb_p50_ms": round(float(np.median(absorb_ms)), 2),
-        "cells": belief.store.count,
-        "map_bytes": belief.memory_bytes,
-        "peak_process_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
-        "device": device,
-        "threads": threads,
-        "cores": len(os.sched_getaffinity(0)),
-        "load_average": round(os.getloadavg()[0], 2),
+        "dense_cpu_min_ms": round(dense_s * 1e3, 1),
+        "dense_over_cpu_min": round(dense_s * 1e3 / cpu_ms),
     }
 
 
