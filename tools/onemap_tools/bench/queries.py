@@ -21,7 +21,7 @@ from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError
-from onemap_perception.factory import make_encoder
+from onemap_perception.factory import make_encoder, with_channels
 from onemap_perception.text.vocabulary import Vocabulary, load_vocabulary
 from onemap_shared.geometry import F32
 from onemap_shared.messages import SimilarityRequest
@@ -134,11 +134,11 @@ def query_map(
             request=SimilarityRequest(word.text, max_regions=1),
             params=config,
         )
-        near = present and _distance_m(mapped.scene, word.category, reply.centres_m[0]) <= NEAR_M
+        near = present and distance_m(mapped.scene, word.category, reply.centres_m[0]) <= NEAR_M
         yield QueryOutcome(word, seed, present, reply.best_score, near)
 
 
-def _distance_m(scene: Scene, category: str, place: F32) -> float:
+def distance_m(scene: Scene, category: str, place: F32) -> float:
     """Horizontal distance from a place (2,) to the nearest object of the category."""
     things = [i for i, thing in enumerate(scene.objects) if thing.category == category]
     faces = scene.faces[np.isin(scene.face_object, things)]
@@ -150,5 +150,6 @@ def encoder_pair(config: EncoderParams) -> EncoderPair:
     """The configured encoder, with and without aliases; raises BackendError."""
     encoder = make_encoder(config)
     if isinstance(config, MiniParams):
-        return EncoderPair(encoder, MiniEncoder(config, aliases=False))
+        plain = MiniEncoder(config, aliases=False)
+        return EncoderPair(encoder, with_channels(plain, config.channels))
     return EncoderPair(encoder, encoder)

@@ -1,0 +1,49 @@
+"""``onemap bench query``."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Annotated
+
+import typer
+
+from onemap_tools.bench.cli_errors import cli_errors
+from onemap_tools.cli.options import Json
+from onemap_tools.cli.terminal import print_json
+
+
+class FeatureDtype(str, Enum):
+    """How features are stored."""
+
+    FLOAT32 = "float32"
+    FLOAT16 = "float16"
+
+
+def query(
+    *,
+    cells: Annotated[int, typer.Option(min=4096, help="Of the map.")] = 250_000,
+    feature_dtype: Annotated[
+        FeatureDtype, typer.Option(help="As mapper.feature_dtype.")
+    ] = FeatureDtype.FLOAT32,
+    threads: Annotated[int, typer.Option(min=1, help="CPU threads of torch.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Of the features.")] = 0,
+    as_json: Json = False,
+) -> None:
+    """How long a text query over a large map takes, inside the mapper.
+
+    Random features of 768 channels. read_ms is reading the table once, and
+    matrix_product_ms what the machine's own rate for large matrices would take for
+    32 texts, both measured in this run. A plain text has no calibration; a
+    calibrated one competes with 103 neutral words, whose part is computed with the
+    first text (first_calibrated_text_ms) and kept. standing_ms_per_frame: 20 texts
+    asked again after a frame changed 800 cells. Processor time with one thread,
+    the best of several runs.
+    """
+    with cli_errors("mapper"):
+        from onemap_tools.bench.query_time import QueryTimeOptions, run
+
+        result = run(QueryTimeOptions(cells, feature_dtype.value, threads, seed))
+    if as_json:
+        print_json(result)
+    else:
+        print("\n".join(f"{name:26} {value}" for name, value in result.items()))

@@ -1,0 +1,146 @@
+"""Time of a query over a large map, against reading its table and against a matrix product."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from onemap_mapper.cell_store import BLOCK, CellStore
+from onemap_mapper.similarity import ScoreCache, TextQuery
+from onemap_tools.bench.machine import best_s, machine_limits
+
+CHANNELS = 768
+NEUTRAL_WORDS = 103  # as many as mini's
+TEXTS = 32  # asked at once
+STANDING = 20  # texts that are asked again after every frame
+FRAME_CELLS = 800  # that a frame changes
+TEMPERATURE = 50.0
+
+
+@dataclass(frozen=True, slots=True)
+class QueryTimeOptions:
+    """Cells of the map, how their features are stored, threads of torch, and the seed."""
+
+    cells: int = 250_000
+    feature_dtype: str = "float32"
+    threads: int = 1
+    seed: int = 0
+
+
+def run(options: QueryTimeOptions) -> dict[str, Any]:
+    """Milliseconds of processor time with one thread, of the clock with several."""
+    torch.set_num_threads(options.threads)
+    clock = time.process_time if options.threads == 1 else time.perf_counter
+    generator = torch.Generator().manual_seed(options.seed)
+    dtype = torch.float32 if options.feature_dtype == "float32" else torch.float16
+    store = _filled(options.cells, dtype, generator)
+    neutral = _unit(NEUTRAL_WORDS, generator)
+    texts = [_query(f"text {k}", _unit(1, generator), neutral) for k in range(2 * TEXTS)]
+    limits = machine_limits(clock)
+
+    def best_ms(ask: Callable[[], object]) -> float:
+        return round(best_s(ask, 3, clock) * 1e3, 2)
+
+    read_ms = best_ms(lambda: _read(store))
+    plain = [replace(text, concepts=text.concepts[:1], neutral=None) for text in texts]
+    warm = ScoreCache()
+    warm.scores(texts[0], store, 1)
+    one = _Asker(warm, store, texts[1:])
+    first_ms = best_ms(lambda: ScoreCache().scores(texts[0], store, 1))
+    plain_ms = best_ms(lambda: warm.scores(replace(plain[1]), store, 1))
+    one_ms = best_ms(one.ask_one)
+    many_ms = best_ms(lambda: warm.scores_of_all([replace(t) for t in texts[:TEXTS]], store, 1))
+    product_ms = 2 * TEXTS * options.cells * CHANNELS / limits.matrix_gflops * 1e-6
+    standing_ms = _standing_ms(store, texts[:STANDING], clock, generator)
+    return {
+        "benchmark": "query",
+        "seed": options.seed,
+        "cells": options.cells,
+        "channels": CHANNELS,
+        "feature_dtype": options.feature_dtype,
+        "table_bytes": options.cells * CHANNELS * (4 if dtype == torch.float32 else 2),
+        "read_ms": read_ms,
+        "plain_text_ms": plain_ms,
+        "calibrated_text_ms": one_ms,
+        "calibrated_over_read": round(one_ms / read_ms, 2),
+        "first_calibrated_text_ms": first_ms,
+        "texts_at_once": TEXTS,
+        "texts_at_once_ms": many_ms,
+        "matrix_product_ms": round(product_ms, 2),
+        "texts_over_product": round(many_ms / product_ms, 2),
+        "standing_texts": STANDING,
+        "standing_ms_per_frame": standing_ms,
+        **limits.as_dict(),
+        "threads": options.threads,
+        "cores": len(os.sched_getaffinity(0)),
+        "load_average": round(os.getloadavg()[0], 2),
+    }
+
+
+class _Asker:
+    """Asks for another text each time, so that its scores are not kept."""
+
+    def __init__(self, cache: ScoreCache, store: CellStore, texts: list[TextQuery]) -> None:
+        self._cache, self._store, self._texts, self._next = cache, store, texts, 0
+
+    def ask_one(self) -> None:
+        """Score one text that was not asked before."""
+        self._next += 1
+        self._cache.scores(replace(self._texts[self._next]), self._store, 1)
+
+
+def _filled(cells: int, dtype: torch.dtype, generator: torch.Generator) -> CellStore:
+    """A store of random features, the same in every block."""
+    store = CellStore(CHANNELS, device=torch.device("cpu"), dtype=dtype, compiled=True)
+    block = _unit(BLOCK, generator)
+    ones = torch.ones(BLOCK)
+    for first in range(0, cells, BLOCK):
+        count = min(BLOCK, cells - first)
+        slots = store.add(np.zeros((count, 2), np.int64))
+        store.fuse(slots, block[:count], ones[:count], revision=1)
+    return store
+
+
+def _unit(count: int, generator: torch.Generator) -> Tensor:
+    vectors = torch.randn((count, CHANNELS), generator=generator)
+    return torch.nn.functional.normalize(vectors, dim=1)
+
+
+def _query(text: str, own: Tensor, neutral: Tensor) -> TextQuery:
+    """A calibrated text that all neutral words compete with."""
+    excluded = torch.zeros(len(neutral))
+    return TextQuery(
+        text, torch.cat([own, neutral]), TEMPERATURE, neutral=neutral, excluded=excluded
+    )
+
+
+def _read(store: CellStore) -> float:
+    """Read the whole table once: the sum of its bytes as float32."""
+    return sum(float(block.view(torch.float32).sum()) for block in store.blocks)
+
+
+def _standing_ms(
+    store: CellStore,
+    texts: list[TextQuery],
+    clock: Callable[[], float],
+    generator: torch.Generator,
+) -> float:
+    """Milliseconds for texts that are asked again after a frame, the best of several frames."""
+    cache = ScoreCache()
+    cache.scores_of_all(texts, store, 1)
+    slots = np.arange(FRAME_CELLS)
+    features, ones = _unit(FRAME_CELLS, generator), torch.ones(FRAME_CELLS)
+    times = []
+    for revision in range(2, 8):
+        store.fuse(slots, features, ones, revision=revision)
+        started = clock()
+        cache.scores_of_all(texts, store, revision)
+        times.append(clock() - started)
+    return round(min(times) * 1e3, 2)
