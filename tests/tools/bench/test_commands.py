@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +29,11 @@ def bench(*arguments: str) -> tuple[int, str]:
 
 
 def test_fusion_prints_a_table_or_one_object(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fusion, "run", lambda frames, **options: {"frames": frames, **options})
+    monkeypatch.setattr(fusion, "run", asdict)
     code, text = bench("fusion", "--frames", "7", "--threads", "2", "--json")
     assert code == 0
-    assert json.loads(text.splitlines()[-1]) == {"frames": 7, "device": "cpu", "threads": 2}
+    document = json.loads(text.splitlines()[-1])
+    assert (document["frames"], document["device"], document["threads"]) == (7, "cpu", 2)
     _, table = bench("fusion")
     assert table.splitlines()[0].split() == ["frames", "50"]
 

@@ -7,14 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from onemap_planner.config import PlannerConfig
+from onemap_planner.motion.pure_pursuit import DriveParams
 from onemap_planner.search.events import Cancelled, EventStamp
 from onemap_planner.search.phases import Destination, Finished
 from onemap_planner.search.state_machine import transition
+from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import SearchKind, SearchState
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
 from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.robot import RobotParams
+from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.lockstep import (
     LockstepSimulation,
     PerceptionPipeline,
@@ -66,6 +71,34 @@ def test_a_search_for_what_stands_behind_a_stairwell_stays_on_the_floor() -> Non
     assert [result.outcome for result in search.results] == [SearchState.FOUND]
     assert simulation.robot.edges_crossed == 0
     assert simulation.robot.contacts == 0
+
+
+class RecordedRobot(SimulatedRobot):
+    """The simulator's robot, with all commands that it was given."""
+
+    def __init__(self, scene: Scene, config: SimulatorConfig) -> None:
+        super().__init__(scene, config)
+        self.commands: list[Velocity2d] = []
+
+    def advance(self, command: Velocity2d, before_s: float, now_s: float) -> None:
+        self.commands.append(command)
+        super().advance(command, before_s, now_s)
+
+
+@pytest.mark.slow
+def test_a_holonomic_robot_finds_the_sofa_and_drives_sideways_on_the_way() -> None:
+    drive = DriveParams(max_lateral_mps=0.3)
+    config = SystemConfig(
+        simulator=SimulatorConfig(seed=2, robot=RobotParams(max_lateral_mps=0.3)),
+        planner=PlannerConfig(drive=drive),
+    )
+    robot = RecordedRobot(generate_apartment(2), config.simulator)
+    simulation = LockstepSimulation(robot, config, PerceptionPipeline(config.perception))
+    search = simulation.search(("sofa",), 60.0)
+    assert [result.outcome for result in search.results] == [SearchState.FOUND]
+    assert (robot.contacts, robot.edges_crossed) == (0, 0)
+    sideways = [abs(command.lateral_mps) for command in robot.commands]
+    assert 0.1 < max(sideways) <= drive.max_lateral_mps
 
 
 def stopping(simulation: LockstepSimulation, robot: SimulatedRobot) -> tuple[float, float, float]:

@@ -37,7 +37,18 @@ def reply(text: str, *places: tuple[float, float, float]) -> SimilarityReply:
     best = np.array([place[2] for place in places], np.float32)
     extents = np.concatenate([centres, centres], axis=1)
     return SimilarityReply(
-        text, 1, 1, "e", centres, extents, best, np.ones_like(best), GRID, scores
+        text,
+        1,
+        1,
+        "e",
+        centres,
+        extents,
+        best,
+        np.ones_like(best),
+        GRID,
+        scores,
+        last_seen_ns=np.zeros(len(best), np.int64),
+        best_views=np.full((len(best), 3), np.nan, np.float32),
     )
 
 

@@ -10,9 +10,15 @@ import typer
 
 from onemap_tools.bench.cli_errors import cli_errors
 from onemap_tools.bench.clients_command import app as clients_app
+from onemap_tools.bench.fusion_command import app as fusion_app
 from onemap_tools.bench.habitat.command import app as habitat_app
 from onemap_tools.bench.navigation.choices import Apartments, Errors, Features, Method, ObjectOrder
+from onemap_tools.bench.occupancy_command import occupancy
 from onemap_tools.bench.pose_graph_command import pose_graph
+from onemap_tools.bench.query_command import query
+from onemap_tools.bench.ros2_command import app as ros2_app
+from onemap_tools.bench.transport_command import app as transport_app
+from onemap_tools.bench.verdicts_command import verdicts
 from onemap_tools.cli.options import Config, Json
 from onemap_tools.cli.terminal import print_json
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK
@@ -20,8 +26,10 @@ from onemap_tools.errors import EXIT_FAILED, EXIT_OK
 PANEL = "Look deeper"
 app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")
 app.add_typer(habitat_app)  # without a name of its own: a command beside the others
-app.add_typer(clients_app)
-app.command()(pose_graph)
+for group in (clients_app, fusion_app, ros2_app, transport_app):
+    app.add_typer(group)
+for command in (occupancy, pose_graph, query, verdicts):
+    app.command()(command)
 
 
 class Backend(str, Enum):
@@ -54,37 +62,13 @@ SimulatedErrors = Annotated[
     Errors, typer.Option(help="Of a real robot; jump: drift that loop closures set right.")
 ]
 Beside = Annotated[
-    list[Path] | None, typer.Option(help="Folder of another method's results, to compare with.")
+    list[Path] | None,
+    typer.Option(help="Results of another method, or of other settings, to compare with."),
 ]
 Order = Annotated[ObjectOrder, typer.Option(help="Of the objects: as drawn, or the cheapest.")]
 Parity = Annotated[Apartments, typer.Option(help="Settings are chosen on even seeds.")]
 Frames = Annotated[int, typer.Option(min=1, help="Frames to measure.")]
 Threads = Annotated[int, typer.Option(min=1, help="CPU threads of torch.")]
-
-
-@app.command()
-def fusion(
-    frames: Frames = 50,
-    device: Annotated[str, typer.Option(help="cpu or cuda")] = "cpu",
-    threads: Threads = 1,
-    as_json: Json = False,
-) -> None:
-    """How long the map takes to fuse one frame.
-
-    Timed per frame: projection, blur, fusion and occupancy of a 640 x 480 field
-    with 24 x 24 x 768 features. The variance is perception's work and the
-    decoding the bus's; both are done beforehand. The room is simulated, the
-    features are random. cpu_p50_ms is the processor time of a frame, which other
-    processes disturb less.
-    """
-    with cli_errors("mapper"):
-        from onemap_tools.bench.fusion import run
-
-        result = run(frames, device=device, threads=threads)
-    if as_json:
-        print_json(result)
-    else:
-        print("\n".join(f"{name:20} {value}" for name, value in result.items()))
 
 
 @app.command()
