@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from onemap_gateway.present.objects import MapObjectReport
+from onemap_gateway.present.queries import QueryReply
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Heartbeat
 from onemap_shared.transport import Bus
@@ -29,6 +30,7 @@ REQUESTS = (
     ("map", "info"),
     ("map", "save", "flat"),
     ("map", "load", "flat"),
+    ("map", "merge", "flat"),
     ("map", "clear"),
     ("map", "export", "flat.npz"),
 )
@@ -42,6 +44,23 @@ def test_a_query_without_a_match_exits_with_1() -> None:
     assert result.exit_code == EXIT_FAILED
     assert json.loads(result.stdout.splitlines()[-1]) == reply
     assert plain.stdout.strip() == reply["message"]
+
+
+@pytest.mark.parametrize(
+    ("verdict", "code"),
+    [("found", EXIT_OK), ("not_here", EXIT_FAILED), ("not_looked_yet", EXIT_FAILED)],
+)
+def test_the_verdict_decides_the_exit_code(verdict: str, code: int) -> None:
+    (example, _) = QueryReply.model_json_schema()["examples"]
+    with fake_gateway({("POST", "/v1/queries"): (200, {**example, "verdict": verdict})}) as url:
+        assert RUNNER.invoke(app, ["query", "sofa", "--url", url]).exit_code == code
+
+
+@pytest.mark.parametrize("area", ["1,2,3", "a,b,c,d", "0 0 1 1"])
+def test_an_area_that_is_none_is_refused(area: str) -> None:
+    result = RUNNER.invoke(app, ["query", "sofa", "--area", area, "--json"])
+    assert result.exit_code == EXIT_USAGE_ERROR
+    assert "x_min,y_min,x_max,y_max in metres" in error_of(result)["error"]
 
 
 def test_objects_are_printed_and_are_json() -> None:

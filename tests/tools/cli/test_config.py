@@ -49,7 +49,12 @@ def test_the_environment_overrides_the_file(
     shown = run("show", "--config", config)
     sections = yaml.safe_load(shown.stdout)
     assert sections["gateway"]["port"] == 4321
-    assert sections["log"] == {"format": "human", "level": "debug"}
+    assert sections["log"] == {
+        "format": "human",
+        "level": "debug",
+        "traces": "",
+        "traced_share": 0.1,
+    }
     assert "simulator" not in sections  # this file is of a real robot
     assert "hunter2" not in shown.output
     assert json.loads(run("show", "--config", config, "--json").stdout) == sections

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import io
-from pathlib import Path
+import json
 from typing import Any
 
-import httpx
 import pytest
 from rich.console import Console
 
-from onemap import Client
+from onemap import QueryInterrupted, QueryResult
+from onemap_gateway.present.queries import QueryReply
 from onemap_tools.cli.gateway_report import (
     describe_change,
-    describe_export,
     describe_info,
     describe_objects,
     describe_query,
     describe_search,
     describe_status,
-    write_archive,
+    follow_query,
 )
-from onemap_tools.errors import CliError
 
 CHANGE = {
     "path": "/maps/flat.npz",
@@ -86,16 +84,6 @@ def test_the_map_in_numbers(console: Console) -> None:
         assert part in text_of(console)
 
 
-def test_the_archive_is_written_as_it_came(tmp_path: Path, console: Console) -> None:
-    gateway = Client(transport=httpx.MockTransport(lambda _: httpx.Response(200, content=b"npz")))
-    written = write_archive(gateway, tmp_path / "map.npz")
-    assert (tmp_path / "map.npz").read_bytes() == b"npz"
-    describe_export(written, console)
-    assert "3 bytes" in text_of(console)
-    with pytest.raises(CliError, match="Cannot write"):
-        write_archive(gateway, tmp_path / "no" / "such" / "folder.npz")
-
-
 def test_status_names_what_is_missing(console: Console) -> None:
     describe_status(STATUS, console)
     for part in ("mapper", "down", "It is [not] running.", "never", "Not ready. The mapper"):
@@ -145,6 +133,28 @@ def test_a_query_lists_places_best_first(console: Console) -> None:
     assert "did you mean 'couch' or 'bed'?" in text_of(console)
     assert "(2.35, -1.10) m" in text_of(console)
     assert "1.7 x 1.0 m" in text_of(console)
+
+
+def test_a_query_says_its_verdict_and_from_where_it_was_seen(console: Console) -> None:
+    (found, absent) = QueryReply.model_json_schema()["examples"]
+    describe_query(found, console)
+    assert "'sofa' is at (2.35, -1.10) m, with the score 0.91." in text_of(console)
+    assert "(0.60, -0.40) m, -22" in text_of(console)
+    assert "00:00:12" in text_of(console)
+    describe_query(absent, console)
+    said = " ".join(text_of(console).split())
+    assert "was not seen, but only 62 % of the reachable area was looked at" in said
+
+
+def test_a_followed_query_prints_each_answer(capsys: pytest.CaptureFixture[str]) -> None:
+    (found, absent) = QueryReply.model_json_schema()["examples"]
+    results = [QueryResult.of(each) for each in (absent, found)]
+    follow_query([results[0], QueryInterrupted("The mapper is away."), results[1]], as_json=True)
+    said = capsys.readouterr()
+    assert [json.loads(line)["text"] for line in said.out.splitlines()] == ["skateboard", "sofa"]
+    assert "The mapper is away." in said.err
+    follow_query(results, as_json=False)
+    assert "'sofa' is at (2.35, -1.10) m" in capsys.readouterr().out
 
 
 def test_a_query_without_a_match_has_a_message(console: Console) -> None:

@@ -10,7 +10,7 @@ import typer
 
 from onemap_tools.bench.commands import PANEL as MEASURE_PANEL
 from onemap_tools.bench.commands import app as bench_app
-from onemap_tools.cli import ask, bag, certs, models, run
+from onemap_tools.cli import ask, bag, certs, models, run, view
 from onemap_tools.cli.command_group import CommandGroup
 from onemap_tools.cli.config import app as config_app
 from onemap_tools.cli.map import app as map_app
@@ -64,6 +64,8 @@ def root(
 app.add_typer(run.app)
 app.add_typer(bag.app)
 app.add_typer(bag.bag_app, name="bag", rich_help_panel=run.PANEL)
+app.add_typer(view.app)
+app.add_typer(view.export_app, name="export", rich_help_panel=run.PANEL)
 app.add_typer(ask.app)
 app.add_typer(search_replay_app)
 app.add_typer(ros2_app)

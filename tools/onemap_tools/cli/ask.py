@@ -18,25 +18,43 @@ app = typer.Typer()
 @app.command(rich_help_panel=PANEL)
 def query(
     text: Annotated[list[str], typer.Argument(help="An object in plain words.")],
+    *,
     regions: Annotated[int, typer.Option(min=1, max=100, help="How many places at most.")] = 5,
+    negative: Annotated[
+        list[str] | None, typer.Option("--not", help="What it must not be; may be repeated.")
+    ] = None,
+    area: Annotated[
+        str, typer.Option(help="Only there: x_min,y_min,x_max,y_max in metres of the map.")
+    ] = "",
+    follow: Annotated[
+        bool, typer.Option("--follow", help="Again whenever the answer changes, until Ctrl-C.")
+    ] = False,
     url: Url = DEFAULT_URL,
     token: Token = "",
     as_json: Json = False,
 ) -> None:
-    """Where is it? Places on the map that look like it, best first.
+    """Where is it? Places on the map that look like it, best first, and a verdict.
 
-    Exit code 1 if nothing on the map does.
+    Found, not here (the reachable area was looked at), or not looked yet, with the
+    place to look at next. Exit code 0 only if it was found.
     """
-    from onemap_tools.cli.gateway_report import describe_query
+    from onemap import QueryOptions
+    from onemap_tools.cli.gateway_report import describe_query, follow_query
+    from onemap_tools.cli.options import parse_area
     from onemap_tools.cli.terminal import print_json, result_console
     from onemap_tools.gateway import gateway_client
 
+    options = QueryOptions(regions, tuple(negative or ()), parse_area(area))
+    words = " ".join(text)
     with gateway_client(url, token) as gateway:
-        reply = dict(gateway.query(" ".join(text), regions).document)
+        if follow:
+            follow_query(gateway.follow_queries([words], options), as_json=as_json)
+        result = gateway.query(words, regions, negatives=options.negatives, area_m=options.area_m)
+    reply = dict(result.document)
     describe_query(reply, result_console(as_json))
     if as_json:
         print_json(reply)
-    raise typer.Exit(EXIT_OK if reply["regions"] else EXIT_FAILED)
+    raise typer.Exit(EXIT_OK if result.found else EXIT_FAILED)
 
 
 @app.command(name="search", rich_help_panel=PANEL)

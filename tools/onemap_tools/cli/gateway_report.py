@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Iterable
+from math import degrees
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from onemap import Client
+from onemap import QueryEvent, QueryInterrupted
 from onemap_tools.cli.search import all_found
-from onemap_tools.errors import CliError
+from onemap_tools.cli.terminal import print_json, progress_console, result_console
 
 COLOURS = {"ok": "green", "degraded": "yellow", "down": "red"}
 
@@ -43,10 +43,13 @@ def describe_drive(report: dict[str, Any]) -> Text:
 
 def describe_query(reply: dict[str, Any], console: Console) -> None:
     """Print the regions of the map that match, best first."""
+    if sentence := reply.get("sentence"):  # older gateways have no such key
+        console.print(Text(sentence), soft_wrap=True)
     if not reply["regions"]:
-        console.print(reply["message"])
+        console.print(Text(reply["message"]), soft_wrap=True)
         return
-    table = Table("", "centre", "size", "score", title=reply["text"])
+    names = ("", "centre", "size", "score", "best seen from", "last seen (UTC)")
+    table = Table(*names, title=reply["text"])
     for region in reply["regions"]:
         x_min, y_min, x_max, y_max = region["extent_m"]
         table.add_row(
@@ -54,6 +57,8 @@ def describe_query(reply: dict[str, Any], console: Console) -> None:
             f"({region['centre_m'][0]:.2f}, {region['centre_m'][1]:.2f}) m",
             f"{x_max - x_min:.1f} x {y_max - y_min:.1f} m",
             f"{region['score']:.2f}",
+            _view(region.get("best_view")),
+            (region.get("last_seen_at") or "")[11:19],
         )
     console.print(table)
     if near := reply.get("did_you_mean"):  # older gateways have no such key
@@ -61,6 +66,23 @@ def describe_query(reply: dict[str, Any], console: Console) -> None:
             f"The encoder does not know {reply['text']!r}; did you mean "
             f"{' or '.join(repr(word) for word in near)}?"
         )
+
+
+def follow_query(events: Iterable[QueryEvent], *, as_json: bool) -> None:
+    """Print each answer as it comes, with JSON one object in a line; ends by Ctrl-C."""
+    for event in events:
+        if isinstance(event, QueryInterrupted):
+            progress_console().print(Text(event.detail), soft_wrap=True)
+        elif as_json:
+            print_json(dict(event.document))
+        else:
+            describe_query(dict(event.document), result_console(as_json))
+
+
+def _view(view: dict[str, float] | None) -> str:
+    if view is None:
+        return ""
+    return f"({view['x_m']:.2f}, {view['y_m']:.2f}) m, {degrees(view['yaw_rad']):.0f}°"
 
 
 def describe_objects(objects: list[dict[str, Any]], console: Console) -> None:
@@ -135,16 +157,7 @@ def describe_info(info: dict[str, Any], console: Console) -> None:
     console.print(table)
 
 
-def write_archive(gateway: Client, file: Path) -> dict[str, Any]:
-    """Download occupancy, layers and geometry of the map and write them to an ``.npz`` file."""
-    content = gateway.maps.archive()
-    try:
-        file.write_bytes(content)
-    except OSError as problem:
-        raise CliError(f"Cannot write {file}: {problem.strerror}.") from problem
-    return {"path": str(file), "file_bytes": len(content)}
-
-
 def describe_export(written: dict[str, Any], console: Console) -> None:
-    """Print path and size of the archive."""
-    console.print(Text(f"Wrote {written['path']}, {written['file_bytes']} bytes."), soft_wrap=True)
+    """Print paths and size of what was written."""
+    paths = " and ".join([written["path"], *written.get("beside", ())])
+    console.print(Text(f"Wrote {paths}, {written['file_bytes']} bytes."), soft_wrap=True)

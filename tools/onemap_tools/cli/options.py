@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+
 Config = Annotated[
     Path | None,
     typer.Option("--config", help="YAML file of this deployment; defaults apply without it."),
@@ -25,3 +27,17 @@ Url = Annotated[str, typer.Option("--url", envvar="ONEMAP_URL", help="Address of
 Token = Annotated[
     str, typer.Option("--token", envvar="ONEMAP_TOKEN", help="The gateway's token, if it has one.")
 ]
+
+
+def parse_area(text: str) -> tuple[float, float, float, float] | None:
+    """x_min, y_min, x_max, y_max in metres of ``x,y,x,y``; None for an empty text."""
+    if not text:
+        return None
+    try:
+        x_min, y_min, x_max, y_max = (float(part) for part in text.split(","))
+    except ValueError as problem:
+        raise CliError(
+            f"--area is {text!r}; write x_min,y_min,x_max,y_max in metres, as in 0,-1.5,4,3",
+            EXIT_USAGE_ERROR,
+        ) from problem
+    return x_min, y_min, x_max, y_max

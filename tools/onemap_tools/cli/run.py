@@ -62,6 +62,10 @@ def demo(
         float, typer.Option(min=1, help="Seconds; then the search is cancelled.")
     ] = 360.0,
     film: Film = None,
+    ros2: Annotated[
+        bool,
+        typer.Option("--ros2", help="The robot speaks ROS 2's formats, through the adapter."),
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Everything on this machine: a simulated robot searches for three objects.
@@ -84,6 +88,7 @@ def demo(
         folder=run_folder(out, datetime.now(), seed),
         time_limit_s=time_limit,
         film=film,
+        ros2=ros2,
     )
     document = run_with_report(options, console)
     if as_json:
@@ -148,7 +153,8 @@ def replay(
         Path | None,
         typer.Argument(
             exists=True,
-            help="A folder with frames.json and PNG files, or a file of 'onemap record'.",
+            help="A folder with frames.json and PNG files, or an MCAP file: of 'onemap record', "
+            "or a ROS 2 bag.",
         ),
     ] = None,
     config: Config = None,
@@ -168,7 +174,8 @@ def replay(
     A folder is published like a robot until Ctrl-C. Of an MCAP file the map is computed again, in
     this process alone, and compared with the digests in it. Exit code 0 if all are the same, 1 if
     one differs or none could be compared, 2 if the file cannot be read; with --reencode nothing
-    is compared.
+    is compared. Of a ROS 2 bag the images are encoded; the section ros2 of --config names its
+    topics and frames.
     """
     if path is not None and path.is_file():
         _rebuild(path, config, reencode=reencode, out=out, as_json=as_json)
@@ -180,7 +187,7 @@ def replay(
 def _rebuild(
     path: Path, config: Path | None, *, reencode: bool, out: Path | None, as_json: bool
 ) -> NoReturn:
-    with requires_extra("record,mapper,perception", "The replay of a file"):
+    with requires_extra("record,mapper,perception,ros2", "The replay of a file"):
         from onemap_tools.bag import replay as command
     from onemap_tools.cli.terminal import print_json, result_console
 
@@ -189,7 +196,7 @@ def _rebuild(
     result_console(as_json).print(*command.describe(document), sep="\n", soft_wrap=True)
     if as_json:
         print_json(document)
-    raise typer.Exit(EXIT_OK if document["same"] or reencode else EXIT_FAILED)
+    raise typer.Exit(EXIT_OK if document["same"] or document["reencoded"] else EXIT_FAILED)
 
 
 for service in SERVICES.values():
