@@ -122,6 +122,15 @@ def test_a_hanging_service_is_to_be_restarted() -> None:
     assert finding.remedy.startswith("Restart it rather than start a second one")
 
 
+def test_a_robot_that_lacks_a_topic_is_sent_to_the_list_of_its_topics() -> None:
+    problem = "no node publishes /odom (ros2.topics.odometry): the nearest of its type is /r1/odom"
+    adapter = ProcessHealth("ros2", "r", False, problem, 0.0, True)
+    observed = replace(HEALTHY, processes=(*HEALTHY.processes, adapter))
+    finding = the_one(check_services(observed))
+    assert finding.sentence == f"The ros2 is not well: {problem}."
+    assert "onemap ros2 topics" in finding.remedy
+
+
 def test_a_service_that_runs_twice_is_an_error() -> None:
     second = replace(HEALTHY.processes[1], instance="another")
     finding = the_one(check_services(replace(HEALTHY, processes=(*HEALTHY.processes, second))))

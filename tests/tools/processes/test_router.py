@@ -26,8 +26,14 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
     monkeypatch.setattr(router, "watch_parent", lambda _: None)
 
     def run_router(
-        endpoints: tuple[str, ...], _stop: object, file: Path | None, routed: Callable[[], None]
+        endpoints: tuple[str, ...],
+        _stop: object,
+        file: Path | None,
+        routed: Callable[[], None],
+        *,
+        namespace: str,
     ) -> None:
+        assert namespace == ""
         routed()
         calls.append((endpoints, file))
 

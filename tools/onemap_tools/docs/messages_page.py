@@ -26,6 +26,7 @@ ENUMERATIONS = (
     messages.SearchOrder,
     messages.SearchState,
     messages.FailureCode,
+    messages.Verdict,
     messages.Occupancy,
     messages.Layer,
 )

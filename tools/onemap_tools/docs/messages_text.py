@@ -50,6 +50,28 @@ array has the dtype and the shape that the message's table states; their names i
 {dtypes}. Limits: {dimensions} axes, {header_bytes} bytes of header, {body_bytes} bytes of body. A
 receiver refuses a packet that breaks one of these rules, or holds a value that the message does not
 allow, as a whole.
+
+An array may be **compressed**, if the sender's `bus.link` says so ([links](links.md)): its list
+then has a codec and the number of its bytes in the body as fourth and fifth entry, and dtype and
+shape are those of the array that it unpacks to. A receiver that does not know the codec refuses the
+packet and names those that it knows.
+
+| codec | of | bytes |
+|---|---|---|
+| `delta-zlib` | uint8, uint16 | the differences; nothing is lost |
+| `jpeg` | images: uint8, three channels | a JPEG file |
+| `int8` | `features`, float16 | a float32 scale for each patch; the differences of int8 numbers |
+| `log8` | `variance`, float32 | low and step, two float32; the differences of uint8 codes |
+
+A feature is its number times the scale of its patch. A variance of code c is 2 to the power of
+low + (c - 1) step, of code 0 infinity. *Differences* are one zlib stream: each value less the value
+before it on the second axis (the first: less 0), modulo 256 or 65536. A difference d of 16 bits,
+taken as signed, is written as 2d if d >= 0, else as -2d - 1; the low bytes of all of them come
+first, then the high bytes.
+
+**Receipts** say which frame or field the next stage took, whatever the sender's settings are. A
+sender may wait for them, so that no queue grows on a slow link: it sends the newest frame once
+fewer than its window are without a receipt. A receipt counts for all frames sent before it.
 """
 
 ENUMS = """## Enumerations

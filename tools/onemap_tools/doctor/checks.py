@@ -19,6 +19,8 @@ FAR_M = 20.0  # larger than any room: a greater median is a wrong depth scale
 NO_RETURN_FRACTION = 0.9  # above, too few pixels have depth to map anything
 FEW_DISORDERED = 3  # one or two: the publisher was started again
 FEW_FRAMES = 5  # fewer fused frames may all show the same view
+# Of processes that say what they lack, instead of their log.
+REMEDIES = {"ros2": "See what the robot has: onemap ros2 topics, with the same --config."}
 COMMAND_EPSILON = 0.02  # m/s or rad/s; below it the robot stands still
 
 
@@ -97,7 +99,8 @@ def _unhealthy(process: ProcessHealth) -> list[Finding]:
     if process.problem or not process.ready:
         reason = process.problem or "it does not say why"
         make = _warning if process.ready else _error
-        return [make(f"The {process.service} is not well: {reason}.", "Look at its log.")]
+        remedy = REMEDIES.get(process.service, "Look at its log.")
+        return [make(f"The {process.service} is not well: {reason}.", remedy)]
     return []
 
 

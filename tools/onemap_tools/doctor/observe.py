@@ -102,11 +102,12 @@ class BusObserver:
         self._beats.setdefault(beat.instance, []).append((beat, offset_s))
 
     def _on_command(self, command: VelocityCommand) -> None:
-        speed = max(abs(command.linear_mps), abs(command.angular_radps))
+        speed = max(command.velocity.speed_mps, abs(command.angular_radps))
         self._commanded = max(self._commanded, speed)
 
     def _on_odometry(self, odometry: Odometry) -> None:
-        speed = max(abs(odometry.linear_mps), abs(odometry.angular_radps))
+        speed = max(abs(odometry.linear_mps), abs(odometry.lateral_mps))
+        speed = max(speed, abs(odometry.angular_radps))
         self._driven = max(self._driven, speed)
         self._collided |= odometry.collided
 

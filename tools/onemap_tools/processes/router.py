@@ -21,7 +21,8 @@ def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -
     """Route until SIGINT or SIGTERM; ends the process if it no longer routes.
 
     Listens on ``listen``, else on the endpoints of ``zenoh_config``, else on those that the
-    services of ``config`` connect to.
+    services of ``config`` connect to. If ``zenoh_config`` controls access, it does so below
+    ``bus.namespace`` of ``config``.
     """
     sections = read(config)
     set_up_logging(section(sections, "log", LogConfig), "router")
@@ -38,7 +39,8 @@ def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -
         progress.begin()
         watched = watch("router", progress, stop)
         try:
-            run_router(endpoints, stop, zenoh_config, _notifier(progress))
+            namespace = section(sections, "bus", BusConfig).namespace
+            run_router(endpoints, stop, zenoh_config, _notifier(progress), namespace=namespace)
         except Exception as problem:  # zenoh's exception type is confined to bus.py
             reason = str(problem).split(" at /")[0]
             where = ", ".join(endpoints) or str(zenoh_config)
