@@ -26,12 +26,32 @@ def attack(request: pytest.FixtureRequest) -> Attack:
     return recorded
 
 
+LOOP_SECONDS = "--loop-seconds"
+AROUND_S = 600.0  # for start, warm-up and end of a system
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """The duration of the test that watches the loop."""
+    parser.addoption(
+        LOOP_SECONDS, type=float, default=120.0, help="s for which test_steady.py watches the loop"
+    )
+
+
+@pytest.fixture
+def loop_s(pytestconfig: pytest.Config) -> float:
+    """Seconds for which the loop is watched."""
+    return float(pytestconfig.getoption(LOOP_SECONDS))
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Mark the attacks; deselect them unless the command asks for them."""
     attacks = [item for item in items if HERE in item.path.parents]
     for item in attacks:
         item.add_marker(pytest.mark.chaos)
+        if isinstance(item, pytest.Function) and "loop_s" in item.fixturenames:
+            limit_s = config.getoption(LOOP_SECONDS) + AROUND_S
+            item.add_marker(pytest.mark.timeout(limit_s))
     if "chaos" not in str(config.option.markexpr):
         config.hook.pytest_deselected(items=attacks)
         items[:] = [item for item in items if item not in attacks]
