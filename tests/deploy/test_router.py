@@ -31,7 +31,7 @@ from pathlib import Path
 from onemap_shared.bus import run_router
 stop = threading.Event()
 signal.signal(signal.SIGTERM, lambda *_: stop.set())
-run_router(tuple(sys.argv[2:]), stop, Path(sys.argv[1]))
+run_router(tuple(sys.argv[3:]), stop, Path(sys.argv[1]), namespace=sys.argv[2])
 """
 JOIN_S = 10.0
 REFUSED_S = 2.0  # a client is refused within milliseconds
@@ -43,9 +43,9 @@ def document(name: str) -> dict[str, Any]:
 
 
 @contextmanager
-def routing(file: Path, *listen: str) -> Iterator[None]:
+def routing(file: Path, *listen: str, namespace: str = "") -> Iterator[None]:
     """A router process that reads ``file`` as the deployed one does."""
-    process = subprocess.Popen([sys.executable, "-c", ROUTER, str(file), *listen])
+    process = subprocess.Popen([sys.executable, "-c", ROUTER, str(file), namespace, *listen])
     try:
         yield
     finally:
@@ -53,12 +53,14 @@ def routing(file: Path, *listen: str) -> Iterator[None]:
         process.wait(10)
 
 
-def join(endpoint: str, service: str, patience_s: float = JOIN_S) -> Bus | None:
+def join(
+    endpoint: str, service: str, patience_s: float = JOIN_S, namespace: str = ""
+) -> Bus | None:
     """A bus session; None if it was refused for ``patience_s``."""
     stop = threading.Event()
     timer = threading.Timer(patience_s, stop.set)
     timer.start()
-    joined = open_bus(BusConfig(connect=(endpoint,)), service, "test", stop)
+    joined = open_bus(BusConfig(connect=(endpoint,), namespace=namespace), service, "test", stop)
     timer.cancel()
     return joined
 

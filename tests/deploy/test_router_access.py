@@ -67,21 +67,33 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def connect(folder: Path) -> Iterator[Callable[[str, str], Bus]]:
-    """Joins the deployed router with the certificate of a role, under the name of a process."""
-    port, file = free_port(), folder / "router-tls.json5"
+def file(folder: Path) -> Path:
+    """The deployed router's configuration, with the certificates of the test."""
+    file = folder / "router-tls.json5"
     text = (DEPLOY / "router-tls.json5").read_text(encoding="utf-8")
     file.write_text(text.replace("/etc/onemap/tls", str(folder)), encoding="utf-8")
+    return file
+
+
+def tls_endpoint(folder: Path, role: str, port: int) -> str:
+    """Where a client with the certificate of this role connects."""
+    options = (
+        f"enable_mtls=true;root_ca_certificate_file={folder}/ca.pem;"
+        f"connect_certificate_file={folder}/{role}.pem;"
+        f"connect_private_key_file={folder}/{role}.key"
+    )
+    return f"tls/localhost:{port}#{options}"
+
+
+@pytest.fixture(scope="module")
+def connect(folder: Path, file: Path) -> Iterator[Callable[[str, str], Bus]]:
+    """Joins the deployed router with the certificate of a role, under the name of a process."""
+    port = free_port()
     local = f"tcp/127.0.0.1:{free_port()}"
     with routing(file, f"tls/127.0.0.1:{port}", local), ExitStack() as stack:
 
         def connect(role: str, name: str) -> Bus:
-            options = (
-                f"enable_mtls=true;root_ca_certificate_file={folder}/ca.pem;"
-                f"connect_certificate_file={folder}/{role}.pem;"
-                f"connect_private_key_file={folder}/{role}.key"
-            )
-            endpoint = f"tls/localhost:{port}#{options}" if role else local
+            endpoint = tls_endpoint(folder, role, port) if role else local
             bus = join(endpoint, name)
             assert bus is not None, role
             stack.callback(bus.close)
@@ -238,3 +250,37 @@ def test_the_router_may_ask_itself(folder: Path) -> None:
     stop.set()
     router.join()
     assert reached
+
+
+NAMESPACE = "fleet/r1"
+
+
+def test_the_rules_hold_below_a_namespace(folder: Path, file: Path) -> None:
+    """With ``bus.namespace`` a role does its work below it, and nothing elsewhere."""
+    port = free_port()
+    with routing(file, f"tls/127.0.0.1:{port}", namespace=NAMESPACE), ExitStack() as stack:
+
+        def joined(role: str, namespace: str) -> Bus:
+            bus = join(tls_endpoint(folder, role, port), role, namespace=namespace)
+            assert bus is not None, role
+            stack.callback(bus.close)
+            return bus
+
+        gateway, perception = joined("gateway", NAMESPACE), joined("perception", NAMESPACE)
+        robot, outside = joined("robot", NAMESPACE), joined("perception", "fleet/r2")
+        detections = gateway.subscribe(keys.DETECTIONS, 64)
+        commands = robot.subscribe(keys.ROBOT_CMD_VEL, 64)
+        elsewhere = joined("gateway", "fleet/r2").subscribe(keys.DETECTIONS, 64)
+        work, forged = perception.publish(keys.DETECTIONS), perception.publish(keys.ROBOT_CMD_VEL)
+        foreign = outside.publish(keys.DETECTIONS)
+
+        def arrived() -> bool | None:
+            forged.put(sample(keys.ROBOT_CMD_VEL.message))
+            foreign.put(sample(keys.DETECTIONS.message))
+            work.put(sample(keys.DETECTIONS.message))
+            return detections.take(ABSENCE_S) is not None or None
+
+        assert eventually(arrived)
+        assert arrived()
+        assert commands.take(ABSENCE_S) is None
+        assert elsewhere.take(0.0) is None
