@@ -66,12 +66,13 @@ class PlanningResult:
 class ThreadInputs:
     """What the control loop provides: the latest inputs, and the velocity that it wants.
 
-    blocked: the costmap does not allow this velocity.
+    blocked: the costmap does not allow this velocity; creeps: only that over unseen floor.
     """
 
     inputs: LatestInputs
     command: Velocity2d
     blocked: bool
+    creeps: bool
 
 
 class PlanningThread:
@@ -164,6 +165,7 @@ class PlanningThread:
             stale_reason=stale_reason or now.inputs.stale_reason(now_s, self._params.staleness),
             other_view=other_view,
             blocked=now.blocked,
+            creeps=now.creeps,
         )
         next_state, decision = step(state, observation, self._params)
         plan_ms = (time.monotonic() - now_s) * 1e3

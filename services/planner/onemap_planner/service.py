@@ -154,7 +154,8 @@ class Planner:
 
     def _thread_inputs(self) -> ThreadInputs:
         controller = self._controller
-        return ThreadInputs(self._inputs, controller.wanted, controller.blocked)
+        creeps = controller.creeps(self._config.drive)
+        return ThreadInputs(self._inputs, controller.wanted, controller.blocked, creeps)
 
     def _send(self, velocity: Velocity2d, frame_ns: int = 0) -> None:
         self._sent += 1

@@ -170,3 +170,15 @@ def test_on_an_old_map_it_drives_so_slowly_that_it_stops_in_time() -> None:
     assert speeds_mps == sorted(speeds_mps, reverse=True)
     assert speeds_mps[1] == PARAMS.drive.max_linear_mps  # two frames per second cost nothing
     assert 0.2 < speeds_mps[-1] < 0.3
+
+
+@pytest.mark.parametrize(("floor", "creeps"), [("a", True), (".", False)])
+def test_it_tells_when_it_creeps_over_floor_that_no_camera_saw(floor: str, creeps: bool) -> None:
+    rows = ["." * 50] * 12 + [floor * 50] * 38
+    costmap = costmap_of(drawn_map(*rows), (1.0, 1.0), PARAMS.costmap)
+    controller = VelocityController(at_s=0.95)
+    for tick in range(20):
+        now_s = 1.0 + 0.05 * tick
+        inputs = ControllerInputs(now_s, "s", POSE, "")
+        controller, _ = updated(controller, replace(AHEAD, costmap=costmap, made_s=now_s), inputs)
+    assert controller.creeps(PARAMS.drive) == creeps

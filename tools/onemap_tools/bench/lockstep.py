@@ -255,6 +255,7 @@ class LockstepSimulation:
             stale_reason="",
             other_view=self._other_view(state),
             blocked=self._controller.blocked,
+            creeps=self._controller.creeps(self._config.planner.drive),
         )
         self._detections.clear()
         self.state, decision = step(

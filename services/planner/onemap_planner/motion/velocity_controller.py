@@ -75,6 +75,10 @@ class VelocityController:
         """Whether the costmap stops the robot, which the plan wants to move."""
         return self.wanted.speed_mps > 0 and self.command.speed_mps == 0.0
 
+    def creeps(self, params: DriveParams) -> bool:
+        """Whether the costmap allows only the speed at which the body comes over unseen floor."""
+        return 0.0 < self.command.speed_mps <= params.unseen_mps < self.wanted.speed_mps
+
     def update(
         self,
         plan: Plan | None,
