@@ -3,12 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from onemap_planner.motion.path import cost_to_go_from
-from onemap_planner.world.costmap import build_costmap
+from onemap_planner.world.costmap import build_costmap, with_gaps
 from onemap_shared.geometry import F64
 from onemap_shared.messages import Occupancy
 from tests.planner.drawn_maps import (
@@ -142,3 +143,26 @@ def test_a_footprint_hardly_reaches_over_unknown_cells() -> None:
     assert costmap.navigable[13, 15]
     assert costmap.free[14, 15]
     assert not costmap.navigable[14, 15]
+
+
+@pytest.mark.parametrize(
+    ("gap", "crossed"),
+    [
+        pytest.param("     ", True, id="as wide as an escape"),
+        pytest.param("      ", False, id="wider"),
+        pytest.param("  #  ", False, id="something stands there"),
+    ],
+)
+def test_a_narrow_gap_of_unknown_floor_can_be_opened(gap: str, crossed: bool) -> None:
+    rows = ["." * 15 + gap + "." * 15] * 15
+    costmap = costmap_of(drawn_map(*rows), (0.75, 0.75), PARAMS.costmap)
+    reached = np.isfinite(cost_to_go_from(costmap.cost, (7, 7), cell_size_m=0.1).cost_m)
+    assert not reached[7, 25]
+    opened = with_gaps(costmap, reached)
+    cost_to_go = cost_to_go_from(opened.cost, (7, 7), cell_size_m=0.1)
+    assert np.isfinite(cost_to_go.cost_m[7, 25]) == crossed
+    np.testing.assert_array_equal(
+        opened.crossable & ~costmap.crossable, opened.cost != costmap.cost
+    )
+    assert not (opened.crossable & (opened.free | opened.occupied)).any()
+    assert opened.unseen[opened.crossable].all()

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, smooth_path
-from onemap_planner.world.costmap import Costmap, CostmapParams, build_costmap, distance_cells
+from onemap_planner.world.costmap import (
+    Costmap,
+    CostmapParams,
+    build_costmap,
+    distance_cells,
+    with_gaps,
+)
 from onemap_planner.world.map_view import MapView, map_view_around
 from onemap_shared.geometry import F64, Bool
 from onemap_shared.messages import Occupancy, SearchView
@@ -83,8 +89,17 @@ def build_context(
         obstacles_xy=obstacles_xy,
         params=params,
     )
-    here = map_view.grid.cells(np.asarray(pose.xy))
-    cost_to_go = cost_to_go_from(
-        costmap.cost, (int(here[0]), int(here[1])), cell_size_m=map_view.grid.cell_size_m
-    )
+    cost_to_go = _cost_to_go(costmap, pose)
     return PlanningContext(pose, map_view, costmap, cost_to_go, params, window_xy is None)
+
+
+def across_gaps(context: PlanningContext) -> PlanningContext:
+    """The context in which paths also cross narrow gaps of unknown floor, see ``with_gaps``."""
+    costmap = with_gaps(context.costmap, np.isfinite(context.cost_to_go.cost_m))
+    return replace(context, costmap=costmap, cost_to_go=_cost_to_go(costmap, context.pose))
+
+
+def _cost_to_go(costmap: Costmap, pose: Pose2d) -> CostToGo:
+    here = costmap.grid.cells(np.asarray(pose.xy))
+    size = costmap.grid.cell_size_m
+    return cost_to_go_from(costmap.cost, (int(here[0]), int(here[1])), cell_size_m=size)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -69,7 +69,8 @@ class CostmapParams(Params):
         default=0.5,
         description="Metres from floor that was seen, up to which such a robot may cross unknown "
         "floor, at the speed of driving backwards: where the robot was put down, its camera missed "
-        "a ring about that wide.",
+        "a ring about that wide. Also the widest gap that a search crosses, creeping, when "
+        "nothing else is left and floor was seen beyond.",
     )
     escape_below_m2: PositiveFloat = Field(
         default=1.0,
@@ -166,6 +167,20 @@ def build_costmap(
         unseen,
         params,
     )
+
+
+def with_gaps(costmap: Costmap, reached: Bool) -> Costmap:
+    """The costmap with narrow gaps of unknown floor opened, before parts of N without a way.
+
+    reached (nx, ny): what a path leads to. A gap is at most ``escape_unknown_m`` wide between it
+    and another part of N, and nothing that was seen stands in it. It is as dear as an escape.
+    """
+    params, size = costmap.params, costmap.grid.cell_size_m
+    across = _distance(reached) + _distance(costmap.navigable & ~reached)
+    gap = ~(costmap.free | costmap.occupied) & (costmap.clearance_m >= params.min_clearance_m)
+    gap &= (across - 1.0) * size <= params.escape_unknown_m + 1e-6
+    cost = np.where(gap & (costmap.cost < 0), ESCAPE_COST, costmap.cost)
+    return replace(costmap, cost=cost, crossable=costmap.crossable | gap)
 
 
 def _effort(clearance_m: F64, unseen_m: F64, params: CostmapParams) -> F64:
