@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d, Rest, Rotate
-from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.context import PlanningContext, across_gaps, build_context
 from onemap_planner.policy.explore import explore, select_candidate
 from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.policy.state import PlannerState, TargetState, blacklist, reject_candidate
@@ -148,6 +148,7 @@ def test_a_goal_that_takes_too_long_is_blacklisted() -> None:
     late = replace(state, active_time_s=goal.budget_s + 0.1)
     after, *_ = explore(late, HALF_KNOWN, PARAMS)
     assert goal.goal.look_xy in after.blacklisted_frontiers
+    assert goal.goal.look_xy in after.unreached_frontiers
 
 
 def test_a_goal_that_recedes_along_a_corridor_gets_a_new_budget() -> None:
@@ -252,3 +253,8 @@ def test_a_gap_too_narrow_for_a_frontier_is_looked_into() -> None:
         state = blacklist(state, goal.goal)
     state, _, _, _ = explore(state, halves, PARAMS)
     assert state.target_state.active_goal is None
+    assert not state.crosses_gaps
+    state, _, event, _ = explore(replace(state, active_time_s=GIVE_UP_S), halves, PARAMS)
+    assert event is None
+    assert state.crosses_gaps
+    assert across_gaps(halves).unreachable_m2() < 0.1

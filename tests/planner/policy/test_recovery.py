@@ -71,7 +71,7 @@ def test_at_the_limit_the_active_goal_is_blacklisted() -> None:
     )
     after, events = handle_stuck(state, PARAMS)
     assert events == ()
-    assert after.blacklisted_frontiers == (goal.look_xy,)
+    assert after.blacklisted_frontiers == after.unreached_frontiers == (goal.look_xy,)
     assert after.target_state.active_goal is None
 
 

@@ -7,12 +7,17 @@ import pytest
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.state import (
     MAX_LOOKS,
+    ActiveGoal,
+    Observation,
+    TargetState,
     blacklist,
     is_blacklisted,
     latest_candidate,
     reconsider,
     reject_candidate,
 )
+from onemap_planner.policy.step import step
+from onemap_shared.geometry import Velocity2d
 from tests.planner.drawn_maps import PARAMS
 from tests.planner.one_room import candidate, planner_state
 
@@ -54,3 +59,29 @@ def test_blacklisted_frontiers_are_reconsidered_on_request(frontiers: bool) -> N
     state = replace(planner_state(), blacklisted_frontiers=((1.0, 2.0),))
     again = reconsider(state, frontiers=frontiers)
     assert again.blacklisted_frontiers == (() if frontiers else ((1.0, 2.0),))
+
+
+def test_frontiers_that_were_given_up_on_the_way_are_offered_again() -> None:
+    frontier = goal(GoalKind.FRONTIER)
+    elsewhere = replace(frontier, look_xy=(5.0, 5.0))
+    state = blacklist(blacklist(planner_state(), frontier, reached=False), elsewhere)
+    assert is_blacklisted(state, frontier, 0.5)
+    again = reconsider(state, frontiers=False)
+    assert not is_blacklisted(again, frontier, 0.5)
+    assert is_blacklisted(again, elsewhere, 0.5)
+    assert again.unreached_frontiers == ()
+
+
+def test_creeping_takes_as_much_of_a_goal_s_time_as_its_way_at_full_speed() -> None:
+    frontier = goal(GoalKind.FRONTIER)
+    active = TargetState(active_goal=ActiveGoal(frontier, 2.0, 9.0, frontier.look_xy))
+    state = replace(planner_state(), target_state=active, active_time_s=5.0, last_step_s=0.0)
+    spent = {}
+    for creeps in (False, True):
+        seen = Observation(1.0, None, 0.0, Velocity2d(), False, None, (), "", creeps=creeps)
+        after, _ = step(state, seen, PARAMS)
+        goal_now = after.target_state.active_goal
+        assert goal_now is not None
+        spent[creeps] = after.active_time_s - goal_now.since_s - 3.0
+    assert spent[False] == pytest.approx(1.0)
+    assert spent[True] == pytest.approx(PARAMS.drive.unseen_mps / PARAMS.drive.max_linear_mps)

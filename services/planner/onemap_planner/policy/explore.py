@@ -10,7 +10,7 @@ import numpy as np
 from onemap_planner.motion.motions import Motion, Rest, Rotate
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.competition import found_object_at, found_under_other_names
-from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.context import PlanningContext, across_gaps
 from onemap_planner.policy.coverage import coverage_of
 from onemap_planner.policy.explanation import explain_candidate, explain_goal
 from onemap_planner.policy.goal_generation import detection_goals, frontier_goals, region_goals
@@ -260,8 +260,17 @@ def _idle(
         return state, Rest(), None
     if idle_s < params.explore.settle_s + 2 * pi / params.drive.look_around_radps:
         return state, Rotate(), None  # whoever stood in a doorway may have left
-    cut_off = context.unreachable_m2() >= params.explore.cut_off_m2
-    again = state.target_state.rejected or (cut_off and state.blacklisted_frontiers)
+    cut_off_m2 = context.unreachable_m2()
+    beyond_m2 = cut_off_m2 - across_gaps(context).unreachable_m2()
+    if not state.crosses_gaps and beyond_m2 >= LEAST_CUT_OFF_M2:
+        target_state = replace(state.target_state, idle_since_s=None)
+        return replace(state, target_state=target_state, crosses_gaps=True), Rest(), None
+    cut_off = cut_off_m2 >= params.explore.cut_off_m2
+    again = (
+        state.target_state.rejected
+        or state.unreached_frontiers
+        or (cut_off and state.blacklisted_frontiers)
+    )
     doubtful = _doubtful(state, context, params)
     if (again or doubtful) and not state.target_state.reconsidered:
         looks = tuple(candidate for _, candidate in doubtful[:MAX_LAST_LOOKS])

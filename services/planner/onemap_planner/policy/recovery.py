@@ -56,7 +56,7 @@ def handle_stuck(
             latest = latest_candidate(state, candidate, params.consensus)
             return reject_candidate(state, latest), (Rejected(),)
         case _ if state.target_state.active_goal is not None:
-            return blacklist(state, state.target_state.active_goal.goal), ()
+            return blacklist(state, state.target_state.active_goal.goal, reached=False), ()
         case _:
             return state, ()
 

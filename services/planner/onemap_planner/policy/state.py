@@ -90,7 +90,9 @@ class PlannerState:
     """State of the planner during one search.
 
     blacklisted_frontiers: frontiers that remained after a visit, kept for the whole search,
-    because what could not be seen for one object cannot for the next. trail: where the robot
+    because what could not be seen for one object cannot for the next; unreached_frontiers: those
+    of them that were given up on the way. crosses_gaps: paths may cross narrow gaps of unknown
+    floor, because nothing else was left. trail: where the robot
     has been, metres. found_objects: of this search and those before on the same map; synonyms:
     of all these names. known_m2: known area at the last step. active_time_s: seconds with
     fresh inputs; last_step_s: time of the last step; stale_since_s: since when the inputs are
@@ -103,6 +105,8 @@ class PlannerState:
     search: Search
     target_state: TargetState = field(default_factory=TargetState)
     blacklisted_frontiers: tuple[tuple[float, float], ...] = ()
+    unreached_frontiers: tuple[tuple[float, float], ...] = ()
+    crosses_gaps: bool = False
     trail: tuple[tuple[float, float], ...] = ()
     progress: ProgressMonitor | None = None
     pose: Pose2d | None = None
@@ -129,7 +133,8 @@ class Observation:
     pose None: no odometry yet; view None: the map has not answered; detections: all since the
     last step, oldest first; command: the velocity that the plan last asked for; stale_reason: why
     the inputs are too old to act on, empty if they are fresh; other_view: of the object of
-    ``name_to_ask``; blocked: the costmap did not allow the command, so that the robot stands.
+    ``name_to_ask``; blocked: the costmap did not allow the command, so that the robot stands;
+    creeps: it allowed only the speed over floor that no camera saw.
     """
 
     now_s: float
@@ -142,6 +147,7 @@ class Observation:
     stale_reason: str
     other_view: SearchView | None = None
     blocked: bool = False
+    creeps: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,14 +184,28 @@ def at_object(state: PlannerState, index: int, *, keep: bool) -> PlannerState:
     return replace(state, target_state=target_state, other_targets=tuple(targets.items()))
 
 
-def blacklist(state: PlannerState, goal: Goal) -> PlannerState:
-    """The state with this goal, active or not, blacklisted; no goal is active."""
+def with_more_time(state: PlannerState, more_s: float) -> PlannerState:
+    """The state with ``more_s`` added to the time of the active goal, if there is one."""
+    active_goal = state.target_state.active_goal
+    if active_goal is None:
+        return state
+    active_goal = replace(active_goal, since_s=active_goal.since_s + more_s)
+    return replace(state, target_state=replace(state.target_state, active_goal=active_goal))
+
+
+def blacklist(state: PlannerState, goal: Goal, *, reached: bool = True) -> PlannerState:
+    """The state with this goal, active or not, blacklisted; no goal is active.
+
+    reached: whether the robot was there, or gave it up on its way.
+    """
     target_state = replace(state.target_state, active_goal=None)
     if goal.kind is GoalKind.FRONTIER:
+        unreached = () if reached else (goal.look_xy,)
         return replace(
             state,
             target_state=target_state,
             blacklisted_frontiers=(*state.blacklisted_frontiers, goal.look_xy),
+            unreached_frontiers=(*state.unreached_frontiers, *unreached),
         )
     return replace(
         state, target_state=replace(target_state, blacklisted=(*target_state.blacklisted, goal))
@@ -202,7 +222,7 @@ def abandon_finished(state: PlannerState, linger_s: float) -> PlannerState:
         and state.active_time_s - active_goal.arrived_s >= linger_s
     )
     late = state.active_time_s - active_goal.since_s > active_goal.budget_s
-    return blacklist(state, active_goal.goal) if visited or late else state
+    return blacklist(state, active_goal.goal, reached=visited) if visited or late else state
 
 
 def compared(
@@ -227,12 +247,17 @@ def reconsider(
 
     doubtful: those that the map does not support and that are worth a look from another side;
     what was seen of them counts on. All others are forgotten until they are detected again.
-    frontiers: also those that stayed after their visit, since one of them may be the way to a
-    part of the flat that noise cut off.
+    Frontiers that were given up on the way are offered again. frontiers: also those that stayed
+    after their visit, since one of them may be the way to a part of the flat that noise cut off.
     """
-    blacklisted = () if frontiers else state.blacklisted_frontiers
-    again = TargetState(reconsidered=True, disputed=doubtful)
-    return replace(state, target_state=again, blacklisted_frontiers=blacklisted)
+    unreached = state.unreached_frontiers
+    visited = tuple(xy for xy in state.blacklisted_frontiers if xy not in unreached)
+    return replace(
+        state,
+        target_state=TargetState(reconsidered=True, disputed=doubtful),
+        blacklisted_frontiers=() if frontiers else visited,
+        unreached_frontiers=(),
+    )
 
 
 def is_blacklisted(state: PlannerState, goal: Goal, within_m: float) -> bool:

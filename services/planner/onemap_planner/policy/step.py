@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from onemap_planner.motion.motions import Motion, Pose2d, Rest, Reverse, Rotate
 from onemap_planner.policy.competition import with_found_object
-from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.context import PlanningContext, across_gaps, build_context
 from onemap_planner.policy.drive_to_place import drive_to_place
 from onemap_planner.policy.evidence import update_candidates
 from onemap_planner.policy.explore import explore, select_candidate, with_candidate_choice
@@ -30,6 +30,7 @@ from onemap_planner.policy.state import (
     PlannerState,
     TargetState,
     at_object,
+    with_more_time,
     with_pose,
 )
 from onemap_planner.policy.verify import approach, confirm
@@ -79,7 +80,7 @@ def step(
 
     exploration: that of another method, which a benchmark compares.
     """
-    state = _advance_clock(with_turn(state, params.order), observation)
+    state = _advance_clock(with_turn(state, params.order), observation, params)
     if observation.stale_reason or observation.pose is None or observation.view is None:
         return _wait_for_inputs(state, observation, params), None
     before = state.pose or observation.pose
@@ -114,7 +115,7 @@ def _context(
     params: PlannerParams,
     window_xy: F64 | None,
 ) -> PlanningContext:
-    return build_context(
+    context = build_context(
         pose,
         view,
         trail=state.trail,
@@ -122,19 +123,30 @@ def _context(
         params=params.costmap,
         window_xy=window_xy,
     )
+    return across_gaps(context) if state.crosses_gaps else context
 
 
-def _advance_clock(state: PlannerState, observation: Observation) -> PlannerState:
-    """Active time passes only while the inputs are fresh."""
+def _advance_clock(
+    state: PlannerState, observation: Observation, params: PlannerParams
+) -> PlannerState:
+    """Active time passes only while the inputs are fresh.
+
+    A second of creeping takes as much of a goal's time as its way does at full speed: else a door
+    behind a metre of floor that no camera saw is given up halfway.
+    """
     if observation.stale_reason:
         since_s = observation.now_s if state.stale_since_s is None else state.stale_since_s
         return replace(state, last_step_s=observation.now_s, stale_since_s=since_s)
     passed_s = 0.0 if state.last_step_s is None else observation.now_s - state.last_step_s
+    passed_s = min(passed_s, MAX_STEP_PERIOD_S)
+    if observation.creeps:
+        drive = params.drive
+        state = with_more_time(state, passed_s * (1 - drive.unseen_mps / drive.max_linear_mps))
     return replace(
         state,
         last_step_s=observation.now_s,
         stale_since_s=None,
-        active_time_s=state.active_time_s + min(passed_s, MAX_STEP_PERIOD_S),
+        active_time_s=state.active_time_s + passed_s,
     )
 
 
@@ -164,6 +176,8 @@ def _take_in_map(
             known_m2=known_m2,
             target_state=TargetState(),
             blacklisted_frontiers=(),
+            unreached_frontiers=(),
+            crosses_gaps=False,
             found_objects=(),
             other_targets=(),
             dead_ends=(),
