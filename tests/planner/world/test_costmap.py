@@ -133,6 +133,9 @@ def test_the_own_trail_outside_n_is_dearer_than_any_way_through_n() -> None:
     assert costmap.cost[costmap.passable & ~costmap.navigable].min() > 2 * (
         costmap.cost[costmap.navigable].max()
     )
+    map_view = drawn_map("######", *["aaaaaa"] * 3, "######", scale=3)  # all of it unseen
+    costmap = costmap_of(map_view, (0.75, 0.95), PARAMS.costmap, trail_xy=beside)
+    assert costmap.cost[4, 9] > 1.5 * costmap.cost[costmap.navigable].max()
 
 
 def test_a_footprint_hardly_reaches_over_unknown_cells() -> None:

@@ -18,7 +18,7 @@ from onemap_shared.messages import Occupancy
 from onemap_shared.params import Params
 
 IMPASSABLE = -1.0  # MCP_Geometric's mark for cells that no path enters
-RETURN_COST = 10.0  # a metre along the own trail outside N: dearer than any way through N
+RETURN_FACTOR = 2.0  # along the own trail outside N: dearer by this than any way through N
 RECENT_POINTS = 10  # of the trail, a metre: were they a way back, the robot could creep forwards
 ESCAPE_COST = 5.0  # a metre outside N costs at least five inside, so that it is left soon
 
@@ -77,6 +77,11 @@ class CostmapParams(Params):
         description="Square metres: a navigable pocket smaller than this is left by escaping; "
         "nothing worth finding fits in it.",
     )
+
+    @property
+    def dearest(self) -> float:
+        """The most that a metre through N costs, in metres of effort."""
+        return 1.0 + self.inflation_weight + self.unseen_weight
 
     @property
     def min_clearance_m(self) -> float:
@@ -141,7 +146,7 @@ def build_costmap(
     cost = np.where(navigable, effort, IMPASSABLE)
     way_back = ndimage.binary_dilation(_mark(grid, trail_xy), CONNECTIVITY_8)
     way_back &= ~navigable & (clearance >= params.radius_m / 2)
-    cost[way_back] = RETURN_COST
+    cost[way_back] = RETURN_FACTOR * params.dearest
     earlier = ndimage.binary_dilation(_mark(grid, earlier_xy), CONNECTIVITY_8)
     returning = earlier & (clearance >= params.radius_m / 2)
     robot = grid.cells(robot_xy)
@@ -173,13 +178,13 @@ def with_gaps(costmap: Costmap, reached: Bool) -> Costmap:
     """The costmap with narrow gaps of unknown floor opened, before parts of N without a way.
 
     reached (nx, ny): what a path leads to. A gap is at most ``escape_unknown_m`` wide between it
-    and another part of N, and nothing that was seen stands in it. It is as dear as an escape.
+    and another part of N, and nothing that was seen stands in it. It is as dear as the own trail.
     """
     params, size = costmap.params, costmap.grid.cell_size_m
     across = _distance(reached) + _distance(costmap.navigable & ~reached)
     gap = ~(costmap.free | costmap.occupied) & (costmap.clearance_m >= params.min_clearance_m)
     gap &= (across - 1.0) * size <= params.escape_unknown_m + 1e-6
-    cost = np.where(gap & (costmap.cost < 0), ESCAPE_COST, costmap.cost)
+    cost = np.where(gap & (costmap.cost < 0), RETURN_FACTOR * params.dearest, costmap.cost)
     return replace(costmap, cost=cost, crossable=costmap.crossable | gap)
 
 
