@@ -151,8 +151,8 @@ def test_a_footprint_hardly_reaches_over_unknown_cells() -> None:
 @pytest.mark.parametrize(
     ("gap", "crossed"),
     [
-        pytest.param("     ", True, id="as wide as an escape"),
-        pytest.param("      ", False, id="wider"),
+        pytest.param("       ", True, id="as wide as allowed"),
+        pytest.param("        ", False, id="wider"),
         pytest.param("  #  ", False, id="something stands there"),
     ],
 )

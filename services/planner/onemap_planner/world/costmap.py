@@ -69,8 +69,13 @@ class CostmapParams(Params):
         default=0.5,
         description="Metres from floor that was seen, up to which such a robot may cross unknown "
         "floor, at the speed of driving backwards: where the robot was put down, its camera missed "
-        "a ring about that wide. Also the widest gap that a search crosses, creeping, when "
-        "nothing else is left and floor was seen beyond.",
+        "a ring about that wide.",
+    )
+    gap_m: float = Field(
+        default=0.7,
+        ge=0,
+        description="Widest gap of unknown floor, metres, that a search crosses, creeping, when "
+        "nothing else is left and floor was seen beyond it: narrower than a stair. 0: none.",
     )
     escape_below_m2: PositiveFloat = Field(
         default=1.0,
@@ -177,13 +182,13 @@ def build_costmap(
 def with_gaps(costmap: Costmap, reached: Bool) -> Costmap:
     """The costmap with narrow gaps of unknown floor opened, before parts of N without a way.
 
-    reached (nx, ny): what a path leads to. A gap is at most ``escape_unknown_m`` wide between it
+    reached (nx, ny): what a path leads to. A gap is at most ``gap_m`` wide between it
     and another part of N, and nothing that was seen stands in it. It is as dear as the own trail.
     """
     params, size = costmap.params, costmap.grid.cell_size_m
     across = _distance(reached) + _distance(costmap.navigable & ~reached)
     gap = ~(costmap.free | costmap.occupied) & (costmap.clearance_m >= params.min_clearance_m)
-    gap &= (across - 1.0) * size <= params.escape_unknown_m + 1e-6
+    gap &= (across - 1.0) * size <= params.gap_m + 1e-6
     cost = np.where(gap & (costmap.cost < 0), RETURN_FACTOR * params.dearest, costmap.cost)
     return replace(costmap, cost=cost, crossable=costmap.crossable | gap)
 
