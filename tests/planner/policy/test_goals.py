@@ -22,7 +22,7 @@ from tests.planner.drawn_maps import PARAMS
 
 
 def goal(total: float, x: float = 0.0, kind: GoalKind = GoalKind.FRONTIER) -> Goal:
-    return Goal(kind, (x, 0.0), (x, 0.0), GoalUtility(total, 0.0, 0.0, 0.0), "")
+    return Goal(kind, (x, 0.0), (x, 0.0), GoalUtility(total, 0.0, 0.0, 1.0), "")
 
 
 def test_the_best_is_chosen() -> None:
@@ -49,9 +49,32 @@ def test_the_choice_does_not_depend_on_the_order(
     assert select_goal(goals, None, PARAMS.goal) == select_goal(shuffled, None, PARAMS.goal)
 
 
-def test_utility_adds_up() -> None:
-    utility = GoalUtility(score=0.5, size_bonus=0.1, travel_m=5.0, travel_penalty=0.2)
-    assert utility.total == pytest.approx(0.4)
+def test_a_way_takes_a_part_of_the_utility() -> None:
+    half_m = PARAMS.goal.half_value_m
+    totals = [
+        GoalUtility.of(0.5, travel_m, PARAMS.goal, length_m=2.5).total
+        for travel_m in (0.0, half_m, 3 * half_m, float("inf"))
+    ]
+    assert totals == pytest.approx([0.6, 0.3, 0.15, 0.0])
+
+
+@given(st.floats(0.1, 10.0), st.lists(st.tuples(st.floats(0.01, 1), st.floats(0, 30)), min_size=2))
+def test_the_choice_does_not_depend_on_the_scale_of_the_scores(
+    scale: float, values: list[tuple[float, float]]
+) -> None:
+    """An encoder without calibration has scores of another size."""
+
+    def chosen(factor: float) -> Goal | None:
+        goals = [
+            replace(goal(0.0, float(i)), utility=GoalUtility.of(factor * s, way_m, PARAMS.goal))
+            for i, (s, way_m) in enumerate(values)
+        ]
+        return select_goal(goals, None, PARAMS.goal)
+
+    plain, scaled = chosen(1.0), chosen(scale)
+    assert plain is not None
+    assert scaled is not None
+    assert scaled.utility.total == pytest.approx(scale * plain.utility.total)
 
 
 def border(y: int, x0: int, x1: int, total: float = 0.3, look_x: float = 0.0) -> Goal:

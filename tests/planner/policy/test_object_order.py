@@ -155,7 +155,7 @@ def test_an_order_that_is_already_planned_is_no_event() -> None:
 
 
 def looked_at(x: float, y: float) -> Goal:
-    return Goal(GoalKind.REGION, (x, y), (x, y), GoalUtility(0.9, 0.0, 1.0, 0.0), "")
+    return Goal(GoalKind.REGION, (x, y), (x, y), GoalUtility(0.9, 0.0, 1.0, 1.0), "")
 
 
 def test_a_place_that_was_looked_at_in_vain_counts_less_and_less() -> None:

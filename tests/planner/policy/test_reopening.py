@@ -19,7 +19,7 @@ ROOM = drawn_map(*["." * 40] * 60)
 def given_up() -> PlannerState:
     state = planner_state()
     for kind, x in ((GoalKind.FRONTIER, 1.0), (GoalKind.REGION, 1.2), (GoalKind.FRONTIER, 5.0)):
-        goal = Goal(kind, (x, 1.0), (x, 1.0), GoalUtility(0.5, 0.0, 1.0, 0.0), "")
+        goal = Goal(kind, (x, 1.0), (x, 1.0), GoalUtility(0.5, 0.0, 1.0, 1.0), "")
         state = blacklist(state, goal)
     return state
 

@@ -32,7 +32,7 @@ def test_the_candidate_is_followed_when_sightings_move_it() -> None:
 
 
 def goal(kind: GoalKind) -> Goal:
-    return Goal(kind, (0.0, 0.0), (1.0, 1.0), GoalUtility(0.5, 0.0, 1.0, 0.0), "")
+    return Goal(kind, (0.0, 0.0), (1.0, 1.0), GoalUtility(0.5, 0.0, 1.0, 1.0), "")
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ def explain_candidate(search: Search, goal: Goal, sightings: int, enough: int) -
 
 def explain(goal: Goal, options: Sequence[Goal], params: GoalParams) -> GoalChoice:
     """The choice of ``goal`` among these options, numbered 0."""
-    finite = [option for option in options if isfinite(option.utility.total)]
+    finite = [option for option in options if isfinite(option.utility.travel_m)]
     ranked = sorted(finite, key=lambda option: (-option.utility.total, option.look_xy))
     shown = ranked[:MAX_GOAL_OPTIONS]
     if goal in ranked and goal not in shown:
@@ -69,7 +69,7 @@ def _sentence(goal: Goal, rival: Goal | None, params: GoalParams) -> str:
     if ahead < 0:
         return (
             f"kept although {other} has {-ahead:.2f} more utility: the robot turns away from its "
-            f"goal only for {params.hysteresis:.2f} more"
+            f"goal only for {100 * params.hysteresis:.0f} % more"
         )
     gains = _gains(goal.utility, rival.utility)
     why = f": {' and '.join(gains)}" if gains else ""
@@ -78,14 +78,16 @@ def _sentence(goal: Goal, rival: Goal | None, params: GoalParams) -> str:
 
 def _gains(ours: GoalUtility, theirs: GoalUtility) -> list[str]:
     """What speaks for one goal against another, the weightiest first."""
+    share = (ours.travel_share + theirs.travel_share) / 2
+    value = (ours.score + ours.size_bonus + theirs.score + theirs.size_bonus) / 2
     parts = (
         (
-            ours.score - theirs.score,
+            (ours.score - theirs.score) * share,
             f"it is more similar ({ours.score:.2f} against {theirs.score:.2f})",
         ),
-        (ours.size_bonus - theirs.size_bonus, "it opens a wider view"),
+        ((ours.size_bonus - theirs.size_bonus) * share, "it opens a wider view"),
         (
-            theirs.travel_penalty - ours.travel_penalty,
+            (ours.travel_share - theirs.travel_share) * value,
             f"its way is shorter ({ours.travel_m:.1f} m against {theirs.travel_m:.1f} m)",
         ),
     )

@@ -43,19 +43,19 @@ class GoalParams(Params):
         "stand_within_m": "viewpoint_within_m",
     }
 
-    travel_weight_per_m: float = Field(
-        default=0.04,
-        ge=0,
-        description="Similarity that outweighs a metre of path: 10 m for 0.4, the difference "
-        "between a hint and none.",
+    half_value_m: PositiveFloat = Field(
+        default=4.0,
+        description="Metres of path at which a goal is worth half as much as here: a room. Far "
+        "goals go by likeness per metre, whatever the encoder's scores are.",
     )
     size_weight_per_m: float = Field(
         default=0.04, ge=0, description="Bonus per metre of frontier: wide openings show more."
     )
     hysteresis: float = Field(
-        default=0.1,
+        default=0.3,
         ge=0,
-        description="Utility by which another goal must exceed the current one to replace it.",
+        description="Part of the current goal's utility by which another must exceed it to "
+        "replace it: what turning round costs, and borders change with every view.",
     )
     same_goal_m: PositiveFloat = Field(
         default=0.8, description="Metres a goal may shift between two maps and still be the same."
@@ -73,17 +73,20 @@ class GoalParams(Params):
 
 @dataclass(frozen=True, slots=True)
 class GoalUtility:
-    """Utility of a goal, in units of similarity: score and size, less the path to it."""
+    """Utility of a goal, in units of similarity: the part of score and size that the path leaves.
+
+    travel_share: that part, 1 here, 1/2 at ``half_value_m``, 0 without a path.
+    """
 
     score: float
     size_bonus: float
     travel_m: float
-    travel_penalty: float
+    travel_share: float
 
     @property
     def total(self) -> float:
         """The number that goals are ranked by."""
-        return self.score + self.size_bonus - self.travel_penalty
+        return (self.score + self.size_bonus) * self.travel_share
 
     @classmethod
     def of(
@@ -94,7 +97,7 @@ class GoalUtility:
             score=score,
             size_bonus=params.size_weight_per_m * length_m,
             travel_m=float(travel_m),
-            travel_penalty=params.travel_weight_per_m * float(travel_m),
+            travel_share=1.0 / (1.0 + float(travel_m) / params.half_value_m),
         )
 
 
@@ -134,7 +137,7 @@ def select_goal(options: Iterable[Goal], current: Goal | None, params: GoalParam
     if current is None:
         return best
     same = successor(ranked, current, params)
-    if same is not None and best.utility.total < same.utility.total + params.hysteresis:
+    if same is not None and best.utility.total < same.utility.total * (1 + params.hysteresis):
         return same
     return best
 
