@@ -75,7 +75,7 @@ def test_whatever_is_commanded_the_robot_never_leaves_the_known_free_floor(
         velocity = checked(wanted, velocity, pose, costmap, HOLONOMIC)
         pose = moved(pose, velocity, DT_S)
         ends = np.vstack([[pose.xy], stopping_path(STOP, velocity, pose, HOLONOMIC)])
-        assert not touches(ends, costmap.occupied, SIZE.radius_m - 2 * SLACK_M)
+        assert not touches(ends, costmap.occupied, SIZE.radius_m - CORNER_M - 2 * SLACK_M)
         known_m = max(SIZE.radius_m - SIZE.unknown_overlap_m - 2 * SLACK_M, 1e-3)
         assert not touches(ends, unknown, known_m)
 
@@ -121,6 +121,16 @@ def test_it_slows_down_and_stops_before_what_is_not_free(direction: int, ahead: 
     assert ahead == "#" or DRIVE.unseen_mps in speeds_mps
     braking = np.diff(speeds_mps[speeds_mps.index(max(speeds_mps)) :])
     assert (braking >= -DRIVE.max_linear_mps2 * DT_S - 1e-9).all()
+
+
+@pytest.mark.parametrize(("off_its_side_deg", "moves"), [(10.0, True), (60.0, False)])
+def test_it_creeps_past_an_obstacle_but_not_at_it(off_its_side_deg: float, moves: bool) -> None:
+    costmap = costmap_of(drawn_map("." * 10, "#" * 10, scale=5), (0.3, 2.5), SIZE)
+    pose = Pose2d(0.3045, 2.5, math.radians(90.0 - off_its_side_deg))  # the wall begins at x = 0.5
+    command = checked(Velocity2d(DRIVE.unseen_mps), Velocity2d(DRIVE.unseen_mps), pose, costmap)
+    assert (command.linear_mps == DRIVE.unseen_mps) == moves
+    faster = Velocity2d(0.1, 0.0)
+    assert checked(faster, faster, pose, costmap).linear_mps < 0.1
 
 
 def test_before_a_wall_it_turns_in_place() -> None:

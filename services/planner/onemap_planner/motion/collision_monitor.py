@@ -21,7 +21,8 @@ from onemap_shared.geometry import F64, Bool, Velocity2d
 
 FRACTIONS = (0.75, 0.5, 0.25)  # of the commanded speed that are tried, on the same arc
 STEP_S = 0.05  # of the predicted path: at 0.7 m/s 35 mm, a third of a cell
-CORNER_M = 0.02  # by which the centre may leave known cells, where a path cuts a corner
+CORNER_M = 0.02  # by which a path cuts corners: of known cells, and creeping of obstacles
+PASSING = 0.5  # metres that an obstacle comes nearer per metre, at most: 30 degrees off its side
 SLACK_M = 0.005  # of rounding and tracking: navigable cells lie a radius from obstacles as a whole
 NOT_WORSE_M = 1e-6  # rounding of distances
 
@@ -83,9 +84,10 @@ def monitored(
         candidate = limit_acceleration(wanted, previous, dt_s, params)
         path = stopping_path(wanted, previous, pose, params)
         fastest = max(wanted.speed_mps, previous.speed_mps)
-        if not surroundings.allow(path, slow=fastest <= params.reverse_mps):
+        creeps = fastest <= params.unseen_mps
+        if not surroundings.allow(path, slow=fastest <= params.reverse_mps, creeps=creeps):
             continue
-        if fastest <= params.unseen_mps or not surroundings.covers_unseen(path):
+        if creeps or not surroundings.covers_unseen(path):
             return candidate
     return limit_acceleration(STOP, previous, dt_s, params)
 
@@ -130,6 +132,8 @@ class _Surroundings:
     here (1, 2): the robot's centre in metres. occupied and unknown (N, 2): centres in metres;
     occupied_m and unknown_m: metres to keep from their edges. known (N, 2): cells that are not
     unknown, which the centre may leave by leave_m. unseen (N, 2): cells that no camera saw.
+    here_m: metres from the centre to the nearest occupied cell; corner_m: to keep when creeping
+    past one.
     """
 
     costmap: Costmap
@@ -138,7 +142,9 @@ class _Surroundings:
     unknown: F64
     known: F64
     unseen: F64
+    here_m: float
     occupied_m: float
+    corner_m: float
     unknown_m: float
     leave_m: float
 
@@ -156,6 +162,7 @@ class _Surroundings:
         unknown = centres[~known]
         size, here = grid.cell_size_m, np.array([pose.xy])
         keep_m = max(radius_m - costmap.params.unknown_overlap_m - CORNER_M - SLACK_M, 0.0)
+        here_m = float(_edge_distance(here, occupied, size)[0])
         return cls(
             costmap,
             here,
@@ -163,16 +170,20 @@ class _Surroundings:
             unknown,
             centres[known],
             centres[~inside | costmap.unseen[at]],
-            min(radius_m - SLACK_M, float(_edge_distance(here, occupied, size)[0])) - NOT_WORSE_M,
+            here_m,
+            min(radius_m - SLACK_M, here_m) - NOT_WORSE_M,
+            min(radius_m - SLACK_M - CORNER_M, here_m) - NOT_WORSE_M,
             min(keep_m, float(_edge_distance(here, unknown, size)[0])) - NOT_WORSE_M,
             max(CORNER_M, float(_edge_distance(here, centres[known], size)[0])) + NOT_WORSE_M,
         )
 
-    def allow(self, points: F64, *, slow: bool) -> bool:
+    def allow(self, points: F64, *, slow: bool, creeps: bool = False) -> bool:
         """Whether the disc may take this path (N, 2), metres.
 
         slow: the robot drives no faster than backwards. Then it may cross what an escape needs, and
         come as near to an obstacle on its own trail as it has to where noise narrowed a door.
+        creeps: a touch is harmless. Then a path that passes an obstacle may come ``CORNER_M``
+        nearer: without that the robot stood for ever a millimetre before a corner.
         """
         size = self.costmap.grid.cell_size_m
         if (_edge_distance(points, self.unknown, size) < self.unknown_m).any():
@@ -183,7 +194,9 @@ class _Surroundings:
         if slow:
             back = self._returning(points) & (near >= self.costmap.params.radius_m / 2)
             near = np.where(back, np.inf, near)
-        return not bool((near < self.occupied_m).any())
+        if not (near < self.occupied_m).any():
+            return True
+        return creeps and self._passes(points, near) and not (near < self.corner_m).any()
 
     def covers_unseen(self, points: F64) -> bool:
         """Whether the disc comes over unseen cells on this path (N, 2) that it is not over yet."""
@@ -194,6 +207,11 @@ class _Surroundings:
         now = np.minimum(_edge_distances(self.here, self.unseen, size)[0], radius_m)
         closest = _edge_distances(points, self.unseen, size).min(axis=0)
         return bool((closest < now - NOT_WORSE_M).any())
+
+    def _passes(self, points: F64, near: F64) -> bool:
+        """Whether a path (N, 2) leads past the nearest obstacle, by its distances (N,) to it."""
+        way_m = float(np.linalg.norm(np.diff(np.vstack([self.here, points]), axis=0), axis=1).sum())
+        return bool(self.here_m - near[-1] <= PASSING * way_m)
 
     def _returning(self, points: F64) -> Bool:
         """Whether each point (N, 2) lies on the robot's own way back."""
