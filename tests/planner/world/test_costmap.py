@@ -81,6 +81,8 @@ def test_a_robot_in_inflated_space_may_leave_it() -> None:
     assert costmap.passable[cell]
     outward = costmap.cost[5:9, 12]
     assert (np.diff(outward) < 0).all()  # cheaper the farther from the wall
+    within_reach = costmap.passable & ~costmap.navigable & (costmap.clearance_m < 0.15)
+    assert costmap.cost[within_reach].min() > 2 * PARAMS.costmap.dearest
     assert not costmap.passable[0, 12]
 
 

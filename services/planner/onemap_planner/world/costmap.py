@@ -162,7 +162,9 @@ def build_costmap(
         seen_m = _distance(map_view.occupancy == Occupancy.FREE) * size
         around &= free | body | (seen_m <= params.escape_unknown_m)
         lack = np.clip((needed - clearance[around]) / needed, 0.0, 2.0)
+        touching = clearance[around] < params.radius_m - size / 2
         cost[around] = ESCAPE_COST * (1.0 + 4.0 * lack)
+        cost[around] += touching * RETURN_FACTOR * params.dearest  # the monitor may not allow it
     crossable = (cost > 0) & ~free & ~occupied
     return Costmap(
         grid,
