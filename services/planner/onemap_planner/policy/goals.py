@@ -44,7 +44,7 @@ class GoalParams(Params):
     }
 
     half_value_m: PositiveFloat = Field(
-        default=4.0,
+        default=6.0,
         description="Metres of path at which a goal is worth half as much as here: a room. Far "
         "goals go by likeness per metre, whatever the encoder's scores are.",
     )
