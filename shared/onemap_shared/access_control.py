@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from onemap_shared.keys import ALL_LIVELINESS, ROLES, Access, heartbeat, liveliness
+from onemap_shared.keys import ALL_HEARTBEATS, ALL_LIVELINESS, ROLES, Access, heartbeat, liveliness
 
 LOCAL = "local"
 EVERYTHING = (
@@ -60,9 +60,11 @@ def _allowed(access: Access) -> dict[str, list[str]]:
     latched = [topic.key for topic in access.publishes if topic.latched]
     served = [procedure.key for procedure in access.serves]
     asked = [topic.key for topic in access.subscribes if topic.latched]
+    beats = [heartbeat(name).key for name in access.names]  # heard by a container's health check
+    heard = [topic.key for topic in access.subscribes]
     allowed: dict[str, Iterable[str]] = {
-        "put": [topic.key for topic in (*access.publishes, *map(heartbeat, access.names))],
-        "declare_subscriber": [topic.key for topic in access.subscribes],
+        "put": [*(topic.key for topic in access.publishes), *beats],
+        "declare_subscriber": heard if ALL_HEARTBEATS.key in heard else [*heard, *beats],
         "declare_queryable": [*served, *latched],
         "reply": [*served, *latched],
         "query": [*(procedure.key for procedure in access.calls), *asked],
