@@ -7,13 +7,12 @@ import re
 import shutil
 import subprocess
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
 
 from onemap_shared.config import read, section
-from tests.deploy.deployment import DEPLOY, ROLES, compose, models
+from tests.deploy.deployment import DEPLOY, ROLES, compose, models, mounts
 from tests.deploy.test_extras import project
 from tests.deploy.test_locks import lock
 from tests.structure import ROOT
@@ -23,12 +22,6 @@ GPU_SERVICES = compose("compose.gpu.yaml")
 OURS = {name: service for name, service in SERVICES.items() if name in ROLES}
 ALL = pytest.mark.parametrize("name", sorted(SERVICES))
 EACH_ROLE = pytest.mark.parametrize("name", ROLES)
-
-
-def mounts(service: dict[str, Any]) -> dict[str, str]:
-    """Container path to host path or volume name."""
-    parts = [volume.split(":") for volume in service.get("volumes", [])]
-    return {target: source for source, target, *_ in parts}
 
 
 def flag(arguments: list[str], name: str) -> str:
@@ -189,7 +182,14 @@ def test_what_the_image_copies_exists_and_is_not_ignored() -> None:
     assert all((ROOT / source).exists() for source in copied)
 
 
-@pytest.mark.parametrize("files", [["compose.yaml"], ["compose.yaml", "compose.gpu.yaml"]])
+@pytest.mark.parametrize(
+    "files",
+    [
+        ["compose.yaml"],
+        ["compose.yaml", "compose.gpu.yaml"],
+        ["compose.yaml", "compose.tls.yaml"],
+    ],
+)
 def test_docker_compose_accepts_it(files: list[str]) -> None:
     if shutil.which("docker") is None:
         pytest.skip("docker is not installed")
