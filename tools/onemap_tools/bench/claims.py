@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from statistics import fmean
 from typing import Any
@@ -27,6 +25,7 @@ from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_tools.bench.lockstep import LockstepSimulation, PerceptionPipeline, SystemConfig
 from onemap_tools.demo.summary import ObjectSummary
 from onemap_tools.demo.truth import evaluate_result, scene_category
+from onemap_tools.processes.worker_pool import worker_pool
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +57,7 @@ class EpisodeResult:
 
 def run_all(episodes: Sequence[EpisodeParams], workers: int) -> Iterator[EpisodeResult]:
     """Run the searches in ``workers`` processes; yields the results in the order of episodes."""
-    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+    with worker_pool(workers) as pool:
         yield from pool.map(run, episodes)
 
 

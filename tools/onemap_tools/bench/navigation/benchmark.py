@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +27,7 @@ from onemap_tools.bench.navigation.process_run import run_in_processes
 from onemap_tools.bench.navigation.records import EpisodeRecord, episode_record
 from onemap_tools.bench.navigation.results_folder import ResultsFolder, read_beside
 from onemap_tools.cli.floor_plan import write_png
+from onemap_tools.processes.worker_pool import worker_pool
 
 Report = Callable[[EpisodeRecord], None]
 
@@ -163,7 +163,7 @@ def run_all(
 
     pictures: folder for one picture of each.
     """
-    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+    with worker_pool(workers) as pool:
         running = [pool.submit(timed_episode, setup, pictures) for setup in setups]
         try:
             for each in as_completed(running):

@@ -8,9 +8,7 @@ interrupted rendering can be continued.
 from __future__ import annotations
 
 import json
-import multiprocessing
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -25,6 +23,7 @@ from onemap_simulator.generation.style import TRAINING, Style
 from onemap_simulator.rendering.camera_poses import CameraPoseRange, sample_camera_poses
 from onemap_simulator.rendering.rendered_image import RenderedImage
 from onemap_simulator.rendering.renderer import Renderer
+from onemap_tools.processes.worker_pool import worker_pool
 
 NO_CLASS = 255
 TRAIN_SEEDS = range(1000, 100_000)
@@ -119,8 +118,7 @@ def _parallel_map(
     if processes == 1:
         yield map(render, seeds)
         return
-    # Spawned, not forked: the parent may hold threads of torch or onnxruntime.
-    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
+    pool = worker_pool(processes)
     try:
         yield pool.map(render, seeds)
     finally:
