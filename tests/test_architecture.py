@@ -89,6 +89,7 @@ TALKS = {
     "onemap_tools.bench.commands": "reads the configuration",
     "onemap_tools.bench.fusion": "times",
     "onemap_tools.bench.machine": "times",
+    "onemap_tools.bench.map_image": "times",
     "onemap_tools.bench.query_time": "times",
     "onemap_tools.bench.habitat.benchmark": "times",
     "onemap_tools.bench.habitat.lockstep_robot": "a bus inside one process",

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from onemap_gateway.present import render
-from onemap_gateway.present.palette import DARK, LIGHT
+from onemap_gateway.present.palette import DARK, LIGHT, Palette
 from onemap_gateway.present.render import (
     Overlay,
     blend_heatmap,
@@ -22,6 +22,7 @@ from onemap_gateway.present.render import (
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy, SearchView
 from tests.gateway.fakes import GRID, search_view
+from tests.reference import heatmap
 
 COLOURS = {
     Occupancy.UNKNOWN: DARK.unknown,
@@ -120,6 +121,21 @@ def test_heat_does_not_fade_at_the_border(similarity: np.ndarray) -> None:
     scored = np.kron(np.isfinite(similarity).T[::-1], np.ones((4, 4))).astype(bool)
     image = blend_heatmap(np.zeros((16, 20, 3), np.uint8), similarity)
     assert len(np.unique(image[scored], axis=0)) <= 1
+
+
+@given(
+    arrays(np.uint8, (5, 7, 3)),
+    arrays(np.float32, (5, 7), elements=st.floats(0, 1, width=32)),
+    arrays(np.uint8, (5, 7), elements=st.integers(0, 1)),
+    st.sampled_from([DARK, LIGHT]),
+)
+def test_tables_of_heat_are_within_two_levels_of_the_formula(
+    image: np.ndarray, heat: np.ndarray, inside: np.ndarray, palette: Palette
+) -> None:
+    fast = render._heated(image, heat, inside, palette)
+    slow = heatmap.heated(image, heat, inside, palette)
+    assert np.abs(fast.astype(int) - slow).max() <= 2
+    np.testing.assert_array_equal(fast[inside == 0], image[inside == 0])
 
 
 def test_a_weak_best_match_stays_cold() -> None:
