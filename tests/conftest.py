@@ -5,11 +5,14 @@ from __future__ import annotations
 import importlib.util
 import logging
 import os
+import sys
 from collections.abc import Iterator
 from typing import Any
 
 import hypothesis
 import pytest
+
+from tests.process_state import ProcessState
 
 SCHEMAS = (
     "nms(Tensor dets, Tensor scores, float iou_threshold) -> Tensor",
@@ -56,6 +59,26 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if hasattr(config, "workerinput"):
         slow = {item.path for item in items if item.get_closest_marker("slow")}
         items.sort(key=lambda item: item.path not in slow)
+
+
+@pytest.fixture(autouse=True)
+def _process_as_before() -> Iterator[None]:
+    """What a test leaves in the process makes it fail, and not one of those after it."""
+    before = ProcessState.now()
+    yield
+    left = before.restore()
+    assert not left, f"the test changed what others use as well: {', '.join(left)}"
+
+
+@pytest.fixture(autouse=True)
+def _torch_threads_as_before() -> Iterator[None]:
+    """Services set them for their process; tests that come later have those of the suite."""
+    torch: Any = sys.modules.get("torch")
+    before = torch.get_num_threads() if torch is not None else 1
+    yield
+    torch = sys.modules.get("torch")
+    if torch is not None and torch.get_num_threads() != before:
+        torch.set_num_threads(before)
 
 
 @pytest.fixture(autouse=True)

@@ -10,7 +10,7 @@ import pytest
 
 from onemap_shared.log_limit import MAX_CHARS, MAX_KINDS, PERIOD_S, LogLimit
 
-LOG = logging.getLogger("onemap.test_log_limit")
+LOG = logging.Logger("onemap.test_log_limit", logging.INFO)  # of this module alone
 
 
 @pytest.fixture
@@ -24,11 +24,8 @@ def lines(now_s: list[float]) -> Iterator[Callable[[], list[str]]]:
     handler = logging.StreamHandler(stream)
     handler.addFilter(LogLimit(lambda: now_s[0]))
     LOG.addHandler(handler)
-    LOG.propagate = False
-    LOG.setLevel(logging.INFO)
     yield lambda: stream.getvalue().splitlines()
     LOG.removeHandler(handler)
-    LOG.propagate = True
 
 
 def test_ten_minutes_of_bad_messages_is_one_line_in_ten_seconds(
