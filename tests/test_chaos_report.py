@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 def collected(*arguments: str) -> str:
     command = [sys.executable, "-m", "pytest", "tests/chaos", "--collect-only", "-q", *arguments]
     result = subprocess.run(
-        command, cwd=ROOT, capture_output=True, text=True, timeout=100, check=False
+        command, cwd=ROOT, capture_output=True, text=True, timeout=200, check=False
     )
     return result.stdout
 

@@ -149,7 +149,7 @@ def enter(address: Address) -> Iterator[Callable[[str], Bus]]:
     with ExitStack() as stack:
 
         def enter(name: str) -> Bus:
-            bus = join(address(name), name, 60.0)
+            bus = join(address(name), name)
             assert bus is not None, name
             stack.callback(bus.close)
             return bus

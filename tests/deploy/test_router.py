@@ -33,7 +33,7 @@ stop = threading.Event()
 signal.signal(signal.SIGTERM, lambda *_: stop.set())
 run_router(tuple(sys.argv[3:]), stop, Path(sys.argv[1]), namespace=sys.argv[2])
 """
-JOIN_S = 10.0
+JOIN_S = 90.0  # a router process starts meanwhile
 REFUSED_S = 2.0  # a client is refused within milliseconds
 
 
@@ -50,7 +50,7 @@ def routing(file: Path, *listen: str, namespace: str = "") -> Iterator[None]:
         yield
     finally:
         process.terminate()
-        process.wait(10)
+        process.wait()
 
 
 def join(

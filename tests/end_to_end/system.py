@@ -34,9 +34,9 @@ from onemap_tools.processes.network import any_free_port
 M = TypeVar("M")
 
 CHECK_S = 0.1
-START_S = 90.0  # from the start to a map that is updated: 10 s on two idle cores
-PATIENCE_S = 20.0  # for what takes a second on an idle machine
-HTTP_S = 5.0  # the gateway answers within 2.5 s
+START_S = 240.0  # from the start to a map that is updated: 10 s on two idle cores
+PATIENCE_S = 90.0  # for what takes a second on an idle machine
+HTTP_S = 60.0  # the gateway answers within 2.5 s; less would be a measure of the machine
 STANDSTILL = 10  # odometry messages in a row: half a second
 MOVING_MPS = 0.02  # and rad/s; below the robot stands still
 
@@ -162,7 +162,7 @@ class System:
             self.processes[name].terminate()
         for process in self.processes.values():
             try:
-                process.wait(5.0)
+                process.wait(30.0)
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()

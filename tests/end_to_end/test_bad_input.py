@@ -16,7 +16,7 @@ from onemap_shared.wire import Packet, encode
 from tests.end_to_end.malformed import FAULTS, oversized_body, publish, raw_session, sample
 from tests.end_to_end.system import System
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
 
 RESEND_NS = 2_500_000_000  # two heartbeats: by then a refused message is counted

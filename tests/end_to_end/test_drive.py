@@ -6,7 +6,7 @@ import pytest
 
 from tests.end_to_end.system import System
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(240)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
 PLACE_M = [5.4, 4.0]  # in the hallway of the apartment of seed 1, 3.5 m from the start
 DRIVE_S = 120.0  # on shared cores, with waits for the map

@@ -15,7 +15,7 @@ from onemap_shared.config import PREFIX
 from onemap_shared.services import SERVICES
 from tests.end_to_end.system import START_S, System
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 ROBOTS = {"r1": "site/r1", "r2": "site/r2"}
 SERVED = {

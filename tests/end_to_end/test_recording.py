@@ -16,7 +16,7 @@ from onemap_tools.bag.replay import ReplayOptions, replay
 from onemap_tools.processes.launch import onemap_command
 from tests.end_to_end.system import PATIENCE_S, START_S, System
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 SERVICES = ("simulator", "perception", "mapper")
 SIMULATOR = {"seed": 1, "rgbd_hz": 4.0}
 FRAMES = 6  # in a recording, before it ends

@@ -26,7 +26,7 @@ FRAMES = 5
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.timeout(120),
+    pytest.mark.timeout(600),
     pytest.mark.skipif(not RECORDING.is_dir(), reason=f"no recording at {RECORDING}"),
 ]
 

@@ -12,7 +12,7 @@ from onemap_shared.messages import MapRevision
 from tests.end_to_end.conftest import SIMULATOR
 from tests.end_to_end.system import START_S, System
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 MAPPING = ("simulator", "perception", "mapper")
 

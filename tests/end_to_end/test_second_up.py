@@ -26,7 +26,7 @@ from tests.shared.test_bus import Router, eventually, router
 __all__ = ["router"]  # the fixture
 
 pytestmark = pytest.mark.slow
-PATIENCE_S = 60.0
+PATIENCE_S = 120.0
 
 
 @pytest.fixture(autouse=True)

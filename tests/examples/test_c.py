@@ -96,7 +96,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def run(program: Path, header: bytes) -> subprocess.CompletedProcess[bytes]:
     """The program's run on the header of a command."""
     told = struct.pack("<I", len(header)) + header
-    return subprocess.run([program], input=told, capture_output=True, timeout=20, check=False)
+    return subprocess.run([program], input=told, capture_output=True, timeout=90, check=False)
 
 
 def packets(output: bytes) -> tuple[Packet, Packet, list[str]]:

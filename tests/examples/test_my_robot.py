@@ -32,7 +32,7 @@ def client(router: Router) -> Iterator[Bus]:
     robot = subprocess.Popen([sys.executable, str(script), router.endpoint])
     yield bus
     robot.send_signal(signal.SIGINT)
-    assert robot.wait(timeout=10) == 0
+    assert robot.wait(timeout=90) == 0
     bus.close()
 
 

@@ -29,7 +29,7 @@ from onemap_shared.transport import RequestRejected
 GRID = GridSpec(0.1, (-10, -5), (40, 30))
 STAMP_NS = 1_767_225_600_000_000_000
 PICTURE = b"\xff\xd8 a JPEG \xff\xd9"
-WAIT_S = 5.0  # far more than any message needs; a failure, not a pace
+WAIT_S = 60.0  # far more than any message needs; a failure, not a pace
 
 
 def rgbd(sequence: int = 1) -> m.RgbdFrame:

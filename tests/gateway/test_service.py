@@ -114,7 +114,6 @@ def test_a_client_that_does_not_read_delays_no_other(
             pass
 
 
-@pytest.mark.timeout(20)
 def test_it_ends_though_clients_hold_on(router: MemoryRouter) -> None:
     planner = FakePlanner(router, fakes.search("s1"))
     worker = build(router.bus("gateway"), TEST)

@@ -170,13 +170,13 @@ def test_frames_are_fused_while_a_checkpoint_is_written(
 
     def slow(folder: Path, to_file: Writes) -> Path:
         writing.set()
-        assert go_on.wait(10.0)
+        assert go_on.wait(60.0)
         return write(folder, to_file)
 
     monkeypatch.setattr(checkpoint_file, "write", slow)
     mapped.see(0)
     mapped.checkpoints.poll(mapped.now_s)
-    assert writing.wait(10.0)
+    assert writing.wait(60.0)
     with mapped.lock:
         mapped.see(1)
     mapped.checkpoints.poll(mapped.now_s + 100.0)  # one at a time

@@ -83,13 +83,13 @@ def test_a_slow_text_does_not_block_the_others() -> None:
     def embed(texts: tuple[str, ...]) -> TextEmbeddings:
         if "slow" in texts:
             begun.set()
-            assert release.wait(10)
+            assert release.wait(60)
         return embedder(texts)
 
     cache = TextCache(embed, CPU)
     with ThreadPoolExecutor() as pool:
         slow = pool.submit(cache.query, "slow")
-        assert begun.wait(10)
+        assert begun.wait(60)
         assert cache.query("cup")[1].text == "cup"
         release.set()
         assert slow.result(10)[1].text == "slow"
@@ -105,14 +105,14 @@ class HeldBack:
 
     def __call__(self, texts: tuple[str, ...]) -> TextEmbeddings:
         self.busy.release()
-        assert self.release.wait(20)
+        assert self.release.wait(60)
         return self.embedder(texts)
 
     def fill(self, cache: TextCache, pool: ThreadPoolExecutor) -> None:
         """Keep every thread of the cache busy."""
         for number in range(BATCHES_AT_ONCE):
             pool.submit(cache.query, f"first {number}")
-            assert self.busy.acquire(timeout=20)
+            assert self.busy.acquire(timeout=60)
 
 
 def until_waiting(cache: TextCache, count: int) -> None:
@@ -154,7 +154,7 @@ def test_what_was_embedded_before_a_change_of_encoder_is_not_kept() -> None:
     cache = TextCache(embed, CPU)
     with ThreadPoolExecutor(1) as pool:
         asked = pool.submit(cache.query, "cup")
-        assert embed.busy.acquire(timeout=20)
+        assert embed.busy.acquire(timeout=60)
         cache.clear()
         embed.release.set()
         asked.result(20)

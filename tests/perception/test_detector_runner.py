@@ -21,7 +21,7 @@ FEATURES = ENCODER.encode(FRAME.rgb)
 
 
 def finished(runner: DetectorRunner) -> DetectionResult:
-    for _ in range(1000):
+    for _ in range(6000):
         result = runner.collect()
         if result is not None:
             return result

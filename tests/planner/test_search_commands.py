@@ -60,7 +60,7 @@ def test_a_perception_that_hangs_is_named(
     released = threading.Event()
 
     def hang(request: TextRequest) -> TextEmbeddings:
-        released.wait(20.0)
+        released.wait(60.0)
         return services._embed(request)
 
     services.perception.serve(keys.EMBED_TEXT, hang)

@@ -56,7 +56,7 @@ class Ride:
     def close(self) -> None:
         if self.adapter.poll() is None:
             self.adapter.terminate()
-            self.adapter.wait(timeout=20)
+            self.adapter.wait(timeout=90)
         self.robot.close()
         self.bus.close()
 
@@ -153,7 +153,7 @@ def test_a_planner_that_falls_silent_cancels_the_goal(ride: Ride) -> None:
 def test_a_killed_adapter_leaves_a_goal_that_the_next_one_cancels(ride: Ride) -> None:
     goal, *_ = ride.while_driving(lambda: ride.asked("goal"))
     ride.adapter.kill()
-    ride.adapter.wait(timeout=20)
+    ride.adapter.wait(timeout=90)
     ride.adapter = ride.start()
     assert eventually(lambda: ride.asked("cancel")) == [goal]
 
@@ -162,5 +162,5 @@ def test_a_killed_adapter_leaves_a_goal_that_the_next_one_cancels(ride: Ride) ->
 def test_the_adapter_that_is_stopped_cancels_its_goal(ride: Ride) -> None:
     goal, *_ = ride.while_driving(lambda: ride.asked("goal"))
     ride.adapter.terminate()
-    assert ride.adapter.wait(timeout=20) == 0
+    assert ride.adapter.wait(timeout=90) == 0
     assert eventually(lambda: ride.asked("cancel")) == [goal]

@@ -70,7 +70,7 @@ class RobotProcess:
     def close(self) -> None:
         assert self.process.stdin is not None
         self.process.stdin.close()
-        assert self.process.wait(timeout=20) == 0
+        assert self.process.wait(timeout=90) == 0
 
 
 @pytest.fixture(params=MIDDLEWARE)
@@ -102,7 +102,7 @@ def adapter(
     process = subprocess.Popen([sys.executable, "-m", "onemap_ros2", "--config", str(config)])
     yield process
     process.terminate()
-    assert process.wait(timeout=20) == 0
+    assert process.wait(timeout=90) == 0
 
 
 @pytest.fixture
@@ -139,10 +139,10 @@ def test_a_robot_of_ros_2_is_seen_and_driven(planner: Bus, robot: RobotProcess) 
     first = drive(planner, robot, VelocityCommand(1, 1, 0.25, -0.5, 300, "p1"))
     assert first == (1, 0.25, -0.5)
     eventually(lambda: m if (m := odometry.take(0.5)) and m.planner == "p1" else None)
-    told = [robot.told.get(timeout=20)]
+    told = [robot.told.get(timeout=90)]
     while told[-1][1:] != (0.0, 0.0):
-        told.append(robot.told.get(timeout=20))
-    told += [robot.told.get(timeout=20) for _ in range(2)]
+        told.append(robot.told.get(timeout=90))
+    told += [robot.told.get(timeout=90) for _ in range(2)]
     assert [velocity for _, *velocity in told[-3:]] == [[0.0, 0.0]] * 3
     assert [sequence for sequence, *_ in told] == list(range(2, 2 + len(told)))
 
@@ -155,8 +155,8 @@ def test_the_base_is_stopped_when_the_adapter_ends(
     eventually(lambda: odometry.take(0.5))
     drive(planner, robot, VelocityCommand(1, 1, 0.25, 0.0, 60_000, "p1"))
     adapter.terminate()
-    assert adapter.wait(timeout=20) == 0
-    told = robot.told.get(timeout=20)
+    assert adapter.wait(timeout=90) == 0
+    told = robot.told.get(timeout=90)
     while not robot.told.empty():
         told = robot.told.get()
     assert told[1:] == (0.0, 0.0)

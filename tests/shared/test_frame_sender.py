@@ -18,7 +18,7 @@ from onemap_shared.wire import Packet, decode, encode
 from tests.shared.samples import SAMPLES
 
 FRAME = next(sample for sample in SAMPLES if isinstance(sample, RgbdFrame))
-WAIT_S = 10.0
+WAIT_S = 60.0
 Opened = Callable[[LinkParams], tuple[FrameSender[RgbdFrame], "SimpleQueue[int]"]]
 
 

@@ -14,7 +14,7 @@ import pytest
 
 from onemap_shared import keys
 from onemap_shared.runner import SWITCH_S
-from tests.shared.test_bus import Router, eventually, join, router
+from tests.shared.test_bus import PATIENCE_S, Router, eventually, join, router
 
 __all__ = ["router"]  # the fixture
 
@@ -100,7 +100,7 @@ def test_heartbeats_tell_health_and_progress_until_sigterm(router: Router) -> No
     assert first.metrics == {"answer": 42.0, "switch_s": pytest.approx(SWITCH_S)}
     assert second.progress > first.progress
     process.send_signal(signal.SIGTERM)
-    stdout, _ = process.communicate(timeout=5)
+    stdout, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0
     assert "closed" in stdout
     eventually(lambda: True if "mapper" not in bus.alive() else None)
@@ -112,12 +112,10 @@ def test_heartbeats_tell_health_and_progress_until_sigterm(router: Router) -> No
 
 
 @pytest.mark.parametrize(("mode", "message"), [("crash", "out of luck"), ("thread", "helper died")])
-def test_a_service_that_dies_exits_within_three_seconds(
-    router: Router, mode: str, message: str
-) -> None:
+def test_a_service_that_dies_ends_its_process(router: Router, mode: str, message: str) -> None:
     join(router, "gateway").close()  # the router is up
     process = start(router.endpoint, mode)
-    _, stderr = process.communicate(timeout=3 + 3)  # three to import, three to die
+    _, stderr = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
     assert message in stderr
 
@@ -125,7 +123,7 @@ def test_a_service_that_dies_exits_within_three_seconds(
 def test_a_main_loop_that_hangs_ends_its_process(router: Router) -> None:
     join(router, "gateway").close()  # the router is up
     process = start(router.endpoint, "hang", limit_s=1.0)
-    _, stderr = process.communicate(timeout=60)
+    _, stderr = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
     assert "mapper ends, to be restarted: its main loop has made no progress for 1 s" in stderr
     assert "in step" in stderr  # where it stood
@@ -137,7 +135,7 @@ def test_one_signal_ends_a_service_whose_loop_hangs(router: Router) -> None:
     process = start(router.endpoint, "hang", limit_s=3.0)
     eventually(lambda: beats.take(0.5))
     process.send_signal(signal.SIGTERM)
-    process.communicate(timeout=60)
+    process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
     bus.close()
 
@@ -152,7 +150,7 @@ def test_one_signal_ends_a_service_that_hangs_elsewhere(router: Router, mode: st
     else:
         eventually(lambda: "mapper" in bus.alive() or None)
     process.send_signal(signal.SIGTERM)
-    _, stderr = process.communicate(timeout=60)
+    _, stderr = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
     assert "it has not stopped 1 s after it was told to" in stderr
     bus.close()
@@ -165,7 +163,7 @@ def test_a_second_process_of_a_service_is_refused_and_the_first_goes_on(router: 
     first = start(router.endpoint)
     instance = eventually(lambda: beats.take(0.5)).instance
     second = start(router.endpoint)
-    _, stderr = second.communicate(timeout=20)
+    _, stderr = second.communicate(timeout=PATIENCE_S)
     assert second.returncode == 1
     assert f"the mapper is not started: mapper {instance} runs on these keys" in stderr
     assert "Traceback" not in stderr
@@ -175,7 +173,7 @@ def test_a_second_process_of_a_service_is_refused_and_the_first_goes_on(router: 
     taken = eventually(lambda: ((b := beats.take(0.5)) and b.instance != instance) or None)
     assert taken
     third.send_signal(signal.SIGTERM)
-    third.communicate(timeout=5)
+    third.communicate(timeout=PATIENCE_S)
     assert third.returncode == 0
     bus.close()
 
@@ -186,7 +184,7 @@ def test_a_service_that_cannot_start_says_why_in_one_sentence(router: Router) ->
         ("no codec", "what it sends is a JPEG, which needs OpenCV here"),
     ):
         process = start(router.endpoint, mode)
-        _, stderr = process.communicate(timeout=20)
+        _, stderr = process.communicate(timeout=PATIENCE_S)
         assert process.returncode == 2
         assert sentence in stderr
         assert "Traceback" not in stderr
@@ -194,7 +192,7 @@ def test_a_service_that_cannot_start_says_why_in_one_sentence(router: Router) ->
 
 def test_a_service_that_cannot_start_now_may_be_started_again(router: Router) -> None:
     process = start(router.endpoint, "unable now")
-    _, stderr = process.communicate(timeout=10)
+    _, stderr = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
     assert "the port is in use" in stderr
     assert "Traceback" not in stderr
@@ -202,7 +200,7 @@ def test_a_service_that_cannot_start_now_may_be_started_again(router: Router) ->
 
 def test_what_a_service_checks_first_needs_no_router() -> None:
     process = start("tcp/127.0.0.1:1", "no file")
-    _, stderr = process.communicate(timeout=10)
+    _, stderr = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 2
     assert "there is no file at /no/such.glb" in stderr
     assert "waiting for a router" not in stderr
@@ -211,7 +209,7 @@ def test_what_a_service_checks_first_needs_no_router() -> None:
 
 def test_a_bad_configuration_exits_with_2_and_no_traceback() -> None:
     process = start("tcp/127.0.0.1:1", ONEMAP__MAPPER__MOOD="1")
-    _, stderr = process.communicate(timeout=10)
+    _, stderr = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 2
     assert "mapper.mood is unknown; did you mean 'mode'?" in stderr
     assert "Traceback" not in stderr
@@ -222,13 +220,13 @@ def test_a_service_stops_while_it_waits_for_a_router() -> None:
     assert process.stderr is not None
     eventually(lambda: "waiting for a router" in process.stderr.readline() or None)  # type: ignore[union-attr]
     process.terminate()
-    process.communicate(timeout=5)
+    process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0
 
 
 def test_a_service_stops_when_its_launcher_is_gone_even_while_it_waits() -> None:
     process = start("tcp/127.0.0.1:1", ONEMAP_PARENT_PID="1")
-    _, stderr = process.communicate(timeout=15)
+    _, stderr = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0
     assert "launcher is gone" in stderr
 
@@ -237,13 +235,13 @@ def test_systemd_is_told_ready_and_fed(router: Router, tmp_path: Path) -> None:
     path = tmp_path / "notify"
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
         listener.bind(str(path))
-        listener.settimeout(15)
+        listener.settimeout(PATIENCE_S)
         process = start(router.endpoint, NOTIFY_SOCKET=str(path), ONEMAP__LOG__FORMAT="json")
         told: list[str] = []
         while told.count("WATCHDOG=1") < 2:
             told.append(listener.recv(1000).decode())
         assert told[0] == "READY=1"
         process.terminate()
-        _, stderr = process.communicate(timeout=5)
+        _, stderr = process.communicate(timeout=PATIENCE_S)
     lines = [json.loads(line) for line in stderr.splitlines()]
     assert lines[-1]["message"] == "mapper is down"

@@ -70,7 +70,6 @@ def silent(router: MemoryRouter) -> Iterator[MemoryRouter]:
         bus.close()
 
 
-@pytest.mark.timeout(30)
 @pytest.mark.parametrize("services", ["absent", "silent"])
 def test_no_route_hangs_when_no_service_answers(
     router: MemoryRouter, services: str, request: pytest.FixtureRequest

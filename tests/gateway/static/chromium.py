@@ -16,7 +16,7 @@ from typing import Any
 import httpx
 from websockets.sync.client import ClientConnection, connect
 
-WAIT_S = 20.0  # for a browser on a busy machine; a failure, not a pace
+WAIT_S = 90.0  # for a browser on a busy machine; a failure, not a pace
 COMMAND = shutil.which("chromium") or shutil.which("google-chrome") or ""
 FLAGS = (
     "--headless=new",

@@ -46,7 +46,7 @@ def test_threads_that_ask_for_the_same_text_embed_it_once() -> None:
     texts = CachedTextEncoder(embed, prompt="{}", capacity=8)
 
     def ask(_: int) -> F32:
-        together.wait(20)
+        together.wait(60)
         return texts(["sofa"])
 
     with ThreadPoolExecutor(4) as pool:

@@ -83,7 +83,7 @@ def test_ctrl_c_exits_with_130_and_json(tmp_path: Path) -> None:
         signal.signal(signal.SIGINT, before)
         silent.accept()
         process.send_signal(signal.SIGINT)
-        stdout, stderr = process.communicate(timeout=30)
+        stdout, stderr = process.communicate(timeout=90)
     assert process.returncode == EXIT_INTERRUPTED
     assert json.loads(stdout) == {"error": "Stopped.", "exit_code": EXIT_INTERRUPTED}
     assert b"Traceback" not in stderr

@@ -9,7 +9,7 @@ from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Heartbeat
 from onemap_tools.processes.heartbeat import next_heartbeat, problem_of
 
-LONG_S = 20.0
+LONG_S = 60.0
 
 
 def beat(*, ready: bool, problem: str = "") -> Heartbeat:

@@ -25,7 +25,7 @@ from onemap_tools.processes.launch import (
 )
 from onemap_tools.processes.process_group import ENDED
 
-SOON_S = 20.0  # a deadline for a loaded machine, not a measure
+SOON_S = 60.0  # a deadline for a loaded machine, not a measure
 
 SLEEPER = "import os, time; print(os.getpid(), flush=True); time.sleep(600)"
 STUBBORN = (

@@ -10,7 +10,7 @@ from onemap_shared.config import BusConfig
 from onemap_tools.errors import CliError
 from onemap_tools.processes.network import any_free_port
 from onemap_tools.processes.session import connect, temporary_session
-from tests.shared.test_bus import Router, eventually, router
+from tests.shared.test_bus import PATIENCE_S, Router, eventually, router
 
 __all__ = ["router"]  # the fixture
 
@@ -28,9 +28,9 @@ def test_without_a_router_the_wait_ends() -> None:
 
 def test_a_session_leaves_the_bus_at_its_end(router: Router) -> None:
     config = BusConfig(connect=(router.endpoint,))
-    observer = connect(config, "observer", "o", 20.0)
+    observer = connect(config, "observer", "o", PATIENCE_S)
     assert observer is not None
-    with temporary_session(config, "doctor", 20.0):
+    with temporary_session(config, "doctor", PATIENCE_S):
         assert eventually(lambda: "doctor" in observer.alive() or None)
     assert eventually(lambda: "doctor" not in observer.alive() or None)
     observer.close()

@@ -26,7 +26,7 @@ from tests.shared.test_bus import Router, eventually, router
 
 __all__ = ["router"]  # the fixture
 
-SOON_S = 20.0
+SOON_S = 60.0
 
 
 def test_without_a_file_everything_is_simulated() -> None:

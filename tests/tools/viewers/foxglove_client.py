@@ -17,7 +17,7 @@ from websockets.typing import Subprotocol
 PROTOCOL = Subprotocol("foxglove.sdk.v1")
 MESSAGE_DATA = 1  # opcode of the server's binary messages
 HEADER = struct.Struct("<BIQ")  # opcode, subscription, log time in ns
-PATIENCE_S = 10.0
+PATIENCE_S = 60.0
 
 
 class FoxgloveClient:

@@ -16,7 +16,7 @@ from onemap_shared.messages import Odometry
 from tests.shared.messages.broken import sample
 
 TOKEN = "secret"
-PATIENCE_S = 30.0  # several applications start in one process
+PATIENCE_S = 90.0  # several applications start in one process
 ROBOTS = {"r1": "site/r1", "r2": "site/r2"}
 
 
