@@ -28,7 +28,7 @@ from pydantic import BaseModel
 from onemap_shared import tracing
 from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.compression import CompressionError
-from onemap_shared.config import ConfigError, LogConfig, load
+from onemap_shared.config import BusConfig, ConfigError, LogConfig, load
 from onemap_shared.keys import heartbeat
 from onemap_shared.log_limit import LogLimit
 from onemap_shared.messages import Heartbeat
@@ -104,12 +104,10 @@ def run_service(
 ) -> int:
     """Run a service until SIGTERM or SIGINT; returns the exit code.
 
-    ``section``: of the configuration, where it is not called as the service is.
-
     0 after a signal, 1 after a crash or when it cannot start now, 2 when it cannot start as
-    configured. ``check`` looks
-    at what the configuration names, such as files, before the router is waited for; it and
-    ``build`` may raise StartError.
+    configured. ``check`` looks at what the configuration names, such as files, before the router
+    is waited for; it and ``build`` may raise StartError. ``section``: of the configuration, where
+    it is not called as the service is.
     """
     parser = argparse.ArgumentParser(prog=f"onemap {service}")
     parser.add_argument("--config", type=Path, help="YAML file; defaults apply without it")
@@ -129,18 +127,25 @@ def run_service(
     stop = threading.Event()
     _stop_on_signals(stop)
     watch_parent(stop)
+    return _join_and_work(service, bus_config, lambda bus: build(bus, config), stop)
+
+
+def _join_and_work(
+    service: str, config: BusConfig, build: Callable[[Bus], Worker], stop: threading.Event
+) -> int:
+    """Run the service on the bus until ``stop``; returns the exit code."""
     crashed = _stop_on_dead_threads(stop)
     progress = LoopProgress()
     watch(service, progress, stop)  # to the end of the process: what follows may hang too
     instance = uuid.uuid4().hex[:12]
-    bus = open_bus(bus_config, service, instance, stop, announce=False)
+    bus = open_bus(config, service, instance, stop, announce=False)
     if bus is None:
         return EXIT_OK
     heartbeats = HeartbeatPublisher(service, instance, bus, progress)
     try:
         if not _joined_alone(bus, service, stop):
             return EXIT_OK if stop.is_set() else EXIT_CRASHED
-        code = _work(heartbeats, lambda: build(bus, config), stop)
+        code = _work(heartbeats, lambda: build(bus), stop)
     finally:
         bus.close()
         tracing.use(None)

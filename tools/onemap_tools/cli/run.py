@@ -17,10 +17,23 @@ from onemap_tools.errors import EXIT_FAILED, EXIT_OK, requires_extra
 from onemap_tools.processes.network import DEFAULT_PORT
 
 PANEL = "Run"
-SCENE_HELP = (
-    "A GLB, glTF, OBJ or PLY file instead. A YAML file beside it with the same name corrects it: "
-    "categories (node: name), start (x, y, yaw), up (y or z). See 'onemap scene check'."
-)
+Scene = Annotated[
+    Path | None,
+    typer.Option(
+        exists=True,
+        dir_okay=False,
+        help="A GLB, glTF, OBJ or PLY file instead. A YAML file beside it with the same name "
+        "corrects it: categories (node: name), start (x, y, yaw), up (y or z). See 'onemap scene "
+        "check'.",
+    ),
+]
+Objects = Annotated[
+    str | None,
+    typer.Option(help="What to find, separated by commas; by default what the scene has."),
+]
+PagePort = Annotated[
+    int, typer.Option(min=0, max=65535, help=f"Of the live page; 0: {DEFAULT_PORT}, headless any.")
+]
 Film = Annotated[
     Path | None,
     typer.Option(
@@ -42,19 +55,10 @@ app = typer.Typer()
 def demo(
     *,
     seed: Annotated[int, typer.Option(min=0, help="Which generated apartment.")] = 1,
-    scene: Annotated[
-        Path | None,
-        typer.Option(exists=True, dir_okay=False, help=SCENE_HELP),
-    ] = None,
-    objects: Annotated[
-        str | None,
-        typer.Option(help="What to find, separated by commas; by default what the scene has."),
-    ] = None,
+    scene: Scene = None,
+    objects: Objects = None,
     headless: Headless = None,
-    port: Annotated[
-        int,
-        typer.Option(min=0, max=65535, help=f"Of the live page; 0: {DEFAULT_PORT}, headless any."),
-    ] = 0,
+    port: PagePort = 0,
     out: Annotated[
         Path, typer.Option(file_okay=False, help="Where the folder of the run is made.")
     ] = Path("runs"),
