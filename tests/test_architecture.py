@@ -132,11 +132,11 @@ TALKS = {
     "onemap_tools.processes.services": "runs a service",
     "onemap_tools.processes.session": "joins the bus",
     "onemap_tools.processes.up": "supervises processes",
+    "onemap_tools.processes.worker_pool": "processes that end with their parent",
     "onemap_tools.viewers.live": "serves a viewer until it is stopped",
     "onemap_tools.viewers.live_viewer": "follows the bus",
     "onemap_tools.train.commands": "sets threads through the environment",
     "onemap_tools.train.data.batches": "makes batches in a thread",
-    "onemap_tools.train.data.frame_dataset": "renders in processes",
     "onemap_tools.train.pipeline": "times, copies files, sets up the allocator",
 }
 # Files that read or write files, each with what.
