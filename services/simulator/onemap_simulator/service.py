@@ -16,8 +16,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from onemap_shared.command_gate import CommandGate
 from onemap_shared.geometry import F64
 from onemap_shared.keys import ROBOT_CMD_VEL, ROBOT_ODOMETRY, ROBOT_RGBD, ROBOT_TRUTH
@@ -27,15 +25,13 @@ from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.errors.frame_link import FrameLink
-from onemap_simulator.errors.localisation import Localisation
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
 from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
+from onemap_simulator.parts import RobotParts, scene_truth
 from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.physics.missing_floor import MissingFloor
-from onemap_simulator.physics.people import NOBODY, Bystanders, People
-from onemap_simulator.physics.robot import RobotParams, RobotState
-from onemap_simulator.physics.simulation import Simulation
+from onemap_simulator.physics.people import NOBODY, Bystanders
+from onemap_simulator.physics.robot import RobotParams
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import RgbdCamera
 from onemap_simulator.scene.loading import load_scene
@@ -131,38 +127,14 @@ class SimulatorWorker:
     """Steps the physics, publishes odometry, offers poses to the camera."""
 
     def __init__(self, bus: Bus, scene: Scene, config: SimulatorConfig) -> None:
-        robot = config.robot
-        camera_rng, pose_rng, drift_rng, link_rng, people_rng = np.random.default_rng(
-            config.seed
-        ).spawn(5)
+        parts = RobotParts.of(scene, config, Renderer(scene), now_s=time.monotonic())
         self._config = config
-        self._localisation = Localisation(
-            config.pose_noise,
-            pose_rng,
-            drift=config.odometry_drift,
-            loop_closure=config.loop_closure,
-            drift_rng=drift_rng,
-        )
-        self._simulation = Simulation(
-            CollisionMap.of(scene, robot.height_m),
-            robot,
-            RobotState(*scene.start),
-            now_s=time.monotonic(),
-            missing_floor=MissingFloor.of(scene, robot.height_m),
-            people=People.of(scene, config.people, people_rng, robot_radius_m=robot.radius_m),
-        )
-        truth = SceneTruth(
-            scene,
-            radius_m=robot.radius_m,
-            height_m=robot.height_m,
-            eye_height_m=config.camera.height_m,
-        )
+        self._localisation, self._simulation = parts.localisation, parts.simulation
         self._commands = bus.subscribe(ROBOT_CMD_VEL)
-        self._gate = CommandGate(robot.max_command_age_s)
+        self._gate = CommandGate(config.robot.max_command_age_s)
         self._odometry = bus.publish(ROBOT_ODOMETRY)
-        camera = RgbdCamera.of(scene, Renderer(scene), config.camera, camera_rng)
-        self._camera = CameraThread(bus, camera, FrameLink(config.frame_link, link_rng))
-        bus.serve(ROBOT_TRUTH, partial(self._truth_reply, truth))
+        self._camera = CameraThread(bus, parts.camera, parts.link)
+        bus.serve(ROBOT_TRUTH, partial(self._truth_reply, scene_truth(scene, config)))
         self._sequence = 0
         self._collided = False
         self._odometry_due_s = self._rgbd_due_s = time.monotonic()

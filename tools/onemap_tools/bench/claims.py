@@ -21,7 +21,8 @@ from onemap_shared.messages import ObjectResult, SearchState, TruthRequest
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
-from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
+from onemap_simulator.ground_truth.truth import truth_reply
+from onemap_simulator.parts import scene_truth
 from onemap_tools.bench.lockstep import LockstepSimulation, PerceptionPipeline, SystemConfig
 from onemap_tools.demo.summary import ObjectSummary
 from onemap_tools.demo.truth import evaluate_result, scene_category
@@ -71,12 +72,7 @@ def run(params: EpisodeParams) -> EpisodeResult:
         scene, params.config, PerceptionPipeline(params.config.perception)
     )
     search = simulation.search(params.objects, params.limit_s)
-    truth = SceneTruth(
-        scene,
-        radius_m=simulator.robot.radius_m,
-        height_m=simulator.robot.height_m,
-        eye_height_m=simulator.camera.height_m,
-    )
+    truth = scene_truth(scene, simulator)
     vocabulary = load_vocabulary(SHIPPED)
     names = [scene_category(word, scene.categories, vocabulary) for word in params.objects]
     results = [

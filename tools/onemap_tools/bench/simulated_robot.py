@@ -4,20 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.messages import RgbdFrame
 from onemap_simulator.config import SimulatorConfig
-from onemap_simulator.errors.frame_link import FrameLink
-from onemap_simulator.errors.localisation import Localisation, true_place
-from onemap_simulator.physics.collision import CollisionMap
-from onemap_simulator.physics.missing_floor import MissingFloor
-from onemap_simulator.physics.people import Bystanders, People
-from onemap_simulator.physics.robot import RobotState
-from onemap_simulator.physics.simulation import Simulation
+from onemap_simulator.errors.localisation import true_place
+from onemap_simulator.parts import RobotParts
+from onemap_simulator.physics.people import Bystanders
 from onemap_simulator.rendering.renderer import Renderer
-from onemap_simulator.rendering.rgbd_camera import RgbdCamera, SceneRenderer
+from onemap_simulator.rendering.rgbd_camera import SceneRenderer
 from onemap_simulator.scene.scene import Scene
 
 COMMAND_VALID_S = 0.3  # as ``VelocityCommand`` has it by default
@@ -51,27 +45,9 @@ class SimulatedRobot:
     def __init__(
         self, scene: Scene, config: SimulatorConfig, renderer: SceneRenderer | None = None
     ) -> None:
-        robot = config.robot
-        camera_rng, pose_rng, drift_rng, link_rng, people_rng = np.random.default_rng(
-            config.seed
-        ).spawn(5)
-        self.localisation = Localisation(
-            config.pose_noise,
-            pose_rng,
-            drift=config.odometry_drift,
-            loop_closure=config.loop_closure,
-            drift_rng=drift_rng,
-        )
-        self._simulation = Simulation(
-            CollisionMap.of(scene, robot.height_m),
-            robot,
-            RobotState(*scene.start),
-            now_s=0.0,
-            missing_floor=MissingFloor.of(scene, robot.height_m),
-            people=People.of(scene, config.people, people_rng, robot_radius_m=robot.radius_m),
-        )
-        self._camera = RgbdCamera.of(scene, renderer or Renderer(scene), config.camera, camera_rng)
-        self.link: FrameLink[RgbdFrame] = FrameLink(config.frame_link, link_rng)
+        parts = RobotParts.of(scene, config, renderer or Renderer(scene), now_s=0.0)
+        self.localisation, self.link = parts.localisation, parts.link
+        self._simulation, self._camera = parts.simulation, parts.camera
         self._frames = 0
         self._truths: dict[int, FrameTruth] = {}  # by the frame's sequence
         self.collided = False

@@ -21,6 +21,7 @@ from onemap_shared.names import normalised
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
 from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
+from onemap_simulator.parts import scene_truth
 from onemap_simulator.rendering.bystanders import with_person
 from onemap_simulator.rendering.label_renderer import LabelRenderer
 from onemap_simulator.scene.scene import Scene
@@ -95,12 +96,7 @@ def drawn_episode(setup: EpisodeSetup) -> tuple[Scene, SceneTruth, NavigationEpi
     simulator = setup.config.simulator
     scene = generate_apartment(simulator.seed, STYLES[simulator.style])
     robot = simulator.robot
-    truth = SceneTruth(
-        scene,
-        radius_m=robot.radius_m,
-        height_m=robot.height_m,
-        eye_height_m=simulator.camera.height_m,
-    )
+    truth = scene_truth(scene, simulator)
     episode = draw_episode(
         scene,
         truth,

@@ -1,0 +1,71 @@
+"""The parts of a simulated robot, as its configuration says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from onemap_shared.messages import RgbdFrame
+from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.errors.frame_link import FrameLink
+from onemap_simulator.errors.localisation import Localisation
+from onemap_simulator.ground_truth.truth import SceneTruth
+from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.missing_floor import MissingFloor
+from onemap_simulator.physics.people import People
+from onemap_simulator.physics.robot import RobotState
+from onemap_simulator.physics.simulation import Simulation
+from onemap_simulator.rendering.rgbd_camera import RgbdCamera, SceneRenderer
+from onemap_simulator.scene.scene import Scene
+
+
+@dataclass(frozen=True, slots=True)
+class RobotParts:
+    """Physics, camera, what the robot believes of its place, and the link that takes its frames."""
+
+    simulation: Simulation
+    camera: RgbdCamera
+    localisation: Localisation
+    link: FrameLink[RgbdFrame]
+
+    @classmethod
+    def of(
+        cls, scene: Scene, config: SimulatorConfig, renderer: SceneRenderer, *, now_s: float
+    ) -> RobotParts:
+        """A robot at the start of the scene at ``now_s``.
+
+        Each part has random numbers of its own, drawn by ``config.seed``: what one takes changes
+        nothing for the others.
+        """
+        camera_rng, pose_rng, drift_rng, link_rng, people_rng = np.random.default_rng(
+            config.seed
+        ).spawn(5)
+        robot = config.robot
+        simulation = Simulation(
+            CollisionMap.of(scene, robot.height_m),
+            robot,
+            RobotState(*scene.start),
+            now_s=now_s,
+            missing_floor=MissingFloor.of(scene, robot.height_m),
+            people=People.of(scene, config.people, people_rng, robot_radius_m=robot.radius_m),
+        )
+        localisation = Localisation(
+            config.pose_noise,
+            pose_rng,
+            drift=config.odometry_drift,
+            loop_closure=config.loop_closure,
+            drift_rng=drift_rng,
+        )
+        camera = RgbdCamera.of(scene, renderer, config.camera, camera_rng)
+        return cls(simulation, camera, localisation, FrameLink(config.frame_link, link_rng))
+
+
+def scene_truth(scene: Scene, config: SimulatorConfig) -> SceneTruth:
+    """The ground truth of a scene for the configured robot and camera."""
+    return SceneTruth(
+        scene,
+        radius_m=config.robot.radius_m,
+        height_m=config.robot.height_m,
+        eye_height_m=config.camera.height_m,
+    )
