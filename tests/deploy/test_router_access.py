@@ -219,8 +219,8 @@ def test_nobody_speaks_for_another(
         own.put(replace(beat, service="perception"))
         return heard.take(ABSENCE_S)
 
-    assert eventually(arrived).service == "perception"
-    assert arrived().service == "perception"
+    for _ in range(2):
+        assert eventually(arrived).service == "perception"
 
 
 def test_this_machine_needs_no_certificate(
@@ -280,7 +280,7 @@ def test_the_rules_hold_below_a_namespace(folder: Path, file: Path) -> None:
             work.put(sample(keys.DETECTIONS.message))
             return detections.take(ABSENCE_S) is not None or None
 
-        assert eventually(arrived)
-        assert arrived()
+        for _ in range(2):
+            assert eventually(arrived)
         assert commands.take(ABSENCE_S) is None
         assert elsewhere.take(0.0) is None

@@ -26,8 +26,8 @@ from onemap_shared.compression import CompressionError
 from onemap_shared.transport import Health
 from onemap_shared import watchdog
 
-if sys.argv[1:]:
-    watchdog.HANG_LIMIT_S = watchdog.STOP_LIMIT_S = float(sys.argv.pop())
+watchdog.HANG_LIMIT_S, watchdog.STOP_LIMIT_S = map(float, sys.argv[1:])
+del sys.argv[1:]
 
 class Config(Params):
     mode: str = "good"
@@ -72,11 +72,16 @@ sys.exit(run_service("mapper", Config, build, check=check))
 
 
 def start(
-    endpoint: str, mode: str = "good", *, limit_s: float | None = None, **environment: str
+    endpoint: str,
+    mode: str = "good",
+    *,
+    hang_s: float = PATIENCE_S,
+    stop_s: float = PATIENCE_S,
+    **environment: str,
 ) -> subprocess.Popen[str]:
-    """A service; ``limit_s``: of its watchdog, instead of the real ones."""
+    """A service with these limits of its watchdog: by default a busy machine reaches none."""
     return subprocess.Popen(
-        [sys.executable, "-c", SERVICE, *(() if limit_s is None else (str(limit_s),))],
+        [sys.executable, "-c", SERVICE, str(hang_s), str(stop_s)],
         env={
             **os.environ,
             "ONEMAP__BUS__CONNECT": f"[{endpoint}]",
@@ -122,7 +127,7 @@ def test_a_service_that_dies_ends_its_process(router: Router, mode: str, message
 
 def test_a_main_loop_that_hangs_ends_its_process(router: Router) -> None:
     join(router, "gateway").close()  # the router is up
-    process = start(router.endpoint, "hang", limit_s=1.0)
+    process = start(router.endpoint, "hang", hang_s=1.0)
     _, stderr = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
     assert "mapper ends, to be restarted: its main loop has made no progress for 1 s" in stderr
@@ -132,7 +137,7 @@ def test_a_main_loop_that_hangs_ends_its_process(router: Router) -> None:
 def test_one_signal_ends_a_service_whose_loop_hangs(router: Router) -> None:
     bus = join(router, "gateway")
     beats = bus.subscribe(keys.heartbeat("mapper"), capacity=8)
-    process = start(router.endpoint, "hang", limit_s=3.0)
+    process = start(router.endpoint, "hang", hang_s=3.0, stop_s=3.0)
     eventually(lambda: beats.take(0.5))
     process.send_signal(signal.SIGTERM)
     process.communicate(timeout=PATIENCE_S)
@@ -143,7 +148,7 @@ def test_one_signal_ends_a_service_whose_loop_hangs(router: Router) -> None:
 @pytest.mark.parametrize("mode", ["hang at the start", "hang at the end"])
 def test_one_signal_ends_a_service_that_hangs_elsewhere(router: Router, mode: str) -> None:
     bus = join(router, "gateway")
-    process = start(router.endpoint, mode, limit_s=1.0)
+    process = start(router.endpoint, mode, stop_s=1.0)
     assert process.stdout is not None
     if mode == "hang at the start":
         process.stdout.readline()

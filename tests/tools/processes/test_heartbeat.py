@@ -50,7 +50,7 @@ def test_an_unready_heartbeat_is_returned_after_the_patience() -> None:
     mapper = router.bus().publish(heartbeat("mapper"))
     heard: list[Heartbeat | None] = []
     listening = threading.Thread(
-        target=lambda: heard.append(next_heartbeat(router.bus(), "mapper", 0.1))
+        target=lambda: heard.append(next_heartbeat(router.bus(), "mapper", 1.0))
     )
     listening.start()
     while listening.is_alive():
