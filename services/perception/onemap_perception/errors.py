@@ -9,6 +9,10 @@ class BackendError(Exception):
     """A network cannot be loaded or failed on an image; one sentence for the user."""
 
 
+class ModelError(BackendError):
+    """A model is missing, damaged or unknown; one sentence that says what to do."""
+
+
 class OutOfDeviceMemoryError(BackendError):
     """The accelerator's memory is full; the next image may fit again."""
 
