@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from onemap_perception import model_store
+from onemap_perception.errors import ModelError
+from onemap_perception.hub import HubListing
+from onemap_perception.hub_download import OnBytes
 from tests.perception.hub_cache import REPO, put_in_cache, use_cache
+from tests.perception.local_hub import LocalHub, serve_hub, use_hub
 
 pytest.importorskip("huggingface_hub", reason="needs huggingface_hub (extra openclip)")
 
@@ -20,7 +25,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_model_in_the_cache_is_located(cache: Path) -> None:
-    with pytest.raises(model_store.ModelError, match=f"onemap models fetch {REPO}"):
+    with pytest.raises(ModelError, match=f"onemap models fetch {REPO}"):
         model_store.locate(REPO)
     folder = put_in_cache(cache)
     assert model_store.locate(REPO) == folder
@@ -32,12 +37,13 @@ def test_a_missing_model_is_fetched_only_if_allowed(
 ) -> None:
     fetched: list[str] = []
 
-    def fetch(repo: str, files: tuple[str, ...]) -> Path:
-        fetched.append(repo)
+    def fetch(listing: HubListing, files: tuple[str, ...]) -> Path:
+        fetched.append(listing.repo)
         return cache
 
+    monkeypatch.setattr(model_store, "look_up", lambda repo, _: HubListing(repo, "", "", ()))
     monkeypatch.setattr(model_store, "fetch", fetch)
-    with pytest.raises(model_store.ModelError):
+    with pytest.raises(ModelError):
         model_store.locate(REPO)
     assert fetched == []
     assert model_store.locate(REPO, allow_fetch=True) == cache
@@ -47,7 +53,7 @@ def test_a_missing_model_is_fetched_only_if_allowed(
 def test_a_path_is_a_path(tmp_path: Path) -> None:
     assert model_store.locate(str(tmp_path)) == tmp_path
     for place in ("/nowhere/at/all", "./here", "weights.pth"):
-        with pytest.raises(model_store.ModelError, match="does not exist"):
+        with pytest.raises(ModelError, match="does not exist"):
             model_store.locate(place)
 
 
@@ -68,7 +74,7 @@ def test_files_with_another_digest_are_corrupt(cache: Path) -> None:
 
 def test_an_unknown_model_is_an_error() -> None:
     assert model_store.known_model(REPO).backend == "coco"
-    with pytest.raises(model_store.ModelError, match="'nobody/nothing' is not among the known"):
+    with pytest.raises(ModelError, match="'nobody/nothing' is not among the known"):
         model_store.known_model("nobody/nothing")
 
 
@@ -76,32 +82,66 @@ def test_without_the_hubs_client_the_error_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(sys.modules, "huggingface_hub", None)
-    with pytest.raises(model_store.ModelError, match=r"pip install 'onemap\[openclip\]'"):
+    with pytest.raises(ModelError, match=r"pip install 'onemap\[openclip\]'"):
         model_store.locate(REPO)
 
 
-def test_fetch_downloads_the_files_that_are_needed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    import huggingface_hub
-
-    asked: list[tuple[str, list[str]]] = []
-
-    def download(repo: str, allow_patterns: list[str]) -> str:
-        asked.append((repo, allow_patterns))
-        return str(tmp_path)
-
-    monkeypatch.setattr(huggingface_hub, "snapshot_download", download)
-    assert model_store.fetch(REPO, ("*.json",)) == tmp_path
-    assert asked == [(REPO, ["*.json"])]
+@pytest.fixture
+def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LocalHub]:
+    """A hub with one model of a large file, a small one and one that is not needed."""
+    source = tmp_path / "source"
+    source.mkdir()
+    for name in ("config.json", "model.safetensors", "training.log"):
+        (source / name).write_bytes(name.encode() * 1000)
+    with serve_hub() as hub:
+        hub.add(REPO, source)
+        use_hub(hub, tmp_path / "cache", monkeypatch)
+        yield hub
 
 
-def test_a_failed_download_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    import huggingface_hub
+NEEDED = ("*.json", "*.safetensors")
 
-    def offline(repo: str, **_: object) -> str:
-        raise OSError("no route to host\nand more")
 
-    monkeypatch.setattr(huggingface_hub, "snapshot_download", offline)
-    with pytest.raises(model_store.ModelError, match=r"cannot be fetched: no route to host$"):
-        model_store.fetch(REPO, ("*",))
+def fetch(on_bytes: OnBytes = lambda _: None) -> Path:
+    return model_store.fetch(model_store.look_up(REPO, NEEDED), NEEDED, on_bytes)
+
+
+def test_fetch_downloads_the_files_that_are_needed(hub: LocalHub) -> None:
+    assert model_store.cached(REPO, NEEDED) is None
+    arrived: list[int] = []
+    folder = fetch(arrived.append)
+    assert {path.name for path in folder.iterdir()} == {"config.json", "model.safetensors"}
+    assert sum(arrived) == len("model.safetensors") * 1000
+    assert model_store.corrupt_files(folder) == []
+    assert model_store.cached(REPO, NEEDED) == folder
+
+
+def test_a_model_that_arrived_in_part_is_not_here(hub: LocalHub) -> None:
+    hub.models[REPO]["model.safetensors"].breaks_at = 9000
+    with pytest.raises(ModelError, match=r"broke off at"):
+        fetch()
+    assert model_store.cached(REPO, NEEDED) is None
+    hub.models[REPO]["model.safetensors"].breaks_at = None
+    fetch()
+    assert hub.models[REPO]["model.safetensors"].ranges[-1] == 9000
+
+
+def test_a_fetched_model_needs_the_hub_no_more(hub: LocalHub) -> None:
+    folder = fetch()
+    hub.down = True
+    assert fetch() == folder
+    assert model_store.look_up(REPO, NEEDED).offline
+
+
+def test_a_damaged_file_is_fetched_again_once_it_is_discarded(hub: LocalHub) -> None:
+    folder = fetch()
+    (folder / "model.safetensors").resolve().write_bytes(b"other")
+    assert model_store.corrupt_files(folder) == ["model.safetensors"]
+    model_store.discard(folder, ["model.safetensors"])
+    assert model_store.corrupt_files(fetch()) == []
+
+
+def test_a_hub_that_does_not_answer_is_one_sentence(hub: LocalHub) -> None:
+    hub.down = True
+    with pytest.raises(ModelError, match=rf"^{REPO} cannot be fetched: [^\n]+$"):
+        fetch()

@@ -7,18 +7,14 @@ Only ``fetch`` uses the network.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from onemap_perception.errors import BackendError
+from onemap_perception.errors import ModelError
+from onemap_perception.hub import HubListing, client, first_line, list_files, list_snapshot
+from onemap_perception.hub_download import OnBytes, download
 
-INSTALL = "pip install 'onemap[openclip]'"
 CHUNK_BYTES = 1 << 22
-
-
-class ModelError(BackendError):
-    """A model is missing, damaged or unknown; one sentence that says what to do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,28 +77,52 @@ def locate(model: str, *, allow_fetch: bool = False) -> Path:
     if folder is not None:
         return folder
     if allow_fetch:
-        return fetch(model, files)
+        return fetch(look_up(model, files), files)
     raise ModelError(f"the model {model} is not on this machine: onemap models fetch {model}")
 
 
 def cached(repo: str, files: tuple[str, ...]) -> Path | None:
     """The model's folder in the cache, None if it was never fetched."""
-    snapshot_download, not_here = _client()
+    hub = client()
+    from huggingface_hub.errors import LocalEntryNotFoundError
+
     try:
-        place = snapshot_download(repo, allow_patterns=list(files), local_files_only=True)
+        place = hub.snapshot_download(repo, allow_patterns=list(files), local_files_only=True)
         return Path(place)
-    except not_here:
+    except LocalEntryNotFoundError:
         return None
 
 
-def fetch(repo: str, files: tuple[str, ...]) -> Path:
-    """Download into the cache, resuming an earlier download; raises ModelError."""
-    snapshot_download, _ = _client()
+def look_up(repo: str, files: tuple[str, ...]) -> HubListing:
+    """The model's files as the hub lists them, or those in the cache if it does not answer.
+
+    Raises ModelError if there are neither.
+    """
     try:
-        return Path(snapshot_download(repo, allow_patterns=list(files)))
+        return list_files(repo, files)
+    except ModelError:
+        folder = cached(repo, files)
+        if folder is None:
+            raise
+        return list_snapshot(repo, folder)
+
+
+def fetch(listing: HubListing, files: tuple[str, ...], on_bytes: OnBytes = lambda _: None) -> Path:
+    """Download into the cache, continuing an earlier download; raises ModelError.
+
+    on_bytes: called with the number of bytes that arrived, of the large files.
+    """
+    if not listing.offline:
+        for file in listing.files:
+            if file.large:
+                download(listing, file, on_bytes)
+    try:
+        place = client().snapshot_download(
+            listing.repo, allow_patterns=list(files), local_files_only=listing.offline
+        )
+        return Path(place)
     except Exception as problem:  # of the hub's client, of HTTP, of the disk
-        reason = str(problem).strip().splitlines()[0]
-        raise ModelError(f"{repo} cannot be fetched: {reason}") from problem
+        raise ModelError(f"{listing.repo} cannot be fetched: {first_line(problem)}") from problem
 
 
 def size_bytes(folder: Path) -> int:
@@ -125,6 +145,13 @@ def corrupt_files(folder: Path) -> list[str]:
     return bad
 
 
+def discard(folder: Path, names: list[str]) -> None:
+    """Remove files of a folder in the cache with their content, so that they are fetched again."""
+    for name in names:
+        (folder / name).resolve().unlink(missing_ok=True)
+        (folder / name).unlink(missing_ok=True)
+
+
 def digest(path: Path) -> str:
     """The hub's digest of a file: SHA-256, or git's SHA-1 if the name has its length."""
     name = path.resolve().name
@@ -136,13 +163,3 @@ def digest(path: Path) -> str:
         while chunk := file.read(CHUNK_BYTES):
             running.update(chunk)
     return running.hexdigest()
-
-
-def _client() -> tuple[Callable[..., str], type[Exception]]:
-    """The hub's download function, and the error it raises for a model not in the cache."""
-    try:
-        from huggingface_hub import snapshot_download
-        from huggingface_hub.errors import LocalEntryNotFoundError
-    except ImportError as missing:
-        raise ModelError(f"models of the hub need huggingface_hub: {INSTALL}") from missing
-    return snapshot_download, LocalEntryNotFoundError

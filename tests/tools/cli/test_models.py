@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from onemap_perception import model_store
+from onemap_perception.errors import ModelError
 from onemap_tools.cli.app import app
 from tests.perception.hub_cache import REPO, put_in_cache, use_cache
+from tests.perception.local_hub import LocalHub, serve_hub, use_hub
 
 pytest.importorskip("huggingface_hub", reason="needs huggingface_hub (extra openclip)")
 
@@ -63,36 +67,43 @@ def test_an_absent_model_is_reported_with_the_command(cache: Path) -> None:
     assert f"onemap models fetch {REPO}" in text
     assert run("verify") == (0, "No known model lies on this machine.\n")
     assert run("verify", "nobody/nothing")[0] == 2
-    with pytest.raises(model_store.ModelError, match=f"onemap models fetch {REPO}"):
+    with pytest.raises(ModelError, match=f"onemap models fetch {REPO}"):
         model_store.locate(REPO)
 
 
-def test_fetch_downloads_what_is_needed_and_checks_it(
-    cache: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    import huggingface_hub
+@pytest.fixture
+def hub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LocalHub]:
+    """A hub with one known model."""
+    source = tmp_path / "source"
+    source.mkdir()
+    (source / "config.json").write_text("{}")
+    (source / "model.safetensors").write_bytes(b"weights" * 100)
+    with serve_hub() as hub:
+        hub.add(REPO, source)
+        use_hub(hub, tmp_path / "cache", monkeypatch)
+        yield hub
 
-    asked: list[tuple[str, object]] = []
 
-    def download(repo: str, allow_patterns: object) -> str:
-        asked.append((repo, allow_patterns))
-        return str(put_in_cache(cache, repo))
-
-    monkeypatch.setattr(huggingface_hub, "snapshot_download", download)
+def test_fetch_downloads_what_is_needed_and_checks_it(hub: LocalHub) -> None:
     code, text = run("fetch", REPO, "--json")
     assert code == 0
-    assert asked == [(REPO, list(model_store.known_model(REPO).files))]
     assert json.loads(text.splitlines()[-1])["bytes_here"] == 702
+    assert run("verify", REPO) == (0, f"{REPO}: whole\n")
     assert run("fetch", "nobody/nothing")[0] == 2
 
 
-def test_a_failed_download_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    import huggingface_hub
-
-    def offline(repo: str, **_: object) -> str:
-        raise OSError("no route to host\nand a long story")
-
-    monkeypatch.setattr(huggingface_hub, "snapshot_download", offline)
+def test_a_damaged_download_is_removed(hub: LocalHub) -> None:
+    small = hub.models[REPO]["config.json"]
+    small.announced = "a" * 40
     code, text = run("fetch", REPO)
     assert code == 1
-    assert f"{REPO} cannot be fetched: no route to host\n" in text
+    assert f"{REPO} arrived damaged: config.json; it was removed: fetch again" in text
+    small.announced = hashlib.sha1(b"blob 2\0{}").hexdigest()
+    assert run("fetch", REPO)[0] == 0
+
+
+def test_a_failed_download_is_one_sentence(hub: LocalHub) -> None:
+    hub.down = True
+    code, text = run("fetch", REPO)
+    assert code == 1
+    assert text.splitlines()[-1].startswith(f"{REPO} cannot be fetched: ")

@@ -4,12 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rich.progress import (
+    BarColumn,
+    DownloadColumn,
+    Progress,
+    TimeRemainingColumn,
+    TransferSpeedColumn,
+)
 from rich.text import Text
 
 from onemap_perception import model_store
+from onemap_perception.errors import ModelError
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 
 if TYPE_CHECKING:
@@ -38,7 +47,7 @@ def inventory() -> list[ModelEntry]:
             _entry(model, model_store.cached(model.repo, model.files))
             for model in model_store.KNOWN_MODELS
         ]
-    except model_store.ModelError as problem:
+    except ModelError as problem:
         raise CliError(str(problem)) from problem
 
 
@@ -47,14 +56,26 @@ def fetch(repo: str, console: Console) -> ModelEntry:
     model = _known(repo)
     size = f"about {model.about_mb} MB" if model.about_mb else "size unknown"
     console.print(f"Fetching {repo} ({size}, licence {model.licence})")
+    return _entry(model, download(model, console))
+
+
+def download(model: model_store.KnownModel, console: Console) -> Path:
+    """Fetch a model with a progress bar and verify it; CliError if it cannot be had whole."""
+    columns = (BarColumn(), DownloadColumn(), TransferSpeedColumn(), TimeRemainingColumn())
     try:
-        folder = model_store.fetch(repo, model.files)
-    except model_store.ModelError as problem:
+        with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+            listing = model_store.look_up(model.repo, model.files)
+            total = sum(file.size_bytes for file in listing.files if file.large)
+            task = progress.add_task(model.repo, total=total)
+            folder = model_store.fetch(listing, model.files, partial(progress.advance, task))
+    except ModelError as problem:
         raise CliError(str(problem)) from problem
     damaged = model_store.corrupt_files(folder)
     if damaged:
-        raise CliError(f"{repo} arrived damaged: {', '.join(damaged)}; delete {folder} and retry")
-    return _entry(model, folder)
+        model_store.discard(folder, damaged)
+        names = ", ".join(damaged)
+        raise CliError(f"{model.repo} arrived damaged: {names}; it was removed: fetch again")
+    return folder
 
 
 def verify(repo: str) -> list[dict[str, Any]]:
@@ -100,7 +121,7 @@ def describe_reports(reports: Sequence[dict[str, Any]], console: Console) -> Non
 def _known(repo: str) -> model_store.KnownModel:
     try:
         return model_store.known_model(repo)
-    except model_store.ModelError as problem:
+    except ModelError as problem:
         raise CliError(str(problem), EXIT_USAGE_ERROR) from problem
 
 
