@@ -1,0 +1,161 @@
+"""From names to the section ``perception``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from onemap_perception.config import PerceptionConfig
+from onemap_perception.model_store import KNOWN_MODELS
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.model_setup.choice import (
+    DETECTORS,
+    ENCODERS,
+    ModelChoice,
+    choose,
+    merged,
+    networks_of,
+    perception_section,
+    spelled_out,
+)
+
+TIPS = "google/tipsv2-b14"
+COCO, OPEN = "PekingU/rtdetr_v2_r18vd", "iSEE-Laboratory/llmdet_tiny"
+ROUTED = {
+    "backend": "routed",
+    "coco": {"model": COCO, "device": "cpu"},
+    "open_vocabulary": {"model": OPEN, "device": "cpu"},
+}
+
+
+def section(before: dict[str, Any], *names: str, device: str = "cpu") -> dict[str, Any]:
+    """The section after these names; it is valid."""
+    after = perception_section(before, choose(names), device, allow_remote_code=False)
+    PerceptionConfig.model_validate(after)
+    return after
+
+
+@pytest.mark.parametrize("name", ENCODERS)
+def test_an_encoder_has_a_default_model(name: str) -> None:
+    choice = choose([name])
+    assert (choice.encoder, choice.detectors) == (name, None)
+    assert next(m.backend for m in KNOWN_MODELS if m.repo == choice.encoder_model) == name
+
+
+@pytest.mark.parametrize("name", DETECTORS)
+def test_a_detector_keeps_the_encoder(name: str) -> None:
+    choice = choose([name])
+    assert choice.encoder == ""
+    assert list(choice.detectors or {}) == [name]
+
+
+def test_hub_ids_and_an_encoder_with_a_detector() -> None:
+    assert choose(["google/tipsv2-l14", "routed"]) == ModelChoice(
+        "tipsv2", "google/tipsv2-l14", {"coco": COCO, "open_vocabulary": OPEN}
+    )
+    omdet = "omlab/omdet-turbo-swin-tiny-hf"
+    assert choose([omdet]) == ModelChoice(detectors={"open_vocabulary": omdet})
+    # A routed detector with another network for one of its halves.
+    assert choose(["routed", omdet]).detectors == {"coco": COCO, "open_vocabulary": omdet}
+
+
+@pytest.mark.parametrize(
+    ("names", "sentence"),
+    [
+        (["tipsv3"], "There is no model 'tipsv3'; did you mean 'tipsv2'?"),
+        (["Google/TIPSv2-B14x"], "did you mean 'google/tipsv2-b14'?"),
+        (["openclip"], "did you mean 'openclip_convnext'?"),
+        (["zzzz"], "there are openclip_convnext, tipsv2, radio, coco, open_vocabulary, routed"),
+        (["tipsv2", "radio"], "tipsv2 and radio are both encoders: name one"),
+        (["coco", "open_vocabulary"], "both detectors: name one, or routed to run both"),
+    ],
+)
+def test_other_names_are_refused(names: list[str], sentence: str) -> None:
+    with pytest.raises(CliError) as error:
+        choose(names)
+    assert sentence in str(error.value)
+    assert error.value.exit_code == EXIT_USAGE_ERROR
+
+
+def test_an_encoder_without_calibration_gets_a_detector_that_needs_none() -> None:
+    encoder = {"backend": "tipsv2", "model": TIPS, "device": "cpu"}
+    assert section({}, "tipsv2") == {"encoder": encoder, "detector": ROUTED}
+    assert section({"patches": {"min_patches": 3}}, "tipsv2")["detector"] == ROUTED
+    plugin = {"backend": "plugin", "name": "mine"}
+    assert section({"detector": plugin}, "tipsv2")["detector"] == plugin
+
+
+def test_a_detector_beside_the_shipped_encoder() -> None:
+    after = section({"mini": {"threads": 2}, "frame_timeout_s": 9}, "coco")
+    assert after == {
+        "frame_timeout_s": 9,
+        "encoder": {"backend": "mini", "threads": 2},
+        "detector": {"backend": "coco", "model": COCO, "device": "cpu"},
+    }
+
+
+def test_settings_of_the_same_network_stay() -> None:
+    before = {
+        "encoder": {"backend": "tipsv2", "model": TIPS, "floor": 0.6, "long_side_px": 224},
+        "detector": {"backend": "coco", "score_threshold": 0.7},
+    }
+    after = section(before, "tipsv2", "routed", device="cuda")
+    assert after["encoder"] == {**before["encoder"], "device": "cuda"}
+    assert after["detector"]["coco"] == {"model": COCO, "score_threshold": 0.7, "device": "cuda"}
+
+
+def test_settings_of_another_network_go_but_for_those_that_last() -> None:
+    before = {
+        "encoder": {
+            "backend": "tipsv2",
+            "model": TIPS,
+            "floor": 0.6,
+            "exported": "tower.onnx",
+            "long_side_px": 224,
+            "warm_up_px": [320, 240],
+            "prompt": "a photo of a {}",
+        },
+        "detector": {"backend": "coco", "score_threshold": 0.7, "max_detections": 4},
+    }
+    after = section(before, "openclip_convnext", "open_vocabulary")
+    assert after["encoder"] == {
+        "backend": "openclip_convnext",
+        "model": KNOWN_MODELS[0].repo,
+        "device": "cpu",
+        "warm_up_px": [320, 240],
+        "prompt": "a photo of a {}",
+    }
+    assert after["detector"] == {
+        "backend": "open_vocabulary",
+        "model": OPEN,
+        "device": "cpu",
+        "max_detections": 4,
+    }
+
+
+def test_the_section_before_is_not_changed() -> None:
+    before = {"encoder": {"backend": "tipsv2", "model": TIPS}, "patches": {}}
+    section(before, "radio")
+    assert before == {"encoder": {"backend": "tipsv2", "model": TIPS}, "patches": {}}
+
+
+def test_code_of_the_weights_runs_only_if_that_was_said() -> None:
+    for said in (False, True):
+        after = perception_section({}, choose(["radio"]), "cpu", allow_remote_code=said)
+        assert after["encoder"].get("allow_remote_code", False) is said
+
+
+def test_the_short_sections_are_spelled_out() -> None:
+    assert spelled_out({"mini": {"threads": 2}}) == {"encoder": {"backend": "mini", "threads": 2}}
+    assert merged({"backend": "a", "x": 1}, {"backend": "a"}, ()) == {"backend": "a", "x": 1}
+
+
+def test_the_networks_of_a_section() -> None:
+    def models(document: dict[str, Any]) -> list[str]:
+        config = PerceptionConfig.model_validate(document)
+        return [params.model for params in networks_of(config)]
+
+    assert models({}) == []
+    assert models(section({}, "tipsv2")) == [TIPS, COCO, OPEN]
+    assert models({"detector": {"backend": "coco"}}) == [COCO]

@@ -1,0 +1,1 @@
+"""``onemap models use``: from the name of a model to a configuration that runs it."""

@@ -1,0 +1,187 @@
+"""Which encoder and which detectors the user named, and the ``perception`` section for them."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from onemap_perception.config import PerceptionConfig
+from onemap_perception.detectors.params import (
+    BoxParams,
+    CocoParams,
+    OpenVocabularyParams,
+    RoutedParams,
+)
+from onemap_perception.encoders.params import (
+    OpenClipConvNextParams,
+    RadioParams,
+    Tipsv2Params,
+    TorchParams,
+)
+from onemap_perception.model_store import KNOWN_MODELS
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+
+ENCODERS: Mapping[str, type[TorchParams]] = {
+    "openclip_convnext": OpenClipConvNextParams,
+    "tipsv2": Tipsv2Params,
+    "radio": RadioParams,
+}
+DETECTORS: Mapping[str, type[BoxParams]] = {
+    "coco": CocoParams,
+    "open_vocabulary": OpenVocabularyParams,
+}
+ROUTED = "routed"  # COCO's names to one detector, all others to the other
+RUNS_ITS_OWN_CODE = "radio"
+NAMES = (*ENCODERS, *DETECTORS, ROUTED)
+# Settings of an encoder that stay when another network takes its place; all others were chosen
+# for the former one: its exported file, floor, architecture, image size.
+LASTING_ENCODER_KEYS = (
+    "allow_fetch",
+    "channels",
+    "compiled",
+    "prompt",
+    "text_cache_size",
+    "warm_up_px",
+)
+LASTING_DETECTOR_KEYS = ("allow_fetch", "max_detections")  # thresholds are one network's own
+SHORT = {"mini": "encoder", "patches": "detector"}  # sections that stand for a backend
+
+Section = Mapping[str, Any]
+NetworkParams: TypeAlias = TorchParams | BoxParams
+
+
+@dataclass(frozen=True, slots=True)
+class ModelChoice:
+    """Backends with the hub id of each. encoder: empty to keep the one of the file.
+
+    detectors: none to keep the file's; both of DETECTORS make a routed one.
+    """
+
+    encoder: str = ""
+    encoder_model: str = ""
+    detectors: Mapping[str, str] | None = None
+
+
+def choose(names: Sequence[str]) -> ModelChoice:
+    """The models of the names: at most one encoder and one detector; CliError otherwise.
+
+    A name is a backend or the hub id of a known model.
+    """
+    encoders: dict[str, str] = {}
+    detectors: dict[str, str] = {}
+    for name in names:
+        for backend, repo in _models_of(name).items():
+            (encoders if backend in ENCODERS else detectors)[backend] = repo
+    if len(encoders) > 1:
+        raise CliError(f"{_both(encoders)} are both encoders: name one", EXIT_USAGE_ERROR)
+    if len(detectors) > 1 and ROUTED not in names:
+        raise CliError(
+            f"{_both(detectors)} are both detectors: name one, or {ROUTED} to run both",
+            EXIT_USAGE_ERROR,
+        )
+    encoder, model = next(iter(encoders.items()), ("", ""))
+    return ModelChoice(encoder, model, detectors or None)
+
+
+def _models_of(name: str) -> dict[str, str]:
+    """Hub ids by backend."""
+    if name == ROUTED:
+        return {backend: _default_model(backend) for backend in DETECTORS}
+    if name in NAMES:
+        return {name: _default_model(name)}
+    known = {model.repo: model.backend for model in KNOWN_MODELS}
+    if name in known:
+        return {known[name]: name}
+    valid = (*NAMES, *known)
+    near = difflib.get_close_matches(name.lower(), [each.lower() for each in valid], 1, 0.5)
+    meant = next((each for each in valid if near and each.lower() == near[0]), "")
+    hint = f"did you mean {meant!r}?" if meant else f"there are {', '.join(NAMES)}"
+    raise CliError(f"There is no model {name!r}; {hint}", EXIT_USAGE_ERROR)
+
+
+def _default_model(backend: str) -> str:
+    return next(model.repo for model in KNOWN_MODELS if model.backend == backend)
+
+
+def _both(models: Mapping[str, str]) -> str:
+    return " and ".join(models)
+
+
+def perception_section(
+    before: Section, choice: ModelChoice, device: str, *, allow_remote_code: bool
+) -> dict[str, Any]:
+    """The section ``perception`` with the chosen models on ``device``; all else as it was.
+
+    An encoder without calibrated scores cannot have the detector ``patches``: it gets a routed
+    one, unless another is chosen or was there.
+    """
+    after = spelled_out(before)
+    detectors = choice.detectors
+    if choice.encoder:
+        chosen: dict[str, Any] = {"backend": choice.encoder, "model": choice.encoder_model}
+        chosen["device"] = device
+        if choice.encoder == RUNS_ITS_OWN_CODE and allow_remote_code:
+            chosen["allow_remote_code"] = True
+        fields = ENCODERS[choice.encoder].model_fields
+        lasting = [key for key in LASTING_ENCODER_KEYS if key in fields]
+        after["encoder"] = merged(after.get("encoder") or {}, chosen, lasting)
+        detector = after.get("detector") or {}
+        if detectors is None and detector.get("backend", "patches") == "patches":
+            detectors = _models_of(ROUTED)
+    if detectors is not None:
+        after["detector"] = _detector_section(after.get("detector") or {}, detectors, device)
+    return after
+
+
+def spelled_out(section: Section) -> dict[str, Any]:
+    """The section with ``mini: {...}`` and ``patches: {...}`` as the backends they stand for."""
+    full = dict(section)
+    for short, name in SHORT.items():
+        if isinstance(full.get(short), dict) and name not in full:
+            full[name] = {"backend": short, **full.pop(short)}
+    return full
+
+
+def _detector_section(before: Section, models: Mapping[str, str], device: str) -> dict[str, Any]:
+    parts = {
+        backend: merged(
+            _part_of(before, backend), {"model": model, "device": device}, LASTING_DETECTOR_KEYS
+        )
+        for backend, model in models.items()
+    }
+    if len(parts) > 1:
+        return {"backend": ROUTED, **parts}
+    ((backend, part),) = parts.items()
+    return {"backend": backend, **part}
+
+
+def _part_of(section: Section, backend: str) -> dict[str, Any]:
+    """What the detector's section says of one network; its ``model`` is always named."""
+    if section.get("backend") == ROUTED:
+        part = dict(section.get(backend) or {})
+    elif section.get("backend") == backend:
+        part = {key: value for key, value in section.items() if key != "backend"}
+    else:
+        return {key: section[key] for key in LASTING_DETECTOR_KEYS if key in section}
+    return {"model": DETECTORS[backend].model_fields["model"].default, **part}
+
+
+def merged(before: Section, chosen: Section, lasting: Sequence[str]) -> dict[str, Any]:
+    """``chosen`` with the settings of ``before`` that hold for it too.
+
+    All of them if it is the same network, only the ``lasting`` ones if not.
+    """
+    same = all(before.get(key) == chosen.get(key) for key in ("backend", "model"))
+    kept = {key: value for key, value in before.items() if same or key in lasting}
+    return {**kept, **chosen} if same else {**chosen, **kept}
+
+
+def networks_of(config: PerceptionConfig) -> tuple[NetworkParams, ...]:
+    """The parameters of every network that a model is loaded for; none of ``mini``."""
+    detector = config.detector
+    parts: tuple[object, ...] = (config.encoder, detector)
+    if isinstance(detector, RoutedParams):
+        parts = (config.encoder, detector.coco, detector.open_vocabulary)
+    return tuple(part for part in parts if isinstance(part, NetworkParams))
