@@ -1,0 +1,111 @@
+"""The file that is changed: read, checked before anything is fetched, replaced as a whole."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+import pytest
+import yaml
+
+from onemap_shared.config import ConfigError
+from onemap_tools.errors import CliError
+from onemap_tools.model_setup.choice import choose
+from onemap_tools.model_setup.config_file import ConfigDraft, check_writable, draft, write
+
+
+def drafted(path: Path, *names: str) -> ConfigDraft:
+    return draft(path, choose(names or ["tipsv2"]), "cpu", allow_remote_code=False)
+
+
+def test_a_new_file_is_written_at_the_end_only(tmp_path: Path) -> None:
+    path = tmp_path / "robot.yaml"
+    made = drafted(path)
+    assert list(tmp_path.iterdir()) == []
+    write(made)
+    assert list(tmp_path.iterdir()) == [path]
+    assert list(yaml.safe_load(path.read_text())) == ["perception"]
+
+
+def test_a_file_keeps_its_permissions_and_its_link(tmp_path: Path) -> None:
+    path, link = tmp_path / "robot.yaml", tmp_path / "link.yaml"
+    path.write_text("gateway: {token: secret}  # mine\n")
+    path.chmod(0o600)
+    link.symlink_to(path)
+    write(drafted(link))
+    assert link.is_symlink()
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    assert path.read_text().startswith("gateway: {token: secret}  # mine\nperception:\n")
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("nowhere/robot.yaml", r"robot\.yaml cannot be written: there is no folder .*nowhere"),
+        ("file/robot.yaml", r"cannot be written: there is no folder .*file"),
+        ("folder", "folder is a folder; name a file"),
+    ],
+)
+def test_a_place_that_cannot_be_written_is_refused(
+    name: str, sentence: str, tmp_path: Path
+) -> None:
+    (tmp_path / "file").touch()
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(CliError, match=sentence):
+        drafted(tmp_path / name)
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="needs /proc, where nobody may write")
+def test_a_folder_where_nothing_can_be_made_is_refused() -> None:
+    with pytest.raises(CliError, match="cannot be written: /proc: "):
+        check_writable(Path("/proc/robot.yaml"))
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_file_that_is_read_only_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "robot.yaml"
+    path.write_text("log: {}\n")
+    path.chmod(0o400)
+    with pytest.raises(CliError, match="it is read-only"):
+        check_writable(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("perception: {encoder: [\n", "is not valid YAML"),
+        ("preception: {}\n", "did you mean 'perception'"),
+        ("perception: {frame_timeout: 5}\n", "perception.frame_timeout is unknown"),
+        ("- a list\n", "must be a mapping of sections"),
+    ],
+)
+def test_a_file_with_a_mistake_is_refused(text: str, sentence: str, tmp_path: Path) -> None:
+    path = tmp_path / "robot.yaml"
+    path.write_text(text)
+    with pytest.raises(ConfigError, match=sentence):
+        drafted(path)
+    assert path.read_text() == text
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "robot.yaml"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(CliError, match=r"cannot read .*robot\.yaml"):
+        drafted(path)
+
+
+def test_a_file_that_somebody_changed_meanwhile_is_left_alone(tmp_path: Path) -> None:
+    path = tmp_path / "robot.yaml"
+    made = drafted(path)
+    path.write_text("log: {level: debug}\n")
+    with pytest.raises(CliError, match="was changed by somebody else meanwhile"):
+        write(made)
+    assert path.read_text() == "log: {level: debug}\n"
+
+
+def test_the_environment_does_not_reach_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ONEMAP__PERCEPTION__FRAME_TIMEOUT_S", "7")
+    assert "frame_timeout_s" not in drafted(tmp_path / "robot.yaml").after
