@@ -1,4 +1,4 @@
-"""``onemap models``: list, fetch and verify models of the hub; ``onemap export-encoder``."""
+"""``onemap models``: use, list, fetch and verify models of the hub; ``onemap export-encoder``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ import typer
 
 from onemap_tools.bench.commands import PANEL
 from onemap_tools.cli.options import Config, Json
-from onemap_tools.errors import EXIT_FAILED, EXIT_OK, requires_extra
+from onemap_tools.errors import (
+    EXIT_FAILED,
+    EXIT_OK,
+    EXIT_USAGE_ERROR,
+    CliError,
+    requires_extra,
+)
 
 app = typer.Typer(no_args_is_help=True, help="Encoders and detectors from the model hub.")
 export_app = typer.Typer()
@@ -26,6 +32,67 @@ def list_models(as_json: Json = False) -> None:
     known_models.describe(entries, result_console(as_json))
     if as_json:
         print_json({"models": [entry.document() for entry in entries]})
+
+
+@app.command()
+def use(
+    names: Annotated[
+        list[str],
+        typer.Argument(
+            help="An encoder (tipsv2, openclip_convnext, radio), a detector (coco, "
+            "open_vocabulary, routed), one of each, or hub ids of 'onemap models list'."
+        ),
+    ],
+    *,
+    config: Annotated[
+        Path, typer.Option(dir_okay=True, help="Written, or changed if it is there.")
+    ] = Path("robot.yaml"),
+    device: Annotated[
+        str, typer.Option(help="cpu, cuda or cuda:N; default: cuda if there is one.")
+    ] = "",
+    allow_remote_code: Annotated[
+        bool,
+        typer.Option("--allow-remote-code", help="Run the Python that radio's weights come with."),
+    ] = False,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Accept the licences without being asked.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Fetch models, check that they run here and write the configuration that uses them.
+
+    Shows licence and size and asks; continues a broken download; refuses a device with too
+    little memory. The file is written last, after the models were loaded and saw one image;
+    its other settings and its comments stay.
+    """
+    from onemap_tools.cli.terminal import print_json, progress_console, result_console
+
+    with requires_extra("transformers", "'onemap models use'"):
+        from onemap_tools.model_setup.setup import SetupRequest, set_up
+
+    request = SetupRequest(tuple(names), config, device, allow_remote_code)
+    document = set_up(request, lambda: None if yes else _agree(), progress_console())
+    console = result_console(as_json)
+    console.print(f"{config}:" if document["changed_lines"] else f"{config} has it all already.")
+    for line in document["changed_lines"]:
+        console.print(f"  {line}", soft_wrap=True)
+    console.print(f"Next: {document['next']}", soft_wrap=True)
+    if as_json:
+        print_json(document)
+
+
+def _agree() -> None:
+    """Ask for the licences; CliError unless the user agrees."""
+    from onemap_tools.cli.terminal import confirmed
+
+    answer = confirmed("Accept the licences, fetch the models and write the configuration?")
+    if answer is None:
+        raise CliError(
+            "Licences are accepted on a terminal: there is none here; read them, then give --yes",
+            EXIT_USAGE_ERROR,
+        )
+    if not answer:
+        raise CliError("Not accepted: nothing was fetched and nothing was written.")
 
 
 @app.command()

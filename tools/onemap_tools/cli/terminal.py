@@ -43,6 +43,14 @@ def wait_for_enter(prompt: str) -> bool:
     return True
 
 
+def confirmed(question: str) -> bool | None:
+    """Whether the user types y or yes on a terminal; None without one, where nobody is asked."""
+    if not sys.stdin.isatty():
+        return None
+    print(f"{question} [y/N] ", end="", file=sys.stderr, flush=True)
+    return sys.stdin.readline().strip().lower() in ("y", "yes")
+
+
 def print_json(document: dict[str, Any]) -> None:
     """Print one JSON object as a line of its own."""
     print(json.dumps(document, separators=(", ", ": "), allow_nan=False), flush=True)

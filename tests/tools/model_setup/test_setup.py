@@ -1,0 +1,275 @@
+"""``onemap models use`` with tiny random checkpoints and a hub on loopback."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import struct
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+import torch
+import yaml
+from typer.testing import CliRunner
+
+from onemap_perception.config import PerceptionConfig
+from onemap_perception.factory import make_encoder
+from onemap_shared.config import load
+from onemap_tools.cli.app import app
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
+from tests.perception.local_hub import LocalHub, ServedFile, serve_hub, use_hub
+from tests.perception.tiny import (
+    needs_open_clip,
+    open_clip_folder,
+    owl_folder,
+    rtdetr_folder,
+    tipsv2_folder,
+)
+
+pytest.importorskip("huggingface_hub", reason="needs huggingface_hub (extra openclip)")
+TIPS, COCO, OPEN = "google/tipsv2-b14", "PekingU/rtdetr_v2_r18vd", "iSEE-Laboratory/llmdet_tiny"
+CLIP = "laion/CLIP-convnext_large_d_320.laion2B-s29B-b131K-ft-soup"
+WEIGHTS = "model.safetensors"
+
+
+class Answer(NamedTuple):
+    """How a command ended, what it printed, and its JSON object."""
+
+    code: int
+    text: str
+    document: dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def checkpoints(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folders of tiny checkpoints."""
+    root = tmp_path_factory.mktemp("checkpoints")
+    tipsv2_folder(root / "tips")
+    rtdetr_folder(root / "coco")
+    owl_folder(root / "open")
+    return root
+
+
+@pytest.fixture
+def hub(checkpoints: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LocalHub]:
+    """A hub that serves them under the names of real ones; the working folder is empty."""
+    with serve_hub() as hub:
+        for repo, name in ((TIPS, "tips"), (COCO, "coco"), (OPEN, "open")):
+            hub.add(repo, checkpoints / name)
+        use_hub(hub, tmp_path / "cache", monkeypatch)
+        (tmp_path / "work").mkdir()
+        monkeypatch.chdir(tmp_path / "work")
+        yield hub
+
+
+def use(*arguments: str) -> Answer:
+    """Run the command; nobody is at a terminal."""
+    result = CliRunner().invoke(app, ["models", "use", *arguments, "--json"])
+    lines = result.stdout.splitlines()
+    return Answer(result.exit_code, result.output, json.loads(lines[-1]) if lines else {})
+
+
+def refused(*arguments: str, code: int = EXIT_FAILED) -> str:
+    """The sentence of a command that must refuse and write nothing."""
+    before = sorted(Path().iterdir())
+    answer = use(*arguments)
+    assert answer.code == code, answer.text
+    assert sorted(Path().iterdir()) == before
+    return str(answer.document["error"])
+
+
+def downloads(hub: LocalHub) -> int:
+    """How often weights were asked for."""
+    return sum(len(files[WEIGHTS].ranges) for files in hub.models.values())
+
+
+def test_one_command_makes_a_configuration_that_runs(hub: LocalHub) -> None:
+    answer = use("tipsv2", "--device", "cpu", "--yes")
+    assert answer.code == EXIT_OK, answer.text
+    assert f"{TIPS} for tipsv2" in answer.text
+    assert "licence: Apache-2.0 (its page states apache-2.0)" in answer.text
+    assert answer.document["next"] == "onemap up --config robot.yaml"
+    assert [each["model"] for each in answer.document["models"]] == [TIPS, COCO, OPEN]
+    assert answer.document["memory"]["cpu"]["needed_bytes"] > 1e9
+    written = Path("robot.yaml").read_text()
+    assert answer.document["changed_lines"] == [f"+ {line}" for line in written.splitlines()]
+    _, _, config = load(Path("robot.yaml"), "perception", PerceptionConfig)
+    assert make_encoder(config.encoder).encoder_id.startswith("tipsv2-")
+    assert CliRunner().invoke(app, ["config", "check", "--config", "robot.yaml"]).exit_code == 0
+
+
+def test_the_same_command_again_fetches_and_changes_nothing(hub: LocalHub) -> None:
+    use("coco", "--device", "cpu", "--yes")
+    written, asked = Path("robot.yaml").read_text(), downloads(hub)
+    answer = use("coco", "--device", "cpu", "--yes")
+    assert (answer.code, answer.document["changed_lines"]) == (EXIT_OK, [])
+    assert "robot.yaml has it all already." in answer.text
+    assert (Path("robot.yaml").read_text(), downloads(hub)) == (written, asked)
+
+
+@needs_open_clip
+def test_the_papers_encoder_with_a_detector(
+    hub: LocalHub, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hub.add(CLIP, open_clip_folder(tmp_path / "clip"), "mit")
+    answer = use("openclip_convnext", "coco", "--device", "cpu", "--yes")
+    assert answer.code == EXIT_OK, answer.text
+    section = yaml.safe_load(Path("robot.yaml").read_text())["perception"]
+    assert section["encoder"]["model"] == CLIP
+    assert section["detector"] == {"backend": "coco", "model": COCO, "device": "cpu"}
+
+
+def test_a_file_keeps_its_other_settings_and_its_comments(hub: LocalHub) -> None:
+    text = "# hall\nlog: {level: debug}  # loud\nperception:\n  frame_timeout_s: 9 # slow\n"
+    Path("robot.yaml").write_text(text)
+    answer = use("coco", "--device", "cpu", "--yes")
+    assert answer.code == EXIT_OK, answer.text
+    written = Path("robot.yaml").read_text()
+    assert written.startswith(text)
+    assert answer.document["changed_lines"] == [
+        "+   detector:",
+        "+     backend: coco",
+        f"+     model: {COCO}",
+        "+     device: cpu",
+    ]
+
+
+def test_a_broken_download_is_continued(hub: LocalHub) -> None:
+    weights = hub.models[COCO][WEIGHTS]
+    half = len(weights.content) // 2
+    weights.breaks_at = half
+    assert "broke off at" in refused("coco", "--device", "cpu", "--yes")
+    weights.breaks_at = None
+    assert use("coco", "--device", "cpu", "--yes").code == EXIT_OK
+    assert weights.ranges[-1] == half
+
+
+def test_a_wrong_digest_is_refused_and_not_kept(hub: LocalHub) -> None:
+    weights = hub.models[COCO][WEIGHTS]
+    right, damaged = weights.content, bytearray(weights.content)
+    damaged[-1] ^= 1
+    weights.content = bytes(damaged)
+    assert f"{COCO} arrived damaged: {WEIGHTS}" in refused("coco", "--device", "cpu", "--yes")
+    weights.content = right
+    assert use("coco", "--device", "cpu", "--yes").code == EXIT_OK
+
+
+def test_without_a_terminal_the_licence_is_not_accepted(hub: LocalHub) -> None:
+    sentence = refused("coco", "--device", "cpu", code=EXIT_USAGE_ERROR)
+    assert sentence.endswith("there is none here; read them, then give --yes")
+    assert downloads(hub) == 0
+
+
+def test_a_model_that_needs_an_account_says_so(hub: LocalHub) -> None:
+    hub.gated.add(COCO)
+    assert "given only to accounts that accepted its licence" in refused("coco", "--yes")
+
+
+def test_a_device_that_is_too_small_is_refused_before_anything_is_fetched(hub: LocalHub) -> None:
+    tensor = {"dtype": "F16", "shape": [10**12], "data_offsets": [0, 2 * 10**12]}
+    header = json.dumps({"a": tensor}).encode()
+    content = struct.pack("<Q", len(header)) + header
+    hub.models[COCO][WEIGHTS] = ServedFile(content, large=True)
+    sentence = refused("coco", "--device", "cpu", "--yes")
+    assert sentence.startswith(
+        "Too small: the models need about 8001.0 GB of memory on cpu; it has"
+    )
+    assert downloads(hub) == 0
+
+
+def test_a_disk_that_is_too_small_is_refused(
+    hub: LocalHub, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usage = shutil.disk_usage("/")._replace(free=1000)
+    monkeypatch.setattr("shutil.disk_usage", lambda _: usage)
+    assert "GB of disk and" in refused("coco", "--device", "cpu", "--yes")
+    assert downloads(hub) == 0
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="this machine has a CUDA device")
+def test_a_device_that_is_not_there_is_refused(hub: LocalHub) -> None:
+    assert "device 'cuda' cannot be used: " in refused("coco", "--device", "cuda", "--yes")
+    assert downloads(hub) == 0
+
+
+def test_a_missing_package_is_named(hub: LocalHub, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "transformers", None)
+    assert "pip install 'onemap[transformers]'" in refused("coco", "--yes")
+    monkeypatch.setitem(sys.modules, "ruamel.yaml", None)
+    for name in ("setup", "config_file", "config_text"):
+        monkeypatch.delitem(sys.modules, f"onemap_tools.model_setup.{name}", raising=False)
+    sentence = refused("coco", "--yes", code=EXIT_USAGE_ERROR)
+    assert sentence == (
+        "'onemap models use' needs the package 'ruamel': pip install 'onemap[transformers]'"
+    )
+
+
+def test_an_unknown_name_has_its_nearest_match(hub: LocalHub) -> None:
+    sentence = refused("tipsv3", "--yes", code=EXIT_USAGE_ERROR)
+    assert sentence == "There is no model 'tipsv3'; did you mean 'tipsv2'?"
+
+
+def test_a_file_that_cannot_be_written_is_refused_before_the_hub_is_asked(hub: LocalHub) -> None:
+    hub.down = True
+    sentence = refused("coco", "--yes", "--config", "nowhere/robot.yaml")
+    assert sentence.startswith("nowhere/robot.yaml cannot be written: there is no folder ")
+
+
+def test_code_of_the_weights_needs_a_flag(hub: LocalHub) -> None:
+    sentence = refused("radio", "--yes", code=EXIT_USAGE_ERROR)
+    assert "runs Python that comes with its weights" in sentence
+    assert sentence.endswith("then give --allow-remote-code")
+
+
+def test_a_checkpoint_that_does_not_load_leaves_the_file_alone(
+    hub: LocalHub, checkpoints: Path
+) -> None:
+    hub.add(TIPS, checkpoints / "coco")
+    assert "holds no TIPSv2 model" in refused("tipsv2", "coco", "--device", "cpu", "--yes")
+
+
+def test_a_hub_that_does_not_answer_is_one_sentence(hub: LocalHub) -> None:
+    hub.down = True
+    assert refused("coco", "--yes").startswith(f"{COCO} cannot be fetched: ")
+
+
+def test_models_of_ones_own_are_loaded_too(hub: LocalHub, checkpoints: Path) -> None:
+    own = {"backend": "tipsv2", "model": str(checkpoints / "tips"), "long_side_px": 56}
+    Path("robot.yaml").write_text(yaml.safe_dump({"perception": {"encoder": own}}))
+    answer = use("coco", "--device", "cpu", "--yes")
+    assert answer.code == EXIT_OK, answer.text
+    assert "your own files; their licence is yours to know" in answer.text
+    own["model"] = "./gone"
+    Path("other.yaml").write_text(yaml.safe_dump({"perception": {"encoder": own}}))
+    assert "the model ./gone does not exist" in refused("coco", "--yes", "--config", "other.yaml")
+
+
+@pytest.mark.parametrize("typed", ["n", "", "y"])
+def test_on_a_terminal_the_licence_is_asked_for(
+    hub: LocalHub,
+    typed: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    person, terminal = os.openpty()
+    os.write(person, f"{typed}\n".encode())
+    with os.fdopen(terminal) as stdin, monkeypatch.context() as patched:
+        patched.setattr(sys, "stdin", stdin)
+        with pytest.raises(SystemExit) as ended:
+            app(["models", "use", "coco", "--device", "cpu"])
+    os.close(person)
+    out, err = capsys.readouterr()
+    assert "licence: Apache-2.0" in err
+    assert "Accept the licences, fetch the models and write" in err
+    if typed == "y":
+        assert ended.value.code in (None, EXIT_OK)
+        assert "Next: onemap up --config robot.yaml" in out
+        return
+    assert ended.value.code == EXIT_FAILED
+    assert "nothing was fetched and nothing was written" in err
+    assert downloads(hub) == 0
+    assert not Path("robot.yaml").exists()

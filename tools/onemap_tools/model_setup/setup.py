@@ -1,0 +1,216 @@
+"""From names of models to a configuration file that runs them, step by step.
+
+Everything that can refuse without the network does so before anything is asked or fetched, and
+the file is written last, after the models were loaded and saw one image.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+
+from onemap_perception import hub, hub_download, model_store
+from onemap_perception.config import PerceptionConfig
+from onemap_perception.detectors.params import PluginParams
+from onemap_perception.detectors.protocol import Image
+from onemap_perception.encoders.params import RadioParams
+from onemap_perception.errors import BackendError
+from onemap_perception.factory import make_detector, make_encoder
+from onemap_perception.torch_device import open_device
+from onemap_tools.cli.known_models import download
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.model_setup.choice import NetworkParams, choose, networks_of
+from onemap_tools.model_setup.config_file import ConfigDraft, draft, write
+from onemap_tools.model_setup.config_text import changed_lines
+from onemap_tools.model_setup.memory import (
+    GIGABYTE,
+    NUMBER_BYTES,
+    DeviceMemory,
+    Network,
+    best_device,
+    device_memory,
+    needed_memory,
+    shortage,
+)
+from onemap_tools.model_setup.packages import check_packages
+
+MEGABYTE = 1e6
+TRIAL_PX = (640, 480)  # the image that the models must see before the file is written
+Confirm = Callable[[], None]  # raises CliError if the user does not agree
+
+
+@dataclass(frozen=True, slots=True)
+class SetupRequest:
+    """What the user asks for. device: empty for the best of this machine."""
+
+    names: tuple[str, ...]
+    config: Path
+    device: str = ""
+    allow_remote_code: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class WantedModel:
+    """A network of the configuration. model, listing: None for files of the user's own."""
+
+    params: NetworkParams
+    parameters: int
+    model: model_store.KnownModel | None = None
+    listing: hub.HubListing | None = None
+
+    @property
+    def missing_bytes(self) -> int:
+        """What is to be downloaded, of its large files."""
+        if self.listing is None or self.listing.offline:
+            return 0
+        blobs = hub_download.blobs_folder(self.listing.repo)
+        large = [file for file in self.listing.files if file.large]
+        return sum(file.size_bytes for file in large if not (blobs / file.digest).exists())
+
+
+def set_up(request: SetupRequest, confirm: Confirm, console: Console) -> dict[str, Any]:
+    """Fetch, check and configure; the result as a JSON object. Raises CliError."""
+    device = request.device or best_device()
+    drafted = draft(
+        request.config,
+        choose(request.names),
+        device,
+        allow_remote_code=request.allow_remote_code,
+    )
+    try:
+        _check_machine(drafted.perception)
+        wanted = [_look_up(params) for params in networks_of(drafted.perception)]
+        memory = _check_memory(wanted)
+        _check_disk(wanted)
+        _describe(wanted, memory, console)
+        confirm()
+        for each in wanted:
+            if each.model is not None:
+                download(each.model, console)
+        console.print("Loading them for one image ...")
+        try_out(drafted.perception)
+    except BackendError as problem:
+        raise CliError(str(problem)) from problem
+    write(drafted)
+    return _document(drafted, wanted, memory)
+
+
+def _check_machine(config: PerceptionConfig) -> None:
+    """Raises unless the packages and the devices are there and the licence's code may run."""
+    if isinstance(config.encoder, RadioParams) and not config.encoder.allow_remote_code:
+        raise CliError(
+            "radio runs Python that comes with its weights, in this process and with your rights: "
+            f"read it at https://huggingface.co/{config.encoder.model}, then give "
+            "--allow-remote-code",
+            EXIT_USAGE_ERROR,
+        )
+    check_packages(config)
+    for params in networks_of(config):
+        open_device(params.device)
+
+
+def _look_up(params: NetworkParams) -> WantedModel:
+    """The network's files and size; raises ModelError if it can be had nowhere."""
+    known = {model.repo: model for model in model_store.KNOWN_MODELS}
+    model = known.get(params.model)
+    if model is None:
+        place = model_store.locate(params.model, allow_fetch=params.allow_fetch)
+        return WantedModel(params, _parameters_here(place))
+    listing = model_store.look_up(model.repo, model.files)
+    folder = model_store.cached(model.repo, model.files)
+    parameters = _parameters_here(folder) if folder else hub.count_parameters(listing)
+    return WantedModel(params, parameters, model, listing)
+
+
+def _parameters_here(place: Path) -> int:
+    if place.is_file():
+        return place.stat().st_size // NUMBER_BYTES
+    return hub.count_parameters_here(place)
+
+
+def _check_memory(wanted: Sequence[WantedModel]) -> dict[str, tuple[int, DeviceMemory]]:
+    """Needed and present memory by device; CliError if a device is too small."""
+    needed = needed_memory([Network(each.params.device, each.parameters) for each in wanted])
+    present = {device: device_memory(device) for device in needed}
+    if problem := shortage(needed, present):
+        raise CliError(f"Too small: {problem}")
+    return {device: (bytes_needed, present[device]) for device, bytes_needed in needed.items()}
+
+
+def _check_disk(wanted: Sequence[WantedModel]) -> None:
+    missing = sum(each.missing_bytes for each in wanted)
+    repos = [each.listing.repo for each in wanted if each.listing is not None]
+    if not missing:
+        return
+    folder = hub_download.blobs_folder(repos[0])
+    there = next(parent for parent in folder.parents if parent.exists())
+    free = shutil.disk_usage(there).free
+    if missing > free:
+        raise CliError(
+            f"The models need {missing / GIGABYTE:.1f} GB of disk and {there} has "
+            f"{free / GIGABYTE:.1f} GB free: make room, or set HF_HOME to a larger disk"
+        )
+
+
+def _describe(
+    wanted: Sequence[WantedModel],
+    memory: dict[str, tuple[int, DeviceMemory]],
+    console: Console,
+) -> None:
+    """Print licence, size and what is missing of every model, and the memory."""
+    for each in wanted:
+        if each.model is None or each.listing is None:
+            own = f"{each.params.model}: your own files; their licence is yours to know"
+            console.print(own, soft_wrap=True)
+            continue
+        stated = each.listing.licence
+        licence = each.model.licence + (f" (its page states {stated})" if stated else "")
+        missing = each.missing_bytes / MEGABYTE
+        console.print(f"{each.model.repo} for {each.params.backend}")
+        page = f"https://huggingface.co/{each.model.repo}"
+        console.print(f"  licence: {licence}; {page}", soft_wrap=True)
+        console.print(
+            f"  size: {each.listing.size_bytes / MEGABYTE:.1f} MB, to fetch: {missing:.1f} MB"
+        )
+    for device, (needed, there) in memory.items():
+        console.print(
+            f"Memory of {device}: about {needed / GIGABYTE:.1f} GB needed, "
+            f"{there.free_bytes / GIGABYTE:.1f} of {there.total_bytes / GIGABYTE:.1f} GB free"
+        )
+
+
+def try_out(config: PerceptionConfig) -> None:
+    """Load the configured networks and let them see one black image; raises BackendError."""
+    encoder = make_encoder(config.encoder)
+    width, height = TRIAL_PX
+    black = np.zeros((height, width, 3), np.uint8)
+    features = encoder.encode(black)
+    detector = make_detector(config.detector, encoder)
+    if not isinstance(config.detector, PluginParams):
+        detector.detect(Image(black, features), encoder.embed_text(("chair", "lamp")))
+
+
+def _document(
+    drafted: ConfigDraft,
+    wanted: Sequence[WantedModel],
+    memory: dict[str, tuple[int, DeviceMemory]],
+) -> dict[str, Any]:
+    return {
+        "config": str(drafted.path),
+        "changed_lines": changed_lines(drafted.before, drafted.after),
+        "models": [
+            {"model": each.params.model, "device": each.params.device, "numbers": each.parameters}
+            for each in wanted
+        ],
+        "memory": {
+            device: {"needed_bytes": needed, "free_bytes": there.free_bytes}
+            for device, (needed, there) in memory.items()
+        },
+        "next": f"onemap up --config {drafted.path}",
+    }
