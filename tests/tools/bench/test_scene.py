@@ -20,6 +20,8 @@ from onemap_tools.bench.scene_tour import tour_poses
 from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR
 from tests.structure import ROOT
+from tests.tools.bag.bags import RecordedRobot
+from tests.tools.bag.test_ros2_frames import TOPICS, bag, drive
 from tests.tools.bench.furnished import write_room
 
 PHOTOGRAPHS = ROOT.parent / "shared" / "data" / "rgbd_study"
@@ -80,6 +82,51 @@ def test_a_recording_is_judged_by_labels(room: Path, tmp_path: Path) -> None:
     write_recording(tmp_path / "blind", frames, camera.intrinsics)
     with pytest.raises(ValueError, match=r"nothing of .*blind could be mapped"):
         run(replace(params, path=tmp_path / "blind"))
+
+
+ANYWHERE = "- {name: sofa, x: 1.0, y: 0.0, radius_m: 0.5}\n"
+
+
+def test_a_recording_of_a_robot_is_judged_too(tmp_path: Path) -> None:
+    robot = RecordedRobot(tmp_path)
+    robot.begin()
+    for number in range(4):
+        robot.see(number)
+        robot.update()
+    path, labels = robot.end(), tmp_path / "labels.yaml"
+    labels.write_text(ANYWHERE)
+    assert run(SceneBenchParams(path, labels))["frames"] == 4
+    result = bench(path, "--labels", labels, "--every", 3, "--json")
+    assert result.exit_code == EXIT_OK
+    assert json.loads(result.stdout.splitlines()[-1])["frames"] == 2
+    result = bench(path)
+    assert "is a recording, which names nothing: give --labels" in result.stderr
+
+
+def test_a_bag_of_ros_2_is_judged_with_the_topics_of_the_configuration(tmp_path: Path) -> None:
+    path, labels = bag(tmp_path / "a.mcap", drive()), tmp_path / "labels.yaml"
+    labels.write_text(ANYWHERE)
+    config = tmp_path / "robot.yaml"
+    config.write_text(json.dumps({"ros2": {"topics": TOPICS}}))
+    result = bench(path, "--labels", labels, "--config", config, "--json")
+    assert result.exit_code == EXIT_OK
+    assert json.loads(result.stdout.splitlines()[-1])["frames"] == 3
+    result = bench(path, "--labels", labels)
+    assert result.exit_code == EXIT_USAGE_ERROR
+    assert "name the topics in --config" in result.stderr
+
+
+def test_a_recording_without_images_is_one_sentence(tmp_path: Path) -> None:
+    robot = RecordedRobot(tmp_path, images=False)
+    robot.begin()
+    robot.see(0)
+    path, labels = robot.end(), tmp_path / "labels.yaml"
+    labels.write_text(ANYWHERE)
+    result = bench(path, "--labels", labels)
+    assert result.exit_code == EXIT_USAGE_ERROR
+    assert result.stderr == f"nothing of {path} could be mapped: it holds no images\n"
+    path.write_bytes(b"no recording")
+    assert "is not an MCAP file" in bench(path, "--labels", labels).stderr
 
 
 def test_a_recording_needs_labels(tmp_path: Path) -> None:

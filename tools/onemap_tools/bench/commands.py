@@ -250,7 +250,12 @@ def queries(
 def scene(
     *,
     path: Annotated[
-        Path, typer.Argument(exists=True, help="A GLB, glTF, OBJ or PLY file, or a recording.")
+        Path,
+        typer.Argument(
+            exists=True,
+            help="A GLB, glTF, OBJ or PLY file; or a recording: a folder with frames.json, or an "
+            "MCAP file of 'onemap record' or of ROS 2.",
+        ),
     ],
     labels: Annotated[
         Path | None,
@@ -259,6 +264,7 @@ def scene(
     places: Annotated[
         int, typer.Option(min=1, max=100, help="From which a scene file is looked at.")
     ] = 8,
+    every: Annotated[int, typer.Option(min=1, help="Map every Nth frame of a recording only.")] = 1,
     out: Annotated[
         Path | None,
         typer.Option(file_okay=False, help="Write a map for each name and scene.json here."),
@@ -269,7 +275,7 @@ def scene(
 ) -> None:
     """What an encoder sees in a scene of your own: right, wrong and missing answers.
 
-    A recording (a folder with frames.json) is mapped from all of its frames. A scene
+    A recording is mapped from all of its frames, or those that --every leaves. A scene
     file is rendered with the simulator's camera, which stands at places spread over
     the floor that a robot can reach and turns all around in eight steps; no robot
     drives, and nothing is random.
@@ -296,7 +302,9 @@ def scene(
             path,
             labels,
             places,
+            every,
             out,
+            ros2=sections.get("ros2", {}),
             perception=section(sections, "perception", PerceptionConfig),
             mapper=section(sections, "mapper", MapperConfig),
         )

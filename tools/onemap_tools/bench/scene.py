@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +26,14 @@ from onemap_perception.errors import BackendError, UnknownWordError
 from onemap_perception.factory import make_encoder
 from onemap_perception.feature_field import feature_field
 from onemap_perception.text.vocabulary import load_vocabulary
+from onemap_shared.config import section
 from onemap_shared.messages import RgbdFrame, SimilarityReply, SimilarityRequest
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import CameraParams, measured_mm
 from onemap_simulator.replay.recording import Recording, RecordingError
 from onemap_simulator.scene.loading import load_scene
 from onemap_simulator.scene.scene import Scene
+from onemap_tools.bag.bag_file import BagError
 from onemap_tools.bench.place_labels import PlaceLabel, labels_of_scene, read_labels
 from onemap_tools.bench.place_report import (
     outside_problem,
@@ -40,19 +43,27 @@ from onemap_tools.bench.place_report import (
 )
 from onemap_tools.bench.queries import EXCLUDED_CLASSES
 from onemap_tools.bench.scene_tour import tour_poses
+from onemap_tools.errors import requires_extra
 
+BAG_SUFFIX = ".mcap"
 FRAME_NS = 100_000_000
 MAX_ANSWERS = 20  # regions of one reply: more than one room holds of a thing
 
 
 @dataclass(frozen=True, slots=True)
 class SceneBenchParams:
-    """What to map and how. ``labels``: None takes a scene file's own names."""
+    """What to map and how. ``labels``: None takes a scene file's own names.
+
+    every: of a recording, every Nth frame is mapped. ros2: the section of that name, for
+    bags of ROS 2.
+    """
 
     path: Path
     labels: Path | None = None
     places: int = 8
+    every: int = 1
     out: Path | None = None
+    ros2: Mapping[str, Any] = field(default_factory=dict)
     perception: PerceptionConfig = field(default_factory=PerceptionConfig)
     mapper: MapperConfig = field(default_factory=MapperConfig)
 
@@ -64,10 +75,11 @@ def run(params: SceneBenchParams) -> dict[str, Any]:
         started_s = time.perf_counter()
         labels, frames = _open(params)
         belief = map_frames(frames, encoder, params)
-    except (BackendError, RecordingError) as error:
+    except (BackendError, RecordingError, BagError) as error:
         raise ValueError(str(error)) from error
     if not belief.store.count:
-        raise ValueError(f"nothing of {params.path} could be mapped: its frames have no depth")
+        why = "its frames have no depth" if belief.frames_fused else "it holds no images"
+        raise ValueError(f"nothing of {params.path} could be mapped: {why}")
     if problem := outside_problem(labels, belief.grid):
         raise ValueError(f"{params.labels or params.path}: {problem}")
     vocabulary = load_vocabulary(SHIPPED)
@@ -99,10 +111,15 @@ def run(params: SceneBenchParams) -> dict[str, Any]:
 def _open(params: SceneBenchParams) -> tuple[tuple[PlaceLabel, ...], Iterator[RgbdFrame]]:
     """The labels and the frames of a recording or of a tour through a scene file."""
     labels = read_labels(params.labels) if params.labels else ()
-    if params.path.is_dir():
+    if params.path.is_dir() or params.path.suffix == BAG_SUFFIX:
         if not labels:
             raise ValueError(f"{params.path} is a recording, which names nothing: give --labels")
-        return labels, recorded_frames(Recording.open(params.path))
+        frames = (
+            recorded_frames(Recording.open(params.path))
+            if params.path.is_dir()
+            else bag_frames(params.path, params.ros2)
+        )
+        return labels, islice(frames, 0, None, params.every)
     scene = load_scene(params.path)
     labels = labels or labels_of_scene(scene)
     if not labels:
@@ -124,6 +141,20 @@ def recorded_frames(recording: Recording) -> Iterator[RgbdFrame]:
             recording.intrinsics,
             frame.T_map_camera,
         )
+
+
+def bag_frames(path: Path, ros2: Mapping[str, Any]) -> Iterator[RgbdFrame]:
+    """All images of an MCAP file, of 'onemap record' or of ROS 2; raises BagError.
+
+    ros2: the section of that name, which says the topics.
+    """
+    with requires_extra("ros2", "A recording in MCAP"):
+        from onemap_ros2.config import Ros2Config
+        from onemap_tools.bag import rebuild
+        from onemap_tools.bag.ros2_frames import Ros2Bag, is_ros2
+    if is_ros2(path):
+        return Ros2Bag(path, section({"ros2": ros2}, "ros2", Ros2Config)).frames()
+    return rebuild.recorded_frames(path)
 
 
 def toured_frames(scene: Scene, places: int) -> Iterator[RgbdFrame]:
