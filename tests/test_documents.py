@@ -1,14 +1,18 @@
-"""Links and anchors of the documents lead somewhere, and the citation is that of this version."""
+"""The documents: links lead somewhere, commands exist, the citation is that of this version."""
 
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+import typer.main
 import yaml
 
+from onemap_tools.cli.app import app
 from tests.structure import ROOT
 
 DOCUMENTS = sorted(
@@ -26,6 +30,17 @@ ELSEWHERE = ("http://", "https://", "mailto:")
 def links(markdown: str) -> list[str]:
     """Targets of the links and pictures outside code."""
     return LINK.findall(CODE.sub("``", FENCE.sub("", markdown)))
+
+
+def commands(markdown: str) -> list[str]:
+    """Lines of the fences that run ``onemap``, without what a shell takes away."""
+    found = []
+    for fence in FENCE.findall(markdown):
+        for line in fence.replace("\\\n", " ").splitlines():
+            for part in re.split(r"&&|\|(?!\|)|;", line.partition(" #")[0]):
+                if part.strip().startswith("onemap "):
+                    found.append(part.strip().rstrip("&").strip())
+    return found
 
 
 def anchors(markdown: str) -> set[str]:
@@ -68,6 +83,38 @@ def test_a_link_that_leads_nowhere_is_seen(tmp_path: Path) -> None:
         "![6](c.png) [7](b.md#three) `[8](d.md)`\n```\n[9](e.md)\n```\n# Top\n[10](../f.md)\n"
     )
     assert list(broken_links(document)) == ["c.png", "b.md#three", "../f.md"]
+
+
+def parse(command: Any, words: list[str]) -> None:
+    """Read the words as a command line without running it; raises the usage error."""
+    for count in (2, 1):  # 'search replay' is one command beside 'search'
+        below = getattr(command, "commands", {}).get(" ".join(words[:count]))
+        if below is not None:
+            parse(below, words[count:])
+            return
+    assert not hasattr(command, "commands"), f"there is no command {words[:1]}"
+    command.make_context(command.name, words)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_commands_exist(document: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for line in commands(document.read_text(encoding="utf-8")):
+        _, *words = shlex.split(line)
+        for word in words:
+            if re.fullmatch(r"[\w-]+\.(yaml|mcap|glb)", word):
+                Path(word).touch()
+        parse(typer.main.get_command(app), words)
+
+
+def test_a_command_that_does_not_exist_is_seen() -> None:
+    markdown = "```sh\ncd x && onemap mapper --configuration x.yaml # no\n```\nonemap nothing\n"
+    (line,) = commands(markdown)
+    assert line == "onemap mapper --configuration x.yaml"
+    with pytest.raises(Exception, match="--configuration"):
+        parse(typer.main.get_command(app), shlex.split(line)[1:])
+    with pytest.raises(AssertionError, match="there is no command"):
+        parse(typer.main.get_command(app), ["mapper2"])
 
 
 def test_the_citation_names_this_version_and_the_paper() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import shutil
 import struct
 import sys
@@ -29,6 +30,9 @@ from tests.perception.tiny import (
     rtdetr_folder,
     tipsv2_folder,
 )
+from tests.structure import ROOT
+from tests.test_documents import commands
+from tests.tools.bag.bags import RecordedRobot
 
 pytest.importorskip("huggingface_hub", reason="needs huggingface_hub (extra openclip)")
 TIPS, COCO, OPEN = "google/tipsv2-b14", "PekingU/rtdetr_v2_r18vd", "iSEE-Laboratory/llmdet_tiny"
@@ -93,6 +97,7 @@ def test_one_command_makes_a_configuration_that_runs(hub: LocalHub) -> None:
     assert f"{TIPS} for tipsv2" in answer.text
     assert "licence: Apache-2.0 (its page states apache-2.0)" in answer.text
     assert answer.document["next"] == "onemap up --config robot.yaml"
+    assert answer.document["note"].startswith("Scores of this encoder are not calibrated: ")
     assert [each["model"] for each in answer.document["models"]] == [TIPS, COCO, OPEN]
     assert answer.document["memory"]["cpu"]["needed_bytes"] > 1e9
     written = Path("robot.yaml").read_text()
@@ -128,6 +133,7 @@ def test_a_file_keeps_its_other_settings_and_its_comments(hub: LocalHub) -> None
     Path("robot.yaml").write_text(text)
     answer = use("coco", "--device", "cpu", "--yes")
     assert answer.code == EXIT_OK, answer.text
+    assert answer.document["note"] == ""  # the encoder is mini still
     written = Path("robot.yaml").read_text()
     assert written.startswith(text)
     assert answer.document["changed_lines"] == [
@@ -246,6 +252,36 @@ def test_models_of_ones_own_are_loaded_too(hub: LocalHub, checkpoints: Path) -> 
     own["model"] = "./gone"
     Path("other.yaml").write_text(yaml.safe_dump({"perception": {"encoder": own}}))
     assert "the model ./gone does not exist" in refused("coco", "--yes", "--config", "other.yaml")
+
+
+@pytest.mark.slow
+def test_the_page_on_photographs_can_be_followed(hub: LocalHub, tmp_path: Path) -> None:
+    """Its commands as they stand there, but for the robot, the question and the services."""
+    page = (ROOT / "docs" / "photographs.md").read_text(encoding="utf-8")
+    lines = [shlex.split(line)[1:] for line in commands(page)]
+    install, up, record, judge = (" ".join(line[:2]) for line in lines)
+    assert (install, up, record, judge) == (
+        "models use",
+        "up --config",
+        "record drive.mcap",
+        "bench scene",
+    )
+    done = CliRunner().invoke(app, [*lines[0], "--yes", "--device", "cpu"])
+    assert done.exit_code == EXIT_OK, done.output
+    assert f"Next: onemap {' '.join(lines[1])}" in done.output
+    robot = RecordedRobot(tmp_path)
+    robot.begin()
+    robot.see(0, 1)
+    robot.end().rename("drive.mcap")
+    Path("places.yaml").write_text(next(b for b in page.split("```") if "- {name: sofa" in b)[5:])
+    judged = CliRunner().invoke(app, lines[3])
+    assert judged.exit_code == EXIT_OK, judged.output
+    assert "tipsv2-" in judged.output
+    assert {path.name for path in Path("looked").iterdir()} == {
+        "chair.png",
+        "scene.json",
+        "sofa.png",
+    }
 
 
 @pytest.mark.parametrize("typed", ["n", "", "y"])

@@ -76,6 +76,8 @@ def use(
     console.print(f"{config}:" if document["changed_lines"] else f"{config} has it all already.")
     for line in document["changed_lines"]:
         console.print(f"  {line}", soft_wrap=True)
+    if document["note"]:
+        console.print(document["note"], soft_wrap=True)
     console.print(f"Next: {document['next']}", soft_wrap=True)
     if as_json:
         print_json(document)

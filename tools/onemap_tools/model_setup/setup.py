@@ -19,6 +19,7 @@ from onemap_perception import hub, hub_download, model_store
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors.params import PluginParams
 from onemap_perception.detectors.protocol import Image
+from onemap_perception.encoders.mini import MiniParams
 from onemap_perception.encoders.params import RadioParams
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_detector, make_encoder
@@ -42,6 +43,11 @@ from onemap_tools.model_setup.packages import check_packages
 
 MEGABYTE = 1e6
 TRIAL_PX = (640, 480)  # the image that the models must see before the file is written
+UNCALIBRATED = (
+    "Scores of this encoder are not calibrated: every query is answered, and every verdict is "
+    "found, until mapper.found_score and perception.encoder.floor are set for your rooms "
+    "(docs/photographs.md)."
+)
 Confirm = Callable[[], None]  # raises CliError if the user does not agree
 
 
@@ -212,5 +218,6 @@ def _document(
             device: {"needed_bytes": needed, "free_bytes": there.free_bytes}
             for device, (needed, there) in memory.items()
         },
+        "note": "" if isinstance(drafted.perception.encoder, MiniParams) else UNCALIBRATED,
         "next": f"onemap up --config {drafted.path}",
     }
