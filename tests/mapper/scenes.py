@@ -8,7 +8,7 @@ import numpy as np
 
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F32, F64, U16, camera_mount, pose_2d
+from onemap_shared.geometry import F32, F64, I64, U16, camera_mount, pose_2d
 from onemap_shared.messages import FeatureField
 
 CAMERA = Intrinsics.from_fov(80, 60, np.pi / 2)
@@ -59,20 +59,32 @@ def depth_of(
     size: tuple[int, int] = SIZE,
 ) -> F32:
     """z-depth (H, W) float32 of boxes, 0 where a ray hits none."""
+    return seen_boxes(boxes, T_map_camera, intrinsics, size)[0]
+
+
+def seen_boxes(
+    boxes: tuple[Box, ...],
+    T_map_camera: F64,
+    intrinsics: Intrinsics = CAMERA,
+    size: tuple[int, int] = SIZE,
+) -> tuple[F32, I64]:
+    """z-depth (H, W) float32, and the index (H, W) of the box in sight; 0 and -1: none."""
     height, width = size
     x, y = intrinsics.x_at(np.arange(width)), intrinsics.y_at(np.arange(height))
     rays = np.stack(np.broadcast_arrays(x[None, :], y[:, None], 1.0), axis=-1)
     rays = rays @ T_map_camera[:3, :3].T
     nearest = np.full((height, width), np.inf)
-    for box in boxes:
+    owner = np.full((height, width), -1)
+    for index, box in enumerate(boxes):
         with np.errstate(divide="ignore", invalid="ignore"):
             one = (np.array(box.low) - T_map_camera[:3, 3]) / rays
             two = (np.array(box.high) - T_map_camera[:3, 3]) / rays
         enter = np.minimum(one, two).max(axis=-1)
         leave = np.maximum(one, two).min(axis=-1)
         hit = (enter <= leave) & (enter > 0)
-        nearest[hit] = np.minimum(nearest, enter)[hit]
-    return np.where(np.isfinite(nearest), nearest, 0).astype(np.float32)
+        hit &= enter < nearest
+        nearest[hit], owner[hit] = enter[hit], index
+    return np.where(np.isfinite(nearest), nearest, 0).astype(np.float32), owner
 
 
 def millimetres(depth_m: F32) -> U16:

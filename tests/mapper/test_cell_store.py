@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from onemap_mapper import cell_store
 from onemap_mapper.cell_store import BLOCK, EMPTY_BELOW, CellStore, FeatureShare
 from onemap_mapper.fusion import fused, gain
+from onemap_mapper.heights import LEVELS
 from onemap_mapper.params import MapParams
 from tests.reference import mapping as slow
 
@@ -101,7 +102,8 @@ def share(rng: np.random.Generator, cells: np.ndarray, confidence: float = 1.0) 
     count = len(cells)
     c = torch.from_numpy(rng.uniform(0.5, 1.0, count)) * confidence
     F = torch.from_numpy(rng.normal(size=(count, 3)).astype(np.float32))
-    return FeatureShare(cells, F, c, c / 2, c / 4)
+    heights = rng.dirichlet(np.ones(LEVELS), count).astype(np.float32)
+    return FeatureShare(cells, F, c, c / 2, c / 4, heights)
 
 
 @given(seed=st.integers(0, 2**16))
@@ -118,6 +120,7 @@ def test_taking_out_undoes_putting_in(seed: int) -> None:
     store.put_in(slots, second, revision=2)
     assert not store.take_out(slots, second, revision=3).any()
     torch.testing.assert_close(store.features(slots), first.features, atol=0.05, rtol=0)
+    np.testing.assert_allclose(store.heights(slots), first.heights, atol=0.02)
     torch.testing.assert_close(store.confidence, first.confidence.float())
     torch.testing.assert_close(store.explored_confidence, first.explored.float())
     assert (store.searched_confidence >= 0).all()
@@ -135,6 +138,8 @@ def test_a_slot_of_which_nothing_remains_is_zero() -> None:
     empty = store.take_out(slots[:3], whole.only(np.arange(3)), revision=3)
     assert empty.all()
     assert not store.features(slots[:3]).any()
+    assert not store.heights(slots[:3]).any()
+    np.testing.assert_array_equal(store.heights(slots[3:]), whole.heights[3:])
     np.testing.assert_array_equal(store.confidence > 0, [False, False, False, True])
 
 
@@ -167,9 +172,11 @@ def test_removed_slots_are_filled_with_the_last(seed: int) -> None:
         assert set(left) == set(range(count)) - set(gone)
         torch.testing.assert_close(store.features(np.arange(store.count)), whole.features[left])
         torch.testing.assert_close(store.confidence, whole.confidence[left].float())
+        np.testing.assert_array_equal(store.heights(slice(0, store.count)), whole.heights[left])
         np.testing.assert_array_equal(np.flatnonzero(store.changed_at == 2), np.sort(filled))
         again = store.add(np.full((len(gone), 2), 99))
         assert (store.confidence[torch.from_numpy(again)] == 0).all()
+        assert not store.heights(again).any()
 
 
 VIEW = 0.86  # confidence of a frame at 2 m

@@ -102,6 +102,7 @@ class BeliefMap:
             update.confidence,
             revision=self.revision,
             views=self.newest_views,
+            heights=update.heights,
         )
         self.view_log.record(
             self.tiles.rows(update.cells),

@@ -16,10 +16,11 @@ import torch
 from torch import Tensor
 
 from onemap_mapper.fusion import fused, gain, with_process_noise
+from onemap_mapper.heights import HeightStore
 from onemap_mapper.kernels import jit, row_products
 from onemap_mapper.kernels.fuse_rows import fuse_rows
 from onemap_mapper.keyframes import ONE_VIEW, Views
-from onemap_shared.geometry import I64, Bool
+from onemap_shared.geometry import F32, I64, Bool
 
 BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
 PART = 512  # rows that are multiplied at once: 1.5 MB of 768 float32 channels, in the L2 cache
@@ -35,7 +36,7 @@ class FeatureShare:
 
     cells (n, 2) int64 distinct world cells; features (n, D), their confidence-weighted mean, in
     any precision; confidence, searched and explored (n,) float64, the sums of c, of that of
-    keyframes since the reset, and of that of all keyframes.
+    keyframes since the reset, and of that of all keyframes; heights (n, LEVELS) float32, shares.
     """
 
     cells: I64
@@ -43,18 +44,23 @@ class FeatureShare:
     confidence: Tensor
     searched: Tensor
     explored: Tensor
+    heights: F32
 
     @property
     def nbytes(self) -> int:
         """Bytes of the arrays."""
         tensors = (self.features, self.confidence, self.searched, self.explored)
-        return self.cells.nbytes + sum(each.numel() * each.element_size() for each in tensors)
+        held = sum(each.numel() * each.element_size() for each in tensors)
+        return self.cells.nbytes + self.heights.nbytes + held
 
     def only(self, chosen: Bool | I64) -> FeatureShare:
         """The share of some of the cells, by mask (n,) or by index."""
         index = torch.from_numpy(chosen)
         parts = (self.features, self.confidence, self.searched, self.explored)
-        return FeatureShare(self.cells[chosen], *(part[index] for part in parts))
+        features, confidence, searched, explored = (part[index] for part in parts)
+        return FeatureShare(
+            self.cells[chosen], features, confidence, searched, explored, self.heights[chosen]
+        )
 
 
 class CellStore:
@@ -80,13 +86,14 @@ class CellStore:
         self._confidence = torch.zeros((3, 0), device=device, dtype=torch.float64)
         self._cells = np.zeros((0, 2), np.int64)
         self._changed_at = np.zeros(0, np.int64)
+        self._heights = HeightStore()
 
     @property
     def nbytes(self) -> int:
         """Bytes held on host and device, with those reserved for growth."""
         tensors = [*self._blocks, self._confidence]
         held = sum(tensor.numel() * tensor.element_size() for tensor in tensors)
-        return held + self._cells.nbytes + self._changed_at.nbytes
+        return held + self._cells.nbytes + self._changed_at.nbytes + self._heights.nbytes
 
     @property
     def blocks(self) -> tuple[Tensor, ...]:
@@ -122,6 +129,10 @@ class CellStore:
         """The three confidences (3, k) float32 of consecutive slots, in the order above."""
         return self._confidence[:, part].float()
 
+    def heights(self, slots: I64 | slice) -> F32:
+        """Shares (n, LEVELS) float32 of height of these slots, a copy."""
+        return self._heights.of(slots)
+
     def add(self, cells: I64) -> I64:
         """New slots (n,) for world cells (n, 2) that have none."""
         slots = np.arange(self.count, self.count + len(cells))
@@ -136,6 +147,7 @@ class CellStore:
             self._changed_at = np.concatenate([self._changed_at, np.zeros(extra, np.int64)])
             grown = self._confidence.new_zeros((3, extra))
             self._confidence = torch.cat([self._confidence, grown], dim=1)
+            self._heights.reserve(reserved)
         self._cells[slots] = cells
         return slots
 
@@ -147,14 +159,19 @@ class CellStore:
         *,
         revision: int,
         views: Views = ONE_VIEW,
+        heights: F32 | None = None,
     ) -> None:
         """Fuse an observation, features (n, D) and confidence (n,) float32, into distinct slots.
 
-        views: how often it counts for searched and explored.
+        views: how often it counts for searched and explored; heights (n, LEVELS): its shares of
+        height, None if they are not known.
         """
         index = torch.from_numpy(slots).to(self._device)
         known = self._confidence[0, index].clamp(max=self.max_prior)
-        self._move(slots, features, gain(known, confidence).float())
+        K = gain(known, confidence).float()
+        self._move(slots, features, K)
+        if heights is not None:
+            self._heights.move(slots, heights, K.cpu().numpy())
         for row, times in enumerate((1.0, views.searched, views.explored)):
             if times > 0:
                 self._confidence[row, index] += times * confidence
@@ -174,8 +191,9 @@ class CellStore:
     def share(self, dtype: torch.dtype) -> FeatureShare:
         """A copy of all content, on the CPU, with features in ``dtype``."""
         features = self.features(np.arange(self.count)).cpu().to(dtype)
-        confidences = self._confidence[:, : self.count].cpu().clone()
-        return FeatureShare(self.cells.copy(), features, *confidences)
+        confidence, searched, explored = self._confidence[:, : self.count].cpu().clone()
+        heights = self.heights(slice(0, self.count))
+        return FeatureShare(self.cells.copy(), features, confidence, searched, explored, heights)
 
     def put_in(self, slots: I64, share: FeatureShare, *, revision: int) -> None:
         """Fuse a share into the slots (n,) of its cells; what was known counts in full."""
@@ -185,6 +203,7 @@ class CellStore:
         ]
         K = gain(self._confidence[0, index], parts[0])
         self._move(slots, share.features.to(self._device).float(), K.float())
+        self._heights.move(slots, share.heights, K.float().cpu().numpy())
         for row, part in enumerate(parts):
             self._confidence[row, index] += part
         self._changed_at[slots] = revision
@@ -210,6 +229,8 @@ class CellStore:
             self._confidence[row, index] = torch.where(empty, 0.0, left)
         self._changed_at[slots] = revision
         emptied: Bool = empty.cpu().numpy()
+        self._heights.move(slots, share.heights, K.float().cpu().numpy())
+        self._heights.clear(slots[emptied])
         return emptied
 
     def remove(self, slots: I64, *, revision: int) -> I64:
@@ -227,6 +248,8 @@ class CellStore:
         into, moved = (torch.from_numpy(each).to(self._device) for each in (to, last))
         self._confidence[:, into] = self._confidence[:, moved]
         self._confidence[:, count : self.count] = 0.0
+        self._heights.put(to, self._heights.of(last))
+        self._heights.clear(np.arange(count, self.count))
         self._cells[to], self._changed_at[to] = self._cells[last], revision
         self.count = count
         return to

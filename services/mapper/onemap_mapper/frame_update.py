@@ -9,11 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from onemap_mapper.blur import blur_kernel, blurred
 from onemap_mapper.compiled_projection import project_compiled
 from onemap_mapper.diagnostics.depth_diagnostics import DepthDiagnostics, diagnose_depth
+from onemap_mapper.heights import cell_heights
 from onemap_mapper.kernels import jit
 from onemap_mapper.occupancy import CPU, OccupancyUpdate, occupancy_update
 from onemap_mapper.params import MapParams
@@ -27,7 +29,8 @@ from onemap_shared.messages import FeatureField
 class FrameUpdate:
     """The observation of one frame, per cell, ready to be fused.
 
-    cells (n, 2) int64 world cells with features (n, D) and confidence (n,) float32.
+    cells (n, 2) int64 world cells with features (n, D) and confidence (n,) float32; heights
+    (n, LEVELS) float32: shares of confidence by level of height.
     """
 
     sequence: int
@@ -38,6 +41,7 @@ class FrameUpdate:
     cells: I64
     features: Tensor
     confidence: Tensor
+    heights: F32
     occupancy: OccupancyUpdate
     depth: DepthDiagnostics
 
@@ -58,15 +62,18 @@ def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
     dimension, device = field.features.shape[2], params.torch_device
     patches = torch.tensor(field.features, device=device).view(-1, dimension).float()
     compiled = jit.usable(wanted=params.compiled, device=CPU)
+    cells = kernel.cells.cpu().numpy()
+    stride = thinning(depth_m, params)
     return FrameUpdate(
         sequence=field.sequence,
         stamp_ns=field.stamp_ns,
         encoder_id=field.encoder_id,
         text_space=field.text_space,
         T_map_camera=field.T_map_camera,
-        cells=kernel.cells.cpu().numpy(),
+        cells=cells,
         features=blurred(kernel, cell_features(weights, patches)),
         confidence=blurred(kernel, weights.confidence),
+        heights=cell_heights(cloud, field.variance[::stride, ::stride], cells, params),
         occupancy=occupancy_update(cloud, params),
         depth=diagnose_depth(cloud, compiled=compiled),
     )
@@ -79,13 +86,18 @@ def depth_in_metres(field: FeatureField) -> F32:
 
 def cloud_of(field: FeatureField, depth_m: F32, params: MapParams) -> PointCloud:
     """The points of the field, thinned to the rows that occupancy reads."""
-    stride = -(-depth_m.shape[0] // params.occupancy_max_rows)
     return PointCloud.of(
         depth_m,
         intrinsics=field.intrinsics,
         T_map_camera=field.T_map_camera,
-        stride=stride,
+        stride=thinning(depth_m, params),
     )
+
+
+def thinning(depth: NDArray, params: MapParams) -> int:
+    """Of how many rows and columns of an image (H, W) one is in its cloud."""
+    rows: int = depth.shape[0]
+    return -(-rows // params.occupancy_max_rows)
 
 
 def weights_of(field: FeatureField, depth_m: F32, params: MapParams) -> CellWeights:

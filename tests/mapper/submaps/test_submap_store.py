@@ -76,6 +76,7 @@ def assert_same(one: BeliefMap, two: BeliefMap) -> None:
         np.testing.assert_array_equal(slots, np.arange(store.count))
         assert np.count_nonzero(belief.slots.values >= 0) == store.count
         F = store.features(np.arange(store.count)).numpy()
+        F = np.hstack([F, store.heights(slice(0, store.count))])  # further channels of it
         all_c = (store.confidence, store.searched_confidence, store.explored_confidence)
         features.append(sorted_by_cell(store.cells, F, np.stack(all_c, axis=1)))
         share = occupancy_of(belief)

@@ -11,7 +11,14 @@ import torch
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.blur import BlurKernel, blur_kernel, blurred
 from onemap_mapper.diagnostics.depth_diagnostics import diagnose_depth
-from onemap_mapper.frame_update import cloud_of, compute_update, depth_in_metres, weights_of
+from onemap_mapper.frame_update import (
+    cloud_of,
+    compute_update,
+    depth_in_metres,
+    thinning,
+    weights_of,
+)
+from onemap_mapper.heights import cell_heights
 from onemap_mapper.occupancy import occupancy_update
 from onemap_mapper.params import MapParams
 from onemap_mapper.projection import CellWeights, cell_features
@@ -36,6 +43,8 @@ def parts_ms(field: FeatureField, params: MapParams) -> dict[str, float]:
     observed = cell_features(weights, patches)
     cloud = cloud_of(field, depth_in_metres(field), params)
     update = compute_update(field, params)
+    stride = thinning(field.depth_mm, params)
+    variance = field.variance[::stride, ::stride]
     belief = BeliefMap(params)
     parts: dict[str, Callable[[], object]] = {
         "projection": lambda: weights_of(field, depth_in_metres(field), params),
@@ -46,6 +55,7 @@ def parts_ms(field: FeatureField, params: MapParams) -> dict[str, float]:
             blurred(kernel, weights.confidence),
         ),
         "cloud": lambda: cloud_of(field, depth_in_metres(field), params),
+        "heights": lambda: cell_heights(cloud, variance, update.cells, params),
         "occupancy": lambda: occupancy_update(cloud, params),
         "diagnostics": lambda: diagnose_depth(cloud, compiled=params.compiled),
         "absorb": lambda: belief.fuse(update),

@@ -1,0 +1,154 @@
+"""At which heights the content of a cell lies, and from it where in height a match lies.
+
+A cell is a column from the floor to the highest pixel with a feature, and one feature is kept for
+all of it. Beside it lie the shares of its confidence by level of height. They are fused, moved,
+saved and cleared as further channels of the feature, so that they always belong to it.
+
+What a text matches lies at the heights that are more frequent in the matching cells than beside
+them: under a table top that all cells of the table share, or on it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import ndimage
+
+from onemap_mapper.kernels import jit
+from onemap_mapper.kernels.height_sums import height_sums
+from onemap_mapper.occupancy import CPU
+from onemap_mapper.params import GridParams, ProjectionParams
+from onemap_mapper.point_cloud import PointCloud
+from onemap_shared.geometry import F32, F64, I32, I64, Bool
+from onemap_shared.grid import world_cells
+
+LEVELS = 12  # 48 bytes per cell: 1.6 % of a cell of 768 float32 channels
+LOWEST_M = 0.1  # up to here is the floor, with the errors of its depth and of the pose
+THICKNESS_M = 0.2  # of the levels above it; the last one has all that is higher
+EDGES_M: F64 = np.append(0.0, LOWEST_M + THICKNESS_M * np.arange(LEVELS))
+RING_CELLS = 3  # around a region, with which it is compared: 0.3 m, beyond the blur
+MIN_EXCESS = 0.15  # a region that differs less from its surroundings has their heights
+MIN_SHARE = 0.7  # of what counts lies in the answer; the rest are stray pixels and blur
+
+
+def cell_heights(cloud: PointCloud, variance: F32, cells: I64, params: ProjectionParams) -> F32:
+    """Shares (n, LEVELS) float32 of the confidence of a frame's pixels in cells (n, 2).
+
+    cloud: the points of the frame, thinned; variance: of its pixels, alike, infinity = do not use.
+    A row sums to 1, or is zero where no pixel that was read falls into the cell.
+    """
+    if len(cells) == 0:
+        return np.zeros((0, LEVELS), np.float32)
+    usable = (cloud.depth_m > 0) & (cloud.depth_m <= params.max_feature_range_m)
+    usable &= cloud.points_m[..., 2] <= params.max_feature_height_m
+    confidence = np.divide(np.float32(1), variance, dtype=np.float32) * usable
+    low = cells.min(axis=0)
+    row_of = np.full(tuple(cells.max(axis=0) - low + 1), -1, np.int32)
+    row_of[tuple((cells - low).T)] = np.arange(len(cells))
+    if jit.usable(wanted=params.compiled, device=CPU):
+        image, origin = (cloud.points_m, confidence), (int(low[0]), int(low[1]))
+        limits = (params.cell_size_m, LOWEST_M, THICKNESS_M)
+        sums = height_sums(image, row_of, origin, limits, (len(cells), LEVELS))
+    else:
+        used = confidence > 0
+        sums = _sums(cloud.points_m[used], confidence[used], row_of, low, params)
+    total = sums.sum(axis=1, keepdims=True)
+    shares: F32 = np.divide(sums, total, out=np.zeros_like(sums), where=total > 0)
+    return shares
+
+
+def _sums(points_m: F32, confidence: F32, row_of: I32, low: I64, params: GridParams) -> F32:
+    """``height_sums`` of points (n, 3) with confidence (n,); low (2,): its origin."""
+    place = world_cells(points_m[:, :2].astype(np.float64), params.cell_size_m) - low
+    inside = ((place >= 0) & (place < row_of.shape)).all(axis=1)
+    row = row_of[tuple(place[inside].T)]
+    above = points_m[inside, 2].astype(np.float64) - LOWEST_M
+    level = np.clip(np.floor(above / THICKNESS_M).astype(np.int64) + 1, 0, LEVELS - 1)
+    sums = np.zeros(((row_of >= 0).sum() + 1, LEVELS), np.float32)  # the last one: no cell
+    np.add.at(sums, (row, level), confidence[inside])
+    return sums[:-1]
+
+
+class HeightStore:
+    """The shares of height of every slot of a map, beside its features."""
+
+    def __init__(self) -> None:
+        self._shares = np.zeros((0, LEVELS), np.float32)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes held, with those reserved for growth."""
+        return self._shares.nbytes
+
+    def reserve(self, slots: int) -> None:
+        """Make room for this many slots."""
+        if slots > len(self._shares):
+            extra = np.zeros((slots - len(self._shares), LEVELS), np.float32)
+            self._shares = np.concatenate([self._shares, extra])
+
+    def of(self, slots: I64 | slice) -> F32:
+        """A copy of the shares (n, LEVELS) of these slots."""
+        return np.array(self._shares[slots])
+
+    def move(self, slots: I64, shares: F32, K: F32) -> None:
+        """Move distinct slots by gains K (n,) towards shares (n, LEVELS), as features are."""
+        known = self._shares[slots]
+        self._shares[slots] = np.maximum(known + K[:, None] * (shares - known), 0.0)
+
+    def clear(self, slots: I64) -> None:
+        """Forget the heights of slots that hold nothing any more."""
+        self._shares[slots] = 0.0
+
+    def put(self, slots: I64, shares: F32) -> None:
+        """Set the shares (n, LEVELS) of distinct slots."""
+        self._shares[slots] = shares
+
+
+def surroundings(regions: Bool, cells: I64) -> I64:
+    """Cells (n, 2) of a grid around the cells (k, 2) of one region, in none of the ``regions``.
+
+    regions (nx, ny): the cells of all regions.
+    """
+    low = np.maximum(cells.min(axis=0) - RING_CELLS, 0)
+    high = np.minimum(cells.max(axis=0) + RING_CELLS + 1, regions.shape)
+    own = np.zeros(tuple(high - low), bool)
+    own[tuple((cells - low).T)] = True
+    near = ndimage.binary_dilation(own, np.ones((3, 3), bool), iterations=RING_CELLS)
+    near &= ~regions[low[0] : high[0], low[1] : high[1]]
+    ring: I64 = np.argwhere(near) + low
+    return ring
+
+
+def height_band(inside: F32, weights: F32, around: F32) -> F32:
+    """Lowest and highest height (2,) in metres of a match; NaN: nothing is known of its heights.
+
+    inside (k, LEVELS): shares of its cells, which match by weights (k,) >= 0; around (m, LEVELS):
+    shares of the cells beside it.
+    """
+    own = _mean_shares(inside, weights)
+    if own.sum() == 0:
+        return np.full(2, np.nan, np.float32)
+    excess = np.maximum(own - _mean_shares(around, np.ones(len(around), np.float32)), 0.0)
+    low, high = _run(excess if excess.sum() >= MIN_EXCESS else own)
+    return EDGES_M[[low, high]].astype(np.float32)
+
+
+def _mean_shares(shares: F32, weights: F32) -> F64:
+    """The weighted mean (LEVELS,) of shares (k, LEVELS), each first made to sum to 1."""
+    total = shares.sum(axis=1, dtype=np.float64)
+    known = total > 0
+    weight = np.where(known, weights, 0.0)
+    if weight.sum() == 0:
+        return np.zeros(LEVELS)
+    mean: F64 = weight[known] / total[known] @ shares[known] / weight.sum()
+    return mean
+
+
+def _run(values: F64) -> tuple[int, int]:
+    """First level and end of the levels around the largest that have ``MIN_SHARE`` of all."""
+    low = int(values.argmax())
+    high = low + 1
+    while values[low:high].sum() < MIN_SHARE * values.sum():
+        below = values[low - 1] if low > 0 else -1.0
+        above = values[high] if high < LEVELS else -1.0
+        low, high = (low - 1, high) if below > above else (low, high + 1)
+    return low, high

@@ -1,0 +1,108 @@
+"""Shares of height of a frame's cells, and where in height a match lies."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from onemap_mapper.frame_update import cloud_of, compute_update, depth_in_metres
+from onemap_mapper.heights import (
+    EDGES_M,
+    LEVELS,
+    RING_CELLS,
+    cell_heights,
+    height_band,
+    surroundings,
+)
+from onemap_shared.geometry import F32
+from tests.mapper import scenes
+
+FLOOR, SEAT, TOP, ABOVE = 0, 2, 4, 5  # levels: up to 0.1, 0.3 to 0.5, 0.7 to 0.9, 0.9 to 1.1 m
+
+
+def at(**shares: float) -> F32:
+    """Shares (1, LEVELS) by the name of a level."""
+    row = np.zeros((1, LEVELS), np.float32)
+    for name, share in shares.items():
+        row[0, globals()[name.upper()]] = share
+    return row
+
+
+@pytest.mark.parametrize("sequence", range(4))
+def test_compiled_shares_are_those_of_numpy(sequence: int) -> None:
+    field = scenes.field(sequence, scenes.pose(0.3 * sequence, -0.2, 0.8 * sequence))
+    cells = compute_update(field, scenes.params()).cells
+    found, expected = (
+        cell_heights(cloud_of(field, depth_in_metres(field), params), field.variance, cells, params)
+        for params in (scenes.params(compiled=compiled) for compiled in (True, False))
+    )
+    np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_shares_say_how_high_the_pixels_of_a_cell_are(compiled: bool) -> None:
+    shelf = scenes.Box((1.5, -0.5, 0.0), (2.5, 0.5, 0.76))
+    params = scenes.params(compiled=compiled)
+    field = scenes.field(0, scenes.pose(), boxes=(*scenes.ROOM, shelf))
+    update = compute_update(field, params)
+    total = update.heights.sum(axis=1)
+    known = total > 0
+    assert known.mean() > 0.5
+    np.testing.assert_allclose(total[known], 1.0, atol=1e-5)
+    centre = (update.cells + 0.5) * params.cell_size_m
+    on_shelf = known & (np.abs(centre - (1.8, 0.0)) < (0.2, 0.3)).all(axis=1)
+    assert (update.heights[on_shelf, TOP] > 0.99).all()
+    in_front = known & (np.abs(centre - (1.9, -1.2)) < (0.2, 0.3)).all(axis=1)
+    assert (update.heights[in_front, FLOOR] == 1).all()
+
+
+def test_a_frame_without_cells_has_no_shares() -> None:
+    field = scenes.field(0, scenes.pose(), boxes=())
+    assert compute_update(field, scenes.params()).heights.shape == (0, LEVELS)
+
+
+@pytest.mark.parametrize(
+    ("inside", "around", "band"),
+    [
+        (at(top=0.6, above=0.4), at(top=1.0), (0.9, 1.1)),  # on a table
+        (at(top=0.5, floor=0.5), at(top=0.9, floor=0.1), (0.0, 0.1)),  # under it
+        (at(top=0.7, floor=0.3), at(floor=1.0), (0.7, 0.9)),  # the table
+        (at(floor=1.0), at(floor=1.0), (0.0, 0.1)),  # a rug
+        (at(seat=0.5, top=0.5), np.zeros((0, LEVELS), np.float32), (0.3, 0.9)),  # all of the map
+    ],
+)
+def test_a_match_lies_where_its_cells_differ_from_those_beside(
+    inside: F32, around: F32, band: tuple[float, float]
+) -> None:
+    np.testing.assert_allclose(height_band(inside, np.ones(1, np.float32), around), band, atol=1e-6)
+
+
+def test_cells_count_by_how_well_they_match() -> None:
+    inside = np.concatenate([at(seat=1.0), at(above=1.0), at(above=1.0)])
+    weights = np.array([0.9, 0.05, 0.05], np.float32)
+    np.testing.assert_allclose(height_band(inside, weights, at(floor=1.0)), (0.3, 0.5), atol=1e-6)
+
+
+def test_nothing_is_known_without_heights() -> None:
+    none = np.zeros((2, LEVELS), np.float32)
+    assert np.isnan(height_band(none, np.ones(2, np.float32), at(floor=1.0))).all()
+    assert np.isnan(height_band(at(seat=1.0), np.zeros(1, np.float32), none)).all()
+
+
+def test_levels_begin_at_the_floor_and_follow_one_another() -> None:
+    assert len(EDGES_M) == LEVELS + 1
+    assert EDGES_M[0] == 0.0
+    assert (np.diff(EDGES_M) > 0).all()
+
+
+def test_surroundings_are_beside_a_region_and_in_no_other() -> None:
+    regions = np.zeros((20, 20), bool)
+    regions[0, 0] = regions[5:8, 5:8] = regions[9, 9] = True
+    cells = np.argwhere(regions)
+    one = cells[(cells >= 5).all(axis=1) & (cells < 8).all(axis=1)]
+    ring = surroundings(regions, one)
+    assert not regions[tuple(ring.T)].any()
+    away = np.abs(ring[:, None] - one).max(axis=2).min(axis=1)
+    assert away.max() == RING_CELLS
+    assert len(ring) == (3 + 2 * RING_CELLS) ** 2 - 9 - 1  # the region, and [9, 9]
+    assert (surroundings(regions, np.array([[0, 0]])) >= 0).all()
