@@ -19,6 +19,7 @@ from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.frame_update import compute_update
 from onemap_mapper.live_map import LiveMap
 from onemap_mapper.snapshot import MapFileError, MapSnapshot, restore, take
+from onemap_mapper.view_log import SeenFrom
 from tests.mapper import scenes
 
 PARAMS = scenes.params()
@@ -61,9 +62,14 @@ class Turns:
 def assert_same_content(one: MapSnapshot, two: MapSnapshot) -> None:
     assert one.header == two.header
     for field in dataclasses.fields(MapSnapshot):
-        if field.name not in ("header", "objects"):
+        if field.name not in ("header", "objects", "seen"):
             have, want = getattr(one, field.name), getattr(two, field.name)
             np.testing.assert_array_equal(have, want, strict=True)
+    assert one.seen is not None
+    assert two.seen is not None
+    for field in dataclasses.fields(SeenFrom):
+        have, want = getattr(one.seen, field.name), getattr(two.seen, field.name)
+        np.testing.assert_array_equal(have, want, strict=True)
 
 
 @pytest.fixture

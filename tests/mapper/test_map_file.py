@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.frame_update import compute_update
-from onemap_mapper.map_file import ARRAYS, map_path, read, read_header, write
+from onemap_mapper.map_file import ARRAYS, HEIGHTS, SEEN, map_path, read, read_header, write
 from onemap_mapper.npz_writer import NpzWriter
 from onemap_mapper.objects import NO_OBJECTS, to_bytes
 from onemap_mapper.params import ObjectParams
@@ -89,6 +89,56 @@ def test_a_file_of_a_release_that_counted_all_frames_is_read(
     np.testing.assert_array_equal(again.store.explored_confidence, taken.confidence)
 
 
+def test_a_file_without_heights_and_views_is_read(taken: MapSnapshot, tmp_path: Path) -> None:
+    write(taken, tmp_path / "a.npz")
+    old = read(rewritten(tmp_path / "a.npz", **dict.fromkeys((HEIGHTS, *SEEN))))
+    assert (old.heights, old.seen) == (None, None)
+    again = restore(old, PARAMS, encoder_id="", first_revision=1)
+    assert not again.store.heights(slice(0, again.store.count)).any()
+    rows = again.tiles.rows(again.store.cells)
+    assert again.view_log.last_seen_ns(rows) == 0
+    assert np.isnan(again.view_log.best_view(rows)).all()
+
+
+def test_heights_and_views_are_kept(taken: MapSnapshot, tmp_path: Path) -> None:
+    write(taken, tmp_path / "a.npz")
+    content = read(tmp_path / "a.npz")
+    assert taken.seen is not None
+    assert len(taken.seen.poses) == 1
+    assert (taken.seen.last_seen_ns == taken.header.stamp_ns).all()
+    again = take(restore(content, PARAMS, encoder_id="", first_revision=1))
+    assert again.seen is not None
+    for name in ("poses", "best", "confidence", "last_seen_ns"):
+        np.testing.assert_array_equal(getattr(again.seen, name), getattr(taken.seen, name))
+    np.testing.assert_array_equal(again.heights, taken.heights)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        (HEIGHTS, 1.5),
+        (HEIGHTS, np.nan),
+        ("view_poses", np.inf),
+        ("best_view", 7),
+        ("best_view", -2),
+        ("view_confidence", -1.0),
+        ("last_seen_ns", -1),
+    ],
+)
+def test_damaged_heights_and_views_are_refused(
+    taken: MapSnapshot, tmp_path: Path, name: str, value: float
+) -> None:
+    write(taken, tmp_path / "a.npz")
+    with np.load(tmp_path / "a.npz") as archive:
+        whole = archive[name]
+    for damaged in (np.full_like(whole, value), whole[1:], whole.astype(np.int8)):
+        with pytest.raises(MapFileError, match="damaged"):
+            read(rewritten(tmp_path / "a.npz", **{name: damaged}))
+    if name != HEIGHTS:
+        with pytest.raises(MapFileError, match="damaged"):
+            read(rewritten(tmp_path / "a.npz", **{name: None}))
+
+
 def test_damaged_objects_are_refused(taken: MapSnapshot, tmp_path: Path) -> None:
     found = NO_OBJECTS.with_find(object_find("bed"), "00ff00ff", ObjectParams())
     half = np.frombuffer(to_bytes(found)[:-8], np.uint8)
@@ -105,7 +155,8 @@ def test_names_in_the_file_are_those_of_the_format(taken: MapSnapshot, tmp_path:
         header = json.loads(str(archive["header"]))
         assert set(archive.files) == {
             *("header", "cells", "features", "confidence", "searched", "explored"),
-            *("driving_cells", "evidence", "clear"),
+            *("driving_cells", "evidence", "clear", "heights"),
+            *("view_poses", "best_view", "view_confidence", "last_seen_ns"),
         }
     assert set(header) == {
         *("format", "version", "encoder_id", "text_space", "dimension", "cell_size_m"),

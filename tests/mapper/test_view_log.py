@@ -61,6 +61,25 @@ def test_a_camera_that_stands_still_adds_no_views(log: ViewLog) -> None:
     assert log.nbytes == held + 24
 
 
+def test_what_is_taken_and_put_into_another_log_is_the_same(log: ViewLog) -> None:
+    record(log, 0.0, [1, 1, 1, 1], 10)
+    record(log, 1.0, [3, 3, 0.5, 0.5], 20)
+    record(log, 2.0, [0.1, 0.1, 0.1, 0.1], 30)  # the best view of no cell
+    seen = log.taken(np.arange(6))
+    assert len(seen.poses) == 2
+    assert seen.best.tolist() == [1, 1, 0, 0, -1, -1]
+    other = ViewLog()
+    other.grow(1)
+    record(other, 5.0, [2, 2, 2, 2], 5)
+    other.put_in(np.arange(6), seen)
+    assert other.best_view(ROWS[:2])[0] == pytest.approx(1.0)
+    assert other.best_view(ROWS[2:])[0] == pytest.approx(5.0)
+    assert other.last_seen_ns(ROWS) == 30
+    assert other.last_seen_ns(np.array([4, 5])) == 0
+    record(other, 5.0, [9, 9, 9, 9], 40)  # the views of the other log are not taken for the newest
+    assert other.best_view(ROWS)[0] == pytest.approx(5.0)
+
+
 def test_views_that_are_best_for_no_cell_are_forgotten(
     log: ViewLog, monkeypatch: pytest.MonkeyPatch
 ) -> None:

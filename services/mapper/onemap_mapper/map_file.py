@@ -27,6 +27,7 @@ from onemap_mapper.atomic_file import replacing
 from onemap_mapper.npz_writer import NpzWriter
 from onemap_mapper.objects import NO_OBJECTS, from_bytes, to_bytes
 from onemap_mapper.snapshot import MapFileError, MapHeader, MapSnapshot
+from onemap_mapper.view_log import SeenFrom
 from onemap_shared.grid import MAX_CELLS
 
 SUFFIX = ".npz"
@@ -59,7 +60,11 @@ ARRAYS = (
     "clear",
 )
 OBJECTS = "objects"  # only in files of maps with found objects
-EXPLORED = "explored"  # not in files of releases that counted all frames
+# Arrays that files of earlier releases do not have; earlier releases leave them unread.
+EXPLORED = "explored"
+HEIGHTS = "heights"
+SEEN = ("view_poses", "best_view", "view_confidence", "last_seen_ns")  # all of them, or none
+ADDED = (EXPLORED, HEIGHTS, *SEEN)
 
 
 class MapNotFound(MapFileError):
@@ -101,6 +106,11 @@ def _arrays(snapshot: MapSnapshot) -> dict[str, NDArray]:
         arrays[OBJECTS] = np.frombuffer(to_bytes(snapshot.objects), np.uint8)
     if snapshot.explored is not None:
         arrays[EXPLORED] = snapshot.explored
+    if snapshot.heights is not None:
+        arrays[HEIGHTS] = snapshot.heights
+    if (seen := snapshot.seen) is not None:
+        parts = (seen.poses, seen.best, seen.confidence, seen.last_seen_ns)
+        arrays |= dict(zip(SEEN, parts, strict=True))
     return arrays
 
 
@@ -127,7 +137,10 @@ def read(path: Path, *, max_cells: int = MAX_CELLS) -> MapSnapshot:
         map_layout.check_arrays(_declared(archive), header, path.name, max_cells)
         arrays = {name: archive[name] for name in _names(archive)}
         objects = from_bytes(_object_bytes(archive)) if OBJECTS in archive else NO_OBJECTS
-        snapshot = MapSnapshot(header, **arrays, objects=objects)
+        seen = [arrays.pop(name) for name in SEEN if name in arrays]
+        snapshot = MapSnapshot(
+            header, **arrays, objects=objects, seen=SeenFrom(*seen) if seen else None
+        )
         problem = map_layout.features_problem(snapshot.features)
         problem = problem or map_layout.values_problem(snapshot)
     if problem:
@@ -181,7 +194,7 @@ def _declared(archive: Any) -> dict[str, map_layout.Declared]:
 
 
 def _names(archive: Any) -> tuple[str, ...]:
-    return (*ARRAYS, EXPLORED) if EXPLORED in archive else ARRAYS
+    return (*ARRAYS, *(name for name in ADDED if name in archive))
 
 
 def _declared_array(archive: Any, name: str) -> map_layout.Declared:

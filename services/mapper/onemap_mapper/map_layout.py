@@ -14,6 +14,7 @@ from math import prod
 import numpy as np
 from numpy.typing import NDArray
 
+from onemap_mapper.heights import LEVELS
 from onemap_mapper.occupancy import MAX_EVIDENCE, MIN_EVIDENCE
 from onemap_mapper.snapshot import (
     ASSUMED,
@@ -24,6 +25,8 @@ from onemap_mapper.snapshot import (
     MapHeader,
     MapSnapshot,
 )
+from onemap_mapper.view_log import SeenFrom
+from onemap_shared.geometry import MAX_COORDINATE_M
 from onemap_shared.messages import MAX_FILE_TEXT_CHARS
 
 MAX_HEADER_BYTES = 64_000  # of the array with the JSON: ours have 2 kB
@@ -31,6 +34,7 @@ MAX_DIMENSION = 16_384  # channels of a feature; encoders have up to 1536
 MAX_LEVELS = 1_000  # of a column: 11 at the default cell size
 MAX_OBJECT_BYTES = 2**27  # of the found objects: 200 pictures of 256 kB and their texts
 MAX_CONFIDENCE = 1e30  # sums of it stay finite in float32
+MAX_HEIGHT_SHARE = 1.1  # 1, with what rounding leaves after submaps moved
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +106,21 @@ def check_arrays(
         raise MapFileError(
             f"{name} has {max(n, m)} cells; max_extent_m and cell_size_m allow {max_cells}"
         )
+    for part, (dtype, shape) in _layout(declared, header, n, m).items():
+        array = declared[part]
+        if (array.dtype, array.shape) != (dtype, shape):
+            raise MapFileError(
+                f"{name} is damaged: {part} is {array.dtype} {array.shape}, expected {dtype} "
+                f"{shape}"
+            )
+    if declared["evidence"].shape[1] > MAX_LEVELS:
+        raise MapFileError(f"{name} is damaged: columns of {declared['evidence'].shape[1]} levels")
+
+
+def _layout(
+    declared: Mapping[str, Declared], header: MapHeader, n: int, m: int
+) -> dict[str, tuple[str, tuple[int, ...]]]:
+    """Type and shape of each array of a map of n cells, and m with evidence of obstacles."""
     half = declared["features"].dtype == "float16"
     layout: dict[str, tuple[str, tuple[int, ...]]] = {
         "cells": ("int32", (n, 2)),
@@ -112,17 +131,18 @@ def check_arrays(
         "evidence": ("int8", (m, *declared["evidence"].shape[-1:])),
         "clear": ("uint8", (m,)),
     }
-    if "explored" in declared:
-        layout["explored"] = ("float32", (n,))
-    for part, (dtype, shape) in layout.items():
-        array = declared[part]
-        if (array.dtype, array.shape) != (dtype, shape):
-            raise MapFileError(
-                f"{name} is damaged: {part} is {array.dtype} {array.shape}, expected {dtype} "
-                f"{shape}"
-            )
-    if declared["evidence"].shape[1] > MAX_LEVELS:
-        raise MapFileError(f"{name} is damaged: columns of {declared['evidence'].shape[1]} levels")
+    added: dict[str, tuple[str, tuple[int, ...]]] = {
+        "explored": ("float32", (n,)),
+        "heights": ("float32", (n, LEVELS)),
+        "best_view": ("int32", (n,)),
+        "view_confidence": ("float32", (n,)),
+        "last_seen_ns": ("int64", (n,)),
+    }
+    layout |= {part: form for part, form in added.items() if part in declared}
+    if "view_poses" in declared:
+        views = min(*declared["view_poses"].shape[:1], n)  # each is the best one of some cell
+        layout["view_poses"] = ("float64", (views, 3))
+    return layout
 
 
 def features_problem(features: NDArray) -> str:
@@ -147,4 +167,24 @@ def values_problem(snapshot: MapSnapshot) -> str:
         cells = getattr(snapshot, part)
         if len(np.unique(cells, axis=0)) != len(cells):
             return f"{part} that are there twice"
-    return ""
+    return _heights_problem(snapshot.heights) or _seen_problem(snapshot.seen)
+
+
+def _heights_problem(heights: NDArray | None) -> str:
+    """What of the shares of height no map can hold; empty if there is nothing."""
+    if heights is None or ((heights >= 0) & (heights <= MAX_HEIGHT_SHARE)).all():
+        return ""
+    return f"shares of height outside of 0 to {MAX_HEIGHT_SHARE:g}"
+
+
+def _seen_problem(seen: SeenFrom | None) -> str:
+    """What of the views no map can hold; empty if there is nothing."""
+    if seen is None:
+        return ""
+    if not (np.abs(seen.poses) <= MAX_COORDINATE_M).all():  # also refuses NaN
+        return "views from places that no map has"
+    if seen.best.size and not -1 <= seen.best.min() <= seen.best.max() < len(seen.poses):
+        return "cells with views that are not there"
+    if not ((seen.confidence >= 0) & (seen.confidence <= MAX_CONFIDENCE)).all():
+        return f"view_confidence outside of 0 to {MAX_CONFIDENCE:g}"
+    return "times before 1970" if seen.last_seen_ns.min(initial=0) < 0 else ""

@@ -27,6 +27,8 @@ from onemap_mapper.snapshot import (
 from onemap_mapper.submaps.correction import PlanarCorrection
 from onemap_mapper.submaps.submap import moved_cells
 from onemap_mapper.tiles import MapTooLarge
+from onemap_mapper.view_log import SeenFrom
+from onemap_shared.geometry import I64
 from onemap_shared.messages import KeptObject, ObjectFind, PicturedObject
 
 
@@ -38,7 +40,8 @@ def merge_into(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -
     """
     _check(belief, taken)
     header = taken.header
-    share = _features(taken, moved, header.cell_size_m)
+    cells, source = moved_cells(taken.cells.astype(np.int64), moved, header.cell_size_m)
+    share = _features(taken, cells, source)
     occupancy = _occupancy(taken, moved, header.cell_size_m)
     try:
         belief.grow(np.concatenate([share.cells, occupancy.cells]))
@@ -48,6 +51,8 @@ def merge_into(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -
         if belief.dimension == 0:
             belief.set_encoder(header.encoder_id, header.text_space, header.dimension)
         belief.put_in(share)
+        if taken.seen is not None:
+            belief.view_log.put_in(belief.tiles.rows(cells), _seen(taken.seen.of(source), moved))
     belief.fuse_occupancy(occupancy)
     belief.assume_free(occupancy.cells[occupancy.blind])
     belief.frames_fused += header.frames_fused
@@ -96,15 +101,23 @@ def _grid_of(params: MapParams) -> tuple[float, float, float]:
     return (params.cell_size_m, params.obstacle_min_height_m, params.obstacle_max_height_m)
 
 
-def _features(taken: MapSnapshot, moved: PlanarCorrection, cell_size_m: float) -> FeatureShare:
-    cells, source = moved_cells(taken.cells.astype(np.int64), moved, cell_size_m)
+def _features(taken: MapSnapshot, cells: I64, source: I64) -> FeatureShare:
+    """The features of world cells (n, 2), each from the cell of this index (n,)."""
     explored = taken.confidence if taken.explored is None else taken.explored
     confidence, seen = (
         torch.from_numpy(values[source].astype(np.float64))
         for values in (taken.confidence, explored)
     )
     features = torch.from_numpy(np.asarray(taken.features)[source])
-    return FeatureShare(cells, features, confidence, torch.zeros_like(confidence), seen)
+    searched = torch.zeros_like(confidence)
+    heights = taken.known_heights()[source]
+    return FeatureShare(cells, features, confidence, searched, seen, heights)
+
+
+def _seen(seen: SeenFrom, moved: PlanarCorrection) -> SeenFrom:
+    """The same views from the places of the camera in our frame."""
+    yaw_rad = (seen.poses[:, 2] + moved.yaw_rad + np.pi) % (2 * np.pi) - np.pi
+    return replace(seen, poses=np.column_stack([moved.apply(seen.poses[:, :2]), yaw_rad]))
 
 
 def _occupancy(taken: MapSnapshot, moved: PlanarCorrection, cell_size_m: float) -> OccupancyUpdate:

@@ -9,10 +9,12 @@ import torch
 from numpy.typing import NDArray
 
 from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.heights import LEVELS
 from onemap_mapper.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.occupancy import OccupancyUpdate
 from onemap_mapper.params import MapParams
 from onemap_mapper.tiles import MapTooLarge
+from onemap_mapper.view_log import SeenFrom
 
 FORMAT, VERSION = "onemap-map", 2
 VERSION_WITHOUT_DROPS = 1  # its columns have no voxel below the floor
@@ -52,7 +54,8 @@ class MapSnapshot:
     driving_cells (m, 2) int32 with evidence (m, levels + 1) int8 and clear (m,) uint8,
     0, 1 or ``ASSUMED``.
     objects: what was found. explored (n,) float32: confidence of keyframes; None in a file of
-    a release that counted all frames.
+    a release that counted all frames. heights (n, LEVELS) float32: shares of height; seen: from
+    where the cells were seen best, and when last; None in files of releases without them.
     """
 
     header: MapHeader
@@ -65,15 +68,23 @@ class MapSnapshot:
     clear: NDArray[np.uint8]
     objects: ObjectMemory = NO_OBJECTS
     explored: NDArray[np.float32] | None = None
+    heights: NDArray[np.float32] | None = None
+    seen: SeenFrom | None = None
 
     @property
     def nbytes(self) -> int:
         """Bytes of the arrays with all features, nearly the size of the file."""
         features = len(self.cells) * self.header.dimension * self.features.itemsize
-        cells = (self.cells, self.confidence, self.searched, self.explored)
+        cells = (self.cells, self.confidence, self.searched, self.explored, self.heights, self.seen)
         driving = (self.driving_cells, self.evidence, self.clear)
         arrays = (array for array in (*cells, *driving) if array is not None)
         return features + sum(array.nbytes for array in arrays)
+
+    def known_heights(self) -> NDArray[np.float32]:
+        """Shares (n, LEVELS) of height, 0 where they are not known."""
+        if self.heights is not None:
+            return self.heights
+        return np.zeros((len(self.cells), LEVELS), np.float32)
 
 
 def take(belief: BeliefMap, objects: ObjectMemory = NO_OBJECTS) -> MapSnapshot:
@@ -119,6 +130,8 @@ def outline(belief: BeliefMap) -> MapSnapshot:
         evidence=belief.evidence.values[rows],
         clear=belief.clear.values[rows] * np.uint8(1) + belief.assumed.values[rows],
         explored=store.explored_confidence.cpu().numpy().copy(),
+        heights=store.heights(slice(0, store.count)),
+        seen=belief.view_log.taken(belief.tiles.rows(store.cells)),
     )
 
 
@@ -150,10 +163,18 @@ def restore(
             for array in (snapshot.confidence, snapshot.searched, snapshot.features)
         )
         slots = belief.slots_of(cells)
-        belief.store.fuse(slots, features.float(), confidence, revision=first_revision)
+        belief.store.fuse(
+            slots,
+            features.float(),
+            confidence,
+            revision=first_revision,
+            heights=snapshot.known_heights(),
+        )
         belief.store.set_searched_confidence(searched)
         if snapshot.explored is not None:
             belief.store.set_explored_confidence(torch.from_numpy(snapshot.explored))
+        if snapshot.seen is not None:
+            belief.view_log.put_in(belief.tiles.rows(cells), snapshot.seen)
     belief.frames_fused, belief.sequence = header.frames_fused, header.sequence
     belief.stamp_ns = header.stamp_ns
     return belief

@@ -1,20 +1,47 @@
 """From where every cell of a map was seen best, and when last.
 
 A view is a place of the camera; frames from nearly the same place are one. Cells that were not
-seen since the log began, as those of a loaded map, have no view.
+seen since the log began, as those of a map of an old file, have no view.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from onemap_mapper.keyframes import views_since
 from onemap_mapper.params import MapParams
 from onemap_mapper.tiles import TileLayer
-from onemap_shared.geometry import F32, F64, I64
+from onemap_shared.geometry import F32, F64, I32, I64
 
 NO_VIEW_YET = -1
 FIRST_PRUNING = 4096  # views of a quarter of an hour of driving
+
+
+@dataclass(frozen=True, slots=True)
+class SeenFrom:
+    """What a log says of some cells (n,), detached from it.
+
+    poses (k, 3) float64: x, y, yaw of the camera in each view; best (n,) int32: index of the best
+    one, -1 = none; confidence (n,) float32: in that view; last_seen_ns (n,) int64: 0 = never.
+    """
+
+    poses: F64
+    best: I32
+    confidence: F32
+    last_seen_ns: I64
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the arrays."""
+        cells = self.best.nbytes + self.confidence.nbytes + self.last_seen_ns.nbytes
+        return self.poses.nbytes + cells
+
+    def of(self, index: I64) -> SeenFrom:
+        """What it says of some of its cells, by index (m,)."""
+        best, confidence = self.best[index], self.confidence[index]
+        return SeenFrom(self.poses, best, confidence, self.last_seen_ns[index])
 
 
 class ViewLog:
@@ -67,6 +94,29 @@ class ViewLog:
             np.float32
         )
         return pose
+
+    def taken(self, rows: I64) -> SeenFrom:
+        """A copy of what is known of distinct cells, by rows (n,), with the views that it names."""
+        best = self._best.values[rows]
+        used, number = np.unique(best, return_inverse=True)
+        none = int((used == NO_VIEW_YET).any())  # the first of them, if there is any
+        return SeenFrom(
+            self._poses[used[none:]],
+            (number - none).astype(np.int32),
+            self._confidence.values[rows],
+            self._last_seen_ns.values[rows],
+        )
+
+    def put_in(self, rows: I64, seen: SeenFrom) -> None:
+        """Add what another log says of distinct cells, by rows (n,); the better view is kept."""
+        better = (seen.best != NO_VIEW_YET) & (seen.confidence > self._confidence.values[rows])
+        self._best.values[rows[better]] = seen.best[better] + len(self._poses)
+        self._confidence.values[rows[better]] = seen.confidence[better]
+        self._last_seen_ns.values[rows] = np.maximum(
+            self._last_seen_ns.values[rows], seen.last_seen_ns
+        )
+        self._poses = np.concatenate([self._poses, seen.poses])
+        self._T_map_camera = None  # the next frame begins a view
 
     def _begin_view(self, T_map_camera: F64) -> None:
         if len(self._poses) >= self._prune_at:
