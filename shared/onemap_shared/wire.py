@@ -228,7 +228,8 @@ def _typed(name: str, value: Any, hint: Any) -> Any:
     if not isinstance(hint, types.GenericAlias) and isinstance(hint, type):
         if dataclasses.is_dataclass(hint) and isinstance(value, dict):
             make = typing.cast("Callable[..., Any]", hint)
-            return make(**{n: _typed(f"{name}.{n}", value.get(n), k) for n, k, _ in _fields(hint)})
+            known = [(n, k) for n, k, _ in _fields(hint) if n in value or n not in _added(hint)]
+            return make(**{n: _typed(f"{name}.{n}", value.get(n), k) for n, k in known})
         if issubclass(hint, Enum):
             return hint(value)
         accepted, convert = _SCALARS.get(hint, ((), hint))

@@ -17,6 +17,8 @@ from onemap_shared.messages import KeptObject, ObjectId, ObjectListRequest
 from onemap_shared.transport import RemoteError
 from tests.mapper.finds import PICTURE, object_find
 
+HEIGHT_M = (0.3, 0.7)
+
 
 class Kept:
     """A keeper on a bus, and one who asks it."""
@@ -24,7 +26,9 @@ class Kept:
     def __init__(self, folder: Path) -> None:
         router = MemoryRouter()
         self.announced: list[int] = []
-        self.keeper = ObjectKeeper(router.bus("mapper"), folder, ObjectParams(), self._announce)
+        self.keeper = ObjectKeeper(
+            router.bus("mapper"), folder, ObjectParams(), self._announce, lambda _extent_m: HEIGHT_M
+        )
         self.client = router.bus()
 
     def _announce(self) -> None:
@@ -43,6 +47,7 @@ def test_a_find_is_kept_listed_shown_and_forgotten(tmp_path: Path) -> None:
     kept = Kept(tmp_path)
     bed, sofa = kept.remember("bed"), kept.remember("sofa")
     assert len(bed.object_id) == 8
+    assert bed.height_m == HEIGHT_M
     assert bed.object_id != sofa.object_id
     assert kept.names() == ["sofa", "bed"]
     shown = kept.client.call(keys.MAP_OBJECT, ObjectId(bed.object_id))

@@ -41,7 +41,7 @@ STATUS = m.SearchStatus(
 SAVED = m.SavedMap("flat", 4096, 123, "mini-1", "minilm", 0.1, 100, 3)
 KEPT = m.KeptObject(
     "3f9a12c4", "bed", (1.0, 2.0, 0.4), (0.5, 1.0, 1.5, 3.0), 0.93, 2, "s1", 100, 123,
-    (4.0, 6.0, 20.0, 18.0), 3,
+    (4.0, 6.0, 20.0, 18.0), 3, (0.3, 0.7),
 )  # fmt: skip
 
 
@@ -79,7 +79,7 @@ SAMPLES: tuple[Any, ...] = (
         "sofa", 4, 123, "mini-1", f32(2, 2), f32(2, 4), f32(2), f32(2), GRID, f32(4, 5),
         0.9, 0.3, ("armchair",), f32(4, 2), np.array([0, 0, 1, 1], np.int32),
         np.array([0, 123], np.int64), f32(2, 3),
-        m.MapVerdict(m.Verdict.FOUND, 8.0, 2.0, 1, (1.0, 2.0)),
+        m.MapVerdict(m.Verdict.FOUND, 8.0, 2.0, 1, (1.0, 2.0)), f32(2, 2),
     ),
     m.SearchViewRequest("sofa", ("bed", "desk")),
     m.SearchView(

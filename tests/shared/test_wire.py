@@ -14,6 +14,7 @@ from onemap_shared.messages import (
     FeatureField,
     Heartbeat,
     ObjectFind,
+    ObjectList,
     Odometry,
     RgbdFrame,
     SearchStatus,
@@ -136,6 +137,18 @@ def test_what_an_earlier_release_does_not_send_has_its_default() -> None:
         decode(VelocityCommand, older(OLDER_COMMAND, "validity_ms"))
     with pytest.raises(WireError, match="planner"):
         decode(VelocityCommand, tamper(OLDER_COMMAND, values_planner=None))
+
+
+def test_what_is_new_in_a_part_of_an_older_message_has_its_default() -> None:
+    listed = next(sample for sample in SAMPLES if isinstance(sample, ObjectList))
+    header = msgpack.unpackb(encode(listed).header)
+    del header["values"]["objects"][0]["height_m"]
+    packet = Packet(msgpack.packb(header), b"")
+    (kept,) = decode(ObjectList, packet).objects
+    assert kept == dataclasses.replace(listed.objects[0], height_m=())
+    del header["values"]["objects"][0]["score"]
+    with pytest.raises(WireError, match=r"objects.score .* missing"):
+        decode(ObjectList, Packet(msgpack.packb(header), b""))
 
 
 @pytest.mark.parametrize("name", ["x" * 65, "two\nlines"])

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from onemap_mapper import map_file
 from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.height_answers import Extent, extent_band
 from onemap_mapper.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.snapshot import MapSnapshot, outline, take
 
@@ -63,6 +64,11 @@ class LiveMap:
         with self.lock:
             content = take(self.current(), objects)
         return map_file.write(content, path) if content.header.dimension else 0
+
+    def height_m(self, extent_m: Extent) -> tuple[float, ...]:
+        """Lowest and highest height, metres, of what lies there; empty: nothing is known of it."""
+        with self.lock:
+            return extent_band(self.current(), extent_m)
 
     def _feature_parts(self, belief: BeliefMap, content: MapSnapshot) -> Iterator[NDArray]:
         """All features in parts, each valid until the next is asked for.

@@ -25,19 +25,28 @@ from onemap_shared.transport import Bus, RequestRejected
 
 LOG = logging.getLogger("onemap.mapper")
 
+HeightOf = Callable[[tuple[float, float, float, float]], tuple[float, ...]]
+
 ID_BYTES = 4  # random, so that a browser never takes an old picture for that of a new object
 
 
 class ObjectKeeper:
     """The memory of found objects, its file and its procedures.
 
-    ``announce`` is called after every change, without the keeper's lock.
+    ``announce`` is called after every change, without the keeper's lock; ``height_of`` says
+    between which heights an object of this extent lies.
     """
 
     def __init__(
-        self, bus: Bus, folder: Path, params: ObjectParams, announce: Callable[[], None]
+        self,
+        bus: Bus,
+        folder: Path,
+        params: ObjectParams,
+        announce: Callable[[], None],
+        height_of: HeightOf,
     ) -> None:
         self._folder, self._params, self._announce = folder, params, announce
+        self._height_of = height_of
         self._lock = threading.Lock()  # changing memory and file is read, compute, write
         found, problem = object_file.read(folder)
         self._memory = found.limited(params)
@@ -61,8 +70,8 @@ class ObjectKeeper:
 
     def remember(self, find: ObjectFind) -> KeptObject:
         """Keep a find; returns the object that it is."""
-        new_id = secrets.token_hex(ID_BYTES)
-        memory = self._change(lambda memory: memory.with_find(find, new_id, self._params))
+        new_id, height_m = secrets.token_hex(ID_BYTES), self._height_of(find.extent_m)
+        memory = self._change(lambda memory: memory.with_find(find, new_id, self._params, height_m))
         known = memory.same_object(find, self._params)
         assert known is not None  # it was just put there
         LOG.info("keeping %s, found at (%.2f, %.2f)", find.name, *find.position_m[:2])

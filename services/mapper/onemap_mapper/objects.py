@@ -33,15 +33,23 @@ class ObjectMemory:
         """The object with this id; None if there is none."""
         return next((o for o in self.objects if o.kept.object_id == object_id), None)
 
-    def with_find(self, find: ObjectFind, new_id: str, params: ObjectParams) -> ObjectMemory:
+    def with_find(
+        self,
+        find: ObjectFind,
+        new_id: str,
+        params: ObjectParams,
+        height_m: tuple[float, ...] = (),
+    ) -> ObjectMemory:
         """The memory after a find: of a known object, which keeps its id, or of a new one.
 
+        height_m: between which heights it lies; empty: not known.
         A find that was remembered before, as when its sender did not hear of it, changes nothing.
         """
         known = self.same_object(find, params)
         if known is not None and _is_repeated(known.kept, find):
             return self
         kept = _first_time(find, new_id) if known is None else _again(known.kept, find)
+        kept = replace(kept, height_m=height_m)
         others = tuple(entry for entry in self.objects if entry is not known)
         objects = (*others, PicturedObject(kept, find.picture))
         return replace(self, objects=objects, version=self.version + 1).limited(params)

@@ -9,6 +9,7 @@ import numpy as np
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.coverage import FloorCoverage
+from onemap_mapper.height_answers import region_bands
 from onemap_mapper.outlines import outline
 from onemap_mapper.params import RegionParams, VerdictParams
 from onemap_mapper.regions import (
@@ -75,6 +76,7 @@ def similarity_reply(
             np.arange(len(outlines), dtype=np.int32), [len(corners) for corners in outlines]
         ),
         last_seen_ns=np.array([log.last_seen_ns(each) for each in rows], np.int64),
+        heights_m=region_bands(belief, regions.cells, grid_scores),
         best_views=np.array([log.best_view(each) for each in rows], np.float32).reshape(-1, 3),
     )
 

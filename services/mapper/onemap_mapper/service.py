@@ -91,7 +91,8 @@ class Mapper:
         self._graphs = bus.subscribe(keys.ROBOT_POSE_GRAPH)
         self._follower = PoseGraphFollower(config)
         self._revisions = bus.publish(keys.MAP_REVISION)
-        self._objects = ObjectKeeper(bus, config.map_folder, config, self._announce_objects)
+        folder, height_m = config.map_folder, self._live.height_m
+        self._objects = ObjectKeeper(bus, folder, config, self._announce_objects, height_m)
         bus.serve(keys.MAP_SIMILARITY, self.similarity)
         bus.serve(keys.MAP_SEARCH_VIEW, self.search_view)
         bus.serve(keys.MAP_SEARCH_RESET, self.reset_searched)

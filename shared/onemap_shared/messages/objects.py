@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from onemap_shared.messages.checks import check_picture, clean_texts, expect_share
+from onemap_shared.messages.checks import ADDED, check_picture, clean_texts, expect_share
 
 MAX_LISTED_OBJECTS = 150  # in one message of 256 kB, with names of 200 characters in any script
 MAX_ID_CHARS = 64
@@ -56,6 +56,7 @@ class KeptObject:
         last_seen_ns: capture time of its present picture, on the robot's wall clock.
         box_px: x0, y0, x1, y1 of the object in pixels of the picture; empty: not known.
         picture_bytes: size of the picture, 0 if there is none.
+        height_m: between which heights above the floor it lies; empty: not known.
     """
 
     object_id: str
@@ -69,6 +70,7 @@ class KeptObject:
     last_seen_ns: int
     box_px: tuple[float, ...] = ()
     picture_bytes: int = 0
+    height_m: tuple[float, ...] = field(default=(), metadata=ADDED)
 
     def __post_init__(self) -> None:
         _check_place(self)
@@ -79,6 +81,9 @@ class KeptObject:
             value = getattr(self, field_name)
             if value < 0:
                 raise ValueError(f"{field_name} is {value}; it must not be negative")
+        _check_numbers(self.height_m, "height_m")
+        if len(self.height_m) not in (0, 2):
+            raise ValueError(f"height_m has {len(self.height_m)} numbers; it needs 2, or none")
 
 
 @dataclass(frozen=True, slots=True)

@@ -79,10 +79,11 @@ class SimilarityReply:
             one region after the other.
         outline_owner: (P,) index of the region that a corner belongs to, ascending.
         last_seen_ns: (N,) when a camera last saw a cell of the region, on the robot's wall clock;
-            0: not since the map was loaded or the mapper started.
+            0: nothing is known of it, as in a map of an old file.
         best_views: (N, 3) x, y and yaw in radians of the camera when it saw the region best; NaN:
             as 0 above.
         verdict: whether the object is on the map.
+        heights_m: (N, 2) between which heights above the floor the match lies; NaN: not known.
     """
 
     text: str
@@ -103,6 +104,7 @@ class SimilarityReply:
     last_seen_ns: I64 = field(default_factory=lambda: np.zeros(0, np.int64))
     best_views: F32 = field(default_factory=lambda: np.zeros((0, 3), np.float32))
     verdict: MapVerdict = NO_VERDICT
+    heights_m: F32 = field(default_factory=lambda: np.zeros((0, 2), np.float32))
 
     def __post_init__(self) -> None:
         count, corners = len(self.scores), len(self.outline_owner)
@@ -115,6 +117,7 @@ class SimilarityReply:
         expect(self.outline_owner, "outline_owner", np.int32, (corners,))
         expect(self.last_seen_ns, "last_seen_ns", np.int64, (count,))
         expect(self.best_views, "best_views", np.float32, (count, 3))
+        expect(self.heights_m, "heights_m", np.float32, (count, 2))
         if corners and not 0 <= self.outline_owner.min() <= self.outline_owner.max() < count:
             raise ValueError(f"outline_owner names a region beyond the {count} there are")
         expect_share(self.best_score, "best_score")

@@ -56,12 +56,14 @@ def test_a_kept_object_has_an_id_and_counts() -> None:
     assert_refused(ObjectId, "object_id has 65 characters", object_id="x" * 65)
     assert_refused(KeptObject, "times_found is -1", times_found=-1)
     assert_refused(KeptObject, "picture_bytes is -1", picture_bytes=-1)
+    assert_refused(KeptObject, "needs 2, or none", height_m=(0.5,))
+    assert_refused(KeptObject, "NaN or infinity", height_m=(0.5, float("inf")))
 
 
 def test_a_list_is_limited_and_travels_with_the_longest_names() -> None:
     wordy = KeptObject(
         "f" * 64, "\U00010348" * 200, (1.5, 2.5, 3.5), (1.5, 2.5, 3.5, 4.5), 0.5, 10**9,
-        "s" * 64, 2**62, 2**62, (0.5, 0.5, 0.5, 0.5), 10**6,
+        "s" * 64, 2**62, 2**62, (0.5, 0.5, 0.5, 0.5), 10**6, (0.5, 0.5),
     )  # fmt: skip
     full = ObjectList((wordy,) * MAX_LISTED_OBJECTS)
     assert decode(ObjectList, encode(full)) == full

@@ -24,6 +24,7 @@ def test_a_query_asks_for_1_to_100_regions(count: int) -> None:
         ({"variances": np.zeros(3, np.float32)}, "variances has shape"),
         ({"last_seen_ns": np.zeros(3, np.int64)}, "last_seen_ns has shape"),
         ({"best_views": np.zeros((2, 2), np.float32)}, "best_views has shape"),
+        ({"heights_m": np.zeros((2, 3), np.float32)}, "heights_m has shape"),
         ({"outline_points_m": np.zeros((3, 2), np.float32)}, "outline_points_m has shape"),
         ({"outline_owner": np.array([0, 1, 2, 2], np.int32)}, "beyond the 2 there are"),
     ],

@@ -49,6 +49,7 @@ def reply(text: str, *places: tuple[float, float, float]) -> SimilarityReply:
         scores,
         last_seen_ns=np.zeros(len(best), np.int64),
         best_views=np.full((len(best), 3), np.nan, np.float32),
+        heights_m=np.full((len(best), 2), np.nan, np.float32),
     )
 
 
