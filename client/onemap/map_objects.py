@@ -16,7 +16,8 @@ ADDRESS = "/v1/objects"
 class MapObject:
     """An object that was found, kept with the map.
 
-    position_m: x, y, z of its middle; extent_m: x_min, y_min, x_max, y_max; score: 0 to 1;
+    position_m: x, y, z of its middle; extent_m: x_min, y_min, x_max, y_max; height_m: between which
+    heights above the floor it lies, None if not known; score: 0 to 1;
     first_found_ns, last_seen_ns: nanoseconds since 1970, by the robot's clock; box_px: x0, y0,
     x1, y1 in the picture, None if not known; has_picture: whether ``Client.object_picture`` has
     one.
@@ -26,6 +27,7 @@ class MapObject:
     name: str
     position_m: tuple[float, float, float]
     extent_m: tuple[float, float, float, float]
+    height_m: tuple[float, float] | None
     score: float
     times_found: int
     search_id: str
@@ -49,11 +51,16 @@ class MapObject:
         if document.get("box_px"):
             x0, y0, x1, y1 = (float(side) for side in document["box_px"])
             box_px = (x0, y0, x1, y1)
+        height_m = None
+        if document.get("height_m"):
+            low_m, high_m = (float(value) for value in document["height_m"])
+            height_m = (low_m, high_m)
         return cls(
             id=str(document["id"]),
             name=str(document["name"]),
             position_m=(x_m, y_m, z_m),
             extent_m=(x_min, y_min, x_max, y_max),
+            height_m=height_m,
             score=float(document["score"]),
             times_found=int(document["times_found"]),
             search_id=str(document.get("search_id", "")),

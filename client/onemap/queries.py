@@ -21,8 +21,9 @@ class Region:
 
     centre_m: x, y; extent_m: x_min, y_min, x_max, y_max; outline_m: corners of its polygon,
     counter-clockwise; score: 0 to 1; variance: of the belief there, None if unbounded;
-    last_seen_at: RFC 3339, empty if it was not since the map was loaded; best_view: x, y, yaw of
-    the camera when it saw it best, metres and radians, None if it did not.
+    height_m: between which heights above the floor it lies, None if not known; last_seen_at:
+    RFC 3339, empty if not known; best_view: x, y, yaw of the camera when it saw it best, metres
+    and radians, None if not known.
     """
 
     rank: int
@@ -31,6 +32,7 @@ class Region:
     outline_m: tuple[Point, ...]
     score: float
     variance: float | None
+    height_m: Point | None
     last_seen_at: str
     best_view: tuple[float, float, float] | None
     document: Document = field(repr=False, compare=False)
@@ -40,6 +42,7 @@ class Region:
         """The region that ``document`` describes."""
         x_min, y_min, x_max, y_max = (float(value) for value in document["extent_m"])
         variance, view = document.get("variance"), document.get("best_view")
+        height_m = document.get("height_m")
         return cls(
             rank=int(document["rank"]),
             centre_m=_point(document["centre_m"]),
@@ -47,6 +50,7 @@ class Region:
             outline_m=tuple(map(_point, document.get("outline_m", ()))),
             score=float(document["score"]),
             variance=None if variance is None else float(variance),
+            height_m=_point(height_m) if height_m else None,
             last_seen_at=str(document.get("last_seen_at") or ""),
             best_view=(float(view["x_m"]), float(view["y_m"]), float(view["yaw_rad"]))
             if view

@@ -12,11 +12,12 @@ from tests.gateway.fakes import PICTURE, STAMP_NS, FakeMapper, kept_object
 
 
 def test_objects_are_listed_shown_and_forgotten(client: Client, mapper: FakeMapper) -> None:
-    blind = replace(kept_object("00ff00ff", "sofa"), box_px=(), picture_bytes=0)
+    blind = replace(kept_object("00ff00ff", "sofa"), box_px=(), picture_bytes=0, height_m=())
     mapper.objects += [kept_object(), blind]
     bed, sofa = client.objects()
     assert (bed.id, bed.name, bed.position_m) == ("3f9a12c4", "bed", (3.42, -1.15, 0.41))
     assert (bed.extent_m, bed.box_px) == ((2.5, -2.1, 4.4, -0.3), (4.0, 6.0, 20.0, 18.0))
+    assert (bed.height_m, sofa.height_m) == ((0.1, 0.7), None)
     assert (bed.score, bed.times_found, bed.search_id) == (0.93, 2, "s1")
     assert (bed.first_found_ns, bed.last_seen_ns) == (STAMP_NS, STAMP_NS + 10**9)
     assert bed.last_seen_at.isoformat() == "2026-01-01T00:00:01+00:00"

@@ -16,6 +16,7 @@ def test_members_that_are_missing_are_empty() -> None:
     old = {"rank": 1, "centre_m": [1, 2], "extent_m": [0, 1, 2, 3], "score": 0.5}
     (region,) = QueryResult.of({"text": "yeti", "regions": [old]}).regions
     assert (region.outline_m, region.last_seen_at, region.best_view) == ((), "", None)
+    assert region.height_m is None
 
 
 def test_members_that_are_new_are_kept() -> None:
@@ -35,6 +36,7 @@ def test_a_query_has_a_verdict_and_where_it_was_seen(client: Client, mapper: Fak
     assert best.best_view == pytest.approx((1.0, 2.0, 0.5))
     assert best.last_seen_at == "2026-01-01T00:00:00.000Z"
     assert (second.best_view, second.last_seen_at) == (None, "")
+    assert (best.height_m, second.height_m) == ((0.1, 0.9), None)
 
 
 def test_negatives_and_area_are_asked_for(client: Client, mapper: FakeMapper) -> None:

@@ -171,6 +171,7 @@ def kept_object(object_id: str = "3f9a12c4", name: str = "bed") -> m.KeptObject:
         last_seen_ns=STAMP_NS + 10**9,
         box_px=(4.0, 6.0, 20.0, 18.0),
         picture_bytes=len(PICTURE),
+        height_m=(0.1, 0.7),
     )
 
 
@@ -249,6 +250,7 @@ class FakeMapper:
             verdict=m.MapVerdict(
                 m.Verdict.NOT_LOOKED_YET if absent else m.Verdict.FOUND, 6.0, 2.0, 1, (1.5, 0.5)
             ),
+            heights_m=np.array([[0.1, 0.9], [np.nan] * 2], np.float32)[:count],
         )
 
     def _view(self, request: m.SearchViewRequest) -> m.SearchView:

@@ -21,6 +21,7 @@ def test_an_object_has_its_place_in_millimetres_and_its_times_twice() -> None:
         "name": "bed",
         "position_m": (3.42, -1.15, 0.41),
         "extent_m": (2.5, -2.1, 4.4, -0.3),
+        "height_m": (0.1, 0.7),
         "score": 0.93,
         "times_found": 2,
         "search_id": "s1",
@@ -31,6 +32,10 @@ def test_an_object_has_its_place_in_millimetres_and_its_times_twice() -> None:
         "box_px": (4.0, 6.0, 20.0, 18.0),
         "picture": "/v1/objects/3f9a12c4.jpg",
     }
+
+
+def test_an_object_of_an_old_file_has_no_height() -> None:
+    assert object_report(replace(kept_object(), height_m=())).height_m is None
 
 
 def test_the_example_of_the_documentation_is_valid() -> None:

@@ -52,6 +52,7 @@ def test_a_region_has_outline_view_and_time_or_null(sofa: SimilarityReply) -> No
     assert first.best_view is not None
     assert (first.best_view.x_m, first.best_view.yaw_rad) == (1.0, 0.5)
     assert (second.outline_m, second.last_seen_at, second.best_view) == ([], None, None)
+    assert (first.height_m, second.height_m) == ((0.1, 0.9), None)
 
 
 def test_a_verdict_says_how_much_was_looked_at(sofa: SimilarityReply) -> None:

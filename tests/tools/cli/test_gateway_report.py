@@ -141,6 +141,7 @@ def test_a_query_says_its_verdict_and_from_where_it_was_seen(console: Console) -
     assert "'sofa' is at (2.35, -1.10) m, with the score 0.91." in text_of(console)
     assert "(0.60, -0.40) m, -22" in text_of(console)
     assert "00:00:12" in text_of(console)
+    assert "0.1 to 0.9 m" in text_of(console)
     describe_query(absent, console)
     said = " ".join(text_of(console).split())
     assert "was not seen, but only 62 % of the reachable area was looked at" in said

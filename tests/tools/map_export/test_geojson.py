@@ -37,12 +37,14 @@ def test_a_region_is_a_closed_polygon_around_its_centre(features: list[dict[str,
     assert Polygon(ring).contains_point(FOUND["regions"][0]["centre_m"])
     assert features[0]["properties"]["text"] == "sofa"
     assert features[0]["properties"]["verdict"] == "found"
+    assert features[0]["properties"]["height_m"] == [0.1, 0.9]
 
 
 def test_an_object_is_a_point(features: list[dict[str, Any]]) -> None:
     point = features[1]
     assert point["geometry"] == {"type": "Point", "coordinates": [3.42, -1.15, 0.41]}
     assert (point["id"], point["properties"]["name"]) == ("3f9a12c4", "bed")
+    assert point["properties"]["height_m"] == [0.1, 0.7]
     assert point["properties"]["last_seen_at"].startswith("2026-01-01T00:09:51")
 
 

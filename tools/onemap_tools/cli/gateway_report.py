@@ -48,7 +48,7 @@ def describe_query(reply: dict[str, Any], console: Console) -> None:
     if not reply["regions"]:
         console.print(Text(reply["message"]), soft_wrap=True)
         return
-    names = ("", "centre", "size", "score", "best seen from", "last seen (UTC)")
+    names = ("", "centre", "size", "height", "score", "best seen from", "last seen (UTC)")
     table = Table(*names, title=reply["text"])
     for region in reply["regions"]:
         x_min, y_min, x_max, y_max = region["extent_m"]
@@ -56,6 +56,7 @@ def describe_query(reply: dict[str, Any], console: Console) -> None:
             str(region["rank"]),
             f"({region['centre_m'][0]:.2f}, {region['centre_m'][1]:.2f}) m",
             f"{x_max - x_min:.1f} x {y_max - y_min:.1f} m",
+            _height(region.get("height_m")),
             f"{region['score']:.2f}",
             _view(region.get("best_view")),
             (region.get("last_seen_at") or "")[11:19],
@@ -77,6 +78,10 @@ def follow_query(events: Iterable[QueryEvent], *, as_json: bool) -> None:
             print_json(dict(event.document))
         else:
             describe_query(dict(event.document), result_console(as_json))
+
+
+def _height(band: list[float] | None) -> str:
+    return f"{band[0]:.1f} to {band[1]:.1f} m" if band else ""
 
 
 def _view(view: dict[str, float] | None) -> str:

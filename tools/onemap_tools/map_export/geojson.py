@@ -35,6 +35,7 @@ def _region(query: QueryResult, index: int) -> dict[str, Any]:
             "rank": region.rank,
             "score": region.score,
             "variance": region.variance,
+            "height_m": list(region.height_m) if region.height_m else None,
             "last_seen_at": region.last_seen_at or None,
         },
     }
@@ -52,5 +53,6 @@ def _object(found: MapObject) -> dict[str, Any]:
             "times_found": found.times_found,
             "last_seen_at": found.last_seen_at.isoformat(),
             "extent_m": list(found.extent_m),
+            "height_m": list(found.height_m) if found.height_m else None,
         },
     }

@@ -22,6 +22,7 @@ class MapObjectReport(BaseModel):
                     "name": "bed",
                     "position_m": [3.42, -1.15, 0.41],
                     "extent_m": [2.5, -2.1, 4.4, -0.3],
+                    "height_m": [0.1, 0.7],
                     "score": 0.93,
                     "times_found": 2,
                     "search_id": "8f14e45f",
@@ -43,6 +44,10 @@ class MapObjectReport(BaseModel):
     )
     extent_m: tuple[float, float, float, float] = Field(
         description="x_min, y_min, x_max, y_max of the cells that it was seen on, metres."
+    )
+    height_m: tuple[float, float] | None = Field(
+        description="Between which heights above the floor it lies, such as on a table or under "
+        "it; null: not known."
     )
     score: float = Field(description="Similarity of the map where it was found, 0 to 1.")
     times_found: int = Field(description="How many searches found it there.")
@@ -75,6 +80,7 @@ def object_report(kept: KeptObject) -> MapObjectReport:
         name=kept.name,
         position_m=millimetres(kept.position_m),
         extent_m=millimetres(kept.extent_m),
+        height_m=millimetres(kept.height_m) or None,
         score=kept.score,
         times_found=kept.times_found,
         search_id=kept.search_id,

@@ -30,6 +30,7 @@ FOUND_EXAMPLE: dict[str, Any] = {
             "outline_m": [[1.5, -1.6], [3.2, -1.6], [3.2, -0.6], [1.5, -0.6]],
             "score": 0.91,
             "variance": 0.04,
+            "height_m": [0.1, 0.9],
             "last_seen_at": "2026-01-01T00:00:12.400Z",
             "best_view": {"x_m": 0.6, "y_m": -0.4, "yaw_rad": -0.38},
         }
@@ -84,9 +85,13 @@ class QueryRegion(BaseModel):
     )
     score: float = Field(description="Mean score of its best cells, 0 to 1.")
     variance: float | None = Field(description="Variance of the belief there; null: unbounded.")
+    height_m: tuple[float, float] | None = Field(
+        description="Between which heights above the floor the match lies, such as on a table or "
+        "under it; null: not known, as in a map of an old file."
+    )
     last_seen_at: Time | None = Field(
-        description="When a camera last saw it, by the robot's clock; null: not since the map was "
-        "loaded or the mapper started."
+        description="When a camera last saw it, by the robot's clock; null: not known, as in a map "
+        "of an old file."
     )
     best_view: BestView | None = Field(
         description="Where the camera was when it saw it best; null: as above."
@@ -190,6 +195,7 @@ def differ(a: QueryReply, b: QueryReply) -> bool:
 
 def _region(reply: SimilarityReply, index: int) -> QueryRegion:
     x_m, y_m, yaw_rad = reply.best_views[index].tolist()
+    low_m, high_m = reply.heights_m[index].tolist()
     last_seen_ns = int(reply.last_seen_ns[index])
     view = None
     if isfinite(x_m):
@@ -203,6 +209,7 @@ def _region(reply: SimilarityReply, index: int) -> QueryRegion:
         ],
         score=float(reply.scores[index]),
         variance=finite(reply.variances[index]),
+        height_m=(round(low_m, 3), round(high_m, 3)) if isfinite(low_m) else None,
         last_seen_at=rfc3339(last_seen_ns) if last_seen_ns else None,
         best_view=view,
     )

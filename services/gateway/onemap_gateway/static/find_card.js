@@ -1,7 +1,7 @@
 // The card of a find: its photograph, what is known of it, and what can be done.
 
 import { fetchBlob } from "./api.js";
-import { clockTime, place } from "./format.js";
+import { clockTime, height, place } from "./format.js";
 import { by } from "./panels.js";
 import { Popup } from "./popup.js";
 
@@ -27,7 +27,7 @@ export class FindCard extends Popup {
     this.object = object;
     by("find-name").textContent = object.name;
     by("find-facts").textContent =
-      `score ${object.score.toFixed(2)} · seen ${clockTime(object.last_seen_at)} · at ${place(object.position_m)} m`;
+      `score ${object.score.toFixed(2)} · seen ${clockTime(object.last_seen_at)} · at ${place(object.position_m)} m${height(object.height_m)}`;
     if (pictured) return;
     by("find-box").hidden = true; // until the size of the photograph is known
     this.showPhoto(Boolean(object.picture));

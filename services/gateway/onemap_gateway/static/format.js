@@ -18,6 +18,11 @@ export function place([x, y]) {
   return `${decimetres(x)}, ${decimetres(y)}`;
 }
 
+// Between which heights above the floor something lies, after a separator; empty if not known.
+export function height(band) {
+  return band ? ` · ${decimetres(band[0])} to ${decimetres(band[1])} m high` : "";
+}
+
 function decimetres(metres) {
   return (Math.round(metres * 10) / 10 || 0).toFixed(1); // || 0: never -0.0
 }

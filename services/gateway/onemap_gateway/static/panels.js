@@ -1,6 +1,6 @@
 // The parts of the page that show text and numbers.
 
-import { capital, duration, place, seconds } from "./format.js";
+import { capital, duration, height, place, seconds } from "./format.js";
 
 const NOTICE_MS = 1500;
 
@@ -142,7 +142,7 @@ function answerRows(answer, { onRegion, onWord }) {
   const rows = answer.regions.map((region) => {
     const button = element("button", { title: "Show it on the map" }, [
       element("span", { className: "rank", text: String(region.rank) }),
-      element("span", { text: `${place(region.centre_m)} m` }),
+      element("span", { text: `${place(region.centre_m)} m${height(region.height_m)}` }),
       element("span", { className: "score", text: `score ${region.score.toFixed(2)}` }),
     ]);
     button.type = "button";
