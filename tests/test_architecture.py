@@ -69,6 +69,7 @@ TALKS = {
     "onemap_gateway.http.middleware": "logs and times requests",
     "onemap_gateway.http.queries": "asks for several texts at once",
     "onemap_gateway.http.query_events": "waits between two answers",
+    "onemap_gateway.http.sockets": "notices that a client left",
     "onemap_gateway.http.problems": "turns errors of calls into responses",
     "onemap_gateway.http.agents.server": "logs what agents did",
     "onemap_gateway.http.agents.tools": "draws in a thread",

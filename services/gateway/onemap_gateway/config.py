@@ -98,7 +98,7 @@ class GatewayConfig(Params):
         default=256,
         ge=8,
         le=65535,
-        description="Concurrent connections of all clients, sockets of /v1/live included; further "
+        description="Concurrent connections of all clients, sockets included; further "
         "ones get 503. A page has up to 7; each costs a descriptor, of which a process has 1024.",
     )
     agent_max_distance_m: float = Field(

@@ -1,17 +1,19 @@
-"""Standing queries: the answers to some texts as server-sent events, whenever they change."""
+"""Standing queries: the answers to some texts, again whenever they change."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import anyio
 from fastapi.sse import ServerSentEvent
+from pydantic import ValidationError
 
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.events import RETRY_MS
-from onemap_gateway.http.problems import HttpProblem
+from onemap_gateway.http.problems import HttpProblem, from_validation_errors
 from onemap_gateway.http.queries import answers
 from onemap_gateway.http.schemas import QueryRequest
 from onemap_gateway.present.json_text import finite
@@ -19,6 +21,7 @@ from onemap_gateway.present.queries import QueryReply, differ
 
 # What ends by itself: the stream stays open and says why there are no answers now.
 PASSING = frozenset({"empty_map", "unavailable", "timeout", "busy", "encoder_mismatch"})
+ANSWER, PROBLEM = "answer", "problem"
 
 NEVER = -1  # no revision of a map
 
@@ -31,20 +34,59 @@ class QueryIntervals:
     query_s: float = 0.5
 
 
-async def query_events(
+@dataclass(frozen=True, slots=True)
+class QueryChange:
+    """An answer that is new or has changed, or why there is none; ``event`` says which."""
+
+    event: str
+    document: Any  # JSON without NaN
+
+
+def standing_query(
+    texts: Sequence[str], *, negatives: Sequence[str], area_m: str, max_regions: int | str
+) -> QueryRequest:
+    """The request that an address describes; HttpProblem if it is none.
+
+    area_m: x_min,y_min,x_max,y_max in metres; empty for all of the map.
+    """
+    body: dict[str, Any] = {
+        "texts": list(texts), "negatives": list(negatives), "max_regions": max_regions,
+    }  # fmt: skip
+    try:
+        if area_m:
+            body["area_m"] = tuple(float(part) for part in area_m.split(","))
+        return QueryRequest.model_validate(body)
+    except ValidationError as error:
+        wrong = [{**each, "loc": ("query", *each["loc"])} for each in error.errors()]
+        raise from_validation_errors(wrong) from None
+    except ValueError:
+        raise HttpProblem(
+            "invalid", "'area_m' is no x_min,y_min,x_max,y_max in metres, as in 0,-2,4,3."
+        ) from None
+
+
+async def check_answerable(gateway: GatewayContext, request: QueryRequest) -> None:
+    """HttpProblem if the request will never be answered, as one with an unknown word."""
+    try:
+        await answers(gateway, request)
+    except HttpProblem as problem:
+        if problem.code not in PASSING:
+            raise
+
+
+async def query_changes(
     gateway: GatewayContext, request: QueryRequest, intervals: QueryIntervals | None = None
-) -> AsyncIterator[ServerSentEvent]:
+) -> AsyncIterator[QueryChange]:
     """The answer to each text, and again whenever its regions or its verdict change.
 
-    Asks only after a new revision of the map. While there is no answer, as of an empty map, the
-    stream stays open and sends an event ``problem``; any other problem ends it.
+    Asks only after a new revision of the map. While there is no answer, as of an empty map, it
+    goes on and gives a problem; any other problem ends it.
     """
     intervals = intervals or QueryIntervals()
     sent: dict[str, QueryReply] = {}
     asked_revision: int | None = NEVER
     asked_s = -math.inf
     last_problem = ""
-    retry: int | None = RETRY_MS
     while not gateway.cache.closing:
         now_s, revision = gateway.cache.now_s(), gateway.map_revision()
         if revision != asked_revision and now_s - asked_s >= intervals.query_s:
@@ -55,13 +97,24 @@ async def query_events(
                 replies, asked_revision = [], NEVER  # ask again, though nothing new is announced
                 if problem.detail != last_problem:
                     last_problem = problem.detail
-                    yield ServerSentEvent(event="problem", data=finite(problem.document))
+                    yield QueryChange(PROBLEM, finite(problem.document))
                 if problem.code not in PASSING:
                     return
             for reply in replies:
                 if reply.text not in sent or differ(sent[reply.text], reply):
                     sent[reply.text] = reply
-                    document = finite(reply.model_dump(mode="json"))
-                    yield ServerSentEvent(event="answer", data=document, retry=retry)
-                    retry = None
+                    yield QueryChange(ANSWER, finite(reply.model_dump(mode="json")))
         await anyio.sleep(intervals.poll_s)
+
+
+async def query_events(
+    gateway: GatewayContext, request: QueryRequest, intervals: QueryIntervals | None = None
+) -> AsyncIterator[ServerSentEvent]:
+    """The changes as server-sent events; the first answer says when to connect again."""
+    retry: int | None = RETRY_MS
+    async for change in query_changes(gateway, request, intervals):
+        answered = change.event == ANSWER
+        yield ServerSentEvent(
+            event=change.event, data=change.document, retry=retry if answered else None
+        )
+        retry = None if answered else retry

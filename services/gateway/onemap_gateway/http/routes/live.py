@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+from functools import partial
 
 import anyio
-from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+from fastapi import APIRouter, WebSocket
 
 from onemap_gateway.http.context import GatewayContext, get_gateway
-from onemap_gateway.http.security import LIVE_PROTOCOL
+from onemap_gateway.http.sockets import GOING_AWAY, speak
 from onemap_gateway.present.json_text import json_text
 from onemap_gateway.present.live import live_document
 
 router = APIRouter(prefix="/v1")
-
-GOING_AWAY = 1001
 
 
 @router.websocket("/live")
@@ -24,14 +22,7 @@ async def follow(socket: WebSocket) -> None:
     Each client has its own loop and gets the state of the moment in which it is ready for
     more: a slow one misses states and delays no other client.
     """
-    gateway = get_gateway(socket)
-    offered = LIVE_PROTOCOL in socket.scope.get("subprotocols", ())
-    await socket.accept(LIVE_PROTOCOL if offered else None)
-    async with anyio.create_task_group() as tasks:
-        tasks.start_soon(_until_gone, socket, tasks.cancel_scope)
-        with suppress(WebSocketDisconnect):
-            await _send_states(socket, gateway)
-        tasks.cancel_scope.cancel()
+    await speak(socket, partial(_send_states, socket, get_gateway(socket)))
 
 
 async def _send_states(socket: WebSocket, gateway: GatewayContext) -> None:
@@ -48,9 +39,3 @@ async def _send_states(socket: WebSocket, gateway: GatewayContext) -> None:
         first = False
         await anyio.sleep(1 / gateway.config.live_rate_hz)
     await socket.close(GOING_AWAY)
-
-
-async def _until_gone(socket: WebSocket, scope: anyio.CancelScope) -> None:
-    while (await socket.receive())["type"] != "websocket.disconnect":
-        pass
-    scope.cancel()

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
+from functools import partial
 from typing import Annotated
 
-from fastapi import APIRouter, Depends, Query
+from fastapi import APIRouter, Depends, Query, WebSocket
 from fastapi.sse import EventSourceResponse, ServerSentEvent
-from pydantic import ValidationError
 
-from onemap_gateway.http.context import GatewayDep
+from onemap_gateway.http.context import GatewayContext, GatewayDep, get_gateway
 from onemap_gateway.http.problem_docs import BODY, problem_responses
-from onemap_gateway.http.problems import HttpProblem, from_validation_errors
+from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.http.queries import answers
-from onemap_gateway.http.query_events import PASSING, query_events
+from onemap_gateway.http.query_events import (
+    PROBLEM,
+    QueryChange,
+    check_answerable,
+    query_changes,
+    query_events,
+    standing_query,
+)
 from onemap_gateway.http.schemas import QueryRequest
+from onemap_gateway.http.sockets import GOING_AWAY, REFUSED, speak
+from onemap_gateway.present.json_text import finite, json_text
 from onemap_gateway.present.queries import QueryListReply, QueryReply
 
 router = APIRouter(prefix="/v1", tags=["queries"])
@@ -48,23 +57,8 @@ async def standing_request(
     max_regions: Annotated[int, Query(ge=1, le=100)] = 5,
 ) -> QueryRequest:
     """The request of a stream; what cannot be answered is refused before the stream begins."""
-    body = {"texts": text, "negatives": negative, "max_regions": max_regions}
-    try:
-        if area_m:
-            body["area_m"] = tuple(float(part) for part in area_m.split(","))
-        request = QueryRequest.model_validate(body)
-    except ValidationError as error:
-        wrong = [{**each, "loc": ("query", *each["loc"])} for each in error.errors()]
-        raise from_validation_errors(wrong) from None
-    except ValueError:
-        raise HttpProblem(
-            "invalid", "'area_m' is no x_min,y_min,x_max,y_max in metres, as in 0,-2,4,3."
-        ) from None
-    try:
-        await answers(gateway, request)
-    except HttpProblem as problem:
-        if problem.code not in PASSING:
-            raise
+    request = standing_query(text, negatives=negative, area_m=area_m, max_regions=max_regions)
+    await check_answerable(gateway, request)
     return request
 
 
@@ -88,3 +82,37 @@ async def follow_queries(
     """Standing queries: the answers, again whenever they change; the stream has no end."""
     async for event in query_events(gateway, request):
         yield event
+
+
+@router.websocket("/queries/live")
+async def follow_queries_live(socket: WebSocket) -> None:
+    """The same over a WebSocket: objects with ``event``, ``answer`` or ``problem``, and ``data``.
+
+    A browser cannot read why a socket was refused, so the reason is the first and only message
+    then.
+    """
+    await speak(socket, partial(_send_changes, socket, get_gateway(socket)))
+
+
+async def _send_changes(socket: WebSocket, gateway: GatewayContext) -> None:
+    asked = socket.query_params
+    regions = asked.get("max_regions", "5")
+    try:
+        request = standing_query(
+            asked.getlist("text"),
+            negatives=asked.getlist("negative"),
+            area_m=asked.get("area_m", ""),
+            max_regions=int(regions) if regions.isdecimal() else regions,
+        )
+        await check_answerable(gateway, request)
+    except HttpProblem as problem:
+        await _send(socket, QueryChange(PROBLEM, finite(problem.document)))
+        await socket.close(REFUSED)
+        return
+    async for change in query_changes(gateway, request):
+        await _send(socket, change)
+    await socket.close(GOING_AWAY if gateway.cache.closing else REFUSED)
+
+
+async def _send(socket: WebSocket, change: QueryChange) -> None:
+    await socket.send_text(json_text({"event": change.event, "data": change.document}))
