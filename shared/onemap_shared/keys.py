@@ -69,6 +69,7 @@ DETECTIONS = Topic("perception/detections/v1", m.Detections)
 EMBED_TEXT = Procedure("perception/embed_text/v1", m.TextRequest, m.TextEmbeddings)
 
 MAP_REVISION = Topic("map/revision/v1", m.MapRevision, latched=True)
+MAP_QUERIES = Topic("map/queries/v1", m.AnsweredQuery)
 # A known text must not wait for new ones, which wait for perception.
 MAP_SIMILARITY = Procedure("map/similarity/v1", m.SimilarityRequest, m.SimilarityReply, parallel=32)
 MAP_SEARCH_VIEW = Procedure("map/search_view/v1", m.SearchViewRequest, m.SearchView)
@@ -153,7 +154,7 @@ ROLES: Mapping[str, Access] = {
     ),
     "mapper": Access(
         names=("mapper",),
-        publishes=(MAP_REVISION, FIELD_RECEIPTS),
+        publishes=(MAP_REVISION, MAP_QUERIES, FIELD_RECEIPTS),
         subscribes=(FIELD, ROBOT_POSE_GRAPH),
         serves=(
             MAP_SIMILARITY,
@@ -221,6 +222,7 @@ ROLES: Mapping[str, Access] = {
             FIELD,
             DETECTIONS,
             MAP_REVISION,
+            MAP_QUERIES,
             SEARCH_STATE,
             SEARCH_PATH,
             ALL_HEARTBEATS,

@@ -81,6 +81,9 @@ SAMPLES: tuple[Any, ...] = (
         np.array([0, 123], np.int64), f32(2, 3),
         m.MapVerdict(m.Verdict.FOUND, 8.0, 2.0, 1, (1.0, 2.0)), f32(2, 2),
     ),
+    m.AnsweredQuery(
+        "sofa", 4, 123, "mini-1", m.Verdict.FOUND, 0.9, ("bed",), (0.0, -1.0, 2.0, 1.0), (1.0, 2.0)
+    ),
     m.SearchViewRequest("sofa", ("bed", "desk")),
     m.SearchView(
         "sofa", 4, 7, 123, GRID, np.ones((4, 5), np.uint8), np.zeros((4, 5), np.uint8),

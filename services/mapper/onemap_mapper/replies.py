@@ -23,6 +23,7 @@ from onemap_mapper.similarity import CellScores, ScoreCache, TextQuery, against,
 from onemap_mapper.verdicts import area_mask, frontier_worths, judge
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import (
+    AnsweredQuery,
     MapRevision,
     MapSummary,
     SearchView,
@@ -135,6 +136,22 @@ def judged(
     worths = frontier_worths(coverage, cosines, reply.grid, robot_xy_m=request.robot_xy_m)
     verdict = judge(reply.best_score, coverage, worths=worths, params=params)
     return replace(reply, verdict=verdict)
+
+
+def answered(request: SimilarityRequest, reply: SimilarityReply) -> AnsweredQuery:
+    """What was asked and answered, for recordings."""
+    x_y = tuple(map(float, reply.centres_m[0])) if len(reply.centres_m) else ()
+    return AnsweredQuery(
+        text=request.text,
+        negatives=request.negatives,
+        area_m=request.area_m,
+        revision=reply.revision,
+        stamp_ns=reply.stamp_ns,
+        encoder_id=reply.encoder_id,
+        verdict=reply.verdict.verdict,
+        best_score=reply.best_score,
+        centre_m=x_y,
+    )
 
 
 def search_view(

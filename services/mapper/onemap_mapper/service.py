@@ -12,11 +12,10 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from pathlib import Path
 
 import torch
 
-from onemap_mapper import atomic_file, checkpoint_file, map_file, map_folder, snapshot
+from onemap_mapper import checkpoint_file, map_file, map_folder, snapshot
 from onemap_mapper.belief_map import BeliefMap, FieldRejected
 from onemap_mapper.checkpoints import Checkpoints, resumed
 from onemap_mapper.config import MapperConfig
@@ -31,6 +30,7 @@ from onemap_mapper.object_keeper import ObjectKeeper
 from onemap_mapper.objects import NO_OBJECTS
 from onemap_mapper.pose_graph_follower import PoseGraphFollower
 from onemap_mapper.replies import (
+    answered,
     cosine_grid,
     judged,
     revision_of,
@@ -74,7 +74,7 @@ class Mapper:
         # One query at a time competes with fusing, in order of arrival; torch starts threads of
         # its own for every thread that calls it.
         self._scoring = ThreadPoolExecutor(1, "scoring")
-        _sweep(config.map_folder)
+        checkpoint_file.sweep(config.map_folder)
         kept = resumed(config.map_folder, config)
         self._map = kept or BeliefMap(config)
         self._resumed = kept is not None  # and no frame was fused since
@@ -91,6 +91,7 @@ class Mapper:
         self._graphs = bus.subscribe(keys.ROBOT_POSE_GRAPH)
         self._follower = PoseGraphFollower(config)
         self._revisions = bus.publish(keys.MAP_REVISION)
+        self._answered = bus.publish(keys.MAP_QUERIES)
         folder, height_m = config.map_folder, self._live.height_m
         self._objects = ObjectKeeper(bus, folder, config, self._announce_objects, height_m)
         bus.serve(keys.MAP_SIMILARITY, self.similarity)
@@ -164,7 +165,9 @@ class Mapper:
             coverages = self._coverages
             layers = coverages.layers(self._map, request.area_m)
         coverage = coverages.coverage(layers, request.area_m, request.robot_xy_m)
-        return judged(reply, request, coverage, cosines, self._config)
+        reply = judged(reply, request, coverage, cosines, self._config)
+        self._answered.put(answered(request, reply))
+        return reply
 
     def search_view(self, request: SearchViewRequest) -> SearchView:
         """The layers, with the similarity if a text was given and the map is not empty."""
@@ -367,18 +370,6 @@ class Mapper:
                 if problem.code != "unknown_word":
                     raise
         return queries
-
-
-def _sweep(folder: Path) -> None:
-    """Remove what cut off writes of an earlier mapper left."""
-    for each in (folder, folder / checkpoint_file.FOLDER):
-        try:
-            count = atomic_file.sweep(each)
-        except OSError as problem:
-            LOG.warning("cannot remove unfinished files in %s: %s", each, problem.strerror)
-            continue
-        if count:
-            LOG.info("removed %d unfinished files in %s", count, each)
 
 
 def _empty() -> RequestRejected:

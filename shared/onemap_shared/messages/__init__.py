@@ -91,7 +91,12 @@ from onemap_shared.messages.search import (
     SearchStatus,
     subject_of,
 )
-from onemap_shared.messages.similarity import MAX_NEGATIVES, SimilarityReply, SimilarityRequest
+from onemap_shared.messages.similarity import (
+    MAX_NEGATIVES,
+    AnsweredQuery,
+    SimilarityReply,
+    SimilarityRequest,
+)
 from onemap_shared.messages.verdict import NO_VERDICT, MapVerdict, Verdict
 
 __all__ = [
@@ -111,6 +116,7 @@ __all__ = [
     "NO_COVERAGE",
     "NO_VERDICT",
     "SAME_MEANING_COSINE",
+    "AnsweredQuery",
     "Coverage",
     "Detections",
     "FailureCode",

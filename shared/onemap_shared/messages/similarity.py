@@ -9,7 +9,7 @@ import numpy as np
 from onemap_shared.geometry import F32, I32, I64, MAX_COORDINATE_M
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages.checks import clean_texts, expect, expect_share
-from onemap_shared.messages.verdict import NO_VERDICT, MapVerdict
+from onemap_shared.messages.verdict import NO_VERDICT, MapVerdict, Verdict
 
 MAX_NEGATIVES = 10  # texts that compete with one text
 
@@ -57,6 +57,45 @@ def _check_area(area_m: tuple[float, ...]) -> None:
         )
     if area_m[0] >= area_m[2] or area_m[1] >= area_m[3]:
         raise ValueError(f"area_m is {list(area_m)}; x_min < x_max and y_min < y_max must hold")
+
+
+@dataclass(frozen=True, slots=True)
+class AnsweredQuery:
+    """A query that the mapper has answered, for recordings.
+
+    Attributes:
+        text: what was asked for.
+        negatives: texts that competed with it.
+        area_m: x_min, y_min, x_max, y_max of the part of the map that counted; empty: all of it.
+        verdict: of the answer.
+        best_score: of the best region, also of one below the encoder's floor.
+        centre_m: x, y of the best region; empty if the answer has none.
+    """
+
+    text: str
+    revision: int
+    stamp_ns: int
+    encoder_id: str
+    verdict: Verdict
+    best_score: float
+    negatives: tuple[str, ...] = ()
+    area_m: tuple[float, ...] = ()
+    centre_m: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        clean_texts(self, "text")
+        clean_texts(self, "negatives", "negative")
+        if len(self.negatives) > MAX_NEGATIVES:
+            raise ValueError(f"{len(self.negatives)} negatives; at most {MAX_NEGATIVES} compete")
+        _check_area(self.area_m)
+        expect_share(self.best_score, "best_score")
+        if len(self.centre_m) not in (0, 2) or not np.isfinite(self.centre_m).all():
+            raise ValueError(f"centre_m is {self.centre_m}; give x, y in metres, or nothing")
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """All texts whose embeddings the answer depends on."""
+        return (self.text, *self.negatives)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from onemap_shared.messages import SimilarityReply, SimilarityRequest
+from onemap_shared.messages import AnsweredQuery, SimilarityReply, SimilarityRequest
 from tests.shared.messages.broken import assert_refused
 
 
@@ -31,6 +31,21 @@ def test_a_query_asks_for_1_to_100_regions(count: int) -> None:
 )
 def test_a_damaged_reply_is_refused(changes: dict[str, Any], reason: str) -> None:
     assert_refused(SimilarityReply, reason, **changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"text": ""}, "text is empty"),
+        ({"negatives": ("bed",) * 11}, "at most 10"),
+        ({"area_m": (0.0, 1.0)}, "give x_min, y_min"),
+        ({"best_score": 1.5}, "best_score is 1.5"),
+        ({"centre_m": (1.0,)}, "centre_m"),
+        ({"centre_m": (1.0, float("nan"))}, "centre_m"),
+    ],
+)
+def test_a_damaged_record_of_a_query_is_refused(changes: dict[str, Any], reason: str) -> None:
+    assert_refused(AnsweredQuery, reason, **changes)
 
 
 @pytest.mark.parametrize(

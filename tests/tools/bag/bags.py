@@ -10,12 +10,29 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.service import Mapper, build
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
-from onemap_shared.messages import MapClear, RgbdFrame, SearchReset
+from onemap_shared.messages import (
+    MapClear,
+    RgbdFrame,
+    SearchReset,
+    TextEmbeddings,
+    TextRequest,
+)
 from onemap_tools.bag.bag_file import BagWriter
 from onemap_tools.bag.recorder import BagRecorder, subscribed
 from tests.mapper import scenes
 
 SECOND_NS = 10**9
+CHANNELS = 16  # of the fields of this room
+
+
+def embedded(request: TextRequest) -> TextEmbeddings:
+    """What a perception answers for which all texts mean the same."""
+    vectors = np.tile(np.eye(1, CHANNELS, dtype=np.float32), (len(request.texts), 1))
+    nothing = np.zeros((0, CHANNELS), np.float32)
+    mask = np.zeros((len(request.texts), 0), np.uint8)
+    return TextEmbeddings(
+        "encoder-a", "space-a", request.texts, vectors, nothing, mask, temperature=1.0
+    )
 
 
 class RecordedRobot:

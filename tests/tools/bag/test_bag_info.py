@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from onemap_shared import keys
+from onemap_shared.messages import AnsweredQuery, Verdict
 from onemap_tools.bag.bag_file import BagWriter
 from onemap_tools.bag.bag_info import describe, info
 from tests.gateway import fakes
@@ -39,6 +41,37 @@ def test_it_says_what_is_in_it(recorded: Path) -> None:
     assert "Encoder: encoder-a\nDetector: fake" in text
     assert "Map: 3 frames at revision 3" in text
     assert "cut off" not in text
+
+
+def test_it_says_what_was_asked(tmp_path: Path) -> None:
+    robot = RecordedRobot(tmp_path)
+    robot.begin()
+    queries = robot.bus.publish(keys.MAP_QUERIES)
+    sofa = AnsweredQuery("sofa", 1, 123, "encoder-a", Verdict.NOT_LOOKED_YET, 0.1)
+    queries.put(sofa)
+    queries.put(replace(sofa, verdict=Verdict.FOUND, best_score=0.9, centre_m=(1.0, 2.0)))
+    queries.put(replace(sofa, text="bed"))
+    document = info(robot.end())
+    assert document["queries"] == [
+        {
+            "text": "sofa",
+            "times": 2,
+            "verdict": "found",
+            "best_score": 0.9,
+            "centre_m": [1.0, 2.0],
+        },
+        {
+            "text": "bed",
+            "times": 1,
+            "verdict": "not_looked_yet",
+            "best_score": 0.1,
+            "centre_m": None,
+        },
+    ]
+    text = "\n".join(describe(document))
+    assert (
+        "Asked 2 times for 'sofa', last answered found with the score 0.90 at (1.00, 2.00)" in text
+    )
 
 
 def test_a_bag_that_was_cut_off_says_so(recorded: Path) -> None:

@@ -14,7 +14,13 @@ from typer.testing import CliRunner
 from onemap_mapper import map_file
 from onemap_shared import keys
 from onemap_shared.keys import Topic
-from onemap_shared.messages import MapDigest, PoseGraph
+from onemap_shared.messages import (
+    AnsweredQuery,
+    MapDigest,
+    PoseGraph,
+    SimilarityRequest,
+    Verdict,
+)
 from onemap_tools.bag import replay as command
 from onemap_tools.bag.bag_file import BagReader, BagWriter
 from onemap_tools.bag.recorded_topics import DIGESTS, FIELDS, REVISIONS
@@ -22,7 +28,7 @@ from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_USAGE_ERROR
 from tests.perception.toy import ColourEncoder
 from tests.shared.samples import SAMPLES
-from tests.tools.bag.bags import RecordedRobot
+from tests.tools.bag.bags import RecordedRobot, embedded
 from tests.tools.cli.commands import error_of
 
 RUNNER = CliRunner()
@@ -53,6 +59,32 @@ def without(path: Path, topic: str, number: int) -> Path:
             writer.write(message.topic, content, message.log_time_ns)
     writer.close({})
     return copy
+
+
+def test_queries_are_answered_as_they_were(robot: RecordedRobot) -> None:
+    robot.router.bus("perception").serve(keys.EMBED_TEXT, embedded)
+    client = robot.router.bus("gateway")
+    robot.see(0, 1)
+    client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
+    robot.update()
+    robot.see(2)
+    for area_m in ((), (-3.0, -3.0, 0.0, 3.0)):
+        client.call(keys.MAP_SIMILARITY, SimilarityRequest("bed", area_m=area_m))
+    code, document = replayed(robot.end())
+    assert (code, document["queries"]) == (0, {"compared": 3, "equal": 3})
+
+
+def test_another_answer_is_noticed(robot: RecordedRobot) -> None:
+    robot.router.bus("perception").serve(keys.EMBED_TEXT, embedded)
+    client = robot.router.bus("gateway")
+    robot.see(0)
+    client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
+    query = AnsweredQuery("sofa", 1, 123, "encoder-a", Verdict.FOUND, 0.01)
+    unknown = dataclasses.replace(query, text="bed", negatives=("kite",))
+    robot.bus.publish(keys.MAP_QUERIES).put(query)
+    robot.mapper_bus.publish(keys.MAP_QUERIES).put(dataclasses.replace(unknown, revision=77))
+    _, document = replayed(robot.end())
+    assert document["queries"] == {"compared": 2, "equal": 1}
 
 
 def test_the_same_map_bit_for_bit(robot: RecordedRobot) -> None:

@@ -9,19 +9,20 @@ import pytest
 
 from onemap_shared import keys
 from onemap_shared.messages import (
+    AnsweredQuery,
     FeatureField,
     Heartbeat,
     MapDigest,
     MapRevision,
     RgbdFrame,
     SearchView,
+    SimilarityRequest,
     TextEmbeddings,
-    TextRequest,
 )
 from onemap_tools.bag.bag_file import BagMessage, BagReader
 from onemap_tools.bag.recorded_topics import FRAMES_HELD
 from tests.gateway import fakes
-from tests.tools.bag.bags import RecordedRobot
+from tests.tools.bag.bags import RecordedRobot, embedded
 
 
 @pytest.fixture
@@ -81,18 +82,6 @@ def test_without_a_mapper_the_rest_is_recorded(robot: RecordedRobot) -> None:
     assert "no process serves map/digest/v1" in robot.recorder.problems["map/digest/v1"]
 
 
-CHANNELS = 16  # of the fields of this room
-
-
-def embedded(request: TextRequest) -> TextEmbeddings:
-    vectors = np.tile(np.eye(1, CHANNELS, dtype=np.float32), (len(request.texts), 1))
-    nothing = np.zeros((0, CHANNELS), np.float32)
-    mask = np.zeros((len(request.texts), 0), np.uint8)
-    return TextEmbeddings(
-        "encoder-a", "space-a", request.texts, vectors, nothing, mask, temperature=1.0
-    )
-
-
 def test_what_is_sought_is_recorded_with_its_embedding_once(robot: RecordedRobot) -> None:
     robot.router.bus("perception").serve(keys.EMBED_TEXT, embedded)
     states = robot.bus.publish(keys.SEARCH_STATE)
@@ -101,6 +90,21 @@ def test_what_is_sought_is_recorded_with_its_embedding_once(robot: RecordedRobot
     path = robot.end()
     asked = [each.decode(TextEmbeddings).texts for each in on(path, "perception/embed_text/v1")]
     assert asked == [("sofa",), ("bed",)]
+
+
+def test_a_text_that_is_only_asked_for_is_recorded_with_its_embedding(robot: RecordedRobot) -> None:
+    robot.router.bus("perception").serve(keys.EMBED_TEXT, embedded)
+    robot.see(0)
+    client = robot.router.bus("gateway")
+    for _ in range(2):
+        client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa", negatives=("bed",)))
+    path = robot.end()
+    asked = [each.decode(AnsweredQuery) for each in on(path, "map/queries/v1")]
+    assert [(each.text, each.negatives, each.revision) for each in asked] == [
+        ("sofa", ("bed",), 1)
+    ] * 2
+    (texts,) = (each.decode(TextEmbeddings).texts for each in on(path, "perception/embed_text/v1"))
+    assert texts == ("sofa", "bed")
 
 
 def test_a_snapshot_shows_the_map_and_what_is_sought(robot: RecordedRobot) -> None:

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from onemap_shared import keys
-from onemap_shared.messages import Detections, MapDigest, MapRevision
+from onemap_shared.messages import AnsweredQuery, Detections, MapDigest, MapRevision
 from onemap_tools.bag.bag_file import BagMessage, BagReader
-from onemap_tools.bag.recorded_topics import DIGESTS, REVISIONS
+from onemap_tools.bag.recorded_topics import DIGESTS, QUERIES, REVISIONS
 
 
 @dataclass(slots=True)
@@ -25,6 +25,8 @@ class BagSummary:
     encoders: dict[str, None] = field(default_factory=dict)
     detectors: dict[str, None] = field(default_factory=dict)
     digest: MapDigest | None = None
+    asked: Counter[str] = field(default_factory=Counter)
+    answers: dict[str, AnsweredQuery] = field(default_factory=dict)  # the last to each text
 
     def add(self, message: BagMessage) -> None:
         """Count a message."""
@@ -38,6 +40,10 @@ class BagSummary:
             self.encoders |= {encoder_id: None} if encoder_id else {}
         elif message.topic == keys.DETECTIONS.key:
             self.detectors |= {message.decode(Detections).detector_id: None}
+        elif message.topic == QUERIES.key:
+            query = message.decode(AnsweredQuery)
+            self.asked[query.text] += 1
+            self.answers[query.text] = query
         elif message.topic == DIGESTS.key:
             self.digest = message.decode(MapDigest)
 
@@ -68,6 +74,7 @@ def info(path: Path) -> dict[str, Any]:
         ],
         "encoders": list(found.encoders),
         "detectors": list(found.detectors),
+        "queries": [_query(found.asked[text], last) for text, last in found.answers.items()],
         "map": None
         if digest is None
         else {
@@ -77,6 +84,16 @@ def info(path: Path) -> dict[str, Any]:
             "versions": digest.versions,
         },
         "metadata": {name: reader.metadata[name] for name in sorted(reader.metadata)},
+    }
+
+
+def _query(times: int, last: AnsweredQuery) -> dict[str, Any]:
+    return {
+        "text": last.text,
+        "times": times,
+        "verdict": last.verdict.value,
+        "best_score": round(last.best_score, 3),
+        "centre_m": [round(value, 3) for value in last.centre_m] or None,
     }
 
 
@@ -94,9 +111,18 @@ def describe(document: dict[str, Any]) -> list[str]:
         lines.append(f"Encoder: {', '.join(document['encoders'])}")
     if document["detectors"]:
         lines.append(f"Detector: {', '.join(document['detectors'])}")
+    lines += [
+        f"Asked {query['times']} times for {query['text']!r}, last answered {query['verdict']} "
+        f"with the score {query['best_score']:.2f}{_at(query['centre_m'])}"
+        for query in document["queries"]
+    ]
     if (made := document["map"]) is not None:
         lines.append(
             f"Map: {made['frames_fused']} frames at revision {made['revision']}, "
             f"SHA-256 {made['sha256'][:16]}..., by {made['versions']}"
         )
     return lines
+
+
+def _at(centre_m: list[float] | None) -> str:
+    return f" at ({centre_m[0]:.2f}, {centre_m[1]:.2f}) m" if centre_m else ""

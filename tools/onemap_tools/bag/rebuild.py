@@ -15,10 +15,26 @@ from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.feature_field import feature_field
 from onemap_perception.variance import VarianceParams
 from onemap_shared.grid import GridTooLarge
-from onemap_shared.messages import FeatureField, MapDigest, MapRevision, RgbdFrame
+from onemap_shared.messages import (
+    AnsweredQuery,
+    FeatureField,
+    MapDigest,
+    MapRevision,
+    RgbdFrame,
+    TextEmbeddings,
+)
+from onemap_tools.bag.asked_again import AskedAgain
 from onemap_tools.bag.bag_file import BagMessage, BagReader
 from onemap_tools.bag.map_history import MapStep, StepKind, map_steps
-from onemap_tools.bag.recorded_topics import DIGESTS, FIELDS, FRAMES, POSE_GRAPHS, REVISIONS
+from onemap_tools.bag.recorded_topics import (
+    DIGESTS,
+    EMBEDDINGS,
+    FIELDS,
+    FRAMES,
+    POSE_GRAPHS,
+    QUERIES,
+    REVISIONS,
+)
 
 Place = tuple[int, int, int]  # of a digest in the map's history: revision, frames, stamp
 
@@ -30,6 +46,7 @@ class MapHistory:
     revisions: list[MapRevision] = field(default_factory=list)
     digests: list[MapDigest] = field(default_factory=list)
     stamps_ns: set[int] = field(default_factory=set)  # of the recorded fields
+    asked: AskedAgain = field(default_factory=AskedAgain)
     corrected: bool = False
     cut_off: bool = False
 
@@ -49,6 +66,10 @@ def read_history(path: Path) -> MapHistory:
             history.revisions.append(message.decode(MapRevision))
         elif message.topic == DIGESTS.key:
             history.digests.append(message.decode(MapDigest))
+        elif message.topic == QUERIES.key:
+            history.asked.add(message.decode(AnsweredQuery))
+        elif message.topic == EMBEDDINGS.key:
+            history.asked.embed(message.decode(TextEmbeddings))
         elif message.topic == FIELDS.key:
             history.stamps_ns.add(message.stamp_ns)
         elif message.topic == POSE_GRAPHS.key:
@@ -67,6 +88,8 @@ class MapRebuild:
 
     belief: BeliefMap
     digests: dict[Place, MapDigest]
+    asked: AskedAgain = field(default_factory=AskedAgain)
+    params: MapperConfig = field(default_factory=MapperConfig)
     known: bool = False
     gaps: int = 0
     rejected: int = 0
@@ -101,9 +124,12 @@ class MapRebuild:
             self.rejected += 1
 
     def _compare(self, after: MapRevision) -> None:
+        if not self.known or self.belief.frames_fused != after.frames_fused:
+            return
+        self.asked.ask(self.belief, self.params)
         place = (after.revision, after.frames_fused, after.stamp_ns)
         digest = self.digests.get(place)
-        if digest is None or not self.known or self.belief.frames_fused != after.frames_fused:
+        if digest is None:
             return
         self.compared += 1
         if sha256_of(take(self.belief)) == digest.sha256:
@@ -115,7 +141,8 @@ class MapRebuild:
 def rebuilt(path: Path, history: MapHistory, params: MapperConfig) -> MapRebuild:
     """The map of the recorded features; raises BagError."""
     digests = {(d.revision, d.frames_fused, d.stamp_ns): d for d in history.digests}
-    made = MapRebuild(BeliefMap(params), {} if history.corrected else digests)
+    asked = AskedAgain() if history.corrected else history.asked
+    made = MapRebuild(BeliefMap(params), {} if history.corrected else digests, asked, params)
     fields = (message.decode(FeatureField) for message in _on(path, FIELDS.key))
     made.follow(history.steps, fields)
     return made

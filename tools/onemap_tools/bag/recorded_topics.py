@@ -16,12 +16,14 @@ DIGESTS = Topic(keys.MAP_DIGEST.key, MapDigest)
 VIEWS = Topic(keys.MAP_SEARCH_VIEW.key, SearchView)
 EMBEDDINGS = Topic(keys.EMBED_TEXT.key, TextEmbeddings)
 FIELDS, FRAMES, REVISIONS = keys.FIELD, keys.ROBOT_RGBD, keys.MAP_REVISION
+QUERIES = keys.MAP_QUERIES
 POSE_GRAPHS = keys.ROBOT_POSE_GRAPH
 IMAGES: tuple[tuple[Topic[Any], int], ...] = ((FRAMES, FRAMES_HELD),)
 # A map's revision names the frame that it fused, so that the frames are taken first.
 OTHERS: tuple[tuple[Topic[Any], int], ...] = (
     (FIELDS, FRAMES_HELD),
     (REVISIONS, QUEUE),
+    (QUERIES, QUEUE),
     (keys.ROBOT_ODOMETRY, QUEUE),
     (POSE_GRAPHS, 1),
     (keys.ROBOT_CMD_VEL, QUEUE),

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from onemap_shared import keys
 from onemap_shared.keys import Procedure, Topic
 from onemap_shared.messages import (
+    AnsweredQuery,
     MapDigestRequest,
     SearchStatus,
     SearchViewRequest,
@@ -50,7 +51,10 @@ class BagRecorder:
             while (message := subscription.take(0.0)) is not None:
                 self._write(key_of(topic, message), message, now_ns)
                 if isinstance(message, SearchStatus):
-                    self._follow(message, now_ns)
+                    self._target = message.target
+                    self._embed(message.objects, now_ns)
+                elif isinstance(message, AnsweredQuery):
+                    self._embed(message.texts, now_ns)
 
     def digest(self, now_ns: int) -> None:
         """Write the digest of the map, if the mapper answers."""
@@ -60,10 +64,9 @@ class BagRecorder:
         """Write the layers of the map, with the similarity to what is sought now."""
         self._ask(keys.MAP_SEARCH_VIEW, SearchViewRequest(self._target), VIEWS, now_ns)
 
-    def _follow(self, status: SearchStatus, now_ns: int) -> None:
-        """Write the embeddings of texts that were not sought before."""
-        self._target = status.target
-        new = tuple(name for name in dict.fromkeys(status.objects) if name not in self._embedded)
+    def _embed(self, texts: Iterable[str], now_ns: int) -> None:
+        """Write the embeddings of texts that were not sought or asked for before."""
+        new = tuple(text for text in dict.fromkeys(texts) if text not in self._embedded)
         if new:
             self._embedded |= set(new)
             self._ask(keys.EMBED_TEXT, TextRequest(new), EMBEDDINGS, now_ns)

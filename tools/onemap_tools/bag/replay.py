@@ -118,6 +118,7 @@ def _document(options: ReplayOptions, history: MapHistory, made: MapRebuild) -> 
         "compared": made.compared,
         "equal": made.equal,
         "first_difference": made.first_difference,
+        "queries": {"compared": made.asked.compared, "equal": made.asked.equal},
         "same": None if not made.compared else made.compared == made.equal,
         "problems": problems,
         "out": None if options.out is None else str(options.out),
@@ -140,4 +141,7 @@ def describe(document: dict[str, Any]) -> list[str]:
             f"{document['compared']} digests differ, first at revision "
             f"{document['first_difference']}."
         )
+    if compared := document["queries"]["compared"]:
+        same = document["queries"]["equal"]
+        lines.append(f"{same} of {compared} queries were answered as in the recording.")
     return [*lines, *document["problems"]]
