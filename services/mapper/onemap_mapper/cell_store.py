@@ -7,7 +7,7 @@ observed area. Features lie in blocks, so that growing never copies them.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
 
@@ -15,16 +15,15 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from onemap_mapper.feature_table import FeatureTable
 from onemap_mapper.fusion import fused, gain, with_process_noise
 from onemap_mapper.heights import HeightStore
-from onemap_mapper.kernels import jit, row_products
+from onemap_mapper.kernels import jit
 from onemap_mapper.kernels.fuse_rows import fuse_rows
 from onemap_mapper.keyframes import ONE_VIEW, Views
 from onemap_shared.geometry import F32, I64, Bool
 
 BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
-PART = 512  # rows that are multiplied at once: 1.5 MB of 768 float32 channels, in the L2 cache
-FEW_VECTORS = 2  # for which reading a row anew costs less than converting it
 # What remains of a cell is cleared below this share of its confidence: rounding errors of its
 # feature grow with the inverse of what remains, and would become as large as the feature.
 EMPTY_BELOW = {torch.float32: 1e-5, torch.float16: 2e-2}
@@ -261,36 +260,31 @@ class CellStore:
             gathered[chosen] = self._blocks[block][within].float()
         return gathered
 
-    def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
-        """The features of ascending slots in parts: their indices, and (k, D) float32, read-only.
+    def table(self) -> FeatureTable:
+        """All features, not copied, with a copy of when they changed."""
+        return replace(self._shared_table(), changed_at=self.changed_at.copy())
 
-        Consecutive slots are not copied, so that a query over a whole map reads the memory once.
-        """
-        for start, part in self._ascending(slots):
-            yield np.arange(start, start + len(part)), part.float()
-
-    def products(self, slots: I64, vectors: Tensor) -> Tensor:
-        """Scalar products (T, n) float32 of vectors (T, D) float32 with ascending slots' features.
-
-        A table of float16 is not converted as a whole: in registers for one or two vectors, for
-        more in parts that stay in the cache.
-        """
-        found = torch.empty((len(vectors), len(slots)), device=self._device)
-        for start, part in self._ascending(slots):
-            _multiply(part, vectors, found[:, start : start + len(part)], self._compiled)
-        return found
-
-    def _ascending(self, slots: I64) -> Iterator[tuple[int, Tensor]]:
-        """The tables of ascending slots in parts, not copied if consecutive; where each begins."""
+    def copied(self, slots: I64) -> FeatureTable:
+        """A copy of the features of ascending slots, as they are stored."""
+        rows = torch.empty((len(slots), self.dimension), device=self._device, dtype=self._dtype)
         bounds = np.searchsorted(slots, np.arange(len(self._blocks) + 1) * BLOCK)
         for block, (start, end) in enumerate(pairwise(bounds.tolist())):
-            if start == end:
-                continue
-            within, table = slots[start:end] - block * BLOCK, self._blocks[block]
-            first, last = int(within[0]), int(within[-1])
-            together = last - first + 1 == end - start
-            index = torch.from_numpy(within).to(self._device)
-            yield start, table[first : last + 1] if together else table[index]
+            within = torch.from_numpy(slots[start:end] - block * BLOCK).to(self._device)
+            torch.index_select(self._blocks[block], 0, within, out=rows[start:end])
+        changed_at = self.changed_at.copy()
+        return FeatureTable((rows,), changed_at, self._device, self._compiled, slots)
+
+    def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
+        """As ``FeatureTable.chunks``."""
+        return self._shared_table().chunks(slots)
+
+    def products(self, slots: I64, vectors: Tensor) -> Tensor:
+        """As ``FeatureTable.products``."""
+        return self._shared_table().products(slots, vectors)
+
+    def _shared_table(self) -> FeatureTable:
+        """All features for as long as nothing changes."""
+        return FeatureTable(self.blocks, self.changed_at, self._device, self._compiled)
 
     def add_process_noise(self, *, rate_per_s: float, elapsed_s: float) -> None:
         """Add ``rate_per_s * elapsed_s`` to every variance."""
@@ -321,21 +315,3 @@ class CellStore:
                 torch.from_numpy(chosen).to(self._device),
                 torch.from_numpy(within).to(self._device),
             )
-
-
-def _multiply(table: Tensor, vectors: Tensor, found: Tensor, compiled: bool) -> None:
-    """found (T, n) float32 = vectors (T, D) float32 times table (n, D)^T, float32 or float16."""
-    half = table.dtype == torch.float16
-    if compiled and len(vectors) <= FEW_VECTORS and (row_products.HALF or not half):
-        for vector, out in zip(vectors, found, strict=True):
-            query = vector.contiguous().numpy()
-            if half:
-                bits = table.view(torch.int16).numpy().view(np.uint16)
-                row_products.half_products(bits, query, out.numpy())
-            else:
-                row_products.products(table.numpy(), query, out.numpy())
-        return
-    rows = PART if table.device.type == "cpu" else len(table)
-    for start in range(0, len(table), rows):
-        part = table[start : start + rows].float()
-        found[:, start : start + rows] = vectors @ part.T

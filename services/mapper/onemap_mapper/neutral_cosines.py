@@ -12,10 +12,11 @@ import torch
 from cachetools import LRUCache
 from torch import Tensor
 
-from onemap_mapper.cell_store import CellStore
+from onemap_mapper.feature_table import CellFeatures
 from onemap_shared.geometry import I64
 
 LEAST_NORM = 1e-12  # shorter features have no direction: their cosines are 0
+NOTHING_KNOWN = (-1, 0)  # before any revision, of no cell
 MAX_SETS = 32  # of competing words: most texts of an encoder share one; 4 bytes per cell each
 
 
@@ -34,7 +35,12 @@ class NeutralSums:
         """Whether these sums are those of these words at this temperature."""
         return self.temperature == temperature and torch.equal(self.words, words)
 
-    def of(self, store: CellStore, revision: int, excluded: Tensor) -> Tensor:
+    def known(self, excluded: Tensor) -> tuple[int, int]:
+        """Of which revision, and of how many first slots, there are sums; -1 and 0: of none."""
+        kept = _key(excluded) in self._sums
+        return (self._revision, self._count) if kept else NOTHING_KNOWN
+
+    def of(self, store: CellFeatures, revision: int, excluded: Tensor) -> Tensor:
         """The sums at this revision of the map; only changed cells are computed again.
 
         excluded (m,): 0 for words that compete, -inf for those that do not.
@@ -42,14 +48,14 @@ class NeutralSums:
         if revision != self._revision or store.count != self._count:
             self._update(store)
             self._revision, self._count = revision, store.count
-        key = excluded.cpu().numpy().tobytes()
+        key = _key(excluded)
         if key not in self._sums:
             sums = self.words.new_zeros(store.count)
             self._fill({key: (excluded, sums)}, store, np.arange(store.count))
             self._sums[key] = (excluded, sums)
         return self._sums[key][1]
 
-    def _update(self, store: CellStore) -> None:
+    def _update(self, store: CellFeatures) -> None:
         """Follow the map: grow or shrink with it, and compute what changed."""
         if not self._sums:
             return
@@ -62,7 +68,9 @@ class NeutralSums:
         self._fill(grown, store, stale_slots(store, self._revision, kept))
         self._sums.update(grown)
 
-    def _fill(self, sets: dict[bytes, tuple[Tensor, Tensor]], store: CellStore, slots: I64) -> None:
+    def _fill(
+        self, sets: dict[bytes, tuple[Tensor, Tensor]], store: CellFeatures, slots: I64
+    ) -> None:
         """Compute the sums of these slots for these sets of words."""
         for chosen, features in store.chunks(slots):
             weighed = self.temperature * unit_cosines(features, self.words)
@@ -71,7 +79,11 @@ class NeutralSums:
                 sums[index] = torch.logsumexp(weighed + excluded, dim=1)
 
 
-def stale_slots(store: CellStore, revision: int, kept: int) -> I64:
+def _key(excluded: Tensor) -> bytes:
+    return excluded.cpu().numpy().tobytes()
+
+
+def stale_slots(store: CellFeatures, revision: int, kept: int) -> I64:
     """Slots (n,) that changed since this revision of the map, or are not among the kept first."""
     changed = store.changed_at > revision
     changed[kept:] = True

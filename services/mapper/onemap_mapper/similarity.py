@@ -15,8 +15,15 @@ import torch
 from cachetools import LRUCache
 from torch import Tensor
 
-from onemap_mapper.cell_store import CellStore
-from onemap_mapper.neutral_cosines import LEAST_NORM, NeutralSums, shares, stale_slots, unit_cosines
+from onemap_mapper.feature_table import CellFeatures
+from onemap_mapper.neutral_cosines import (
+    LEAST_NORM,
+    NOTHING_KNOWN,
+    NeutralSums,
+    shares,
+    stale_slots,
+    unit_cosines,
+)
 from onemap_shared.geometry import F32, I64, U8
 from onemap_shared.messages import TextEmbeddings
 
@@ -127,7 +134,8 @@ class CellScores:
 class ScoreCache:
     """Scores of one map for the most recent texts; only changed cells are computed again.
 
-    Not thread-safe: the caller holds the lock of the map.
+    Not thread-safe. The map may change while scores are computed, if they are computed again at a
+    later revision before they are used: what changed meanwhile is computed anew then.
     """
 
     def __init__(self) -> None:
@@ -135,16 +143,16 @@ class ScoreCache:
         self._neutral: NeutralSums | None = None
         self._norms = SlotNorms()
 
-    def scores(self, query: TextQuery, store: CellStore, revision: int) -> F32:
+    def scores(self, query: TextQuery, store: CellFeatures, revision: int) -> F32:
         """Scores (count,) float32 of all slots at this revision of the map."""
         return self.cell_scores(query, store, revision).scores
 
-    def cell_scores(self, query: TextQuery, store: CellStore, revision: int) -> CellScores:
+    def cell_scores(self, query: TextQuery, store: CellFeatures, revision: int) -> CellScores:
         """Scores and cosines of all slots at this revision of the map."""
         return self.scores_of_all([query], store, revision)[0]
 
     def scores_of_all(
-        self, queries: Sequence[TextQuery], store: CellStore, revision: int
+        self, queries: Sequence[TextQuery], store: CellFeatures, revision: int
     ) -> list[CellScores]:
         """Scores and cosines for each query; those that were asked for together read the map once.
 
@@ -158,20 +166,43 @@ class ScoreCache:
             self._entries[query.text] = found[k]
         return [found[k] for k in range(len(queries))]
 
+    def stale(self, queries: Sequence[TextQuery], store: CellFeatures) -> I64:
+        """Ascending slots (n,) whose features scores of the queries, at present, would read."""
+        states = {self._norms.known} if queries else set()
+        for known, group in self._groups(queries).items():
+            states.add(known)
+            if len(stale_slots(store, *known)):
+                states |= {self._sums_known(queries[k]) for k in group if queries[k].calibrated}
+        if not states:
+            return np.zeros(0, np.int64)
+        revisions, counts = zip(*states, strict=True)
+        return stale_slots(store, min(revisions), min(counts))
+
+    def _sums_known(self, query: TextQuery) -> tuple[int, int]:
+        """As ``_known``, of the sums of its competing words."""
+        words, excluded = _competing(query)
+        if self._neutral is None or not self._neutral.fits(words, query.temperature):
+            return NOTHING_KNOWN
+        return self._neutral.known(excluded)
+
+    def _known(self, query: TextQuery) -> tuple[int, int]:
+        """Of which revision, and of how many first slots, the query's scores are kept."""
+        kept = self._entries.get(query.text)
+        if kept is None or kept.query is not query:
+            return NOTHING_KNOWN
+        return kept.revision, len(kept.scores)
+
     def _groups(self, queries: Sequence[TextQuery]) -> dict[tuple[int, int], list[int]]:
         """Indices of the queries by the revision and the number of cells of their kept scores."""
         groups: dict[tuple[int, int], list[int]] = {}
         for k, query in enumerate(queries):
-            kept = self._entries.get(query.text)
-            usable = kept is not None and kept.query is query
-            known = (kept.revision, len(kept.scores)) if kept is not None and usable else (-1, 0)
-            groups.setdefault(known, []).append(k)
+            groups.setdefault(self._known(query), []).append(k)
         return groups
 
     def _updated(
         self,
         queries: Sequence[TextQuery],
-        store: CellStore,
+        store: CellFeatures,
         revision: int,
         known: tuple[int, int],
     ) -> list[CellScores]:
@@ -198,15 +229,20 @@ class ScoreCache:
             made.append(CellScores(query, revision, both[0], both[1]))
         return made
 
-    def _sums(self, query: TextQuery, store: CellStore, revision: int) -> Tensor:
+    def _sums(self, query: TextQuery, store: CellFeatures, revision: int) -> Tensor:
         """What the words that compete with a text weigh in each cell (count,)."""
-        words, excluded = query.neutral, query.excluded
-        if words is None or excluded is None:
-            words = query.concepts[1:]
-            excluded = words.new_zeros(len(words))
+        words, excluded = _competing(query)
         if self._neutral is None or not self._neutral.fits(words, query.temperature):
             self._neutral = NeutralSums(words, query.temperature)
         return self._neutral.of(store, revision, excluded)
+
+
+def _competing(query: TextQuery) -> tuple[Tensor, Tensor]:
+    """The words that may compete with a text, and which of them do not, as in ``TextQuery``."""
+    if query.neutral is None or query.excluded is None:
+        words = query.concepts[1:]
+        return words, words.new_zeros(len(words))
+    return query.neutral, query.excluded
 
 
 class SlotNorms:
@@ -216,7 +252,12 @@ class SlotNorms:
         self._norms = torch.zeros(0)
         self._revision = -1
 
-    def of(self, store: CellStore, revision: int) -> Tensor:
+    @property
+    def known(self) -> tuple[int, int]:
+        """Of which revision, and of how many first slots, the lengths are."""
+        return self._revision, len(self._norms)
+
+    def of(self, store: CellFeatures, revision: int) -> Tensor:
         """The lengths at this revision, at least ``LEAST_NORM``; only changed ones are computed."""
         if revision != self._revision or len(self._norms) != store.count:
             kept = min(len(self._norms), store.count)
