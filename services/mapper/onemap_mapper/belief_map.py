@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -16,6 +17,7 @@ from onemap_mapper.frame_update import FrameUpdate
 from onemap_mapper.kernels import jit
 from onemap_mapper.kernels.fuse_rows import all_finite
 from onemap_mapper.keyframes import NO_VIEW, Keyframes, Views
+from onemap_mapper.map_version import NO_SLOT, MapVersion
 from onemap_mapper.occupancy import (
     I8,
     OccupancyUpdate,
@@ -28,9 +30,7 @@ from onemap_mapper.tiles import MapTooLarge, TileIndex, TileLayer
 from onemap_mapper.view_log import ViewLog
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec, world_cells
-from onemap_shared.messages import Layer, Occupancy
-
-NO_SLOT = -1
+from onemap_shared.messages import Occupancy
 
 
 class FieldRejected(ValueError):
@@ -198,28 +198,45 @@ class BeliefMap:
         self._keyframes = self._keyframes.of_new_search()
         self.store.reset_searched()
 
+    def version(self) -> MapVersion:
+        """A copy of this revision, without its features."""
+        shared = self._shared_version()
+        return replace(
+            shared,
+            tiles=shared.tiles.copy(),
+            slots=shared.slots.copy(),
+            occupancy=shared.occupancy.copy(),
+            assumed=shared.assumed.copy(),
+            view_log=shared.view_log.copy(),
+        )
+
     def layers(self) -> U8:
         """Bits of ``Layer`` (nx, ny) uint8 over ``grid``."""
-        threshold = 1.0 / self.params.explored_variance
-        bits = np.full(self.store.count + 1, Layer.OBSERVED, np.uint8)
-        explored = (self.store.explored_confidence > threshold).cpu().numpy()
-        searched = (self.store.searched_confidence > threshold).cpu().numpy()
-        bits[:-1] |= explored * np.uint8(Layer.EXPLORED) | searched * np.uint8(Layer.SEARCHED)
-        bits[NO_SLOT] = 0
-        dense: U8 = bits[self.tiles.to_dense(self.slots.values, NO_SLOT)]
-        dense |= self.tiles.to_dense(self.assumed.values, False) * np.uint8(Layer.ASSUMED)
-        return dense
+        return self._shared_version().layers()
 
     def occupancy_grid(self) -> U8:
         """Values of ``Occupancy`` (nx, ny) uint8 over ``grid``."""
-        dense: U8 = self.tiles.to_dense(self.occupancy.values, Occupancy.UNKNOWN)
-        return dense
+        return self._shared_version().occupancy_grid()
 
     def to_grid(self, per_slot: F32) -> F32:
         """Values (count,) of the observed cells as a grid (nx, ny) float32, NaN elsewhere."""
-        padded = np.append(per_slot, np.float32(np.nan))
-        dense: F32 = padded[self.tiles.to_dense(self.slots.values, NO_SLOT)]
-        return dense
+        return self._shared_version().to_grid(per_slot)
+
+    def _shared_version(self) -> MapVersion:
+        """This revision for as long as nothing changes: it shares the map's memory."""
+        return MapVersion(
+            revision=self.revision,
+            sequence=self.sequence,
+            stamp_ns=self.stamp_ns,
+            encoder_id=self.encoder_id,
+            explored_variance=self.params.explored_variance,
+            tiles=self.tiles,
+            slots=self.slots.values,
+            occupancy=self.occupancy.values,
+            assumed=self.assumed.values,
+            confidences=self.store.confidences(slice(0, self.store.count)).cpu().numpy(),
+            view_log=self.view_log,
+        )
 
     def _new_store(self, dimension: int) -> CellStore:
         params = self.params

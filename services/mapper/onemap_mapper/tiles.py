@@ -8,6 +8,8 @@ tiles maps tile coordinates to numbers.
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
@@ -33,6 +35,12 @@ class TileIndex:
         self._max_tiles = max(1, int(params.max_extent_m / (params.cell_size_m * SIDE)))
         self._origin = np.zeros(2, np.int64)  # tile coordinates of the directory's [0, 0]
         self._directory = np.full((0, 0), NO_ROW, np.int64)
+
+    def copy(self) -> TileIndex:
+        """An index that does not grow with this one."""
+        made = copy(self)
+        made._directory = self._directory.copy()
+        return made
 
     @property
     def grid(self) -> GridSpec:
@@ -131,6 +139,12 @@ class TileLayer:
         self._fill = fill
         self._values: NDArray = np.full((0, *depth), fill, dtype)
         self._rows = 0
+
+    def copy(self) -> TileLayer:
+        """A layer that does not change with this one, without what is reserved for growth."""
+        made = copy(self)
+        made._values = self.values.copy()
+        return made
 
     @property
     def values(self) -> NDArray:

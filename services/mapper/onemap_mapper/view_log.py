@@ -6,6 +6,7 @@ seen since the log began, as those of a map of an old file, have no view.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,6 +55,13 @@ class ViewLog:
         self._confidence = TileLayer(np.float32, 0)
         self._last_seen_ns = TileLayer(np.int64, 0)
         self._prune_at = FIRST_PRUNING
+
+    def copy(self) -> ViewLog:
+        """A log that does not change with this one."""
+        made = copy(self)
+        made._best, made._confidence = self._best.copy(), self._confidence.copy()
+        made._last_seen_ns = self._last_seen_ns.copy()
+        return made
 
     @property
     def nbytes(self) -> int:
