@@ -30,20 +30,18 @@ class Time:
 def test_a_coverage_is_kept_for_a_second_and_then_made_anew(belief: BeliefMap) -> None:
     clock = Time()
     cache = CoverageCache(VerdictParams(), clock)
-    first = cache.coverage(cache.layers(belief, ()), (), ())
+    first = cache.coverage(belief.version(), (), ())
     assert first.not_looked_m2 > 0
     clock.now_s = KEPT_S * 0.99
-    layers = cache.layers(belief, ())
-    assert layers is None
-    assert cache.coverage(layers, (), ()) is first
+    assert cache.coverage(belief.version(), (), ()) is first
     clock.now_s = KEPT_S
-    assert cache.layers(belief, ()) is not None
+    assert cache.coverage(belief.version(), (), ()) is not first
 
 
 def test_each_area_has_its_own(belief: BeliefMap) -> None:
     cache = CoverageCache(VerdictParams(), Time())
-    whole = cache.coverage(cache.layers(belief, ()), (), ())
+    whole = cache.coverage(belief.version(), (), ())
     area_m = (0.0, -1.0, 2.0, 1.0)
-    part = cache.coverage(cache.layers(belief, area_m), area_m, ())
+    part = cache.coverage(belief.version(), area_m, ())
     assert part.looked_m2 + part.not_looked_m2 <= 4.0 + 1e-6
     assert whole.looked_m2 + whole.not_looked_m2 > 4.0

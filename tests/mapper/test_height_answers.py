@@ -65,14 +65,14 @@ def test_an_answer_says_where_in_height_the_match_lies(belief: BeliefMap, name: 
 @pytest.mark.parametrize("name", ["cup", "basket"])
 def test_an_object_lies_at_the_heights_of_its_extent(belief: BeliefMap, name: str) -> None:
     (box,) = table_room.THINGS[name]
-    band = extent_band(belief, (*box.low[:2], *box.high[:2]))
+    band = extent_band(belief.shared_version(), (*box.low[:2], *box.high[:2]))
     assert_lies(name, np.array(band))
 
 
 def test_nothing_is_known_of_what_was_not_seen(belief: BeliefMap) -> None:
-    assert extent_band(belief, (50.0, 50.0, 51.0, 51.0)) == ()
-    assert extent_band(belief, (1.0, 1.0, 1.0, 1.0)) == ()
-    assert extent_band(BeliefMap(scenes.params()), (0.0, 0.0, 1.0, 1.0)) == ()
+    assert extent_band(belief.shared_version(), (50.0, 50.0, 51.0, 51.0)) == ()
+    assert extent_band(belief.shared_version(), (1.0, 1.0, 1.0, 1.0)) == ()
+    assert extent_band(BeliefMap(scenes.params()).shared_version(), (0.0, 0.0, 1.0, 1.0)) == ()
 
 
 @pytest.mark.parametrize("name", LIES)

@@ -11,6 +11,7 @@ import torch
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.coverage import floor_coverage
 from onemap_mapper.frame_update import compute_update
+from onemap_mapper.map_scores import MapScores
 from onemap_mapper.params import RegionParams, VerdictParams
 from onemap_mapper.replies import (
     judged,
@@ -19,7 +20,7 @@ from onemap_mapper.replies import (
     similarity_reply,
     summary_of,
 )
-from onemap_mapper.similarity import ScoreCache, TextQuery
+from onemap_mapper.similarity import TextQuery
 from onemap_shared.messages import (
     Layer,
     MapVerdict,
@@ -51,9 +52,7 @@ def belief() -> BeliefMap:
 
 def replied(belief: BeliefMap, question: TextQuery, **request: object) -> SimilarityReply:
     return similarity_reply(
-        belief,
-        ScoreCache(),
-        query=question,
+        MapScores(belief).of([question]),
         request=replace(SimilarityRequest(question.text), **request),  # type: ignore[arg-type]
         params=RegionParams(),
     )
@@ -82,35 +81,35 @@ def test_no_more_regions_than_requested(belief: BeliefMap) -> None:
 
 
 def test_a_view_without_a_text_has_only_layers(belief: BeliefMap) -> None:
-    view = search_view(belief, ScoreCache(), text="", query=None)
+    view = search_view(MapScores(belief).of([]), text="")
     assert view.similarity.shape == view.rival.shape == (0, 0)
     assert view.layers.shape == view.occupancy.shape == view.grid.shape
     assert (view.layers & Layer.OBSERVED).any()
 
 
 def test_a_view_of_a_text_holds_the_best_rival_of_each_cell(belief: BeliefMap) -> None:
-    cache = ScoreCache()
+    scores = MapScores(belief)
     sofa, wall = query("sofa", SOFA), query("wall", WALL)
-    view = search_view(belief, cache, text="cup", query=query("cup", CUP), rivals=[sofa, wall])
-    each = [search_view(belief, cache, text=q.text, query=q).similarity for q in (sofa, wall)]
+    view = search_view(scores.of([query("cup", CUP), sofa, wall]), text="cup")
+    each = [search_view(scores.of([q]), text=q.text).similarity for q in (sofa, wall)]
     np.testing.assert_array_equal(view.rival, np.maximum(*each))
     assert np.nanmax(view.similarity) < 0.9 < np.nanmax(view.rival)
 
 
 def test_guidance_ranks_the_observed_cells_where_the_score_is_zero(belief: BeliefMap) -> None:
     far_from_it = replace(query("sofa", SOFA), temperature=1e4)  # a score of 0 or 1 everywhere
-    view = search_view(belief, ScoreCache(), text="sofa", query=far_from_it)
+    view = search_view(MapScores(belief).of([far_from_it]), text="sofa")
     observed = np.isfinite(view.similarity)
     assert ((view.guidance > 0) == observed).all()
     assert len(np.unique(view.guidance[observed])) > 10
     assert view.guidance[view.similarity > 0.9].min() > 200
-    assert search_view(belief, ScoreCache(), text="", query=None).guidance.shape == (0, 0)
+    assert search_view(MapScores(belief).of([]), text="").guidance.shape == (0, 0)
 
 
 def test_a_text_asked_of_a_map_without_features_is_nowhere() -> None:
     blind = BeliefMap(scenes.params())
     blind.fuse(compute_update(scenes.field(0, scenes.pose(), boxes=()), blind.params))
-    view = search_view(blind, ScoreCache(), text="sofa", query=None)
+    view = search_view(MapScores(blind).of([]), text="sofa")
     assert view.similarity.shape == view.grid.shape
     assert np.isnan(view.similarity).all()
 
@@ -149,19 +148,15 @@ def test_only_the_area_that_was_asked_for_has_regions(belief: BeliefMap) -> None
 
 def test_a_negative_takes_what_looks_more_like_it(belief: BeliefMap) -> None:
     asked = query("furniture", (SOFA + CUP) / np.float32(2**0.5))
-    alone = similarity_reply(
-        belief, ScoreCache(), query=asked, request=SimilarityRequest("furniture"),
-        params=RegionParams(),
-    )  # fmt: skip
-    against_sofas = similarity_reply(
-        belief, ScoreCache(), query=asked, request=SimilarityRequest("furniture"),
-        params=RegionParams(), negatives=[query("sofa", SOFA)],
-    )  # fmt: skip
+    request, params, scores = SimilarityRequest("furniture"), RegionParams(), MapScores(belief)
+    alone = similarity_reply(scores.of([asked]), request=request, params=params)
+    both = scores.of([asked, query("sofa", SOFA)])
+    against_sofas = similarity_reply(both, request=request, params=params)
     assert alone.best_score > 0.9
     assert against_sofas.best_score < 0.1
 
 
-def test_the_verdict_needs_no_map(belief: BeliefMap) -> None:
+def test_a_verdict_is_that_of_the_version_that_was_scored(belief: BeliefMap) -> None:
     params = VerdictParams(found_score=0.9)
     coverage = floor_coverage(
         belief.occupancy_grid(),
@@ -171,11 +166,11 @@ def test_the_verdict_needs_no_map(belief: BeliefMap) -> None:
         area=None,
         params=params,
     )
-    cosines = np.full(belief.grid.shape, np.nan, np.float32)
 
     def verdict(question: TextQuery) -> MapVerdict:
-        reply = replied(belief, question)
-        return judged(reply, SimilarityRequest(question.text), coverage, cosines, params).verdict
+        scored, request = MapScores(belief).of([question]), SimilarityRequest(question.text)
+        reply = similarity_reply(scored, request=request, params=RegionParams())
+        return judged(reply, request, coverage, scored, params).verdict
 
     assert verdict(query("sofa", SOFA)).verdict is Verdict.FOUND
     missing = verdict(query("cup", CUP))

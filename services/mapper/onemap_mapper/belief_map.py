@@ -200,29 +200,30 @@ class BeliefMap:
 
     def version(self) -> MapVersion:
         """A copy of this revision, without its features."""
-        shared = self._shared_version()
+        shared = self.shared_version()
         return replace(
             shared,
             tiles=shared.tiles.copy(),
             slots=shared.slots.copy(),
             occupancy=shared.occupancy.copy(),
             assumed=shared.assumed.copy(),
+            heights=shared.heights.copy(),
             view_log=shared.view_log.copy(),
         )
 
     def layers(self) -> U8:
         """Bits of ``Layer`` (nx, ny) uint8 over ``grid``."""
-        return self._shared_version().layers()
+        return self.shared_version().layers()
 
     def occupancy_grid(self) -> U8:
         """Values of ``Occupancy`` (nx, ny) uint8 over ``grid``."""
-        return self._shared_version().occupancy_grid()
+        return self.shared_version().occupancy_grid()
 
     def to_grid(self, per_slot: F32) -> F32:
         """Values (count,) of the observed cells as a grid (nx, ny) float32, NaN elsewhere."""
-        return self._shared_version().to_grid(per_slot)
+        return self.shared_version().to_grid(per_slot)
 
-    def _shared_version(self) -> MapVersion:
+    def shared_version(self) -> MapVersion:
         """This revision for as long as nothing changes: it shares the map's memory."""
         return MapVersion(
             revision=self.revision,
@@ -235,6 +236,7 @@ class BeliefMap:
             occupancy=self.occupancy.values,
             assumed=self.assumed.values,
             confidences=self.store.confidences(slice(0, self.store.count)).cpu().numpy(),
+            heights=self.store.all_heights,
             view_log=self.view_log,
         )
 

@@ -128,6 +128,11 @@ class CellStore:
         """The three confidences (3, k) float32 of consecutive slots, in the order above."""
         return self._confidence[:, part].float()
 
+    @property
+    def all_heights(self) -> F32:
+        """Shares (count, LEVELS) of height of all slots; not to be written."""
+        return self._heights.first(self.count)
+
     def heights(self, slots: I64 | slice) -> F32:
         """Shares (n, LEVELS) float32 of height of these slots, a copy."""
         return self._heights.of(slots)

@@ -85,6 +85,10 @@ class HeightStore:
             extra = np.zeros((slots - len(self._shares), LEVELS), np.float32)
             self._shares = np.concatenate([self._shares, extra])
 
+    def first(self, count: int) -> F32:
+        """The shares (count, LEVELS) of the first slots, not copied."""
+        return self._shares[:count]
+
     def of(self, slots: I64 | slice) -> F32:
         """A copy of the shares (n, LEVELS) of these slots."""
         return np.array(self._shares[slots])

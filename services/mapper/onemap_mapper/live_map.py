@@ -68,7 +68,7 @@ class LiveMap:
     def height_m(self, extent_m: Extent) -> tuple[float, ...]:
         """Lowest and highest height, metres, of what lies there; empty: nothing is known of it."""
         with self.lock:
-            return extent_band(self.current(), extent_m)
+            return extent_band(self.current().shared_version(), extent_m)
 
     def _feature_parts(self, belief: BeliefMap, content: MapSnapshot) -> Iterator[NDArray]:
         """All features in parts, each valid until the next is asked for.

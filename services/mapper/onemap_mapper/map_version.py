@@ -22,7 +22,8 @@ class MapVersion:
 
     By rows (n,) of ``tiles``: slots int32, NO_SLOT where nothing was observed; occupancy, values of
     ``Occupancy``; assumed: free, though no camera saw the floor. By slots: confidences (3, count)
-    float32, as ``CellStore.confidences``. A cell is explored below ``explored_variance``.
+    float32, as ``CellStore.confidences``; heights (count, LEVELS) float32, as ``HeightStore.of``. A
+    cell is explored below ``explored_variance``.
     """
 
     revision: int
@@ -35,6 +36,7 @@ class MapVersion:
     occupancy: U8
     assumed: Bool
     confidences: F32
+    heights: F32
     view_log: ViewLog
 
     @property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +9,8 @@ import numpy as np
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.coverage import FloorCoverage
 from onemap_mapper.height_answers import region_bands
+from onemap_mapper.map_scores import ScoredVersion
+from onemap_mapper.map_version import MapVersion
 from onemap_mapper.outlines import outline
 from onemap_mapper.params import RegionParams, VerdictParams
 from onemap_mapper.regions import (
@@ -19,7 +20,7 @@ from onemap_mapper.regions import (
     region_threshold,
     scoring_at_least,
 )
-from onemap_mapper.similarity import CellScores, ScoreCache, TextQuery, against, ranks
+from onemap_mapper.similarity import against, ranks
 from onemap_mapper.verdicts import area_mask, frontier_worths, judge
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import (
@@ -36,38 +37,34 @@ NO_RANKS: U8 = np.zeros((0, 0), np.uint8)
 
 
 def similarity_reply(
-    belief: BeliefMap,
-    cache: ScoreCache,
-    *,
-    query: TextQuery,
-    request: SimilarityRequest,
-    params: RegionParams,
-    negatives: Sequence[TextQuery] = (),
+    scored: ScoredVersion, *, request: SimilarityRequest, params: RegionParams
 ) -> SimilarityReply:
     """Ranked regions that score at least the query's ``min_score``, and the grid if requested.
 
-    The map must not be empty. The verdict is left to ``judged``.
+    scored: a map that is not empty, with the scores of the text, then those of its negatives.
+    The verdict is left to ``judged``.
     """
-    values = request_scores(belief, cache, query=query, negatives=negatives)
-    grid_scores = belief.to_grid(values.scores)
-    if (inside := area_mask(belief.grid, request.area_m)) is not None:
+    version, (own, *negatives) = scored.version, scored.texts
+    query = own.query
+    grid_scores = version.to_grid(against(own, negatives).scores if negatives else own.scores)
+    if (inside := area_mask(version.grid, request.area_m)) is not None:
         grid_scores = np.where(inside, grid_scores, np.float32(np.nan))
-    regions = _regions_of(belief, grid_scores, request, params, calibrated=query.calibrated)
+    regions = _regions_of(version, grid_scores, request, params, calibrated=query.calibrated)
     best_score = min(float(regions.scores[0]), 1.0) if len(regions.scores) else 0.0  # rounding
     regions = scoring_at_least(regions, query.min_score)
-    outlines = [outline(cells, belief.grid) for cells in regions.cells]
-    rows = [belief.tiles.rows(cells + belief.grid.origin_cell) for cells in regions.cells]
-    log = belief.view_log
+    outlines = [outline(cells, version.grid) for cells in regions.cells]
+    rows = [version.tiles.rows(cells + version.grid.origin_cell) for cells in regions.cells]
+    log = version.view_log
     return SimilarityReply(
         text=request.text,
-        revision=belief.revision,
-        stamp_ns=belief.stamp_ns,
-        encoder_id=belief.encoder_id,
+        revision=version.revision,
+        stamp_ns=version.stamp_ns,
+        encoder_id=version.encoder_id,
         centres_m=regions.centres_m,
         extents_m=regions.extents_m,
         scores=regions.scores,
         variances=regions.variances,
-        grid=belief.grid,
+        grid=version.grid,
         scores_grid=grid_scores if request.include_grid else NO_GRID,
         best_score=best_score,
         floor=query.min_score,
@@ -77,22 +74,13 @@ def similarity_reply(
             np.arange(len(outlines), dtype=np.int32), [len(corners) for corners in outlines]
         ),
         last_seen_ns=np.array([log.last_seen_ns(each) for each in rows], np.int64),
-        heights_m=region_bands(belief, regions.cells, grid_scores),
+        heights_m=region_bands(version, regions.cells, grid_scores),
         best_views=np.array([log.best_view(each) for each in rows], np.float32).reshape(-1, 3),
     )
 
 
-def request_scores(
-    belief: BeliefMap, cache: ScoreCache, *, query: TextQuery, negatives: Sequence[TextQuery]
-) -> CellScores:
-    """Scores and cosines of a text at all slots, with its negatives as competitors."""
-    own = cache.cell_scores(query, belief.store, belief.revision)
-    others = [cache.cell_scores(each, belief.store, belief.revision) for each in negatives]
-    return against(own, others) if others else own
-
-
 def _regions_of(
-    belief: BeliefMap,
+    version: MapVersion,
     grid_scores: F32,
     request: SimilarityRequest,
     params: RegionParams,
@@ -110,29 +98,22 @@ def _regions_of(
     )
     return find_regions(
         grid_scores,
-        belief.to_grid(belief.store.confidence.reciprocal().cpu().numpy()),
-        belief.grid,
+        version.to_grid(version.variances),
+        version.grid,
         limit=max(limit, float(np.finfo(np.float32).tiny)),
         max_regions=request.max_regions,
     )
-
-
-def cosine_grid(belief: BeliefMap, cache: ScoreCache, query: TextQuery) -> F32:
-    """Cosines (nx, ny) of a text, NaN where nothing was observed."""
-    return belief.to_grid(cache.cell_scores(query, belief.store, belief.revision).cosines)
 
 
 def judged(
     reply: SimilarityReply,
     request: SimilarityRequest,
     coverage: FloorCoverage,
-    cosines: F32,
+    scored: ScoredVersion,
     params: VerdictParams,
 ) -> SimilarityReply:
-    """The reply with its verdict; needs no map, so it is computed without the map's lock.
-
-    cosines (nx, ny) on the reply's grid: of the text, NaN where nothing was observed.
-    """
+    """The reply with its verdict; ``scored`` is what the reply was made of."""
+    cosines = scored.version.to_grid(scored.texts[0].cosines)
     worths = frontier_worths(coverage, cosines, reply.grid, robot_xy_m=request.robot_xy_m)
     verdict = judge(reply.best_score, coverage, worths=worths, params=params)
     return replace(reply, verdict=verdict)
@@ -154,40 +135,36 @@ def answered(request: SimilarityRequest, reply: SimilarityReply) -> AnsweredQuer
     )
 
 
-def search_view(
-    belief: BeliefMap,
-    cache: ScoreCache,
-    *,
-    text: str,
-    query: TextQuery | None,
-    rivals: Sequence[TextQuery] = (),
-) -> SearchView:
-    """All layers over the map's bounding box, with the similarity if there is a query.
+def search_view(scored: ScoredVersion, *, text: str) -> SearchView:
+    """All layers over the map's bounding box, with the similarity if the text has scores.
 
-    ``rival`` holds each cell's best score over the rivals.
+    scored: with the scores of the text, then those of its rivals; ``rival`` holds each cell's best
+    score over these.
     """
-    similarity, rival, guidance = NO_GRID, NO_GRID, NO_RANKS
-    if query is not None:
-        cells, *others = cache.scores_of_all([query, *rivals], belief.store, belief.revision)
-        similarity = belief.to_grid(cells.scores)
-        guidance = np.nan_to_num(belief.to_grid(ranks(cells.cosines).astype(np.float32)))
+    version, similarity, rival, guidance = scored.version, NO_GRID, NO_GRID, NO_RANKS
+    calibrated = True
+    if scored.texts:
+        own, *others = scored.texts
+        calibrated = own.query.calibrated
+        similarity = version.to_grid(own.scores)
+        guidance = np.nan_to_num(version.to_grid(ranks(own.cosines).astype(np.float32)))
         guidance = guidance.astype(np.uint8)
         if others:
-            rival = belief.to_grid(np.max([other.scores for other in others], axis=0))
+            rival = version.to_grid(np.max([other.scores for other in others], axis=0))
     elif text:  # a map without features: nothing was observed
-        similarity = np.full(belief.grid.shape, np.nan, np.float32)
+        similarity = np.full(version.grid.shape, np.nan, np.float32)
     return SearchView(
         text=text,
-        revision=belief.revision,
-        sequence=belief.sequence,
-        stamp_ns=belief.stamp_ns,
-        grid=belief.grid,
-        occupancy=belief.occupancy_grid(),
-        layers=belief.layers(),
+        revision=version.revision,
+        sequence=version.sequence,
+        stamp_ns=version.stamp_ns,
+        grid=version.grid,
+        occupancy=version.occupancy_grid(),
+        layers=version.layers(),
         similarity=similarity,
         rival=rival,
         guidance=guidance,
-        calibrated=query is None or query.calibrated,
+        calibrated=calibrated,
     )
 
 

@@ -1,7 +1,7 @@
 """The mapper on the bus: fuses the newest field, answers requests about the map.
 
 One lock protects the map. A frame's update is computed without it, only fusing holds it; text
-embeddings are fetched without it.
+embeddings are fetched without it, and ``map_scores`` says how texts are scored without it.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from onemap_mapper.frame_order import FrameOrder, FrameStamp
 from onemap_mapper.frame_update import FrameUpdate, compute_update
 from onemap_mapper.kernels import jit
 from onemap_mapper.live_map import LiveMap
+from onemap_mapper.map_scores import MapScores
 from onemap_mapper.object_keeper import ObjectKeeper
 from onemap_mapper.objects import NO_OBJECTS
 from onemap_mapper.pose_graph_follower import PoseGraphFollower
 from onemap_mapper.replies import (
     answered,
-    cosine_grid,
     judged,
     revision_of,
     search_view,
@@ -39,7 +39,7 @@ from onemap_mapper.replies import (
     summary_of,
 )
 from onemap_mapper.saved_maps import SavedMaps
-from onemap_mapper.similarity import ScoreCache, TextQuery
+from onemap_mapper.similarity import TextQuery
 from onemap_mapper.text_cache import TextCache
 from onemap_mapper.warm_up import warm_up
 from onemap_shared import keys, tracing
@@ -80,7 +80,7 @@ class Mapper:
         self._resumed = kept is not None  # and no frame was fused since
         self._live = LiveMap(self._lock, lambda: self._map)
         self._checkpoints = Checkpoints(config.map_folder, config, self._live)
-        self._scores = ScoreCache()
+        self._scores = MapScores(self._map, self._lock)
         self._coverages = CoverageCache(config, time.monotonic)
         self._texts = TextCache(lambda texts: embed_texts(bus, texts), config.torch_device)
         self._encoder_seen = ""
@@ -154,18 +154,14 @@ class Mapper:
     def _similarity(
         self, request: SimilarityRequest, query: TextQuery, negatives: Sequence[TextQuery]
     ) -> SimilarityReply:
-        with self._lock:
-            if self._map.store.count == 0:
-                raise _empty()
-            reply = similarity_reply(
-                self._map, self._scores, query=query, request=request, params=self._config,
-                negatives=negatives,
-            )  # fmt: skip
-            cosines = cosine_grid(self._map, self._scores, query)
-            coverages = self._coverages
-            layers = coverages.layers(self._map, request.area_m)
-        coverage = coverages.coverage(layers, request.area_m, request.robot_xy_m)
-        reply = judged(reply, request, coverage, cosines, self._config)
+        with self._lock:  # both of the same map
+            scores, coverages = self._scores, self._coverages
+        scored = scores.of([query, *negatives])
+        if scored.version.count == 0:
+            raise _empty()
+        reply = similarity_reply(scored, request=request, params=self._config)
+        coverage = coverages.coverage(scored.version, request.area_m, request.robot_xy_m)
+        reply = judged(reply, request, coverage, scored, self._config)
         self._answered.put(answered(request, reply))
         return reply
 
@@ -174,11 +170,8 @@ class Mapper:
         with self._lock:
             empty = self._map.store.count == 0
         query = None if empty or not request.text else self._query(request.text)
-        rivals = self._rivals(request.rivals) if query is not None else []
-        with self._lock:
-            return search_view(
-                self._map, self._scores, text=request.text, query=query, rivals=rivals
-            )
+        queries = [] if query is None else [query, *self._rivals(request.rivals)]
+        return search_view(self._scores.of(queries), text=request.text)
 
     def reset_searched(self, _request: SearchReset) -> MapSummary:
         """Reset sigma_E: a new search begins."""
@@ -306,7 +299,7 @@ class Mapper:
         """Exchange the map and everything derived from it; the caller holds the lock."""
         self._map, self._resumed = belief, False
         self._follower.replace(belief)
-        self._scores = ScoreCache()
+        self._scores = MapScores(self._map, self._lock)
         self._coverages = CoverageCache(self._config, time.monotonic)
         self._telemetry.reset_floor()
         self._announce()

@@ -16,8 +16,9 @@ import numpy as np
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame_update import compute_update
+from onemap_mapper.map_scores import MapScores
 from onemap_mapper.replies import search_view
-from onemap_mapper.similarity import ScoreCache, TextQuery, text_query
+from onemap_mapper.similarity import TextQuery, text_query
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors.protocol import Detector
 from onemap_perception.encoders.protocol import Encoder
@@ -146,7 +147,7 @@ class LockstepSimulation:
         self.state: PlannerState | None = None
         self._config, self._perception = config, perception
         self._method, self._watch = method, watch
-        self._scores = ScoreCache()
+        self._scores = MapScores(self.belief)
         self._queries: dict[str, TextQuery] = {}
         self._clock = SimulatedClock()
         self._controller = VelocityController()
@@ -237,7 +238,7 @@ class LockstepSimulation:
             self._method.value_map.clear()
         if self._method.forgets and self.state is not None and index > 0:
             self.belief = BeliefMap(self._config.mapper, first_revision=self.belief.revision)
-            self._scores = ScoreCache()
+            self._scores = MapScores(self.belief)
             self.state = replace(
                 self.state, blacklisted_frontiers=(), found_objects=(), trail=(), known_m2=0.0
             )
@@ -273,7 +274,7 @@ class LockstepSimulation:
     def _view(self, state: PlannerState) -> SearchView:
         search = state.search
         if not search.target:
-            return search_view(self.belief, self._scores, text="", query=None)
+            return search_view(self._scores.of([]), text="")
         target_key = (search.search_id, search.index)
         if isinstance(search.phase, Starting) and self._reset_for != target_key:
             self.belief.reset_searched()
@@ -290,13 +291,8 @@ class LockstepSimulation:
 
     def _view_of(self, name: str, state: PlannerState) -> SearchView:
         names = rival_names(name, state.search.objects, state.found_objects, state.synonyms)
-        return search_view(
-            self.belief,
-            self._scores,
-            text=name,
-            query=self._query(name),
-            rivals=[self._query(rival) for rival in names],
-        )
+        queries = [self._query(each) for each in (name, *names)]
+        return search_view(self._scores.of(queries), text=name)
 
     def _query(self, text: str) -> TextQuery:
         if text not in self._queries:

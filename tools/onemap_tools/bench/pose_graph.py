@@ -19,8 +19,9 @@ from onemap_gateway.present.render import encode_png, render_map
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame_update import compute_update
+from onemap_mapper.map_scores import MapScores
 from onemap_mapper.replies import search_view, similarity_reply
-from onemap_mapper.similarity import ScoreCache, text_query
+from onemap_mapper.similarity import text_query
 from onemap_mapper.submaps.submap_store import SubmapStore
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.feature_field import feature_field
@@ -263,15 +264,11 @@ def cell_errors(loop: DrivenLoop, belief: BeliefMap) -> dict[str, float]:
 
 def answer_errors_m(loop: DrivenLoop, belief: BeliefMap) -> dict[str, float]:
     """Metres from the middle of the best answer to the nearest such object, for each category."""
-    cache, errors = ScoreCache(), dict[str, float]()
+    scores, errors = MapScores(belief), dict[str, float]()
     for name in sorted(set(loop.scene.categories) - set(STRUCTURE)):
-        reply = similarity_reply(
-            belief,
-            cache,
-            query=text_query(loop.encoder.embed_text((name,)), 0, belief.params.torch_device),
-            request=SimilarityRequest(name),
-            params=MapperConfig(),
-        )
+        query = text_query(loop.encoder.embed_text((name,)), 0, belief.params.torch_device)
+        request = SimilarityRequest(name)
+        reply = similarity_reply(scores.of([query]), request=request, params=MapperConfig())
         if len(reply.centres_m):
             x, y = (float(value) for value in reply.centres_m[0])
             errors[name] = loop.truth.distances(name, x, y).straight_line_m
@@ -297,7 +294,7 @@ def side_by_side(maps: tuple[BeliefMap, ...]) -> U8:
     """The maps in the order of ``ROWS`` as one picture (H, W, 3)."""
     drawn = []
     for name, belief in zip(ROWS, maps, strict=True):
-        image = render_map(search_view(belief, ScoreCache(), text="", query=None), scale=3).image
+        image = render_map(search_view(MapScores(belief).of([]), text=""), scale=3).image
         bar = np.full((28, image.shape[1], 3), 24, np.uint8)
         cv2.putText(bar, name, (6, 20), cv2.FONT_HERSHEY_SIMPLEX, 0.55, (235, 235, 235), 1)
         drawn.append(np.concatenate([bar, image[..., :3]]))

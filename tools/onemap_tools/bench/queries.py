@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from onemap_mapper.config import MapperConfig
+from onemap_mapper.map_scores import MapScores
 from onemap_mapper.replies import similarity_reply
-from onemap_mapper.similarity import ScoreCache, TextQuery, text_query
+from onemap_mapper.similarity import TextQuery, text_query
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.encoders.protocol import Encoder
@@ -128,9 +129,7 @@ def query_map(
         if not present and word.category in categories:
             continue  # in the apartment, but not shown well enough
         reply = similarity_reply(
-            mapped.belief,
-            ScoreCache(),
-            query=query,
+            MapScores(mapped.belief).of([query]),
             request=SimilarityRequest(word.text, max_regions=1),
             params=config,
         )

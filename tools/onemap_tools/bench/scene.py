@@ -17,8 +17,9 @@ from onemap_gateway.present.render import Overlay, encode_png, render_map
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame_update import compute_update
+from onemap_mapper.map_scores import MapScores
 from onemap_mapper.replies import search_view, similarity_reply
-from onemap_mapper.similarity import ScoreCache, text_query
+from onemap_mapper.similarity import text_query
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.encoders.protocol import Encoder
@@ -187,10 +188,9 @@ def ask(
         embeddings = encoder.embed_text((word,))
     except UnknownWordError:
         return None
+    query = text_query(embeddings, 0, params.torch_device)
     return similarity_reply(
-        belief,
-        ScoreCache(),
-        query=text_query(embeddings, 0, params.torch_device),
+        MapScores(belief).of([query]),
         request=SimilarityRequest(word, max_regions=MAX_ANSWERS, include_grid=True),
         params=params,
     )
@@ -212,7 +212,7 @@ def _write(
             if name in document["unknown_words"]:
                 continue
             query = text_query(encoder.embed_text((name,)), 0, belief.params.torch_device)
-            view = search_view(belief, ScoreCache(), text=name, query=query)
+            view = search_view(MapScores(belief).of([query]), text=name)
             there = tuple((each.name, each.x, each.y) for each in labels if each.name == name)
             drawn = render_map(view, Overlay(found=there))
             (folder / f"{name.replace('/', '-')}.png").write_bytes(encode_png(drawn.image))

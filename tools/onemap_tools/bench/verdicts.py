@@ -19,9 +19,10 @@ from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.coverage import floor_coverage
 from onemap_mapper.frame_update import compute_update
+from onemap_mapper.map_scores import MapScores
 from onemap_mapper.point_cloud import PointCloud
 from onemap_mapper.replies import similarity_reply
-from onemap_mapper.similarity import ScoreCache, TextQuery
+from onemap_mapper.similarity import TextQuery
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.encoders.protocol import Encoder
@@ -115,10 +116,10 @@ def asked(
 ) -> Iterator[VerdictOutcome]:
     """Ask one map everything. context: seed, stage, share looked at, hidden square metres."""
     seed, stage, share, hidden_m2 = context
-    cache, config = ScoreCache(), MapperConfig()
+    scores, config = MapScores(belief), MapperConfig()
     for word, query in questions:
         request = SimilarityRequest(word.text, max_regions=1)
-        reply = similarity_reply(belief, cache, query=query, request=request, params=config)
+        reply = similarity_reply(scores.of([query]), request=request, params=config)
         present = word.category in scene.categories
         near = present and distance_m(scene, word.category, reply.centres_m[0]) <= NEAR_M
         yield VerdictOutcome(

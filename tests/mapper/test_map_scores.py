@@ -1,0 +1,243 @@
+"""Scores while the map changes: each answer is that of one whole revision."""
+
+from __future__ import annotations
+
+import functools
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onemap_mapper import cell_store, map_scores
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.cell_store import FeatureShare
+from onemap_mapper.feature_table import FeatureTable
+from onemap_mapper.frame_update import FrameUpdate, compute_update
+from onemap_mapper.map_scores import MapScores, ScoredVersion
+from onemap_mapper.replies import search_view
+from onemap_mapper.similarity import ScoreCache, TextQuery
+from onemap_shared.geometry import F32, I64
+from tests.mapper import scenes
+
+CHANNELS = 16
+NEUTRAL = torch.eye(CHANNELS)[:3]
+
+
+def unit_rows(rng: np.random.Generator, count: int) -> F32:
+    rows = rng.normal(size=(count, CHANNELS))
+    made: F32 = (rows / np.linalg.norm(rows, axis=1, keepdims=True)).astype(np.float32)
+    return made
+
+
+def text(rng: np.random.Generator, name: str, *, calibrated: bool = True) -> TextQuery:
+    """A text that three neutral words compete with, or none."""
+    own = torch.from_numpy(unit_rows(rng, 1))
+    concepts = torch.cat([own, NEUTRAL]) if calibrated else own
+    return TextQuery(name, concepts, 20.0)
+
+
+class ChangingMap:
+    """A map with three texts, and what their scores are at each revision that it had."""
+
+    def __init__(self, seed: int, dtype: str = "float32") -> None:
+        self.rng = np.random.default_rng(seed)
+        self.belief = BeliefMap(scenes.params(feature_dtype=dtype))
+        self.belief.set_encoder("encoder-a", "space-a", CHANNELS)
+        self.texts = [text(self.rng, name, calibrated=name != "c") for name in "abc"]
+        self.expected: dict[int, list[F32]] = {}
+        self._shares: list[FeatureShare] = []
+        for _ in range(3):
+            self.change()
+
+    def change(self) -> None:
+        """Fuse cells, or take out what was fused before, so that other cells take their slots."""
+        if len(self._shares) > 2 and self.rng.random() < 0.3:
+            self.belief.take_out(self._shares.pop(int(self.rng.integers(len(self._shares)))))
+        else:
+            cells = np.unique(self.rng.integers(0, 8, (int(self.rng.integers(1, 40)), 2)), axis=0)
+            features = torch.from_numpy(unit_rows(self.rng, len(cells)))
+            c = torch.ones(len(cells), dtype=torch.float64)
+            self._shares.append(FeatureShare(cells, features, c, c, c))
+            self.belief.put_in(self._shares[-1])
+        found = ScoreCache().scores_of_all(self.texts, self.belief.store, self.belief.revision)
+        self.expected[self.belief.revision] = [self.belief.to_grid(each.scores) for each in found]
+
+    def check(self, answer: ScoredVersion, asked: list[int]) -> None:
+        """The answer is that of the revision that it names."""
+        expected = self.expected[answer.version.revision]
+        for k, found in zip(asked, answer.texts, strict=True):
+            scores = answer.version.to_grid(found.scores)
+            np.testing.assert_allclose(scores, expected[k], atol=1e-5)
+
+
+class Interrupting:
+    """A lock, and reads of features, between which something else happens now and then."""
+
+    def __init__(self, happens: Callable[[], None], rng: np.random.Generator) -> None:
+        self._happens, self._rng, self._held = happens, rng, False
+
+    def __enter__(self) -> None:
+        self.interrupt()
+        self._held = True
+
+    def __exit__(self, *_problem: object) -> None:
+        self._held = False
+
+    def interrupt(self) -> None:
+        if self._held:  # or it is happening
+            return
+        self._held = True
+        while self._rng.random() < 0.3:
+            self._happens()
+        self._held = False
+
+
+UNINTERRUPTED = FeatureTable._ascending
+
+
+def _interrupted(
+    table: FeatureTable, lock: Interrupting, slots: I64
+) -> Iterator[tuple[int, torch.Tensor]]:
+    """As ``FeatureTable._ascending``, but the map changes between two parts of it."""
+    for part in UNINTERRUPTED(table, slots):
+        lock.interrupt()
+        yield part
+
+
+@given(seed=st.integers(0, 2**16), dtype=st.sampled_from(["float32", "float16"]))
+@settings(max_examples=15, deadline=None)
+def test_an_answer_is_that_of_one_revision_whenever_the_map_changes(seed: int, dtype: str) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cell_store, "BLOCK", 16)  # so that a read has several parts
+        patch.setattr(map_scores, "COPIED_CELLS", 4)
+        changing = ChangingMap(seed, dtype)
+        rng = np.random.default_rng(seed + 1)
+        lock = Interrupting(changing.change, rng)
+        interrupted = functools.partialmethod(_interrupted, lock)
+        patch.setattr(FeatureTable, "_ascending", interrupted)
+        scores = MapScores(changing.belief, lock)
+        for _ in range(4):
+            asked = rng.permutation(3)[: rng.integers(0, 4)].tolist()
+            answer = scores.of([changing.texts[k] for k in asked])
+            changing.check(answer, asked)
+
+
+@pytest.fixture
+def hasty_threads(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Threads that take turns as often as they can, with reads and writes in many parts."""
+    monkeypatch.setattr(cell_store, "BLOCK", 16)
+    monkeypatch.setattr(map_scores, "COPIED_CELLS", 100)
+    interval_s = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    yield
+    sys.setswitchinterval(interval_s)
+
+
+@pytest.mark.usefixtures("hasty_threads")
+def test_frames_are_fused_while_threads_ask() -> None:
+    """Every answer, with its layers, is that of a map into which only whole frames were fused."""
+    rng = np.random.default_rng(0)
+    updates = [update(rng, k) for k in range(40)]
+    words = [text(rng, f"text {k}") for k in range(40)]
+    still, expected = BeliefMap(scenes.params()), dict[int, BeliefMap]()
+    belief, lock = BeliefMap(scenes.params()), threading.Lock()
+    belief.fuse(updates[0])
+    scores, due = MapScores(belief, lock), threading.Semaphore(0)
+
+    def fuse() -> None:
+        for each in updates[1:]:
+            assert due.acquire(timeout=60)
+            with lock:
+                belief.fuse(each)
+
+    def ask(k: int) -> tuple[int, ScoredVersion]:
+        due.release()  # a frame for each question: both at once
+        return k, scores.of([words[k], words[0]])
+
+    with ThreadPoolExecutor(4) as pool:
+        fusing = pool.submit(fuse)
+        answers = list(pool.map(ask, range(1, 40)))
+        fusing.result()
+    by_revision = {answer.version.revision: (k, answer) for k, answer in answers}
+    assert len(by_revision) > 1
+    for frame in updates:
+        still.fuse(frame)
+        for k, answer in answers:
+            if answer.version.revision == still.revision:
+                expected_answer = MapScores(still).of([words[k], words[0]])
+                assert_same(answer, expected_answer)
+                expected[still.revision] = still
+    assert set(expected) == set(by_revision)
+
+
+def update(rng: np.random.Generator, sequence: int) -> FrameUpdate:
+    """A frame of the room with features unlike those of the other frames."""
+    features = unit_rows(rng, 48).reshape(6, 8, CHANNELS)
+    place = scenes.pose(-0.5, 0.02 * sequence, 0.7 * (sequence % 9))
+    return compute_update(scenes.field(sequence, place, features=features), scenes.params())
+
+
+def assert_same(answer: ScoredVersion, expected: ScoredVersion) -> None:
+    found, want = (search_view(each, text="a text") for each in (answer, expected))
+    for name in ("occupancy", "layers"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(want, name))
+    for name in ("similarity", "rival"):
+        np.testing.assert_allclose(getattr(found, name), getattr(want, name), atol=1e-5)
+    np.testing.assert_array_equal(answer.version.variances, expected.version.variances)
+    assert (found.grid, found.stamp_ns) == (want.grid, want.stamp_ns)
+
+
+def test_the_lock_is_free_while_a_new_text_is_scored(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(map_scores, "COPIED_CELLS", 4)
+    changing, lock, held = ChangingMap(0), threading.Lock(), list[tuple[int, bool]]()
+    products = FeatureTable.products
+
+    def watched(table: FeatureTable, slots: I64, vectors: torch.Tensor) -> torch.Tensor:
+        held.append((len(slots), lock.locked()))
+        return products(table, slots, vectors)
+
+    monkeypatch.setattr(FeatureTable, "products", watched)
+    changing.check(MapScores(changing.belief, lock).of(changing.texts), [0, 1, 2])
+    assert held == [(changing.belief.store.count, False), (0, False)]
+
+
+def test_a_map_that_always_changes_is_scored_with_the_lock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As when submaps move; and it is the whole map that is scored again each time."""
+    monkeypatch.setattr(map_scores, "COPIED_CELLS", 0)
+    changing = ChangingMap(1)
+    entered: list[int] = []
+
+    class Lock:
+        def __enter__(self) -> None:
+            changing.change()
+            entered.append(changing.belief.revision)
+
+        def __exit__(self, *_problem: object) -> None: ...
+
+    answer = MapScores(changing.belief, Lock()).of(changing.texts)
+    changing.check(answer, [0, 1, 2])
+    assert len(entered) == map_scores.ATTEMPTS + 1
+    assert answer.version.revision == entered[-1]
+
+
+def test_a_version_stays_as_it_was() -> None:
+    rng = np.random.default_rng(3)
+    belief = BeliefMap(scenes.params())
+    belief.fuse(update(rng, 0))
+    version = belief.version()
+    before = (version.layers(), version.occupancy_grid(), version.variances.copy())
+    seen_ns = version.view_log.last_seen_ns(np.arange(len(version.slots)))
+    belief.grow(np.full((1, 2), 300))
+    belief.fuse(replace(update(rng, 2), stamp_ns=10**12))
+    assert belief.grid != version.grid
+    after = (version.layers(), version.occupancy_grid(), version.variances)
+    for one, two in zip(before, after, strict=True):
+        np.testing.assert_array_equal(one, two)
+    assert version.view_log.last_seen_ns(np.arange(len(version.slots))) == seen_ns
