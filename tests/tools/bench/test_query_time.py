@@ -5,13 +5,22 @@ from __future__ import annotations
 import pytest
 
 from onemap_tools.bench.query_time import CHANNELS, QueryTimeOptions, run
+from onemap_tools.bench.query_waits import Dtype
 
 
 @pytest.mark.parametrize(("dtype", "value_bytes"), [("float32", 4), ("float16", 2)])
-def test_all_times_are_measured(dtype: str, value_bytes: int) -> None:
-    result = run(QueryTimeOptions(cells=5000, feature_dtype=dtype))
+def test_all_times_are_measured(dtype: Dtype, value_bytes: int) -> None:
+    result = run(QueryTimeOptions(cells=5000, feature_dtype=dtype, wait_frames=2))
     times = [value for name, value in result.items() if name.endswith(("_ms", "_per_frame"))]
     assert len(times) == 7
     assert all(value > 0 for value in times)
     assert result["table_bytes"] == 5000 * CHANNELS * value_bytes
     assert result["calibrated_over_read"] > 0
+    for way in ("frame_waits", "with_a_held_lock"):
+        assert result[way]["queries"] > 0
+        assert 0 <= result[way]["p50_ms"] <= result[way]["p95_ms"] <= result[way]["max_ms"]
+        assert result[way]["query_holds_ms"] > 0
+
+
+def test_waits_are_measured_only_if_asked_for() -> None:
+    assert "frame_waits" not in run(QueryTimeOptions(cells=5000, wait_frames=0))

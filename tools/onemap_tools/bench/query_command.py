@@ -27,6 +27,9 @@ def query(
     ] = FeatureDtype.FLOAT32,
     threads: Annotated[int, typer.Option(min=1, help="CPU threads of torch.")] = 1,
     seed: Annotated[int, typer.Option(min=0, help="Of the features.")] = 0,
+    wait_frames: Annotated[
+        int, typer.Option(min=0, help="Fused at 8 Hz while new texts are asked; 0: none.")
+    ] = 40,
     as_json: Json = False,
 ) -> None:
     """How long a text query over a large map takes, inside the mapper.
@@ -38,11 +41,18 @@ def query(
     first text (first_calibrated_text_ms) and kept. standing_ms_per_frame: 20 texts
     asked again after a frame changed 800 cells. Processor time with one thread,
     the best of several runs.
+
+    frame_waits: how long frames of 800 cells wait for the map's lock while new texts
+    are asked without a pause, in ms of the clock, and the longest that a query held
+    it, in ms of processor time; with_a_held_lock: the same if a query held the lock
+    until it had its answer.
     """
     with cli_errors("mapper"):
         from onemap_tools.bench.query_time import QueryTimeOptions, run
+        from onemap_tools.bench.query_waits import Dtype
 
-        result = run(QueryTimeOptions(cells, feature_dtype.value, threads, seed))
+        dtype: Dtype = "float16" if feature_dtype is FeatureDtype.FLOAT16 else "float32"
+        result = run(QueryTimeOptions(cells, dtype, threads, seed, wait_frames))
     if as_json:
         print_json(result)
     else:

@@ -12,9 +12,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from onemap_mapper.cell_store import BLOCK, CellStore
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.cell_store import CellStore
 from onemap_mapper.similarity import ScoreCache, TextQuery
 from onemap_tools.bench.machine import best_s, machine_limits
+from onemap_tools.bench.query_waits import Dtype, WaitOptions, frame_waits, map_of
 
 CHANNELS = 768
 NEUTRAL_WORDS = 103  # as many as mini's
@@ -26,21 +28,28 @@ TEMPERATURE = 50.0
 
 @dataclass(frozen=True, slots=True)
 class QueryTimeOptions:
-    """Cells of the map, how their features are stored, threads of torch, and the seed."""
+    """Cells of the map, how their features are stored, threads of torch, and the seed.
+
+    wait_frames: that are fused while texts are asked; 0: none.
+    """
 
     cells: int = 250_000
-    feature_dtype: str = "float32"
+    feature_dtype: Dtype = "float32"
     threads: int = 1
     seed: int = 0
+    wait_frames: int = 40
 
 
 def run(options: QueryTimeOptions) -> dict[str, Any]:
-    """Milliseconds of processor time with one thread, of the clock with several."""
+    """Milliseconds of processor time with one thread, of the clock with several.
+
+    ``frame_waits`` says what it adds.
+    """
     torch.set_num_threads(options.threads)
     clock = time.process_time if options.threads == 1 else time.perf_counter
     generator = torch.Generator().manual_seed(options.seed)
-    dtype = torch.float32 if options.feature_dtype == "float32" else torch.float16
-    store = _filled(options.cells, dtype, generator)
+    belief = map_of(options.cells, CHANNELS, options.feature_dtype, options.seed)
+    store, now = belief.store, belief.revision
     neutral = _unit(NEUTRAL_WORDS, generator)
     texts = [_query(f"text {k}", _unit(1, generator), neutral) for k in range(2 * TEXTS)]
     limits = machine_limits(clock)
@@ -51,21 +60,21 @@ def run(options: QueryTimeOptions) -> dict[str, Any]:
     read_ms = best_ms(lambda: _read(store))
     plain = [replace(text, concepts=text.concepts[:1], neutral=None) for text in texts]
     warm = ScoreCache()
-    warm.scores(texts[0], store, 1)
-    one = _Asker(warm, store, texts[1:])
-    first_ms = best_ms(lambda: ScoreCache().scores(texts[0], store, 1))
-    plain_ms = best_ms(lambda: warm.scores(replace(plain[1]), store, 1))
+    warm.scores(texts[0], store, now)
+    one = _Asker(warm, belief, texts[1:])
+    first_ms = best_ms(lambda: ScoreCache().scores(texts[0], store, now))
+    plain_ms = best_ms(lambda: warm.scores(replace(plain[1]), store, now))
     one_ms = best_ms(one.ask_one)
-    many_ms = best_ms(lambda: warm.scores_of_all([replace(t) for t in texts[:TEXTS]], store, 1))
+    many_ms = best_ms(lambda: warm.scores_of_all([replace(t) for t in texts[:TEXTS]], store, now))
     product_ms = 2 * TEXTS * options.cells * CHANNELS / limits.matrix_gflops * 1e-6
-    standing_ms = _standing_ms(store, texts[:STANDING], clock, generator)
+    standing_ms = _standing_ms(belief, texts[:STANDING], clock, generator)
     return {
         "benchmark": "query",
         "seed": options.seed,
         "cells": options.cells,
         "channels": CHANNELS,
         "feature_dtype": options.feature_dtype,
-        "table_bytes": options.cells * CHANNELS * (4 if dtype == torch.float32 else 2),
+        "table_bytes": options.cells * CHANNELS * store.blocks[0].element_size(),
         "read_ms": read_ms,
         "plain_text_ms": plain_ms,
         "calibrated_text_ms": one_ms,
@@ -77,6 +86,7 @@ def run(options: QueryTimeOptions) -> dict[str, Any]:
         "texts_over_product": round(many_ms / product_ms, 2),
         "standing_texts": STANDING,
         "standing_ms_per_frame": standing_ms,
+        **_waits(belief, options, texts),
         **limits.as_dict(),
         "threads": options.threads,
         "cores": len(os.sched_getaffinity(0)),
@@ -84,28 +94,24 @@ def run(options: QueryTimeOptions) -> dict[str, Any]:
     }
 
 
+def _waits(belief: BeliefMap, options: QueryTimeOptions, texts: list[TextQuery]) -> dict[str, Any]:
+    if not options.wait_frames:
+        return {}
+    waits = WaitOptions(options.wait_frames, FRAME_CELLS, options.seed)
+    return frame_waits(belief, texts, waits)
+
+
 class _Asker:
     """Asks for another text each time, so that its scores are not kept."""
 
-    def __init__(self, cache: ScoreCache, store: CellStore, texts: list[TextQuery]) -> None:
-        self._cache, self._store, self._texts, self._next = cache, store, texts, 0
+    def __init__(self, cache: ScoreCache, belief: BeliefMap, texts: list[TextQuery]) -> None:
+        self._cache, self._belief, self._texts, self._next = cache, belief, texts, 0
 
     def ask_one(self) -> None:
         """Score one text that was not asked before."""
         self._next += 1
-        self._cache.scores(replace(self._texts[self._next]), self._store, 1)
-
-
-def _filled(cells: int, dtype: torch.dtype, generator: torch.Generator) -> CellStore:
-    """A store of random features, the same in every block."""
-    store = CellStore(CHANNELS, device=torch.device("cpu"), dtype=dtype, compiled=True)
-    block = _unit(BLOCK, generator)
-    ones = torch.ones(BLOCK)
-    for first in range(0, cells, BLOCK):
-        count = min(BLOCK, cells - first)
-        slots = store.add(np.zeros((count, 2), np.int64))
-        store.fuse(slots, block[:count], ones[:count], revision=1)
-    return store
+        query = replace(self._texts[self._next])
+        self._cache.scores(query, self._belief.store, self._belief.revision)
 
 
 def _unit(count: int, generator: torch.Generator) -> Tensor:
@@ -127,20 +133,21 @@ def _read(store: CellStore) -> float:
 
 
 def _standing_ms(
-    store: CellStore,
+    belief: BeliefMap,
     texts: list[TextQuery],
     clock: Callable[[], float],
     generator: torch.Generator,
 ) -> float:
     """Milliseconds for texts that are asked again after a frame, the best of several frames."""
-    cache = ScoreCache()
-    cache.scores_of_all(texts, store, 1)
+    cache, store, now = ScoreCache(), belief.store, belief.revision
+    cache.scores_of_all(texts, store, now)
     slots = np.arange(FRAME_CELLS)
     features, ones = _unit(FRAME_CELLS, generator), torch.ones(FRAME_CELLS)
     times = []
-    for revision in range(2, 8):
+    for revision in range(now + 1, now + 7):
         store.fuse(slots, features, ones, revision=revision)
         started = clock()
         cache.scores_of_all(texts, store, revision)
         times.append(clock() - started)
+    belief.revision += 6
     return round(min(times) * 1e3, 2)
