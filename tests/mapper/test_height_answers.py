@@ -11,10 +11,11 @@ import torch
 from onemap_mapper import map_file, snapshot
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.height_answers import extent_band
+from onemap_mapper.map_scores import MapScores
 from onemap_mapper.merge import merge_into
 from onemap_mapper.params import RegionParams
 from onemap_mapper.replies import similarity_reply
-from onemap_mapper.similarity import ScoreCache, TextQuery
+from onemap_mapper.similarity import TextQuery
 from onemap_mapper.submaps.correction import PlanarCorrection
 from onemap_shared.messages import SimilarityReply, SimilarityRequest
 from tests.mapper import scenes, table_room
@@ -39,13 +40,8 @@ def asked(belief: BeliefMap, name: str) -> SimilarityReply:
     index = NAMES.index(name)
     order = [index, *(k for k in range(len(NAMES)) if k != index)]
     query = TextQuery(name, torch.from_numpy(FEATURES[order]), 10.0)
-    return similarity_reply(
-        belief,
-        ScoreCache(),
-        query=query,
-        request=SimilarityRequest(name, max_regions=1),
-        params=RegionParams(),
-    )
+    request = SimilarityRequest(name, max_regions=1)
+    return similarity_reply(MapScores(belief).of([query]), request=request, params=RegionParams())
 
 
 def assert_lies(name: str, band: np.ndarray) -> None:

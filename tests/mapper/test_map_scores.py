@@ -20,6 +20,7 @@ from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.cell_store import FeatureShare
 from onemap_mapper.feature_table import FeatureTable
 from onemap_mapper.frame_update import FrameUpdate, compute_update
+from onemap_mapper.heights import LEVELS
 from onemap_mapper.map_scores import MapScores, ScoredVersion
 from onemap_mapper.replies import search_view
 from onemap_mapper.similarity import ScoreCache, TextQuery
@@ -64,7 +65,8 @@ class ChangingMap:
             cells = np.unique(self.rng.integers(0, 8, (int(self.rng.integers(1, 40)), 2)), axis=0)
             features = torch.from_numpy(unit_rows(self.rng, len(cells)))
             c = torch.ones(len(cells), dtype=torch.float64)
-            self._shares.append(FeatureShare(cells, features, c, c, c))
+            heights = np.zeros((len(cells), LEVELS), np.float32)
+            self._shares.append(FeatureShare(cells, features, c, c, c, heights))
             self.belief.put_in(self._shares[-1])
         found = ScoreCache().scores_of_all(self.texts, self.belief.store, self.belief.revision)
         self.expected[self.belief.revision] = [self.belief.to_grid(each.scores) for each in found]

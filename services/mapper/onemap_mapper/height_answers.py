@@ -22,10 +22,10 @@ def region_bands(version: MapVersion, regions: Sequence[I64], scores: F32) -> F3
     anyone = np.zeros(version.grid.shape, bool)
     for cells in regions:
         anyone[tuple(cells.T)] = True
-    bands = [
-        height_band(_shares(version, cells), scores[tuple(cells.T)], _around(version, anyone, cells))
-        for cells in regions
-    ]
+    bands = []
+    for cells in regions:
+        around = _around(version, anyone, cells)
+        bands.append(height_band(_shares(version, cells), scores[tuple(cells.T)], around))
     return np.array(bands, np.float32).reshape(-1, 2)
 
 

@@ -11,8 +11,9 @@ import torch
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
+from onemap_mapper.map_scores import MapScores
 from onemap_mapper.replies import similarity_reply
-from onemap_mapper.similarity import ScoreCache, TextQuery, text_query
+from onemap_mapper.similarity import TextQuery, text_query
 from onemap_shared.messages import AnsweredQuery, SimilarityRequest, TextEmbeddings
 
 SCORE_TOLERANCE = 1e-3  # a product's sum may have another order: with more threads, in a batch
@@ -51,14 +52,8 @@ class AskedAgain:
 
     def _same(self, query: AnsweredQuery, belief: BeliefMap, params: MapperConfig) -> bool:
         request = SimilarityRequest(query.text, negatives=query.negatives, area_m=query.area_m)
-        reply = similarity_reply(
-            belief,
-            ScoreCache(),
-            query=self.texts[query.text],
-            request=request,
-            params=params,
-            negatives=self._of(query.negatives),
-        )
+        texts = [self.texts[query.text], *self._of(query.negatives)]
+        reply = similarity_reply(MapScores(belief).of(texts), request=request, params=params)
         centre_m = tuple(map(float, reply.centres_m[0])) if len(reply.centres_m) else ()
         if abs(reply.best_score - query.best_score) > SCORE_TOLERANCE:
             return False

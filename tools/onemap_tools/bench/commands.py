@@ -68,6 +68,10 @@ Beside = Annotated[
 ]
 Order = Annotated[ObjectOrder, typer.Option(help="Of the objects: as drawn, or the cheapest.")]
 Parity = Annotated[Apartments, typer.Option(help="Settings are chosen on even seeds.")]
+SceneOut = Annotated[
+    Path | None,
+    typer.Option(file_okay=False, help="Write a map for each name and scene.json here."),
+]
 Frames = Annotated[int, typer.Option(min=1, help="Frames to measure.")]
 Threads = Annotated[int, typer.Option(min=1, help="CPU threads of torch.")]
 
@@ -265,10 +269,7 @@ def scene(
         int, typer.Option(min=1, max=100, help="From which a scene file is looked at.")
     ] = 8,
     every: Annotated[int, typer.Option(min=1, help="Map every Nth frame of a recording only.")] = 1,
-    out: Annotated[
-        Path | None,
-        typer.Option(file_okay=False, help="Write a map for each name and scene.json here."),
-    ] = None,
+    out: SceneOut = None,
     config: Config = None,
     threads: Threads = 1,
     as_json: Json = False,

@@ -16,6 +16,7 @@ import torch
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.cell_store import FeatureShare
 from onemap_mapper.config import MapperConfig
+from onemap_mapper.heights import LEVELS
 from onemap_mapper.map_scores import MapScores, ScoredVersion
 from onemap_mapper.replies import similarity_reply
 from onemap_mapper.similarity import TextQuery
@@ -152,4 +153,5 @@ def _share(rng: np.random.Generator, cells: np.ndarray, dimension: int) -> Featu
     features = torch.from_numpy(rng.standard_normal((len(cells), dimension), np.float32))
     ones = torch.ones(len(cells), dtype=torch.float64)
     unit = torch.nn.functional.normalize(features, dim=1)
-    return FeatureShare(cells, unit, ones, ones, ones)
+    heights = np.zeros((len(cells), LEVELS), np.float32)
+    return FeatureShare(cells, unit, ones, ones, ones, heights)
