@@ -78,6 +78,23 @@ def test_a_download_that_broke_off_is_continued(hub: LocalHub) -> None:
     assert blob(file).read_bytes() == served(hub).content
 
 
+def test_a_download_that_was_stopped_is_continued(hub: LocalHub) -> None:
+    listing, file = listed()
+    part = blob(file).with_name(file.digest + PART)
+
+    def stop(count: int) -> None:
+        if count:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        download(listing, file, stop)
+    begun = part.stat().st_size
+    assert 0 < begun < SIZE
+    download(listing, file, lambda _: None)
+    assert served(hub).ranges == [0, begun]
+    assert blob(file).read_bytes() == served(hub).content
+
+
 def test_a_server_that_cannot_continue_sends_all_again(hub: LocalHub) -> None:
     served(hub).breaks_at = 1_000_000
     listing, file = listed()

@@ -16,6 +16,7 @@ from onemap_tools.model_setup.memory import (
     device_memory,
     needed_memory,
     shortage,
+    used_memory,
 )
 
 GB = 1_000_000_000
@@ -64,6 +65,11 @@ def test_the_limit_of_a_container_counts(tmp_path: Path, monkeypatch: pytest.Mon
     assert device_memory("cpu").total_bytes > 50_000_000
 
 
+def test_the_memory_of_this_process_is_at_least_that_of_an_array() -> None:
+    array = torch.ones(20_000_000)
+    assert used_memory("cpu") >= array.nbytes
+
+
 def test_the_best_device_is_one_that_this_torch_can_use() -> None:
     torch.empty(1, device=best_device())
 
@@ -73,3 +79,5 @@ def test_the_best_device_is_one_that_this_torch_can_use() -> None:
 def test_the_memory_of_a_gpu_is_read() -> None:
     there = device_memory("cuda")
     assert 0 < there.free_bytes <= there.total_bytes
+    array = torch.ones(1_000_000, device="cuda")
+    assert used_memory("cuda") >= array.nbytes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -86,6 +87,13 @@ def shortage(needed: Mapping[str, int], present: Mapping[str, DeviceMemory]) -> 
                 f"{there.free_bytes / GIGABYTE:.1f} GB are free: {advice}"
             )
     return ""
+
+
+def used_memory(device: str) -> int:
+    """Most bytes of the device that this process has held so far; of a GPU those for tensors."""
+    if device == "cpu":
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    return torch.cuda.max_memory_reserved(torch.device(device))
 
 
 def best_device() -> str:

@@ -38,6 +38,7 @@ from onemap_tools.model_setup.memory import (
     device_memory,
     needed_memory,
     shortage,
+    used_memory,
 )
 from onemap_tools.model_setup.packages import check_packages
 
@@ -101,6 +102,11 @@ def set_up(request: SetupRequest, confirm: Confirm, console: Console) -> dict[st
                 download(each.model, console)
         console.print("Loading them for one image ...")
         try_out(drafted.perception)
+        for device, (needed, _) in memory.items():
+            used = used_memory(device) / GIGABYTE
+            console.print(
+                f"  used at most {used:.1f} of about {needed / GIGABYTE:.1f} GB of {device}"
+            )
     except BackendError as problem:
         raise CliError(str(problem)) from problem
     write(drafted)
@@ -215,7 +221,11 @@ def _document(
             for each in wanted
         ],
         "memory": {
-            device: {"needed_bytes": needed, "free_bytes": there.free_bytes}
+            device: {
+                "needed_bytes": needed,
+                "free_bytes": there.free_bytes,
+                "used_bytes": used_memory(device),
+            }
             for device, (needed, there) in memory.items()
         },
         "note": "" if isinstance(drafted.perception.encoder, MiniParams) else UNCALIBRATED,
