@@ -38,6 +38,7 @@ pytest.importorskip("huggingface_hub", reason="needs huggingface_hub (extra open
 TIPS, COCO, OPEN = "google/tipsv2-b14", "PekingU/rtdetr_v2_r18vd", "iSEE-Laboratory/llmdet_tiny"
 CLIP = "laion/CLIP-convnext_large_d_320.laion2B-s29B-b131K-ft-soup"
 WEIGHTS = "model.safetensors"
+pytestmark = pytest.mark.timeout(300)  # importing transformers takes a minute on a busy machine
 
 
 class Answer(NamedTuple):

@@ -66,6 +66,14 @@ Beside = Annotated[
     list[Path] | None,
     typer.Option(help="Results of another method, or of other settings, to compare with."),
 ]
+SceneOrRecording = Annotated[
+    Path,
+    typer.Argument(
+        exists=True,
+        help="A GLB, glTF, OBJ or PLY file; or a recording: a folder with frames.json, or an "
+        "MCAP file of 'onemap record' or of ROS 2.",
+    ),
+]
 Order = Annotated[ObjectOrder, typer.Option(help="Of the objects: as drawn, or the cheapest.")]
 Parity = Annotated[Apartments, typer.Option(help="Settings are chosen on even seeds.")]
 SceneOut = Annotated[
@@ -253,14 +261,7 @@ def queries(
 @app.command()
 def scene(
     *,
-    path: Annotated[
-        Path,
-        typer.Argument(
-            exists=True,
-            help="A GLB, glTF, OBJ or PLY file; or a recording: a folder with frames.json, or an "
-            "MCAP file of 'onemap record' or of ROS 2.",
-        ),
-    ],
+    path: SceneOrRecording,
     labels: Annotated[
         Path | None,
         typer.Option(exists=True, dir_okay=False, help="YAML: a list of name, x, y, radius_m."),
