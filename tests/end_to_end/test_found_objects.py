@@ -24,7 +24,7 @@ from tests.mapper.test_service import Rig, sofa_ahead
 from tests.planner.simulated_services import confirm
 
 JPEG = b"\xff\xd8 a JPEG \xff\xd9"
-PATIENCE_S = 90.0  # for what takes a second on an idle machine
+STEPS, PATIENCE_S = 400, 90.0  # every wait ends long before both: steps of a busy machine are slow
 SOFA = ObjectCandidate(
     (2.0, 0.0, 0.4),
     frozenset({(19, 0), (20, 0), (20, 1)}),
@@ -57,10 +57,12 @@ class Robot:
         self.planner.step(0.05)
 
     def until(self, reached: Callable[[], object]) -> None:
-        deadline_s = time.monotonic() + PATIENCE_S
+        deadline_s, steps = time.monotonic() + PATIENCE_S, 0
         while not reached():
-            assert time.monotonic() < deadline_s, f"it did not happen within {PATIENCE_S:g} s"
+            late = time.monotonic() > deadline_s and steps > STEPS
+            assert not late, f"it did not happen in {steps} steps and {PATIENCE_S:g} s"
             self.frame()
+            steps += 1
 
     def objects(self) -> list[dict[str, object]]:
         listed: list[dict[str, object]] = self.http.get("/v1/objects").json()["objects"]
