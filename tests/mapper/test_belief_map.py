@@ -205,3 +205,19 @@ def test_the_least_and_the_largest_variance_leave_the_map_finite() -> None:
         assert made.store.count > 0
         assert made.store.confidence.isfinite().all()
         assert made.store.features(np.arange(made.store.count)).isfinite().all()
+
+
+def test_a_map_that_keeps_every_view_goes_on_in_float32() -> None:
+    """With what it held; a reader of before still sees that."""
+    params = scenes.params(feature_dtype="float16")
+    belief, empty = BeliefMap(params), BeliefMap(params)
+    belief.fuse(compute_update(scenes.field(0, scenes.pose()), params))
+    everything = np.arange(belief.store.count)
+    before, table = belief.store.features(everything), belief.store.table()
+    for each in (belief, empty):
+        each.keep_every_view()
+    assert torch.equal(belief.store.features(everything), before)
+    assert torch.equal(torch.cat([part for _, part in table.chunks(everything)]), before)
+    empty.fuse(compute_update(scenes.field(1, scenes.pose()), params))
+    for each in (belief, empty):
+        assert {block.dtype for block in each.store.blocks} == {torch.float32}

@@ -209,7 +209,8 @@ def unit_rows(rows: np.ndarray) -> np.ndarray:
     [
         (torch.float32, LIMIT, True),
         (torch.float16, LIMIT, True),
-        (torch.float16, np.inf, False),  # why there is a limit: the values freeze
+        (torch.float32, np.inf, False),  # why there is a limit: the mean of all views
+        (torch.float16, np.inf, False),
     ],
 )
 def test_ten_minutes_of_another_thing_change_a_cell_of_five_minutes(
@@ -221,17 +222,20 @@ def test_ten_minutes_of_another_thing_change_a_cell_of_five_minutes(
     seen = np.repeat([before, after, after], 300 * rate_hz, axis=0)
     belief = unit_rows(after_views(seen, dtype, max_prior, every=len(seen)))[-1]
     assert (belief @ after > 0.99) == follows
-    assert (belief @ before < 0.5) == follows
+    assert (belief @ before < 0.2) == follows
+    if not follows:
+        assert belief @ unit_rows(before + 2 * after) > 0.999
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("dtype", "least"), [(torch.float32, 0.99999), (torch.float16, 0.995)])
-def test_an_hour_follows_the_exact_belief(dtype: torch.dtype, least: float) -> None:
-    """An hour at 2 Hz of noisy views of a thing that is exchanged every ten minutes."""
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+@pytest.mark.parametrize(("dtype", "least"), [(torch.float32, 0.99999), (torch.float16, 0.9999)])
+def test_an_hour_follows_the_exact_belief(dtype: torch.dtype, least: float, noise: float) -> None:
+    """An hour at 2 Hz of still or noisy views of a thing that is exchanged every ten minutes."""
     rng = np.random.default_rng(1)
     frames, things = 7200, unit_rows(rng.normal(size=(6, 64)))
-    noise = rng.normal(scale=0.05, size=(frames, 64))
-    seen = unit_rows(np.repeat(things, frames // 6, axis=0) + noise)
+    change = rng.normal(scale=noise, size=(frames, 64))
+    seen = unit_rows(np.repeat(things, frames // 6, axis=0) + change)
     exact = slow.fading_mean(seen, VIEW, LIMIT)[119::120]
     found = after_views(seen, dtype, LIMIT, every=120)
     assert (unit_rows(found) * unit_rows(exact)).sum(axis=1).min() > least

@@ -32,13 +32,15 @@ def camera_pose(T_map_body: F32) -> F64:
     return T_map_body.astype(np.float64) @ T_body_camera
 
 
-def fused(data: dict[str, np.ndarray], half_width: int, *, compiled: bool) -> tuple[F32, F32]:
+def fused(
+    data: dict[str, np.ndarray], half_width: int, dtype: torch.dtype, *, compiled: bool
+) -> tuple[F32, F32]:
     """Confidence (600, 600) and features (600, 600, 32) after all frames."""
     fx, fy, cx, cy = data["K"].tolist()
     # The released code counts pixel centres at whole numbers, ours lie half a pixel further.
     intrinsics = Intrinsics(fx, fy, cx + 0.5, cy + 0.5)
     slots = np.full((CELLS, CELLS), -1)
-    store = CellStore(32, device=CPU, dtype=torch.float32)
+    store = CellStore(32, device=CPU, dtype=dtype, compiled=compiled)
     for k, (features, depth) in enumerate(zip(data["features"], data["depth"], strict=True)):
         T = camera_pose(data["pose"][k])
         variance = observation_variance(depth, intrinsics, VarianceParams())
@@ -80,8 +82,13 @@ def fused(data: dict[str, np.ndarray], half_width: int, *, compiled: bool) -> tu
 
 
 @pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize(
+    ("dtype", "tolerance"), [(torch.float32, TOLERANCE), (torch.float16, 2 * TOLERANCE)]
+)
 @pytest.mark.parametrize(("name", "half_width"), [("no_blur", 0), ("blur", 3)])
-def test_matches_the_released_code(name: str, half_width: int, compiled: bool) -> None:
+def test_matches_the_released_code(
+    name: str, half_width: int, dtype: torch.dtype, tolerance: float, compiled: bool
+) -> None:
     with np.load(DATA / f"{name}.npz") as archive:
         data = {key: archive[key] for key in archive.files}
     place = tuple(data["cells"].T)
@@ -89,6 +96,6 @@ def test_matches_the_released_code(name: str, half_width: int, compiled: bool) -
     released_confidence[place] = data["confidence"]
     released_features = np.zeros((CELLS, CELLS, 32), np.float32)
     released_features[place] = data["feature_map"]
-    confidence, features = fused(data, half_width, compiled=compiled)
+    confidence, features = fused(data, half_width, dtype, compiled=compiled)
     for ours, theirs in ((confidence, released_confidence), (features, released_features)):
-        assert np.abs(ours - theirs).max() <= TOLERANCE * np.abs(theirs).max()
+        assert np.abs(ours - theirs).max() <= tolerance * np.abs(theirs).max()

@@ -7,7 +7,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import inf
 
 import numpy as np
 from torch import Tensor
@@ -51,7 +50,7 @@ class BeliefMap:
         self.stamp_ns = 0
         self.frames_fused = 0
         self.revision = first_revision
-        self._max_prior = params.max_prior_confidence
+        self._keeps_every_view = False
         self.store = self._new_store(0)
         self.tiles = TileIndex(params)
         self.slots = TileLayer(np.int32, NO_SLOT)
@@ -164,8 +163,9 @@ class BeliefMap:
         self.occupancy.values[rows] = occupancy_states(evidence, clear)
 
     def keep_every_view(self) -> None:
-        """Let no view fade from now on: only so can what was fused be taken out again."""
-        self._max_prior = self.store.max_prior = inf
+        """Let no view fade from now on, in float32: only so can views be taken out again."""
+        self._keeps_every_view = True
+        self.store.keep_every_view()
 
     def put_in(self, share: FeatureShare) -> None:
         """Fuse a share of the features. Raises ``MapTooLarge`` before any change."""
@@ -242,14 +242,16 @@ class BeliefMap:
 
     def _new_store(self, dimension: int) -> CellStore:
         params = self.params
-        device, dtype = params.torch_device, params.torch_dtype
-        return CellStore(
+        store = CellStore(
             dimension,
-            device=device,
-            dtype=dtype,
+            device=params.torch_device,
+            dtype=params.torch_dtype,
             compiled=params.compiled,
-            max_prior=self._max_prior,
+            max_prior=params.max_prior_confidence,
         )
+        if self._keeps_every_view:
+            store.keep_every_view()
+        return store
 
     def _check(self, update: FrameUpdate) -> None:
         if not (self._finite(update.features) and update.confidence.isfinite().all()):

@@ -18,9 +18,11 @@ from torch import Tensor
 from onemap_mapper.feature_table import FeatureTable
 from onemap_mapper.fusion import fused, gain, with_process_noise
 from onemap_mapper.heights import HeightStore
-from onemap_mapper.kernels import jit
+from onemap_mapper.kernels import half_rows, jit
 from onemap_mapper.kernels.fuse_rows import fuse_rows
+from onemap_mapper.kernels.half_rows import fuse_half_rows
 from onemap_mapper.keyframes import ONE_VIEW, Views
+from onemap_mapper.stochastic_rounding import rounded, seeds
 from onemap_shared.geometry import F32, I64, Bool
 
 BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
@@ -155,6 +157,11 @@ class CellStore:
         self._cells[slots] = cells
         return slots
 
+    def keep_every_view(self) -> None:
+        """Let no view fade from now on, and convert to float32, so that ``take_out`` is exact."""
+        self.max_prior, self._dtype = inf, torch.float32
+        self._blocks = [block.float() for block in self._blocks]
+
     def fuse(
         self,
         slots: I64,
@@ -183,14 +190,21 @@ class CellStore:
 
     def _move(self, slots: I64, features: Tensor, K: Tensor) -> None:
         """Move the features of distinct slots by gains K (n,) float32 towards features (n, D)."""
+        index = torch.from_numpy(slots).to(self._device)
+        seed = seeds(self._confidence[0, index])
         for block, chosen, within in self._by_block(slots):
             table = self._blocks[block]
             if self._compiled and self._dtype == torch.float32:
                 parts = (table, within, features, chosen, K)
                 fuse_rows(*(part.contiguous().numpy() for part in parts))
-                continue
-            mean = fused(table[within].float(), features[chosen], K[chosen])
-            table[within] = mean.to(self._dtype)
+            elif self._compiled and half_rows.HALF:
+                bits = table.view(torch.int16).numpy().view(np.uint16)
+                moves = (part.contiguous().numpy() for part in (features, chosen, K, seed))
+                fuse_half_rows(bits, within.numpy(), tuple(moves))
+            else:
+                mean = fused(table[within].float(), features[chosen], K[chosen])
+                half = self._dtype == torch.float16
+                table[within] = rounded(mean, seed[chosen]) if half else mean
 
     def share(self, dtype: torch.dtype) -> FeatureShare:
         """A copy of all content, on the CPU, with features in ``dtype``."""

@@ -16,7 +16,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from onemap_mapper.kernels import row_products
+from onemap_mapper.kernels import half_rows, row_products
 from onemap_shared.geometry import I64
 
 PART = 512  # rows that are multiplied at once: 1.5 MB of 768 float32 channels, in the L2 cache
@@ -108,12 +108,12 @@ class FeatureTable:
 def _multiply(table: Tensor, vectors: Tensor, found: Tensor, compiled: bool) -> None:
     """found (T, n) float32 = vectors (T, D) float32 times table (n, D)^T, float32 or float16."""
     half = table.dtype == torch.float16
-    if compiled and len(vectors) <= FEW_VECTORS and (row_products.HALF or not half):
+    if compiled and len(vectors) <= FEW_VECTORS and (half_rows.HALF or not half):
         for vector, out in zip(vectors, found, strict=True):
             query = vector.contiguous().numpy()
             if half:
                 bits = table.view(torch.int16).numpy().view(np.uint16)
-                row_products.half_products(bits, query, out.numpy())
+                half_rows.half_products(bits, query, out.numpy())
             else:
                 row_products.products(table.numpy(), query, out.numpy())
         return
