@@ -35,8 +35,8 @@ ROOM = (
 
 
 def params(**changes: object) -> MapParams:
-    """The default parameters with some replaced."""
-    return MapParams.model_validate(changes)
+    """The default parameters with some replaced, in float32, so that tests can be exact."""
+    return MapParams.model_validate({"feature_dtype": "float32", **changes})
 
 
 def pose(x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0, height_m: float = 1.0) -> F64:

@@ -297,10 +297,11 @@ class MapParams(OccupancyParams, BlurParams, ProjectionParams):
         "them on a Jetson.",
     )
     feature_dtype: Literal["float32", "float16"] = Field(
-        default="float32",
-        description="How features are stored; sums are always float32. float16 halves the memory; "
-        "over a simulated hour its cosine with the exact belief stays above 0.995, as long as "
-        "max_prior_confidence is not raised: it loses updates smaller than 1/2000 of a value.",
+        default="float16",
+        description="How features are stored; sums are always float32. float16 halves the memory "
+        "and its traffic. It is rounded up or down by chance, so that small changes add up: over "
+        "a simulated hour ('onemap bench storage') no cosine with a thing that a cell shows or "
+        "showed was off by 0.001. float32 for comparisons to the last digit.",
     )
     max_prior_confidence: float = Field(
         default=300.0,
@@ -308,9 +309,8 @@ class MapParams(OccupancyParams, BlurParams, ProjectionParams):
         description="Confidence that what is known of a cell counts for at most when a view is "
         "fused: older views fade, so that the map follows a world that changes. 300 are some 350 "
         "frames at 2 m, a minute and a half at 4 Hz: noise is averaged to a twentieth, and a cell "
-        "shows what replaced a thing after as long. float16 needs a limit: above 1000 its "
-        "values no longer move. Variance, explored and searched count every view; a map that "
-        "follows a pose graph keeps all of them.",
+        "shows what replaced a thing after as long. Variance, explored and searched count every "
+        "view; a map that follows a pose graph keeps all of them.",
     )
     explored_variance: float = Field(
         default=0.5,
