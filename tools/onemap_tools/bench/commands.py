@@ -17,6 +17,7 @@ from onemap_tools.bench.navigation.choices import Apartments, Errors, Features, 
 from onemap_tools.bench.occupancy_command import occupancy
 from onemap_tools.bench.pose_graph_command import pose_graph
 from onemap_tools.bench.query_command import query
+from onemap_tools.bench.rim_command import rim
 from onemap_tools.bench.ros2_command import app as ros2_app
 from onemap_tools.bench.storage_command import storage
 from onemap_tools.bench.transport_command import app as transport_app
@@ -30,7 +31,7 @@ app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")
 app.add_typer(habitat_app)  # without a name of its own: a command beside the others
 for group in (clients_app, fusion_app, ros2_app, transport_app):
     app.add_typer(group)
-for command in (map_image, occupancy, pose_graph, query, storage, verdicts):
+for command in (map_image, occupancy, pose_graph, query, rim, storage, verdicts):
     app.command()(command)
 
 
