@@ -6,13 +6,15 @@ so that patches at an edge mix what is on both sides of it, as those of an encod
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.frame_update import compute_update
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics
-from onemap_shared.geometry import F64
+from onemap_shared.geometry import F32, F64
 from onemap_shared.messages import FeatureField
 from tests.mapper import scenes
 from tests.mapper.scenes import Box
@@ -32,21 +34,30 @@ NAMES = ("room", *THINGS)
 FEATURES = np.eye(16, dtype=np.float32)[: len(NAMES)]
 
 
-def field(sequence: int, T_map_camera: F64, boxes: dict[str, tuple[Box, ...]]) -> FeatureField:
-    """What a camera sees of the room and of these things, by their name."""
+def field(
+    sequence: int,
+    T_map_camera: F64,
+    boxes: Mapping[str, tuple[Box, ...]],
+    names: tuple[str, ...] = NAMES,
+    features: F32 = FEATURES,
+) -> FeatureField:
+    """What a camera sees of the room and of these things, by their name.
+
+    names: of all things that may be there, the room first; features (len(names), D) unit rows.
+    """
     parts = [(0, box) for box in scenes.ROOM]
-    parts += [(NAMES.index(name), box) for name, some in boxes.items() for box in some]
+    parts += [(names.index(name), box) for name, some in boxes.items() for box in some]
     depth_m, owner = scenes.seen_boxes(tuple(box for _, box in parts), T_map_camera, CAMERA, SIZE)
     thing = np.array([index for index, _ in parts])[owner]
     rows, columns = SIZE[0] // PATCH, SIZE[1] // PATCH
-    features = FEATURES[thing].reshape(rows, PATCH, columns, PATCH, -1).mean(axis=(1, 3))
-    features = features / np.linalg.norm(features, axis=-1, keepdims=True)
+    means = features[thing].reshape(rows, PATCH, columns, PATCH, -1).mean(axis=(1, 3))
+    means /= np.linalg.norm(means, axis=-1, keepdims=True)
     return FeatureField(
         sequence=sequence,
         stamp_ns=(sequence + 1) * 200_000_000,
         encoder_id="encoder-a",
         text_space="space-a",
-        features=features.astype(np.float16),
+        features=means.astype(np.float16),
         variance=np.exp(((1.0 - depth_m) / 1.5) ** 2 / 3).astype(np.float32),
         depth_mm=scenes.millimetres(depth_m),
         intrinsics=CAMERA,

@@ -106,6 +106,20 @@ def share(rng: np.random.Generator, cells: np.ndarray, confidence: float = 1.0) 
     return FeatureShare(cells, F, c, c / 2, c / 4, heights)
 
 
+def test_what_is_doubted_counts_for_little_and_stays_explored() -> None:
+    store = new_store()
+    slots = store.add(np.arange(4).reshape(2, 2))
+    for revision in range(9):
+        store.fuse(slots, torch.zeros(2, 3), torch.ones(2), revision=revision)
+    store.doubt(slots[:1], 1.0)
+    assert store.confidence.tolist() == [1.0, 9.0]
+    assert store.explored_confidence.tolist() == store.searched_confidence.tolist() == [9.0, 9.0]
+    store.fuse(slots, torch.ones(2, 3), torch.ones(2), revision=9)
+    assert store.features(slots)[:, 0].tolist() == pytest.approx([0.5, 0.1])
+    store.doubt(slots, 100.0)  # never more than it was
+    assert store.confidence.tolist() == [2.0, 10.0]
+
+
 @given(seed=st.integers(0, 2**16))
 @settings(max_examples=20, deadline=None)
 def test_taking_out_undoes_putting_in(seed: int) -> None:

@@ -18,6 +18,7 @@ from onemap_mapper.occupancy import (
     occupancy_states,
     occupancy_update,
     ray_samples,
+    settled_states,
     voxel_indices,
 )
 from onemap_mapper.point_cloud import PointCloud
@@ -250,3 +251,13 @@ def test_a_whole_field_reaches_the_occupancy() -> None:
         compute_update(scenes.field(0, scenes.pose(-0.5), boxes=(*ROOM, COFFEE_TABLE)), PARAMS)
     )
     assert state_at(belief, (1.05, 0.0), (0.6, 0.0)) == [Occupancy.OCCUPIED, Occupancy.FREE]
+
+
+def test_a_cell_changes_once_something_lasts_or_has_gone() -> None:
+    free, occupied, unknown = Occupancy.FREE, Occupancy.OCCUPIED, Occupancy.UNKNOWN
+    before = np.array([free, free, occupied, occupied, unknown, unknown], np.uint8)
+    highest = np.array([4, 10, 4, 0, 12, 4], np.int8)  # 4: occupied, but for how long?
+    evidence = np.stack([np.full_like(highest, -4), highest], axis=1)
+    states = occupancy_states(evidence, np.ones(len(before), bool))
+    after = settled_states(before, evidence, states)
+    assert after.tolist() == [free, occupied, occupied, free, occupied, unknown]

@@ -23,6 +23,7 @@ from onemap_mapper.occupancy import (
     accumulated_evidence,
     cells_within,
     occupancy_states,
+    settled_states,
 )
 from onemap_mapper.params import MapParams
 from onemap_mapper.tiles import MapTooLarge, TileIndex, TileLayer
@@ -30,6 +31,8 @@ from onemap_mapper.view_log import ViewLog
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec, world_cells
 from onemap_shared.messages import Occupancy
+
+CHANGE_REACH_CELLS = 2  # 0.2 m: a patch of 27 pixels 3 m away, of 24 x 24 in an image
 
 
 class FieldRejected(ValueError):
@@ -58,6 +61,7 @@ class BeliefMap:
         self.clear = TileLayer(np.bool_, 0)
         self.assumed = TileLayer(np.bool_, 0)  # clear, though no camera saw this floor
         self.occupancy = TileLayer(np.uint8, Occupancy.UNKNOWN)
+        self.settled = TileLayer(np.uint8, Occupancy.UNKNOWN)  # of ``occupancy``, what lasted
         self.start_m: F64 | None = None  # the camera's first position
         self.newest_views = NO_VIEW  # that the newest frame counted for
         self.view_log = ViewLog()
@@ -76,7 +80,7 @@ class BeliefMap:
     @property
     def memory_bytes(self) -> int:
         """Bytes of features and layers, with those reserved for growth."""
-        layers = (self.slots, self.evidence, self.clear, self.assumed, self.occupancy)
+        layers = (self.slots, self.evidence, self.clear, self.assumed, self.occupancy, self.settled)
         held = self.store.nbytes + self.tiles.nbytes + self.view_log.nbytes
         return held + sum(layer.nbytes for layer in layers)
 
@@ -92,6 +96,7 @@ class BeliefMap:
             self.set_encoder(update.encoder_id, update.text_space, update.features.shape[1])
         self._add_process_noise(update.stamp_ns)
         self.revision += 1
+        self._doubt_beside(self.fuse_occupancy(update.occupancy))
         slots = self.slots_of(update.cells)
         self.newest_views = views or self._keyframes.views(update.T_map_camera, self.params)
         self._keyframes = self._keyframes.after(update.T_map_camera, self.newest_views)
@@ -110,7 +115,6 @@ class BeliefMap:
             stamp_ns=update.stamp_ns,
             params=self.params,
         )
-        self.fuse_occupancy(update.occupancy)
         self.assume_free(free)
         if self.start_m is None:
             self.start_m = update.camera_m
@@ -139,7 +143,8 @@ class BeliefMap:
     def grow(self, cells: I64) -> None:
         """Allocate tiles for world cells (n, 2). Raises ``MapTooLarge`` before any change."""
         self.tiles.allocate(cells)
-        for layer in (self.slots, self.evidence, self.clear, self.assumed, self.occupancy):
+        layers = (self.slots, self.evidence, self.clear, self.assumed, self.occupancy, self.settled)
+        for layer in layers:
             layer.grow(self.tiles.count)
         self.view_log.grow(self.tiles.count)
 
@@ -152,20 +157,40 @@ class BeliefMap:
         self.slots.values[rows[new]] = slots[new]
         return slots
 
-    def fuse_occupancy(self, frame: OccupancyUpdate) -> None:
-        """Add a frame's evidence to cells inside the tiles."""
+    def fuse_occupancy(self, frame: OccupancyUpdate) -> I64:
+        """Add a frame's evidence to cells inside the tiles.
+
+        Returns the cells (k, 2) in which something stands now that did not, or the other way round.
+        """
         rows = self.tiles.rows(frame.cells)
         evidence = accumulated_evidence(self.evidence.values[rows], frame.evidence)
         clear = self.clear.values[rows] | frame.clear
         self.evidence.values[rows] = evidence
         self.clear.values[rows] = clear
         self.assumed.values[rows] &= ~frame.clear
-        self.occupancy.values[rows] = occupancy_states(evidence, clear)
+        self.occupancy.values[rows] = states = occupancy_states(evidence, clear)
+        before = self.settled.values[rows]
+        self.settled.values[rows] = after = settled_states(before, evidence, states)
+        changed: I64 = frame.cells[(before != Occupancy.UNKNOWN) & (after != before)]
+        return changed
 
     def keep_every_view(self) -> None:
         """Let no view fade from now on, in float32: only so can views be taken out again."""
         self._keeps_every_view = True
         self.store.keep_every_view()
+
+    def _doubt_beside(self, changed: I64) -> None:
+        """Let features at cells (k, 2) that changed, and beside them, count for little from now on.
+
+        They are those of another thing; beside them, because a patch shows both sides of an edge.
+        """
+        if len(changed) == 0 or self._keeps_every_view:
+            return
+        reach = np.arange(-CHANGE_REACH_CELLS, CHANGE_REACH_CELLS + 1)
+        steps = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)
+        rows = self.tiles.rows((changed[:, None] + steps).reshape(-1, 2))
+        slots = np.unique(self.slots.values[rows[rows >= 0]])
+        self.store.doubt(slots[slots != NO_SLOT].astype(np.int64), self.params.changed_confidence)
 
     def put_in(self, share: FeatureShare) -> None:
         """Fuse a share of the features. Raises ``MapTooLarge`` before any change."""

@@ -199,8 +199,9 @@ class CellStore:
                 fuse_rows(*(part.contiguous().numpy() for part in parts))
             elif self._compiled and half_rows.HALF:
                 bits = table.view(torch.int16).numpy().view(np.uint16)
-                moves = (part.contiguous().numpy() for part in (features, chosen, K, seed))
-                fuse_half_rows(bits, within.numpy(), tuple(moves))
+                rows, gains = features.contiguous().numpy(), K.contiguous().numpy()
+                moves = (rows, chosen.numpy(), gains, seed.contiguous().numpy())
+                fuse_half_rows(bits, within.numpy(), moves)
             else:
                 mean = fused(table[within].float(), features[chosen], K[chosen])
                 half = self._dtype == torch.float16
@@ -310,6 +311,11 @@ class CellStore:
         self._confidence = with_process_noise(
             self._confidence, rate_per_s=rate_per_s, elapsed_s=elapsed_s
         )
+
+    def doubt(self, slots: I64, most: float) -> None:
+        """Let what is known of distinct slots count for ``most`` at most from now on."""
+        index = torch.from_numpy(slots).to(self._device)
+        self._confidence[0, index] = self._confidence[0, index].clamp(max=most)
 
     def reset_searched(self) -> None:
         """Set sigma_E of all slots to infinity; features and their confidence stay."""

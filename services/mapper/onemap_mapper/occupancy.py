@@ -39,6 +39,7 @@ MISS = 1  # four frames erase what was hit in one frame, twelve what was hit in 
 MAX_EVIDENCE = 12  # bounded, so that a removed obstacle disappears within twelve frames
 MIN_EVIDENCE = -4  # and a new one appears within two
 OCCUPIED_THRESHOLD = 3
+SETTLED_EVIDENCE = 10  # three frames of an unobserved cell, four of a free one: no passer-by
 MIN_HITS = 2
 EXACT_HEIGHT_M = 2.0  # nearer heights need no slack: an error of 1 degree is 35 mm there
 RAY_STRIDE = 4  # of the thinned image: rays 0.1 m apart at the clearing range
@@ -222,6 +223,18 @@ def occupancy_states(evidence: I8, clear: Bool) -> U8:
     state: U8 = np.where(clear, Occupancy.FREE, Occupancy.UNKNOWN).astype(np.uint8)
     state[occupied] = Occupancy.OCCUPIED
     return state
+
+
+def settled_states(before: U8, evidence: I8, states: U8) -> U8:
+    """What of ``Occupancy`` (n,) cells have lasted in, from what they had before.
+
+    A cell is free as soon as its state is; what stands in it is taken for lasting once its
+    evidence (n, levels + 1) has grown to ``SETTLED_EVIDENCE``: somebody who walks by leaves sooner.
+    """
+    after: U8 = before.copy()
+    after[states == Occupancy.FREE] = Occupancy.FREE
+    after[(evidence >= SETTLED_EVIDENCE).any(axis=1)] = Occupancy.OCCUPIED
+    return after
 
 
 def cells_within(centre_m: F64, radius_m: float, cell_size_m: float) -> I64:

@@ -312,6 +312,14 @@ class MapParams(OccupancyParams, BlurParams, ProjectionParams):
         "shows what replaced a thing after as long. Variance, explored and searched count every "
         "view; a map that follows a pose graph keeps all of them.",
     )
+    changed_confidence: float = Field(
+        default=1.0,
+        gt=0,
+        description="Confidence that what is known of a cell counts for at most once something "
+        "stands there that did not, or has gone, by the occupancy: then it is of another thing. "
+        "1 is one view. max_prior_confidence: no difference is made. A map that follows a pose "
+        "graph makes none.",
+    )
     explored_variance: float = Field(
         default=0.5,
         gt=0,
