@@ -153,8 +153,7 @@ def _frames(scene: Scene, seed: int) -> Iterator[FeatureField]:
     kind_of = np.array([*(kinds[name] for name in names), len(kinds)])  # the last: nothing
     directions = _unit(rng.standard_normal((len(kinds) + 1, CHANNELS)).astype(np.float32))
     for sequence, pose in enumerate(exploration_poses(scene, camera)):
-        size = {"width": camera.width, "height": camera.height}
-        view = renderer.render(pose, camera.intrinsics, **size)
+        view = renderer.render(pose, camera.intrinsics, width=camera.width, height=camera.height)
         pixels = directions[kind_of[view.labels]]
         h, w = SIZE[0] // PATCH_PX, SIZE[1] // PATCH_PX
         patches = pixels.reshape(h, PATCH_PX, w, PATCH_PX, CHANNELS).mean(axis=(1, 3))
