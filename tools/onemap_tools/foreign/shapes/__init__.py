@@ -1,0 +1,1 @@
+"""Classes of the foreign test set, eight shapes each."""
