@@ -1,0 +1,85 @@
+"""The pictures of the set; and that nothing that trains can see them."""
+
+from __future__ import annotations
+
+import ast
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from onemap_tools.foreign import frames
+from onemap_tools.foreign.frames import (
+    FOREIGN_SEED,
+    NO_CLASS,
+    ForeignSetSpec,
+    foreign_frames,
+    render_foreign,
+)
+from tests.structure import ROOT, modules, within
+
+FOREIGN = "onemap_tools.foreign"
+TINY = ForeignSetSpec(1, 2, 64, 48)
+# Only figures may look at the set.
+READERS = ("onemap_tools.bench.foreign", "onemap_tools.bench.foreign_command")
+
+
+def test_nothing_that_trains_or_generates_imports_the_set() -> None:
+    readers = {
+        module.name
+        for module in modules(ROOT)
+        if not within(module.name, FOREIGN) and any(within(n, FOREIGN) for n, _ in module.imports)
+    }
+    assert readers == set(READERS)
+    for module in modules(ROOT):
+        if any(within(name, reader) for reader in READERS for name, _ in module.imports):
+            assert within(module.name, "onemap_tools.bench"), module.name
+
+
+def test_the_seed_is_written_in_one_place() -> None:
+    places = {
+        module.name
+        for module in modules(ROOT)
+        for node in ast.walk(module.tree)
+        if isinstance(node, ast.Constant) and node.value == FOREIGN_SEED
+    }
+    assert places == {frames.__name__}
+
+
+def test_the_set_is_made_without_the_training_furniture() -> None:
+    """Not even through another module: measured in a process of its own."""
+    names = [module.name for module in modules(ROOT) if within(module.name, FOREIGN)]
+    code = f"import {', '.join(names)}; import json, sys; print(json.dumps(sorted(sys.modules)))"
+    command = [sys.executable, "-c", code]
+    result = subprocess.run(command, capture_output=True, text=True, check=True)
+    loaded = json.loads(result.stdout)
+    assert set(names) <= set(loaded)
+    forbidden = ("onemap_simulator.generation", "onemap_tools.train")
+    assert [name for name in loaded if any(within(name, scope) for scope in forbidden)] == []
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_pictures_are_functions_of_the_seed() -> None:
+    words = ("wall", "sofa", "floor")
+    first, again = (render_foreign((0, 0), words, TINY) for _ in range(2))
+    assert len(first) == TINY.pictures
+    for one, other in zip(first, again, strict=True):
+        np.testing.assert_array_equal(one.rgb, other.rgb)
+        np.testing.assert_array_equal(one.label, other.label)
+        assert one.rgb.shape == (48, 64, 3)
+        assert set(np.unique(one.label)) <= {0, 1, 2, NO_CLASS}
+    assert (first[0].rgb != first[1].rgb).any()
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)  # six apartments: seconds alone, minutes on a busy machine
+def test_the_number_of_processes_does_not_change_the_pictures() -> None:
+    spec = ForeignSetSpec(1, 1, 32, 24)
+    alone, shared = (list(foreign_frames(("wall",), spec, count)) for count in (1, 2))
+    assert [len(part) for part in alone] == [1, 1, 1]
+    for one, other in zip(alone, shared, strict=True):
+        np.testing.assert_array_equal(one[0].rgb, other[0].rgb)
+        np.testing.assert_array_equal(one[0].label, other[0].label)
