@@ -30,8 +30,8 @@ def unit_features() -> F32:
     """Features of the three things, which have much in common, as those of encoders do."""
     rng = np.random.default_rng(5)
     rows = rng.normal(size=(len(NAMES), 64)) + rng.normal(size=64)
-    unit: F32 = (rows / np.linalg.norm(rows, axis=1, keepdims=True)).astype(np.float32)
-    return unit
+    units: F32 = (rows / np.linalg.norm(rows, axis=1, keepdims=True)).astype(np.float32)
+    return units
 
 
 FEATURES = unit_features()

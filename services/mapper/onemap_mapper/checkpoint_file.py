@@ -6,14 +6,11 @@ cannot be read leaves another.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from pathlib import Path
 
-from onemap_mapper import atomic_file, map_file
+from onemap_mapper import map_file
 from onemap_mapper.snapshot import MapFileError, MapSnapshot
-
-LOG = logging.getLogger("onemap.mapper")
 
 FOLDER = "checkpoints"  # inside the map folder
 KEPT = 2
@@ -41,18 +38,6 @@ def newest(folder: Path) -> tuple[MapSnapshot | None, list[str]]:
         except MapFileError as problem:
             problems.append(f"checkpoint {path} cannot be used: {problem}")
     return None, problems
-
-
-def sweep(folder: Path) -> None:
-    """Remove what cut off writes of an earlier mapper left, of maps and of checkpoints."""
-    for each in (folder, folder / FOLDER):
-        try:
-            count = atomic_file.sweep(each)
-        except OSError as problem:
-            LOG.warning("cannot remove unfinished files in %s: %s", each, problem.strerror)
-            continue
-        if count:
-            LOG.info("removed %d unfinished files in %s", count, each)
 
 
 def remove_all(folder: Path) -> None:

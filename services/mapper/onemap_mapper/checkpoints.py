@@ -12,7 +12,7 @@ import time
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
-from onemap_mapper import checkpoint_file
+from onemap_mapper import atomic_file, checkpoint_file
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.live_map import LiveMap
 from onemap_mapper.params import CheckpointParams
@@ -133,6 +133,18 @@ def resumed(folder: Path, params: CheckpointParams) -> BeliefMap | None:
         "resumed %d cells of %d frames from a checkpoint", belief.store.count, belief.frames_fused
     )
     return belief
+
+
+def sweep(folder: Path) -> None:
+    """Remove what cut off writes of an earlier mapper left, of maps and of checkpoints."""
+    for each in (folder, folder / checkpoint_file.FOLDER):
+        try:
+            count = atomic_file.sweep(each)
+        except OSError as problem:
+            LOG.warning("cannot remove unfinished files in %s: %s", each, problem.strerror)
+            continue
+        if count:
+            LOG.info("removed %d unfinished files in %s", count, each)
 
 
 def _forget(folder: Path) -> None:

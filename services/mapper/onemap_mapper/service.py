@@ -15,9 +15,9 @@ from dataclasses import replace
 
 import torch
 
-from onemap_mapper import checkpoint_file, map_file, map_folder, snapshot
+from onemap_mapper import map_file, map_folder, snapshot
 from onemap_mapper.belief_map import BeliefMap, FieldRejected
-from onemap_mapper.checkpoints import Checkpoints, resumed
+from onemap_mapper.checkpoints import Checkpoints, resumed, sweep
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.coverage_cache import CoverageCache
 from onemap_mapper.diagnostics.telemetry import MapperTelemetry
@@ -74,7 +74,7 @@ class Mapper:
         # One query at a time competes with fusing, in order of arrival; torch starts threads of
         # its own for every thread that calls it.
         self._scoring = ThreadPoolExecutor(1, "scoring")
-        checkpoint_file.sweep(config.map_folder)
+        sweep(config.map_folder)
         kept = resumed(config.map_folder, config)
         self._map = kept or BeliefMap(config)
         self._resumed = kept is not None  # and no frame was fused since
