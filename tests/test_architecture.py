@@ -563,7 +563,6 @@ ACROSS_MODULES = {
     "gateway/test_layers.py": "imports between the folders",
     "planner/test_layers.py": "imports between the folders",
     "mapper/test_moved_things.py": "a world that changes, through the whole map",
-    "mapper/test_moved_things.py": "a sofa that was moved, through occupancy, fusion and answers",
     "mapper/test_parity.py": "a frame through projection, blur and fusion, as released",
     "mapper/test_recorded_room.py": "frames of a real camera through the whole map",
     "mapper/diagnostics/test_floor_in_apartments.py": "the floor check in simulated apartments",
