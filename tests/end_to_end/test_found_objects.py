@@ -13,6 +13,7 @@ from starlette.testclient import TestClient
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.service import build as build_mapper
 from onemap_planner.config import PlannerConfig
+from onemap_planner.motion.staleness import StalenessParams
 from onemap_planner.service import Planner
 from onemap_planner.world.candidates import ObjectCandidate, PictureOfObject
 from onemap_shared import keys
@@ -25,6 +26,10 @@ from tests.planner.simulated_services import confirm
 
 JPEG = b"\xff\xd8 a JPEG \xff\xd9"
 STEPS, PATIENCE_S = 400, 90.0  # every wait ends long before both: steps of a busy machine are slow
+# The robot's clock stands still between the frames of a starved process.
+PATIENT = StalenessParams(
+    max_odometry_age_s=PATIENCE_S, min_map_age_s=PATIENCE_S, max_map_age_s=PATIENCE_S
+)
 SOFA = ObjectCandidate(
     (2.0, 0.0, 0.4),
     frozenset({(19, 0), (20, 0), (20, 1)}),
@@ -41,9 +46,8 @@ class Robot:
 
     def __init__(self, folder: Path, http: TestClient, rig: Rig) -> None:
         self.folder, self.http, self.rig = folder, http, rig
-        self.planner = Planner(
-            rig.router.bus("planner"), PlannerConfig(state_dir=folder / "searches")
-        )
+        config = PlannerConfig(state_dir=folder / "searches", staleness=PATIENT)
+        self.planner = Planner(rig.router.bus("planner"), config)
         self._odometry = rig.client.publish(keys.ROBOT_ODOMETRY)
         self._count = count()
 
