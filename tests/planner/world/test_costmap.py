@@ -92,6 +92,7 @@ def test_a_robot_on_unseen_floor_may_drive_to_seen_floor() -> None:
     costmap = costmap_of(replace(OPEN, occupancy=hole), (1.25, 1.25), PARAMS.costmap)
     assert costmap.passable[8, 12]
     assert not costmap.navigable[8, 12]
+    assert costmap.cost[costmap.crossable].min() > 1.5 * costmap.cost[costmap.navigable].max()
 
 
 def test_the_way_that_the_robot_came_stays_open() -> None:

@@ -18,9 +18,8 @@ from onemap_shared.messages import Occupancy
 from onemap_shared.params import Params
 
 IMPASSABLE = -1.0  # MCP_Geometric's mark for cells that no path enters
-RETURN_FACTOR = 2.0  # along the own trail outside N: dearer by this than any way through N
+RETURN_FACTOR = 2.0  # outside N, on the own trail or out of a trap: dearer than any way through N
 RECENT_POINTS = 10  # of the trail, a metre: were they a way back, the robot could creep forwards
-ESCAPE_COST = 5.0  # a metre outside N costs at least five inside, so that it is left soon
 
 
 class CostmapParams(Params):
@@ -163,8 +162,9 @@ def build_costmap(
         around &= free | body | (seen_m <= params.escape_unknown_m)
         lack = np.clip((needed - clearance[around]) / needed, 0.0, 2.0)
         touching = clearance[around] < params.radius_m - size / 2
-        cost[around] = ESCAPE_COST * (1.0 + 4.0 * lack)
-        cost[around] += touching * RETURN_FACTOR * params.dearest  # the monitor may not allow it
+        outside = RETURN_FACTOR * params.dearest
+        cost[around] = outside * (1.0 + 4.0 * lack)
+        cost[around] += touching * outside  # the monitor may not allow it
     crossable = (cost > 0) & ~free & ~occupied
     return Costmap(
         grid,
