@@ -182,3 +182,16 @@ def test_it_tells_when_it_creeps_over_floor_that_no_camera_saw(floor: str, creep
         inputs = ControllerInputs(now_s, "s", POSE, "")
         controller, _ = updated(controller, replace(AHEAD, costmap=costmap, made_s=now_s), inputs)
     assert controller.creeps(PARAMS.drive) == creeps
+
+
+def test_creeping_along_a_bend_it_does_not_turn_to_and_fro() -> None:
+    """The arc to a near point and the one to a far point may turn to different sides."""
+    costmap = costmap_of(drawn_map(*["a" * 10] * 10, scale=5), (2.5, 2.5), PARAMS.costmap)
+    bend = Drive(np.array([[2.5, 2.5], [2.52, 2.6], [2.12, 2.6], [1.92, 2.4]]), (1.5, 2.0))
+    controller, pose = VelocityController(at_s=0.95), Pose2d(2.5, 2.5, 1.75)
+    for tick in range(600):
+        now_s = 1.0 + 0.05 * tick
+        plan = Plan("s", bend, costmap, now_s)
+        controller, _ = updated(controller, plan, ControllerInputs(now_s, "s", pose, ""))
+        pose = moved(pose, controller.command, 0.05)
+    assert pose.distance_to((1.92, 2.4)) < 0.3

@@ -94,7 +94,7 @@ def test_a_place_in_a_room_that_was_never_seen_is_reached_through_its_door() -> 
 def test_a_place_three_rooms_away_is_reached() -> None:
     run = drive(in_four_rooms(), place(7.0, 7.0))
     assert outcome(run) is SearchState.ARRIVED
-    assert away_m(run) < 0.2
+    assert away_m(run) < 0.22  # half a cell's diagonal more than the robot arrives within
 
 
 def test_the_edge_of_furniture_is_reached_as_near_as_the_robot_fits() -> None:

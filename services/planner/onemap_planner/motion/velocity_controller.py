@@ -130,19 +130,23 @@ class PathTracker:
     ) -> tuple[Velocity2d, Velocity2d]:
         """The velocity that tracks the plan, and the one that the costmap allows.
 
-        Where the arc to the lookahead point is not free, a nearer point is tried: the path is.
+        Where the arc to the lookahead point is not free, a nearer point is tried: the path is. It
+        counts if the robot may drive faster to it: else creeping to the one and to the other, it
+        turned to and fro.
         """
         first: Velocity2d | None = None
-        command = STOP
+        best = STOP
         slower = self._slowed()
         for part in LOOKAHEAD_PARTS:
             target = target_velocity(plan.motion, pose, plan.costmap, slower, lookahead_part=part)
             wanted = limit_acceleration(target, previous, self.dt_s, self.params)
             command = monitored(wanted, previous, pose, plan.costmap, self.params, dt_s=self.dt_s)
+            if first is None or command.speed_mps > best.speed_mps:
+                best = command
             first = first or wanted
-            if command == wanted:
+            if best == wanted:
                 break
-        return first or STOP, command
+        return first or STOP, best
 
     def _slowed(self) -> DriveParams:
         """The parameters with the top speed that the age of the map allows."""
