@@ -129,7 +129,6 @@ TALKS = {
     "onemap_tools.doctor.observe": "listens on the bus",
     "onemap_tools.doctor.report": "reads the configuration",
     "onemap_tools.export.onnx_file": "silences warnings of the exporter",
-    "onemap_tools.foreign.frames": "renders in processes",
     "onemap_tools.model_setup.config_file": "reads the configuration",
     "onemap_tools.model_setup.setup": "looks how full the disk is",
     "onemap_tools.processes.heartbeat": "listens on the bus",

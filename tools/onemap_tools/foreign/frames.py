@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 
@@ -17,6 +15,7 @@ from onemap_tools.foreign.furnishing import ShapeRota, apartment, furnish
 from onemap_tools.foreign.lit_scene import LitScene
 from onemap_tools.foreign.plans import PLANS
 from onemap_tools.foreign.renderer import CameraLook, ForeignRenderer
+from onemap_tools.processes.worker_pool import worker_pool
 
 FOREIGN_SEED = 70_200_417  # of everything in the set; no training and no choice may use it
 FURNISHINGS = 3  # of each plan, so that every shape occurs
@@ -96,8 +95,7 @@ def foreign_frames(
     if processes == 1:
         yield from map(render, spec.scenes)
         return
-    # Spawned, not forked: the parent may hold threads of torch or onnxruntime.
-    pool = ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
+    pool = worker_pool(processes)
     try:
         yield from pool.map(render, spec.scenes)
     finally:
