@@ -160,11 +160,7 @@ def build_costmap(
         around = (distance <= params.escape_radius_m) & (~occupied | body) & (cost < 0)
         seen_m = _distance(map_view.occupancy == Occupancy.FREE) * size
         around &= free | body | (seen_m <= params.escape_unknown_m)
-        lack = np.clip((needed - clearance[around]) / needed, 0.0, 2.0)
-        touching = clearance[around] < params.radius_m - size / 2
-        outside = RETURN_FACTOR * params.dearest
-        cost[around] = outside * (1.0 + 4.0 * lack)
-        cost[around] += touching * outside  # the monitor may not allow it
+        cost[around] = _escape_cost(clearance[around], size, params)
     crossable = (cost > 0) & ~free & ~occupied
     return Costmap(
         grid,
@@ -193,6 +189,15 @@ def with_gaps(costmap: Costmap, reached: Bool) -> Costmap:
     gap &= (across - 1.0) * size <= params.gap_m + 1e-6
     cost = np.where(gap & (costmap.cost < 0), RETURN_FACTOR * params.dearest, costmap.cost)
     return replace(costmap, cost=cost, crossable=costmap.crossable | gap)
+
+
+def _escape_cost(clearance_m: F64, cell_size_m: float, params: CostmapParams) -> F64:
+    """Metres of effort per metre (n,) outside N, from the distances (n,) to obstacles."""
+    needed, outside = params.min_clearance_m, RETURN_FACTOR * params.dearest
+    lack = np.clip((needed - clearance_m) / needed, 0.0, 2.0)
+    touching = clearance_m < params.radius_m - cell_size_m / 2  # the monitor may not allow it
+    cost: F64 = outside * (1.0 + 4.0 * lack + touching)
+    return cost
 
 
 def _effort(clearance_m: F64, unseen_m: F64, params: CostmapParams) -> F64:
