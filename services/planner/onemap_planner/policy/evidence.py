@@ -14,6 +14,7 @@ from onemap_planner.policy.competition import (
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.near_views import with_near_view
 from onemap_planner.policy.state import MAX_LOOKS, PlannerState, TargetState
+from onemap_planner.policy.undetected_views import with_frame
 from onemap_planner.world.candidates import (
     ConsensusParams,
     ObjectCandidate,
@@ -71,6 +72,13 @@ def _with_frame(
     candidates = count_contradictions(
         candidates, detections, supported, target=target, map_view=context.map_view, params=params
     )
+    undetected = with_frame(
+        target_state.undetected,
+        context,
+        [sighting.cells for sighting in seen],
+        threshold=params.floor,
+    )
+    target_state = replace(target_state, undetected=undetected)
     if not detections.independent:
         return replace(target_state, candidates=candidates)
     doubtful = [

@@ -44,6 +44,7 @@ from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.components import components
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.regions import SimilarRegion, find_regions, remaining_regions
+from onemap_planner.world.undetected import discounted
 from onemap_shared.messages import Coverage, SearchKind
 
 LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
@@ -87,9 +88,10 @@ def explore(
     state: PlannerState, context: PlanningContext, params: PlannerParams
 ) -> tuple[PlannerState, Motion, Event | None, GoalCandidates]:
     """Drive to the best goal; without one after a look around the object counts as not found."""
+    believed = discounted(context.map_view, state.target_state.undetected)
     goal_candidates = GoalCandidates(
-        find_frontiers(context.map_view, context.costmap, params.frontier),
-        find_regions(context.map_view, params.region),
+        find_frontiers(believed, context.costmap, params.frontier),
+        find_regions(believed, params.region),
     )
     state = abandon_finished(state, params.explore.linger_s)
     options = _options(state, context, goal_candidates, params)

@@ -16,6 +16,7 @@ from onemap_planner.search.phases import Search
 from onemap_planner.world.candidates import ConsensusParams, ObjectCandidate
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import WorldCells
+from onemap_planner.world.undetected import UndetectedViews
 from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.messages import Detections, ObjectFind, SearchView
 from onemap_shared.trail import extended
@@ -71,6 +72,7 @@ class TargetState:
     there is one. reconsidered: whether rejected candidates got their second chance already.
     refuted: similar cells that were searched before the object was put aside. left: the last
     goals that others were preferred to. doubts: viewpoints that did not confirm a candidate.
+    undetected: similar cells in view, without a detection.
     """
 
     candidates: tuple[ObjectCandidate, ...] = ()
@@ -83,6 +85,7 @@ class TargetState:
     refuted: WorldCells = frozenset()
     left: tuple[LeftGoal, ...] = ()
     doubts: tuple[Doubt, ...] = ()
+    undetected: UndetectedViews = field(default_factory=UndetectedViews)
 
 
 @dataclass(frozen=True, slots=True)
