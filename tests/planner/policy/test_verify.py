@@ -138,6 +138,16 @@ def test_undecided_it_is_looked_at_for_a_while_and_then_from_another_side() -> N
     assert np.hypot(*(motion.points_xy[-1] - POSE.xy)) > 0.5
 
 
+def test_more_views_from_where_enough_were_made_do_not_count_as_seen() -> None:
+    enough = PARAMS.acceptance.views_per_viewpoint
+    before = replace(BEFORE.candidate, near_views=(ViewpointTally((1.0, 1.0), 20, enough),))
+    now = replace(before, near_views=(ViewpointTally((1.0, 1.0), 27, enough + 10),))
+    late_s = PARAMS.explore.confirm_s + 0.1
+    state = replace(planner_state(active_time_s=late_s), target_state=TargetState(disputed=(now,)))
+    _, _, event = confirm(state, Confirming(before, 0.0), ranked(0.95), PARAMS)
+    assert event == Rejected()
+
+
 def test_it_is_rejected_where_no_view_of_it_is_to_be_had() -> None:
     late_s = PARAMS.explore.confirm_s + 0.1
     assert weighed(disputed(), waited_s=late_s)[1] == Rejected()

@@ -13,6 +13,7 @@ from onemap_planner.policy.viewpoints import (
     least_occluded,
     viewpoints_around,
 )
+from onemap_planner.world.acceptance import SAME_SIDE_M
 from onemap_planner.world.candidates import Sighting
 from tests.planner.drawn_maps import (
     PARAMS,
@@ -99,6 +100,10 @@ def test_another_side_is_in_sight_and_not_where_it_was_looked_at_before() -> Non
     other = find_viewpoint(seen, context(), PARAMS.explore.bands_m, [first])
     assert other is not None
     assert np.hypot(other[0] - first[0], other[1] - first[1]) > TRIED_M
+    doubtful = replace(seen, supported=False)
+    side = find_viewpoint(doubtful, context(), PARAMS.explore.bands_m, [first])
+    assert side is not None
+    assert np.hypot(side[0] - first[0], side[1] - first[1]) > SAME_SIDE_M
     inside_the_wall = candidate(2.0, 3.9)
     hidden = find_viewpoint(inside_the_wall, context(), PARAMS.explore.bands_m, [first])
     assert hidden is None or np.hypot(hidden[0] - first[0], hidden[1] - first[1]) > TRIED_M

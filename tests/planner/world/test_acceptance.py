@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_planner.world.acceptance import (
-    SAME_VIEWPOINT_M,
+    SAME_SIDE_M,
     AcceptanceParams,
     ViewpointTally,
     probability,
@@ -60,6 +60,6 @@ def test_without_knowledge_of_the_map_it_is_nothing() -> None:
 
 def test_views_from_about_one_place_are_counted_together() -> None:
     tallies: tuple[ViewpointTally, ...] = ()
-    for x, hit in ((0.0, True), (0.9 * SAME_VIEWPOINT_M, False), (3.0, True), (0.1, True)):
+    for x, hit in ((0.0, True), (0.9 * SAME_SIDE_M, False), (3.0, True), (0.1, True)):
         tallies = with_view(tallies, (x, 0.0), hit=hit)
     assert [(tally.hits, tally.frames) for tally in tallies] == [(2, 3), (1, 1)]

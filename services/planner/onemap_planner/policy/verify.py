@@ -131,11 +131,17 @@ def _weigh(
     if undecided and state.active_time_s - phase.since_s <= params.explore.confirm_s:
         return state, None
     tried = exhausted_viewpoints(candidate, params)
-    seen = candidate.near_frames > phase.candidate.near_frames
+    seen = _telling(candidate, params) > _telling(phase.candidate, params)
     bands_m = params.explore.bands_m
     if undecided and seen and find_viewpoint(candidate, context, bands_m, tried) is not None:
         return state, CandidateSelected(candidate)
     return reject_candidate(state, candidate), Rejected()
+
+
+def _telling(candidate: ObjectCandidate, params: PlannerParams) -> int:
+    """Near views that tell something: from each place, up to ``views_per_viewpoint``."""
+    most = params.acceptance.views_per_viewpoint
+    return sum(min(tally.frames, most) for tally in candidate.near_views)
 
 
 def _wait_for_path(

@@ -11,6 +11,7 @@ from scipy import ndimage
 
 from onemap_planner.motion.path import CostToGo, line_is_clear, segment_cells
 from onemap_planner.policy.context import PlanningContext
+from onemap_planner.world.acceptance import SAME_SIDE_M
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.components import CONNECTIVITY_8
 from onemap_planner.world.costmap import Costmap
@@ -20,6 +21,7 @@ Bands: TypeAlias = tuple[tuple[float, float], ...]  # nearest and farthest dista
 
 MAX_TRIES = 80  # lines of sight tried per target, cheapest viewpoints first
 TRIED_M = 0.7  # a viewpoint nearer than this to a tried one shows nothing new
+OTHER_SIDE_M = 1.2 * SAME_SIDE_M  # the robot may stop a little off
 BLUR_CELLS = 2  # the map is blurred: obstacles this close to the target belong to it
 
 
@@ -44,11 +46,17 @@ class Viewpoints:
 
 
 def viewpoints_around(
-    target: I64, costmap: Costmap, cost_to_go: CostToGo, *, band_m: tuple[float, float], tried: I64
+    target: I64,
+    costmap: Costmap,
+    cost_to_go: CostToGo,
+    *,
+    band_m: tuple[float, float],
+    tried: I64,
+    apart_m: float = TRIED_M,
 ) -> Viewpoints:
     """Viewpoints whose distance to the nearest target cell (K, 2) lies in the band.
 
-    tried (T, 2): earlier viewpoints; none within ``TRIED_M`` of them is returned.
+    tried (T, 2): earlier viewpoints; none within ``apart_m`` of them is returned.
     """
     corner, box = _window(target, costmap, band_m[1])
     size = costmap.grid.cell_size_m
@@ -60,7 +68,7 @@ def viewpoints_around(
     fit &= (cells * size >= band_m[0]) & (cells * size <= band_m[1])
     viewpoints = np.argwhere(fit)
     away = np.hypot(*(viewpoints[:, None] + corner - tried[None]).transpose(2, 0, 1)) * size
-    viewpoints = viewpoints[(away > TRIED_M).all(axis=1)]
+    viewpoints = viewpoints[(away > apart_m).all(axis=1)]
     cost = cost_to_go.cost_m[box][viewpoints[:, 0], viewpoints[:, 1]]
     viewpoints = _spread(viewpoints[np.argsort(cost, kind="stable")])
     own = _grown(mask)
@@ -107,7 +115,8 @@ def find_viewpoint(
     """The viewpoint (metres) of a candidate; None if none can be reached.
 
     bands_m: distances from its surface, tried in this order; tried_xy: metres, none near
-    these, and none from which it is hidden, if there are any.
+    these, and none from which it is hidden, if there are any. Of a candidate that the map does
+    not support, only another side shows anything new.
     """
     cells = context.map_view.indices_of(candidate.surface)
     if len(cells) == 0:
@@ -116,9 +125,12 @@ def find_viewpoint(
     cells = _occupied_only(cells, costmap)
     seen_from = costmap.grid.cells(np.asarray(candidate.seen_from))
     tried = costmap.grid.cells(np.array(tried_xy, np.float64).reshape(-1, 2))
+    apart_m = TRIED_M if candidate.supported else OTHER_SIDE_M
     viewpoint = None
     for band_m in bands_m:
-        around = viewpoints_around(cells, costmap, cost_to_go, band_m=band_m, tried=tried)
+        around = viewpoints_around(
+            cells, costmap, cost_to_go, band_m=band_m, tried=tried, apart_m=apart_m
+        )
         viewpoint = first_visible(around, seen_from)
         if viewpoint is not None:
             break

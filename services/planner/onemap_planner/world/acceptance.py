@@ -16,7 +16,7 @@ from pydantic import Field, PositiveFloat, PositiveInt
 
 from onemap_shared.params import Params
 
-SAME_VIEWPOINT_M = 0.5  # views from places nearer to each other are of the same side
+SAME_SIDE_M = 0.8  # views from places nearer to each other are of one side: 45 degrees at 1 m
 MOST_SCALES = 3.0  # within which 95 percent of an exponential distribution lie
 
 
@@ -84,7 +84,7 @@ def with_view(
 ) -> tuple[ViewpointTally, ...]:
     """The tallies with one more near view from ``xy``, metres."""
     for index, tally in enumerate(tallies):
-        if np.hypot(tally.xy[0] - xy[0], tally.xy[1] - xy[1]) <= SAME_VIEWPOINT_M:
+        if np.hypot(tally.xy[0] - xy[0], tally.xy[1] - xy[1]) <= SAME_SIDE_M:
             more = replace(tally, hits=tally.hits + hit, frames=tally.frames + 1)
             return (*tallies[:index], more, *tallies[index + 1 :])
     return (*tallies, ViewpointTally(xy, int(hit), 1))
