@@ -99,7 +99,7 @@ def test_of_two_doors_the_one_beside_related_things_is_expected_to_show_more() -
     found = find_frontiers(
         replace(map_view, guidance=guidance),
         costmap_of(map_view, (0.75, 0.75)),
-        PARAMS.frontier,
+        PARAMS.frontier.model_copy(update={"hint_m": 1.0}),  # half of the room
     )
     beside = {f.beyond_xy[0] > 2.0: f.score for f in found}
     prior, weight = PARAMS.frontier.unknown_prior, PARAMS.frontier.hint_weight

@@ -62,16 +62,17 @@ class FrontierParams(Params):
         "shows 5 and more, a pocket behind a chair 0.3.",
     )
     hint_m: PositiveFloat = Field(
-        default=1.5,
-        description="Metres around a frontier whose likeness to the object says what may be "
-        "beyond: about the furniture on this side of a door.",
+        default=2.5,
+        description="Metres around a frontier, to each side, whose likeness to the object says "
+        "what may be beyond: a small room.",
     )
     hint_weight: float = Field(
-        default=0.5,
+        default=1.0,
         ge=0,
         le=1,
-        description="Part of the prior that the surroundings may add or take: with 0.5, between "
-        "0.1 beside what is least like the object and 0.3 beside what is most like it.",
+        description="Part of the prior that the surroundings may add or take: with 1, between "
+        "nothing beside what is least like the object and twice the prior beside what is most "
+        "like it.",
     )
     blind_radius_m: PositiveFloat = Field(
         default=1.2,
