@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from onemap_shared.geometry import F64, U8
@@ -18,12 +20,29 @@ from onemap_simulator.generation.style import TRAINING, Style
 from onemap_simulator.scene.scene import PointLight, Room, Scene, SceneObject
 
 
+@dataclass(frozen=True, slots=True)
+class FurnishedApartment:
+    """An apartment as placed models, before they are merged; fields as in ``Scene``."""
+
+    name: str
+    items: tuple[PlacedModel, ...]
+    rooms: tuple[Room, ...]
+    lights: tuple[PointLight, ...]
+    ambient: tuple[float, float, float]
+    start: tuple[float, float, float]
+
+
 def generate_apartment(seed: int, style: Style = TRAINING) -> Scene:
     """The furnished apartment of a seed: five to seven rooms, light and a start pose.
 
     Every room can be reached by a disc of radius 0.25 m from the start, and everything in it
     can be approached to within 1 m.
     """
+    return compile_scene(furnish_apartment(seed, style))
+
+
+def furnish_apartment(seed: int, style: Style = TRAINING) -> FurnishedApartment:
+    """The same apartment as models, for what changes them before they become a scene."""
     sampler = Sampler(np.random.default_rng(seed), style)
     plan = sample_floor_plan(sampler)
     layout = RoomLayout(plan)
@@ -33,12 +52,11 @@ def generate_apartment(seed: int, style: Style = TRAINING) -> Scene:
         furnish(Placer(layout, sampler, index))
     add_missing(layout, sampler)
     hang_curtains(layout, sampler)
-    items = [*room_surfaces(plan, sampler), *fittings, *layout.placed]
+    items = (*room_surfaces(plan, sampler), *fittings, *layout.placed)
     lights, ambient = _light(sampler, plan)
     rooms = tuple(Room(space.kind, space.inner) for space in plan.spaces)
-    return _compile(
-        f"apartment {seed} ({style.name})", items, rooms, (lights, ambient), _start(layout)
-    )
+    name = f"apartment {seed} ({style.name})"
+    return FurnishedApartment(name, items, rooms, lights, ambient, _start(layout))
 
 
 def _light(
@@ -77,19 +95,13 @@ def _start(layout: RoomLayout) -> tuple[float, float, float]:
     return (float(here[0]), float(here[1]), float(yaw))
 
 
-def _compile(
-    name: str,
-    items: list[PlacedModel],
-    rooms: tuple[Room, ...],
-    light: tuple[tuple[PointLight, ...], tuple[float, float, float]],
-    start: tuple[float, float, float],
-) -> Scene:
+def compile_scene(apartment: FurnishedApartment) -> Scene:
     """Merge placed models into one scene: transformed, concatenated, textures shared."""
     textures: dict[Material, int] = {}
     vertices: list[F64] = []
     faces, owners, materials, uv = [], [], [], []
     offset = 0
-    for index, item in enumerate(items):
+    for index, item in enumerate(apartment.items):
         R = rotation("z", item.yaw_deg)
         for mesh, material in item.model.parts:
             vertices.append(mesh.vertices @ R.T + item.position_m)
@@ -101,16 +113,19 @@ def _compile(
             offset += len(mesh.vertices)
     images: tuple[U8, ...] = tuple(material.texture for material in textures)
     return Scene(
-        name=name,
+        name=apartment.name,
         vertices=np.concatenate(vertices).astype(np.float32),
         faces=np.concatenate(faces).astype(np.int32),
         face_object=np.concatenate(owners).astype(np.int32),
         face_texture=np.concatenate(materials).astype(np.int32),
         face_uv=np.concatenate(uv).astype(np.float32),
         textures=images,
-        objects=tuple(SceneObject(t.model.category, rooms[t.space].kind) for t in items),
-        lights=light[0],
-        ambient=light[1],
-        rooms=rooms,
-        start=start,
+        objects=tuple(
+            SceneObject(item.model.category, apartment.rooms[item.space].kind)
+            for item in apartment.items
+        ),
+        lights=apartment.lights,
+        ambient=apartment.ambient,
+        rooms=apartment.rooms,
+        start=apartment.start,
     )
