@@ -123,16 +123,20 @@ def evaluate(
         "detector": detector.summary(),
         "reliability": bins,
         "calibration_error": metrics.calibration_error(bins),
-        "iou_by_class": {
-            name: round(float(value), 3)
-            for name, value in sorted(
-                zip(vocabulary.names, per_class, strict=True), key=lambda item: item[1]
-            )
-            if np.isfinite(value)
-        },
+        "iou_by_class": _ascending(vocabulary.names, per_class),
         "class_names": list(vocabulary.names),
         "confusion": counts.tolist(),
     }
+
+
+def _ascending(names: Sequence[str], values: F64) -> dict[str, float]:
+    """Finite values (K,) by name, lowest first; sorting with NaN among them would not order."""
+    finite = [
+        (name, round(float(value), 3))
+        for name, value in zip(names, values, strict=True)
+        if np.isfinite(value)
+    ]
+    return dict(sorted(finite, key=lambda item: item[1]))
 
 
 def held_out_queries(vocabulary: Vocabulary) -> list[tuple[str, int]]:
