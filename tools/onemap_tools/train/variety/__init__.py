@@ -1,0 +1,1 @@
+"""Variety: apartments with other materials, shapes, strangers and light, to train on."""
