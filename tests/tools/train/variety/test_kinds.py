@@ -1,0 +1,32 @@
+"""What is trained on, what the calibration is fitted on and what is reported stay apart."""
+
+from __future__ import annotations
+
+from onemap_simulator.generation import textures
+from onemap_simulator.generation.style import HELD_OUT
+from onemap_tools.train.variety import surfaces
+from onemap_tools.train.variety.kinds import VALIDATION, VARIED, VARIETIES
+
+
+def test_training_and_validation_share_no_texture_and_no_warp() -> None:
+    assert not set(VARIED.surfaces) & set(VALIDATION.surfaces)
+    assert not set(VARIED.warps) & set(VALIDATION.warps)
+    assert set(VARIED.surfaces) | set(VALIDATION.surfaces) == set(surfaces.FAMILIES)
+    assert VALIDATION.own_camera
+    assert not VARIED.own_camera
+
+
+def test_neither_uses_a_texture_of_the_held_out_style() -> None:
+    held_out = {*HELD_OUT.woods, *HELD_OUT.fabrics, *HELD_OUT.walls, *HELD_OUT.floors}
+    own = {*VARIED.style.woods, *VARIED.style.fabrics, *VARIED.style.walls, *VARIED.style.floors}
+    shared = held_out & own
+    assert shared <= {"plaster"}  # as in the simulator's two styles
+    assert not (held_out - shared) & set(surfaces.FAMILIES)
+    assert not {"dots", "zigzag", "herringbone", "burl", "terrazzo"} & set(surfaces.FAMILIES)
+    assert held_out <= set(textures.FAMILIES)
+
+
+def test_every_variety_is_found_by_its_name() -> None:
+    assert {name: variety.name for name, variety in VARIETIES.items()} == {
+        name: name for name in VARIETIES
+    }
