@@ -8,12 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from onemap_simulator.scene.scene import SceneObject
 from onemap_tools.train.data.frame_dataset import (
+    NAMELESS,
     NO_CLASS,
     FrameSetSpec,
     open_frames,
     render_frames,
 )
+from onemap_tools.train.variety.kinds import VALIDATION, VARIED
+from onemap_tools.train.variety.strangers import STRANGER
 from tests.simulator.scenes import box_room
 
 SPEC = FrameSetSpec((901, 902), per_scene=2, width=32, height=24)
@@ -25,6 +29,11 @@ def _one_room(monkeypatch: pytest.MonkeyPatch) -> None:
     room = box_room()
     module = "onemap_tools.train.data.frame_dataset"
     monkeypatch.setattr(f"{module}.generate_apartment", lambda *_: room)
+    objects = tuple(
+        SceneObject(STRANGER) if thing.category == "sofa" else thing for thing in room.objects
+    )
+    varied = replace(room, objects=objects)
+    monkeypatch.setattr(f"{module}.varied_scene", lambda *_: varied)
 
 
 @pytest.mark.usefixtures("_one_room")
@@ -47,6 +56,30 @@ def test_labels_are_indices_of_the_classes(tmp_path: Path) -> None:
     assert {0, 1} <= set(every.tolist()) <= {0, 1, 2, NO_CLASS}
     list(render_frames(tmp_path / "none", ("piano",), SPEC))
     assert np.unique(open_frames(tmp_path / "none").label).tolist() == [NO_CLASS]
+
+
+@pytest.mark.usefixtures("_one_room")
+def test_a_share_of_the_apartments_is_varied_and_shows_things_without_a_name(
+    tmp_path: Path,
+) -> None:
+    mixed = replace(SPEC, seeds=tuple(range(901, 921)), variety=VARIED, varied_share=0.5)
+    varied = [mixed.variety_of(seed) is VARIED for seed in mixed.seeds]
+    assert 4 <= sum(varied) <= 16
+    assert mixed.variety_of(901) is replace(mixed, per_scene=9).variety_of(901)
+    list(render_frames(tmp_path / "mixed", CLASSES, mixed))
+    label = open_frames(tmp_path / "mixed").label
+    for index, is_varied in enumerate(varied):
+        shown = set(np.unique(label[2 * index : 2 * index + 2]).tolist())
+        assert shown <= ({0, 1, NAMELESS, NO_CLASS} if is_varied else {0, 1, 2, NO_CLASS})
+    assert (label == NAMELESS).any()
+
+
+@pytest.mark.usefixtures("_one_room")
+def test_frames_of_another_variety_are_refused(tmp_path: Path) -> None:
+    list(render_frames(tmp_path, CLASSES, replace(SPEC, variety=VARIED)))
+    for other in (SPEC, replace(SPEC, variety=VALIDATION)):
+        with pytest.raises(ValueError, match="holds other frames"):
+            list(render_frames(tmp_path, CLASSES, other))
 
 
 @pytest.mark.usefixtures("_one_room")

@@ -9,12 +9,15 @@ import cv2
 import numpy as np
 
 from onemap_shared.geometry import F32, U8
-from onemap_tools.train.data.frame_dataset import NO_CLASS
+from onemap_tools.train.data.frame_dataset import NAMELESS, NO_CLASS
+from onemap_tools.train.data.sensor import hue_rotation, jittered_colour, with_sensor_effects
 
 STRONG_ZOOM = (0.65, 1.4)  # crop size over output size: below 1 enlarges
 WEAK_ZOOM = (0.9, 1.25)
 MAX_LOG_STRETCH = 0.15  # of the aspect ratio
+MAX_DISTORTION = 0.12  # of a lens: shift at the corner over its distance from the middle
 PATTERN_PX = (2, 40)  # period of a random texture
+LABELS = 256
 
 
 def augment_strong(
@@ -22,15 +25,24 @@ def augment_strong(
 ) -> tuple[U8, U8]:
     """rgb (H, W, 3) and label (H, W) to (h, w, 3) and (h, w), ``size`` = (w, h)."""
     rgb, label = _crop(rgb, label, size, zoom=rng.uniform(*STRONG_ZOOM), rng=rng)
+    if rng.random() < 0.3:
+        rgb, label = _through_lens(rgb, label, rng)
     if rng.random() < 0.5:
         rgb, label = rgb[:, ::-1], label[:, ::-1]
     image = rgb.astype(np.float32)
     if rng.random() < 0.4:
         image = _recolour_classes(image, label, rng)
-    image = _jitter_colour(image, rng)
-    image = _sensor_effects(image, rng)
+    image = with_sensor_effects(jittered_colour(image, rng), rng)
     if rng.random() < 0.2:
         image, label = _cutout(image, label, rng)
+    return np.clip(image, 0, 255).astype(np.uint8), np.ascontiguousarray(label)
+
+
+def augment_camera(rgb: U8, label: U8, rng: np.random.Generator) -> tuple[U8, U8]:
+    """Random mirroring and another camera's colours, blur and noise, without a crop."""
+    if rng.random() < 0.5:
+        rgb, label = rgb[:, ::-1], label[:, ::-1]
+    image = with_sensor_effects(jittered_colour(rgb.astype(np.float32), rng), rng)
     return np.clip(image, 0, 255).astype(np.uint8), np.ascontiguousarray(label)
 
 
@@ -86,56 +98,41 @@ def _pattern(shape: tuple[int, int], rng: np.random.Generator) -> F32:
     return noise_pattern
 
 
+def _through_lens(rgb: U8, label: U8, rng: np.random.Generator) -> tuple[U8, U8]:
+    """Barrel or pincushion distortion about the middle; outside of the image there is no class."""
+    height, width = label.shape
+    v, u = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j].astype(np.float32)
+    bend = np.float32(rng.uniform(-MAX_DISTORTION, MAX_DISTORTION))
+    # Scaled so that the middle of the sides stays: only the corners may leave the image.
+    factor = (1 + bend * (u * u + v * v)) / (1 + max(float(bend), 0.0))
+    columns = (u * factor + 1) * np.float32((width - 1) / 2)
+    rows = (v * factor + 1) * np.float32((height - 1) / 2)
+    image = cv2.remap(rgb, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    bent = cv2.remap(
+        label,
+        columns,
+        rows,
+        cv2.INTER_NEAREST,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=NO_CLASS,
+    )
+    return np.asarray(image, np.uint8), np.asarray(bent, np.uint8)
+
+
 def _recolour_classes(image: F32, label: U8, rng: np.random.Generator) -> F32:
-    """Another colour and texture for about half of the classes in the image."""
-    result = image.copy()
+    """Another hue, brightness and texture for about half of the classes in the image."""
+    matrices = np.tile(np.eye(3, dtype=np.float32), (LABELS, 1, 1))
+    relief = np.zeros((LABELS, 1), np.float32)
     for index in np.unique(label):
-        if index == NO_CLASS or rng.random() < 0.5:
+        if index == NO_CLASS or (index != NAMELESS and rng.random() < 0.5):
             continue
         gain = rng.uniform(0.5, 1.5, 3) * rng.uniform(0.7, 1.2)
-        pattern = 1 + rng.uniform(0, 0.5) * _pattern(label.shape, rng)
-        mask = label == index
-        result[mask] = (image * gain.astype(np.float32) * pattern)[mask]
-    recoloured: F32 = np.clip(result, 0, 255)
+        turned = hue_rotation(rng.uniform(-np.pi, np.pi) if rng.random() < 0.5 else 0.0)
+        matrices[index] = gain[:, None] * turned
+        relief[index] = rng.uniform(0, 0.5)
+    mixed = np.matmul(matrices[label], image[..., None])[..., 0]
+    recoloured: F32 = np.clip(mixed * (1 + relief[label] * _pattern(label.shape, rng)), 0, 255)
     return recoloured
-
-
-def _jitter_colour(image: F32, rng: np.random.Generator) -> F32:
-    """White balance, brightness, contrast, gamma, saturation, and a linear gradient of light."""
-    image = image * np.exp(rng.uniform(-0.2, 0.2, 3)).astype(np.float32)
-    grey = image.mean(axis=2, keepdims=True)
-    saturation = 0.0 if rng.random() < 0.07 else rng.uniform(0.4, 1.5)
-    image = grey + (image - grey) * np.float32(saturation)
-    if rng.random() < 0.1:
-        image = image[..., rng.permutation(3)]
-    contrast, mean = np.float32(rng.uniform(0.6, 1.4)), np.float32(image.mean())
-    image = (mean + (image - mean) * contrast) * np.float32(np.exp(rng.uniform(-0.5, 0.4)))
-    if rng.random() < 0.3:
-        height, width = image.shape[:2]
-        slope_u, slope_v = rng.uniform(-0.5, 0.5, 2)
-        ramp = (
-            1
-            + slope_u * np.linspace(-1, 1, width)[None, :]
-            + slope_v * np.linspace(-1, 1, height)[:, None]
-        )
-        image = image * ramp[..., None].astype(np.float32)
-    gamma = np.float32(np.exp(rng.uniform(-0.35, 0.35)))
-    corrected: F32 = np.float32(255) * (np.clip(image, 0, 255) / 255) ** gamma
-    return corrected
-
-
-def _sensor_effects(image: F32, rng: np.random.Generator) -> F32:
-    """Blur, sensor noise and JPEG artefacts."""
-    if rng.random() < 0.25:
-        image = cv2.GaussianBlur(image, (0, 0), rng.uniform(0.4, 1.5)).astype(np.float32)
-    if rng.random() < 0.5:
-        noise = rng.standard_normal(image.shape, dtype=np.float32)
-        image = image + np.float32(rng.uniform(0, 14)) * noise
-    if rng.random() < 0.1:
-        quality = [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(20, 80))]
-        _, data = cv2.imencode(".jpg", np.clip(image, 0, 255).astype(np.uint8), quality)
-        image = np.asarray(cv2.imdecode(data, cv2.IMREAD_COLOR)).astype(np.float32)
-    return image
 
 
 def _cutout(image: F32, label: U8, rng: np.random.Generator) -> tuple[F32, U8]:

@@ -1,8 +1,8 @@
 """Frames of procedural apartments on disk: rendered once, read through memory maps.
 
 A folder holds ``rgb.npy`` (N, H, W, 3) uint8, ``label.npy`` (N, H, W) uint8 (index of the
-class, 255 = none) and ``frames.json``. Scenes are written one after the other, so that an
-interrupted rendering can be continued.
+class, 254 = a thing without a name, 255 = none) and ``frames.json``. Scenes are written one after
+the other, so that an interrupted rendering can be continued.
 """
 
 from __future__ import annotations
@@ -23,8 +23,15 @@ from onemap_simulator.generation.style import TRAINING, Style
 from onemap_simulator.rendering.camera_poses import CameraPoseRange, sample_camera_poses
 from onemap_simulator.rendering.rendered_image import RenderedImage
 from onemap_simulator.rendering.renderer import Renderer
+from onemap_simulator.scene.scene import Scene
 from onemap_tools.processes.worker_pool import worker_pool
+from onemap_tools.train.variety.apartment import varied_scene
+from onemap_tools.train.variety.camera import photographed
+from onemap_tools.train.variety.kinds import Variety
+from onemap_tools.train.variety.shading import Gloss, shine
+from onemap_tools.train.variety.strangers import STRANGER
 
+NAMELESS = 254  # a thing that no word of the vocabulary fits: "none of these" is right
 NO_CLASS = 255
 TRAIN_SEEDS = range(1000, 100_000)
 EVALUATION_SEEDS = range(900, 1000)  # not trained on, like the demo's 1 to 3
@@ -36,23 +43,33 @@ OTHER_SHARE = 0.3  # of the frames: seen from other heights than the simulated r
 
 @dataclass(frozen=True, slots=True)
 class FrameSetSpec:
-    """A set of frames to render: ``per_scene`` of each seed's apartment in one style."""
+    """A set of frames to render: ``per_scene`` of each seed's apartment.
+
+    In one style, or a share of the apartments under a variety.
+    """
 
     seeds: tuple[int, ...]
     per_scene: int
     width: int = 320
     height: int = 240
     style: Style = TRAINING
+    variety: Variety | None = None
+    varied_share: float = 1.0
 
     @property
     def count(self) -> int:
         """Number of frames."""
         return len(self.seeds) * self.per_scene
 
+    def variety_of(self, seed: int) -> Variety | None:
+        """The variety of this seed's apartment, None for a plain one."""
+        chance = float(np.random.default_rng([seed, 41]).random())
+        return self.variety if chance < self.varied_share else None
+
 
 @dataclass(frozen=True, slots=True)
 class FrameDataset:
-    """rgb (N, H, W, 3) uint8 and label (N, H, W) uint8, index into ``classes`` or 255.
+    """rgb (N, H, W, 3) uint8 and label (N, H, W) uint8, index into ``classes``, 254 or 255.
 
     ``scenes`` is the number of apartments they show.
     """
@@ -71,22 +88,59 @@ def render_scene(seed: int, classes: Sequence[str], spec: FrameSetSpec) -> tuple
 
     A function of the seed: the order of rendering and interruptions do not change them.
     """
-    scene = generate_apartment(seed, spec.style)
     rng = np.random.default_rng([seed, spec.per_scene])
-    index_of = {name: index for index, name in enumerate(classes)}
-    table = np.array([index_of.get(thing.category, NO_CLASS) for thing in scene.objects])
-    table = np.append(table, NO_CLASS).astype(np.uint8)  # label -1: nothing was hit
+    variety = spec.variety_of(seed)
+    if variety is None:
+        scene = generate_apartment(seed, spec.style)
+        table = _label_table(scene, classes)
+        return _plain_views(scene, table, spec, rng)
+    scene = varied_scene(seed, variety)
+    return _varied_views(scene, _label_table(scene, classes), (spec, variety), rng)
+
+
+def _label_table(scene: Scene, classes: Sequence[str]) -> U8:
+    """Label (objects + 1,) of every object; the last stands for a ray that hit nothing."""
+    index_of = {name: index for index, name in enumerate(classes)} | {STRANGER: NAMELESS}
+    table = [index_of.get(thing.category, NO_CLASS) for thing in scene.objects]
+    return np.array([*table, NO_CLASS], np.uint8)
+
+
+def _plain_views(
+    scene: Scene, table: U8, spec: FrameSetSpec, rng: np.random.Generator
+) -> tuple[U8, U8]:
+    """Images and labels as the simulator's own camera sees them."""
     renderer = Renderer(scene)
     other = round(spec.per_scene * OTHER_SHARE)
     poses = sample_camera_poses(scene, rng, spec.per_scene - other, ROBOT_VIEWS)
     poses += sample_camera_poses(scene, rng, other, OTHER_VIEWS)
-    rgb = np.empty((len(poses), spec.height, spec.width, 3), np.uint8)
-    label = np.empty(rgb.shape[:3], np.uint8)
+    rgb, label = _empty_frames(spec)
     for index, pose in enumerate(poses):
         camera = Intrinsics.from_fov(spec.width, spec.height, rng.uniform(*FOV_RAD))
         view: RenderedImage = renderer.render(pose, camera, width=spec.width, height=spec.height)
         rgb[index], label[index] = view.rgb, table[view.labels]
     return rgb, label
+
+
+def _varied_views(
+    scene: Scene, table: U8, kind: tuple[FrameSetSpec, Variety], rng: np.random.Generator
+) -> tuple[U8, U8]:
+    """Images and labels from any height, with the light that the simulator leaves out."""
+    spec, variety = kind
+    renderer = Renderer(scene)
+    gloss = Gloss.of(scene, rng, variety.gloss)
+    rgb, label = _empty_frames(spec)
+    for index, pose in enumerate(sample_camera_poses(scene, rng, spec.per_scene, variety.views)):
+        camera = Intrinsics.from_fov(spec.width, spec.height, rng.uniform(*variety.fov_rad))
+        view: RenderedImage = renderer.render(pose, camera, width=spec.width, height=spec.height)
+        image = shine(view, gloss, pose, camera)
+        rgb[index] = photographed(image, rng) if variety.own_camera else image
+        label[index] = table[view.labels]
+    return rgb, label
+
+
+def _empty_frames(spec: FrameSetSpec) -> tuple[U8, U8]:
+    shape = (spec.per_scene, spec.height, spec.width)
+    return np.empty((*shape, 3), np.uint8), np.empty(shape, np.uint8)
 
 
 def render_frames(
@@ -138,12 +192,15 @@ def open_frames(folder: Path) -> FrameDataset:
 
 
 def _dataset_record(classes: Sequence[str], spec: FrameSetSpec) -> dict[str, object]:
+    variety = spec.variety
+    changed = {} if variety is None else {"variety": variety.name, "varied": spec.varied_share}
     return {
         "classes": list(classes),
         "seeds": list(spec.seeds),
         "per_scene": spec.per_scene,
         "size": [spec.width, spec.height],
         "style": spec.style.name,
+        **changed,
     }
 
 
