@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -14,20 +18,23 @@ from onemap_tools.train.network.mini_network import MiniNetwork
 from onemap_tools.train.params import TrainParams
 from onemap_tools.train.train_state import load_averaged_network
 from onemap_tools.train.trainer import LOG_FILE, TrainingProgress, train_mini
+from tests.structure import ROOT
 from tests.tools.train.network.test_backbone import published
 from tests.tools.train.tiny import VOCABULARY, embed, tiny_frames, tiny_params
 
 
 def train(
-    folder: Path, params: TrainParams, *, stop_at: int = 0
+    folder: Path, params: TrainParams, *, stop_at: int = 0, kill_at: int = 0
 ) -> tuple[MiniNetwork, list[TrainingProgress]]:
-    """Train; ``stop_at`` interrupts after that step, as Ctrl-C would."""
+    """Train; ``stop_at`` interrupts after that step, as Ctrl-C would, ``kill_at`` ends us."""
     reports: list[TrainingProgress] = []
 
     def report(progress: TrainingProgress) -> None:
         reports.append(progress)
         if progress.step == stop_at:
             raise KeyboardInterrupt
+        if progress.step == kill_at:
+            os.kill(os.getpid(), signal.SIGKILL)
 
     network = train_mini(
         tiny_frames(),
@@ -56,6 +63,21 @@ def test_training_repeats_and_resumes(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         train(broken, tiny_params(), stop_at=3)
     resumed, rest = train(broken, tiny_params())
+    assert [report.step for report in rest] == [3, 4]
+    torch.testing.assert_close(weights_of(resumed), weights_of(whole), rtol=1e-6, atol=1e-7)
+
+
+@pytest.mark.slow
+def test_a_killed_training_goes_on_from_its_checkpoint(tmp_path: Path) -> None:
+    whole, _ = train(tmp_path / "whole", tiny_params())
+    code = (
+        "from pathlib import Path; from tests.tools.train.test_trainer import train; "
+        "from tests.tools.train.tiny import tiny_params; "
+        f"train(Path({str(tmp_path / 'killed')!r}), tiny_params(), kill_at=3)"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=False, timeout=300)
+    assert ended.returncode == -signal.SIGKILL
+    resumed, rest = train(tmp_path / "killed", tiny_params())
     assert [report.step for report in rest] == [3, 4]
     torch.testing.assert_close(weights_of(resumed), weights_of(whole), rtol=1e-6, atol=1e-7)
 

@@ -24,6 +24,33 @@ class LossParams(Params):
         description="Weight of 1 - cosine to the target text beside the cross-entropy, which "
         "alone leaves the absolute cosine free.",
     )
+    margin: float = Field(
+        default=1.0,
+        ge=0,
+        description="Added to the logits of the classes that the true one is often taken for: it "
+        "has to be e times as probable as they.",
+    )
+
+
+# What is taken for each other, on the shipped card and in homes.
+HARD_PAIRS = (
+    ("wardrobe", "door"),
+    ("wardrobe", "wall"),
+    ("refrigerator", "wall"),
+    ("refrigerator", "wardrobe"),
+    ("refrigerator", "door"),
+    ("bed", "sofa"),
+    ("armchair", "sofa"),
+    ("armchair", "chair"),
+    ("desk", "dresser"),
+    ("desk", "table"),
+    ("shelf", "wall"),
+    ("shelf", "bookcase"),
+    ("television", "window"),
+    ("television", "picture"),
+    ("mirror", "window"),
+    ("lamp", "wall"),
+)
 
 
 class TrainParams(Params):
@@ -94,6 +121,30 @@ class TrainParams(Params):
         ge=0,
         description="The same during weak augmentation; lower, because strong weights for rare "
         "classes cause false positives.",
+    )
+    hard_pairs: tuple[tuple[str, str], ...] = Field(
+        default=HARD_PAIRS,
+        description="Pairs of classes that are taken for each other: frames that show one of "
+        "them are drawn more often, and the loss asks for a margin between them.",
+    )
+    rare_power: float = Field(
+        default=0.5,
+        ge=0,
+        description="Frames are drawn by the inverse of how many show their rarest classes, to "
+        "this power; 0 draws all alike.",
+    )
+    hard_share: float = Field(
+        default=0.5,
+        ge=0,
+        description="How much more often a frame with a class of a hard pair is drawn; 0.5 is "
+        "half as often again.",
+    )
+    weakly_augmented: float = Field(
+        default=0.4,
+        ge=0,
+        le=1,
+        description="Share of the images with weak augmentation from ``weak_from_step`` on, and "
+        "of the whole images; the rest keep the network used to other cameras.",
     )
     full_image_share: float = Field(
         default=0.1,

@@ -8,14 +8,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import torch
 from torch import Tensor
 
 from onemap_tools.train.data.batches import Batch, BatchSource, class_frequency
 from onemap_tools.train.data.frame_dataset import FrameDataset
 from onemap_tools.train.data.text_targets import TextBank
-from onemap_tools.train.network.losses import alignment_loss, class_weights
+from onemap_tools.train.network.losses import (
+    ClassWeighting,
+    alignment_loss,
+    class_weights,
+    confusable_classes,
+)
 from onemap_tools.train.network.mini_network import MiniNetwork
 from onemap_tools.train.params import TrainParams
 from onemap_tools.train.train_state import CHECKPOINT, TrainState
@@ -41,10 +45,12 @@ def train_mini(
     params: TrainParams,
     device: torch.device,
     report: Callable[[TrainingProgress], None],
+    batch_threads: int = 1,
 ) -> MiniNetwork:
     """Train on the frames and return the averaged network, in evaluation mode.
 
     Continues from a checkpoint in ``folder``; calls ``report`` after every step.
+    ``batch_threads`` prepare batches ahead: one keeps up with a CPU, a GPU waits for more.
     """
     folder.mkdir(parents=True, exist_ok=True)
     state = TrainState(params, device)
@@ -53,7 +59,8 @@ def train_mini(
     loss_of = _BatchLoss(frames, texts, params, device)
     state.network.train()
     average_loss = math.nan
-    for batch in BatchSource(frames, params).stream(state.step, params.total_steps):
+    batches = BatchSource(frames, params).stream(state.step, params.total_steps, batch_threads)
+    for batch in batches:
         loss = loss_of(state.network, batch, state.step)
         state.optimize(loss)
         average_loss = _moving_average(average_loss, loss.item())
@@ -71,9 +78,12 @@ class _BatchLoss:
     def __init__(
         self, frames: FrameDataset, texts: TextBank, params: TrainParams, device: torch.device
     ) -> None:
-        frequency = class_frequency(frames, np.random.default_rng(params.seed))
-        self._strong_weights = class_weights(frequency, params.balance_power).to(device)
-        self._weak_weights = class_weights(frequency, params.weak_balance_power).to(device)
+        frequency = class_frequency(frames)
+        confusable = confusable_classes(frames.classes, params.hard_pairs).to(device)
+        self._strong, self._weak = (
+            ClassWeighting(class_weights(frequency, power).to(device), confusable)
+            for power in (params.balance_power, params.weak_balance_power)
+        )
         self._texts = TextBank(texts.aliases.to(device), texts.neutral.to(device))
         self._params = params
         self._device = device
@@ -88,9 +98,8 @@ class _BatchLoss:
             features = network.forward_features(rgb.contiguous(memory_format=torch.channels_last))
         # Channels lie last in memory: this is a view, and so is its gradient.
         rows = features.permute(0, 2, 3, 1).flatten(0, 2).float()
-        weak = step >= params.weak_from_step
-        weights = self._weak_weights if weak else self._strong_weights
-        return alignment_loss(rows, targets, self._texts.sample(generator), weights, params.loss)
+        weighting = self._weak if step >= params.weak_from_step else self._strong
+        return alignment_loss(rows, targets, self._texts.sample(generator), weighting, params.loss)
 
 
 def _moving_average(average: float, value: float) -> float:

@@ -7,7 +7,13 @@ import pytest
 import torch
 
 from onemap_tools.train.data.frame_dataset import NO_CLASS
-from onemap_tools.train.network.losses import alignment_loss, class_weights, patch_targets
+from onemap_tools.train.network.losses import (
+    ClassWeighting,
+    alignment_loss,
+    class_weights,
+    confusable_classes,
+    patch_targets,
+)
 from onemap_tools.train.params import LossParams
 
 
@@ -27,13 +33,15 @@ def test_rare_classes_weigh_more_and_the_mean_is_one() -> None:
     np.testing.assert_allclose(class_weights(frequency, 0.0).numpy(), 1, rtol=1e-6)
 
 
+EVEN = ClassWeighting(torch.ones(3), torch.zeros(2, 2))
+
+
 def test_the_loss_is_least_at_the_right_text() -> None:
     texts = torch.eye(3, 384)
-    targets = torch.tensor([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
-    weights = torch.ones(2)
+    targets = torch.tensor([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
 
     def loss(features: torch.Tensor) -> float:
-        return alignment_loss(features, targets, texts, weights, LossParams()).item()
+        return alignment_loss(features, targets, texts, EVEN, LossParams()).item()
 
     right, wrong, neutral = texts[[0, 1, 2]], texts[[1, 0, 2]], texts[[2, 2, 2]]
     assert loss(right) == pytest.approx(0, abs=1e-6)
@@ -43,10 +51,39 @@ def test_the_loss_is_least_at_the_right_text() -> None:
 
 
 def test_the_loss_is_a_mean_weighted_by_class() -> None:
-    texts = torch.eye(2, 384)
-    targets = torch.tensor([[1.0, 0.0], [0.0, 1.0]])
+    texts = torch.eye(3, 384)
+    targets = torch.tensor([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     features = texts[[0, 0]]  # the second class is missed
     for weight, expected in ((1.0, 20.5 / 2), (3.0, 20.5 * 3 / 4)):
-        weights = torch.tensor([1.0, weight])
-        loss = alignment_loss(features, targets, texts, weights, LossParams()).item()
+        weighting = ClassWeighting(torch.tensor([1.0, weight, 1.0]), torch.zeros(2, 2))
+        loss = alignment_loss(features, targets, texts, weighting, LossParams()).item()
         assert loss == pytest.approx(expected, abs=1e-4)
+
+
+def test_a_thing_without_a_name_is_right_at_any_neutral_word() -> None:
+    texts = torch.eye(4, 384)  # two classes and two neutral words
+    targets = torch.tensor([[0.0, 0.0, 1.0]])
+    losses = [
+        alignment_loss(texts[[row]], targets, texts, EVEN, LossParams()).item() for row in range(4)
+    ]
+    assert losses[2:] == pytest.approx([0, 0], abs=1e-6)
+    assert min(losses[:2]) > 15
+
+
+def test_the_right_class_has_to_win_by_a_margin_over_one_it_is_taken_for() -> None:
+    texts = torch.eye(3, 384)
+    undecided = texts[[0]] + texts[[1]]
+    targets = torch.tensor([[1.0, 0.0, 0.0]])
+    table = confusable_classes(("wall", "door"), [("door", "wall")])
+    hard = ClassWeighting(torch.ones(3), table)
+    plain, margin = LossParams(margin=0.0), LossParams(margin=2.0)
+    easy = alignment_loss(undecided, targets, texts, EVEN, margin)
+    assert easy == alignment_loss(undecided, targets, texts, hard, plain)
+    # Of two equal logits one is two nats higher: ln(1 + e^2) in place of ln 2.
+    harder = alignment_loss(undecided, targets, texts, hard, margin)
+    assert (harder - easy).item() == pytest.approx(np.log((1 + np.e**2) / 2), abs=1e-3)
+
+
+def test_pairs_are_symmetric_and_names_that_are_missing_are_left_out() -> None:
+    table = confusable_classes(("wall", "door", "cup"), [("door", "wall"), ("cup", "piano")])
+    np.testing.assert_array_equal(table.numpy(), [[0, 1, 0], [1, 0, 0], [0, 0, 0]])
