@@ -23,8 +23,13 @@ def test_the_temperature_is_found_again(factor: float) -> None:
     cosines = rng.uniform(-0.3, 0.9, (4000, 5)).astype(np.float32)
     shares = np.exp(factor * cosines)
     shares /= shares.sum(axis=1, keepdims=True)
-    temperature = most_likely_temperature(cosines, shares.astype(np.float32))
-    assert temperature == pytest.approx(factor, rel=0.06)
+    # All five are classes; then the last two are neutral words, right where there is no name.
+    none = np.zeros((4000, 1))
+    named = np.concatenate([shares, none], axis=1)
+    nameless = np.concatenate([shares[:, :3], shares[:, 3:].sum(axis=1, keepdims=True)], axis=1)
+    for known in (named, nameless):
+        temperature = most_likely_temperature(cosines, known.astype(np.float32))
+        assert temperature == pytest.approx(factor, rel=0.06)
 
 
 def test_a_perfect_encoder_gets_a_high_temperature_and_a_wrong_one_the_lowest() -> None:
