@@ -156,6 +156,12 @@ class TrainParams(Params):
         default=4e-4, gt=0, description="Peak learning rate of the phase on whole images."
     )
     loss: LossParams = Field(default=LossParams(), description="Weights of the loss.")
+    batch_threads: int = Field(
+        default=1,
+        ge=1,
+        description="Threads that prepare batches ahead, which does not change them: one keeps "
+        "up with a CPU, a GPU waits for more.",
+    )
     backbone_weights: Path | None = Field(
         default=None,
         description="Checkpoint with ImageNet weights of the backbone, whose first stages are "

@@ -45,12 +45,10 @@ def train_mini(
     params: TrainParams,
     device: torch.device,
     report: Callable[[TrainingProgress], None],
-    batch_threads: int = 1,
 ) -> MiniNetwork:
     """Train on the frames and return the averaged network, in evaluation mode.
 
     Continues from a checkpoint in ``folder``; calls ``report`` after every step.
-    ``batch_threads`` prepare batches ahead: one keeps up with a CPU, a GPU waits for more.
     """
     folder.mkdir(parents=True, exist_ok=True)
     state = TrainState(params, device)
@@ -59,8 +57,7 @@ def train_mini(
     loss_of = _BatchLoss(frames, texts, params, device)
     state.network.train()
     average_loss = math.nan
-    batches = BatchSource(frames, params).stream(state.step, params.total_steps, batch_threads)
-    for batch in batches:
+    for batch in BatchSource(frames, params).stream(state.step, params.total_steps):
         loss = loss_of(state.network, batch, state.step)
         state.optimize(loss)
         average_loss = _moving_average(average_loss, loss.item())

@@ -27,8 +27,10 @@ def test_batches_depend_on_seed_and_step_alone() -> None:
 
 
 def test_more_threads_make_the_same_batches_in_the_same_order() -> None:
-    source = BatchSource(FRAMES, tiny_params(steps=6))
-    alone, together = (list(source.stream(1, 6, threads)) for threads in (1, 3))
+    alone, together = (
+        list(BatchSource(FRAMES, tiny_params(steps=6, batch_threads=threads)).stream(1, 6))
+        for threads in (1, 3)
+    )
     assert len(alone) == len(together) == 5
     for one, other in zip(alone, together, strict=True):
         np.testing.assert_array_equal(one.rgb, other.rgb)

@@ -64,8 +64,9 @@ class BatchSource:
         weak = weak and step >= self.params.weak_from_step
         return (augment_weak if weak else augment_strong)(rgb, label, self.params.crop_px, rng)
 
-    def stream(self, first: int, last: int, threads: int = 1) -> Iterator[Batch]:
+    def stream(self, first: int, last: int) -> Iterator[Batch]:
         """Batches of steps [first, last), prepared ahead, one by each thread."""
+        threads = self.params.batch_threads
         with ThreadPoolExecutor(threads, "batches") as pool:
             upcoming: deque[Future[Batch]] = deque()
             for step in range(first, min(first + threads, last)):
