@@ -45,7 +45,8 @@ STAGES = (
     StageShape(4, 5, 2, 6, 192),
     StageShape(1, 3, 1, 6, 320),
 )
-FROZEN_STAGES = 2  # after the stem: up to stride 4 ImageNet's filters transfer to any image
+FROZEN_STAGES = 1  # after the stem: ImageNet's first filters transfer to any image
+FROZEN_STRIDE = 2  # of the last frozen stage
 OUTPUT_STAGES = (1, 2, 4, 6)  # the last stages at strides 4, 8, 16 and 32
 WIDTHS = tuple(STAGES[index].width for index in OUTPUT_STAGES)
 
@@ -116,7 +117,7 @@ class EfficientNetLite0(nn.Module):
         self._frozen: list[nn.Module] = []
 
     def freeze(self) -> None:
-        """Freeze the early stages: they transfer and are expensive to train."""
+        """Freeze the early stages: they transfer, and most of the work is at their size."""
         self._frozen = [self.stem, *self.stages[:FROZEN_STAGES]]
         for part in self._frozen:
             part.requires_grad_(False).eval()
