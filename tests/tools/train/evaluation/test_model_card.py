@@ -8,7 +8,11 @@ from onemap_tools.train.evaluation.model_card import model_card
 from onemap_tools.train.evaluation.plots import CONFUSION_FILE, RELIABILITY_FILE
 
 FACTS = dict.fromkeys(
-    ("parameters", "encode_ms", "words", "neutral", "frames", "apartments", "temperature"), 1
+    (
+        *("parameters", "encode_ms", "words", "neutral", "frames", "apartments"),
+        *("temperature", "frozen_stride"),
+    ),
+    1,
 )
 
 
@@ -26,6 +30,14 @@ def part(accuracy: float) -> dict[str, Any]:
         "iou_by_class": {"sofa": 0.4, "wall": 0.6},
         "class_names": ["wall", "sofa"],
         "confusion": [[100, 0], [10, 90]],
+        "miou_of_perfect_patches": 0.875,
+        "iou_of_perfect_patches": {"sofa": 0.75, "wall": 1.0},
+        "best_answer": {
+            "calibration_error": 0.03125,
+            "sure": 0.5,
+            "wrong_of_sure": 0.25,
+            "strangers": {"stranger": {"patches": 9, "sure": 0.3}},
+        },
         "reliability": [{"stated": 0.1, "right": 0.2, "count": 5.0}],
     }
 
@@ -36,13 +48,17 @@ def test_the_card_states_the_figures() -> None:
         "facts": FACTS,
         "held_out": part(0.9),
         "other_style": part(0.8),
+        "validation": part(0.7),
     }
     card = model_card(evaluation, "Notes on this training.")
     assert "encoder `mini-1234`" in card
-    assert "| pixel accuracy | 0.900 | 0.800 |" in card
-    assert "| R-precision, class names | 0.750 | 0.750 |" in card
-    assert "| pictures | 7 | 7 |" in card
+    assert "| pixel accuracy | 0.900 | 0.800 | 0.700 |" in card
+    assert "| R-precision, class names | 0.750 | 0.750 | 0.750 |" in card
+    assert "| pictures | 7 | 7 | 7 |" in card
     assert "sofa 0.40, wall 0.60" in card
+    assert "calibration error of the best answer | 0.031 |" in card
+    assert "the validation style 0.30 of the patches of things without a name have a" in card
+    assert "a mIoU of 0.88 (lowest: sofa 0.75, wall 1.00)" in card
     first = card.split("| of the pixels of | are taken for | share |")[1].splitlines()[2]
     assert first == "| sofa | wall | 0.10 |"
     assert "| 0.10 | 0.20 | 5 |" in card

@@ -86,11 +86,16 @@ class _RetrievalMetrics:
 def evaluate(
     encoder: Encoder, vocabulary: Vocabulary, frames: FrameDataset, progress: Callable[[int], None]
 ) -> dict[str, object]:
-    """All figures over the frames; ``progress`` receives the number done."""
+    """All figures over the frames; ``progress`` receives the number done.
+
+    Those of perfect patches say what patches of 8 x 8 pixels allow: every patch knows the true
+    shares of its classes.
+    """
     names = WordQueries.of([(name, i) for i, name in enumerate(vocabulary.names)], encoder)
     held_out = WordQueries.of(held_out_queries(vocabulary), encoder)
     classes = len(vocabulary.names)
     counts: I64 = np.zeros((classes, classes), np.int64)
+    perfect: I64 = np.zeros((classes, classes), np.int64)
     retrieval = {
         "names": _RetrievalMetrics(len(names.texts)),
         "held_out": _RetrievalMetrics(len(held_out.texts)),
@@ -110,9 +115,11 @@ def evaluate(
         observed.append(shares[:: columns // 2].ravel())
         cosines = (flat @ names.queries.embeddings.T).reshape(rows, columns, classes)
         counts += metrics.confusion(label, _pixel_classes(cosines, label.shape), classes)
+        exact = _pixel_classes(shares.reshape(rows, columns, classes), label.shape)
+        perfect += metrics.confusion(label, exact, classes)
         progress(number + 1)
     bins = metrics.reliability(_concatenate(stated), _concatenate(observed))
-    per_class = metrics.iou(counts)
+    per_class, limit = metrics.iou(counts), metrics.iou(perfect)
     return {
         "frames": len(frames),
         "pixel_accuracy": metrics.accuracy(counts),
@@ -124,6 +131,8 @@ def evaluate(
         "reliability": bins,
         "calibration_error": metrics.calibration_error(bins),
         "iou_by_class": _ascending(vocabulary.names, per_class),
+        "miou_of_perfect_patches": float(np.nanmean(limit)),
+        "iou_of_perfect_patches": _ascending(vocabulary.names, limit),
         "class_names": list(vocabulary.names),
         "confusion": counts.tolist(),
     }
