@@ -44,12 +44,15 @@ def test_the_summary_names_the_worst_words() -> None:
         "miou": 0.6,
         "calibration_error": 0.02,
         "detector": {"precision": 0.8, "recall": 0.4},
+        "best_answer": {"calibration_error": 0.125, "sure": 0.75, "wrong_of_sure": 0.25},
         "names": words,
         "held_out_aliases": words,
     }
-    lines = list(summary_lines({"encoder_id": "mini-1", "held_out": part, "other_style": part}))
+    sets = dict.fromkeys(("held_out", "other_style", "validation"), part)
+    lines = list(summary_lines({"encoder_id": "mini-1", **sets}))
     assert lines[0] == "encoder mini-1"
     assert "held_out: 2 frames, 3 classes" in lines
-    assert "    worst: word0 0.00" in lines[5]
-    assert "word7 0.35" in lines[5]
-    assert "word8" not in lines[5]
+    assert "best answers: calibration error 0.125" in lines[3]
+    assert "    worst: word0 0.00" in lines[6]
+    assert "word7 0.35" in lines[6]
+    assert "word8" not in lines[6]

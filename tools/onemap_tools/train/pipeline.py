@@ -1,13 +1,14 @@
 """The four steps of making the encoder: render, train, export, evaluate.
 
-Each shows a progress bar. The work folder holds ``train``, ``calibrate``, ``held_out`` and
-``other_style`` (frames) and ``run`` (checkpoint and log).
+Each shows a progress bar. The work folder holds ``train``, ``calibrate``, ``held_out``,
+``other_style`` and ``validation`` (frames) and ``run`` (checkpoint and log).
 """
 
 from __future__ import annotations
 
 import ctypes
 import json
+import os
 import shutil
 import sys
 import time
@@ -31,6 +32,7 @@ from onemap_tools.export.mini import compare_with_torch, export_network, write_e
 from onemap_tools.export.onnx_file import MIN_COSINE
 from onemap_tools.train.data.frame_dataset import (
     EVALUATION_SEEDS,
+    NAMELESS,
     TRAIN_SEEDS,
     FrameDataset,
     FrameSetSpec,
@@ -38,21 +40,30 @@ from onemap_tools.train.data.frame_dataset import (
     render_frames,
 )
 from onemap_tools.train.data.text_targets import build_text_bank
+from onemap_tools.train.evaluation.best_answers import best_answers
 from onemap_tools.train.evaluation.calibration import DEFAULT_CALIBRATION, fit_temperature
 from onemap_tools.train.evaluation.evaluate import evaluate
 from onemap_tools.train.evaluation.model_card import model_card
 from onemap_tools.train.evaluation.plots import draw_confusion, draw_reliability
+from onemap_tools.train.network.backbone import FROZEN_STRIDE, find_backbone_weights
 from onemap_tools.train.network.backbone import INSTALL as INSTALL_BACKBONE
-from onemap_tools.train.network.backbone import find_backbone_weights
 from onemap_tools.train.network.mini_network import MiniNetwork
 from onemap_tools.train.params import TrainParams
 from onemap_tools.train.train_state import load_averaged_network
 from onemap_tools.train.trainer import TrainingProgress, train_mini
+from onemap_tools.train.variety.kinds import VALIDATION, VARIED
+from onemap_tools.train.variety.strangers import STRANGER
 
 NOTES_FILE = "NOTES.md"  # on one particular training; the model card ends with it
 TIMED_IMAGES = 50
 COMPARED_IMAGES = 5  # between torch and ONNX
-EVALUATION_TITLES = {"held_out": "held-out apartments", "other_style": "held-out style"}
+EVALUATION_TITLES = {
+    "held_out": "held-out apartments",
+    "other_style": "held-out style",
+    "validation": "validation style",
+}
+VARIED_SHARE = 0.65  # of the apartments trained on; the rest are the simulator's own
+MAX_BATCH_THREADS = 8  # beside a GPU; one keeps up with a CPU
 # Of glibc's malloc.h.
 M_TRIM_THRESHOLD, M_MMAP_MAX = -1, -4
 UNLIMITED_BYTES = 2**31 - 1
@@ -79,12 +90,23 @@ class TrainingFolders:
 
 
 def frame_sets(apartments: int, per_apartment: int) -> dict[str, FrameSetSpec]:
-    """The frames to render, by folder. No seed occurs in two of them."""
+    """The frames to render, by folder. No seed occurs in two of them.
+
+    The validation style is neither trained on nor reported as a held-out style: the temperature
+    is fitted on some of its apartments, other trainings are compared by the rest.
+    """
+    seeds = EVALUATION_SEEDS
     return {
-        "held_out": FrameSetSpec(tuple(EVALUATION_SEEDS[:30]), 20),
-        "other_style": FrameSetSpec(tuple(EVALUATION_SEEDS[30:60]), 20, style=HELD_OUT),
-        "calibrate": FrameSetSpec(tuple(EVALUATION_SEEDS[60:75]), 20),
-        "train": FrameSetSpec(tuple(TRAIN_SEEDS[:apartments]), per_apartment),
+        "held_out": FrameSetSpec(tuple(seeds[:30]), 20),
+        "other_style": FrameSetSpec(tuple(seeds[30:60]), 20, style=HELD_OUT),
+        "calibrate": FrameSetSpec(tuple(seeds[60:75]), 20, variety=VALIDATION),
+        "validation": FrameSetSpec(tuple(seeds[75:90]), 20, variety=VALIDATION),
+        "train": FrameSetSpec(
+            tuple(TRAIN_SEEDS[:apartments]),
+            per_apartment,
+            variety=VARIED,
+            varied_share=VARIED_SHARE,
+        ),
     }
 
 
@@ -109,7 +131,8 @@ def train(folders: TrainingFolders, params: TrainParams, device: str, threads: i
         raise TrainingError(f"the backbone's pretrained weights are missing: {INSTALL_BACKBONE}")
     keep_freed_memory()
     torch.set_num_threads(threads)
-    automatic = "cuda" if torch.cuda.is_available() else "cpu"
+    chosen = torch.device(_device(device))
+    ahead = 1 if chosen.type == "cpu" else min(os.cpu_count() or 1, MAX_BATCH_THREADS)
     with _progress_bar("training", params.total_steps) as show:
 
         def report(progress: TrainingProgress) -> None:
@@ -119,10 +142,16 @@ def train(folders: TrainingFolders, params: TrainParams, device: str, threads: i
             frames,
             bank,
             folders.work / "run",
-            params=params.model_copy(update={"backbone_weights": weights}),
-            device=torch.device(automatic if device == "auto" else device),
+            params=params.model_copy(update={"backbone_weights": weights, "batch_threads": ahead}),
+            device=chosen,
             report=report,
         )
+
+
+def _device(device: str) -> str:
+    """The device's name; auto: CUDA where there is one."""
+    automatic = "cuda" if torch.cuda.is_available() else "cpu"
+    return automatic if device == "auto" else device
 
 
 def keep_freed_memory() -> bool:
@@ -178,13 +207,30 @@ def evaluate_encoder(folders: TrainingFolders) -> dict[str, Any]:
     }
     for name in EVALUATION_TITLES:
         frames = _open_frames(folders, name)
-        with _progress_bar(f"evaluating {name}", len(frames)) as show:
+        with _progress_bar(f"evaluating {name}", 2 * len(frames)) as show:
 
             def progress(done: int, show: ShowProgress = show) -> None:
                 show(done, "")
 
-            result[name] = evaluate(encoder, folders.vocabulary, frames, progress)
+            result[name] = _figures(encoder, folders.vocabulary, frames, progress)
     return result
+
+
+def _figures(
+    encoder: MiniEncoder, vocabulary: Vocabulary, frames: FrameDataset, show: Callable[[int], None]
+) -> dict[str, Any]:
+    """The figures of a set, and the trust in the best answers, also about nameless things."""
+    figures = evaluate(encoder, vocabulary, frames, show)
+    nameless = len(vocabulary.names)
+    pairs = [
+        (rgb, np.where(label == NAMELESS, np.uint8(nameless), label))
+        for rgb, label in zip(frames.rgb, frames.label, strict=True)
+    ]
+    shown = len(frames)
+    figures["best_answer"] = best_answers(
+        encoder, vocabulary.names, pairs, lambda done: show(shown + done), (STRANGER,)
+    )
+    return figures
 
 
 def write_card(folders: TrainingFolders, figures: dict[str, Any]) -> Path:
@@ -213,6 +259,7 @@ def _measure_facts(folders: TrainingFolders, encoder: MiniEncoder) -> dict[str, 
         "neutral": len(vocabulary.neutral),
         "frames": len(frames),
         "apartments": frames.scenes,
+        "frozen_stride": FROZEN_STRIDE,
         "temperature": encoder.embed_text(vocabulary.names[:1]).temperature,
     }
 
