@@ -25,7 +25,7 @@ app = typer.Typer(
 # What three hours on two CPU cores have room for, with a margin: docs/encoders.md.
 APARTMENTS = 750
 PER_APARTMENT = 16
-STEPS = 9_000  # about two hours on two CPU cores
+STEPS = 10_000  # about two hours on two CPU cores
 SEED = 0
 CORES = os.cpu_count() or 1
 EVALUATED = ("held_out", "other_style", "validation")

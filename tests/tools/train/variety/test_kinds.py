@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import pickle
+
+import pytest
+
 from onemap_simulator.generation import textures
 from onemap_simulator.generation.style import HELD_OUT
 from onemap_tools.train.variety import surfaces
-from onemap_tools.train.variety.kinds import VALIDATION, VARIED, VARIETIES
+from onemap_tools.train.variety.kinds import VALIDATION, VARIED, Variety
 
 
 def test_training_and_validation_share_no_texture_and_no_warp() -> None:
@@ -26,7 +30,6 @@ def test_neither_uses_a_texture_of_the_held_out_style() -> None:
     assert held_out <= set(textures.FAMILIES)
 
 
-def test_every_variety_is_found_by_its_name() -> None:
-    assert {name: variety.name for name, variety in VARIETIES.items()} == {
-        name: name for name in VARIETIES
-    }
+@pytest.mark.parametrize("variety", [VARIED, VALIDATION])
+def test_a_variety_reaches_the_processes_that_render(variety: Variety) -> None:
+    assert pickle.loads(pickle.dumps(variety)) == variety

@@ -101,4 +101,3 @@ VALIDATION = Variety(
     exposure=(-0.6, 0.5),
     own_camera=True,
 )
-VARIETIES = {variety.name: variety for variety in (VARIED, VALIDATION)}
