@@ -67,11 +67,15 @@ FIELD_RECEIPTS = Topic("map/field_receipts/v1", m.FrameReceipt)
 FIELD = Topic("perception/field/v1", m.FeatureField, Delivery.FRAME, receipts=FIELD_RECEIPTS)
 DETECTIONS = Topic("perception/detections/v1", m.Detections)
 EMBED_TEXT = Procedure("perception/embed_text/v1", m.TextRequest, m.TextEmbeddings)
+EMBED_IMAGE = Procedure("perception/embed_image/v1", m.ImageRequest, m.TextEmbeddings)
 
 MAP_REVISION = Topic("map/revision/v1", m.MapRevision, latched=True)
 MAP_QUERIES = Topic("map/queries/v1", m.AnsweredQuery)
 # A known text must not wait for new ones, which wait for perception.
 MAP_SIMILARITY = Procedure("map/similarity/v1", m.SimilarityRequest, m.SimilarityReply, parallel=32)
+MAP_IMAGE_SIMILARITY = Procedure(
+    "map/image_similarity/v1", m.ImageSimilarityRequest, m.SimilarityReply, parallel=4
+)
 MAP_SEARCH_VIEW = Procedure("map/search_view/v1", m.SearchViewRequest, m.SearchView)
 MAP_SEARCH_RESET = Procedure("map/search_reset/v1", m.SearchReset, m.MapSummary)
 MAP_SAVE = Procedure("map/save/v1", m.MapFile, m.MapSummary)
@@ -150,7 +154,7 @@ ROLES: Mapping[str, Access] = {
         names=("perception",),
         publishes=(FIELD, DETECTIONS, RGBD_RECEIPTS),
         subscribes=(ROBOT_RGBD, SEARCH_STATE, FIELD_RECEIPTS),
-        serves=(EMBED_TEXT,),
+        serves=(EMBED_TEXT, EMBED_IMAGE),
     ),
     "mapper": Access(
         names=("mapper",),
@@ -158,6 +162,7 @@ ROLES: Mapping[str, Access] = {
         subscribes=(FIELD, ROBOT_POSE_GRAPH),
         serves=(
             MAP_SIMILARITY,
+            MAP_IMAGE_SIMILARITY,
             MAP_SEARCH_VIEW,
             MAP_SEARCH_RESET,
             MAP_SAVE,
@@ -172,7 +177,7 @@ ROLES: Mapping[str, Access] = {
             MAP_OBJECT,
             MAP_FORGET,
         ),
-        calls=(EMBED_TEXT,),
+        calls=(EMBED_TEXT, EMBED_IMAGE),
     ),
     "planner": Access(
         names=("planner",),
@@ -195,6 +200,7 @@ ROLES: Mapping[str, Access] = {
         ),
         calls=(
             MAP_SIMILARITY,
+            MAP_IMAGE_SIMILARITY,
             MAP_SEARCH_VIEW,
             MAP_SAVE,
             MAP_LOAD,

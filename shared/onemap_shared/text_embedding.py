@@ -1,9 +1,11 @@
-"""Requests text embeddings from perception, the only service with a text encoder."""
+"""Requests embeddings of texts and images from perception, the only service with an encoder."""
 
 from __future__ import annotations
 
-from onemap_shared.keys import EMBED_TEXT
-from onemap_shared.messages import TextEmbeddings, TextRequest
+from typing import TypeVar
+
+from onemap_shared.keys import EMBED_IMAGE, EMBED_TEXT, Procedure
+from onemap_shared.messages import ImageRequest, TextEmbeddings, TextRequest
 from onemap_shared.transport import (
     CALL_TIMEOUT_S,
     Bus,
@@ -12,6 +14,8 @@ from onemap_shared.transport import (
     RemoteError,
     RequestRejected,
 )
+
+Q = TypeVar("Q")
 
 
 def embed_texts(
@@ -22,15 +26,29 @@ def embed_texts(
     Its code is perception's own (``unknown_word``), ``perception_missing`` where none
     runs, or ``perception_silent`` where no answer came in time.
     """
+    return _asked(bus, EMBED_TEXT, TextRequest(texts), timeout_s, what="words")
+
+
+def embed_image(bus: Bus, image: bytes, timeout_s: float = CALL_TIMEOUT_S) -> TextEmbeddings:
+    """The embedding of a PNG or JPEG, or ``RequestRejected``, with codes as above.
+
+    Perception's own are ``bad_image`` and ``no_image_queries``.
+    """
+    return _asked(bus, EMBED_IMAGE, ImageRequest(image), timeout_s, what="images")
+
+
+def _asked(
+    bus: Bus, procedure: Procedure[Q, TextEmbeddings], request: Q, timeout_s: float, *, what: str
+) -> TextEmbeddings:
     try:
-        return bus.call(EMBED_TEXT, TextRequest(texts), timeout_s)
+        return bus.call(procedure, request, timeout_s)
     except RemoteError as problem:
         raise RequestRejected(problem.code, str(problem), problem.details) from problem
     except NoReply as problem:
         raise RequestRejected(
-            "perception_missing", "perception does not run, so words cannot be looked up"
+            "perception_missing", f"perception does not run, so {what} cannot be looked up"
         ) from problem
     except CallError as problem:
         raise RequestRejected(
-            "perception_silent", "perception did not look the words up in time: try again"
+            "perception_silent", f"perception did not look the {what} up in time: try again"
         ) from problem

@@ -44,6 +44,8 @@ KEPT = m.KeptObject(
     (4.0, 6.0, 20.0, 18.0), 3, (0.3, 0.7),
 )  # fmt: skip
 
+PNG = b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR\x00\x00\x00\x40\x00\x00\x00\x30\x08\x02"  # 64 x 48
+
 
 def f32(*shape: int) -> np.ndarray:
     """Finite, positive, not constant."""
@@ -66,6 +68,8 @@ SAMPLES: tuple[Any, ...] = (
         np.array([0, 1, 1], np.int32), b"jpeg", 0.5,
     ),
     m.TextRequest(("sofa", "teddy bear")),
+    m.ImageRequest(PNG),
+    m.ImageSimilarityRequest(PNG, m.SimilarityRequest("the image", 3, area_m=(0.0, 0.0, 1.0, 1.0))),
     m.TextEmbeddings(
         "mini-1", "minilm", ("sofa",), f32(1, 4), f32(3, 4), np.ones((1, 3), np.uint8), 20.0,
         0.3, (("armchair", "bed"),),

@@ -51,7 +51,7 @@ NOT_USED_HERE = {"robot": {keys.ROBOT_POSE_GRAPH.key}}  # of robots that correct
 SHARED_USE = {
     "robot": {keys.RGBD_RECEIPTS.key},  # bus
     "perception": {keys.FIELD_RECEIPTS.key},  # bus
-    "mapper": {keys.EMBED_TEXT.key},  # text_embedding
+    "mapper": {keys.EMBED_TEXT.key, keys.EMBED_IMAGE.key},  # text_embedding
     "planner": {keys.EMBED_TEXT.key},  # text_embedding
 }
 

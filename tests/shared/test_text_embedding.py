@@ -8,10 +8,10 @@ import pytest
 
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
-from onemap_shared.messages import TextEmbeddings, TextRequest
-from onemap_shared.text_embedding import embed_texts
+from onemap_shared.messages import ImageRequest, TextEmbeddings, TextRequest
+from onemap_shared.text_embedding import embed_image, embed_texts
 from onemap_shared.transport import RequestRejected
-from tests.shared.samples import SAMPLES
+from tests.shared.samples import PNG, SAMPLES
 
 EMBEDDINGS = next(each for each in SAMPLES if isinstance(each, TextEmbeddings))
 
@@ -40,3 +40,25 @@ def test_nobody_there_a_refusal_and_silence_are_told_apart() -> None:
         embed_texts(caller, ("slow",), timeout_s=0.01)
     assert silent.value.code == "perception_silent"
     released.set()
+
+
+def test_an_image_is_embedded_or_refused_with_perceptions_code() -> None:
+    router = MemoryRouter()
+    caller, perception = router.bus(), router.bus("perception")
+    with pytest.raises(RequestRejected, match="so images cannot be looked up") as missing:
+        embed_image(caller, PNG)
+    assert missing.value.code == "perception_missing"
+    asked: list[bytes] = []
+
+    def answer(request: ImageRequest) -> TextEmbeddings:
+        asked.append(request.image)
+        if len(asked) > 1:
+            raise RequestRejected("bad_image", "cut off")
+        return EMBEDDINGS
+
+    perception.serve(keys.EMBED_IMAGE, answer)
+    assert embed_image(caller, PNG).texts == EMBEDDINGS.texts
+    assert asked == [PNG]
+    with pytest.raises(RequestRejected, match="cut off") as refused:
+        embed_image(caller, PNG)
+    assert refused.value.code == "bad_image"

@@ -30,6 +30,7 @@ from onemap_shared.messages.checks import (
 from onemap_shared.messages.choice import MAX_GOAL_OPTIONS, NO_CHOICE, GoalChoice, GoalOption
 from onemap_shared.messages.ground_truth import Truth, TruthRequest
 from onemap_shared.messages.health import Heartbeat
+from onemap_shared.messages.images import MAX_IMAGE_BYTES, check_image
 from onemap_shared.messages.link import FrameReceipt
 from onemap_shared.messages.map import (
     MAX_FILE_TEXT_CHARS,
@@ -66,6 +67,7 @@ from onemap_shared.messages.perception import (
     SAME_MEANING_COSINE,
     Detections,
     FeatureField,
+    ImageRequest,
     TextEmbeddings,
     TextRequest,
 )
@@ -94,6 +96,7 @@ from onemap_shared.messages.search import (
 from onemap_shared.messages.similarity import (
     MAX_NEGATIVES,
     AnsweredQuery,
+    ImageSimilarityRequest,
     SimilarityReply,
     SimilarityRequest,
 )
@@ -103,6 +106,7 @@ __all__ = [
     "FINAL_STATES",
     "MAX_FILE_TEXT_CHARS",
     "MAX_GOAL_OPTIONS",
+    "MAX_IMAGE_BYTES",
     "MAX_KEYFRAMES",
     "MAX_LISTED_MAPS",
     "MAX_LISTED_OBJECTS",
@@ -125,6 +129,8 @@ __all__ = [
     "GoalChoice",
     "GoalOption",
     "Heartbeat",
+    "ImageRequest",
+    "ImageSimilarityRequest",
     "KeptObject",
     "Layer",
     "MapClear",
@@ -168,6 +174,7 @@ __all__ = [
     "TruthRequest",
     "VelocityCommand",
     "Verdict",
+    "check_image",
     "check_text",
     "expect",
     "expect_finite",

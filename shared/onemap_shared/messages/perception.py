@@ -15,6 +15,7 @@ from onemap_shared.messages.checks import (
     expect_finite,
     expect_share,
 )
+from onemap_shared.messages.images import check_image
 
 # Texts of an encoder without neutral words mean the same from this cosine on. Not measured (no
 # weights are at hand); chosen high, so that paraphrases rather fail to compete than block.
@@ -128,8 +129,24 @@ class TextRequest:
 
 
 @dataclass(frozen=True, slots=True)
+class ImageRequest:
+    """A picture of one thing to embed, so that it can be asked for as a text can.
+
+    Attributes:
+        image: a PNG or JPEG of 16 to 4096 pixels on each side, at most 512 kB.
+    """
+
+    image: bytes
+
+    def __post_init__(self) -> None:
+        check_image(self.image)
+
+
+@dataclass(frozen=True, slots=True)
 class TextEmbeddings:
     """Embeddings of texts, with the calibration that turns a cosine into a score.
+
+    An image has one too, in the place of a text's.
 
     score = softmax over {text, competing neutrals} of temperature * cosine. Without neutral words
     (M = 0) the encoder has no calibration and score = (1 + cosine) / 2.

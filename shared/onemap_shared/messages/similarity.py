@@ -8,7 +8,8 @@ import numpy as np
 
 from onemap_shared.geometry import F32, I32, I64, MAX_COORDINATE_M
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages.checks import clean_texts, expect, expect_share
+from onemap_shared.messages.checks import ADDED, clean_texts, expect, expect_share
+from onemap_shared.messages.images import check_image
 from onemap_shared.messages.verdict import NO_VERDICT, MapVerdict, Verdict
 
 MAX_NEGATIVES = 10  # texts that compete with one text
@@ -57,6 +58,25 @@ def _check_area(area_m: tuple[float, ...]) -> None:
         )
     if area_m[0] >= area_m[2] or area_m[1] >= area_m[3]:
         raise ValueError(f"area_m is {list(area_m)}; x_min < x_max and y_min < y_max must hold")
+
+
+@dataclass(frozen=True, slots=True)
+class ImageSimilarityRequest:
+    """Request for the regions of the map most similar to what a picture shows.
+
+    Attributes:
+        image: a PNG or JPEG of 16 to 4096 pixels on each side, at most 512 kB.
+        query: the rest of the request; its text only names the image in the reply, and it has no
+            negatives: features are more alike than a text and a feature, so that no text competes.
+    """
+
+    image: bytes
+    query: SimilarityRequest
+
+    def __post_init__(self) -> None:
+        check_image(self.image)
+        if self.query.negatives:
+            raise ValueError("an image has no negatives: texts do not compete with it")
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +143,7 @@ class SimilarityReply:
             as 0 above.
         verdict: whether the object is on the map.
         heights_m: (N, 2) between which heights above the floor the match lies; NaN: not known.
+        calibrated: whether the scores are probabilities; if not, only their order means anything.
     """
 
     text: str
@@ -144,6 +165,7 @@ class SimilarityReply:
     best_views: F32 = field(default_factory=lambda: np.zeros((0, 3), np.float32))
     verdict: MapVerdict = NO_VERDICT
     heights_m: F32 = field(default_factory=lambda: np.zeros((0, 2), np.float32))
+    calibrated: bool = field(default=False, metadata=ADDED)
 
     def __post_init__(self) -> None:
         count, corners = len(self.scores), len(self.outline_owner)
