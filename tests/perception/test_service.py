@@ -9,6 +9,7 @@ import pytest
 
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors.patches import PatchDetector, PatchesParams
+from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import OutOfDeviceMemoryError
 from onemap_perception.service import Perception, PerceptionComponents, build
 from onemap_perception.variance import VarianceParams
@@ -18,6 +19,7 @@ from onemap_shared.memory_bus import MemoryBus, MemoryRouter
 from onemap_shared.messages import (
     Detections,
     FrameReceipt,
+    ImageRequest,
     SearchState,
     SearchStatus,
     TextRequest,
@@ -25,8 +27,9 @@ from onemap_shared.messages import (
 from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError
 from onemap_shared.wire import Packet
+from tests.perception.encoders.test_crops import png
 from tests.perception.slow_detector import SlowDetector
-from tests.perception.toy import ColourEncoder, frame
+from tests.perception.toy import ColourEncoder, SeeingColours, frame
 
 SEARCH = SearchStatus(
     search_id="s1",
@@ -44,11 +47,11 @@ SEARCH = SearchStatus(
 class World:
     """A perception service and its neighbours on one bus."""
 
-    def __init__(self) -> None:
+    def __init__(self, encoder: Encoder | None = None) -> None:
         self.router = MemoryRouter()
         self.outside: MemoryBus = self.router.bus()
         parts = PerceptionComponents(
-            ColourEncoder(),
+            encoder or ColourEncoder(),
             PatchDetector(PatchesParams(), "toy"),
             VarianceParams(),
             frame_timeout_s=5.0,
@@ -339,3 +342,21 @@ def test_a_failing_detector_does_not_stop_the_fields() -> None:
     world.service.step(0.0)
     assert world.service.health().problem == ""  # nothing is to be detected any more
     world.service.close()
+
+
+def test_a_picture_is_embedded_as_the_encoder_sees_it() -> None:
+    caller = World(SeeingColours()).outside
+    rgb = np.zeros((32, 48, 3), np.uint8)
+    rgb[..., 1], rgb[..., 2] = 200, np.arange(48)
+    query = caller.call(keys.EMBED_IMAGE, ImageRequest(png(rgb)))
+    assert query.embeddings[0].argmax() == 1
+    assert query.encoder_id == "toy"
+    with pytest.raises(RemoteError, match="cut off") as refused:
+        caller.call(keys.EMBED_IMAGE, ImageRequest(png(rgb)[:80]))
+    assert refused.value.code == "bad_image"
+
+
+def test_an_encoder_that_takes_no_pictures_says_so(world: World) -> None:
+    with pytest.raises(RemoteError, match="the encoder toy takes no images") as refused:
+        world.outside.call(keys.EMBED_IMAGE, ImageRequest(png(frame().rgb)))
+    assert refused.value.code == "no_image_queries"

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from onemap_perception.encoders.crops import mean_feature
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.errors import UnknownWordError
 from onemap_shared.camera import Intrinsics
@@ -63,3 +65,12 @@ def frame(sequence: int = 1, *, rgb: U8 | None = None, depth_mm: int = 2000) -> 
         intrinsics=CAMERA,
         T_map_camera=np.eye(4),
     )
+
+
+class SeeingColours(ColourEncoder):
+    """Implements ``ImageEncoder``: an image means its mean colour."""
+
+    def embed_image(self, rgb: U8) -> TextEmbeddings:
+        features = self.encode(rgb)
+        colour = mean_feature(features, np.ones(features.shape[:2], np.float32))
+        return replace(self.embed_text(("red",)), texts=("image",), embeddings=colour[None])

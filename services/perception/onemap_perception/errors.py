@@ -26,3 +26,7 @@ class UnknownWordError(Exception):
     def __init__(self, message: str, words: Mapping[str, tuple[str, ...]]) -> None:
         super().__init__(message)
         self.words = dict(words)
+
+
+class ImageError(Exception):
+    """A picture that cannot be a query; one sentence for the user, with what to do."""

@@ -9,8 +9,14 @@ from dataclasses import dataclass
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detector_runner import DetectorRunner
 from onemap_perception.detectors.protocol import Detector
-from onemap_perception.encoders.protocol import Encoder
-from onemap_perception.errors import BackendError, OutOfDeviceMemoryError, UnknownWordError
+from onemap_perception.encoders.crops import decoded
+from onemap_perception.encoders.protocol import Encoder, ImageEncoder
+from onemap_perception.errors import (
+    BackendError,
+    ImageError,
+    OutOfDeviceMemoryError,
+    UnknownWordError,
+)
 from onemap_perception.factory import make_detector, make_encoder
 from onemap_perception.feature_field import feature_field
 from onemap_perception.frame_picture import with_picture
@@ -21,6 +27,7 @@ from onemap_shared import keys, tracing
 from onemap_shared.geometry import F16
 from onemap_shared.messages import (
     FrameReceipt,
+    ImageRequest,
     RgbdFrame,
     SearchStatus,
     TextEmbeddings,
@@ -58,6 +65,7 @@ class Perception:
         self._fields = bus.publish(keys.FIELD)
         self._detections = bus.publish(keys.DETECTIONS)
         bus.serve(keys.EMBED_TEXT, self.embed_text)
+        bus.serve(keys.EMBED_IMAGE, self.embed_image)
 
     def step(self, timeout_s: float) -> None:
         """Encode the newest frame, if one arrives in time; detect the target of the search."""
@@ -108,6 +116,19 @@ class Perception:
         except UnknownWordError as problem:
             words = [{"word": w, "did_you_mean": list(near)} for w, near in problem.words.items()]
             raise RequestRejected("unknown_word", str(problem), {"words": words}) from problem
+
+    def embed_image(self, request: ImageRequest) -> TextEmbeddings:
+        """Answer of ``perception/embed_image``; refused with bad_image or no_image_queries."""
+        encoder = self._components.encoder
+        if not isinstance(encoder, ImageEncoder):
+            raise RequestRejected(
+                "no_image_queries",
+                f"the encoder {encoder.encoder_id} takes no images: name the object in words",
+            )
+        try:
+            return encoder.embed_image(decoded(request.image))
+        except ImageError as problem:
+            raise RequestRejected("bad_image", str(problem)) from problem
 
     def _encode(self, frame: RgbdFrame) -> F16 | None:
         """Publish the frame's features and return them; None if that failed."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -209,3 +210,23 @@ def test_the_card_holds_what_the_generator_would_write_of_these_weights() -> Non
 
 def test_it_ships_small() -> None:
     assert sum(path.stat().st_size for path in SHIPPED.iterdir()) < MAX_SHIPPED_BYTES
+
+
+def test_an_image_is_asked_as_a_word_that_names_no_class(encoder: Encoder) -> None:
+    assert isinstance(encoder, MiniEncoder)
+    query = encoder.embed_image(noise(60, 90))
+    words = encoder.embed_text(["sofa"])
+    assert (query.encoder_id, query.text_space) == (words.encoder_id, words.text_space)
+    assert (query.embeddings.shape, query.floor, query.nearest) == ((1, 384), 0.0, ())
+    assert np.linalg.norm(query.embeddings) == pytest.approx(1, abs=1e-4)
+    np.testing.assert_array_equal(query.neutral, words.neutral)
+    assert query.temperature == words.temperature
+
+
+@pytest.mark.parametrize("scale", [2, 5])
+def test_an_image_means_the_same_at_any_size(encoder: Encoder, scale: int) -> None:
+    assert isinstance(encoder, MiniEncoder)
+    sizes = ((80, 60), (80 * scale, 60 * scale))
+    images = (cv2.resize(noise(6, 8), size, interpolation=cv2.INTER_CUBIC) for size in sizes)
+    one, other = (encoder.embed_image(image.astype(np.uint8)).embeddings[0] for image in images)
+    assert one @ other > 0.97

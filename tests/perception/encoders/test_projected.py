@@ -8,6 +8,7 @@ import pytest
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.encoders.projected import ProjectedEncoder
 from onemap_perception.encoders.protocol import Encoder, EncoderError
+from onemap_perception.errors import ImageError
 from onemap_perception.factory import make_encoder
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.geometry import F16, F32, U8
@@ -107,3 +108,23 @@ def test_mini_keeps_the_order_of_patches_in_a_third_of_its_channels() -> None:
     before, after = ranks(full), ranks(projected)
     for word in range(len(words)):
         assert np.corrcoef(before[:, word], after[:, word])[0, 1] > 0.99
+
+
+class PlanarImages(PlanarEncoder):
+    """Also takes images, which lie in the plane of the texts."""
+
+    def embed_image(self, rgb: U8) -> TextEmbeddings:
+        return self.embed_text(["image"])
+
+
+def test_an_image_is_projected_as_a_text_is() -> None:
+    projected = ProjectedEncoder(PlanarImages(), WORDS, SPAN + 1)
+    query, text = projected.embed_image(IMAGE), projected.embed_text(["image"])
+    np.testing.assert_array_equal(query.embeddings, text.embeddings)
+    assert query.text_space == projected.text_space
+
+
+def test_an_encoder_that_takes_no_images_takes_none_projected() -> None:
+    projected = ProjectedEncoder(PlanarEncoder(), WORDS, SPAN + 1)
+    with pytest.raises(ImageError, match="takes no images"):
+        projected.embed_image(IMAGE)

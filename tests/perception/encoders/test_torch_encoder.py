@@ -15,7 +15,7 @@ from onemap_perception.encoders.torch_encoder import (
     TorchEncoder,
     VisionLanguageModel,
 )
-from onemap_shared.geometry import F32
+from onemap_shared.geometry import F16, F32
 
 STRIDE_PX = 8
 
@@ -85,3 +85,30 @@ def test_texts_go_through_the_prompt_once_and_score_as_cosines() -> None:
     assert (queries.texts, queries.floor) == (("sofa", "lamp", "sofa"), 0.62)
     assert queries.neutral.shape == (0, 3)
     np.testing.assert_allclose(np.linalg.norm(queries.embeddings, axis=1), 1, atol=1e-6)
+
+
+@pytest.mark.parametrize("shape", [(60, 20), (20, 60), (24, 32)])
+def test_an_image_is_the_mean_of_the_patches_that_show_it(shape: tuple[int, int]) -> None:
+    rgb = np.zeros((*shape, 3), np.uint8)
+    rgb[..., 0] = 200
+    rgb[: shape[0] // 2, :, 1] = 200
+    query = encoder(floor=0.62).embed_image(rgb)
+    red, green, blue = query.embeddings[0]
+    assert red > green > 0.3  # the half that is yellow counts half
+    assert blue < 0.02
+    assert (query.neutral.shape, query.floor) == ((0, 3), 0.0)
+    assert (query.encoder_id, query.text_space) == ("toy", "space")
+
+
+def test_images_of_any_shape_have_the_size_that_the_tower_was_made_for() -> None:
+    toy, sizes = encoder(), set[tuple[int, ...]]()
+    tower = toy.tower
+
+    def watched(pixel_values: F32) -> F16:
+        sizes.add(pixel_values.shape)
+        return tower(pixel_values)
+
+    toy.tower = watched
+    for height, width in ((16, 90), (90, 16), (240, 320)):
+        toy.embed_image(np.full((height, width, 3), 90, np.uint8))
+    assert sizes == {(1, 3, 24, 32)}

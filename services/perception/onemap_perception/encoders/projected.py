@@ -15,7 +15,8 @@ from dataclasses import replace
 import numpy as np
 from pydantic import Field
 
-from onemap_perception.encoders.protocol import Encoder, EncoderError
+from onemap_perception.encoders.protocol import Encoder, EncoderError, ImageEncoder
+from onemap_perception.errors import ImageError
 from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages import TextEmbeddings
 from onemap_shared.params import Params
@@ -72,7 +73,16 @@ class ProjectedEncoder:
 
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         """See ``Encoder``."""
-        full = self._encoder.embed_text(texts)
+        return self._within(self._encoder.embed_text(texts))
+
+    def embed_image(self, rgb: U8) -> TextEmbeddings:
+        """See ``ImageEncoder``; of the crop's feature, what lies in the basis."""
+        if not isinstance(self._encoder, ImageEncoder):
+            raise ImageError(f"the encoder {self.encoder_id} takes no images: name the object")
+        return self._within(self._encoder.embed_image(rgb))
+
+    def _within(self, full: TextEmbeddings) -> TextEmbeddings:
+        """The other encoder's embeddings in the projected space."""
         return replace(
             full,
             encoder_id=self.encoder_id,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from onemap_perception.errors import BackendError
 from onemap_shared.geometry import F16, U8
@@ -30,3 +30,15 @@ class Encoder(Protocol):
 
     def embed_text(self, texts: Sequence[str]) -> TextEmbeddings:
         """Embeddings and calibration of the texts; raises UnknownWordError."""
+
+
+@runtime_checkable
+class ImageEncoder(Encoder, Protocol):
+    """An encoder that also takes a picture of one thing for a query."""
+
+    def embed_image(self, rgb: U8) -> TextEmbeddings:
+        """The embedding of what a crop (H, W, 3) uint8 shows, in the place of a text's.
+
+        It is made of the features that ``encode`` gives its patches, so that it is consistent with
+        the map. ``floor`` is 0: it is not measured for images.
+        """

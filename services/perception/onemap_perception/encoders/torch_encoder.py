@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
+from onemap_perception.encoders.crops import framed, mean_feature, patch_shares
 from onemap_perception.encoders.image import fitted_size, pixel_values, resized
 from onemap_perception.encoders.params import TorchParams
 from onemap_perception.encoders.torch_tower import open_tower
+from onemap_perception.text.queries import IMAGE_NAME
 from onemap_perception.text.scores import uncalibrated_queries
 from onemap_perception.text.text_encoder import CachedTextEncoder, EmbedTexts
 from onemap_shared.geometry import F16, F32, U8
@@ -77,4 +79,17 @@ class TorchEncoder:
             encoder_id=self.encoder_id,
             text_space=self.text_space,
             floor=self._params.floor,
+        )
+
+    def embed_image(self, rgb: U8) -> TextEmbeddings:
+        """See ``ImageEncoder``: the mean of the patches that show the crop."""
+        image, mask = framed(rgb, self._params.warm_up_px)
+        features = self.encode(image)
+        vector = mean_feature(features, patch_shares(mask, *features.shape[:2]))
+        return uncalibrated_queries(
+            (IMAGE_NAME,),
+            vector[None],
+            encoder_id=self.encoder_id,
+            text_space=self.text_space,
+            floor=0.0,
         )

@@ -24,6 +24,7 @@ SIMILAR_SPELLING = 0.75  # share of letters in common: one typing error in a wor
 # From this share on, a word outside the table counts as a misspelling of one inside, whatever its
 # embedding: the sentence encoder places 'refridgerator' far from the refrigerator.
 MISSPELLING = 0.85
+IMAGE_NAME = "image"  # stands for the text where an image is asked for
 
 
 class QueryEncoder:
@@ -77,6 +78,21 @@ class QueryEncoder:
             temperature=self._calibration.temperature,
             floor=self._calibration.floor,
             nearest=tuple(nearest for _, _, nearest in queries),
+        )
+
+    def vector_query(self, vector: F32, *, encoder_id: str, text_space: str) -> TextEmbeddings:
+        """The query of a unit vector (D,) that is no text's, as of a picture; its floor is 0.
+
+        As a text that names no class: drawn to the classes that it is like, which do not compete.
+        """
+        return TextEmbeddings(
+            encoder_id=encoder_id,
+            text_space=text_space,
+            texts=(IMAGE_NAME,),
+            embeddings=self._expand(vector)[None],
+            neutral=self._neutral,
+            neutral_mask=self._mask(vector)[None],
+            temperature=self._calibration.temperature,
         )
 
     def _class_of(self, text: str) -> int | None:
