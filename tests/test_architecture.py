@@ -51,6 +51,8 @@ TALKS = {
     "onemap_perception.onnx": "tells onnxruntime through the environment to be quiet",
     "onemap_perception.text.text_encoder": "a cache that threads share",
     "onemap_mapper.checkpoints": "writes in a thread, and logs",
+    "onemap_mapper.image_cache": "a cache that the bus's threads share",
+    "onemap_mapper.map_queries": "asks perception for embeddings",
     "onemap_mapper.map_scores": "lets the bus's threads score a map in turn",
     "onemap_mapper.object_keeper": "answers the bus's threads",
     "onemap_mapper.pose_graph_follower": "moves submaps for a limited time, and logs",

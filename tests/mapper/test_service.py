@@ -21,6 +21,8 @@ from onemap_shared.memory_bus import MemoryBus, MemoryRouter
 from onemap_shared.messages import (
     FeatureField,
     FrameReceipt,
+    ImageRequest,
+    ImageSimilarityRequest,
     Layer,
     MapClear,
     MapDigestRequest,
@@ -41,6 +43,7 @@ from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError, RequestRejected
 from tests.mapper import scenes
 from tests.mapper.finds import object_find
+from tests.shared.samples import PNG
 
 SOFA = np.eye(16, dtype=np.float32)[3]
 WORDS = {"desk": np.eye(16, dtype=np.float32)[1], "cup": np.eye(16, dtype=np.float32)[2]}
@@ -58,6 +61,7 @@ class Rig:
         self.revisions = self.client.subscribe(keys.MAP_REVISION, capacity=100)
         self.fields = self.client.publish(keys.FIELD)
         self.asked: list[str] = []
+        self.images: list[bytes] = []
         self.floor = 0.0
         self.nearest: tuple[tuple[str, ...], ...] = ()
         self.perception: MemoryBus | None = None
@@ -83,8 +87,13 @@ class Rig:
                 self.nearest,
             )
 
+        def seen(request: ImageRequest) -> TextEmbeddings:
+            self.images.append(request.image)
+            return answer(TextRequest(("image",)))
+
         self.perception = self.router.bus("perception")
         self.perception.serve(keys.EMBED_TEXT, answer)
+        self.perception.serve(keys.EMBED_IMAGE, seen)
 
     def feed(self, *fields: FeatureField) -> None:
         for field in fields:
@@ -625,3 +634,41 @@ def test_the_digest_is_of_the_map_that_was_announced(rig: Rig) -> None:
     assert rig.client.call(keys.MAP_DIGEST, MapDigestRequest()) == before
     rig.client.call(keys.MAP_SEARCH_RESET, SearchReset("s1"))
     assert rig.client.call(keys.MAP_DIGEST, MapDigestRequest()).sha256 != before.sha256
+
+
+IMAGE = ImageSimilarityRequest(PNG, SimilarityRequest("the image"))
+
+
+def test_what_a_picture_shows_is_where_it_was_seen(rig: Rig) -> None:
+    rig.feed(*(sofa_ahead(k) for k in range(3)))
+    answers = rig.client.subscribe(keys.MAP_QUERIES)
+    reply = rig.client.call(keys.MAP_IMAGE_SIMILARITY, IMAGE)
+    text = rig.client.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
+    np.testing.assert_array_equal(reply.centres_m, text.centres_m)
+    np.testing.assert_array_equal(reply.scores, text.scores)
+    assert (reply.text, reply.verdict) == ("the image", text.verdict)
+    assert (reply.calibrated, text.calibrated) == (False, True)
+    rig.client.call(keys.MAP_IMAGE_SIMILARITY, IMAGE)
+    assert rig.images == [PNG]  # embedded once
+    answered = answers.take(0.0)
+    assert answered is not None
+    assert answered.text == "sofa"  # no recording could ask for the image again
+    assert answers.take(0.0) is None
+
+
+def test_a_picture_is_refused_as_a_text_is(rig: Rig) -> None:
+    def ask() -> object:
+        return rig.client.call(keys.MAP_IMAGE_SIMILARITY, IMAGE)
+
+    assert refusal(ask).code == "empty_map"
+    rig.feed(sofa_ahead(0))
+    assert rig.perception is not None
+    rig.perception.close()
+    assert refusal(ask).code == "perception_missing"
+    rig.embed(text_space="space-b")
+    mismatch = refusal(ask)
+    assert mismatch.code == "encoder_mismatch"
+    assert "images are embedded in space-b" in str(mismatch)
+    rig.perception.close()
+    rig.embed()  # the wrong answer was not kept
+    assert ask()

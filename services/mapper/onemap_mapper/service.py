@@ -26,6 +26,7 @@ from onemap_mapper.frame_order import FrameOrder, FrameStamp
 from onemap_mapper.frame_update import FrameUpdate, compute_update
 from onemap_mapper.kernels import jit
 from onemap_mapper.live_map import LiveMap
+from onemap_mapper.map_queries import MapQueries
 from onemap_mapper.map_scores import MapScores
 from onemap_mapper.object_keeper import ObjectKeeper
 from onemap_mapper.objects import NO_OBJECTS
@@ -40,13 +41,13 @@ from onemap_mapper.replies import (
 )
 from onemap_mapper.saved_maps import SavedMaps
 from onemap_mapper.similarity import TextQuery
-from onemap_mapper.text_cache import TextCache
 from onemap_mapper.warm_up import warm_up
 from onemap_shared import keys, tracing
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import (
     FeatureField,
     FrameReceipt,
+    ImageSimilarityRequest,
     MapClear,
     MapDigest,
     MapDigestRequest,
@@ -59,7 +60,6 @@ from onemap_shared.messages import (
     SimilarityRequest,
 )
 from onemap_shared.runner import StartError
-from onemap_shared.text_embedding import embed_texts
 from onemap_shared.transport import Bus, Health, RequestRejected
 
 LOG = logging.getLogger("onemap.mapper")
@@ -82,7 +82,7 @@ class Mapper:
         self._checkpoints = Checkpoints(config.map_folder, config, self._live)
         self._scores = MapScores(self._map, self._lock)
         self._coverages = CoverageCache(config, time.monotonic)
-        self._texts = TextCache(lambda texts: embed_texts(bus, texts), config.torch_device)
+        self._queries = MapQueries(bus, config.torch_device, self._space)
         self._encoder_seen = ""
         self._telemetry = MapperTelemetry()
         self._order = FrameOrder()
@@ -95,6 +95,7 @@ class Mapper:
         folder, height_m = config.map_folder, self._live.height_m
         self._objects = ObjectKeeper(bus, folder, config, self._announce_objects, height_m)
         bus.serve(keys.MAP_SIMILARITY, self.similarity)
+        bus.serve(keys.MAP_IMAGE_SIMILARITY, self.image_similarity)
         bus.serve(keys.MAP_SEARCH_VIEW, self.search_view)
         bus.serve(keys.MAP_SEARCH_RESET, self.reset_searched)
         bus.serve(keys.MAP_SAVE, self.save)
@@ -147,12 +148,28 @@ class Mapper:
     def similarity(self, request: SimilarityRequest) -> SimilarityReply:
         """Ranked regions for a text."""
         self._require_content()
-        query = self._query(request.text)
-        negatives = [self._query(text) for text in request.negatives]
+        query, *negatives = map(self._queries.of_text, (request.text, *request.negatives))
         return self._scoring.submit(self._similarity, request, query, negatives).result()
+
+    def image_similarity(self, request: ImageSimilarityRequest) -> SimilarityReply:
+        """Ranked regions for what a picture shows; its scores are no probabilities.
+
+        It is not announced as answered: a recording could not ask it again without the picture.
+        """
+        self._require_content()
+        query = self._queries.of_image(request.image)
+        reply = self._scoring.submit(self._answer, request.query, query).result()
+        return replace(reply, calibrated=False)
 
     def _similarity(
         self, request: SimilarityRequest, query: TextQuery, negatives: Sequence[TextQuery]
+    ) -> SimilarityReply:
+        reply = self._answer(request, query, negatives)
+        self._answered.put(answered(request, reply))
+        return reply
+
+    def _answer(
+        self, request: SimilarityRequest, query: TextQuery, negatives: Sequence[TextQuery] = ()
     ) -> SimilarityReply:
         with self._lock:  # both of the same map
             scores, coverages = self._scores, self._coverages
@@ -161,16 +178,16 @@ class Mapper:
             raise _empty()
         reply = similarity_reply(scored, request=request, params=self._config)
         coverage = coverages.coverage(scored.version, request.area_m, request.robot_xy_m)
-        reply = judged(reply, request, coverage, scored, self._config)
-        self._answered.put(answered(request, reply))
-        return reply
+        return judged(reply, request, coverage, scored, self._config)
 
     def search_view(self, request: SearchViewRequest) -> SearchView:
         """The layers, with the similarity if a text was given and the map is not empty."""
         with self._lock:
             empty = self._map.store.count == 0
-        query = None if empty or not request.text else self._query(request.text)
-        queries = [] if query is None else [query, *self._rivals(request.rivals)]
+        queries = []
+        if request.text and not empty:
+            queries = [self._queries.of_text(request.text)]
+            queries += self._queries.of_rivals(request.rivals)
         return search_view(self._scores.of(queries), text=request.text)
 
     def reset_searched(self, _request: SearchReset) -> MapSummary:
@@ -254,7 +271,7 @@ class Mapper:
         started_s = time.monotonic()
         if field.encoder_id != self._encoder_seen:
             self._encoder_seen = field.encoder_id
-            self._texts.clear()
+            self._queries.clear()
         newest = FrameStamp(self._map.sequence, self._map.stamp_ns)
         if self._order.is_late(FrameStamp(field.sequence, field.stamp_ns), newest):
             self._telemetry.late += 1
@@ -338,31 +355,10 @@ class Mapper:
             if self._map.store.count == 0:
                 raise _empty()
 
-    def _query(self, text: str) -> TextQuery:
-        """The query of a text; rejected if it is embedded in another space than the map."""
-        text_space, query = self._texts.query(text)
+    def _space(self) -> tuple[str, int]:
+        """The text space and the channels of the map."""
         with self._lock:
-            ours, dimension = self._map.text_space, self._map.dimension
-        if dimension and (text_space, query.concepts.shape[1]) != (ours, dimension):
-            self._texts.clear()  # perception may come back with the right encoder
-            raise RequestRejected(
-                "encoder_mismatch",
-                f"texts are embedded in {text_space} ({query.concepts.shape[1]} channels), but the "
-                f"map holds {ours} ({dimension} channels): clear the map or restart perception "
-                "with the map's encoder",
-            )
-        return query
-
-    def _rivals(self, names: tuple[str, ...]) -> list[TextQuery]:
-        """The queries of the names that the encoder can embed; the others are left out."""
-        queries = []
-        for name in names:
-            try:
-                queries.append(self._query(name))
-            except RequestRejected as problem:
-                if problem.code != "unknown_word":
-                    raise
-        return queries
+            return self._map.text_space, self._map.dimension
 
 
 def _empty() -> RequestRejected:
