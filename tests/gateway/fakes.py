@@ -203,11 +203,14 @@ class FakeMapper:
     objects: list[m.KeptObject] = field(default_factory=list)
     picture: bytes = PICTURE
     asked: list[m.SimilarityRequest] = field(default_factory=list)
+    images: list[bytes] = field(default_factory=list)
+    image_problem: RequestRejected | None = None
     merged: list[m.MapMerge] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.bus = self.router.bus("mapper")
         self.bus.serve(keys.MAP_SIMILARITY, self.similarity)
+        self.bus.serve(keys.MAP_IMAGE_SIMILARITY, self._image_similarity)
         self.bus.serve(keys.MAP_SEARCH_VIEW, self._view)
         self.bus.serve(keys.MAP_SAVE, self._save)
         self.bus.serve(keys.MAP_LOAD, self._load)
@@ -222,6 +225,13 @@ class FakeMapper:
     def _check(self, text: str) -> None:
         if text not in self.vocabulary:
             raise RequestRejected("unknown_word", f"the encoder does not know {text!r}")
+
+    def _image_similarity(self, request: m.ImageSimilarityRequest) -> m.SimilarityReply:
+        if self.image_problem is not None:
+            raise self.image_problem
+        self.images.append(request.image)
+        reply = self.similarity(replace(request.query, text="sofa"))
+        return replace(reply, text=request.query.text, calibrated=False)
 
     def similarity(self, request: m.SimilarityRequest) -> m.SimilarityReply:
         self._check(request.text)
@@ -251,6 +261,7 @@ class FakeMapper:
                 m.Verdict.NOT_LOOKED_YET if absent else m.Verdict.FOUND, 6.0, 2.0, 1, (1.5, 0.5)
             ),
             heights_m=np.array([[0.1, 0.9], [np.nan] * 2], np.float32)[:count],
+            calibrated=True,
         )
 
     def _view(self, request: m.SearchViewRequest) -> m.SearchView:

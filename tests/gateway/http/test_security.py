@@ -20,6 +20,7 @@ from onemap_gateway.http.access import LOCK_S, MAX_FAILURES
 from onemap_gateway.http.security import (
     LIVE_PROTOCOL,
     MAX_BODY_BYTES,
+    MAX_IMAGE_BODY_BYTES,
     ROLE,
     TOKEN_PROTOCOL,
     SecurityMiddleware,
@@ -204,6 +205,11 @@ def test_guessing_is_locked_out_and_the_right_token_with_it(
 
 def test_a_large_body_is_refused(client: TestClient) -> None:
     body = b'{"text": "' + b"x" * MAX_BODY_BYTES + b'"}'
+    assert client.post("/v1/searches", content=body, headers=JSON).status_code == 413
+
+
+def test_a_body_larger_than_any_image_is_refused(client: TestClient) -> None:
+    body = b'{"image": "' + b"x" * MAX_IMAGE_BODY_BYTES + b'"}'
     assert client.post("/v1/queries", content=body, headers=JSON).status_code == 413
 
 
@@ -212,7 +218,7 @@ def test_a_large_body_without_a_stated_length_is_refused(client: TestClient) -> 
         for _ in range(MAX_BODY_BYTES // 1000 + 2):
             yield b" " * 1000
 
-    answer = client.post("/v1/queries", content=chunks(), headers=JSON)
+    answer = client.post("/v1/searches", content=chunks(), headers=JSON)
     assert answer.status_code == 413
     assert answer.headers["Content-Type"] == "application/problem+json"
 

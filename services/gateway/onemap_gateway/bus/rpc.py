@@ -19,6 +19,7 @@ QUEUE_TIMEOUT_S = 0.5
 
 MAPPER = (
     keys.MAP_SIMILARITY,
+    keys.MAP_IMAGE_SIMILARITY,
     keys.MAP_SEARCH_VIEW,
     keys.MAP_SAVE,
     keys.MAP_LOAD,

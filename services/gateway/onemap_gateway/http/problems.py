@@ -46,6 +46,8 @@ PROBLEM_TYPES: Mapping[str, ProblemType] = {
     "content_type": ProblemType(415, "The body must be JSON"),
     "misdirected": ProblemType(421, "This host name is not served"),
     "invalid": ProblemType(422, "The request cannot be understood"),
+    "bad_image": ProblemType(422, "The image cannot be asked for"),
+    "no_image_queries": ProblemType(422, "The encoder takes no images"),
     "unknown_word": ProblemType(422, "The encoder does not know this word"),
     "locked_out": ProblemType(429, "There were too many wrong tokens"),
     "http": ProblemType(400, "The request was refused"),

@@ -7,13 +7,13 @@ import anyio
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem
 from onemap_gateway.http.schemas import QueryRequest
-from onemap_gateway.present.queries import QueryReply, query_reply
+from onemap_gateway.present.queries import IMAGE_SUBJECT, QueryReply, query_reply
 from onemap_shared import keys
-from onemap_shared.messages import SimilarityRequest
+from onemap_shared.messages import ImageSimilarityRequest, SimilarityRequest
 
 
 async def answers(gateway: GatewayContext, request: QueryRequest) -> list[QueryReply]:
-    """The answers to the texts, in their order; HttpProblem of the first that fails."""
+    """The answers to the texts, in their order, or to the image; HttpProblem if one fails."""
     asked = request.requests(robot_xy_m(gateway))
     if len(asked) == 1:
         return [await answer(gateway, asked[0])]
@@ -37,8 +37,13 @@ async def answers(gateway: GatewayContext, request: QueryRequest) -> list[QueryR
     return found
 
 
-async def answer(gateway: GatewayContext, request: SimilarityRequest) -> QueryReply:
-    """The answer to one text."""
+async def answer(
+    gateway: GatewayContext, request: SimilarityRequest | ImageSimilarityRequest
+) -> QueryReply:
+    """The answer to one text or image."""
+    if isinstance(request, ImageSimilarityRequest):
+        reply = await gateway.call(keys.MAP_IMAGE_SIMILARITY, request)
+        return query_reply(reply, gateway.now_ns(), subject=IMAGE_SUBJECT)
     reply = await gateway.call(keys.MAP_SIMILARITY, request)
     return query_reply(reply, gateway.now_ns())
 

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictStr, model_validator
-from pydantic.json_schema import SkipJsonSchema
 
+from onemap_gateway.http.image_member import ImageMember
 from onemap_shared.geometry import MAX_COORDINATE_M
 from onemap_shared.messages import (
     MAX_NEGATIVES,
     MAX_OBJECTS,
     MAX_TEXT_CHARS,
+    ImageSimilarityRequest,
     SearchKind,
     SearchOrder,
     SearchRequest,
@@ -37,6 +38,9 @@ Place = tuple[Coordinate, Coordinate]
 Limit = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1e6)]
 
 
+IMAGE_NAME = "image"  # stands for the text in the answer to an image
+
+
 class RequestModel(BaseModel):
     """Base of everything a client sends: unknown fields are refused."""
 
@@ -44,7 +48,7 @@ class RequestModel(BaseModel):
 
 
 class QueryRequest(RequestModel):
-    """Where is it? Exactly one of ``text`` and ``texts``."""
+    """Where is it? Exactly one of ``text``, ``texts`` and ``image``."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -69,20 +73,19 @@ class QueryRequest(RequestModel):
     )
     max_regions: int = Field(default=5, ge=1, le=100, description="Best regions to return.")
     include_grid: bool = Field(default=False, description="Also return the score of every cell.")
-    image: Annotated[Any, SkipJsonSchema()] = None
+    image: ImageMember | None = Field(
+        default=None, description="A crop of one thing; then `score` is no probability."
+    )
 
     @model_validator(mode="after")
     def _answerable(self) -> QueryRequest:
-        if self.image is not None:
+        if sum(given is not None for given in (self.text, self.texts, self.image)) != 1:
             raise ValueError(
-                "'image' cannot be asked for: no encoder here embeds an image in the space of its "
-                "texts; name the object in 'text'"
+                "give exactly one of 'text', an object in plain words, 'texts', a list of them, "
+                'and \'image\', a PNG or JPEG in base64; for example {"text": "sofa"}'
             )
-        if (self.text is None) == (self.texts is None):
-            raise ValueError(
-                "give exactly one of 'text', an object in plain words, and 'texts', a list of "
-                'them; for example {"text": "sofa"}'
-            )
+        if self.image is not None and self.negatives:
+            raise ValueError("'negatives' are for texts: they do not compete with an image")
         if self.area_m is not None:
             x_min, y_min, x_max, y_max = self.area_m
             if x_min >= x_max or y_min >= y_max:
@@ -91,9 +94,12 @@ class QueryRequest(RequestModel):
                 )
         return self
 
-    def requests(self, robot_xy_m: tuple[float, ...]) -> list[SimilarityRequest]:
-        """The mapper's requests, one for each text."""
-        return [
+    def requests(
+        self, robot_xy_m: tuple[float, ...]
+    ) -> list[SimilarityRequest | ImageSimilarityRequest]:
+        """The mapper's requests, one for each text, or for the image."""
+        texts = self.texts or [IMAGE_NAME if self.text is None else self.text]
+        queries = [
             SimilarityRequest(
                 text,
                 self.max_regions,
@@ -102,8 +108,11 @@ class QueryRequest(RequestModel):
                 area_m=self.area_m or (),
                 robot_xy_m=robot_xy_m,
             )
-            for text in self.texts or [self.text or ""]
+            for text in texts
         ]
+        if self.image is not None:
+            return [ImageSimilarityRequest(self.image, queries[0])]
+        return [*queries]
 
 
 class SearchStart(RequestModel):

@@ -17,6 +17,7 @@ from onemap_shared.messages import SimilarityReply, Verdict
 Point = tuple[float, float]
 MOVED_M = 0.1  # a cell of the default size
 CHANGED_SCORE = 0.05
+IMAGE_SUBJECT = "what the image shows"  # in sentences, where a text is quoted
 
 FOUND_EXAMPLE: dict[str, Any] = {
     "text": "sofa",
@@ -46,6 +47,7 @@ FOUND_EXAMPLE: dict[str, Any] = {
     "age_s": 0.21,
     "encoder_id": "mini-1",
     "best_score": 0.91,
+    "calibrated": True,
     "message": "",
     "did_you_mean": [],
     "grid": None,
@@ -129,7 +131,7 @@ class QueryReply(BaseModel):
 
     model_config = ConfigDict(json_schema_extra={"examples": [FOUND_EXAMPLE, ABSENT_EXAMPLE]})
 
-    text: str
+    text: str = Field(description="As it was asked; `image` where an image was.")
     verdict: Verdict = Field(
         description="`found`, `not_here`: the reachable area was looked at without finding it, or "
         "`not_looked_yet`."
@@ -141,6 +143,10 @@ class QueryReply(BaseModel):
     age_s: float | None = Field(description="Age of the newest frame in the map; null if empty.")
     encoder_id: str
     best_score: float = Field(description="Of the best region, also if it was left out.")
+    calibrated: bool = Field(
+        description="Whether scores are probabilities; if not, as of an image or of an encoder "
+        "without a calibration, only their order means anything."
+    )
     message: str = Field(description="Why there are no regions; empty if there are.")
     did_you_mean: list[str] = Field(
         description="The nearest known words, if the encoder cannot place the text."
@@ -154,14 +160,18 @@ class QueryListReply(BaseModel):
     answers: list[QueryReply]
 
 
-def query_reply(reply: SimilarityReply, now_ns: int) -> QueryReply:
-    """The verdict, the regions in order of their score, and the reason if there are none."""
+def query_reply(reply: SimilarityReply, now_ns: int, *, subject: str = "") -> QueryReply:
+    """The verdict, the regions in order of their score, and the reason if there are none.
+
+    subject: of its sentences, in the place of the text.
+    """
+    sentence = verdict_sentence(reply, subject)
     regions = [_region(reply, index) for index in range(len(reply.scores))]
     judged = reply.verdict
     return QueryReply(
         text=reply.text,
         verdict=judged.verdict,
-        sentence=verdict_sentence(reply),
+        sentence=sentence[0].upper() + sentence[1:],
         regions=regions,
         looked=LookedReport(
             share=round(judged.looked_share, 3),
@@ -174,7 +184,8 @@ def query_reply(reply: SimilarityReply, now_ns: int) -> QueryReply:
         age_s=age_s(reply.stamp_ns, now_ns),
         encoder_id=reply.encoder_id,
         best_score=reply.best_score,
-        message="" if regions else no_match_message(reply),
+        calibrated=reply.calibrated,
+        message="" if regions else no_match_message(reply, subject),
         did_you_mean=list(reply.nearest),
         grid=_score_grid(reply.grid, reply.scores_grid) if reply.scores_grid.size else None,
     )
@@ -215,32 +226,30 @@ def _region(reply: SimilarityReply, index: int) -> QueryRegion:
     )
 
 
-def verdict_sentence(reply: SimilarityReply) -> str:
-    """The verdict in words."""
+def verdict_sentence(reply: SimilarityReply, subject: str = "") -> str:
+    """The verdict in words. subject: what stands in the place of the text."""
+    subject = subject or repr(reply.text)
     judged, percent = reply.verdict, floor(reply.verdict.looked_share * 100)
     if judged.verdict is Verdict.FOUND and len(reply.centres_m):
         x_m, y_m = reply.centres_m[0]
-        return (
-            f"{reply.text!r} is at ({x_m:.2f}, {y_m:.2f}) m, with the score {reply.best_score:.2f}."
-        )
+        return f"{subject} is at ({x_m:.2f}, {y_m:.2f}) m, with the score {reply.best_score:.2f}."
     if judged.verdict is Verdict.NOT_HERE:
         return (
-            f"{reply.text!r} is not here: {percent} % of the reachable area was looked at, and "
+            f"{subject} is not here: {percent} % of the reachable area was looked at, and "
             f"the best score is {reply.best_score:.2f}."
         )
-    sentence = (
-        f"{reply.text!r} was not seen, but only {percent} % of the reachable area was looked at"
-    )
+    sentence = f"{subject} was not seen, but only {percent} % of the reachable area was looked at"
     if judged.frontier_m:
         x_m, y_m = judged.frontier_m
         sentence += f"; look behind the frontier at ({x_m:.2f}, {y_m:.2f}) m next"
     return sentence + "."
 
 
-def no_match_message(reply: SimilarityReply) -> str:
-    """Why the result of a query is empty, and known words near to it."""
+def no_match_message(reply: SimilarityReply, subject: str = "") -> str:
+    """Why the result of a query is empty, and known words near to it. subject: as above."""
+    subject = subject or repr(reply.text)
     best = floor(reply.best_score * 100) / 100  # rounded down: it must not read like the floor
-    sentence = f"Nothing on the map looks like {reply.text!r}"
+    sentence = f"Nothing on the map looks like {subject}"
     if reply.floor > 0:
         sentence += f": the best score is {best:.2f}, and answers begin at {reply.floor:.2f}"
     if reply.nearest:

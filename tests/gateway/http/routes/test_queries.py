@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
+
 import pytest
 from starlette.testclient import TestClient
 
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import MAX_IMAGE_BYTES
+from onemap_shared.transport import RequestRejected
 from tests.gateway.fakes import (
     GRID,
     FakeMapper,
@@ -16,6 +20,9 @@ from tests.gateway.fakes import (
     odometry,
     state_reached,
 )
+from tests.shared.samples import PNG
+
+IMAGE = b64encode(PNG).decode()
 
 
 def test_regions_come_back_best_first(client: TestClient) -> None:
@@ -171,7 +178,14 @@ def test_negatives_area_and_the_robots_place_reach_the_mapper(router: MemoryRout
         ({"text": "sofa", "area_m": [0, 0, 1]}, "area_m"),
         ({"text": "sofa", "area_m": [1, 0, 0, 1]}, "x_min < x_max"),
         ({"text": "sofa", "area_m": [0, 0, 1, 1e9]}, "area_m"),
-        ({"image": "/9j/4AAQ"}, "no encoder here embeds an image"),
+        ({"text": "sofa", "image": IMAGE}, "exactly one of 'text'"),
+        ({"image": IMAGE, "negatives": ["bed"]}, "negatives"),
+        ({"image": 5}, "must be a string"),
+        ({"image": "söfa"}, "no base64"),
+        ({"image": "/9j/4AAQ"}, "no PNG and no JPEG"),
+        ({"image": b64encode(b"GIF89a").decode()}, "no PNG and no JPEG"),
+        ({"image": b64encode(PNG.replace(b"\x40", b"\x08")).decode()}, "8 x 48 pixels"),
+        ({"image": b64encode(bytes(MAX_IMAGE_BYTES + 1)).decode()}, "the limit is 524288"),
     ],
 )
 def test_what_cannot_be_asked_is_refused_with_the_reason(
@@ -180,3 +194,44 @@ def test_what_cannot_be_asked_is_refused_with_the_reason(
     answer = client.post("/v1/queries", json=body)
     assert answer.status_code == 422
     assert reason in answer.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    "written", [IMAGE, f"data:image/png;base64,{IMAGE}", f"{IMAGE[:8]}\n{IMAGE[8:]}"]
+)
+def test_an_image_is_asked_for_as_a_text_is(router: MemoryRouter, written: str) -> None:
+    mapper = FakeMapper(router)
+    with client_on(router) as client:
+        body = {"image": written, "area_m": [0, -1, 2, 3], "max_regions": 1}
+        reply = client.post("/v1/queries", json=body).json()
+    assert mapper.images == [PNG]
+    assert (mapper.asked[0].area_m, len(reply["regions"])) == ((0.0, -1.0, 2.0, 3.0), 1)
+    assert (reply["text"], reply["calibrated"]) == ("image", False)
+    assert reply["sentence"].startswith("What the image shows is at (0.35, 1.15) m")
+    mapper.bus.close()
+
+
+def test_the_score_of_a_text_says_whether_it_is_a_probability(client: TestClient) -> None:
+    assert client.post("/v1/queries", json={"text": "sofa"}).json()["calibrated"] is True
+
+
+@pytest.mark.parametrize("code", ["bad_image", "no_image_queries"])
+def test_an_image_that_perception_refuses_is_the_clients_to_change(
+    router: MemoryRouter, code: str
+) -> None:
+    mapper = FakeMapper(router, image_problem=RequestRejected(code, "why: do this"))
+    with client_on(router) as client:
+        answer = client.post("/v1/queries", json={"image": IMAGE})
+    assert (answer.status_code, answer.json()["type"]) == (422, f"/docs#problem-{code}")
+    assert "do this" in answer.json()["detail"]
+    mapper.bus.close()
+
+
+def test_the_largest_image_fits_into_a_body(router: MemoryRouter) -> None:
+    mapper = FakeMapper(router)
+    image = PNG + bytes(MAX_IMAGE_BYTES - len(PNG))
+    with client_on(router) as client:
+        body = {"image": b64encode(image).decode()}
+        assert client.post("/v1/queries", json=body).status_code == 200
+    assert mapper.images == [image]
+    mapper.bus.close()

@@ -35,6 +35,7 @@ router = APIRouter(prefix="/v1", tags=["queries"])
 async def ask_where(request: QueryRequest, gateway: GatewayDep) -> QueryReply | QueryListReply:
     """Whether it is on the map, and regions that look like it, best first; no robot moves.
 
+    An `image`, a crop of one thing, is asked for as a text is, but its scores only rank.
     With `texts` the reply is a list, `answers`, in their order. `verdict` says `found`, `not_here`,
     or `not_looked_yet`; `looked` how much of the reachable area was looked at, and where to look
     next.
