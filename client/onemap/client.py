@@ -70,6 +70,12 @@ class Client:
         body = options.body(text)
         return self._connection.fetch(QueryResult.of, "POST", "/v1/queries", body)
 
+    def query_image(self, image: bytes, options: QueryOptions = NO_OPTIONS) -> QueryResult:
+        """Where is what a PNG or JPEG of one thing shows? Its scores rank, they are no
+        probabilities. The options may have no negatives."""
+        body = options.image_body(image)
+        return self._connection.fetch(QueryResult.of, "POST", "/v1/queries", body)
+
     def query_all(
         self, texts: Sequence[str], options: QueryOptions = NO_OPTIONS
     ) -> tuple[QueryResult, ...]:

@@ -6,6 +6,7 @@ gateway leaves out are empty.
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -91,7 +92,8 @@ class QueryResult:
     """Whether a text is on the map, and where it may be, best first.
 
     verdict: found, not_here or not_looked_yet; sentence: the same in words; looked: how much was
-    looked at; best_score: of the best region, also if it was left out; message: why there are no
+    looked at; best_score: of the best region, also if it was left out; calibrated: whether scores
+    are probabilities, if not, only their order means anything; message: why there are no
     regions, empty if there are; did_you_mean: the nearest known words, if the encoder cannot place
     the text.
     """
@@ -102,6 +104,7 @@ class QueryResult:
     regions: tuple[Region, ...]
     looked: LookedArea
     best_score: float
+    calibrated: bool
     message: str
     did_you_mean: tuple[str, ...]
     document: Document = field(repr=False, compare=False)
@@ -121,6 +124,7 @@ class QueryResult:
             regions=tuple(map(Region.of, document["regions"])),
             looked=LookedArea.of(document.get("looked", {})),
             best_score=float(document.get("best_score", 0.0)),
+            calibrated=bool(document.get("calibrated", False)),
             message=str(document.get("message", "")),
             did_you_mean=tuple(document.get("did_you_mean", ())),
             document=document,
@@ -146,7 +150,13 @@ class QueryOptions:
 
     def body(self, texts: str | Sequence[str]) -> dict[str, Any]:
         """The body of a request; what is not asked for is left out, for older gateways."""
-        asked: dict[str, Any] = {"text": texts} if isinstance(texts, str) else {"texts": [*texts]}
+        return self._completed({"text": texts} if isinstance(texts, str) else {"texts": [*texts]})
+
+    def image_body(self, image: bytes) -> dict[str, Any]:
+        """The body of a request for what a PNG or JPEG shows."""
+        return self._completed({"image": b64encode(image).decode()})
+
+    def _completed(self, asked: dict[str, Any]) -> dict[str, Any]:
         asked["max_regions"] = self.max_regions
         if self.negatives:
             asked["negatives"] = list(self.negatives)

@@ -6,6 +6,7 @@ import pytest
 
 from onemap import Client, OneMapError, QueryOptions, QueryResult
 from tests.gateway.fakes import FakeMapper
+from tests.shared.samples import PNG
 
 
 def test_members_that_are_missing_are_empty() -> None:
@@ -55,3 +56,14 @@ def test_several_texts_have_an_answer_each(client: Client, mapper: FakeMapper) -
 
 def test_what_is_not_asked_for_is_not_sent() -> None:
     assert QueryOptions().body("sofa") == {"text": "sofa", "max_regions": 5}
+
+
+def test_an_image_is_asked_for(client: Client, mapper: FakeMapper) -> None:
+    result = client.query_image(PNG, QueryOptions(max_regions=1, area_m=(0, -1, 2, 3)))
+    assert mapper.images == [PNG]
+    assert mapper.asked[0].area_m == (0.0, -1.0, 2.0, 3.0)
+    assert (result.text, result.calibrated, len(result.regions)) == ("image", False, 1)
+    assert client.query("sofa").calibrated
+    with pytest.raises(OneMapError, match="no PNG and no JPEG"):
+        client.query_image(b"GIF89a")
+    assert not QueryResult.of({"text": "yeti", "regions": []}).calibrated

@@ -9,14 +9,18 @@ from unittest.mock import Mock
 import pytest
 from typer.testing import CliRunner
 
+from onemap_gateway.config import GatewayConfig
 from onemap_gateway.present.objects import MapObjectReport
 from onemap_gateway.present.queries import QueryReply
+from onemap_gateway.service import build
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Heartbeat
 from onemap_shared.transport import Bus
 from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from onemap_tools.processes.network import any_free_port
+from tests.gateway.fakes import FakeMapper
+from tests.shared.samples import PNG
 from tests.tools.cli.commands import error_of
 from tests.tools.fake_gateway import fake_gateway
 
@@ -54,6 +58,31 @@ def test_the_verdict_decides_the_exit_code(verdict: str, code: int) -> None:
     (example, _) = QueryReply.model_json_schema()["examples"]
     with fake_gateway({("POST", "/v1/queries"): (200, {**example, "verdict": verdict})}) as url:
         assert RUNNER.invoke(app, ["query", "sofa", "--url", url]).exit_code == code
+
+
+def test_an_image_is_asked_for_in_the_place_of_a_text(tmp_path: Path) -> None:
+    router, crop = MemoryRouter(), tmp_path / "crop.png"
+    mapper = FakeMapper(router)
+    crop.write_bytes(PNG)
+    worker = build(router.bus("gateway"), GatewayConfig(port=0))
+    url = f"http://127.0.0.1:{worker.port}"
+    result = RUNNER.invoke(app, ["query", "--image", str(crop), "--url", url, "--json"])
+    worker.close()
+    assert result.exit_code == EXIT_OK
+    assert mapper.images == [PNG]
+    assert json.loads(result.stdout.splitlines()[-1])["calibrated"] is False
+    mapper.bus.close()
+
+
+@pytest.mark.parametrize(
+    "options", [(), ("sofa", "--image"), ("--follow", "--image"), ("--not", "bed", "--image")]
+)
+def test_a_query_is_of_words_or_of_an_image(options: tuple[str, ...], tmp_path: Path) -> None:
+    (crop := tmp_path / "crop.png").write_bytes(PNG)
+    files = (str(crop),) if options else ()
+    result = RUNNER.invoke(app, ["query", *options, *files, "--json"])
+    assert result.exit_code == EXIT_USAGE_ERROR
+    assert "name an object, or give --image" in error_of(result)["error"]
 
 
 @pytest.mark.parametrize("area", ["1,2,3", "a,b,c,d", "0 0 1 1"])

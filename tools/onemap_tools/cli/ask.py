@@ -17,8 +17,12 @@ app = typer.Typer()
 
 @app.command(rich_help_panel=PANEL)
 def query(
-    text: Annotated[list[str], typer.Argument(help="An object in plain words.")],
+    text: Annotated[list[str] | None, typer.Argument(help="An object in plain words.")] = None,
     *,
+    image: Annotated[
+        Path | None,
+        typer.Option(exists=True, dir_okay=False, help="Instead: a crop of it, PNG or JPEG."),
+    ] = None,
     regions: Annotated[int, typer.Option(min=1, max=100, help="How many places at most.")] = 5,
     negative: Annotated[
         list[str] | None, typer.Option("--not", help="What it must not be; may be repeated.")
@@ -36,7 +40,8 @@ def query(
     """Where is it? Places on the map that look like it, best first, and a verdict.
 
     Found, not here (the reachable area was looked at), or not looked yet, with the
-    place to look at next. Exit code 0 only if it was found.
+    place to look at next. Exit code 0 only if it was found. The scores of an
+    image rank places; they are no probabilities.
     """
     from onemap import QueryOptions
     from onemap_tools.cli.gateway_report import describe_query, follow_query
@@ -45,11 +50,18 @@ def query(
     from onemap_tools.gateway import gateway_client
 
     options = QueryOptions(regions, tuple(negative or ()), parse_area(area))
-    words = " ".join(text)
+    words = " ".join(text or ())
+    if bool(words) == (image is not None) or (image is not None and (follow or negative)):
+        raise typer.BadParameter("name an object, or give --image without --follow and --not")
     with gateway_client(url, token) as gateway:
         if follow:
             follow_query(gateway.follow_queries([words], options), as_json=as_json)
-        result = gateway.query(words, regions, negatives=options.negatives, area_m=options.area_m)
+        if image is not None:
+            result = gateway.query_image(image.read_bytes(), options)
+        else:
+            result = gateway.query(
+                words, regions, negatives=options.negatives, area_m=options.area_m
+            )
     reply = dict(result.document)
     describe_query(reply, result_console(as_json))
     if as_json:
