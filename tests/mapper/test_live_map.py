@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 import threading
 import tracemalloc
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
 
@@ -16,10 +17,14 @@ import torch
 
 from onemap_mapper import live_map, map_file
 from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.cell_store import CellStore
+from onemap_mapper.digest import sha256_of
+from onemap_mapper.feature_table import FeatureTable
 from onemap_mapper.frame_update import compute_update
 from onemap_mapper.live_map import LiveMap
 from onemap_mapper.snapshot import MapFileError, MapSnapshot, restore, take
 from onemap_mapper.view_log import SeenFrom
+from onemap_shared.geometry import I64
 from tests.mapper import scenes
 
 PARAMS = scenes.params()
@@ -177,3 +182,74 @@ def map_with(*, cells: int, dimension: int) -> BeliefMap:
     features = torch.rand((cells, dimension), generator=torch.Generator().manual_seed(1))
     made.store.fuse(made.slots_of(where), features, torch.ones(cells), revision=1)
     return made
+
+
+def test_a_whole_revision_is_that_of_the_map(belief: BeliefMap) -> None:
+    taken, revision = LiveMap(Turns(), lambda: belief).whole()
+    assert_same_content(taken, take(belief))
+    assert revision == belief.revision
+    empty, _ = LiveMap(Turns(), lambda: BeliefMap(PARAMS)).whole()
+    assert sha256_of(empty) == sha256_of(take(BeliefMap(PARAMS)))
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float16"])
+@pytest.mark.parametrize("copied", [0, 20, 100_000])
+def test_whatever_changes_meanwhile_a_whole_revision_is_of_one_moment(
+    belief: BeliefMap, monkeypatch: pytest.MonkeyPatch, dtype: str, copied: int
+) -> None:
+    monkeypatch.setattr(live_map, "COPIED_CELLS", copied)
+    changing = restored(belief, feature_dtype=dtype)
+    digests: dict[int, str] = {}
+
+    def fuse(k: int) -> None:
+        pose = scenes.pose(-0.5 + 0.3 * k, 0.2, 1.3 * k)  # new cells, and known ones
+        changing.fuse(compute_update(scenes.field(9 + k, pose), PARAMS))
+        digests[changing.revision] = sha256_of(take(changing))
+
+    turns = Turns({k: functools.partial(fuse, k) for k in range(4)})
+    taken, revision = LiveMap(turns, lambda: changing).whole()
+    assert sha256_of(taken) == digests[revision]
+
+
+def test_another_map_meanwhile_is_the_one_that_is_copied(
+    belief: BeliefMap, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(live_map, "COPIED_CELLS", 20)
+    other = restored(belief)
+    other.store.fuse(
+        np.arange(5), torch.ones((5, other.dimension)), torch.ones(5), revision=other.revision
+    )
+    maps = [belief]
+    taken, _ = LiveMap(Turns({1: lambda: maps.insert(0, other)}), lambda: maps[0]).whole()
+    assert sha256_of(taken) == sha256_of(take(other))
+
+
+def test_a_digest_lets_frames_be_fused_while_features_are_copied(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(live_map, "COPIED_CELLS", 500)
+    large, lock, held = map_with(cells=9000, dimension=16), threading.Lock(), list[bool]()
+    large.revision = 1  # at which its cells were fused
+    chunks = FeatureTable.chunks
+
+    def watched(table: FeatureTable, slots: I64) -> Iterator[tuple[I64, torch.Tensor]]:
+        for part in chunks(table, slots):
+            held.append(lock.locked())
+            yield part
+
+    monkeypatch.setattr(FeatureTable, "chunks", watched)
+    with_lock: list[int] = []
+    copied = CellStore.copied
+
+    def counted(store: CellStore, slots: I64) -> FeatureTable:
+        assert lock.locked()
+        with_lock.append(len(slots))
+        return copied(store, slots)
+
+    monkeypatch.setattr(CellStore, "copied", counted)
+    taken, _ = LiveMap(lock, lambda: large).whole()
+    assert len(held) == 3  # blocks, and nothing changed meanwhile
+    assert not any(held)
+    assert with_lock == [0]
+    monkeypatch.undo()
+    assert sha256_of(taken) == sha256_of(take(large))

@@ -262,9 +262,8 @@ class Mapper:
         return summary
 
     def digest(self, _request: MapDigestRequest) -> MapDigest:
-        """What the map holds, as one number; the lock is held only while the map is copied."""
-        with self._lock:
-            taken, revision = snapshot.take(self._map), self._map.revision
+        """What the map holds, as one number; frames are fused while it is copied and read."""
+        taken, revision = self._live.whole()
         return digest_of(taken, revision=revision, config=self._config)
 
     def _fuse(self, field: FeatureField) -> None:

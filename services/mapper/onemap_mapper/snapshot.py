@@ -96,10 +96,11 @@ def take(belief: BeliefMap, objects: ObjectMemory = NO_OBJECTS) -> MapSnapshot:
 def _features(belief: BeliefMap, part: slice) -> NDArray:
     """A copy of the features (k, D) of consecutive slots, in the precision of the map."""
     features: NDArray = belief.store.features(np.arange(part.start, part.stop)).cpu().numpy()
-    return features.astype(_dtype(belief), copy=False)
+    return features.astype(feature_dtype(belief), copy=False)
 
 
-def _dtype(belief: BeliefMap) -> type[np.float16] | type[np.float32]:
+def feature_dtype(belief: BeliefMap) -> type[np.float16] | type[np.float32]:
+    """Of features as they are saved."""
     return np.float16 if belief.params.torch_dtype == torch.float16 else np.float32
 
 
@@ -123,7 +124,7 @@ def outline(belief: BeliefMap) -> MapSnapshot:
     return MapSnapshot(
         header=header,
         cells=store.cells.astype(np.int32),
-        features=np.zeros((0, belief.dimension), _dtype(belief)),
+        features=np.zeros((0, belief.dimension), feature_dtype(belief)),
         confidence=store.confidence.cpu().numpy().copy(),
         searched=store.searched_confidence.cpu().numpy().copy(),
         driving_cells=belief.tiles.cells(rows).astype(np.int32),
