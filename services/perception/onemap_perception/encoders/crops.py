@@ -56,5 +56,5 @@ def framed(rgb: U8, size: tuple[int, int]) -> tuple[U8, F32]:
 
 def patch_shares(mask: F32, rows: int, columns: int) -> F32:
     """Share (rows, columns) float32 of each patch that a mask (H, W) covers."""
-    shares: F32 = cv2.resize(mask, (columns, rows), interpolation=cv2.INTER_AREA)
-    return shares
+    shares = cv2.resize(mask, (columns, rows), interpolation=cv2.INTER_AREA)
+    return np.asarray(shares, np.float32)
