@@ -13,6 +13,7 @@ from onemap_tools.bench.clients_command import app as clients_app
 from onemap_tools.bench.foreign_command import app as foreign_app
 from onemap_tools.bench.fusion_command import app as fusion_app
 from onemap_tools.bench.habitat.command import app as habitat_app
+from onemap_tools.bench.image_queries_command import image_queries
 from onemap_tools.bench.map_image_command import map_image
 from onemap_tools.bench.navigation.choices import Apartments, Errors, Features, Method, ObjectOrder
 from onemap_tools.bench.occupancy_command import occupancy
@@ -32,7 +33,7 @@ app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")
 app.add_typer(habitat_app)  # without a name of its own: a command beside the others
 for group in (clients_app, foreign_app, fusion_app, ros2_app, transport_app):
     app.add_typer(group)
-for command in (map_image, occupancy, pose_graph, query, rim, storage, verdicts):
+for command in (image_queries, map_image, occupancy, pose_graph, query, rim, storage, verdicts):
     app.command()(command)
 
 
