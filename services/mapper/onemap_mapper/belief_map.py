@@ -260,7 +260,7 @@ class BeliefMap:
             slots=self.slots.values,
             occupancy=self.occupancy.values,
             assumed=self.assumed.values,
-            confidences=self.store.confidences(slice(0, self.store.count)).cpu().numpy(),
+            confidences=self.store.confidences(slice(0, self.store.count)).numpy(),
             heights=self.store.all_heights,
             view_log=self.view_log,
         )

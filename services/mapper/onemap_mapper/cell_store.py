@@ -1,7 +1,9 @@
 """The belief of every observed cell: its feature and its three confidences.
 
 Cells are packed in order of first observation ("slots"), so memory is proportional to the
-observed area. Features lie in blocks, so that growing never copies them.
+observed area. Features lie in blocks, so that growing never copies them. Only they are on the
+device: confidences, 24 bytes per cell, are on the host, where replies read all of them, so that
+a frame moves those of its own cells.
 """
 
 from __future__ import annotations
@@ -84,7 +86,7 @@ class CellStore:
         self._blocks: list[Tensor] = []
         # Rows: c, that of keyframes since the reset, that of all keyframes. In float64, so that
         # what is taken out again leaves nothing.
-        self._confidence = torch.zeros((3, 0), device=device, dtype=torch.float64)
+        self._confidence = torch.zeros((3, 0), dtype=torch.float64)
         self._cells = np.zeros((0, 2), np.int64)
         self._changed_at = np.zeros(0, np.int64)
         self._heights = HeightStore()
@@ -113,7 +115,7 @@ class CellStore:
 
     @property
     def confidence(self) -> Tensor:
-        """c = 1 / sigma^2 (count,) float32 > 0."""
+        """c = 1 / sigma^2 (count,) float32 > 0, on the host as all confidences."""
         return self._confidence[0, : self.count].float()
 
     @property
@@ -177,12 +179,12 @@ class CellStore:
         views: how often it counts for searched and explored; heights (n, LEVELS): its shares of
         height, None if they are not known.
         """
-        index = torch.from_numpy(slots).to(self._device)
+        index, confidence = torch.from_numpy(slots), confidence.cpu()
         known = self._confidence[0, index].clamp(max=self.max_prior)
         K = gain(known, confidence).float()
         self._move(slots, features, K)
         if heights is not None:
-            self._heights.move(slots, heights, K.cpu().numpy())
+            self._heights.move(slots, heights, K.numpy())
         for row, times in enumerate((1.0, views.searched, views.explored)):
             if times > 0:
                 self._confidence[row, index] += times * confidence
@@ -190,8 +192,8 @@ class CellStore:
 
     def _move(self, slots: I64, features: Tensor, K: Tensor) -> None:
         """Move the features of distinct slots by gains K (n,) float32 towards features (n, D)."""
-        index = torch.from_numpy(slots).to(self._device)
-        seed = seeds(self._confidence[0, index])
+        seed = seeds(self._confidence[0, torch.from_numpy(slots)]).to(self._device)
+        K = K.to(self._device)
         for block, chosen, within in self._by_block(slots):
             table = self._blocks[block]
             if self._compiled and self._dtype == torch.float32:
@@ -210,19 +212,17 @@ class CellStore:
     def share(self, dtype: torch.dtype) -> FeatureShare:
         """A copy of all content, on the CPU, with features in ``dtype``."""
         features = self.features(np.arange(self.count)).cpu().to(dtype)
-        confidence, searched, explored = self._confidence[:, : self.count].cpu().clone()
+        confidence, searched, explored = self._confidence[:, : self.count].clone()
         heights = self.heights(slice(0, self.count))
         return FeatureShare(self.cells.copy(), features, confidence, searched, explored, heights)
 
     def put_in(self, slots: I64, share: FeatureShare, *, revision: int) -> None:
         """Fuse a share into the slots (n,) of its cells; what was known counts in full."""
-        index = torch.from_numpy(slots).to(self._device)
-        parts = [
-            part.to(self._device) for part in (share.confidence, share.searched, share.explored)
-        ]
+        index = torch.from_numpy(slots)
+        parts = (share.confidence, share.searched, share.explored)
         K = gain(self._confidence[0, index], parts[0])
         self._move(slots, share.features.to(self._device).float(), K.float())
-        self._heights.move(slots, share.heights, K.float().cpu().numpy())
+        self._heights.move(slots, share.heights, K.float().numpy())
         for row, part in enumerate(parts):
             self._confidence[row, index] += part
         self._changed_at[slots] = revision
@@ -232,23 +232,24 @@ class CellStore:
 
         Fusing with the gain -c_s / (c - c_s) gives (c F - c_s F_s) / (c - c_s).
         """
-        index = torch.from_numpy(slots).to(self._device)
-        before, taken = self._confidence[0, index], share.confidence.to(self._device)
+        index = torch.from_numpy(slots)
+        before, taken = self._confidence[0, index], share.confidence
         rest = before - taken
         empty = rest <= EMPTY_BELOW[self._dtype] * before
         K = torch.where(empty, 0.0, -taken / rest)
         features = share.features.to(self._device).float()
+        gains, kept = K.float().to(self._device), (~empty).to(self._device)
         for block, chosen, within in self._by_block(slots):
             table = self._blocks[block]
-            left = fused(table[within].float(), features[chosen], K[chosen].float())
-            table[within] = (left * ~empty[chosen, None]).to(self._dtype)
+            left = fused(table[within].float(), features[chosen], gains[chosen])
+            table[within] = (left * kept[chosen, None]).to(self._dtype)
         self._confidence[0, index] = torch.where(empty, 0.0, rest)
         for row, part in enumerate((share.searched, share.explored), start=1):
-            left = (self._confidence[row, index] - part.to(self._device)).clamp(min=0.0)
+            left = (self._confidence[row, index] - part).clamp(min=0.0)
             self._confidence[row, index] = torch.where(empty, 0.0, left)
         self._changed_at[slots] = revision
-        emptied: Bool = empty.cpu().numpy()
-        self._heights.move(slots, share.heights, K.float().cpu().numpy())
+        emptied: Bool = empty.numpy()
+        self._heights.move(slots, share.heights, K.float().numpy())
         self._heights.clear(slots[emptied])
         return emptied
 
@@ -264,7 +265,7 @@ class CellStore:
         features = self.features(last)
         for block, chosen, within in self._by_block(to):
             self._blocks[block][within] = features[chosen].to(self._dtype)
-        into, moved = (torch.from_numpy(each).to(self._device) for each in (to, last))
+        into, moved = (torch.from_numpy(each) for each in (to, last))
         self._confidence[:, into] = self._confidence[:, moved]
         self._confidence[:, count : self.count] = 0.0
         self._heights.put(to, self._heights.of(last))
@@ -314,7 +315,7 @@ class CellStore:
 
     def doubt(self, slots: I64, most: float) -> None:
         """Let what is known of distinct slots count for ``most`` at most from now on."""
-        index = torch.from_numpy(slots).to(self._device)
+        index = torch.from_numpy(slots)
         self._confidence[0, index] = self._confidence[0, index].clamp(max=most)
 
     def reset_searched(self) -> None:
@@ -323,11 +324,11 @@ class CellStore:
 
     def set_searched_confidence(self, confidence: Tensor) -> None:
         """Set 1 / sigma_E^2 (count,) of all slots, as loaded from a file."""
-        self._confidence[1, : self.count] = confidence.to(self._device)
+        self._confidence[1, : self.count] = confidence.cpu()
 
     def set_explored_confidence(self, confidence: Tensor) -> None:
         """Set the confidence of keyframes (count,) of all slots, as loaded from a file."""
-        self._confidence[2, : self.count] = confidence.to(self._device)
+        self._confidence[2, : self.count] = confidence.cpu()
 
     def _by_block(self, slots: I64) -> Iterator[tuple[int, Tensor, Tensor]]:
         """Per block with some of the slots: its number, their indices, their rows in the block."""

@@ -101,8 +101,10 @@ class FeatureTable:
             within, table = rows[start:end] - block * size, self.blocks[block]
             first, last = int(within[0]), int(within[-1])
             together = last - first + 1 == end - start
-            index = torch.from_numpy(within).to(self.device)
-            yield start, table[first : last + 1] if together else table[index]
+            if together:
+                yield start, table[first : last + 1]
+            else:
+                yield start, table[torch.from_numpy(within).to(self.device)]
 
 
 def _multiply(table: Tensor, vectors: Tensor, found: Tensor, compiled: bool) -> None:

@@ -111,7 +111,7 @@ class LiveMap:
                     raise CellsMoved
                 for rows, features in store.chunks(np.arange(part.start, part.stop)):
                     buffer[rows] = features.cpu().numpy()
-                confidences = store.confidences(part).cpu().numpy()
+                confidences = store.confidences(part).numpy()
             copies = (content.confidence, content.searched, content.explored)
             for copy, values in zip(copies, confidences, strict=True):
                 if copy is not None:

@@ -211,7 +211,7 @@ class ScoreCache:
         slots = stale_slots(store, known[0], kept)
         # A slice where all are computed: picking 250,000 by index takes as long as scoring them.
         place: I64 | slice = slice(None) if len(slots) == store.count else slots
-        where = place if isinstance(place, slice) else torch.from_numpy(place)
+        where = place if isinstance(place, slice) else torch.from_numpy(place).to(store.device)
         texts = torch.stack([query.concepts[0] for query in queries])
         cosine = store.products(slots, texts) / self._norms.of(store, revision)[where]
         made = []
@@ -266,6 +266,7 @@ class SlotNorms:
             norms[:kept] = self._norms[:kept]
             for chosen, features in store.chunks(stale):
                 lengths = torch.linalg.vector_norm(features, dim=1)
-                norms[torch.from_numpy(stale[chosen])] = lengths.clamp(min=LEAST_NORM)
+                index = torch.from_numpy(stale[chosen]).to(store.device)
+                norms[index] = lengths.clamp(min=LEAST_NORM)
             self._norms, self._revision = norms, revision
         return self._norms

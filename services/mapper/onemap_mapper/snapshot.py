@@ -125,12 +125,12 @@ def outline(belief: BeliefMap) -> MapSnapshot:
         header=header,
         cells=store.cells.astype(np.int32),
         features=np.zeros((0, belief.dimension), feature_dtype(belief)),
-        confidence=store.confidence.cpu().numpy().copy(),
-        searched=store.searched_confidence.cpu().numpy().copy(),
+        confidence=store.confidence.numpy().copy(),
+        searched=store.searched_confidence.numpy().copy(),
         driving_cells=belief.tiles.cells(rows).astype(np.int32),
         evidence=belief.evidence.values[rows],
         clear=belief.clear.values[rows] * np.uint8(1) + belief.assumed.values[rows],
-        explored=store.explored_confidence.cpu().numpy().copy(),
+        explored=store.explored_confidence.numpy().copy(),
         heights=store.heights(slice(0, store.count)),
         seen=belief.view_log.taken(belief.tiles.rows(store.cells)),
     )
@@ -159,14 +159,13 @@ def restore(
     belief.assume_free(driving_cells[assumed])
     if header.dimension > 0:
         belief.set_encoder(header.encoder_id, header.text_space, header.dimension)
-        confidence, searched, features = (
-            torch.from_numpy(array).to(params.torch_device)
-            for array in (snapshot.confidence, snapshot.searched, snapshot.features)
+        confidence, searched, features = map(
+            torch.from_numpy, (snapshot.confidence, snapshot.searched, snapshot.features)
         )
         slots = belief.slots_of(cells)
         belief.store.fuse(
             slots,
-            features.float(),
+            features.to(params.torch_device).float(),
             confidence,
             revision=first_revision,
             heights=snapshot.known_heights(),
