@@ -122,4 +122,4 @@ def _multiply(table: Tensor, vectors: Tensor, found: Tensor, compiled: bool) -> 
     rows = PART if table.device.type == "cpu" else len(table)
     for start in range(0, len(table), rows):
         part = table[start : start + rows].float()
-        found[:, start : start + rows] = vectors @ part.T
+        torch.mm(vectors, part.T, out=found[:, start : start + rows])
