@@ -95,6 +95,7 @@ TALKS = {
     "onemap_tools.bench.commands": "reads the configuration",
     "onemap_tools.bench.foreign_command": "reads the configuration",
     "onemap_tools.bench.fusion": "times",
+    "onemap_tools.bench.image_queries_command": "reads the configuration",
     "onemap_tools.bench.machine": "times",
     "onemap_tools.bench.map_image": "times",
     "onemap_tools.bench.query_time": "times",
@@ -184,6 +185,7 @@ FILES = {
     "onemap_tools.bench.verdicts": "finished apartments",
     "onemap_tools.bench.transport.streams": "frames for its processes",
     "onemap_tools.certificate_files": "certificates",
+    "onemap_tools.cli.crop_file": "a picture",
     "onemap_tools.cli.decision_file": "the decisions of a search",
     "onemap_tools.cli.floor_plan": "a picture",
     "onemap_tools.cli.map": "has the gateway load a map",
@@ -556,6 +558,7 @@ def test_public_class_names_mean_one_thing() -> None:
 
 # Tests of several modules at once, each with what they share.
 ACROSS_MODULES = {
+    "mapper/test_crossings.py": "between host and device, of all modules",
     "gateway/static/test_accessibility.py": "the pages are no Python: tried in a browser",
     "gateway/static/test_choice.py": "the page is no Python: tried in a browser",
     "gateway/static/test_drives.py": "the page is no Python: tried in a browser",

@@ -21,7 +21,7 @@ def query(
     *,
     image: Annotated[
         Path | None,
-        typer.Option(exists=True, dir_okay=False, help="Instead: a crop of it, PNG or JPEG."),
+        typer.Option(dir_okay=False, help="Instead: a crop of it, PNG or JPEG."),
     ] = None,
     regions: Annotated[int, typer.Option(min=1, max=100, help="How many places at most.")] = 5,
     negative: Annotated[
@@ -44,6 +44,7 @@ def query(
     image rank places; they are no probabilities.
     """
     from onemap import QueryOptions
+    from onemap_tools.cli.crop_file import read_crop
     from onemap_tools.cli.gateway_report import describe_query, follow_query
     from onemap_tools.cli.options import parse_area
     from onemap_tools.cli.terminal import print_json, result_console
@@ -57,7 +58,7 @@ def query(
         if follow:
             follow_query(gateway.follow_queries([words], options), as_json=as_json)
         if image is not None:
-            result = gateway.query_image(image.read_bytes(), options)
+            result = gateway.query_image(read_crop(image), options)
         else:
             result = gateway.query(
                 words, regions, negatives=options.negatives, area_m=options.area_m
