@@ -3,9 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from onemap_planner.policy.viewpoints import (
     TRIED_M,
+    Bands,
     Viewpoints,
     _occupied_only,
     find_viewpoint,
@@ -15,6 +17,7 @@ from onemap_planner.policy.viewpoints import (
 )
 from onemap_planner.world.acceptance import SAME_SIDE_M
 from onemap_planner.world.candidates import Sighting
+from onemap_simulator.rendering.rgbd_camera import CameraParams
 from tests.planner.drawn_maps import (
     PARAMS,
     costmap_and_cost_to_go,
@@ -107,3 +110,46 @@ def test_another_side_is_in_sight_and_not_where_it_was_looked_at_before() -> Non
     inside_the_wall = candidate(2.0, 3.9)
     hidden = find_viewpoint(inside_the_wall, context(), PARAMS.explore.bands_m, [first])
     assert hidden is None or np.hypot(hidden[0] - first[0], hidden[1] - first[1]) > TRIED_M
+
+
+BANDS = Bands(((0.7, 1.1), (0.7, 1.25)), camera_m=1.0, down_deg=45.0, up_deg=20.0)
+
+
+@pytest.mark.parametrize(
+    ("height_m", "nearest_m"),
+    [
+        (0.6, 0.7),  # in the image from 0.4 m on
+        (0.2, 0.8),  # the camera looks over it
+        (0.0, 0.9),  # as far as the band allows
+        (1.1, 0.7),
+        (1.3, 0.824),  # the camera looks under it
+        (2.0, 0.9),
+        (float("nan"), 0.7),
+    ],
+)
+def test_the_height_of_an_object_decides_from_how_near_it_is_looked_at(
+    height_m: float, nearest_m: float
+) -> None:
+    first, last_resort = BANDS.at(height_m)
+    assert first[0] == pytest.approx(nearest_m, abs=1e-3)
+    assert last_resort[0] >= first[0]
+    assert (first[1], last_resort[1]) == (1.1, 1.25)
+
+
+def test_a_robot_that_stands_too_near_to_a_low_object_steps_back() -> None:
+    away = []
+    for height_m in (0.7, 0.0):
+        near = replace(candidate(1.55, 1.55), xyz=(1.55, 1.55, height_m))
+        viewpoint = find_viewpoint(near, context(), BANDS)
+        assert viewpoint is not None
+        away.append(np.hypot(viewpoint[0] - 1.55, viewpoint[1] - 1.55))
+    assert away[0] < 0.85
+    assert away[1] > 0.89
+
+
+def test_the_camera_that_is_taken_for_granted_is_the_simulators() -> None:
+    camera, bands = CameraParams(), PARAMS.explore.bands_m
+    half_deg = np.degrees(np.arctan(camera.height / 2 / camera.intrinsics.fy))
+    assert bands.camera_m == camera.height_m
+    assert bands.down_deg == pytest.approx(half_deg + camera.pitch_down_deg, abs=1.0)
+    assert bands.up_deg == pytest.approx(half_deg - camera.pitch_down_deg, abs=1.0)

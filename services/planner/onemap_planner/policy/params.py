@@ -14,6 +14,7 @@ from onemap_planner.policy.dead_ends import DeadEndParams
 from onemap_planner.policy.goals import GoalParams
 from onemap_planner.policy.order_params import ObjectOrderParams
 from onemap_planner.policy.unknown_way import PlaceParams
+from onemap_planner.policy.viewpoints import Bands
 from onemap_planner.world.acceptance import AcceptanceParams
 from onemap_planner.world.candidates import ConsensusParams
 from onemap_planner.world.costmap import CostmapParams
@@ -37,6 +38,21 @@ class ExploreParams(Params):
         default=1.25,
         description="Metres tried when nothing nearer can be reached; success is 1.5 m (paper), "
         "and what the map takes for the surface may lie two cells before it.",
+    )
+    camera_height_m: PositiveFloat = Field(
+        default=1.0,
+        description="Metres above the floor, as the simulator's: with the two angles, from how "
+        "near an object of which height can be looked at.",
+    )
+    sees_down_deg: float = Field(
+        default=43.0,
+        gt=0,
+        lt=90,
+        description="Below the horizontal, how far the image reaches: half the vertical field of "
+        "view, plus the pitch of the camera; the simulator's 63 degrees, pitched by 12.",
+    )
+    sees_up_deg: float = Field(
+        default=20.0, gt=0, lt=90, description="Above it: half of that, less the pitch."
     )
     confirm_sightings: PositiveInt = Field(
         default=6,
@@ -86,10 +102,11 @@ class ExploreParams(Params):
     )
 
     @property
-    def bands_m(self) -> tuple[tuple[float, float], ...]:
+    def bands_m(self) -> Bands:
         """Nearest and farthest distance from the object's surface, then those of last resort."""
-        nearest_m = self.approach_nearest_m
-        return (nearest_m, self.approach_farthest_m), (nearest_m, self.approach_last_resort_m)
+        nearest_m, farthest_m = self.approach_nearest_m, self.approach_farthest_m
+        distances_m = (nearest_m, farthest_m), (nearest_m, self.approach_last_resort_m)
+        return Bands(distances_m, self.camera_height_m, self.sees_down_deg, self.sees_up_deg)
 
 
 class PlannerParams(Params):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from math import isfinite, radians, tan
 
 import numpy as np
 from scipy import ndimage
@@ -17,12 +17,40 @@ from onemap_planner.world.components import CONNECTIVITY_8
 from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, I64, Bool
 
-Bands: TypeAlias = tuple[tuple[float, float], ...]  # nearest and farthest distance, metres
-
 MAX_TRIES = 80  # lines of sight tried per target, cheapest viewpoints first
 TRIED_M = 0.7  # a viewpoint nearer than this to a tried one shows nothing new
 OTHER_SIDE_M = 1.2 * SAME_SIDE_M  # the robot may stop a little off
+LEAST_BAND_M = 0.2  # that its height leaves of a band: two cells of the default size
 BLUR_CELLS = 2  # the map is blurred: obstacles this close to the target belong to it
+
+
+@dataclass(frozen=True, slots=True)
+class Bands:
+    """Distances from a target's surface to look at it from, tried in this order.
+
+    distances_m: nearest and farthest of each; camera_m: height of the camera above the floor;
+    down_deg, up_deg: how far below and above the horizontal its image reaches.
+    """
+
+    distances_m: tuple[tuple[float, float], ...]
+    camera_m: float
+    down_deg: float
+    up_deg: float
+
+    def at(self, height_m: float) -> tuple[tuple[float, float], ...]:
+        """The bands for a target at this height, NaN if it is not known.
+
+        Nearer than where the camera has that height in its image, it looks over the target, or
+        under it: such places are left out, but for the farthest ones.
+        """
+        if not isfinite(height_m):
+            return self.distances_m
+        below_m = self.camera_m - height_m
+        shown_m = abs(below_m) / tan(radians(self.down_deg if below_m > 0 else self.up_deg))
+        return tuple(
+            (max(nearest_m, min(shown_m, farthest_m - LEAST_BAND_M)), farthest_m)
+            for nearest_m, farthest_m in self.distances_m
+        )
 
 
 def reachable(costmap: Costmap, cost_to_go: CostToGo) -> Bool:
@@ -114,9 +142,9 @@ def find_viewpoint(
 ) -> tuple[float, float] | None:
     """The viewpoint (metres) of a candidate; None if none can be reached.
 
-    bands_m: distances from its surface, tried in this order; tried_xy: metres, none near
-    these, and none from which it is hidden, if there are any. Of a candidate that the map does
-    not support, only another side shows anything new.
+    bands_m: distances from its surface, by its height; tried_xy: metres, none near these, and
+    none from which it is hidden, if there are any. Of a candidate that the map does not support,
+    only another side shows anything new.
     """
     cells = context.map_view.indices_of(candidate.surface)
     if len(cells) == 0:
@@ -127,7 +155,7 @@ def find_viewpoint(
     tried = costmap.grid.cells(np.array(tried_xy, np.float64).reshape(-1, 2))
     apart_m = TRIED_M if candidate.supported else OTHER_SIDE_M
     viewpoint = None
-    for band_m in bands_m:
+    for band_m in bands_m.at(candidate.xyz[2]):
         around = viewpoints_around(
             cells, costmap, cost_to_go, band_m=band_m, tried=tried, apart_m=apart_m
         )
