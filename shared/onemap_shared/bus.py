@@ -184,6 +184,11 @@ class ZenohBus:
         """See ``transport.Bus``."""
         return self._membership.name[1]
 
+    @property
+    def namespace(self) -> str:
+        """See ``transport.Bus``."""
+        return self._config.namespace
+
     def _session_for(self, delivery: Delivery) -> zenoh.Session:
         if delivery is not Delivery.COMMAND:
             return self._session
@@ -222,9 +227,11 @@ class ZenohBus:
             self._declared.append(self._session.declare_subscriber(topic.receipts.key, handler))
         return sender
 
-    def subscribe(self, topic: Topic[M], capacity: int = 1) -> Subscription[M]:
+    def subscribe(
+        self, topic: Topic[M], capacity: int = 1, arrived: threading.Event | None = None
+    ) -> Subscription[M]:
         """See ``transport.Bus``."""
-        inbox = Inbox(topic.message, capacity)
+        inbox = Inbox(topic.message, capacity, arrived)
         session = self._session_for(topic.delivery)
 
         def on_sample(sample: zenoh.Sample) -> None:
@@ -237,11 +244,8 @@ class ZenohBus:
         handler = zenoh.handlers.Callback(on_sample, indirect=False)
         self._declared.append(session.declare_subscriber(topic.key, handler))
         if topic.latched:
-            session.get(
-                topic.key,
-                zenoh.handlers.Callback(on_reply, indirect=False),
-                timeout=CALL_TIMEOUT_S,
-            )
+            latest = zenoh.handlers.Callback(on_reply, indirect=False)
+            session.get(topic.key, latest, timeout=CALL_TIMEOUT_S)
         return inbox
 
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
@@ -250,8 +254,7 @@ class ZenohBus:
 
     def call(self, procedure: Procedure[Q, R], request: Q, timeout_s: float = CALL_TIMEOUT_S) -> R:
         """See ``transport.Bus``."""
-        packet = encode(request)
-        asked_at = time.monotonic()
+        packet, asked_at = encode(request), time.monotonic()
         replies = self._session.get(
             procedure.key,
             payload=packet.body,
@@ -338,8 +341,7 @@ class _Latch:
 
 class _ZenohPublisher(Generic[M]):
     def __init__(self, publisher: zenoh.Publisher, latch: _Latch | None) -> None:
-        self._publisher = publisher
-        self._latch = latch
+        self._publisher, self._latch = publisher, latch
 
     def put(self, message: M) -> None:
         packet = encode(message)
@@ -354,8 +356,7 @@ class _Server(Generic[Q, R]):
     def __init__(
         self, session: zenoh.Session, procedure: Procedure[Q, R], handler: Callable[[Q], R]
     ) -> None:
-        self._procedure = procedure
-        self._handler = handler
+        self._procedure, self._handler = procedure, handler
         self._queries: SimpleQueue[tuple[zenoh.Query, float]] = SimpleQueue()
         self._closed = threading.Event()
         callback = zenoh.handlers.Callback(self._arrived, indirect=False)

@@ -18,6 +18,7 @@ from functools import partial
 from typing import Any, Generic, TypeVar
 
 from onemap_shared.keys import Procedure, Topic
+from onemap_shared.services import role_of
 from onemap_shared.transport import (
     CALL_TIMEOUT_S,
     Inbox,
@@ -46,14 +47,21 @@ class MemoryRouter:
             list
         )
         self.services: dict[MemoryBus, str] = {}
+        self.namespace = ""
         self.namespaces: dict[str, MemoryRouter] = {}  # of siblings
 
     def bus(self, service: str = "") -> MemoryBus:
         """A new bus; ``service`` counts as alive until it is closed."""
-        bus = MemoryBus(self)
+        bus = MemoryBus(self, service)
         if service:
             self.services[bus] = service
         return bus
+
+    def space(self, namespace: str) -> MemoryRouter:
+        """The keys of another namespace, which are no keys of this one."""
+        found = self.namespaces.setdefault(namespace, MemoryRouter())
+        found.namespace = namespace
+        return found
 
     def inject(self, key: str, packet: Packet) -> None:
         """Deliver raw bytes, as a broken or foreign publisher would."""
@@ -68,18 +76,25 @@ class MemoryRouter:
 class MemoryBus:
     """One participant. Implements ``transport.Bus``."""
 
-    def __init__(self, router: MemoryRouter) -> None:
-        self._router = router
+    def __init__(self, router: MemoryRouter, service: str = "") -> None:
+        self._router, self._service = router, service
         self.instance = uuid.uuid4().hex[:12]
         self._pool = ThreadPoolExecutor(4, "memory-bus")
+
+    @property
+    def namespace(self) -> str:
+        """See ``transport.Bus``."""
+        return self._router.namespace
 
     def publish(self, topic: Topic[M]) -> Publisher[M]:
         """See ``transport.Bus``."""
         return _MemoryPublisher(self._router, topic)
 
-    def subscribe(self, topic: Topic[M], capacity: int = 1) -> Subscription[M]:
+    def subscribe(
+        self, topic: Topic[M], capacity: int = 1, arrived: threading.Event | None = None
+    ) -> Subscription[M]:
         """See ``transport.Bus``."""
-        inbox = Inbox(topic.message, capacity)
+        inbox = Inbox(topic.message, capacity, arrived)
         with self._router.lock:
             self._router.inboxes[topic.key].append(inbox)
             if topic.latched and topic.key in self._router.latched:
@@ -117,7 +132,20 @@ class MemoryBus:
 
     def sibling(self, namespace: str) -> MemoryBus:
         """See ``transport.Bus``."""
-        return self._router.namespaces.setdefault(namespace, MemoryRouter()).bus()
+        sibling = MemoryBus(self._router.space(namespace), self._service)
+        sibling.instance = self.instance
+        return sibling
+
+    def claim(self) -> tuple[str, ...]:
+        """See ``transport.Bus``."""
+        others = tuple(
+            f"{service} {bus.instance}"
+            for bus, service in self._router.services.items()
+            if bus is not self and role_of(service) == role_of(self._service)
+        )
+        if not others:
+            self._router.services[self] = self._service
+        return others
 
     def metrics(self) -> dict[str, float]:
         """See ``transport.Bus``; there is no link inside one process."""

@@ -107,6 +107,12 @@ class Subscription(Protocol[M_co]):
     def counters(self) -> Counters: ...
 
 
+class Server(Protocol):
+    """What answers procedures."""
+
+    def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None: ...
+
+
 class Bus(Protocol):
     """Topics to publish and follow, procedures to serve and call."""
 
@@ -114,10 +120,19 @@ class Bus(Protocol):
     def instance(self) -> str:
         """Which process of its service this is, as in its liveliness token."""
 
+    @property
+    def namespace(self) -> str:
+        """What its keys begin with; empty: nothing."""
+
     def publish(self, topic: Topic[M]) -> Publisher[M]: ...
 
-    def subscribe(self, topic: Topic[M], capacity: int = 1) -> Subscription[M]:
-        """Follow a topic, keeping the newest ``capacity`` messages."""
+    def subscribe(
+        self, topic: Topic[M], capacity: int = 1, arrived: threading.Event | None = None
+    ) -> Subscription[M]:
+        """Follow a topic, keeping the newest ``capacity`` messages.
+
+        arrived: set with every message, so that a thread may wait for several topics at once.
+        """
 
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
         """Answer a procedure; the handler runs in threads of its own, ``parallel`` calls at once.
@@ -137,6 +152,12 @@ class Bus(Protocol):
 
     def sibling(self, namespace: str) -> Bus:
         """The same router under the keys of another namespace, unseen there; close it as well."""
+
+    def claim(self) -> tuple[str, ...]:
+        """Show this process under these keys, unless others have its role; empty, or these.
+
+        Raises ConnectionError without a router.
+        """
 
     def metrics(self) -> dict[str, float]:
         """Of what it sends, by names that begin with ``link_``; for the heartbeat."""
@@ -171,8 +192,11 @@ class Inbox(Generic[M]):
     frame costs nothing; a bad one is counted and passed over.
     """
 
-    def __init__(self, message: type[M], capacity: int) -> None:
+    def __init__(
+        self, message: type[M], capacity: int, arrived: threading.Event | None = None
+    ) -> None:
         self._message = message
+        self._announced = arrived
         self._packets: deque[Packet | Callable[[], Packet]] = deque()
         self._capacity = capacity
         self._arrived = threading.Condition()
@@ -187,6 +211,8 @@ class Inbox(Generic[M]):
                 self._count(skipped=1)
             self._packets.append(packet)
             self._arrived.notify()
+        if self._announced is not None:
+            self._announced.set()
 
     def take(self, timeout_s: float) -> M | None:
         """See ``Subscription``."""

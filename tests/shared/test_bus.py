@@ -429,3 +429,40 @@ def test_frames_wait_for_receipts_and_travel_compressed(router: Router) -> None:
 
 def newer(frame: m.RgbdFrame | None, than: int) -> m.RgbdFrame | None:
     return frame if frame is not None and frame.sequence > than else None
+
+
+def test_one_thread_waits_for_several_topics(buses: tuple[Bus, Bus]) -> None:
+    here, there = buses
+    arrived = threading.Event()
+    odometry = there.subscribe(keys.ROBOT_ODOMETRY, arrived=arrived)
+    revisions = there.subscribe(keys.MAP_REVISION, arrived=arrived)
+    positions, maps = here.publish(keys.ROBOT_ODOMETRY), here.publish(keys.MAP_REVISION)
+
+    def attempt() -> object:
+        positions.put(sample(m.Odometry))
+        return odometry.take(0.0) if arrived.wait(0.1) else None
+
+    def attempt_other() -> object:
+        arrived.clear()
+        maps.put(sample(m.MapRevision))
+        return revisions.take(0.0) if arrived.wait(0.1) else None
+
+    eventually(attempt)
+    eventually(attempt_other)
+
+
+def test_a_process_serves_under_the_keys_of_a_second_robot(buses: tuple[Bus, Bus]) -> None:
+    """It is seen there, so that no other takes its role."""
+    _, mapper = buses
+    own, other = mapper.sibling("fleet/r2"), mapper.sibling("fleet/r2")
+    assert own.namespace == "fleet/r2"
+    assert own.members() == frozenset()
+    assert own.claim() == ()
+    own.serve(keys.MAP_SAVE, lambda request: summary(request.name))
+    assert eventually(lambda: answered(other, "flat")) == summary("flat")
+    eventually(lambda: other.members() == {("mapper", mapper.instance)} or None)
+    with pytest.raises(NoReply):
+        mapper.call(keys.MAP_SAVE, m.MapFile("flat"))
+    own.close()
+    eventually(lambda: other.members() == frozenset() or None)
+    other.close()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import threading
 import time
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -42,6 +43,11 @@ class Ros2RobotBus:
         """See ``transport.Bus``."""
         return self._bus.instance
 
+    @property
+    def namespace(self) -> str:
+        """See ``transport.Bus``."""
+        return self._bus.namespace
+
     def publish(self, topic: Topic[Any]) -> Publisher[Any]:
         """See ``transport.Bus``."""
         if topic == ROBOT_RGBD:
@@ -50,12 +56,14 @@ class Ros2RobotBus:
             return _OdometryPublisher(self._network)
         return self._bus.publish(topic)
 
-    def subscribe(self, topic: Topic[Any], capacity: int = 1) -> Subscription[Any]:
-        """See ``transport.Bus``."""
+    def subscribe(
+        self, topic: Topic[Any], capacity: int = 1, arrived: threading.Event | None = None
+    ) -> Subscription[Any]:
+        """See ``transport.Bus``; a command of the robot's network sets no event."""
         if topic == ROBOT_CMD_VEL:
             reader = self._network.read(COMMAND, TWIST_STAMPED, 1)
             return _CommandSubscription(self._network, reader)
-        return self._bus.subscribe(topic, capacity)
+        return self._bus.subscribe(topic, capacity, arrived)
 
     def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
         """See ``transport.Bus``."""
@@ -76,6 +84,10 @@ class Ros2RobotBus:
     def sibling(self, namespace: str) -> Bus:
         """See ``transport.Bus``."""
         return self._bus.sibling(namespace)
+
+    def claim(self) -> tuple[str, ...]:
+        """See ``transport.Bus``."""
+        return self._bus.claim()
 
     def metrics(self) -> dict[str, float]:
         """See ``transport.Bus``."""
