@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.frame_history import FrameHistory
 from onemap_mapper.frame_update import compute_update
 from onemap_mapper.merge import merge_into, merged_objects
 from onemap_mapper.objects import NO_OBJECTS, ObjectMemory
@@ -103,7 +104,8 @@ def test_merging_into_an_empty_map_is_loading() -> None:
     belief = merged(take(original))
     assert_same(belief, original)
     assert (belief.encoder_id, belief.frames_fused) == (original.encoder_id, 2)
-    assert (belief.sequence, belief.stamp_ns) == (original.sequence, original.stamp_ns)
+    newest = original.history()
+    assert belief.history() == FrameHistory(newest.sequence, newest.stamp_ns)
     np.testing.assert_allclose(
         np.sort(belief.store.explored_confidence.numpy()),
         np.sort(original.store.explored_confidence.numpy()),

@@ -63,7 +63,7 @@ def test_regions_are_ranked_and_name_their_map(belief: BeliefMap) -> None:
     assert reply.best_score == pytest.approx(float(reply.scores[0]))
     assert reply.best_score > 0.9
     assert (np.diff(reply.scores) <= 0).all()
-    assert (reply.revision, reply.stamp_ns) == (belief.revision, belief.stamp_ns)
+    assert (reply.revision, reply.stamp_ns) == (belief.revision, belief.history().stamp_ns)
     assert (reply.encoder_id, reply.nearest) == ("encoder-a", ("armchair",))
     assert reply.scores_grid.shape == (0, 0)
 
@@ -131,7 +131,7 @@ def test_a_region_has_outline_view_and_time(belief: BeliefMap) -> None:
     np.testing.assert_allclose(corners.max(axis=0), reply.extents_m[0, 2:], atol=0.11)
     camera_m = scenes.pose()[:2, 3]
     np.testing.assert_allclose(reply.best_views[0], [*camera_m, 0.0], atol=1e-5)
-    assert (reply.last_seen_ns == belief.stamp_ns).all()
+    assert (reply.last_seen_ns == belief.history().stamp_ns).all()
 
 
 def test_only_the_area_that_was_asked_for_has_regions(belief: BeliefMap) -> None:

@@ -44,7 +44,9 @@ def test_a_restored_map_is_the_same_map(belief: BeliefMap, dtype: str) -> None:
         belief = restored(take(belief), feature_dtype=dtype)
     again = restored(take(belief), feature_dtype=dtype)
     assert (again.encoder_id, again.text_space, again.dimension) == ("encoder-a", "space-a", 16)
-    assert (again.frames_fused, again.sequence, again.stamp_ns) == (4, 3, belief.stamp_ns)
+    history = again.history()
+    assert (again.frames_fused, history.sequence) == (4, 3)
+    assert history.stamp_ns == belief.history().stamp_ns
     assert again.revision == 9
     slots = again.slots_of(belief.store.cells)
     everything = np.arange(belief.store.count)

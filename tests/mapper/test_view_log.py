@@ -90,3 +90,20 @@ def test_views_that_are_best_for_no_cell_are_forgotten(
         assert log.best_view(ROWS[:1])[0] == pytest.approx(0.5 * step)
         assert log.best_view(ROWS[1:])[0] == pytest.approx(0.5)
     assert len(log._poses) <= 9
+
+
+def test_robots_that_take_turns_have_views_of_their_own(log: ViewLog) -> None:
+    poses = [pose_2d(x_m, 2.0, 0.5) @ camera_mount(0.0, 1.0, 0.2) for x_m in (0.0, 4.0)]
+    for k in range(20):
+        for robot, T_map_camera in enumerate(poses):
+            better = np.array([k + robot + 1.0] * 4, np.float32)
+            log.record(
+                ROWS,
+                better,
+                T_map_camera=T_map_camera,
+                stamp_ns=k,
+                params=scenes.params(),
+                robot=robot,
+            )
+    assert len(log._poses) == 2
+    assert log.best_view(ROWS)[0] == pytest.approx(4.0)

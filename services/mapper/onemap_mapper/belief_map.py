@@ -12,10 +12,11 @@ import numpy as np
 from torch import Tensor
 
 from onemap_mapper.cell_store import CellStore, FeatureShare
+from onemap_mapper.frame_history import NO_FRAMES, FrameHistory
 from onemap_mapper.frame_update import FrameUpdate
 from onemap_mapper.kernels import jit
 from onemap_mapper.kernels.fuse_rows import all_finite
-from onemap_mapper.keyframes import NO_VIEW, Keyframes, Views
+from onemap_mapper.keyframes import NO_VIEW, Views
 from onemap_mapper.map_version import NO_SLOT, MapVersion
 from onemap_mapper.occupancy import (
     I8,
@@ -42,15 +43,15 @@ class FieldRejected(ValueError):
 class BeliefMap:
     """The map of one encoder; empty until the first update names the encoder.
 
-    Not thread-safe: callers that share it between threads hold a lock.
+    Robots that share it are numbered from 0. Not thread-safe: callers that share it between threads
+    hold a lock.
     """
 
     def __init__(self, params: MapParams, *, first_revision: int = 0) -> None:
         self.params = params
         self.encoder_id = ""
         self.text_space = ""
-        self.sequence = 0
-        self.stamp_ns = 0
+        self.histories: dict[int, FrameHistory] = {}  # by robot
         self.frames_fused = 0
         self.revision = first_revision
         self._keeps_every_view = False
@@ -62,10 +63,12 @@ class BeliefMap:
         self.assumed = TileLayer(np.bool_, 0)  # clear, though no camera saw this floor
         self.occupancy = TileLayer(np.uint8, Occupancy.UNKNOWN)
         self.settled = TileLayer(np.uint8, Occupancy.UNKNOWN)  # of ``occupancy``, what lasted
-        self.start_m: F64 | None = None  # the camera's first position
         self.newest_views = NO_VIEW  # that the newest frame counted for
         self.view_log = ViewLog()
-        self._keyframes = Keyframes()
+
+    def history(self, robot: int = 0) -> FrameHistory:
+        """What is remembered of a robot's frames."""
+        return self.histories.get(robot, NO_FRAMES)
 
     @property
     def dimension(self) -> int:
@@ -84,22 +87,23 @@ class BeliefMap:
         held = self.store.nbytes + self.tiles.nbytes + self.view_log.nbytes
         return held + sum(layer.nbytes for layer in layers)
 
-    def fuse(self, update: FrameUpdate, views: Views | None = None) -> None:
-        """Fuse one frame. Raises ``FieldRejected`` before anything has changed.
+    def fuse(self, update: FrameUpdate, views: Views | None = None, *, robot: int = 0) -> None:
+        """Fuse one frame of a robot. Raises ``FieldRejected`` before anything has changed.
 
         views: what it counts for if another map of the same frames says so.
         """
         self._check(update)
-        free = self._assumed_free(update)
+        history = self.history(robot)
+        free = self._assumed_free(update, history.start_m)
         self.grow(np.concatenate([update.cells, update.occupancy.cells, free]))
         if self.dimension == 0:
             self.set_encoder(update.encoder_id, update.text_space, update.features.shape[1])
-        self._add_process_noise(update.stamp_ns)
+        self._add_process_noise(update.stamp_ns, history.stamp_ns)
         self.revision += 1
         self._doubt_beside(self.fuse_occupancy(update.occupancy))
         slots = self.slots_of(update.cells)
-        self.newest_views = views or self._keyframes.views(update.T_map_camera, self.params)
-        self._keyframes = self._keyframes.after(update.T_map_camera, self.newest_views)
+        own = history.keyframes.views(update.T_map_camera, self.params)
+        self.newest_views = views or replace(own, robot=robot)
         self.store.fuse(
             slots,
             update.features,
@@ -114,12 +118,11 @@ class BeliefMap:
             T_map_camera=update.T_map_camera,
             stamp_ns=update.stamp_ns,
             params=self.params,
+            robot=robot,
         )
         self.assume_free(free)
-        if self.start_m is None:
-            self.start_m = update.camera_m
         self.frames_fused += 1
-        self.sequence, self.stamp_ns = update.sequence, update.stamp_ns
+        self.histories[robot] = history.after(update, self.newest_views)
 
     def check_pose(self, T_map_camera: F64) -> None:
         """Raise ``MapTooLarge`` if the camera is where this map cannot reach.
@@ -217,11 +220,11 @@ class BeliefMap:
         self.assumed.values[rows] &= clear
         self.occupancy.values[rows] = occupancy_states(evidence, clear)
 
-    def reset_searched(self) -> None:
-        """Reset sigma_E, as a new search begins; features and their variance stay."""
+    def reset_searched(self, robot: int = 0) -> None:
+        """Reset a robot's sigma_E, as its search begins; features and their variance stay."""
         self.revision += 1
-        self._keyframes = self._keyframes.of_new_search()
-        self.store.reset_searched()
+        self.histories[robot] = self.history(robot).of_new_search()
+        self.store.reset_searched(robot)
 
     def version(self) -> MapVersion:
         """A copy of this revision, without its features."""
@@ -234,6 +237,7 @@ class BeliefMap:
             assumed=shared.assumed.copy(),
             heights=shared.heights.copy(),
             view_log=shared.view_log.copy(),
+            histories=self.histories.copy(),
         )
 
     def layers(self) -> U8:
@@ -252,8 +256,7 @@ class BeliefMap:
         """This revision for as long as nothing changes: it shares the map's memory."""
         return MapVersion(
             revision=self.revision,
-            sequence=self.sequence,
-            stamp_ns=self.stamp_ns,
+            histories=self.histories,
             encoder_id=self.encoder_id,
             explored_variance=self.params.explored_variance,
             tiles=self.tiles,
@@ -300,23 +303,23 @@ class BeliefMap:
             return all_finite(features.numpy())
         return bool(features.isfinite().all())
 
-    def _add_process_noise(self, stamp_ns: int) -> None:
-        elapsed_s = (stamp_ns - self.stamp_ns) * 1e-9 if self.stamp_ns else 0.0
+    def _add_process_noise(self, stamp_ns: int, before_ns: int) -> None:
+        elapsed_s = (stamp_ns - before_ns) * 1e-9 if before_ns else 0.0
         if self.params.process_noise_per_s > 0 and elapsed_s > 0:
             rate_per_s = self.params.process_noise_per_s
             self.store.add_process_noise(rate_per_s=rate_per_s, elapsed_s=elapsed_s)
 
-    def _assumed_free(self, update: FrameUpdate) -> I64:
+    def _assumed_free(self, update: FrameUpdate, start_m: F64 | None) -> I64:
         """Cells (n, 2) that count as free though no camera sees their floor.
 
-        Around the camera's first position; and, while it is there, from there to the nearest
-        floor in view: the floor between both is in no image.
+        Around the camera's first position, ``start_m``; and, while it is there, from there to the
+        nearest floor in view: the floor between both is in no image.
         """
         radius_m, none = self.params.initially_free_radius_m, np.zeros((0, 2), np.int64)
-        start_m = update.camera_m if self.start_m is None else self.start_m
+        first = start_m is None
+        start_m = update.camera_m if start_m is None else start_m
         if radius_m == 0 or np.linalg.norm(update.camera_m[:2] - start_m[:2]) > radius_m:
             return none
-        first = self.start_m is None
         disc = cells_within(start_m, radius_m, self.params.cell_size_m) if first else none
         return np.concatenate([disc, update.occupancy.cells[update.occupancy.blind]])
 

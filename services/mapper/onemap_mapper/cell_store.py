@@ -28,9 +28,15 @@ from onemap_mapper.stochastic_rounding import rounded, seeds
 from onemap_shared.geometry import F32, I64, Bool
 
 BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
+SEARCHED, EXPLORED = 1, 2  # rows of the confidences, after c itself
 # What remains of a cell is cleared below this share of its confidence: rounding errors of its
 # feature grow with the inverse of what remains, and would become as large as the feature.
 EMPTY_BELOW = {torch.float32: 1e-5, torch.float16: 2e-2}
+
+
+def searched_row(robot: int) -> int:
+    """The row of the confidences that holds 1 / sigma_E^2 of a robot, if there are so many."""
+    return SEARCHED if robot == 0 else EXPLORED + robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,8 +90,9 @@ class CellStore:
         self._compiled = jit.usable(wanted=compiled, device=device)
         self.device, self._device, self._dtype = device, device, dtype
         self._blocks: list[Tensor] = []
-        # Rows: c, that of keyframes since the reset, that of all keyframes. In float64, so that
-        # what is taken out again leaves nothing.
+        # Rows: c, that of keyframes since the reset, that of all keyframes; from the fourth on, the
+        # second for a further robot each, once it has one. In float64, so that what is taken out
+        # again leaves nothing.
         self._confidence = torch.zeros((3, 0), dtype=torch.float64)
         self._cells = np.zeros((0, 2), np.int64)
         self._changed_at = np.zeros(0, np.int64)
@@ -129,7 +136,7 @@ class CellStore:
         return self._confidence[2, : self.count].float()
 
     def confidences(self, part: slice) -> Tensor:
-        """The three confidences (3, k) float32 of consecutive slots, in the order above."""
+        """The confidences (3 + further robots, k) float32 of consecutive slots, as above."""
         return self._confidence[:, part].float()
 
     @property
@@ -153,7 +160,7 @@ class CellStore:
             extra = reserved - len(self._cells)
             self._cells = np.concatenate([self._cells, np.zeros((extra, 2), np.int64)])
             self._changed_at = np.concatenate([self._changed_at, np.zeros(extra, np.int64)])
-            grown = self._confidence.new_zeros((3, extra))
+            grown = self._confidence.new_zeros((len(self._confidence), extra))
             self._confidence = torch.cat([self._confidence, grown], dim=1)
             self._heights.reserve(reserved)
         self._cells[slots] = cells
@@ -185,7 +192,8 @@ class CellStore:
         self._move(slots, features, K)
         if heights is not None:
             self._heights.move(slots, heights, K.numpy())
-        for row, times in enumerate((1.0, views.searched, views.explored)):
+        searched = self._searched_row(views.robot)
+        for row, times in ((0, 1.0), (searched, views.searched), (EXPLORED, views.explored)):
             if times > 0:
                 self._confidence[row, index] += times * confidence
         self._changed_at[slots] = revision
@@ -318,17 +326,27 @@ class CellStore:
         index = torch.from_numpy(slots)
         self._confidence[0, index] = self._confidence[0, index].clamp(max=most)
 
-    def reset_searched(self) -> None:
-        """Set sigma_E of all slots to infinity; features and their confidence stay."""
-        self._confidence[1] = 0.0
+    def reset_searched(self, robot: int = 0) -> None:
+        """Set sigma_E of a robot to infinity in all slots; features and their confidence stay."""
+        row = self._searched_row(robot)
+        self._confidence[row] = 0.0
 
     def set_searched_confidence(self, confidence: Tensor) -> None:
         """Set 1 / sigma_E^2 (count,) of all slots, as loaded from a file."""
-        self._confidence[1, : self.count] = confidence.cpu()
+        self._confidence[SEARCHED, : self.count] = confidence.cpu()
 
     def set_explored_confidence(self, confidence: Tensor) -> None:
         """Set the confidence of keyframes (count,) of all slots, as loaded from a file."""
-        self._confidence[2, : self.count] = confidence.cpu()
+        self._confidence[EXPLORED, : self.count] = confidence.cpu()
+
+    def _searched_row(self, robot: int) -> int:
+        """The row of 1 / sigma_E^2 of a robot, made where it has none yet."""
+        row = searched_row(robot)
+        missing = row + 1 - len(self._confidence)
+        if missing > 0:
+            rows = self._confidence.new_zeros((missing, self._confidence.shape[1]))
+            self._confidence = torch.cat([self._confidence, rows])
+        return row
 
     def _by_block(self, slots: I64) -> Iterator[tuple[int, Tensor, Tensor]]:
         """Per block with some of the slots: its number, their indices, their rows in the block."""

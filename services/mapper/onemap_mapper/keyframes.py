@@ -20,10 +20,11 @@ MAX_VIEWS = 3.0  # that one frame counts for: after 0.6 m or 30 degrees it shows
 
 @dataclass(frozen=True, slots=True)
 class Views:
-    """How many views a frame counts for, >= 0: for searched, and for explored."""
+    """How many views a frame counts for, >= 0: for searched by its robot, and for explored."""
 
     searched: float
     explored: float
+    robot: int = 0
 
 
 ONE_VIEW, NO_VIEW = Views(1.0, 1.0), Views(0.0, 0.0)

@@ -113,7 +113,7 @@ class LiveMap:
                     buffer[rows] = features.cpu().numpy()
                 confidences = store.confidences(part).numpy()
             copies = (content.confidence, content.searched, content.explored)
-            for copy, values in zip(copies, confidences, strict=True):
+            for copy, values in zip(copies, confidences[: len(copies)], strict=True):
                 if copy is not None:
                     copy[part] = values
             yield buffer[: part.stop - part.start]

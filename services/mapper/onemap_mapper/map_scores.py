@@ -10,7 +10,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.feature_table import CellFeatures
@@ -40,8 +40,12 @@ class MapScores:
         self._turn = threading.Lock()  # one asker at a time reads the map
         self._cache = ScoreCache()
 
-    def of(self, queries: Sequence[TextQuery]) -> ScoredVersion:
-        """The newest revision with the scores and cosines of the queries."""
+    def of(self, queries: Sequence[TextQuery], robot: int = 0) -> ScoredVersion:
+        """The newest revision for a robot, with the scores and cosines of the queries."""
+        scored = self._scored(queries)
+        return replace(scored, version=scored.version.of_robot(robot))
+
+    def _scored(self, queries: Sequence[TextQuery]) -> ScoredVersion:
         with self._turn:
             for _ in range(ATTEMPTS):
                 version, revision, table = self._begin(queries)

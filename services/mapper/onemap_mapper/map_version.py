@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from onemap_mapper.cell_store import EXPLORED, searched_row
+from onemap_mapper.frame_history import NO_FRAMES, FrameHistory
 from onemap_mapper.tiles import TileIndex
 from onemap_mapper.view_log import ViewLog
 from onemap_shared.geometry import F32, I32, U8, Bool
@@ -21,14 +24,15 @@ class MapVersion:
     """One revision; ``BeliefMap.version`` makes it a copy that no later frame changes.
 
     By rows (n,) of ``tiles``: slots int32, NO_SLOT where nothing was observed; occupancy, values of
-    ``Occupancy``; assumed: free, though no camera saw the floor. By slots: confidences (3, count)
-    float32, as ``CellStore.confidences``; heights (count, LEVELS) float32, as ``HeightStore.of``. A
-    cell is explored below ``explored_variance``.
+    ``Occupancy``; assumed: free, though no camera saw the floor. By slots: confidences
+    (3 + further robots, count) float32, as ``CellStore.confidences``; heights (count, LEVELS)
+    float32, as ``HeightStore.of``. A cell is explored below ``explored_variance``.
+
+    It is one robot's: searched is what that one searched, sequence and stamp_ns are of its frames.
     """
 
     revision: int
-    sequence: int
-    stamp_ns: int
+    histories: Mapping[int, FrameHistory]
     encoder_id: str
     explored_variance: float
     tiles: TileIndex
@@ -38,6 +42,25 @@ class MapVersion:
     confidences: F32
     heights: F32
     view_log: ViewLog
+    robot: int = 0
+
+    @property
+    def sequence(self) -> int:
+        """Of the robot's newest frame."""
+        return self._history.sequence
+
+    @property
+    def stamp_ns(self) -> int:
+        """Capture time of the robot's newest frame; 0: it has none in the map."""
+        return self._history.stamp_ns
+
+    @property
+    def _history(self) -> FrameHistory:
+        return self.histories.get(self.robot, NO_FRAMES)
+
+    def of_robot(self, robot: int) -> MapVersion:
+        """The same revision for another robot."""
+        return replace(self, robot=robot)
 
     @property
     def count(self) -> int:
@@ -58,7 +81,9 @@ class MapVersion:
     def layers(self) -> U8:
         """Bits of ``Layer`` (nx, ny) uint8 over ``grid``."""
         threshold = np.float32(1.0 / self.explored_variance)
-        _, searched, explored = self.confidences > threshold
+        explored, row = self.confidences[EXPLORED] > threshold, searched_row(self.robot)
+        known = row < len(self.confidences)  # else the robot has searched nothing yet
+        searched = self.confidences[row] > threshold if known else np.zeros(self.count, bool)
         bits = np.full(self.count + 1, Layer.OBSERVED, np.uint8)
         bits[:-1] |= explored * np.uint8(Layer.EXPLORED) | searched * np.uint8(Layer.SEARCHED)
         bits[NO_SLOT] = 0

@@ -14,6 +14,7 @@ import torch
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.cell_store import FeatureShare
+from onemap_mapper.frame_history import FrameHistory
 from onemap_mapper.objects import ObjectMemory
 from onemap_mapper.occupancy import OccupancyUpdate
 from onemap_mapper.params import MapParams, ObjectParams
@@ -56,8 +57,9 @@ def merge_into(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -
     belief.fuse_occupancy(occupancy)
     belief.assume_free(occupancy.cells[occupancy.blind])
     belief.frames_fused += header.frames_fused
-    if belief.stamp_ns < header.stamp_ns and belief.frames_fused == header.frames_fused:
-        belief.sequence, belief.stamp_ns = header.sequence, header.stamp_ns  # it was empty
+    before = belief.history().stamp_ns
+    if before < header.stamp_ns and belief.frames_fused == header.frames_fused:  # it was empty
+        belief.histories[0] = FrameHistory(header.sequence, header.stamp_ns)
 
 
 def merged_objects(

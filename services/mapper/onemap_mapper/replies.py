@@ -170,13 +170,14 @@ def search_view(scored: ScoredVersion, *, text: str) -> SearchView:
 
 
 def revision_of(
-    belief: BeliefMap, *, update_ms: float, rate_hz: float, objects_version: int
+    belief: BeliefMap, *, update_ms: float, rate_hz: float, objects_version: int, robot: int = 0
 ) -> MapRevision:
-    """The state of the map, published after every change."""
+    """The state of the map for a robot, published after every change."""
+    history = belief.history(robot)
     return MapRevision(
         revision=belief.revision,
-        sequence=belief.sequence,
-        stamp_ns=belief.stamp_ns,
+        sequence=history.sequence,
+        stamp_ns=history.stamp_ns,
         encoder_id=belief.encoder_id,
         text_space=belief.text_space,
         frames_fused=belief.frames_fused,

@@ -9,6 +9,7 @@ import torch
 from numpy.typing import NDArray
 
 from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.frame_history import FrameHistory
 from onemap_mapper.heights import LEVELS
 from onemap_mapper.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.occupancy import OccupancyUpdate
@@ -118,8 +119,8 @@ def outline(belief: BeliefMap) -> MapSnapshot:
         obstacle_min_height_m=params.obstacle_min_height_m,
         obstacle_max_height_m=params.obstacle_max_height_m,
         frames_fused=belief.frames_fused,
-        sequence=belief.sequence,
-        stamp_ns=belief.stamp_ns,
+        sequence=belief.history().sequence,
+        stamp_ns=belief.history().stamp_ns,
     )
     return MapSnapshot(
         header=header,
@@ -175,8 +176,8 @@ def restore(
             belief.store.set_explored_confidence(torch.from_numpy(snapshot.explored))
         if snapshot.seen is not None:
             belief.view_log.put_in(belief.tiles.rows(cells), snapshot.seen)
-    belief.frames_fused, belief.sequence = header.frames_fused, header.sequence
-    belief.stamp_ns = header.stamp_ns
+    belief.frames_fused = header.frames_fused
+    belief.histories[0] = FrameHistory(header.sequence, header.stamp_ns)
     return belief
 
 

@@ -49,7 +49,7 @@ class ViewLog:
     """The views of one map; rows are those of its ``TileIndex``."""
 
     def __init__(self) -> None:
-        self._T_map_camera: F64 | None = None  # of the newest view
+        self._newest: dict[int, tuple[int, F64]] = {}  # a robot's view: its index, T_map_camera
         self._poses: F64 = np.zeros((0, 3))
         self._best = TileLayer(np.int32, NO_VIEW_YET)
         self._confidence = TileLayer(np.float32, 0)
@@ -59,6 +59,7 @@ class ViewLog:
     def copy(self) -> ViewLog:
         """A log that does not change with this one."""
         made = copy(self)
+        made._newest = self._newest.copy()
         made._best, made._confidence = self._best.copy(), self._confidence.copy()
         made._last_seen_ns = self._last_seen_ns.copy()
         return made
@@ -75,13 +76,21 @@ class ViewLog:
             layer.grow(tiles)
 
     def record(
-        self, rows: I64, confidence: F32, *, T_map_camera: F64, stamp_ns: int, params: MapParams
+        self,
+        rows: I64,
+        confidence: F32,
+        *,
+        T_map_camera: F64,
+        stamp_ns: int,
+        params: MapParams,
+        robot: int = 0,
     ) -> None:
-        """A frame that gave distinct cells, by rows (n,), this confidence (n,)."""
-        if self._T_map_camera is None or views_since(self._T_map_camera, T_map_camera, params) > 0:
-            self._begin_view(T_map_camera)
+        """A robot's frame that gave distinct cells, by rows (n,), this confidence (n,)."""
+        newest = self._newest.get(robot)
+        if newest is None or views_since(newest[1], T_map_camera, params) > 0:
+            newest = self._newest[robot] = self._begin_view(T_map_camera)
         better = confidence > self._confidence.values[rows]
-        self._best.values[rows[better]] = len(self._poses) - 1
+        self._best.values[rows[better]] = newest[0]
         self._confidence.values[rows[better]] = confidence[better]
         self._last_seen_ns.values[rows] = stamp_ns
 
@@ -124,15 +133,15 @@ class ViewLog:
             self._last_seen_ns.values[rows], seen.last_seen_ns
         )
         self._poses = np.concatenate([self._poses, seen.poses])
-        self._T_map_camera = None  # the next frame begins a view
+        self._newest = {}  # the next frame begins a view
 
-    def _begin_view(self, T_map_camera: F64) -> None:
+    def _begin_view(self, T_map_camera: F64) -> tuple[int, F64]:
         if len(self._poses) >= self._prune_at:
             self._prune()
         (x, y), (ahead_x, ahead_y) = T_map_camera[:2, 3], T_map_camera[:2, 2]
         pose = (x, y, np.arctan2(ahead_y, ahead_x))
         self._poses = np.concatenate([self._poses, [pose]])
-        self._T_map_camera = T_map_camera
+        return len(self._poses) - 1, T_map_camera
 
     def _prune(self) -> None:
         """Forget the views that are the best one of no cell."""
@@ -141,5 +150,5 @@ class ViewLog:
         number = np.full(len(self._poses) + 1, NO_VIEW_YET, np.int32)
         number[used] = np.arange(len(used))
         values[:] = number[values]
-        self._poses = self._poses[used]
+        self._poses, self._newest = self._poses[used], {}
         self._prune_at = max(FIRST_PRUNING, 2 * len(used))

@@ -15,6 +15,7 @@ import numpy as np
 import torch
 
 from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.frame_history import FrameHistory
 from onemap_mapper.frame_update import FrameUpdate
 from onemap_mapper.occupancy import I8, accumulated_evidence
 from onemap_mapper.params import SubmapParams
@@ -85,9 +86,10 @@ class SubmapStore:
             self.close()
             content = BeliefMap(self._belief.params)
             content.keep_every_view()
-            start_m = self._belief.start_m
+            start_m = self._belief.history().start_m
             first = start_m is not None and np.array_equal(start_m, update.camera_m)
-            content.start_m = None if first else start_m  # the first frame frees where it stands
+            if not first:  # the first frame frees where it stands
+                content.histories[0] = FrameHistory(start_m=start_m)
             self._active = _Active(content, update.stamp_ns, update.T_map_camera)
         self._active.content.fuse(update, self._belief.newest_views)
 
