@@ -53,6 +53,7 @@ TALKS = {
     "onemap_mapper.checkpoints": "writes in a thread, and logs",
     "onemap_mapper.image_cache": "a cache that the bus's threads share",
     "onemap_mapper.map_queries": "asks perception for embeddings",
+    "onemap_mapper.map_robot": "a robot of the map on the bus",
     "onemap_mapper.map_scores": "lets the bus's threads score a map in turn",
     "onemap_mapper.object_keeper": "answers the bus's threads",
     "onemap_mapper.pose_graph_follower": "moves submaps for a limited time, and logs",

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from onemap_mapper.frame_order import NEW_STREAM_FRAMES, FrameOrder, FrameStamp
+from onemap_mapper.frame_order import (
+    NEW_STREAM_FRAMES,
+    SAME_PLACE_M,
+    FrameOrder,
+    FrameStamp,
+    OriginCheck,
+)
 
 S = 10**9
 NEWEST = FrameStamp(50, 100 * S)
@@ -44,3 +51,24 @@ def test_single_late_frames_between_others_are_no_new_stream() -> None:
         assert not order.is_late(FrameStamp(51 + k, (101 + k) * S), newest)
     backwards = [order.is_late(FrameStamp(40 - k, 95 * S), NEWEST) for k in range(5)]
     assert all(backwards)
+
+
+THERE, HERE = np.array([3.0, 4.0, 1.0]), np.array([0.0, 0.0, 1.0])
+
+
+def test_a_robot_that_goes_on_counting_may_be_anywhere() -> None:
+    origin = OriginCheck()
+    assert origin.distance_m(50, THERE, None) == 0
+    assert origin.distance_m(51, HERE, THERE) == 0  # SLAM found its place
+
+
+def test_a_robot_that_counts_anew_elsewhere_is_told_until_it_is_back_or_the_map_is_new() -> None:
+    origin = OriginCheck()
+    origin.distance_m(50, THERE, None)
+    assert [origin.distance_m(k, HERE, THERE) for k in range(3)] == [5, 5, 5]
+    assert origin.distance_m(3, THERE, THERE) == 5  # drove there in a frame of its own
+    assert origin.distance_m(0, THERE + 0.9 * SAME_PLACE_M / np.sqrt(3), THERE) == 0
+    assert origin.distance_m(0, HERE, THERE) == 0  # a frame repeated, not a count anew
+    origin.distance_m(9, THERE, THERE)
+    assert origin.distance_m(0, HERE, THERE) == 5
+    assert origin.distance_m(1, HERE, None) == 0

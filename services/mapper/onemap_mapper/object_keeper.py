@@ -21,7 +21,7 @@ from onemap_shared.messages import (
     ObjectListRequest,
     PicturedObject,
 )
-from onemap_shared.transport import Bus, RequestRejected
+from onemap_shared.transport import RequestRejected, Server
 
 LOG = logging.getLogger("onemap.mapper")
 
@@ -39,7 +39,7 @@ class ObjectKeeper:
 
     def __init__(
         self,
-        bus: Bus,
+        bus: Server,
         folder: Path,
         params: ObjectParams,
         announce: Callable[[], None],

@@ -35,6 +35,13 @@ class PoseGraphFollower:
                 graph.sequence,
             )
             return
+        if self._config.robots:
+            LOG.warning(
+                "pose graph %d ignored: the map is shared, and a correction would move what other "
+                "robots saw; correct the poses before they are published",
+                graph.sequence,
+            )
+            return
         self._graph = graph
         if self._submaps is None:
             self._submaps = SubmapStore(belief, self._config)

@@ -20,7 +20,7 @@ from onemap_shared.messages import (
     MapSummary,
     SavedMap,
 )
-from onemap_shared.transport import Bus, RequestRejected
+from onemap_shared.transport import RequestRejected, Server
 
 LOG = logging.getLogger("onemap.mapper")
 
@@ -33,7 +33,9 @@ class SavedMaps:
     ``edit`` applies a change to the map in use, with its lock held, and announces it.
     """
 
-    def __init__(self, bus: Bus, config: MapperConfig, objects: ObjectKeeper, edit: Edit) -> None:
+    def __init__(
+        self, bus: Server, config: MapperConfig, objects: ObjectKeeper, edit: Edit
+    ) -> None:
         self._config, self._objects, self._edit = config, objects, edit
         bus.serve(keys.MAP_LIST, self.list_maps)
         bus.serve(keys.MAP_DELETE, self.delete_map)

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import torch
 
@@ -19,14 +20,11 @@ from onemap_mapper import map_file, map_folder, snapshot
 from onemap_mapper.belief_map import BeliefMap, FieldRejected
 from onemap_mapper.checkpoints import Checkpoints, resumed, sweep
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.coverage_cache import CoverageCache
-from onemap_mapper.diagnostics.telemetry import MapperTelemetry
 from onemap_mapper.digest import digest_of
-from onemap_mapper.frame_order import FrameOrder, FrameStamp
 from onemap_mapper.frame_update import FrameUpdate, compute_update
 from onemap_mapper.kernels import jit
 from onemap_mapper.live_map import LiveMap
-from onemap_mapper.map_queries import MapQueries
+from onemap_mapper.map_robot import AllRobots, MapRobot, join_robots
 from onemap_mapper.map_scores import MapScores
 from onemap_mapper.object_keeper import ObjectKeeper
 from onemap_mapper.objects import NO_OBJECTS
@@ -34,7 +32,6 @@ from onemap_mapper.pose_graph_follower import PoseGraphFollower
 from onemap_mapper.replies import (
     answered,
     judged,
-    revision_of,
     search_view,
     similarity_reply,
     summary_of,
@@ -46,13 +43,13 @@ from onemap_shared import keys, tracing
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import (
     FeatureField,
-    FrameReceipt,
     ImageSimilarityRequest,
     MapClear,
     MapDigest,
     MapDigestRequest,
     MapFile,
     MapSummary,
+    PoseGraph,
     SearchReset,
     SearchView,
     SearchViewRequest,
@@ -66,7 +63,7 @@ LOG = logging.getLogger("onemap.mapper")
 
 
 class Mapper:
-    """The worker: one map, its caches and its telemetry."""
+    """The worker: one map of one robot or of several, its caches and its files."""
 
     def __init__(self, bus: Bus, config: MapperConfig) -> None:
         self._config = config
@@ -81,119 +78,118 @@ class Mapper:
         self._live = LiveMap(self._lock, lambda: self._map)
         self._checkpoints = Checkpoints(config.map_folder, config, self._live)
         self._scores = MapScores(self._map, self._lock)
-        self._coverages = CoverageCache(config, time.monotonic)
-        self._queries = MapQueries(bus, config.torch_device, self._space)
-        self._encoder_seen = ""
-        self._telemetry = MapperTelemetry()
-        self._order = FrameOrder()
-        self._fields = bus.subscribe(keys.FIELD)
-        self._receipts = bus.publish(keys.FIELD_RECEIPTS)
-        self._graphs = bus.subscribe(keys.ROBOT_POSE_GRAPH)
         self._follower = PoseGraphFollower(config)
-        self._revisions = bus.publish(keys.MAP_REVISION)
-        self._answered = bus.publish(keys.MAP_QUERIES)
+        self._arrived = threading.Event()  # a field, of any robot
+        self._steps = 0
+        self._robots = join_robots(bus, config, self._arrived, self._space)
+        shared = AllRobots(self._robots)
         folder, height_m = config.map_folder, self._live.height_m
-        self._objects = ObjectKeeper(bus, folder, config, self._announce_objects, height_m)
-        bus.serve(keys.MAP_SIMILARITY, self.similarity)
-        bus.serve(keys.MAP_IMAGE_SIMILARITY, self.image_similarity)
-        bus.serve(keys.MAP_SEARCH_VIEW, self.search_view)
-        bus.serve(keys.MAP_SEARCH_RESET, self.reset_searched)
-        bus.serve(keys.MAP_SAVE, self.save)
-        bus.serve(keys.MAP_LOAD, self.load)
-        SavedMaps(bus, config, self._objects, self._edit)
-        bus.serve(keys.MAP_CLEAR, self.clear)
-        bus.serve(keys.MAP_DIGEST, self.digest)
+        self._objects = ObjectKeeper(shared, folder, config, self._announce_objects, height_m)
+        for robot in self._robots:
+            robot.bus.serve(keys.MAP_SIMILARITY, partial(self.similarity, robot))
+            robot.bus.serve(keys.MAP_IMAGE_SIMILARITY, partial(self.image_similarity, robot))
+            robot.bus.serve(keys.MAP_SEARCH_VIEW, partial(self.search_view, robot))
+            robot.bus.serve(keys.MAP_SEARCH_RESET, partial(self.reset_searched, robot))
+        shared.serve(keys.MAP_SAVE, self.save)
+        shared.serve(keys.MAP_LOAD, self.load)
+        SavedMaps(shared, config, self._objects, self._edit)
+        shared.serve(keys.MAP_CLEAR, self.clear)
+        shared.serve(keys.MAP_DIGEST, self.digest)
         if kept is not None:
             self._announce_objects()
 
     def step(self, timeout_s: float) -> None:
-        """Fuse the newest field, if one arrives within the timeout; then follow corrections."""
-        field = self._fields.take(0.0 if self._follower.busy else timeout_s)
-        if field is not None:
-            self._receipts.put(FrameReceipt(field.sequence, field.stamp_ns))
-            self._fuse(field)
-        graph = self._graphs.take(0.0)
-        with self._lock:
-            if graph is not None:
-                self._follower.receive(graph, self._map)
-            if self._follower.work():
-                self._announce()
+        """Fuse the newest field of each robot, if any arrives within the timeout; then follow
+        corrections."""
+        self._arrived.wait(0.0 if self._follower.busy else timeout_s)
+        self._arrived.clear()  # before they are taken, so that none is overlooked
+        self._steps += 1
+        for robot in self._robots:
+            if (field := robot.take_field()) is not None:
+                self._fuse(robot, field)
+            self._follow(robot.take_graph())
+            robot.beat(self._steps, partial(self._health, robot))
         self._checkpoints.poll(time.monotonic())
 
     def health(self) -> Health:
-        """Metrics of the map and of its frames, and the current problem."""
+        """Metrics of the map and of the first robot's frames, and the current problem."""
+        return self._health(self._robots[0])
+
+    def _health(self, robot: MapRobot) -> Health:
         with self._lock:
+            now_s = time.monotonic()
             metrics = {
                 "frames_fused": float(self._map.frames_fused),
                 "cells": float(self._map.store.count),
                 "memory_bytes": float(self._map.memory_bytes),
             }
-            if self._map.stamp_ns:
-                metrics["map_age_s"] = (time.time_ns() - self._map.stamp_ns) * 1e-9
-            now_s = time.monotonic()
-            metrics |= self._telemetry.metrics(now_s, self._fields.counters)
+            metrics |= robot.metrics(self._map.history(robot.number), now_s)
             metrics |= self._follower.metrics()
             metrics["checkpoints"] = float(self._checkpoints.written)
             metrics["checkpoint_ms"] = self._checkpoints.write_ms
-            problem = self._telemetry.problem(now_s) or self._objects.problem
+            problem = robot.telemetry.problem(now_s) or self._objects.problem
             problem = problem or self._checkpoints.problem
-            ready = self._telemetry.ready(now_s)
+            ready = robot.telemetry.ready(now_s)
         return Health(ready=ready, problem=problem, metrics=metrics)
 
     def close(self) -> None:
         """Answer no more queries; write the map, so that the next mapper resumes it."""
         self._scoring.shutdown(wait=False, cancel_futures=True)
         self._checkpoints.close()
+        for robot in self._robots:
+            robot.close(self._steps)
 
-    def similarity(self, request: SimilarityRequest) -> SimilarityReply:
+    def similarity(self, robot: MapRobot, request: SimilarityRequest) -> SimilarityReply:
         """Ranked regions for a text."""
         self._require_content()
-        query, *negatives = map(self._queries.of_text, (request.text, *request.negatives))
-        return self._scoring.submit(self._similarity, request, query, negatives).result()
+        queries = [robot.queries.of_text(text) for text in (request.text, *request.negatives)]
+        return self._scoring.submit(self._similarity, robot, request, queries).result()
 
-    def image_similarity(self, request: ImageSimilarityRequest) -> SimilarityReply:
+    def image_similarity(
+        self, robot: MapRobot, request: ImageSimilarityRequest
+    ) -> SimilarityReply:
         """Ranked regions for what a picture shows; its scores are no probabilities.
 
         It is not announced as answered: a recording could not ask it again without the picture.
         """
         self._require_content()
-        query = self._queries.of_image(request.image)
-        reply = self._scoring.submit(self._answer, request.query, query).result()
+        query = robot.queries.of_image(request.image)
+        reply = self._scoring.submit(self._answer, robot, request.query, [query]).result()
         return replace(reply, calibrated=False)
 
     def _similarity(
-        self, request: SimilarityRequest, query: TextQuery, negatives: Sequence[TextQuery]
+        self, robot: MapRobot, request: SimilarityRequest, queries: Sequence[TextQuery]
     ) -> SimilarityReply:
-        reply = self._answer(request, query, negatives)
-        self._answered.put(answered(request, reply))
+        reply = self._answer(robot, request, queries)
+        robot.answered(answered(request, reply))
         return reply
 
     def _answer(
-        self, request: SimilarityRequest, query: TextQuery, negatives: Sequence[TextQuery] = ()
+        self, robot: MapRobot, request: SimilarityRequest, queries: Sequence[TextQuery]
     ) -> SimilarityReply:
         with self._lock:  # both of the same map
-            scores, coverages = self._scores, self._coverages
-        scored = scores.of([query, *negatives])
+            scores, coverages = self._scores, robot.coverages
+        scored = scores.of(queries, robot.number)
         if scored.version.count == 0:
             raise _empty()
         reply = similarity_reply(scored, request=request, params=self._config)
         coverage = coverages.coverage(scored.version, request.area_m, request.robot_xy_m)
         return judged(reply, request, coverage, scored, self._config)
 
-    def search_view(self, request: SearchViewRequest) -> SearchView:
+    def search_view(self, robot: MapRobot, request: SearchViewRequest) -> SearchView:
         """The layers, with the similarity if a text was given and the map is not empty."""
         with self._lock:
             empty = self._map.store.count == 0
         queries = []
         if request.text and not empty:
-            queries = [self._queries.of_text(request.text)]
-            queries += self._queries.of_rivals(request.rivals)
-        return search_view(self._scores.of(queries), text=request.text)
+            queries = [robot.queries.of_text(request.text)]
+            queries += robot.queries.of_rivals(request.rivals)
+        return search_view(self._scores.of(queries, robot.number), text=request.text)
 
-    def reset_searched(self, _request: SearchReset) -> MapSummary:
-        """Reset sigma_E: a new search begins."""
+    def reset_searched(self, robot: MapRobot, _request: SearchReset) -> MapSummary:
+        """Reset sigma_E of one robot: its search begins."""
         with self._lock:
-            self._map.reset_searched()
+            self._map.reset_searched(robot.number)
             self._follower.reset_searched()
             self._announce()
             return summary_of(self._map)
@@ -230,7 +226,8 @@ class Mapper:
         """
         path = map_file.map_path(self._config.map_folder, request.name)
         with self._lock:
-            encoder_id = self._map.encoder_id or self._encoder_seen
+            seen = (robot.encoder_seen for robot in self._robots if robot.encoder_seen)
+            encoder_id = self._map.encoder_id or next(seen, "")
         try:
             content = map_file.read(path, max_cells=self._config.max_cells)
             restored = snapshot.restore(
@@ -266,22 +263,27 @@ class Mapper:
         taken, revision = self._live.whole()
         return digest_of(taken, revision=revision, config=self._config)
 
-    def _fuse(self, field: FeatureField) -> None:
+    def _follow(self, graph: PoseGraph | None) -> None:
+        with self._lock:
+            if graph is not None:
+                self._follower.receive(graph, self._map)
+            if self._follower.work():
+                self._announce()
+
+    def _fuse(self, robot: MapRobot, field: FeatureField) -> None:
         started_s = time.monotonic()
-        if field.encoder_id != self._encoder_seen:
-            self._encoder_seen = field.encoder_id
-            self._queries.clear()
-        newest = FrameStamp(self._map.sequence, self._map.stamp_ns)
-        if self._order.is_late(FrameStamp(field.sequence, field.stamp_ns), newest):
-            self._telemetry.late += 1
+        history = self._map.history(robot.number)
+        if robot.is_late(field, history):
             return
         self._drop_resumed_of_another(field.encoder_id)
         try:
+            if len(self._robots) > 1 and (problem := robot.origin_problem(field, history)):
+                raise FieldRejected(problem)
             self._map.check_pose(field.T_map_camera)
             update = compute_update(field, self._config)
-            self._fuse_update(update, started_s)
+            self._fuse_update(robot, update, started_s)
         except (FieldRejected, GridTooLarge) as problem:
-            self._telemetry.record_rejected(str(problem))
+            robot.telemetry.record_rejected(str(problem))
             LOG.warning("frame %d rejected: %s", field.sequence, problem)
 
     def _drop_resumed_of_another(self, encoder_id: str) -> None:
@@ -296,13 +298,13 @@ class Mapper:
                 self._replace(BeliefMap(self._config, first_revision=self._map.revision + 1))
                 self._checkpoints.replaced(due=False)
 
-    def _fuse_update(self, update: FrameUpdate, started_s: float) -> None:
+    def _fuse_update(self, robot: MapRobot, update: FrameUpdate, started_s: float) -> None:
         with self._lock:
             belief = self._map
-            belief.fuse(update)
+            belief.fuse(update, robot=robot.number)
             self._resumed = False
             now_s = time.monotonic()
-            self._telemetry.record_fused(
+            robot.telemetry.record_fused(
                 now_s=now_s, update_ms=(now_s - started_s) * 1e3, depth=update.depth
             )
             tracing.stage("fuse", update.stamp_ns, now_s - started_s)
@@ -316,21 +318,14 @@ class Mapper:
         self._map, self._resumed = belief, False
         self._follower.replace(belief)
         self._scores = MapScores(self._map, self._lock)
-        self._coverages = CoverageCache(self._config, time.monotonic)
-        self._telemetry.reset_floor()
+        for robot in self._robots:
+            robot.replaced()
         self._announce()
 
     def _announce(self) -> None:
         """Publish the revision; the caller holds the lock, so that revisions leave in order."""
-        rate_hz = self._telemetry.rate_hz(time.monotonic())
-        self._revisions.put(
-            revision_of(
-                self._map,
-                update_ms=self._telemetry.update_ms,
-                rate_hz=rate_hz,
-                objects_version=self._objects.memory.version,
-            )
-        )
+        for robot in self._robots:
+            robot.announce(self._map, self._objects.memory.version)
 
     def _announce_objects(self) -> None:
         """Publish the revision with the new version of the found objects."""

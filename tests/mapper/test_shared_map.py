@@ -1,0 +1,278 @@
+"""One map of two robots on the in-memory bus: each its own frames, order, search and heartbeat."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.map_robot import MapRobot
+from onemap_mapper.service import Mapper, build
+from onemap_shared import keys
+from onemap_shared.memory_bus import MemoryBus, MemoryRouter
+from onemap_shared.messages import (
+    FeatureField,
+    Heartbeat,
+    Layer,
+    MapClear,
+    MapFile,
+    MapRevision,
+    ObjectListRequest,
+    PoseGraph,
+    SearchReset,
+    SearchView,
+    SearchViewRequest,
+    SimilarityRequest,
+    TextEmbeddings,
+    TextRequest,
+)
+from onemap_shared.runner import StartError
+from onemap_shared.transport import RemoteError
+from tests.mapper import scenes
+from tests.mapper.finds import object_find
+from tests.mapper.test_service import NEUTRAL, SOFA, sofa_ahead
+
+S = 10**9
+BEHIND = np.pi  # what robot 2 sees, and robot 1 does not
+
+
+class Robot:
+    """What surrounds the mapper under the keys of one robot: its perception and its planner."""
+
+    def __init__(self, router: MemoryRouter) -> None:
+        self.bus: MemoryBus = router.bus("planner")
+        self.fields = self.bus.publish(keys.FIELD)
+        self.graphs = self.bus.publish(keys.ROBOT_POSE_GRAPH)
+        self.revisions = self.bus.subscribe(keys.MAP_REVISION, capacity=100)
+        self.heartbeats = self.bus.subscribe(keys.heartbeat("mapper"), capacity=100)
+        self.perception = router.bus("perception")
+        self.perception.serve(keys.EMBED_TEXT, embedded)
+
+    def view(self, text: str = "") -> SearchView:
+        return self.bus.call(keys.MAP_SEARCH_VIEW, SearchViewRequest(text))
+
+    def searched(self) -> int:
+        """Cells that this robot has searched."""
+        return int((self.view().layers & Layer.SEARCHED > 0).sum())
+
+    def reset(self) -> None:
+        self.bus.call(keys.MAP_SEARCH_RESET, SearchReset("s"))
+
+    def newest(self) -> MapRevision:
+        found = None
+        while (message := self.revisions.take(0.0)) is not None:
+            found = message
+        assert found is not None
+        return found
+
+    def heartbeat(self) -> Heartbeat:
+        found = None
+        while (message := self.heartbeats.take(0.0)) is not None:
+            found = message
+        assert found is not None
+        return found
+
+
+class Fleet:
+    """A mapper under the keys of r1 that shares its map with r2."""
+
+    def __init__(self, folder: Path) -> None:
+        self.site = MemoryRouter()
+        own = self.site.space("fleet/r1")
+        own.namespaces = self.site.namespaces  # one router has them all
+        config = MapperConfig(map_folder=folder, robots=("fleet/r1", "fleet/r2"))
+        self.r1, self.r2 = Robot(own), Robot(self.site.space("fleet/r2"))
+        self.mapper: Mapper = build(own.bus("mapper"), config)
+
+    def step(self) -> None:
+        self.mapper.step(0.0)
+
+    def feed(self, robot: Robot, *fields: FeatureField) -> None:
+        for field in fields:
+            robot.fields.put(field)
+            self.step()
+
+
+@pytest.fixture
+def fleet(tmp_path: Path) -> Iterator[Fleet]:
+    made = Fleet(tmp_path / "maps")
+    yield made
+    made.mapper.close()
+
+
+def embedded(request: TextRequest) -> TextEmbeddings:
+    return TextEmbeddings(
+        "encoder-a",
+        "space-a",
+        request.texts,
+        np.tile(SOFA, (len(request.texts), 1)),
+        NEUTRAL,
+        np.ones((len(request.texts), 2), np.uint8),
+        30.0,
+        0.0,
+    )
+
+
+def frame(sequence: int, stamp_ns: int, yaw_rad: float = 0.0, x_m: float = 0.0) -> FeatureField:
+    """A frame on the clock of its robot."""
+    made = scenes.field(sequence, scenes.pose(x_m, 0.0, yaw_rad))
+    return replace(made, stamp_ns=stamp_ns)
+
+
+def test_a_slower_robot_whose_clock_and_count_are_behind_is_not_late(fleet: Fleet) -> None:
+    for k in range(6):
+        fleet.feed(fleet.r1, frame(1000 + k, 100 * S + k * S // 8))
+        if k % 3 == 0:
+            fleet.feed(fleet.r2, frame(k, 99 * S + k * S // 8, BEHIND))
+    assert fleet.r1.newest().frames_fused == 8
+    counts = [fleet.mapper._health(robot).metrics or {} for robot in robots(fleet)]
+    assert [each["frames_late"] for each in counts] == [0, 0]
+    assert [each["robot_frames_fused"] for each in counts] == [6, 2]
+
+
+def test_a_late_frame_concerns_its_robot_only(fleet: Fleet) -> None:
+    fleet.feed(fleet.r1, frame(10, 100 * S))
+    fleet.feed(fleet.r2, frame(10, 100 * S, BEHIND))
+    fleet.feed(fleet.r2, frame(9, 99 * S, BEHIND))
+    fleet.feed(fleet.r1, frame(11, 99 * S + 1))  # its clock was set back: no late one
+    first, second = (fleet.mapper._health(robot).metrics or {} for robot in robots(fleet))
+    assert (first["frames_late"], first["robot_frames_fused"]) == (0, 2)
+    assert (second["frames_late"], second["robot_frames_fused"]) == (1, 1)
+
+
+def test_each_robot_is_told_of_its_own_newest_frame(fleet: Fleet) -> None:
+    fleet.feed(fleet.r1, frame(500, 900 * S))
+    fleet.feed(fleet.r2, frame(3, 7 * S, BEHIND))
+    first, second = fleet.r1.newest(), fleet.r2.newest()
+    assert first.revision == second.revision
+    assert (first.sequence, first.stamp_ns) == (500, 900 * S)
+    assert (second.sequence, second.stamp_ns) == (3, 7 * S)
+    assert (fleet.r1.view().stamp_ns, fleet.r2.view().stamp_ns) == (900 * S, 7 * S)
+
+
+def test_a_robot_that_sent_nothing_has_an_old_map(fleet: Fleet) -> None:
+    """The planner stops a robot whose own frames do not come, by the stamp of its revisions."""
+    fleet.feed(fleet.r1, frame(0, 100 * S), frame(1, 101 * S))
+    revision = fleet.r2.newest()
+    assert (revision.frames_fused, revision.stamp_ns) == (2, 0)
+    assert fleet.r2.view().stamp_ns == 0
+    assert (fleet.r2.view().layers & Layer.OBSERVED > 0).any()  # it sees what the other saw
+
+
+def test_both_robots_search_at_once_each_with_its_own_searched_layer(fleet: Fleet) -> None:
+    fleet.feed(fleet.r1, *(frame(k, 100 * S + k, x_m=0.1 * k) for k in range(8)))
+    fleet.feed(fleet.r2, *(frame(k, 50 * S + k, BEHIND, -0.1 * k) for k in range(8)))
+    before = fleet.r1.searched(), fleet.r2.searched()
+    assert min(before) > 50
+    both = (fleet.r1.view().layers & fleet.r2.view().layers & Layer.SEARCHED) > 0
+    assert both.sum() < 0.5 * min(before)  # they looked the other way
+    fleet.r2.reset()
+    assert (fleet.r1.searched(), fleet.r2.searched()) == (before[0], 0)
+    explored = fleet.r2.view().layers & Layer.EXPLORED > 0
+    assert explored.sum() >= max(before)  # of both
+    fleet.feed(fleet.r2, frame(9, 51 * S, BEHIND))
+    fleet.r1.reset()
+    assert fleet.r1.searched() == 0
+
+
+def test_a_search_begins_with_what_the_other_robot_saw(fleet: Fleet) -> None:
+    with pytest.raises(RemoteError, match="empty"):
+        fleet.r2.bus.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa"))
+    fleet.feed(fleet.r1, sofa_ahead(0))
+    fleet.r2.reset()
+    view = fleet.r2.view("sofa")
+    assert np.nanmax(view.similarity) > 0.9
+    (first, *_) = fleet.r2.bus.call(keys.MAP_SIMILARITY, SimilarityRequest("sofa")).centres_m
+    assert first[0] > 1.0
+
+
+def test_finds_of_one_robot_are_the_others_and_the_map_is_shared(fleet: Fleet) -> None:
+    fleet.feed(fleet.r1, frame(0, 100 * S))
+    fleet.r1.bus.call(keys.MAP_REMEMBER, object_find("sofa"))
+    (found,) = fleet.r2.bus.call(keys.MAP_OBJECTS, ObjectListRequest()).objects
+    assert found.name == "sofa"
+    assert fleet.r2.newest().objects_version == fleet.r1.newest().objects_version > 0
+    fleet.r2.bus.call(keys.MAP_SAVE, MapFile("flat"))
+    fleet.r2.bus.call(keys.MAP_CLEAR, MapClear())
+    assert fleet.r1.newest().frames_fused == 0
+    assert fleet.r1.bus.call(keys.MAP_OBJECTS, ObjectListRequest()).objects == ()
+    fleet.r1.bus.call(keys.MAP_LOAD, MapFile("flat"))
+    assert fleet.r2.newest().frames_fused == 1
+
+
+def test_a_silent_robot_is_unwell_alone(fleet: Fleet) -> None:
+    fleet.feed(fleet.r1, frame(0, 100 * S))
+    assert fleet.mapper.health().ready
+    beat = fleet.r2.heartbeat()
+    assert (beat.service, beat.ready) == ("mapper", False)
+    assert "no frame has arrived yet" in beat.problem
+    assert fleet.r2.bus.members() >= {("mapper", beat.instance)}
+    fleet.feed(fleet.r2, frame(0, 5 * S, BEHIND))
+    assert fleet.mapper._health(robots(fleet)[1]).ready
+
+
+def test_words_are_looked_up_by_the_robots_own_perception(fleet: Fleet) -> None:
+    fleet.feed(fleet.r1, sofa_ahead(0))
+    fleet.r1.perception.close()
+    assert np.nanmax(fleet.r2.view("sofa").similarity) > 0.9
+    with pytest.raises(RemoteError, match="perception does not run"):
+        fleet.r1.view("sofa")
+
+
+def test_frames_of_another_encoder_are_refused_of_that_robot_alone(fleet: Fleet) -> None:
+    fleet.feed(fleet.r1, frame(0, 100 * S))
+    fleet.feed(fleet.r2, replace(frame(0, 100 * S, BEHIND), encoder_id="encoder-b"))
+    first, second = (fleet.mapper._health(robot) for robot in robots(fleet))
+    assert first.ready
+    assert "encoder-b" in second.problem
+
+
+def test_a_robot_that_begins_anew_elsewhere_is_left_out_until_the_map_is(fleet: Fleet) -> None:
+    fleet.feed(fleet.r1, frame(50, 100 * S))
+    fleet.feed(fleet.r2, frame(50, 100 * S, x_m=1.5), frame(51, 101 * S, x_m=1.5))
+    fleet.feed(fleet.r2, frame(0, 120 * S), frame(1, 121 * S))
+    assert fleet.r2.newest().frames_fused == 3
+    first, second = (fleet.mapper._health(robot) for robot in robots(fleet))
+    assert first.ready
+    assert "fleet/r2 counts its frames anew 1.5 m from where it was" in second.problem
+    fleet.feed(fleet.r1, frame(0, 122 * S))  # this one only began to count anew
+    assert fleet.r1.newest().frames_fused == 4
+    fleet.r1.bus.call(keys.MAP_CLEAR, MapClear())
+    fleet.feed(fleet.r2, frame(2, 123 * S))
+    assert fleet.r2.newest().frames_fused == 1
+    assert fleet.mapper._health(robots(fleet)[1]).problem == ""
+
+
+def test_corrections_of_one_robot_do_not_move_what_others_saw(
+    fleet: Fleet, caplog: pytest.LogCaptureFixture
+) -> None:
+    fleet.feed(fleet.r1, frame(0, 100 * S))
+    before = fleet.mapper._map.store.cells.copy()
+    stamps, poses = np.array([100 * S]), scenes.pose()[None]
+    fleet.r2.graphs.put(PoseGraph(1, 100 * S, stamps, poses, poses + 0.0))
+    fleet.step()
+    assert "the map is shared" in caplog.text
+    np.testing.assert_array_equal(fleet.mapper._map.store.cells, before)
+
+
+def test_a_robot_that_has_a_mapper_of_its_own_is_not_shared(tmp_path: Path) -> None:
+    site = MemoryRouter()
+    site.space("fleet/r2").bus("mapper")
+    config = MapperConfig(map_folder=tmp_path, robots=("fleet/r2",))
+    with pytest.raises(StartError, match="under the keys of fleet/r2") as refused:
+        build(site.bus("mapper"), config)
+    assert refused.value.temporary
+
+
+def test_the_keys_of_further_robots_are_left_at_the_end(fleet: Fleet) -> None:
+    fleet.mapper.close()
+    assert "mapper" not in fleet.r2.bus.alive()
+    assert fleet.r2.heartbeat().problem == "it is stopping"
+
+
+def robots(fleet: Fleet) -> tuple[MapRobot, ...]:
+    return fleet.mapper._robots
