@@ -197,8 +197,15 @@ def _latest(previous: LatestMessage[M] | None, message: M, now_s: float) -> Late
 
 
 def _is_progress(previous: LatestMessage[MapRevision] | None, message: MapRevision) -> bool:
-    """Whether a frame was fused since the previous revision; the first one is latched."""
-    return previous is not None and message.frames_fused > previous.message.frames_fused
+    """Whether a frame was fused since the previous revision; the first one is latched.
+
+    One of this robot: in a shared map a frame of another changes only how many there are.
+    """
+    if previous is None:
+        return False
+    before = previous.message
+    another = (message.sequence, message.stamp_ns) != (before.sequence, before.stamp_ns)
+    return another and message.frames_fused > before.frames_fused
 
 
 def _heartbeat_record(
