@@ -174,7 +174,9 @@ class AllRobots:
             robot.bus.serve(procedure, in_turn)
 
 
-def join_robots(bus: Bus, config: MapperConfig, arrived: threading.Event, space: Space) -> tuple[MapRobot, ...]:
+def join_robots(
+    bus: Bus, config: MapperConfig, arrived: threading.Event, space: Space
+) -> tuple[MapRobot, ...]:
     """The robots of the map: the one of ``bus``, then the further ones of ``mapper.robots``.
 
     Raises StartError if another mapper runs under the keys of one of them.

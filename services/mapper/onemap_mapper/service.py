@@ -145,9 +145,7 @@ class Mapper:
         queries = [robot.queries.of_text(text) for text in (request.text, *request.negatives)]
         return self._scoring.submit(self._similarity, robot, request, queries).result()
 
-    def image_similarity(
-        self, robot: MapRobot, request: ImageSimilarityRequest
-    ) -> SimilarityReply:
+    def image_similarity(self, robot: MapRobot, request: ImageSimilarityRequest) -> SimilarityReply:
         """Ranked regions for what a picture shows; its scores are no probabilities.
 
         It is not announced as answered: a recording could not ask it again without the picture.

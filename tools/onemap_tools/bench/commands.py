@@ -21,6 +21,7 @@ from onemap_tools.bench.pose_graph_command import pose_graph
 from onemap_tools.bench.query_command import query
 from onemap_tools.bench.rim_command import rim
 from onemap_tools.bench.ros2_command import app as ros2_app
+from onemap_tools.bench.shared_map_command import shared_map
 from onemap_tools.bench.storage_command import storage
 from onemap_tools.bench.transport_command import app as transport_app
 from onemap_tools.bench.verdicts_command import verdicts
@@ -33,7 +34,18 @@ app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")
 app.add_typer(habitat_app)  # without a name of its own: a command beside the others
 for group in (clients_app, foreign_app, fusion_app, ros2_app, transport_app):
     app.add_typer(group)
-for command in (image_queries, map_image, occupancy, pose_graph, query, rim, storage, verdicts):
+COMMANDS = (
+    image_queries,
+    map_image,
+    occupancy,
+    pose_graph,
+    query,
+    rim,
+    shared_map,
+    storage,
+    verdicts,
+)
+for command in COMMANDS:
     app.command()(command)
 
 

@@ -143,7 +143,7 @@ class LockstepSimulation:
         self.robot: Robot = (
             SimulatedRobot(scene, config.simulator, renderer) if isinstance(scene, Scene) else scene
         )
-        self.belief = BeliefMap(config.mapper)
+        self.belief, self._number = BeliefMap(config.mapper), 0
         self.state: PlannerState | None = None
         self._config, self._perception = config, perception
         self._method, self._watch = method, watch
@@ -162,6 +162,11 @@ class LockstepSimulation:
     def now_s(self) -> float:
         """Simulated seconds since the start."""
         return self._clock.now_s
+
+    def share(self, belief: BeliefMap, number: int) -> None:
+        """Go on with a map that other robots fuse into as well, as the robot of this number."""
+        self.belief, self._number = belief, number
+        self._scores = MapScores(belief)
 
     def search(
         self, objects: tuple[str, ...], limit_s: float, order: SearchOrder = SearchOrder.GIVEN
@@ -221,7 +226,7 @@ class LockstepSimulation:
         field = self._perception.field(frame)
         if self._map_of != search.index:
             self._begin_object(search.index)
-        self.belief.fuse(compute_update(field, self.belief.params))
+        self.belief.fuse(compute_update(field, self.belief.params), robot=self._number)
         if not search.target:
             return
         target = make_target(self._perception.encoder, search.target, search.objects)
@@ -274,10 +279,10 @@ class LockstepSimulation:
     def _view(self, state: PlannerState) -> SearchView:
         search = state.search
         if not search.target:
-            return search_view(self._scores.of([]), text="")
+            return search_view(self._scores.of([], self._number), text="")
         target_key = (search.search_id, search.index)
         if isinstance(search.phase, Starting) and self._reset_for != target_key:
-            self.belief.reset_searched()
+            self.belief.reset_searched(self._number)
             self._reset_for = target_key
         view = self._view_of(search.target, state)
         if self._method.value_map is not None:
@@ -292,7 +297,7 @@ class LockstepSimulation:
     def _view_of(self, name: str, state: PlannerState) -> SearchView:
         names = rival_names(name, state.search.objects, state.found_objects, state.synonyms)
         queries = [self._query(each) for each in (name, *names)]
-        return search_view(self._scores.of(queries), text=name)
+        return search_view(self._scores.of(queries, self._number), text=name)
 
     def _query(self, text: str) -> TextQuery:
         if text not in self._queries:
