@@ -40,8 +40,12 @@ class Layer(IntEnum):
 class MapRevision:
     """The state of the map after the newest fused frame.
 
+    Where robots share a map, each gets it under its own keys, with every change of the map.
+
     Attributes:
-        frames_fused: frames in the map.
+        sequence: of this robot's newest fused frame.
+        stamp_ns: capture time of that frame, 0 before the first.
+        frames_fused: frames in the map, of all its robots.
         cells_observed: cells with a feature.
         memory_bytes: memory that the map takes.
         update_ms: milliseconds that the last frame took.
@@ -88,7 +92,7 @@ class SearchView:
 
     Attributes:
         text: the text of the request.
-        stamp_ns: capture time of the newest fused frame, 0 for an empty map.
+        stamp_ns: capture time of this robot's newest fused frame, 0 before the first.
         occupancy: (nx, ny) values of ``Occupancy``.
         layers: (nx, ny) bits of ``Layer``.
         similarity: (nx, ny) score in [0, 1], NaN where not observed; (0, 0) without a text.
@@ -121,7 +125,7 @@ class SearchView:
 
 @dataclass(frozen=True, slots=True)
 class SearchReset:
-    """Reset sigma_E, as a new search begins; features and their variance stay."""
+    """Reset this robot's sigma_E, as its search begins; features and their variance stay."""
 
     search_id: str
 
