@@ -9,9 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper import cell_store
-from onemap_mapper.cell_store import BLOCK, EMPTY_BELOW, CellStore, FeatureShare
+from onemap_mapper.cell_store import (
+    BLOCK,
+    EMPTY_BELOW,
+    CellStore,
+    FeatureShare,
+    searched_row,
+)
 from onemap_mapper.fusion import fused, gain
 from onemap_mapper.heights import LEVELS
+from onemap_mapper.keyframes import Views
 from onemap_mapper.params import MapParams
 from tests.reference import mapping as slow
 
@@ -277,3 +284,23 @@ def test_a_share_that_was_put_in_can_be_taken_out_beyond_the_limit() -> None:
     store.put_in(slots, other, revision=6)
     assert not store.take_out(slots, other, revision=7).any()
     torch.testing.assert_close(store.features(slots), before, atol=1e-4, rtol=1e-4)
+
+
+def test_what_further_robots_searched_grows_and_moves_with_the_cells() -> None:
+    store = CellStore(2, device=CPU, dtype=torch.float32)
+    count = BLOCK + 2
+    slots = store.add(np.stack([np.arange(count), np.zeros(count, np.int64)], axis=-1))
+    ones = torch.ones((count, 2)), torch.ones(count)
+    store.fuse(slots[:2], ones[0][:2], ones[1][:2], revision=1)
+    store.fuse(slots, *ones, revision=2, views=Views(1.0, 1.0, robot=2))
+    store.fuse(slots[-1:], ones[0][:1], ones[1][:1], revision=3, views=Views(5.0, 1.0, robot=1))
+    everything = slice(0, store.count)
+    own, first, second = (searched_row(robot) for robot in range(3))
+    rows = store.confidences(everything)
+    assert rows.sum(dim=1)[[own, first, second]].tolist() == [2, 5, count]
+    store.remove(slots[:1], revision=4)  # the last cell takes its place
+    assert store.confidences(everything)[first, 0] == 5
+    more = store.add(np.array([[7, k] for k in range(1, BLOCK + 1)]))
+    assert not store.confidences(slice(int(more[0]), store.count)).any()
+    store.reset_searched(2)
+    assert store.confidences(everything)[[own, first, second]].sum(dim=1).tolist() == [1, 5, 0]

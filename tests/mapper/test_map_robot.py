@@ -204,6 +204,16 @@ def test_finds_of_one_robot_are_the_others_and_the_map_is_shared(fleet: Fleet) -
     assert fleet.r2.newest().frames_fused == 1
 
 
+def test_a_file_holds_what_the_mappers_own_robot_searched(fleet: Fleet) -> None:
+    fleet.feed(fleet.r1, *(frame(k, 100 * S + k, x_m=0.1 * k) for k in range(8)))
+    fleet.feed(fleet.r2, *(frame(k, 50 * S + k, BEHIND, -0.1 * k) for k in range(8)))
+    before = fleet.r1.searched()
+    assert min(before, fleet.r2.searched()) > 50
+    fleet.r2.bus.call(keys.MAP_SAVE, MapFile("flat"))
+    fleet.r2.bus.call(keys.MAP_LOAD, MapFile("flat"))
+    assert (fleet.r1.searched(), fleet.r2.searched()) == (before, 0)
+
+
 def test_a_silent_robot_is_unwell_alone(fleet: Fleet) -> None:
     fleet.feed(fleet.r1, frame(0, 100 * S))
     assert fleet.mapper.health().ready
