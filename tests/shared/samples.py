@@ -16,6 +16,7 @@ from onemap_shared.grid import GridSpec
 CAMERA = Intrinsics(300.0, 300.0, 4.0, 3.0)
 POSE = pose_2d(1.0, -2.0, 0.5)
 GRID = GridSpec(0.1, (-3, 2), (4, 5))
+TILES = GridSpec(0.1, (-64, 0), (128, 192))
 RESULT = m.ObjectResult(
     "sofa",
     m.SearchState.FOUND,
@@ -92,6 +93,13 @@ SAMPLES: tuple[Any, ...] = (
     m.SearchView(
         "sofa", 4, 7, 123, GRID, np.ones((4, 5), np.uint8), np.zeros((4, 5), np.uint8),
         np.full((4, 5), np.nan, np.float32), f32(4, 5),
+    ),
+    m.ViewKey("5f3a", "1.2.3", 4),
+    m.ViewChangesRequest("sofa", ("bed", "desk"), m.ViewKey("5f3a", "1.2.3", 4)),
+    m.ViewChanges(
+        "sofa", m.ViewKey("5f3a", "1.2.3", 4), m.ViewKey("5f3a", "1.2.3", 6), 4, 7, 123, TILES,
+        np.array([[0, 1]], np.int32), np.pad(np.full((1, 1), 192, np.uint8), ((0, 0), (0, 511))),
+        np.ones(2, np.uint8), np.array([0, 1], np.uint8), f32(3, 1), f32(254),
     ),
     m.SearchReset("s1"),
     m.MapFile("flat"),

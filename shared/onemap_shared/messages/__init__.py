@@ -101,6 +101,14 @@ from onemap_shared.messages.similarity import (
     SimilarityRequest,
 )
 from onemap_shared.messages.verdict import NO_VERDICT, MapVerdict, Verdict
+from onemap_shared.messages.view_changes import (
+    NO_VIEW,
+    RANKS,
+    TILE_CELLS,
+    ViewChanges,
+    ViewChangesRequest,
+    ViewKey,
+)
 
 __all__ = [
     "FINAL_STATES",
@@ -119,7 +127,10 @@ __all__ = [
     "NO_CHOICE",
     "NO_COVERAGE",
     "NO_VERDICT",
+    "NO_VIEW",
+    "RANKS",
     "SAME_MEANING_COSINE",
+    "TILE_CELLS",
     "AnsweredQuery",
     "Coverage",
     "Detections",
@@ -174,6 +185,9 @@ __all__ = [
     "TruthRequest",
     "VelocityCommand",
     "Verdict",
+    "ViewChanges",
+    "ViewChangesRequest",
+    "ViewKey",
     "check_image",
     "check_text",
     "expect",
