@@ -12,6 +12,7 @@ import numpy as np
 from torch import Tensor
 
 from onemap_mapper.cell_store import CellStore, FeatureShare
+from onemap_mapper.change_log import ChangeLog
 from onemap_mapper.frame_history import NO_FRAMES, FrameHistory
 from onemap_mapper.frame_update import FrameUpdate
 from onemap_mapper.kernels import jit
@@ -65,6 +66,7 @@ class BeliefMap:
         self.settled = TileLayer(np.uint8, Occupancy.UNKNOWN)  # of ``occupancy``, what lasted
         self.newest_views = NO_VIEW  # that the newest frame counted for
         self.view_log = ViewLog()
+        self.changes = ChangeLog()
 
     def history(self, robot: int = 0) -> FrameHistory:
         """What is remembered of a robot's frames."""
@@ -84,7 +86,8 @@ class BeliefMap:
     def memory_bytes(self) -> int:
         """Bytes of features and layers, with those reserved for growth."""
         layers = (self.slots, self.evidence, self.clear, self.assumed, self.occupancy, self.settled)
-        held = self.store.nbytes + self.tiles.nbytes + self.view_log.nbytes
+        logs = self.view_log.nbytes + self.changes.nbytes
+        held = self.store.nbytes + self.tiles.nbytes + logs
         return held + sum(layer.nbytes for layer in layers)
 
     def fuse(self, update: FrameUpdate, views: Views | None = None, *, robot: int = 0) -> None:
@@ -112,8 +115,10 @@ class BeliefMap:
             views=self.newest_views,
             heights=update.heights,
         )
+        rows = self.tiles.rows(update.cells)
+        self.changes.mark(rows)
         self.view_log.record(
-            self.tiles.rows(update.cells),
+            rows,
             update.confidence.cpu().numpy(),
             T_map_camera=update.T_map_camera,
             stamp_ns=update.stamp_ns,
@@ -150,6 +155,7 @@ class BeliefMap:
         for layer in layers:
             layer.grow(self.tiles.count)
         self.view_log.grow(self.tiles.count)
+        self.changes.grow(self.tiles.count)
 
     def slots_of(self, cells: I64) -> I64:
         """Slots (n,) of distinct world cells (n, 2) inside the tiles, new where there were none."""
@@ -168,10 +174,13 @@ class BeliefMap:
         rows = self.tiles.rows(frame.cells)
         evidence = accumulated_evidence(self.evidence.values[rows], frame.evidence)
         clear = self.clear.values[rows] | frame.clear
+        states = occupancy_states(evidence, clear)
+        assumed = self.assumed.values[rows] & ~frame.clear
+        self._mark_driving(rows, states, assumed)
         self.evidence.values[rows] = evidence
         self.clear.values[rows] = clear
-        self.assumed.values[rows] &= ~frame.clear
-        self.occupancy.values[rows] = states = occupancy_states(evidence, clear)
+        self.assumed.values[rows] = assumed
+        self.occupancy.values[rows] = states
         before = self.settled.values[rows]
         self.settled.values[rows] = after = settled_states(before, evidence, states)
         changed: I64 = frame.cells[(before != Occupancy.UNKNOWN) & (after != before)]
@@ -200,6 +209,7 @@ class BeliefMap:
         self.grow(share.cells)
         self.revision += 1
         self.store.put_in(self.slots_of(share.cells), share, revision=self.revision)
+        self.changes.mark(self.tiles.rows(share.cells))
 
     def take_out(self, share: FeatureShare) -> None:
         """Undo ``put_in``: cells of which nothing remains are no longer observed."""
@@ -211,20 +221,31 @@ class BeliefMap:
         empty = self.store.take_out(slots, share.only(known), revision=self.revision)
         self.slots.values[rows[empty]] = NO_SLOT
         refilled = self.store.remove(slots[empty], revision=self.revision)
-        self.slots.values[self.tiles.rows(self.store.cells[refilled])] = refilled
+        moved = self.tiles.rows(self.store.cells[refilled])
+        self.slots.values[moved] = refilled
+        self.changes.mark(np.concatenate([rows, moved]))
 
     def set_occupancy(self, rows: I64, evidence: I8, clear: Bool) -> None:
         """Replace what is known of cells, by rows (n,) of ``tiles``, as ``OccupancyUpdate``."""
+        states = occupancy_states(evidence, clear)
+        assumed = self.assumed.values[rows] & clear
+        self._mark_driving(rows, states, assumed)
         self.evidence.values[rows] = evidence
         self.clear.values[rows] = clear
-        self.assumed.values[rows] &= clear
-        self.occupancy.values[rows] = occupancy_states(evidence, clear)
+        self.assumed.values[rows] = assumed
+        self.occupancy.values[rows] = states
+
+    def _mark_driving(self, rows: I64, states: U8, assumed: Bool) -> None:
+        """Log which cells, by rows (n,), are to get another occupancy or ``assumed``."""
+        other = self.occupancy.values[rows] != states
+        self.changes.mark(rows[other | (self.assumed.values[rows] != assumed)])
 
     def reset_searched(self, robot: int = 0) -> None:
         """Reset a robot's sigma_E, as its search begins; features and their variance stay."""
         self.revision += 1
         self.histories[robot] = self.history(robot).of_new_search()
         self.store.reset_searched(robot)
+        self.changes.mark_everything()
 
     def version(self) -> MapVersion:
         """A copy of this revision, without its features."""
@@ -308,6 +329,7 @@ class BeliefMap:
         if self.params.process_noise_per_s > 0 and elapsed_s > 0:
             rate_per_s = self.params.process_noise_per_s
             self.store.add_process_noise(rate_per_s=rate_per_s, elapsed_s=elapsed_s)
+            self.changes.mark_everything()
 
     def _assumed_free(self, update: FrameUpdate, start_m: F64 | None) -> I64:
         """Cells (n, 2) that count as free though no camera sees their floor.
@@ -326,8 +348,9 @@ class BeliefMap:
     def assume_free(self, cells: I64) -> None:
         """Take floor of world cells (n, 2) inside the tiles for free; no camera sees it."""
         rows = self.tiles.rows(cells)
-        self.assumed.values[rows] |= ~self.clear.values[rows]
+        assumed = self.assumed.values[rows] | ~self.clear.values[rows]
+        states = occupancy_states(self.evidence.values[rows], np.ones(len(rows), bool))
+        self._mark_driving(rows, states, assumed)
+        self.assumed.values[rows] = assumed
         self.clear.values[rows] = True
-        self.occupancy.values[rows] = occupancy_states(
-            self.evidence.values[rows], self.clear.values[rows]
-        )
+        self.occupancy.values[rows] = states

@@ -16,8 +16,9 @@ from numpy.typing import DTypeLike, NDArray
 from onemap_mapper.params import GridParams
 from onemap_shared.geometry import I64
 from onemap_shared.grid import GridSpec, GridTooLarge
+from onemap_shared.messages import TILE_CELLS
 
-SIDE = 64  # cells: 6.4 m at 0.1 m, so a room has a few tiles and a flat a few dozen
+SIDE = TILE_CELLS  # 6.4 m at 0.1 m, so a room has a few tiles and a flat a few dozen
 AREA = SIDE * SIDE
 NO_ROW = -1
 
@@ -90,12 +91,16 @@ class TileIndex:
 
     def cells(self, rows: I64) -> I64:
         """World cells (n, 2) of rows (n,), the inverse of ``rows``."""
-        places = np.argwhere(self._directory != NO_ROW)
-        tiles = np.empty((self.count, 2), np.int64)
-        tiles[self._directory[tuple(places.T)]] = places + self._origin
         within = np.stack([rows % AREA // SIDE, rows % SIDE], axis=1)
-        cells: I64 = tiles[rows // AREA] * SIDE + within
+        cells: I64 = self.places()[rows // AREA] * SIDE + within
         return cells
+
+    def places(self) -> I64:
+        """Where each tile lies: world cell // 64 (count, 2), by its number."""
+        found = np.argwhere(self._directory != NO_ROW)
+        tiles = np.empty((self.count, 2), np.int64)
+        tiles[self._directory[tuple(found.T)]] = found + self._origin
+        return tiles
 
     def to_dense(self, values: NDArray, fill: float) -> NDArray:
         """The per-row array (count * 4096,) as a dense one over ``grid``; ``fill`` elsewhere."""
