@@ -38,7 +38,12 @@ def test_a_copy_of_some_cells_reads_as_the_store(seed: int, dtype: torch.dtype) 
         for chosen, part in table.chunks(asked):
             assert torch.equal(part, store.features(asked[chosen]))
         assert table.count == store.count
-        np.testing.assert_array_equal(table.changed_at, store.changed_at)
+        np.testing.assert_array_equal(table.changed_at, store.changed_at[copied])
+        revision, kept = int(rng.integers(0, 10)), int(rng.integers(0, 40))
+        expected = (store.changed_at > revision) | (np.arange(store.count) >= kept)
+        for each, slots in ((store, slice(None)), (store.table(), slice(None)), (table, copied)):
+            changed = np.arange(store.count)[slots][expected[slots]]
+            np.testing.assert_array_equal(each.changed_since(revision, kept), changed)
 
 
 def test_only_the_copy_stays_as_it_was() -> None:

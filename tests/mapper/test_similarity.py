@@ -20,13 +20,15 @@ from onemap_mapper.similarity import (
     ScoreCache,
     TextQuery,
     against,
+    rank_limits,
     ranks,
     scores,
     scores_of,
     text_query,
 )
 from onemap_shared.geometry import F32, I64
-from onemap_shared.messages import TextEmbeddings
+from onemap_shared.messages import RANKS, TextEmbeddings
+from onemap_shared.ranks import ranked
 
 CPU = torch.device("cpu")
 
@@ -244,3 +246,18 @@ def test_a_score_of_zero_stays_zero_against_negatives() -> None:
     far = TextQuery("a text", torch.eye(8)[:2], 1e4)
     none = CellScores(far, 1, np.zeros(1, np.float32), np.zeros(1, np.float32))
     assert against(none, [none]).scores.tolist() == [0.0]
+
+
+@given(
+    seed=st.integers(0, 2**16),
+    count=st.one_of(st.integers(1, 600), st.sampled_from([4095, 4096, 8191, 8192, 20_000])),
+    digits=st.integers(1, 7),
+)
+@settings(max_examples=60, deadline=None)
+def test_limits_give_the_ranks(seed: int, count: int, digits: int) -> None:
+    """Few digits make many values equal."""
+    values = np.random.default_rng(seed).uniform(-1, 1, count).round(digits).astype(np.float32)
+    limits = rank_limits(values)
+    assert limits.shape == (RANKS - 1,)
+    assert (np.diff(limits[np.isfinite(limits)]) >= 0).all()
+    np.testing.assert_array_equal(ranked(values, limits), ranks(values))

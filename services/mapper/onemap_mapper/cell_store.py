@@ -29,6 +29,8 @@ from onemap_shared.geometry import F32, I64, Bool
 
 BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
 SEARCHED, EXPLORED = 1, 2  # rows of the confidences, after c itself
+GROUP = 64  # slots, whose newest change is kept: a frame's cells lie in some dozens of groups
+RESERVE = 1.25  # times what there was, so that a large map is not copied for every block
 # What remains of a cell is cleared below this share of its confidence: rounding errors of its
 # feature grow with the inverse of what remains, and would become as large as the feature.
 EMPTY_BELOW = {torch.float32: 1e-5, torch.float16: 2e-2}
@@ -96,6 +98,7 @@ class CellStore:
         self._confidence = torch.zeros((3, 0), dtype=torch.float64)
         self._cells = np.zeros((0, 2), np.int64)
         self._changed_at = np.zeros(0, np.int64)
+        self._group_changed_at = np.zeros(0, np.int64)  # the newest of each group of slots
         self._heights = HeightStore()
 
     @property
@@ -103,7 +106,8 @@ class CellStore:
         """Bytes held on host and device, with those reserved for growth."""
         tensors = [*self._blocks, self._confidence]
         held = sum(tensor.numel() * tensor.element_size() for tensor in tensors)
-        return held + self._cells.nbytes + self._changed_at.nbytes + self._heights.nbytes
+        cells = (self._cells, self._changed_at, self._group_changed_at, self._heights)
+        return held + sum(array.nbytes for array in cells)
 
     @property
     def blocks(self) -> tuple[Tensor, ...]:
@@ -120,6 +124,15 @@ class CellStore:
         """Map revision (count,) at which each slot's feature last changed."""
         return self._changed_at[: self.count]
 
+    def changed_since(self, revision: int, kept: int) -> I64:
+        """As ``FeatureTable.changed_since``; takes the time of what changed, not of the map."""
+        kept = min(kept, self.count)
+        groups = np.flatnonzero(self._group_changed_at > revision)
+        slots = (groups[:, None] * GROUP + np.arange(GROUP)).ravel()
+        slots = slots[slots < kept]
+        changed = slots[self._changed_at[slots] > revision]
+        return np.concatenate([changed, np.arange(kept, self.count)])
+
     @property
     def confidence(self) -> Tensor:
         """c = 1 / sigma^2 (count,) float32 > 0, on the host as all confidences."""
@@ -135,8 +148,8 @@ class CellStore:
         """c (count,) float32 >= 0 of keyframes only."""
         return self._confidence[2, : self.count].float()
 
-    def confidences(self, part: slice) -> Tensor:
-        """The confidences (3 + further robots, k) float32 of consecutive slots, as above."""
+    def confidences(self, part: slice | I64) -> Tensor:
+        """The confidences (3 + further robots, k) float32 of these slots, as above."""
         return self._confidence[:, part].float()
 
     @property
@@ -155,11 +168,13 @@ class CellStore:
         while len(self._blocks) * BLOCK < self.count:
             shape = (BLOCK, self.dimension)
             self._blocks.append(torch.zeros(shape, device=self._device, dtype=self._dtype))
-        reserved = len(self._blocks) * BLOCK
-        if reserved > len(self._cells):
+        if self.count > len(self._cells):
+            reserved = max(len(self._blocks) * BLOCK, int(len(self._cells) * RESERVE))
             extra = reserved - len(self._cells)
             self._cells = np.concatenate([self._cells, np.zeros((extra, 2), np.int64)])
             self._changed_at = np.concatenate([self._changed_at, np.zeros(extra, np.int64)])
+            groups = -(-reserved // GROUP) - len(self._group_changed_at)
+            self._group_changed_at = np.pad(self._group_changed_at, (0, groups))
             grown = self._confidence.new_zeros((len(self._confidence), extra))
             self._confidence = torch.cat([self._confidence, grown], dim=1)
             self._heights.reserve(reserved)
@@ -196,7 +211,7 @@ class CellStore:
         for row, times in ((0, 1.0), (searched, views.searched), (EXPLORED, views.explored)):
             if times > 0:
                 self._confidence[row, index] += times * confidence
-        self._changed_at[slots] = revision
+        self._set_changed(slots, revision)
 
     def _move(self, slots: I64, features: Tensor, K: Tensor) -> None:
         """Move the features of distinct slots by gains K (n,) float32 towards features (n, D)."""
@@ -233,7 +248,7 @@ class CellStore:
         self._heights.move(slots, share.heights, K.float().numpy())
         for row, part in enumerate(parts):
             self._confidence[row, index] += part
-        self._changed_at[slots] = revision
+        self._set_changed(slots, revision)
 
     def take_out(self, slots: I64, share: FeatureShare, *, revision: int) -> Bool:
         """Undo ``put_in``; returns (n,) bool: nothing remains of the slot, which is now zero.
@@ -255,7 +270,7 @@ class CellStore:
         for row, part in enumerate((share.searched, share.explored), start=1):
             left = (self._confidence[row, index] - part).clamp(min=0.0)
             self._confidence[row, index] = torch.where(empty, 0.0, left)
-        self._changed_at[slots] = revision
+        self._set_changed(slots, revision)
         emptied: Bool = empty.numpy()
         self._heights.move(slots, share.heights, K.float().numpy())
         self._heights.clear(slots[emptied])
@@ -278,7 +293,8 @@ class CellStore:
         self._confidence[:, count : self.count] = 0.0
         self._heights.put(to, self._heights.of(last))
         self._heights.clear(np.arange(count, self.count))
-        self._cells[to], self._changed_at[to] = self._cells[last], revision
+        self._cells[to] = self._cells[last]
+        self._set_changed(to, revision)
         self.count = count
         return to
 
@@ -298,10 +314,12 @@ class CellStore:
         rows = torch.empty((len(slots), self.dimension), device=self._device, dtype=self._dtype)
         bounds = np.searchsorted(slots, np.arange(len(self._blocks) + 1) * BLOCK)
         for block, (start, end) in enumerate(pairwise(bounds.tolist())):
+            if start == end:
+                continue
             within = torch.from_numpy(slots[start:end] - block * BLOCK).to(self._device)
             torch.index_select(self._blocks[block], 0, within, out=rows[start:end])
-        changed_at = self.changed_at.copy()
-        return FeatureTable((rows,), changed_at, self._device, self._compiled, slots)
+        changed_at = self._changed_at[slots]
+        return FeatureTable((rows,), changed_at, self._device, self._compiled, slots, self.count)
 
     def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
         """As ``FeatureTable.chunks``."""
@@ -347,6 +365,10 @@ class CellStore:
             rows = self._confidence.new_zeros((missing, self._confidence.shape[1]))
             self._confidence = torch.cat([self._confidence, rows])
         return row
+
+    def _set_changed(self, slots: I64, revision: int) -> None:
+        self._changed_at[slots] = revision
+        self._group_changed_at[slots // GROUP] = revision
 
     def _by_block(self, slots: I64) -> Iterator[tuple[int, Tensor, Tensor]]:
         """Per block with some of the slots: its number, their indices, their rows in the block."""

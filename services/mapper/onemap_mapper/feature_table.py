@@ -36,9 +36,8 @@ class CellFeatures(Protocol):
         """Where the features are."""
         ...
 
-    @property
-    def changed_at(self) -> I64:
-        """Map revision (count,) at which each slot's feature last changed."""
+    def changed_since(self, revision: int, kept: int) -> I64:
+        """As ``FeatureTable.changed_since``."""
         ...
 
     def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
@@ -54,8 +53,9 @@ class CellFeatures(Protocol):
 class FeatureTable:
     """Features of a map's slots.
 
-    blocks: tables of equally many rows (rows, D), float32 or float16, on ``device``; changed_at
-    (count,) int64; slots (n,) ascending, those whose features the blocks hold, None: all.
+    blocks: tables of equally many rows (rows, D), float32 or float16, on ``device``; slots (n,)
+    ascending, those whose features the blocks hold, None: all; changed_at (n,) int64, the map's
+    revision at which the feature of each of them last changed; of: slots of the map, if not all.
     """
 
     blocks: tuple[Tensor, ...]
@@ -63,11 +63,23 @@ class FeatureTable:
     device: torch.device
     compiled: bool
     slots: I64 | None = None
+    of: int = 0
 
     @property
     def count(self) -> int:
         """Slots of the map, with those whose features are not in this table."""
-        return len(self.changed_at)
+        return len(self.changed_at) if self.slots is None else self.of
+
+    def changed_since(self, revision: int, kept: int) -> I64:
+        """Ascending slots (n,) that changed after this revision, or are not among the kept first.
+
+        Only those whose features are in this table.
+        """
+        changed = self.changed_at > revision
+        if self.slots is None:
+            changed[kept:] = True
+            return np.flatnonzero(changed)
+        return self.slots[changed | (self.slots >= kept)]
 
     def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
         """The features of ascending slots in parts: their indices, and (k, D) float32, read-only.

@@ -7,12 +7,15 @@ each change of a cell, and kept for each set of competing words.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import torch
 from cachetools import LRUCache
 from torch import Tensor
 
 from onemap_mapper.feature_table import CellFeatures
+from onemap_mapper.slot_values import SlotValues
 from onemap_shared.geometry import I64
 
 LEAST_NORM = 1e-12  # shorter features have no direction: their cosines are 0
@@ -28,7 +31,7 @@ class NeutralSums:
 
     def __init__(self, words: Tensor, temperature: float) -> None:
         self.words, self.temperature = words, temperature
-        self._sums: LRUCache[bytes, tuple[Tensor, Tensor]] = LRUCache(MAX_SETS)  # with excluded
+        self._sums: LRUCache[bytes, tuple[Tensor, SlotValues]] = LRUCache(MAX_SETS)  # with excluded
         self._revision, self._count = -1, 0
 
     def fits(self, words: Tensor, temperature: float) -> bool:
@@ -43,6 +46,7 @@ class NeutralSums:
     def of(self, store: CellFeatures, revision: int, excluded: Tensor) -> Tensor:
         """The sums at this revision of the map; only changed cells are computed again.
 
+        They are valid until the next call.
         excluded (m,): 0 for words that compete, -inf for those that do not.
         """
         if revision != self._revision or store.count != self._count:
@@ -50,44 +54,34 @@ class NeutralSums:
             self._revision, self._count = revision, store.count
         key = _key(excluded)
         if key not in self._sums:
-            sums = self.words.new_zeros(store.count)
+            sums = SlotValues(1, self.words.device)
+            sums.resize(store.count)
             self._fill({key: (excluded, sums)}, store, np.arange(store.count))
             self._sums[key] = (excluded, sums)
-        return self._sums[key][1]
+        return self._sums[key][1].values[0]
 
     def _update(self, store: CellFeatures) -> None:
         """Follow the map: grow or shrink with it, and compute what changed."""
         if not self._sums:
             return
-        kept = min(self._count, store.count)  # a corrected map may have fewer cells
-        grown = {}
-        for key, (excluded, old) in self._sums.items():
-            sums = old.new_zeros(store.count)
-            sums[:kept] = old[:kept]
-            grown[key] = (excluded, sums)
-        self._fill(grown, store, stale_slots(store, self._revision, kept))
-        self._sums.update(grown)
+        stale = store.changed_since(self._revision, self._count)
+        for _, sums in self._sums.values():
+            sums.resize(store.count)
+        self._fill(self._sums, store, stale)
 
     def _fill(
-        self, sets: dict[bytes, tuple[Tensor, Tensor]], store: CellFeatures, slots: I64
+        self, sets: Mapping[bytes, tuple[Tensor, SlotValues]], store: CellFeatures, slots: I64
     ) -> None:
         """Compute the sums of these slots for these sets of words."""
         for chosen, features in store.chunks(slots):
             weighed = self.temperature * unit_cosines(features, self.words)
             index = torch.from_numpy(slots[chosen]).to(weighed.device)
             for excluded, sums in sets.values():
-                sums[index] = torch.logsumexp(weighed + excluded, dim=1)
+                sums.values[0, index] = torch.logsumexp(weighed + excluded, dim=1)
 
 
 def _key(excluded: Tensor) -> bytes:
     return excluded.cpu().numpy().tobytes()
-
-
-def stale_slots(store: CellFeatures, revision: int, kept: int) -> I64:
-    """Slots (n,) that changed since this revision of the map, or are not among the kept first."""
-    changed = store.changed_at > revision
-    changed[kept:] = True
-    return np.nonzero(changed)[0]
 
 
 def unit_cosines(features: Tensor, words: Tensor) -> Tensor:

@@ -21,11 +21,11 @@ from onemap_mapper.neutral_cosines import (
     NOTHING_KNOWN,
     NeutralSums,
     shares,
-    stale_slots,
     unit_cosines,
 )
+from onemap_mapper.slot_values import SlotValues
 from onemap_shared.geometry import F32, I64, U8
-from onemap_shared.messages import TextEmbeddings
+from onemap_shared.messages import RANKS, TextEmbeddings
 
 MAX_TEXTS = 32  # whose scores are kept; 2 MB each for a map of 250,000 cells
 RANKED_CELLS = 4096  # a rank among so many is right to a percent or two
@@ -121,6 +121,20 @@ def ranks(values: F32) -> U8:
     return (1 + np.minimum(share, 1.0) * 254).astype(np.uint8)
 
 
+def rank_limits(values: F32) -> F32:
+    """Limits (RANKS - 1,) float32, ascending, between the ranks of values (n,): see ``ranked``.
+
+    A value's rank is a function of how many of the sample lie below it; each limit is the highest
+    sample below which it does not exceed a rank.
+    """
+    ordered = np.sort(values[:: max(1, values.size // RANKED_CELLS)])
+    below = np.arange(len(ordered) + 1)
+    rank = (1 + np.minimum(below / max(len(ordered) - 1, 1), 1.0) * 254).astype(np.uint8)
+    needed = np.searchsorted(rank, np.arange(2, RANKS + 1))  # samples below a value of this rank
+    limits: F32 = np.append(ordered, np.float32(np.inf))[needed - 1]
+    return limits
+
+
 @dataclass(frozen=True, slots=True)
 class CellScores:
     """Scores and cosines, (count,) float32 each, of one query at a revision of the map."""
@@ -131,6 +145,53 @@ class CellScores:
     cosines: F32
 
 
+class KeptScores:
+    """The scores and cosines of one query, kept up to date.
+
+    serial: of the query among all that a cache was asked for; another one begins anew.
+    """
+
+    def __init__(self, query: TextQuery, serial: int) -> None:
+        self.query, self.serial = query, serial
+        self.revision = NOTHING_KNOWN[0]
+        self._both = SlotValues(2, torch.device("cpu"))
+
+    @property
+    def known(self) -> tuple[int, int]:
+        """Of which revision of the map, and of how many first slots, they are."""
+        return self.revision, self._both.count
+
+    @property
+    def scores(self) -> F32:
+        """Scores (count,), not copied: valid until the next update."""
+        values: F32 = self._both.values[0].numpy()
+        return values
+
+    @property
+    def cosines(self) -> F32:
+        """Cosines (count,), not copied: valid until the next update."""
+        values: F32 = self._both.values[1].numpy()
+        return values
+
+    def update(self, slots: I64 | slice, scores: Tensor, cosines: Tensor, of: Revision) -> None:
+        """Set scores and cosines (n,) of these slots; with them all are those of a revision."""
+        self._both.resize(of.count)
+        self.scores[slots], self.cosines[slots] = scores.cpu().numpy(), cosines.cpu().numpy()
+        self.revision = of.number
+
+    def copied(self) -> CellScores:
+        """Scores and cosines that no update changes."""
+        return CellScores(self.query, self.revision, self.scores.copy(), self.cosines.copy())
+
+
+@dataclass(frozen=True, slots=True)
+class Revision:
+    """A revision of a map, and how many slots it has."""
+
+    number: int
+    count: int
+
+
 class ScoreCache:
     """Scores of one map for the most recent texts; only changed cells are computed again.
 
@@ -139,7 +200,8 @@ class ScoreCache:
     """
 
     def __init__(self) -> None:
-        self._entries: LRUCache[str, CellScores] = LRUCache(MAX_TEXTS)
+        self._entries: LRUCache[str, KeptScores] = LRUCache(MAX_TEXTS)
+        self._serial = 0  # of the newest query
         self._neutral: NeutralSums | None = None
         self._norms = SlotNorms()
 
@@ -158,25 +220,44 @@ class ScoreCache:
 
         At most ``MAX_TEXTS`` of them are kept.
         """
-        found: dict[int, CellScores] = {}
+        return [kept.copied() for kept in self.updated(queries, store, revision)]
+
+    def updated(
+        self, queries: Sequence[TextQuery], store: CellFeatures, revision: int
+    ) -> list[KeptScores]:
+        """As ``scores_of_all``, but not copied: valid until the next call."""
+        found = [self._entry(query) for query in queries]
         for known, group in self._groups(queries).items():
-            chosen = [queries[k] for k in group]
-            found |= dict(zip(group, self._updated(chosen, store, revision, known), strict=True))
-        for k, query in enumerate(queries):
-            self._entries[query.text] = found[k]
-        return [found[k] for k in range(len(queries))]
+            self._update([found[k] for k in group], store, revision, known)
+        return found
+
+    def serials(self, queries: Sequence[TextQuery]) -> tuple[int, ...]:
+        """Of the kept scores of the queries, 0 for none: the same as long as they are updated."""
+        entries = [self._entries.get(query.text) for query in queries]
+        return tuple(
+            0 if kept is None or kept.query is not query else kept.serial
+            for query, kept in zip(queries, entries, strict=True)
+        )
+
+    def _entry(self, query: TextQuery) -> KeptScores:
+        kept = self._entries.get(query.text)
+        if kept is None or kept.query is not query:
+            self._serial += 1
+            kept = KeptScores(query, self._serial)
+        self._entries[query.text] = kept
+        return kept
 
     def stale(self, queries: Sequence[TextQuery], store: CellFeatures) -> I64:
         """Ascending slots (n,) whose features scores of the queries, at present, would read."""
         states = {self._norms.known} if queries else set()
         for known, group in self._groups(queries).items():
             states.add(known)
-            if len(stale_slots(store, *known)):
+            if len(store.changed_since(*known)):
                 states |= {self._sums_known(queries[k]) for k in group if queries[k].calibrated}
         if not states:
             return np.zeros(0, np.int64)
         revisions, counts = zip(*states, strict=True)
-        return stale_slots(store, min(revisions), min(counts))
+        return store.changed_since(min(revisions), min(counts))
 
     def _sums_known(self, query: TextQuery) -> tuple[int, int]:
         """As ``_known``, of the sums of its competing words."""
@@ -188,9 +269,7 @@ class ScoreCache:
     def _known(self, query: TextQuery) -> tuple[int, int]:
         """Of which revision, and of how many first slots, the query's scores are kept."""
         kept = self._entries.get(query.text)
-        if kept is None or kept.query is not query:
-            return NOTHING_KNOWN
-        return kept.revision, len(kept.scores)
+        return NOTHING_KNOWN if kept is None or kept.query is not query else kept.known
 
     def _groups(self, queries: Sequence[TextQuery]) -> dict[tuple[int, int], list[int]]:
         """Indices of the queries by the revision and the number of cells of their kept scores."""
@@ -199,43 +278,29 @@ class ScoreCache:
             groups.setdefault(self._known(query), []).append(k)
         return groups
 
-    def _updated(
+    def _update(
         self,
-        queries: Sequence[TextQuery],
+        entries: Sequence[KeptScores],
         store: CellFeatures,
         revision: int,
         known: tuple[int, int],
-    ) -> list[CellScores]:
-        """The queries' scores, computed where the map changed since what is known of them."""
-        kept = min(known[1], store.count)  # a corrected map may have fewer cells
-        slots = stale_slots(store, known[0], kept)
+    ) -> None:
+        """Compute the scores of the cells that changed since what is known of all these entries."""
+        slots = store.changed_since(*known)
         # A slice where all are computed: picking 250,000 by index takes as long as scoring them.
         place: I64 | slice = slice(None) if len(slots) == store.count else slots
         where = place if isinstance(place, slice) else torch.from_numpy(place).to(store.device)
-        texts = torch.stack([query.concepts[0] for query in queries])
+        texts = torch.stack([entry.query.concepts[0] for entry in entries])
         cosine = store.products(slots, texts)
         cosine /= self._norms.of(store, revision)[where]  # in place: 32 MB for 32 texts
-        made = []
-        for query, own in zip(queries, cosine, strict=True):
+        for entry, own in zip(entries, cosine, strict=True):
+            query = entry.query
             if query.calibrated and len(slots):
                 sums = self._sums(query, store, revision)[where]
                 values = shares(own, sums, query.temperature)
             else:
                 values = scores_of(own[:, None], query)
-            found = CellScores(query, revision, values.cpu().numpy(), own.cpu().numpy().copy())
-            if not isinstance(place, slice):
-                found = self._entered(found, slots, store.count, kept)
-            made.append(found)
-        return made
-
-    def _entered(self, found: CellScores, slots: I64, count: int, kept: int) -> CellScores:
-        """What was found for some slots (n,), entered into what is kept of the first ones."""
-        both = np.zeros((2, count), np.float32)
-        if kept:
-            entry = self._entries[found.query.text]
-            both[0, :kept], both[1, :kept] = entry.scores[:kept], entry.cosines[:kept]
-        both[0, slots], both[1, slots] = found.scores, found.cosines
-        return replace(found, scores=both[0], cosines=both[1])
+            entry.update(place, values, own, Revision(revision, store.count))
 
     def _sums(self, query: TextQuery, store: CellFeatures, revision: int) -> Tensor:
         """What the words that compete with a text weigh in each cell (count,)."""
@@ -257,24 +322,27 @@ class SlotNorms:
     """Lengths (count,) float32 of the features of all slots of one map, kept up to date."""
 
     def __init__(self) -> None:
-        self._norms = torch.zeros(0)
-        self._revision = -1
+        self._norms: SlotValues | None = None
+        self._revision = NOTHING_KNOWN[0]
 
     @property
     def known(self) -> tuple[int, int]:
         """Of which revision, and of how many first slots, the lengths are."""
-        return self._revision, len(self._norms)
+        return self._revision, 0 if self._norms is None else self._norms.count
 
     def of(self, store: CellFeatures, revision: int) -> Tensor:
-        """The lengths at this revision, at least ``LEAST_NORM``; only changed ones are computed."""
-        if revision != self._revision or len(self._norms) != store.count:
-            kept = min(len(self._norms), store.count)
-            stale = stale_slots(store, self._revision, kept)
-            norms = torch.zeros(store.count, device=store.device)
-            norms[:kept] = self._norms[:kept]
+        """The lengths at this revision, at least ``LEAST_NORM``; only changed ones are computed.
+
+        They are valid until the next call.
+        """
+        if self._norms is None:
+            self._norms = SlotValues(1, store.device)
+        if (revision, store.count) != self.known:
+            stale = store.changed_since(*self.known)
+            self._norms.resize(store.count)
             for chosen, features in store.chunks(stale):
                 lengths = torch.linalg.vector_norm(features, dim=1)
                 index = torch.from_numpy(stale[chosen]).to(store.device)
-                norms[index] = lengths.clamp(min=LEAST_NORM)
-            self._norms, self._revision = norms, revision
-        return self._norms
+                self._norms.values[0, index] = lengths.clamp(min=LEAST_NORM)
+            self._revision = revision
+        return self._norms.values[0]
