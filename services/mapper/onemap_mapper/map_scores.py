@@ -8,17 +8,25 @@ are scored anew from the copy: what was read half written is among them.
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
 
 from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.changed_cells import ChangedCells, changed_cells
 from onemap_mapper.feature_table import CellFeatures
-from onemap_mapper.map_version import MapVersion
-from onemap_mapper.similarity import CellScores, ScoreCache, TextQuery
+from onemap_mapper.map_version import NO_SLOT, MapVersion
+from onemap_mapper.similarity import CellScores, KeptScores, ScoreCache, TextQuery, rank_limits
+from onemap_shared.geometry import F32
+
+T = TypeVar("T")
 
 COPIED_CELLS = 4096  # with the lock held: 12 MB of 768 float32 channels; a frame changes 800
 ATTEMPTS = 4  # of them, each scores what changed during the one before
+NO_LIMITS: F32 = np.zeros(0, np.float32)
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +35,29 @@ class ScoredVersion:
 
     version: MapVersion
     texts: tuple[CellScores, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class KnownScores:
+    """What an asker holds: scores with these serials, at this change of the map."""
+
+    serials: tuple[int, ...]
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class ScoredChanges:
+    """Changed cells of a map with the scores of the texts that were asked for, in their order.
+
+    serials: see ``ScoreCache.serials``; texts: with a value for each changed cell that is
+    observed, in the order of the cells; rank_limits (254,) of the first text's cosines over the
+    whole map, (0,) without a text.
+    """
+
+    cells: ChangedCells
+    serials: tuple[int, ...]
+    texts: tuple[CellScores, ...]
+    rank_limits: F32
 
 
 class MapScores:
@@ -42,26 +73,56 @@ class MapScores:
 
     def of(self, queries: Sequence[TextQuery], robot: int = 0) -> ScoredVersion:
         """The newest revision for a robot, with the scores and cosines of the queries."""
-        scored = self._scored(queries)
-        return replace(scored, version=scored.version.of_robot(robot))
-
-    def _scored(self, queries: Sequence[TextQuery]) -> ScoredVersion:
         with self._turn:
-            for _ in range(ATTEMPTS):
-                version, revision, table = self._begin(queries)
-                found = self._cache.scores_of_all(queries, table, revision)
-                if version is not None:
-                    return ScoredVersion(version, tuple(found))
-            with self._lock:  # the map changes faster than it is read, as when submaps move
-                belief = self._belief
-                found = self._cache.scores_of_all(queries, belief.store, belief.revision)
-                return ScoredVersion(belief.version(), tuple(found))
+            version, found = self._scored(queries, BeliefMap.version)
+            copied = tuple(kept.copied() for kept in found)
+            return ScoredVersion(version.of_robot(robot), copied)
 
-    def _begin(self, queries: Sequence[TextQuery]) -> tuple[MapVersion | None, int, CellFeatures]:
-        """The features to read next and their revision, with a copy of that if they are one too."""
+    def changes(
+        self, queries: Sequence[TextQuery], known: KnownScores, robot: int = 0
+    ) -> ScoredChanges:
+        """The cells that changed since a state of the same queries, with scores and cosines.
+
+        All cells if the queries or their embeddings are others, or the map cannot tell.
+        """
+
+        def changed(belief: BeliefMap) -> ChangedCells:
+            same = known.serials == self._cache.serials(queries)
+            return changed_cells(belief, known.number if same else None, robot)
+
+        with self._turn:
+            cells, found = self._scored(queries, changed)
+            slots = cells.slots[cells.slots != NO_SLOT]
+            return ScoredChanges(
+                cells,
+                self._cache.serials(queries),
+                tuple(
+                    CellScores(kept.query, kept.revision, kept.scores[slots], kept.cosines[slots])
+                    for kept in found
+                ),
+                rank_limits(found[0].cosines) if found else NO_LIMITS,
+            )
+
+    def _scored(
+        self, queries: Sequence[TextQuery], part: Callable[[BeliefMap], T]
+    ) -> tuple[T, list[KeptScores]]:
+        """A part of the newest revision and, valid until the next call, the scores of all of it."""
+        for _ in range(ATTEMPTS):
+            taken, revision, table = self._begin(queries, part)
+            found = self._cache.updated(queries, table, revision)
+            if taken is not None:
+                return taken, found
+        with self._lock:  # the map changes faster than it is read, as when submaps move
+            belief = self._belief
+            return part(belief), self._cache.updated(queries, belief.store, belief.revision)
+
+    def _begin(
+        self, queries: Sequence[TextQuery], part: Callable[[BeliefMap], T]
+    ) -> tuple[T | None, int, CellFeatures]:
+        """The features to read next and their revision, with a part of that if they are one too."""
         with self._lock:
             belief = self._belief
             stale = self._cache.stale(queries, belief.store)
             if len(stale) > COPIED_CELLS:
                 return None, belief.revision, belief.store.table()
-            return belief.version(), belief.revision, belief.store.copied(stale)
+            return part(belief), belief.revision, belief.store.copied(stale)

@@ -19,6 +19,18 @@ from onemap_shared.messages import Layer, Occupancy
 NO_SLOT = -1
 
 
+def observed_bits(confidences: F32, explored_variance: float, robot: int = 0) -> U8:
+    """Bits of ``Layer`` (n,) of observed cells with these confidences (3 + further robots, n)."""
+    threshold = np.float32(1.0 / explored_variance)
+    count, row = confidences.shape[1], searched_row(robot)
+    explored = confidences[EXPLORED] > threshold
+    known = row < len(confidences)  # else the robot has searched nothing yet
+    searched = confidences[row] > threshold if known else np.zeros(count, bool)
+    bits = np.full(count, Layer.OBSERVED, np.uint8)
+    bits |= explored * np.uint8(Layer.EXPLORED) | searched * np.uint8(Layer.SEARCHED)
+    return bits
+
+
 @dataclass(frozen=True, slots=True)
 class MapVersion:
     """One revision; ``BeliefMap.version`` makes it a copy that no later frame changes.
@@ -80,13 +92,8 @@ class MapVersion:
 
     def layers(self) -> U8:
         """Bits of ``Layer`` (nx, ny) uint8 over ``grid``."""
-        threshold = np.float32(1.0 / self.explored_variance)
-        explored, row = self.confidences[EXPLORED] > threshold, searched_row(self.robot)
-        known = row < len(self.confidences)  # else the robot has searched nothing yet
-        searched = self.confidences[row] > threshold if known else np.zeros(self.count, bool)
-        bits = np.full(self.count + 1, Layer.OBSERVED, np.uint8)
-        bits[:-1] |= explored * np.uint8(Layer.EXPLORED) | searched * np.uint8(Layer.SEARCHED)
-        bits[NO_SLOT] = 0
+        bits = observed_bits(self.confidences, self.explored_variance, self.robot)
+        bits = np.append(bits, np.uint8(0))
         dense: U8 = bits[self._dense(self.slots, NO_SLOT)]
         dense |= self._dense(self.assumed, False) * np.uint8(Layer.ASSUMED)
         return dense

@@ -1,0 +1,73 @@
+"""The cells of a map that changed since a moment, copied: what a difference of views is made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.map_version import NO_SLOT, observed_bits
+from onemap_shared.geometry import I32, I64, U8
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import Layer, Occupancy
+
+
+@dataclass(frozen=True, slots=True)
+class ChangedCells:
+    """Cells that changed between two states of a map, as they are in the later one.
+
+    since: number of the earlier change, None: all cells that anything is known of; number: of the
+    later one; places (tiles, 2): where each tile of the map lies, world cell // 64. By cell, in
+    ascending order of rows: rows (n,) of the map's tiles; slots (n,), NO_SLOT where nothing is
+    observed; occupancy, values of ``Occupancy``; layers, bits of ``Layer``.
+    """
+
+    revision: int
+    sequence: int
+    stamp_ns: int
+    grid: GridSpec
+    since: int | None
+    number: int
+    places: I64
+    rows: I64
+    slots: I32
+    occupancy: U8
+    layers: U8
+
+
+def changed_cells(belief: BeliefMap, since: int | None, robot: int = 0) -> ChangedCells:
+    """What changed after the change ``since``, for a robot; all if the map cannot tell, or for None.
+
+    Takes the time of what changed, not of the map, unless it is everything.
+    """
+    if since is None or not belief.changes.covers(since):
+        since, rows = None, _known_rows(belief)
+    else:
+        rows = belief.changes.rows_since(since)
+    slots = belief.slots.values[rows]
+    seen = slots != NO_SLOT
+    layers = belief.assumed.values[rows] * np.uint8(Layer.ASSUMED)
+    confidences = belief.store.confidences(slots[seen].astype(np.int64)).cpu().numpy()
+    layers[seen] |= observed_bits(confidences, belief.params.explored_variance, robot)
+    history = belief.history(robot)
+    return ChangedCells(
+        revision=belief.revision,
+        sequence=history.sequence,
+        stamp_ns=history.stamp_ns,
+        grid=belief.grid,
+        since=since,
+        number=belief.changes.number,
+        places=belief.tiles.places(),
+        rows=rows,
+        slots=slots,
+        occupancy=belief.occupancy.values[rows],
+        layers=layers,
+    )
+
+
+def _known_rows(belief: BeliefMap) -> I64:
+    known = belief.occupancy.values != Occupancy.UNKNOWN
+    known |= belief.slots.values != NO_SLOT
+    known |= belief.assumed.values
+    return np.flatnonzero(known)
