@@ -37,7 +37,7 @@ class ChangedCells:
 
 
 def changed_cells(belief: BeliefMap, since: int | None, robot: int = 0) -> ChangedCells:
-    """What changed after the change ``since``, for a robot; all if the map cannot tell, or for None.
+    """What changed for a robot after the change ``since``; all if the map cannot tell, or for None.
 
     Takes the time of what changed, not of the map, unless it is everything.
     """

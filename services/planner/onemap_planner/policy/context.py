@@ -15,9 +15,9 @@ from onemap_planner.world.costmap import (
     distance_cells,
     with_gaps,
 )
-from onemap_planner.world.map_view import MapView, map_view_around
+from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
 from onemap_shared.geometry import F64, Bool
-from onemap_shared.messages import Occupancy, SearchView
+from onemap_shared.messages import Occupancy
 
 SURROUNDINGS_M = 1.0  # radius of the circle of `known_fraction_around`
 
@@ -69,7 +69,7 @@ class PlanningContext:
 
 def build_context(
     pose: Pose2d,
-    view: SearchView,
+    view: PlanningView,
     *,
     trail: tuple[tuple[float, float], ...],
     obstacles_xy: F64,

@@ -27,9 +27,9 @@ from onemap_planner.world.likely_places import (
     likely_places,
     similar_cells,
 )
-from onemap_planner.world.map_view import MapView, map_view_around
+from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
 from onemap_shared.geometry import Bool
-from onemap_shared.messages import SearchOrder, SearchView
+from onemap_shared.messages import SearchOrder
 
 NO_WAY_M = 1000.0  # where the floor leads nowhere, so that orders can still be compared
 LOOK_FACTOR = 0.5  # of a place's probability, for each look at it without result
@@ -53,7 +53,7 @@ def with_turn(state: PlannerState, params: ObjectOrderParams) -> PlannerState:
 
 def take_in_view(
     state: PlannerState,
-    view: SearchView,
+    view: PlanningView,
     merge: Callable[[PlannerState, PlanningContext], PlannerState],
     context: PlanningContext,
     params: PlannerParams,

@@ -15,10 +15,10 @@ from onemap_planner.policy.order_params import OrderMemory
 from onemap_planner.search.phases import Search
 from onemap_planner.world.candidates import ConsensusParams, ObjectCandidate
 from onemap_planner.world.costmap import Costmap
-from onemap_planner.world.map_view import WorldCells
+from onemap_planner.world.map_view import PlanningView, WorldCells
 from onemap_planner.world.undetected import UndetectedViews
 from onemap_shared.geometry import F64, Velocity2d
-from onemap_shared.messages import Detections, ObjectFind, SearchView
+from onemap_shared.messages import Detections, ObjectFind
 from onemap_shared.trail import extended
 
 TRAIL_STEP_M = 0.1  # points closer together than this cover the same floor
@@ -145,10 +145,10 @@ class Observation:
     odometer_m: float
     command: Velocity2d
     collided: bool
-    view: SearchView | None
+    view: PlanningView | None
     detections: tuple[Detections, ...]
     stale_reason: str
-    other_view: SearchView | None = None
+    other_view: PlanningView | None = None
     blocked: bool = False
     creeps: bool = False
 

@@ -55,9 +55,9 @@ from onemap_planner.search.phases import (
     Starting,
 )
 from onemap_planner.search.state_machine import transition
-from onemap_planner.world.map_view import known_area_m2
+from onemap_planner.world.map_view import PlanningView, known_area_m2
 from onemap_shared.geometry import F64, wrap_angle
-from onemap_shared.messages import FailureCode, SearchView
+from onemap_shared.messages import FailureCode
 
 MAX_STEP_PERIOD_S = 1.0  # active time counted for one step: a longer pause was no searching
 MAP_RESTART_FRACTION = 0.5  # a map whose known area falls below this part was begun again
@@ -111,7 +111,7 @@ def step(
 def _context(
     state: PlannerState,
     pose: Pose2d,
-    view: SearchView,
+    view: PlanningView,
     params: PlannerParams,
     window_xy: F64 | None,
 ) -> PlanningContext:

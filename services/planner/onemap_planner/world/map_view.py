@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
+from onemap_planner.world.assembled_view import AssembledView
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy, SearchView
 
 # Cells counted from the origin of the map frame: they mean the same place in every window.
 WorldCells: TypeAlias = frozenset[tuple[int, int]]
+
+# A whole view, or one that the mapper's changes were put together to.
+PlanningView: TypeAlias = SearchView | AssembledView
 
 BORDER_CELLS = 2  # unknown cells kept around the window, so that its rim can be a frontier
 
@@ -63,13 +68,15 @@ class MapView:
         return inside
 
 
-def known_area_m2(view: SearchView) -> float:
+def known_area_m2(view: PlanningView) -> float:
     """Known area in square metres."""
+    if isinstance(view, AssembledView):
+        return view.known_occupancy_cells * view.grid.cell_size_m**2
     known = int(np.count_nonzero(view.occupancy != Occupancy.UNKNOWN))
     return known * view.grid.cell_size_m**2
 
 
-def outside_reason(view: SearchView, robot_xy: tuple[float, float]) -> str:
+def outside_reason(view: PlanningView, robot_xy: tuple[float, float]) -> str:
     """Why a view cannot be used with a robot at this place, metres; empty if it can."""
     if view.grid.shape == (0, 0):
         return ""
@@ -84,7 +91,7 @@ def outside_reason(view: SearchView, robot_xy: tuple[float, float]) -> str:
     )
 
 
-def map_view_around(view: SearchView, robot_xy: F64, window_xy: F64 | None = None) -> MapView:
+def map_view_around(view: PlanningView, robot_xy: F64, window_xy: F64 | None = None) -> MapView:
     """The known part of the view, cropped or grown so that the robot (2,) metres is inside.
 
     window_xy (2, 2): lowest and highest x and y, metres, outside of which nothing is needed.
@@ -104,21 +111,21 @@ def map_view_around(view: SearchView, robot_xy: F64, window_xy: F64 | None = Non
         view.grid.cell_size_m, (int(origin[0]), int(origin[1])), (int(shape[0]), int(shape[1]))
     )
     into = tuple(slice(int(a), int(b)) for a, b in zip(*(source - lower), strict=True))
-    out_of = tuple(slice(int(a), int(b)) for a, b in zip(*source, strict=True))
+    part = _cropped(view, source)
     occupancy = np.full(grid.shape, Occupancy.UNKNOWN, np.uint8)
-    occupancy[into] = view.occupancy[out_of]
+    occupancy[into] = part.occupancy
     layers = np.zeros(grid.shape, np.uint8)
-    layers[into] = view.layers[out_of]
+    layers[into] = part.layers
     similarity = np.full(grid.shape, np.nan, np.float32)
-    if view.similarity.shape == view.grid.shape:
-        similarity[into] = view.similarity[out_of]
+    if part.similarity.shape == part.grid.shape:
+        similarity[into] = part.similarity
     margin = np.full(grid.shape, np.inf, np.float32)
-    if view.rival.shape == view.grid.shape:
-        rival = np.nan_to_num(view.rival[out_of], nan=-np.inf)
+    if part.rival.shape == part.grid.shape:
+        rival = np.nan_to_num(part.rival, nan=-np.inf)
         margin[into] = similarity[into] - rival
     guidance = np.full(grid.shape, np.nan, np.float32)
-    if view.guidance.shape == view.grid.shape:
-        ranked = view.guidance[out_of]
+    if part.guidance.shape == part.grid.shape:
+        ranked = part.guidance
         guidance[into] = np.where(ranked > 0, (ranked - np.float32(1.0)) / 254, np.nan)
     return MapView(
         grid=grid,
@@ -144,8 +151,36 @@ def _top_tenth(guidance: F32) -> F32:
     return similarity
 
 
-def _known_box(view: SearchView, robot: I64) -> I64:
+def _cropped(view: PlanningView, box: I64) -> SearchView:
+    """The part of a view in a box (2, 2) of indices inside of it: first and one past the last."""
+    if isinstance(view, AssembledView):
+        return view.cropped(*box)
+    out_of = tuple(slice(int(a), int(b)) for a, b in zip(*box, strict=True))
+    origin = box[0] + np.asarray(view.grid.origin_cell)
+    shape = box[1] - box[0]
+    grid = GridSpec(
+        view.grid.cell_size_m, (int(origin[0]), int(origin[1])), (int(shape[0]), int(shape[1]))
+    )
+
+    def part(layer: NDArray) -> NDArray:
+        return layer[out_of] if layer.shape == view.grid.shape else layer
+
+    return replace(
+        view,
+        grid=grid,
+        occupancy=part(view.occupancy),
+        layers=part(view.layers),
+        similarity=part(view.similarity),
+        rival=part(view.rival),
+        guidance=part(view.guidance),
+    )
+
+
+def _known_box(view: PlanningView, robot: I64) -> I64:
     """(2, 2): first and one-past-last known index on both axes; empty at the robot if none is."""
+    if isinstance(view, AssembledView):
+        box = view.known_box()
+        return np.stack([robot, robot]) if box is None else box
     known = (view.occupancy != Occupancy.UNKNOWN) | (view.layers > 0)
     if not known.any():
         return np.stack([robot, robot])
