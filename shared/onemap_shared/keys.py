@@ -77,6 +77,8 @@ MAP_IMAGE_SIMILARITY = Procedure(
     "map/image_similarity/v1", m.ImageSimilarityRequest, m.SimilarityReply, parallel=4
 )
 MAP_SEARCH_VIEW = Procedure("map/search_view/v1", m.SearchViewRequest, m.SearchView)
+# The same view as the cells that changed since the caller's last one: what a planner asks for.
+MAP_VIEW_CHANGES = Procedure("map/view_changes/v1", m.ViewChangesRequest, m.ViewChanges)
 MAP_SEARCH_RESET = Procedure("map/search_reset/v1", m.SearchReset, m.MapSummary)
 MAP_SAVE = Procedure("map/save/v1", m.MapFile, m.MapSummary)
 MAP_LOAD = Procedure("map/load/v1", m.MapFile, m.MapSummary)
@@ -164,6 +166,7 @@ ROLES: Mapping[str, Access] = {
             MAP_SIMILARITY,
             MAP_IMAGE_SIMILARITY,
             MAP_SEARCH_VIEW,
+            MAP_VIEW_CHANGES,
             MAP_SEARCH_RESET,
             MAP_SAVE,
             MAP_LOAD,
@@ -184,7 +187,7 @@ ROLES: Mapping[str, Access] = {
         publishes=(ROBOT_CMD_VEL, SEARCH_STATE, SEARCH_PATH),
         subscribes=(ROBOT_ODOMETRY, MAP_REVISION, DETECTIONS),
         serves=(SEARCH_START, SEARCH_CANCEL, SEARCH_GET, SEARCH_LIST),
-        calls=(EMBED_TEXT, MAP_SEARCH_VIEW, MAP_SEARCH_RESET, MAP_REMEMBER),
+        calls=(EMBED_TEXT, MAP_SEARCH_VIEW, MAP_VIEW_CHANGES, MAP_SEARCH_RESET, MAP_REMEMBER),
     ),
     "gateway": Access(
         names=("gateway",),

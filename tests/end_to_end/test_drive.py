@@ -30,3 +30,7 @@ def test_a_drive_stops_while_the_mapper_hangs_and_arrives_after_it(system: Syste
     x_m, y_m = result["end_xy_m"]
     assert abs(x_m - PLACE_M[0]) + abs(y_m - PLACE_M[1]) < 0.4
     assert (result["name"], result["outcome"]) == ("", "arrived")
+    metrics = system.monitor.beats["planner"].metrics
+    # One map, one question: replies that the hanging mapper did not send cost no whole view.
+    assert metrics["views_whole"] == 1
+    assert metrics["views_changed"] > 20

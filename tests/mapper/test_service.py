@@ -15,10 +15,12 @@ from onemap_mapper import map_file
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.service import Mapper, build
 from onemap_mapper.snapshot import MapSnapshot
+from onemap_planner.world.assembled_view import after
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
 from onemap_shared.memory_bus import MemoryBus, MemoryRouter
 from onemap_shared.messages import (
+    NO_VIEW,
     FeatureField,
     FrameReceipt,
     ImageRequest,
@@ -38,6 +40,9 @@ from onemap_shared.messages import (
     SimilarityRequest,
     TextEmbeddings,
     TextRequest,
+    ViewChanges,
+    ViewChangesRequest,
+    ViewKey,
 )
 from onemap_shared.runner import StartError
 from onemap_shared.transport import RemoteError, RequestRejected
@@ -166,6 +171,46 @@ def test_the_sofa_is_where_it_was_seen(rig: Rig) -> None:
     view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa"))
     np.testing.assert_array_equal(view.similarity, reply.scores_grid)
     assert rig.asked == ["sofa"]  # embedded once
+
+
+def view_changes(rig: Rig, text: str = "", have: ViewKey = NO_VIEW) -> ViewChanges:
+    request = ViewChangesRequest(text, ("desk",) if text else (), have)
+    return rig.client.call(keys.MAP_VIEW_CHANGES, request)
+
+
+def test_a_known_view_is_replied_as_what_changed(rig: Rig) -> None:
+    rig.feed(sofa_ahead(0))
+    first = view_changes(rig, "sofa")
+    assert first.base == NO_VIEW
+    still = view_changes(rig, "sofa", first.key)
+    assert (still.base, len(still.layers)) == (first.key, 0)
+    rig.feed(sofa_ahead(1, 0.1))
+    second = view_changes(rig, "sofa", first.key)
+    assert second.base == first.key
+    view = after(after(None, first), second).whole()
+    whole = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest("sofa", ("desk",)))
+    assert (view.revision, view.stamp_ns) == (whole.revision, sofa_ahead(1).stamp_ns)
+    for name in ("occupancy", "layers", "similarity", "rival", "guidance"):
+        np.testing.assert_array_equal(getattr(view, name), getattr(whole, name))
+
+
+def test_a_view_of_another_map_or_text_is_replied_whole(rig: Rig) -> None:
+    empty = view_changes(rig, "sofa")
+    assert (empty.base, empty.grid.shape) == (NO_VIEW, (0, 0))
+    rig.feed(sofa_ahead(0))
+    sofa = view_changes(rig, "sofa", empty.key)
+    assert sofa.base == NO_VIEW  # its cells have scores now
+    assert view_changes(rig, "cup", sofa.key).base == NO_VIEW
+    assert view_changes(rig, "", sofa.key).base == NO_VIEW
+    for query in ("", "1.x", "9" * 400):
+        assert view_changes(rig, "sofa", replace(sofa.key, query=query)).base == NO_VIEW
+    assert view_changes(rig, "sofa", replace(sofa.key, number=10**6)).base == NO_VIEW
+    rig.client.call(keys.MAP_SEARCH_RESET, SearchReset("search-1"))
+    reset = view_changes(rig, "sofa", sofa.key)
+    assert reset.base == NO_VIEW  # the searched layer of all cells
+    rig.client.call(keys.MAP_CLEAR, MapClear())
+    rig.feed(sofa_ahead(1))
+    assert view_changes(rig, "sofa", reset.key).base == NO_VIEW
 
 
 def test_below_the_calibrated_minimum_no_region_is_returned(rig: Rig) -> None:

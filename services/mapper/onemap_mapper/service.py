@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
+from uuid import uuid4
 
 import torch
 
@@ -38,6 +39,7 @@ from onemap_mapper.replies import (
 )
 from onemap_mapper.saved_maps import SavedMaps
 from onemap_mapper.similarity import TextQuery
+from onemap_mapper.view_replies import ViewReplies
 from onemap_mapper.warm_up import warm_up
 from onemap_shared import keys, tracing
 from onemap_shared.grid import GridTooLarge
@@ -55,6 +57,8 @@ from onemap_shared.messages import (
     SearchViewRequest,
     SimilarityReply,
     SimilarityRequest,
+    ViewChanges,
+    ViewChangesRequest,
 )
 from onemap_shared.runner import StartError
 from onemap_shared.transport import Bus, Health, RequestRejected
@@ -78,6 +82,7 @@ class Mapper:
         self._live = LiveMap(self._lock, lambda: self._map)
         self._checkpoints = Checkpoints(config.map_folder, config, self._live)
         self._scores = MapScores(self._map, self._lock)
+        self._views = ViewReplies(self._scores, uuid4().hex)
         self._follower = PoseGraphFollower(config)
         self._arrived = threading.Event()  # a field, of any robot
         self._steps = 0
@@ -89,6 +94,7 @@ class Mapper:
             robot.bus.serve(keys.MAP_SIMILARITY, partial(self.similarity, robot))
             robot.bus.serve(keys.MAP_IMAGE_SIMILARITY, partial(self.image_similarity, robot))
             robot.bus.serve(keys.MAP_SEARCH_VIEW, partial(self.search_view, robot))
+            robot.bus.serve(keys.MAP_VIEW_CHANGES, partial(self.view_changes, robot))
             robot.bus.serve(keys.MAP_SEARCH_RESET, partial(self.reset_searched, robot))
         shared.serve(keys.MAP_SAVE, self.save)
         shared.serve(keys.MAP_LOAD, self.load)
@@ -176,13 +182,25 @@ class Mapper:
 
     def search_view(self, robot: MapRobot, request: SearchViewRequest) -> SearchView:
         """The layers, with the similarity if a text was given and the map is not empty."""
+        scored = self._scores.of(self._compared(robot, request), robot.number)
+        return search_view(scored, text=request.text)
+
+    def view_changes(self, robot: MapRobot, request: ViewChangesRequest) -> ViewChanges:
+        """What ``search_view`` replies, as the cells that changed since the caller's last view."""
+        with self._lock:
+            views = self._views
+        return views.reply(request, self._compared(robot, request), robot.number)
+
+    def _compared(
+        self, robot: MapRobot, request: SearchViewRequest | ViewChangesRequest
+    ) -> list[TextQuery]:
+        """The queries of the text and of its rivals; none without a text or in an empty map."""
         with self._lock:
             empty = self._map.store.count == 0
-        queries = []
-        if request.text and not empty:
-            queries = [robot.queries.of_text(request.text)]
-            queries += robot.queries.of_rivals(request.rivals)
-        return search_view(self._scores.of(queries, robot.number), text=request.text)
+        if empty or not request.text:
+            return []
+        rivals = robot.queries.of_rivals(request.rivals)
+        return [robot.queries.of_text(request.text), *rivals]
 
     def reset_searched(self, robot: MapRobot, _request: SearchReset) -> MapSummary:
         """Reset sigma_E of one robot: its search begins."""
@@ -316,6 +334,7 @@ class Mapper:
         self._map, self._resumed = belief, False
         self._follower.replace(belief)
         self._scores = MapScores(self._map, self._lock)
+        self._views = ViewReplies(self._scores, uuid4().hex)
         for robot in self._robots:
             robot.replaced()
         self._announce()

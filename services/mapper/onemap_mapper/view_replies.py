@@ -24,12 +24,14 @@ class ViewReplies:
     def __init__(self, scores: MapScores, map_id: str) -> None:
         self._scores, self._map_id = scores, map_id
 
-    def reply(self, request: ViewChangesRequest, queries: Sequence[TextQuery]) -> ViewChanges:
-        """The changes since the state that the request names, or everything.
+    def reply(
+        self, request: ViewChangesRequest, queries: Sequence[TextQuery], robot: int = 0
+    ) -> ViewChanges:
+        """The changes for a robot since the state that its request names, or everything.
 
         queries: the text, then those of its rivals that are known; none in an empty map.
         """
-        scored = self._scores.changes(queries, self._known(request.have))
+        scored = self._scores.changes(queries, self._known(request.have), robot)
         cells, query = scored.cells, _query_key(scored.serials)
         tiles, first = np.unique(cells.rows // AREA, return_index=True)
         changed = np.zeros((len(tiles), AREA), bool)

@@ -25,14 +25,14 @@ from onemap_planner.registry import SearchRegistry
 from onemap_planner.search.events import EventStamp, TargetFailed
 from onemap_planner.search.phases import Search, Starting
 from onemap_planner.search.state_machine import transition
-from onemap_planner.world.map_view import outside_reason
+from onemap_planner.view_requests import ViewRequests
+from onemap_planner.world.map_view import PlanningView, outside_reason
 from onemap_shared import keys, tracing
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import (
     Detections,
     FailureCode,
     SearchReset,
-    SearchView,
     SearchViewRequest,
 )
 from onemap_shared.transport import Bus, CallError, Counters, QueryTimeout, RemoteError
@@ -91,6 +91,7 @@ class PlanningThread:
         self._period_s = period_s
         self._detections = bus.subscribe(keys.DETECTIONS, capacity=8)
         self._paths = bus.publish(keys.SEARCH_PATH)
+        self._views = ViewRequests(bus, VIEW_TIMEOUT_S)
         self._finds = FindOutbox(bus)
         self._reset_target: tuple[str, int] | None = None
         if registry.state is not None:  # a restart does not reset the searched layer
@@ -111,6 +112,12 @@ class PlanningThread:
         """Counters of the detections."""
         return self._detections.counters
 
+    @property
+    def view_counts(self) -> dict[str, float]:
+        """Views that came as a whole and as what changed, for the heartbeat."""
+        whole, changed = float(self._views.whole), float(self._views.changed)
+        return {"views_whole": whole, "views_changed": changed}
+
     def forget_finds(self) -> None:
         """Drop the finds that the mapper has not acknowledged, because the map is another one."""
         self._finds.clear()
@@ -127,6 +134,7 @@ class PlanningThread:
             if state is None or not state.search.active:
                 self._detections.take(0.0)
                 self.result = PlanningResult()
+                self._views.forget()
                 self._finds.send()
             else:
                 self._plan(state)
@@ -135,7 +143,7 @@ class PlanningThread:
 
     def _plan(self, state: PlannerState) -> None:
         """One planning step on a new view of the map."""
-        view: SearchView | None = None
+        view: PlanningView | None = None
         stale_reason = ""
         try:
             view = self._request_view(state)
@@ -197,21 +205,21 @@ class PlanningThread:
             self._finds.add(decision.finds)
         self.result = result
 
-    def _request_view(self, state: PlannerState) -> SearchView:
+    def _request_view(self, state: PlannerState) -> PlanningView:
         """The view for the present object; a new object first resets the searched layer.
 
         A drive to a place needs neither a similarity nor the searched layer.
         """
         search = state.search
         if not search.target:
-            return self._bus.call(keys.MAP_SEARCH_VIEW, SearchViewRequest(), VIEW_TIMEOUT_S)
+            return self._views.view(SearchViewRequest())
         if isinstance(search.phase, Starting) and self._reset_target != _target_key(search):
             reset = SearchReset(search.search_id)
             self._bus.call(keys.MAP_SEARCH_RESET, reset, VIEW_TIMEOUT_S)
             self._reset_target = _target_key(search)
         return self._view_of(search.target, state)
 
-    def _request_other_view(self, state: PlannerState) -> SearchView | None:
+    def _request_other_view(self, state: PlannerState) -> PlanningView | None:
         """The view for a waiting object, if one is due; the search goes on without it."""
         name = name_to_ask(state, self._params.order)
         try:
@@ -219,10 +227,9 @@ class PlanningThread:
         except CallError:
             return None
 
-    def _view_of(self, name: str, state: PlannerState) -> SearchView:
+    def _view_of(self, name: str, state: PlannerState) -> PlanningView:
         rivals = rival_names(name, state.search.objects, state.found_objects, state.synonyms)
-        request = SearchViewRequest(name, rivals)
-        return self._bus.call(keys.MAP_SEARCH_VIEW, request, VIEW_TIMEOUT_S)
+        return self._views.view(SearchViewRequest(name, rivals))
 
     def _fail_target(self, state: PlannerState, reason: str, code: FailureCode) -> None:
         """End the search for the present object: the map cannot answer for its name."""

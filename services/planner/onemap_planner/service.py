@@ -123,6 +123,7 @@ class Planner:
             "monitor_slowdowns": float(self._controller.monitor.slowdowns),
             "monitor_stops": float(self._controller.monitor.stops),
             "control_hz": self._control_rate.rate_hz(now_s),
+            **self._planning_thread.view_counts,
         }
         for stream, counters in self._counters().items():
             metrics[f"{stream}_refused"] = float(counters.refused)
