@@ -16,8 +16,6 @@ import numpy as np
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame_update import compute_update
-from onemap_mapper.map_scores import MapScores
-from onemap_mapper.replies import search_view
 from onemap_mapper.similarity import TextQuery, text_query
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors.protocol import Detector
@@ -39,12 +37,21 @@ from onemap_planner.policy.step import step
 from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Destination, Search, Starting
 from onemap_planner.search.state_machine import new_search
+from onemap_planner.world.assembled_view import AssembledView
+from onemap_planner.world.map_view import PlanningView
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, yaw_of
-from onemap_shared.messages import Detections, FeatureField, RgbdFrame, SearchOrder, SearchView
+from onemap_shared.messages import (
+    Detections,
+    FeatureField,
+    RgbdFrame,
+    SearchOrder,
+    SearchViewRequest,
+)
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.rendering.rgbd_camera import SceneRenderer
 from onemap_simulator.scene.scene import Scene
-from onemap_tools.bench.search_method import ONEMAP, SearchMethod
+from onemap_tools.bench.lockstep_views import LockstepViews
+from onemap_tools.bench.search_method import ONEMAP, SearchMethod, ValueMap
 from onemap_tools.bench.simulated_robot import SearchEnd, SimulatedRobot
 
 
@@ -147,7 +154,7 @@ class LockstepSimulation:
         self.state: PlannerState | None = None
         self._config, self._perception = config, perception
         self._method, self._watch = method, watch
-        self._scores = MapScores(self.belief)
+        self._views = LockstepViews(self.belief)
         self._queries: dict[str, TextQuery] = {}
         self._clock = SimulatedClock()
         self._controller = VelocityController()
@@ -166,7 +173,7 @@ class LockstepSimulation:
     def share(self, belief: BeliefMap, number: int) -> None:
         """Go on with a map that other robots fuse into as well, as the robot of this number."""
         self.belief, self._number = belief, number
-        self._scores = MapScores(belief)
+        self._views = LockstepViews(belief, number)
 
     def search(
         self, objects: tuple[str, ...], limit_s: float, order: SearchOrder = SearchOrder.GIVEN
@@ -243,7 +250,7 @@ class LockstepSimulation:
             self._method.value_map.clear()
         if self._method.forgets and self.state is not None and index > 0:
             self.belief = BeliefMap(self._config.mapper, first_revision=self.belief.revision)
-            self._scores = MapScores(self.belief)
+            self._views = LockstepViews(self.belief, self._number)
             self.state = replace(
                 self.state, blacklisted_frontiers=(), found_objects=(), trail=(), known_m2=0.0
             )
@@ -276,28 +283,34 @@ class LockstepSimulation:
                 state.search.search_id, decision.motion, decision.costmap, self.now_s
             )
 
-    def _view(self, state: PlannerState) -> SearchView:
+    def _view(self, state: PlannerState) -> PlanningView:
         search = state.search
         if not search.target:
-            return search_view(self._scores.of([], self._number), text="")
+            return self._views.view(SearchViewRequest(), [])
         target_key = (search.search_id, search.index)
         if isinstance(search.phase, Starting) and self._reset_for != target_key:
             self.belief.reset_searched(self._number)
             self._reset_for = target_key
-        view = self._view_of(search.target, state)
-        if self._method.value_map is not None:
-            view = self._method.value_map.view(view)
-        return self._method.view(view)
+        return self._changed(self._view_of(search.target, state), self._method.value_map)
 
-    def _other_view(self, state: PlannerState) -> SearchView | None:
+    def _changed(self, view: AssembledView, value_map: ValueMap | None) -> PlanningView:
+        """What the method makes of a view of the map."""
+        if value_map is None and self._method.view is None:
+            return view
+        whole = view.whole()
+        if value_map is not None:
+            whole = value_map.view(whole)
+        return whole if self._method.view is None else self._method.view(whole)
+
+    def _other_view(self, state: PlannerState) -> PlanningView | None:
         """The view for a waiting object, if one is due."""
         name = name_to_ask(state, self._config.planner.order)
-        return self._method.view(self._view_of(name, state)) if name else None
+        return self._changed(self._view_of(name, state), None) if name else None
 
-    def _view_of(self, name: str, state: PlannerState) -> SearchView:
+    def _view_of(self, name: str, state: PlannerState) -> AssembledView:
         names = rival_names(name, state.search.objects, state.found_objects, state.synonyms)
         queries = [self._query(each) for each in (name, *names)]
-        return search_view(self._scores.of(queries, self._number), text=name)
+        return self._views.view(SearchViewRequest(name, names), queries)
 
     def _query(self, text: str) -> TextQuery:
         if text not in self._queries:

@@ -24,19 +24,14 @@ class ValueMap(Protocol):
         """The view with these scores in place of the similarity."""
 
 
-def same_view(view: SearchView) -> SearchView:
-    """The view as the map has it."""
-    return view
-
-
 @dataclass(frozen=True, slots=True)
 class SearchMethod:
     """exploration: where to drive while nothing is approached; view: changes what the planner
-    sees of the map; value_map: scores cells in place of the belief map; forgets: the map and what
-    the planner knows of it are cleared for each object."""
+    sees of the map, None: nothing; value_map: scores cells in place of the belief map; forgets:
+    the map and what the planner knows of it are cleared for each object."""
 
     exploration: Exploration = explore
-    view: Callable[[SearchView], SearchView] = same_view
+    view: Callable[[SearchView], SearchView] | None = None
     value_map: ValueMap | None = None
     forgets: bool = False
 
