@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from onemap_planner.world.assembled_view import AssembledView
 from onemap_shared.geometry import F32, F64, I64, U8, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy, SearchView
@@ -16,14 +15,40 @@ from onemap_shared.messages import Layer, Occupancy, SearchView
 # Cells counted from the origin of the map frame: they mean the same place in every window.
 WorldCells: TypeAlias = frozenset[tuple[int, int]]
 
-# A whole view, or one that the mapper's changes were put together to.
-PlanningView: TypeAlias = SearchView | AssembledView
-
 BORDER_CELLS = 2  # unknown cells kept around the window, so that its rim can be a frontier
 
 # The robot sees 10 m far, so it is in the map or near it. Further out its pose is wrong, and the
 # window around both would fill the memory.
 MAX_OUTSIDE_M = 50.0
+
+
+class WindowedView(Protocol):
+    """A view of which only the parts that are looked at become arrays, as ``AssembledView``."""
+
+    @property
+    def text(self) -> str:
+        """As in ``SearchView``."""
+
+    @property
+    def stamp_ns(self) -> int:
+        """As in ``SearchView``."""
+
+    @property
+    def grid(self) -> GridSpec:
+        """Of the whole view."""
+
+    @property
+    def known_occupancy_cells(self) -> int:
+        """Cells that are free or occupied."""
+
+    def known_box(self) -> I64 | None:
+        """First and one past the last index (2, 2) of the cells that anything is known of."""
+
+    def cropped(self, low: I64, high: I64) -> SearchView:
+        """The part from index ``low`` (2,) up to, without, ``high`` (2,)."""
+
+
+PlanningView: TypeAlias = SearchView | WindowedView
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +95,7 @@ class MapView:
 
 def known_area_m2(view: PlanningView) -> float:
     """Known area in square metres."""
-    if isinstance(view, AssembledView):
+    if not isinstance(view, SearchView):
         return view.known_occupancy_cells * view.grid.cell_size_m**2
     known = int(np.count_nonzero(view.occupancy != Occupancy.UNKNOWN))
     return known * view.grid.cell_size_m**2
@@ -153,7 +178,7 @@ def _top_tenth(guidance: F32) -> F32:
 
 def _cropped(view: PlanningView, box: I64) -> SearchView:
     """The part of a view in a box (2, 2) of indices inside of it: first and one past the last."""
-    if isinstance(view, AssembledView):
+    if not isinstance(view, SearchView):
         return view.cropped(*box)
     out_of = tuple(slice(int(a), int(b)) for a, b in zip(*box, strict=True))
     origin = box[0] + np.asarray(view.grid.origin_cell)
@@ -178,7 +203,7 @@ def _cropped(view: PlanningView, box: I64) -> SearchView:
 
 def _known_box(view: PlanningView, robot: I64) -> I64:
     """(2, 2): first and one-past-last known index on both axes; empty at the robot if none is."""
-    if isinstance(view, AssembledView):
+    if not isinstance(view, SearchView):
         box = view.known_box()
         return np.stack([robot, robot]) if box is None else box
     known = (view.occupancy != Occupancy.UNKNOWN) | (view.layers > 0)
