@@ -25,6 +25,7 @@ from onemap_tools.bench.shared_map_command import shared_map
 from onemap_tools.bench.storage_command import storage
 from onemap_tools.bench.transport_command import app as transport_app
 from onemap_tools.bench.verdicts_command import verdicts
+from onemap_tools.bench.view_command import view
 from onemap_tools.cli.options import Config, Json
 from onemap_tools.cli.terminal import print_json
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK
@@ -34,18 +35,8 @@ app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")
 app.add_typer(habitat_app)  # without a name of its own: a command beside the others
 for group in (clients_app, foreign_app, fusion_app, ros2_app, transport_app):
     app.add_typer(group)
-COMMANDS = (
-    image_queries,
-    map_image,
-    occupancy,
-    pose_graph,
-    query,
-    rim,
-    shared_map,
-    storage,
-    verdicts,
-)
-for command in COMMANDS:
+MAP_QUALITY = (image_queries, occupancy, pose_graph, rim, shared_map, verdicts)
+for command in (*MAP_QUALITY, map_image, query, storage, view):
     app.command()(command)
 
 

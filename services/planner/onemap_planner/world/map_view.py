@@ -159,10 +159,10 @@ def map_view_around(view: PlanningView, robot_xy: F64, window_xy: F64 | None = N
         explored=(layers & Layer.EXPLORED) > 0,
         searched=(layers & Layer.SEARCHED) > 0,
         assumed=(layers & Layer.ASSUMED) > 0,
-        similarity=similarity if view.calibrated else _top_tenth(guidance),
+        similarity=similarity if part.calibrated else _top_tenth(guidance),
         margin=margin,
         guidance=guidance,
-        calibrated=view.calibrated,
+        calibrated=part.calibrated,
     )
 
 
