@@ -1,15 +1,19 @@
-"""What a second robot gains: how rows are summed, and one of them, searched in simulated time."""
+"""What a second robot gains: how rows are summed, and on which map it searches."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 
 import pytest
 from typer.testing import CliRunner
 
+from onemap_mapper.belief_map import BeliefMap
+from onemap_planner.search.events import EventStamp
+from onemap_planner.search.phases import Search
+from onemap_planner.search.state_machine import new_search
 from onemap_tools.bench import shared_map
 from onemap_tools.bench.claims import read_sections
+from onemap_tools.bench.lockstep import LockstepSimulation
 from onemap_tools.bench.navigation.choices import Features, Method
 from onemap_tools.bench.navigation.episode_run import EpisodeSetup
 from onemap_tools.bench.shared_map import SecondSearch, SharedMapRow, row_line, row_of, summarise
@@ -71,9 +75,7 @@ def test_seeds_that_are_none_are_refused() -> None:
     assert "write 1-10 or 3,5,8" in result.output
 
 
-@pytest.mark.slow
-@pytest.mark.timeout(1500)
-def test_the_second_search_begins_with_what_the_first_robot_saw(
+def test_the_second_search_is_on_the_map_of_the_first_robot(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     setup = EpisodeSetup(
@@ -84,16 +86,18 @@ def test_the_second_search_begins_with_what_the_first_robot_saw(
         objects=1,
         limit_s=120.0,
     )
-    known: list[int] = []
-    search = shared_map.LockstepSimulation.search
+    searches: list[tuple[tuple[str, ...], BeliefMap, int]] = []
 
-    def searched(simulation: shared_map.LockstepSimulation, *args: object) -> object:
-        known.append(simulation.belief.store.count)
-        original: Callable[..., object] = search
-        return original(simulation, *args)
+    def search(simulation: LockstepSimulation, objects: tuple[str, ...], _limit_s: float) -> Search:
+        searches.append((objects, simulation.belief, simulation._number))
+        return new_search("s", objects, EventStamp(0.0, 0.0, (0.0, 0.0), 0.0), 0)
 
-    monkeypatch.setattr(shared_map.LockstepSimulation, "search", searched)
+    monkeypatch.setattr(LockstepSimulation, "search", search)
     found = row_of(setup)
-    assert known[:2] == [0, 0]  # of the first robot, and of the second on a map of its own
-    assert known[2] > 1000
-    assert found.shared.success
+    (first, map_of_first, _), (name, map_of_its_own, _), (again, shared, number) = searches
+    assert (first, name, again) == (found.first, (found.name,), (found.name,))
+    assert shared is map_of_first
+    assert map_of_its_own is not map_of_first
+    assert number == 1
+    assert (found.alone.success, found.shared.success) == (False, False)
+    assert found.shortest_m >= 1.0
