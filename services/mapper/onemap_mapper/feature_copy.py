@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.feature_table import CellFeatures
-from onemap_mapper.neutral_cosines import NOTHING_KNOWN, stale_slots
+from onemap_mapper.neutral_cosines import NOTHING_KNOWN
 from onemap_mapper.snapshot import feature_dtype
 from onemap_shared.geometry import I64
 
@@ -30,7 +30,7 @@ class FeatureCopy:
         store = belief.store
         if self.belief is not belief or self.features.shape[1] != store.dimension:
             return np.arange(store.count)
-        return stale_slots(store, self.revision, min(len(self.features), store.count))
+        return store.changed_since(self.revision, len(self.features))
 
     def updated(
         self, table: CellFeatures, stale: I64, belief: BeliefMap, *, revision: int, dimension: int
