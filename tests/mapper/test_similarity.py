@@ -178,6 +178,21 @@ def test_a_new_embedding_of_the_same_text_is_not_mixed_with_the_old() -> None:
     np.testing.assert_allclose(cache.scores(two, store, 1), fresh, atol=1e-6)
 
 
+def test_the_same_text_of_another_robot_keeps_its_scores() -> None:
+    rng = np.random.default_rng(0)
+    store, cache = CellStore(8, device=CPU, dtype=torch.float32), ScoreCache()
+    slots = store.add(np.zeros((5, 2), np.int64))
+    store.fuse(slots, torch.from_numpy(unit(rng, 5, 8)), torch.ones(5), revision=1)
+    message = embeddings(rng, 3)
+    ours, theirs = (text_query(message, 0, CPU) for _ in range(2))
+    cache.scores(ours, store, 1)
+    assert cache.serials([theirs]) == cache.serials([ours]) != (0,)
+    assert cache.stale([theirs], store).size == 0
+    other = text_query(embeddings(rng, 3), 0, CPU)
+    assert not other.scores_as(ours)
+    assert cache.serials([other]) == (0,)
+
+
 def test_the_cache_forgets_the_text_asked_longest_ago(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(similarity, "MAX_TEXTS", 2)
     rng = np.random.default_rng(0)

@@ -54,6 +54,20 @@ class TextQuery:
         """Whether scores are probabilities."""
         return len(self.concepts) > 1
 
+    def scores_as(self, other: TextQuery) -> bool:
+        """Whether both give every cell the same score: robots of one map embed a text each for
+        itself."""
+        if self is other:
+            return True
+        if (self.text, self.temperature) != (other.text, other.temperature):
+            return False
+        ours, theirs = ((query.concepts, query.neutral, query.excluded) for query in (self, other))
+        return all(_same(a, b) for a, b in zip(ours, theirs, strict=True))
+
+
+def _same(a: Tensor | None, b: Tensor | None) -> bool:
+    return a is b if a is None or b is None else torch.equal(a, b)
+
 
 def text_query(embeddings: TextEmbeddings, index: int, device: torch.device) -> TextQuery:
     """The query of one of the texts of a reply from perception."""
@@ -235,13 +249,13 @@ class ScoreCache:
         """Of the kept scores of the queries, 0 for none: the same as long as they are updated."""
         entries = [self._entries.get(query.text) for query in queries]
         return tuple(
-            0 if kept is None or kept.query is not query else kept.serial
+            0 if kept is None or not kept.query.scores_as(query) else kept.serial
             for query, kept in zip(queries, entries, strict=True)
         )
 
     def _entry(self, query: TextQuery) -> KeptScores:
         kept = self._entries.get(query.text)
-        if kept is None or kept.query is not query:
+        if kept is None or not kept.query.scores_as(query):
             self._serial += 1
             kept = KeptScores(query, self._serial)
         self._entries[query.text] = kept
@@ -269,7 +283,7 @@ class ScoreCache:
     def _known(self, query: TextQuery) -> tuple[int, int]:
         """Of which revision, and of how many first slots, the query's scores are kept."""
         kept = self._entries.get(query.text)
-        return NOTHING_KNOWN if kept is None or kept.query is not query else kept.known
+        return NOTHING_KNOWN if kept is None or not kept.query.scores_as(query) else kept.known
 
     def _groups(self, queries: Sequence[TextQuery]) -> dict[tuple[int, int], list[int]]:
         """Indices of the queries by the revision and the number of cells of their kept scores."""
