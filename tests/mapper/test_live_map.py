@@ -188,8 +188,13 @@ def test_a_whole_revision_is_that_of_the_map(belief: BeliefMap) -> None:
     taken, revision = LiveMap(Turns(), lambda: belief).whole()
     assert_same_content(taken, take(belief))
     assert revision == belief.revision
-    empty, _ = LiveMap(Turns(), lambda: BeliefMap(PARAMS)).whole()
-    assert sha256_of(empty) == sha256_of(take(BeliefMap(PARAMS)))
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float16"])
+def test_the_digest_of_an_empty_map_is_that_of_a_new_one(dtype: str) -> None:
+    params = PARAMS.model_copy(update={"feature_dtype": dtype})
+    empty, _ = LiveMap(Turns(), lambda: BeliefMap(params)).whole()
+    assert sha256_of(empty) == sha256_of(take(BeliefMap(params)))
 
 
 @pytest.mark.parametrize("dtype", ["float32", "float16"])

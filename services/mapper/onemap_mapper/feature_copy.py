@@ -39,9 +39,9 @@ class FeatureCopy:
 
         Nothing else of the map is read: it may change meanwhile. The array may be the same one.
         """
-        features = self.features
-        if features.shape != (table.count, dimension):
-            features = np.zeros((table.count, dimension), feature_dtype(belief))
+        features, dtype = self.features, feature_dtype(belief)
+        if features.shape != (table.count, dimension) or features.dtype != dtype:
+            features = np.zeros((table.count, dimension), dtype)
             if self.features.shape[1] == dimension:
                 kept = min(len(self.features), table.count)
                 features[:kept] = self.features[:kept]
