@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import re
+import threading
 from typing import Any
 
 import pytest
 import yaml
 
 from onemap_gateway.present.metrics import RequestCounter, exposition
-from onemap_mapper.diagnostics.telemetry import MapperTelemetry
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.frame_history import NO_FRAMES
+from onemap_mapper.map_robot import MapRobot
 from onemap_perception.telemetry import PerceptionTelemetry
 from onemap_planner.config import PlannerConfig
 from onemap_planner.service import Planner
@@ -32,10 +35,13 @@ def reported() -> set[str]:
     """Every name in /metrics of a gateway that hears perception, mapper and planner."""
     perception = PerceptionTelemetry(started_s=0.0)
     perception.frame_done(1.0, encode_ms=1.0, frame_age_ms=2.0)
+    mapper = MapRobot(
+        0, MemoryRouter().bus("mapper"), MapperConfig(), threading.Event(), lambda: ("", 0)
+    )
     planner = Planner(MemoryRouter().bus("planner"), PlannerConfig())
     numbers = {
         "perception": perception.timings,
-        "mapper": MapperTelemetry().metrics(1.0, Counters()),
+        "mapper": mapper.metrics(NO_FRAMES, 1.0),
         "planner": planner.health().metrics or {},
     }
     planner.close()
