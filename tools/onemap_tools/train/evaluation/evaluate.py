@@ -119,22 +119,29 @@ def evaluate(
         perfect += metrics.confusion(label, exact, classes)
         progress(number + 1)
     bins = metrics.reliability(_concatenate(stated), _concatenate(observed))
-    per_class, limit = metrics.iou(counts), metrics.iou(perfect)
     return {
         "frames": len(frames),
-        "pixel_accuracy": metrics.accuracy(counts),
-        "miou": float(np.nanmean(per_class)),
-        "classes": int(np.isfinite(per_class).sum()),
+        **_segmentation(vocabulary.names, counts, perfect),
         "names": retrieval["names"].summary(names.texts),
         "held_out_aliases": retrieval["held_out"].summary(held_out.texts),
         "detector": detector.summary(),
         "reliability": bins,
         "calibration_error": metrics.calibration_error(bins),
-        "iou_by_class": _ascending(vocabulary.names, per_class),
-        "miou_of_perfect_patches": float(np.nanmean(limit)),
-        "iou_of_perfect_patches": _ascending(vocabulary.names, limit),
         "class_names": list(vocabulary.names),
         "confusion": counts.tolist(),
+    }
+
+
+def _segmentation(names: Sequence[str], counts: I64, perfect: I64) -> dict[str, object]:
+    """Figures of confusions (K, K) in pixels: of the encoder, and of perfect patches."""
+    per_class, limit = metrics.iou(counts), metrics.iou(perfect)
+    return {
+        "pixel_accuracy": metrics.accuracy(counts),
+        "miou": float(np.nanmean(per_class)),
+        "classes": int(np.isfinite(per_class).sum()),
+        "iou_by_class": _ascending(names, per_class),
+        "miou_of_perfect_patches": float(np.nanmean(limit)),
+        "iou_of_perfect_patches": _ascending(names, limit),
     }
 
 
