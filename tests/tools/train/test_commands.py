@@ -30,6 +30,16 @@ def test_a_missing_package_is_named_with_its_extra(
     assert "Training needs the package 'onnx': pip install 'onemap[train]'" in result.output
 
 
+def test_missing_weights_are_named_before_anything_is_rendered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("onemap_tools.train.pipeline.find_backbone_weights", lambda: None)
+    result = CliRunner().invoke(app, ["mini", "--work", str(tmp_path / "work")])
+    assert result.exit_code == 2
+    assert "requirements-train.txt" in result.output
+    assert not (tmp_path / "work").exists()
+
+
 def test_the_summary_names_the_worst_words() -> None:
     words = {
         "r_precision": 0.5,

@@ -58,6 +58,10 @@ def mini(
     threads: Threads = CORES,
 ) -> None:
     """All four steps, from nothing to weights and card; continues where it was stopped."""
+    with _cli_errors():
+        from onemap_tools.train import pipeline
+
+        pipeline.find_pretrained()  # not only after a quarter of an hour of rendering
     render(work, output)
     train(work=work, output=output, steps=steps, seed=seed, device=device, threads=threads)
     export(work, output)

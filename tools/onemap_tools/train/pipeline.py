@@ -110,6 +110,18 @@ def frame_sets(apartments: int, per_apartment: int) -> dict[str, FrameSetSpec]:
     }
 
 
+def find_pretrained() -> tuple[Path, EmbedTexts]:
+    """The backbone's checkpoint and the sentence encoder that training starts from.
+
+    Raises:
+        TrainingError: one of them is not installed; says how to install it.
+    """
+    weights = find_backbone_weights()
+    if weights is None:
+        raise TrainingError(f"the backbone's pretrained weights are missing: {INSTALL_BACKBONE}")
+    return weights, _open_sentence_encoder()
+
+
 def render(folders: TrainingFolders, apartments: int, per_apartment: int, processes: int) -> None:
     """Render all frames; continues an interrupted rendering."""
     names = folders.vocabulary.names
@@ -125,10 +137,8 @@ def train(folders: TrainingFolders, params: TrainParams, device: str, threads: i
     ``device``: auto means CUDA if there is a device.
     """
     frames = _open_frames(folders, "train")
-    bank = build_text_bank(folders.vocabulary, _open_sentence_encoder())
-    weights = find_backbone_weights()
-    if weights is None:
-        raise TrainingError(f"the backbone's pretrained weights are missing: {INSTALL_BACKBONE}")
+    weights, sentence_encoder = find_pretrained()
+    bank = build_text_bank(folders.vocabulary, sentence_encoder)
     keep_freed_memory()
     torch.set_num_threads(threads)
     chosen = torch.device(_device(device))
