@@ -127,8 +127,13 @@ def inspect_scene(path: Path, *, radius_m: float, height_m: float) -> SceneInspe
 
 def _nodes(file: SceneFile) -> tuple[SceneNode, ...]:
     return tuple(
-        SceneNode(name, file.category(name), name in file.corrections.categories, len(mesh.faces))
-        for name, mesh in file.named
+        SceneNode(
+            node.name,
+            file.category(node.name),
+            node.name in file.corrections.categories,
+            node.triangles,
+        )
+        for node in file.nodes
     )
 
 
@@ -141,12 +146,12 @@ def _up_reason(file: SceneFile) -> str:
 
 
 def _naming_warnings(file: SceneFile) -> list[str]:
-    unnamed = sorted(name for name, _ in file.named if file.category(name) == UNNAMED)
+    unnamed = sorted(n.name for n in file.nodes if file.category(n.name) == UNNAMED)
     if not unnamed:
         return []
     more = ", ..." if len(unnamed) > MAX_LISTED else ""
     return [
-        f"{len(unnamed)} of {len(file.named)} nodes have no name that says what they are "
+        f"{len(unnamed)} of {len(file.nodes)} nodes have no name that says what they are "
         f"({', '.join(unnamed[:MAX_LISTED])}{more}): a search for them has no ground truth. "
         f"Name them under 'categories' in {file.yaml.name}."
     ]

@@ -10,9 +10,10 @@ import trimesh
 
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.physics.missing_floor import MissingFloor
-from onemap_simulator.scene.loading import floor_height, load_scene
+from onemap_simulator.scene.loading import assemble, floor_height, load_scene
 from onemap_simulator.scene.scene import Scene
-from tests.simulator.scene.files import RED, room_of
+from onemap_simulator.scene.scene_file import read_scene_file
+from tests.simulator.scene.files import RED, room_of, write_two_materials
 from tests.simulator.scenes import object_vertices
 
 
@@ -54,6 +55,16 @@ def test_gltf_with_separate_buffers(tmp_path: Path) -> None:
     for name, data in room_of("y").export(file_type="gltf").items():
         (tmp_path / name).write_bytes(data)
     check_room(load_scene(tmp_path / "model.gltf"))
+
+
+def test_each_material_of_a_node_keeps_its_colour(tmp_path: Path) -> None:
+    file = read_scene_file(write_two_materials(tmp_path, nodes=("Sofa-1", "Sofa-2")))
+    scene, _ = assemble(file)
+    assert [thing.category for thing in scene.objects] == ["sofa", "sofa"]
+    for thing in (0, 1):
+        used = np.unique(scene.face_texture[scene.face_object == thing])
+        blue = sorted(bool(t[0, 0, 2] > t[0, 0, 0]) for t in (scene.textures[i] for i in used))
+        assert blue == [False, True]
 
 
 def test_obj_keeps_its_objects_and_z(tmp_path: Path) -> None:

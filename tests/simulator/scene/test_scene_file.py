@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_simulator.scene.scene_file import category_of, check_file, read_scene_file
+from tests.simulator.scene.files import write_two_materials
 
 
 def test_bad_files_are_refused_with_the_reason(tmp_path: Path) -> None:
@@ -28,7 +29,7 @@ def test_obj_groups_stand_for_objects(tmp_path: Path) -> None:
     lamp = "v 1 1 .5\nv 2 1 .5\nv 1 2 1\ng lamp.001\nf 5 6 7\n"
     (tmp_path / "a.obj").write_text(corners + "g floor\nf 1 3 4\nf 1 4 2\n" + lamp)
     file = read_scene_file(tmp_path / "a.obj")
-    assert {file.category(name) for name, _ in file.named} == {"floor", "lamp"}
+    assert {file.category(node.name) for node in file.nodes} == {"floor", "lamp"}
 
 
 def test_every_use_of_a_mesh_is_placed_where_the_file_puts_it(tmp_path: Path) -> None:
@@ -39,8 +40,18 @@ def test_every_use_of_a_mesh_is_placed_where_the_file_puts_it(tmp_path: Path) ->
         scene.add_geometry(box, node_name=f"chair_{index}", geom_name="chair", transform=shift)
     (tmp_path / "chairs.glb").write_bytes(scene.export(file_type="glb"))
     file = read_scene_file(tmp_path / "chairs.glb")
-    assert sorted(mesh.vertices[:, 0].mean().round(6) for _, mesh in file.named) == [0.0, 5.0]
-    assert {file.category(name) for name, _ in file.named} == {"chair"}
+    meshes = [mesh for node in file.nodes for mesh in node.meshes]
+    assert sorted(mesh.vertices[:, 0].mean().round(6) for mesh in meshes) == [0, 5]
+    assert {file.category(node.name) for node in file.nodes} == {"chair"}
+
+
+def test_a_node_of_several_materials_is_one_object(tmp_path: Path) -> None:
+    write_two_materials(tmp_path, nodes=("Sofa", "Sofa.001"))
+    (tmp_path / "model.yaml").write_text("categories: {Sofa: armchair}")
+    file = read_scene_file(tmp_path / "model.gltf")
+    found = {node.name: (len(node.meshes), node.triangles) for node in file.nodes}
+    assert found == {"Sofa": (2, 24), "Sofa.001": (2, 24)}
+    assert not file.unknown_nodes
 
 
 @pytest.mark.parametrize(

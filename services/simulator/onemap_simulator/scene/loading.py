@@ -66,11 +66,12 @@ def assemble(file: SceneFile) -> tuple[Scene, float]:
     """The scene without lights and start, floor at z = 0; and the floor's height in the file."""
     name = file.path.stem
     R = Z_FROM_Y_UP if file.up == "y" else np.eye(3)
-    vertices = [np.asarray(mesh.vertices, dtype=np.float64) @ R.T for _, mesh in file.named]
+    meshes = [mesh for node in file.nodes for mesh in node.meshes]
+    vertices = [np.asarray(mesh.vertices, dtype=np.float64) @ R.T for mesh in meshes]
     offsets = np.cumsum([0, *(len(v) for v in vertices[:-1])])
-    meshes = [mesh for _, mesh in file.named]
     faces = np.concatenate([mesh.faces + at for mesh, at in zip(meshes, offsets, strict=True)])
-    owners = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
+    owners = np.repeat(np.arange(len(file.nodes)), [node.triangles for node in file.nodes])
+    materials = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
     looks = [texture_and_uv(mesh) for mesh in meshes]
     points = np.concatenate(vertices)
     if not np.isfinite(points).all():
@@ -83,10 +84,10 @@ def assemble(file: SceneFile) -> tuple[Scene, float]:
         vertices=points.astype(np.float32),
         faces=faces.astype(np.int32),
         face_object=owners.astype(np.int32),
-        face_texture=owners.astype(np.int32),
+        face_texture=materials.astype(np.int32),
         face_uv=np.concatenate([uv for _, uv in looks]).astype(np.float32),
         textures=tuple(image for image, _ in looks),
-        objects=tuple(SceneObject(file.category(node)) for node, _ in file.named),
+        objects=tuple(SceneObject(file.category(node.name)) for node in file.nodes),
         lights=(),
         ambient=AMBIENT,
         rooms=(),

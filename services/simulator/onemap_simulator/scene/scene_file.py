@@ -23,11 +23,24 @@ _SEPARATORS = re.compile(r"[\s_.\-]+")
 
 
 @dataclass(frozen=True, slots=True)
+class FileNode:
+    """A node with triangles: its name, and a trimesh in the file's axes for each material."""
+
+    name: str
+    meshes: tuple[Any, ...]
+
+    @property
+    def triangles(self) -> int:
+        """Triangles of all its meshes."""
+        return sum(len(mesh.faces) for mesh in self.meshes)
+
+
+@dataclass(frozen=True, slots=True)
 class SceneFile:
-    """A file as read: (node name, trimesh in the file's axes) pairs and the corrections."""
+    """A file as read: its nodes with triangles and the corrections."""
 
     path: Path
-    named: list[tuple[str, Any]]
+    nodes: tuple[FileNode, ...]
     corrections: Corrections
 
     @property
@@ -44,7 +57,7 @@ class SceneFile:
     @property
     def unknown_nodes(self) -> tuple[str, ...]:
         """Nodes that the YAML renames but the file does not contain."""
-        return tuple(sorted(set(self.corrections.categories) - {name for name, _ in self.named}))
+        return tuple(sorted(set(self.corrections.categories) - {node.name for node in self.nodes}))
 
     def category(self, node: str) -> str:
         """Category of a node: the YAML's, else from its name."""
@@ -67,7 +80,7 @@ def category_of(name: str) -> str:
 def read_scene_file(path: Path) -> SceneFile:
     """Read a scene file and the YAML beside it; ValueError as ``load_scene``."""
     corrections = check_file(path)
-    return SceneFile(path, _named_meshes(path), corrections)
+    return SceneFile(path, _read_nodes(path), corrections)
 
 
 def check_file(path: Path) -> Corrections:
@@ -86,30 +99,36 @@ def check_file(path: Path) -> Corrections:
 
 def missing_node(file: SceneFile) -> str:
     """The error for the first node that the YAML renames but the file does not contain."""
-    names = sorted({name for name, _ in file.named})
+    names = sorted({node.name for node in file.nodes})
     return (
         f"{file.yaml}: no node is called {file.unknown_nodes[0]!r}; "
         f"the scene has {', '.join(names[:20])}"
     )
 
 
-def _named_meshes(path: Path) -> list[tuple[str, Any]]:
-    """(node name, trimesh in scene coordinates) of every node with triangles."""
+def _read_nodes(path: Path) -> tuple[FileNode, ...]:
+    """Every node with triangles; its meshes are in scene coordinates."""
     try:
         options = _obj_options(path) if path.suffix.lower() == ".obj" else {}
         loaded = trimesh.load(path, force="scene", process=False, **options)
     except Exception as error:  # trimesh lets any exception of its parsers and PIL through
         raise ValueError(f"scene {path} cannot be read: {' '.join(str(error).split())}") from error
-    named = []
+    meshes: dict[str, list[Any]] = {}
     for node in loaded.graph.nodes_geometry:
         T_world_node, geometry = loaded.graph[node]
         mesh = loaded.geometry[geometry]
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
-            name = UNNAMED if path.suffix.lower() == ".ply" else str(node)
-            named.append((name, mesh.copy().apply_transform(T_world_node)))
-    if not named:
+            name = UNNAMED if path.suffix.lower() == ".ply" else _name_in_file(loaded, node, mesh)
+            meshes.setdefault(name, []).append(mesh.copy().apply_transform(T_world_node))
+    if not meshes:
         raise ValueError(f"scene {path} has no triangles")
-    return named
+    return tuple(FileNode(name, tuple(parts)) for name, parts in meshes.items())
+
+
+def _name_in_file(loaded: trimesh.Scene, node: str, mesh: trimesh.Trimesh) -> str:
+    """The name of the file's node: of one of several materials trimesh makes a node for each."""
+    several = mesh.metadata.get("from_gltf_primitive", False)
+    return str(loaded.graph.transforms.parents[node] if several else node)
 
 
 def _obj_options(path: Path) -> dict[str, bool]:
