@@ -100,3 +100,20 @@ def test_the_help_lists_the_keys_of_the_yaml(command: list[str]) -> None:
     text = " ".join(CliRunner().invoke(app, [*command, "--help"]).output.split())
     for word in ("categories", "start", "yaw", "up", "y or z"):
         assert word in text
+
+
+def test_a_sample_passes_the_check(tmp_path: Path) -> None:
+    file = tmp_path / "flat.glb"
+    result = CliRunner().invoke(app, ["scene", "sample", str(file), "--apartment", "loft"])
+    assert result.exit_code == EXIT_OK
+    assert f"onemap demo --scene {file}" in result.stdout
+    document = json.loads(check(file, "--json").stdout)
+    assert document["searchable"] is True
+    assert {"refrigerator", "sofa", "piano"} <= set(document["categories"])
+
+
+def test_a_sample_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    for name, reason in (("flat.obj", "does not end in .glb"), ("no/flat.glb", "No such file")):
+        result = CliRunner().invoke(app, ["scene", "sample", str(tmp_path / name)])
+        assert result.exit_code != EXIT_OK
+        assert reason in result.stderr
