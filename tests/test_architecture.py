@@ -193,6 +193,7 @@ FILES = {
     "onemap_tools.cli.floor_plan": "a picture",
     "onemap_tools.cli.map": "has the gateway load a map",
     "onemap_tools.cli.map_export": "a map",
+    "onemap_tools.cli.scene": "a scene",
     "onemap_tools.cli.scene_report": "a folder",
     "onemap_tools.demo.film.film_file": "a film",
     "onemap_tools.demo.picture": "a picture",
@@ -295,6 +296,7 @@ ONLY_IN = {
     "trimesh": {
         "onemap_simulator.scene.mesh_texture",
         "onemap_simulator.scene.scene_file",
+        "onemap_tools.foreign.scene_export",
     },
     "onnxruntime": {"onemap_perception.onnx"},
     "huggingface_hub": {
