@@ -14,8 +14,8 @@ from onemap_shared.messages import KeptObject
 def detection_array(objects: Iterable[KeptObject], stamp_ns: int, frame: str) -> bytes:
     """One detection per kept object, with its id, name and score.
 
-    The box has the extent of the cells that the object was seen on. Its height is 0: the map keeps
-    the height of an object's middle, not its size.
+    The box has the extent of the cells that the object was seen on. Its height is 0;
+    ``KeptObject.height_m``, which a map that knows no heights leaves empty, is not used.
     """
     head = header(stamp_ns, frame)
     found = [_detection(head, kept) for kept in objects]
