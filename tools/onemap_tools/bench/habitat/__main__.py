@@ -3,7 +3,7 @@
     python -m onemap_tools.bench.habitat --episodes PATH --scenes DIR --episode N
 
 It stands at the start of an episode, in place of the simulator or of a real robot. Runs in
-Habitat's own environment, and needs of OneMap only what ``pip install onemap`` brings.
+Habitat's own environment, and needs of OneMap only what a plain ``pip install .`` brings.
 """
 
 from __future__ import annotations
