@@ -21,7 +21,10 @@ test: setup-dev check
 setup-demo: $(VENV)/.demo
 setup-dev: $(VENV)/.dev
 
+# The pins of constraints.txt have no releases for older ones; pip would name one of them and no way out.
+NEEDS := Python 3.11 or newer is needed for the pinned packages, and this one is older: name another with PYTHON=python3.11
 $(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit("$(NEEDS)" if sys.version_info < (3, 11) else 0)'
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.demo: pyproject.toml constraints.txt | $(BIN)/python
