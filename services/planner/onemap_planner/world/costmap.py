@@ -137,43 +137,38 @@ def build_costmap(
     robot ran into and no map shows.
     """
     grid, size = map_view.grid, map_view.grid.cell_size_m
-    occupied = (map_view.occupancy == Occupancy.OCCUPIED) | _mark(grid, obstacles_xy)
-    trail_distance = _distance(_mark(grid, np.vstack([trail_xy, robot_xy]))) * size
     earlier_xy = trail_xy[:-RECENT_POINTS]
     driven = _distance(_mark(grid, earlier_xy)) * size <= params.radius_m
-    free = ((map_view.occupancy == Occupancy.FREE) | driven) & ~occupied
-    clearance = _distance(occupied) * size - size / 2
-    needed = params.min_clearance_m
-    navigable = free & (clearance >= needed) & ~_near_unknown(free | occupied, size, params)
-    unseen = ~(driven | occupied | ((map_view.occupancy == Occupancy.FREE) & ~map_view.assumed))
-    effort = _effort(clearance, _distance(unseen) * size - size / 2, params)
-    cost = np.where(navigable, effort, IMPASSABLE)
-    way_back = ndimage.binary_dilation(_mark(grid, trail_xy), CONNECTIVITY_8)
-    way_back &= ~navigable & (clearance >= params.radius_m / 2)
-    cost[way_back] = RETURN_FACTOR * params.dearest
-    earlier = ndimage.binary_dilation(_mark(grid, earlier_xy), CONNECTIVITY_8)
-    returning = earlier & (clearance >= params.radius_m / 2)
+    seen_free = map_view.occupancy == Occupancy.FREE
+    occupied = (map_view.occupancy == Occupancy.OCCUPIED) | _mark(grid, obstacles_xy)
+    free = (seen_free | driven) & ~occupied
+    unseen = ~(driven | occupied | (seen_free & ~map_view.assumed))
+    clearance_m = _distance(occupied) * size - size / 2
+    unseen_m = _distance(unseen) * size - size / 2
+
+    navigable = free & (clearance_m >= params.min_clearance_m)
+    navigable &= ~_near_unknown(free | occupied, size, params)
+    cost = np.where(navigable, _effort(clearance_m, unseen_m, params), IMPASSABLE)
+    wide_enough = clearance_m >= params.radius_m / 2  # for the way that the robot came
+    cost[_beside(grid, trail_xy) & ~navigable & wide_enough] = RETURN_FACTOR * params.dearest
     robot = grid.cells(robot_xy)
     if _component_m2(navigable, robot, map_view.cell_area_m2) < params.escape_below_m2:
-        distance = distance_cells(grid, robot) * size
-        body = distance <= params.radius_m
-        around = (distance <= params.escape_radius_m) & (~occupied | body) & (cost < 0)
-        seen_m = _distance(map_view.occupancy == Occupancy.FREE) * size
-        around &= free | body | (seen_m <= params.escape_unknown_m)
-        cost[around] = _escape_cost(clearance[around], size, params)
-    crossable = (cost > 0) & ~free & ~occupied
+        way_out = _escape_cells(robot, map_view, occupied, free, params) & (cost < 0)
+        cost[way_out] = _escape_cost(clearance_m[way_out], size, params)
+
+    trail_m = _distance(_mark(grid, np.vstack([trail_xy, robot_xy]))) * size
     return Costmap(
-        grid,
-        occupied,
-        free,
-        navigable,
-        cost,
-        clearance.astype(np.float32),
-        trail_distance.astype(np.float32),
-        returning,
-        crossable,
-        unseen,
-        params,
+        grid=grid,
+        occupied=occupied,
+        free=free,
+        navigable=navigable,
+        cost=cost,
+        clearance_m=clearance_m.astype(np.float32),
+        trail_distance_m=trail_m.astype(np.float32),
+        returning=_beside(grid, earlier_xy) & wide_enough,
+        crossable=(cost > 0) & ~free & ~occupied,
+        unseen=unseen,
+        params=params,
     )
 
 
@@ -189,6 +184,23 @@ def with_gaps(costmap: Costmap, reached: Bool) -> Costmap:
     gap &= (across - 1.0) * size <= params.gap_m + 1e-6
     cost = np.where(gap & (costmap.cost < 0), RETURN_FACTOR * params.dearest, costmap.cost)
     return replace(costmap, cost=cost, crossable=costmap.crossable | gap)
+
+
+def _escape_cells(
+    robot: I64, map_view: MapView, occupied: Bool, free: Bool, params: CostmapParams
+) -> Bool:
+    """Mask (nx, ny): where a robot outside N, at the cell ``robot`` (2,), may leave its pocket.
+
+    Around it, and not further from seen floor than its camera missed of the floor when it was put
+    down; what its own body covers counts as free.
+    """
+    grid, size = map_view.grid, map_view.grid.cell_size_m
+    distance_m = distance_cells(grid, robot) * size
+    body = distance_m <= params.radius_m
+    seen_m = _distance(map_view.occupancy == Occupancy.FREE) * size
+    enterable = (~occupied | body) & (free | body | (seen_m <= params.escape_unknown_m))
+    cells: Bool = (distance_m <= params.escape_radius_m) & enterable
+    return cells
 
 
 def _escape_cost(clearance_m: F64, cell_size_m: float, params: CostmapParams) -> F64:
@@ -226,6 +238,12 @@ def _mark(grid: GridSpec, points_xy: F64) -> Bool:
     cells = grid.cells(points_xy.reshape(-1, 2))
     cells = cells[grid.contains(cells)]
     mask[cells[:, 0], cells[:, 1]] = True
+    return mask
+
+
+def _beside(grid: GridSpec, points_xy: F64) -> Bool:
+    """Mask (nx, ny) of the cells that hold a point, and of their eight neighbours."""
+    mask: Bool = ndimage.binary_dilation(_mark(grid, points_xy), CONNECTIVITY_8)
     return mask
 
 
