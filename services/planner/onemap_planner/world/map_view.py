@@ -123,35 +123,26 @@ def map_view_around(view: PlanningView, robot_xy: F64, window_xy: F64 | None = N
     Maps come in tiles with many unknown cells; planning time depends on the known area only.
     """
     robot = view.grid.cells(robot_xy)
-    source = _known_box(view, robot)
-    if window_xy is not None:
-        low, high = view.grid.cells(window_xy)
-        source = np.stack([np.maximum(source[0], low), np.minimum(source[1], high + 1)])
-        source[1] = np.maximum(source[0], source[1])
+    source = _needed_box(view, robot, window_xy)
     lower = np.minimum(source[0], robot) - BORDER_CELLS
     upper = np.maximum(source[1], robot + 1) + BORDER_CELLS
-    origin = lower + np.asarray(view.grid.origin_cell)
-    shape = upper - lower
-    grid = GridSpec(
-        view.grid.cell_size_m, (int(origin[0]), int(origin[1])), (int(shape[0]), int(shape[1]))
-    )
-    into = tuple(slice(int(a), int(b)) for a, b in zip(*(source - lower), strict=True))
+    grid = _grid_of(view.grid, lower, upper - lower)
+    inside = _slices(source - lower)
     part = _cropped(view, source)
+
     occupancy = np.full(grid.shape, Occupancy.UNKNOWN, np.uint8)
-    occupancy[into] = part.occupancy
+    occupancy[inside] = part.occupancy
     layers = np.zeros(grid.shape, np.uint8)
-    layers[into] = part.layers
+    layers[inside] = part.layers
     similarity = np.full(grid.shape, np.nan, np.float32)
     if part.similarity.shape == part.grid.shape:
-        similarity[into] = part.similarity
+        similarity[inside] = part.similarity
     margin = np.full(grid.shape, np.inf, np.float32)
     if part.rival.shape == part.grid.shape:
-        rival = np.nan_to_num(part.rival, nan=-np.inf)
-        margin[into] = similarity[into] - rival
+        margin[inside] = similarity[inside] - np.nan_to_num(part.rival, nan=-np.inf)
     guidance = np.full(grid.shape, np.nan, np.float32)
     if part.guidance.shape == part.grid.shape:
-        ranked = part.guidance
-        guidance[into] = np.where(ranked > 0, (ranked - np.float32(1.0)) / 254, np.nan)
+        guidance[inside] = _ranks(part.guidance)
     return MapView(
         grid=grid,
         occupancy=occupancy,
@@ -164,6 +155,34 @@ def map_view_around(view: PlanningView, robot_xy: F64, window_xy: F64 | None = N
         guidance=guidance,
         calibrated=part.calibrated,
     )
+
+
+def _needed_box(view: PlanningView, robot: I64, window_xy: F64 | None) -> I64:
+    """(2, 2): first and one-past-last index of what is known, and inside of the window if any."""
+    box = _known_box(view, robot)
+    if window_xy is None:
+        return box
+    low, high = view.grid.cells(window_xy)
+    first = np.maximum(box[0], low)
+    return np.stack([first, np.maximum(first, np.minimum(box[1], high + 1))])
+
+
+def _grid_of(grid: GridSpec, first: I64, shape: I64) -> GridSpec:
+    """The grid of ``shape`` (2,) cells whose first one has the index ``first`` (2,) in ``grid``."""
+    ix, iy = (int(index) for index in first + np.asarray(grid.origin_cell))
+    nx, ny = (int(length) for length in shape)
+    return GridSpec(grid.cell_size_m, (ix, iy), (nx, ny))
+
+
+def _slices(box: I64) -> tuple[slice, ...]:
+    """The index expression of a box (2, 2): first and one-past-last index."""
+    return tuple(slice(int(first), int(end)) for first, end in zip(*box, strict=True))
+
+
+def _ranks(guidance: U8) -> F32:
+    """Ranks in [0, 1] from those of a message, 1 to 255; 0, not observed, becomes NaN."""
+    ranks: F32 = np.where(guidance > 0, (guidance - np.float32(1.0)) / 254, np.nan)
+    return ranks
 
 
 def _top_tenth(guidance: F32) -> F32:
@@ -180,12 +199,8 @@ def _cropped(view: PlanningView, box: I64) -> SearchView:
     """The part of a view in a box (2, 2) of indices inside of it: first and one past the last."""
     if not isinstance(view, SearchView):
         return view.cropped(*box)
-    out_of = tuple(slice(int(a), int(b)) for a, b in zip(*box, strict=True))
-    origin = box[0] + np.asarray(view.grid.origin_cell)
-    shape = box[1] - box[0]
-    grid = GridSpec(
-        view.grid.cell_size_m, (int(origin[0]), int(origin[1])), (int(shape[0]), int(shape[1]))
-    )
+    out_of = _slices(box)
+    grid = _grid_of(view.grid, box[0], box[1] - box[0])
 
     def part(layer: NDArray) -> NDArray:
         return layer[out_of] if layer.shape == view.grid.shape else layer
