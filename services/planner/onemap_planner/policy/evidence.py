@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from math import dist
 
@@ -68,9 +68,13 @@ def _with_frame(
         target, detections, context.map_view, seen_from=context.pose.xy, params=params
     )
     supported = [s for s in seen if s.supported and not _is_rejected(s, target_state, params)]
-    candidates = merge_sightings(target_state.candidates, supported, params)
     candidates = count_contradictions(
-        candidates, detections, supported, target=target, map_view=context.map_view, params=params
+        merge_sightings(target_state.candidates, supported, params),
+        detections,
+        supported,
+        target=target,
+        map_view=context.map_view,
+        params=params,
     )
     undetected = with_frame(
         target_state.undetected,
@@ -78,9 +82,24 @@ def _with_frame(
         [sighting.cells for sighting in seen],
         threshold=params.floor,
     )
-    target_state = replace(target_state, undetected=undetected)
+    target_state = replace(target_state, candidates=candidates, undetected=undetected)
     if not detections.independent:
-        return replace(target_state, candidates=candidates)
+        return target_state
+    return replace(target_state, disputed=_disputed(target_state, seen, context, params, near_m))
+
+
+def _disputed(
+    target_state: TargetState,
+    seen: Sequence[Sighting],
+    context: PlanningContext,
+    params: ConsensusParams,
+    near_m: float,
+) -> tuple[ObjectCandidate, ...]:
+    """The candidates without the map's support after a frame of an independent detector.
+
+    A sighting of a supported candidate is no other object, unless it was disputed before. From
+    near, a frame counts for a candidate or against it.
+    """
     doubtful = [
         sighting
         for sighting in seen
@@ -88,10 +107,10 @@ def _with_frame(
         and not _is_rejected(sighting, target_state, params)
         and (
             _is_any(sighting, target_state.disputed, params)
-            or not _is_any(sighting, candidates, params)
+            or not _is_any(sighting, target_state.candidates, params)
         )
     ]
-    disputed = tuple(
+    return tuple(
         with_near_view(
             candidate,
             context,
@@ -100,7 +119,6 @@ def _with_frame(
         )
         for candidate in merge_sightings(target_state.disputed, doubtful, params)
     )
-    return replace(target_state, candidates=candidates, disputed=disputed)
 
 
 def _is_rejected(sighting: Sighting, target_state: TargetState, params: ConsensusParams) -> bool:
