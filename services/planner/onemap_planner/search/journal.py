@@ -119,31 +119,16 @@ def set_aside(folder: Path) -> str:
 
 
 def _search(document: Any, now_s: float) -> Search:
+    """The search of a journal, whose elapsed seconds end at ``now_s``.
+
+    Raises one of ``UNUSABLE`` for a document that no planner wrote.
+    """
     if document["schema"] != SCHEMA:
         raise ValueError(f"schema {document['schema']}")
-    # a journal of an earlier release has neither kind nor place, no order and no limits
-    request = SearchRequest(
-        tuple(document["objects"]),
-        kind=SearchKind(document.get("kind", SearchKind.FIND.value)),
-        place_m=_floats(document.get("place_m", ())),
-        max_distance_m=_number(document.get("max_distance_m", 0.0)),
-        max_time_s=_number(document.get("max_time_s", 0.0)),
-    )
+    request = _request(document)
     objects = request.objects
     results = tuple(_result(entry) for entry in document["results"])
-    if len(results) >= max(len(objects), 1):
-        raise ValueError("all its objects are done")
-    target_start = TargetStart(
-        since_s=now_s - _number(document["elapsed_s"]),
-        since_active_time_s=0.0,
-        xy=_pair(document["start_xy_m"]),
-        odometer_m=-_number(document["path_length_m"]),
-    )
-    done = tuple(int(index) for index in document.get("done", range(len(results))))
-    index = int(document.get("index", len(results)))
-    known = {*done, index}
-    if len(known) != len(results) + 1 or not known <= set(range(max(len(objects), 1))):
-        raise ValueError(f"object {index} is sought and {done} are done")
+    index, done = _progress(document, len(results), max(len(objects), 1))
     search_id, started_ns = str(document["search_id"]), int(document["started_ns"])
     if not SEARCH_ID.fullmatch(search_id) or not 0 <= started_ns < 2**63:
         raise ValueError(f"search_id is {search_id[:80]!r}, started_ns is {started_ns}")
@@ -155,7 +140,12 @@ def _search(document: Any, now_s: float) -> Search:
         Destination.of(request),
         order=SearchOrder(document.get("order", SearchOrder.GIVEN.value)),
     )
-    paused = tuple(_paused(entry, len(objects)) for entry in document.get("paused", ()))
+    target_start = TargetStart(
+        since_s=now_s - _number(document["elapsed_s"]),
+        since_active_time_s=0.0,
+        xy=_pair(document["start_xy_m"]),
+        odometer_m=-_number(document["path_length_m"]),
+    )
     return replace(
         start,
         budget=Budget.of(request),
@@ -164,8 +154,35 @@ def _search(document: Any, now_s: float) -> Search:
         results=results,
         target_start=target_start,
         done=done,
-        paused=paused,
+        paused=tuple(_paused(entry, len(objects)) for entry in document.get("paused", ())),
     )
+
+
+def _request(document: Any) -> SearchRequest:
+    """What was asked for. Journals of earlier releases lack kind, place and limits."""
+    return SearchRequest(
+        tuple(document["objects"]),
+        kind=SearchKind(document.get("kind", SearchKind.FIND.value)),
+        place_m=_floats(document.get("place_m", ())),
+        max_distance_m=_number(document.get("max_distance_m", 0.0)),
+        max_time_s=_number(document.get("max_time_s", 0.0)),
+    )
+
+
+def _progress(document: Any, results: int, objects: int) -> tuple[int, tuple[int, ...]]:
+    """Which object is sought now, and which are done, by their indices.
+
+    Journals of earlier releases have neither: there the objects were sought in their order.
+    ValueError unless each result is of one object and another one is left.
+    """
+    if results >= objects:
+        raise ValueError("all its objects are done")
+    done = tuple(int(index) for index in document.get("done", range(results)))
+    index = int(document.get("index", results))
+    known = {*done, index}
+    if len(known) != results + 1 or not known <= set(range(objects)):
+        raise ValueError(f"object {index} is sought and {done} are done")
+    return index, done
 
 
 def _pair(xy: Any) -> tuple[float, float] | None:
