@@ -164,7 +164,8 @@ def _needed_box(view: PlanningView, robot: I64, window_xy: F64 | None) -> I64:
         return box
     low, high = view.grid.cells(window_xy)
     first = np.maximum(box[0], low)
-    return np.stack([first, np.maximum(first, np.minimum(box[1], high + 1))])
+    needed: I64 = np.stack([first, np.maximum(first, np.minimum(box[1], high + 1))])
+    return needed
 
 
 def _grid_of(grid: GridSpec, first: I64, shape: I64) -> GridSpec:
