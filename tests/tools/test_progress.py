@@ -59,6 +59,25 @@ def test_a_line_comes_at_a_change_and_every_five_seconds() -> None:
     assert len(text_of(out).splitlines()) == 3
 
 
+def test_each_robot_has_lines_of_its_own() -> None:
+    out = console()
+    with LineView(out) as view:
+        for name in ("r1", "r2", "r1", "r2"):
+            view.show(replace(PROGRESS, name=name))
+    lines = text_of(out).splitlines()
+    assert [line.split()[2] for line in lines] == ["r1", "r2"]
+
+
+def test_each_robot_has_a_panel_of_its_own() -> None:
+    terminal = console(terminal=True)
+    with progress_view(terminal) as view:
+        view.show(replace(PROGRESS, name="r1"))
+        view.show(replace(PROGRESS, name="r2", state="approaching"))
+    last = text_of(terminal).rpartition("r1 (1.0, -2.0)")[2]
+    assert "r2 (1.0, -2.0)" in last
+    assert "approaching" in last
+
+
 def test_unknown_values_are_left_out() -> None:
     unknown = SearchProgress(1.0, ("sofa",), (), "sofa", "exploring", "", 0.0)
     assert unknown.robot == "drove 0.0 m"

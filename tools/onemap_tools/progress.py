@@ -46,7 +46,7 @@ class SearchProgress:
     """A search at one instant; a drive to a place has no objects.
 
     ``done``: name and outcome of the objects that are finished. ``position_m``: the robot's x, y
-    in the map frame; None where unknown.
+    in the map frame; None where unknown. ``name``: the robot's, empty if there is one.
     """
 
     elapsed_s: float
@@ -58,6 +58,7 @@ class SearchProgress:
     path_length_m: float
     position_m: tuple[float, float] | None = None
     map: MapUpdates = MapUpdates()
+    name: str = ""
 
     @property
     def robot(self) -> str:
@@ -88,7 +89,7 @@ def progress_of(
 
 
 class ProgressView(Protocol):
-    """Displays a wait or a running search; a context manager."""
+    """Displays a wait or a running search of each robot; a context manager."""
 
     def __enter__(self) -> ProgressView: ...
 
@@ -112,12 +113,12 @@ def progress_view(console: Console) -> ProgressView:
 
 
 class LineView:
-    """Prints a line at every change of state and every five seconds."""
+    """Prints a line at every change of state of a robot and every five seconds."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
-        self._last: tuple[object, ...] = ()
-        self._due_s = 0.0
+        self._last: dict[str, tuple[object, ...]] = {}  # by the robot's name
+        self._due_s: dict[str, float] = {}
 
     def __enter__(self) -> LineView:
         return self
@@ -132,7 +133,7 @@ class LineView:
 
     def wait(self, elapsed_s: float, what: str) -> None:
         """See ``ProgressView``."""
-        self._line(elapsed_s, (what,), what)
+        self._line("", elapsed_s, (what,), what)
 
     def show(self, progress: SearchProgress) -> None:
         """See ``ProgressView``."""
@@ -143,19 +144,21 @@ class LineView:
             f"{done}{progress.target or 'search'}: {progress.state}; robot {progress.robot}; "
             f"{of_map}{progress.reason}"
         )
-        self._line(progress.elapsed_s, (progress.target, progress.state), text)
+        self._line(progress.name, progress.elapsed_s, (progress.target, progress.state), text)
 
-    def _line(self, elapsed_s: float, subject: tuple[object, ...], text: str) -> None:
-        if subject == self._last and elapsed_s < self._due_s:
+    def _line(self, name: str, elapsed_s: float, subject: tuple[object, ...], text: str) -> None:
+        if subject == self._last.get(name) and elapsed_s < self._due_s[name]:
             return
-        self._last, self._due_s = subject, elapsed_s + LINE_EVERY_S
-        self._console.print(f"{elapsed_s:6.1f} s  {text}", soft_wrap=True)
+        self._last[name], self._due_s[name] = subject, elapsed_s + LINE_EVERY_S
+        robot = f"{name}  " if name else ""
+        self._console.print(f"{elapsed_s:6.1f} s  {robot}{text}", soft_wrap=True)
 
 
 class LiveView:
-    """A panel that is redrawn in place."""
+    """A panel for each robot, redrawn in place."""
 
     def __init__(self, console: Console) -> None:
+        self._panels: dict[str, Group] = {}  # by the robot's name
         self._live = Live(console=console, refresh_per_second=4, transient=True)
 
     def __enter__(self) -> LiveView:
@@ -176,7 +179,8 @@ class LiveView:
 
     def show(self, progress: SearchProgress) -> None:
         """See ``ProgressView``."""
-        self._live.update(panel(progress))
+        self._panels[progress.name] = panel(progress)
+        self._live.update(Group(*self._panels.values()))
 
 
 def panel(progress: SearchProgress) -> Group:
@@ -189,7 +193,8 @@ def panel(progress: SearchProgress) -> Group:
     if progress.objects:
         table.add_row("objects", names)
     table.add_row("state", Text(f"{progress.state}: {progress.reason}"))
-    table.add_row("robot", Text(progress.robot))
+    name = f"{progress.name} " if progress.name else ""
+    table.add_row("robot", Text(f"{name}{progress.robot}"))
     if updates := str(progress.map):
         table.add_row("map", Text(updates))
     table.add_row("time", Text(f"{progress.elapsed_s:.0f} s"))
