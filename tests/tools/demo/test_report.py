@@ -9,7 +9,7 @@ from math import nan
 from rich.console import Console
 
 from onemap_tools.demo.report import describe
-from onemap_tools.demo.summary import DemoSummary, ObjectSummary
+from onemap_tools.demo.summary import DemoSummary, ObjectSummary, RobotSummary
 
 OBJECTS = (
     ObjectSummary(
@@ -20,6 +20,7 @@ OBJECTS = (
     ),
     ObjectSummary("toilet", "not_found", "searched it all", (), 60.0, 14.0, nan, nan, nan),
 )
+NAMES = tuple(item.name for item in OBJECTS)
 
 
 def printed(summary: DemoSummary, *, picture: str | None = None) -> str:
@@ -30,7 +31,7 @@ def printed(summary: DemoSummary, *, picture: str | None = None) -> str:
 
 
 def test_a_row_per_object_fits_eighty_columns() -> None:
-    text = printed(DemoSummary(("a", "b", "c"), OBJECTS, 210.0, 202.4, 7.4))
+    text = printed(DemoSummary(NAMES, OBJECTS, 210.0, 202.4, 7.4))
     lines = [line for line in text.splitlines() if line.strip().startswith("refrigerator")]
     for part in ("found", "(10.1, 10.4)", "112 s", "25.2 m", "17.1 m", "0.68", "0.8 m"):
         assert part in lines[0]
@@ -38,7 +39,7 @@ def test_a_row_per_object_fits_eighty_columns() -> None:
 
 
 def test_wrong_claims_and_failures_have_their_reason() -> None:
-    text = printed(DemoSummary(("a", "b", "c"), OBJECTS, 210.0, 202.4, 7.4))
+    text = printed(DemoSummary(NAMES, OBJECTS, 210.0, 202.4, 7.4))
     assert "wrong one" in text
     assert "sofa: seen [3] times (nearest to the claimed place: armchair)" in text
     assert "toilet: searched it all\n" in text
@@ -56,6 +57,19 @@ def test_results_without_ground_truth_are_marked() -> None:
     assert "…" not in text
     mixed = printed(DemoSummary(("a", "b"), (unknown, OBJECTS[1]), 210.0, 202.4, 7.4))
     assert "ground truth for 1 of 2, 1 claimed wrongly" in flat(mixed)
+
+
+def test_a_row_per_robot_says_what_it_did() -> None:
+    robots = (
+        RobotSummary("r1", OBJECTS[:1], 25.2, 112.4, 0),
+        RobotSummary("r2", OBJECTS[1:], 22.0, 90.0, None),
+    )
+    text = printed(DemoSummary(NAMES, OBJECTS, 210.0, 202.4, 7.4, robots=robots, closest_m=1.26))
+    rows = {line.split()[0]: line.split() for line in text.splitlines() if " r" in line[:3]}
+    assert rows["r1"] == ["r1", "refrigerator", "25.2", "m", "112", "s", "0"]
+    assert rows["r2"] == ["r2", "nothing", "22.0", "m", "90", "s", "-"]
+    assert "Closest to each other: 1.3 m" in flat(text)
+    assert "Closest" not in printed(DemoSummary(NAMES, OBJECTS, 210.0, 202.4, 7.4))
 
 
 def flat(text: str) -> str:

@@ -13,8 +13,11 @@ from onemap_simulator.ground_truth import SUCCESS_TOLERANCE_M
 from onemap_tools.demo.summary import (
     DemoSummary,
     ObjectSummary,
+    RobotSummary,
+    in_order,
     json_value,
     path_efficiency,
+    total_contacts,
 )
 
 lengths = st.floats(min_value=0, max_value=1e4)
@@ -44,7 +47,8 @@ def item(
 
 
 def summary(*objects: ObjectSummary, wanted: int | None = None, failure: str = "") -> DemoSummary:
-    names = tuple(f"object {n}" for n in range(len(objects) if wanted is None else wanted))
+    others = max((wanted or 0) - len(objects), 0)
+    names = (*(each.name for each in objects), *(f"object {n}" for n in range(others)))
     return DemoSummary(names, objects, 60.0, 50.0, 5.0, failure)
 
 
@@ -124,6 +128,49 @@ def test_an_object_without_a_result_does_not_count() -> None:
 def test_a_failed_run_is_no_success() -> None:
     assert not summary(item(), failure="the planner died").worked
     assert not summary().worked
+
+
+def test_results_of_several_robots_are_in_the_wanted_order() -> None:
+    bed, desk, sofa = (item(name=name) for name in ("bed", "desk", "sofa"))
+    robots = (robot(bed, sofa), robot(desk))
+    assert in_order(("sofa", "desk", "bed"), robots) == (sofa, desk, bed)
+    assert in_order(("sofa", "toilet", "desk", "bed"), robots) == (sofa, desk, bed)
+
+
+def test_a_gap_in_the_results_ends_the_progress() -> None:
+    """Another robot had gone on when the object in between was given up."""
+    done = (item(name="bed"), item(name="sofa"))
+    gap = DemoSummary(("bed", "desk", "sofa"), done, 60.0, 50.0, 5.0)
+    assert gap.not_sought == ("desk",)
+    assert gap.progress == pytest.approx(1 / 3)
+    assert not gap.worked
+
+
+def test_contacts_are_summed_if_all_robots_tell_theirs() -> None:
+    assert total_contacts((robot(contacts=1), robot(contacts=2))) == 3
+    assert total_contacts((robot(contacts=1), robot(contacts=None))) is None
+    assert total_contacts(()) == 0
+
+
+def test_the_document_of_a_robot_names_what_it_found() -> None:
+    wrong = item(name="sofa", away_m=9.0)
+    robots = (robot(item(name="bed"), wrong), robot())
+    objects = in_order(("bed", "sofa"), robots)
+    summed = DemoSummary(("bed", "sofa"), objects, 60.0, 50.0, 5.0, robots=robots)
+    document = json.loads(json.dumps(summed.document(), allow_nan=False))
+    assert document["robots"][0] == {
+        "name": "r1",
+        "objects": ["bed", "sofa"],
+        "found": ["bed"],
+        "path_length_m": 8.5,
+        "search_s": 40.0,
+        "contacts": 0,
+    }
+    assert document["closest_m"] is None  # nobody knows where they are
+
+
+def robot(*objects: ObjectSummary, contacts: int | None = 0) -> RobotSummary:
+    return RobotSummary("r1", objects, 8.5, 40.0, contacts)
 
 
 def test_the_document_is_json_with_unknown_values() -> None:

@@ -20,9 +20,11 @@ def describe(summary: DemoSummary, document: dict[str, Any], console: Console) -
         table.add_column(title, no_wrap=title != "outcome")
     for item in summary.objects:
         table.add_row(*_row(item))
-    for name in summary.wanted[len(summary.objects) :]:
+    for name in summary.not_sought:
         table.add_row(name, Text("not sought", style="dim"))
     console.print(table)
+    if summary.robots:
+        console.print(_robots(summary))
     for item in summary.objects:
         if not item.counts_as_found:
             console.print(f"{item.name}: {_why(item)}")
@@ -34,10 +36,30 @@ def describe(summary: DemoSummary, document: dict[str, Any], console: Console) -
         f"{summary.map_rate_hz:.1f} map updates/s",
         highlight=False,
     )
+    if summary.robots:
+        console.print(
+            f"Closest to each other: {metres(summary.closest_m)}, middle to middle. They neither "
+            "see nor touch one another: each is simulated on its own.",
+            highlight=False,
+        )
     if document["picture"]:
         console.print(
             f"Map, path and finds: {document['picture']}", highlight=False, soft_wrap=True
         )
+
+
+def _robots(summary: DemoSummary) -> Table:
+    """A row per robot."""
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for title in ("robot", "found", "path", "time", "contacts"):
+        table.add_column(title, no_wrap=title != "found")
+    for robot in summary.robots:
+        contacts = "-" if robot.contacts is None else str(robot.contacts)
+        found = Text(", ".join(robot.found) or "nothing")
+        table.add_row(
+            robot.name, found, metres(robot.path_length_m), f"{robot.search_s:.0f} s", contacts
+        )
+    return table
 
 
 def _why(item: ObjectSummary) -> str:

@@ -7,8 +7,10 @@ that of Anderson et al. (2018) with the shortest path to such a position.
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from math import isfinite, nan
+from math import inf, isfinite, nan
 from typing import Any
 
 from onemap_shared.messages import SearchState
@@ -75,12 +77,43 @@ class ObjectSummary:
 
 
 @dataclass(frozen=True, slots=True)
+class RobotSummary:
+    """What one of several robots did: the results for its objects, what it drove and for how long.
+
+    ``contacts``: as in ``DemoSummary``.
+    """
+
+    name: str
+    objects: tuple[ObjectSummary, ...]
+    path_length_m: float
+    search_s: float
+    contacts: int | None = None
+
+    @property
+    def found(self) -> tuple[str, ...]:
+        """Names of its objects that count as found."""
+        return tuple(item.name for item in self.objects if item.counts_as_found)
+
+    def document(self) -> dict[str, Any]:
+        """As a JSON object."""
+        return {
+            "name": self.name,
+            "objects": [item.name for item in self.objects],
+            "found": list(self.found),
+            "path_length_m": round(self.path_length_m, 2),
+            "search_s": round(self.search_s, 2),
+            "contacts": self.contacts,
+        }
+
+
+@dataclass(frozen=True, slots=True)
 class DemoSummary:
     """The result of a demo run.
 
-    ``wanted``: all objects to search for, in order. ``failure``: why the run ended early, empty
-    if it did not; "trouble" in the JSON document. ``contacts``: above 0.05 m/s, as the simulator
-    counted them; None if it did not say.
+    ``wanted``: all objects to search for, in order; ``objects``: the results in that order.
+    ``failure``: why the run ended early, empty if it did not; "trouble" in the JSON document.
+    ``contacts``: above 0.05 m/s, as the simulators counted them; None if one did not say.
+    ``robots``: of several; ``closest_m``: between the middles of two of them, infinity without.
     """
 
     wanted: tuple[str, ...]
@@ -90,6 +123,14 @@ class DemoSummary:
     map_rate_hz: float
     failure: str = ""
     contacts: int | None = None
+    robots: tuple[RobotSummary, ...] = ()
+    closest_m: float = inf
+
+    @property
+    def not_sought(self) -> tuple[str, ...]:
+        """The wanted objects without a result."""
+        left = Counter(self.wanted) - Counter(item.name for item in self.objects)
+        return tuple(left.elements())
 
     @property
     def found(self) -> int:
@@ -115,8 +156,8 @@ class DemoSummary:
     def progress(self) -> float:
         """Fraction of the objects that were found before the first failure (paper: PR)."""
         done = 0
-        for item in self.objects:
-            if not item.counts_as_found:
+        for name, item in zip(self.wanted, self.objects, strict=False):
+            if item.name != name or not item.counts_as_found:
                 break
             done += 1
         return done / len(self.wanted) if self.wanted else 0.0
@@ -149,7 +190,22 @@ class DemoSummary:
             "map_rate_hz": json_value(self.map_rate_hz),
             "contacts": self.contacts,
             "trouble": self.failure,
+            "robots": [robot.document() for robot in self.robots],
+            "closest_m": json_value(self.closest_m),
         }
+
+
+def in_order(wanted: Sequence[str], robots: Sequence[RobotSummary]) -> tuple[ObjectSummary, ...]:
+    """The results of all robots in the order of the wanted objects."""
+    objects = [item for robot in robots for item in robot.objects]
+    return tuple(sorted(objects, key=lambda item: wanted.index(item.name)))
+
+
+def total_contacts(robots: Sequence[RobotSummary]) -> int | None:
+    """The contacts of all robots; None if those of one are unknown."""
+    counts = [robot.contacts for robot in robots]
+    known = [count for count in counts if count is not None]
+    return sum(known) if len(known) == len(counts) else None
 
 
 def path_efficiency(shortest_m: float, driven_m: float) -> float:
