@@ -122,8 +122,9 @@ def test_a_scene_name_is_printed_literally(name: str) -> None:
     console = plain_console(file=io.StringIO())
     demo: Any = SimpleNamespace(options=SimpleNamespace(objects=(name,)))
     truth = Truth(f"flat {name}", 0, 0.0, 0.0, ("bed",), "bed", names_complete=True)
-    monitor: Any = SimpleNamespace(truth=lambda *_: truth)
-    assert _choose_targets(demo, monitor, console).objects == (name,)
+    monitor = SimpleNamespace(truth=lambda *_: truth)
+    search: Any = SimpleNamespace(monitor=monitor)
+    assert _choose_targets(demo, [search], console).objects == (name,)
     assert f"flat {name}" in text_of(console)
     assert "nothing that is called" in text_of(console)
 

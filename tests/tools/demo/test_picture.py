@@ -11,7 +11,7 @@ import pytest
 from onemap_shared.geometry import U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy, SearchView
-from onemap_tools.demo.picture import MIN_PIXELS_PER_CELL, write_picture
+from onemap_tools.demo.picture import MIN_PIXELS_PER_CELL, Drive, write_picture
 from onemap_tools.demo.summary import ObjectSummary
 
 CELL_M = 0.1
@@ -34,9 +34,10 @@ def drawn(
     view: SearchView,
     *,
     trail_m: tuple[tuple[float, float], ...] = (),
+    others: tuple[Drive, ...] = (),
     objects: tuple[ObjectSummary, ...] = (),
 ) -> U8:
-    write_picture(path, view, trail_m=trail_m, yaw_rad=0.5, objects=objects)
+    write_picture(path, view, [Drive(trail_m, 0.5), *others], objects)
     image = cv2.imread(str(path))
     assert image is not None
     return image.astype(np.uint8)
@@ -54,6 +55,16 @@ def test_the_driven_path_is_drawn(view: SearchView, tmp_path: Path) -> None:
     assert np.ptp(columns) > 2.5 / CELL_M * MIN_PIXELS_PER_CELL  # 2.5 m along x, and the robot
     assert np.ptp(rows) < 0.2 * np.ptp(columns)
     assert rows.mean() < plain.shape[0] / 2  # y upwards: 3 m of 4 m is in the upper half
+
+
+def test_the_paths_of_all_robots_are_drawn(view: SearchView, tmp_path: Path) -> None:
+    first = ((0.5, 3.0), (3.0, 3.0))
+    one = drawn(tmp_path / "one.png", view, trail_m=first)
+    other = Drive(((0.5, 1.0), (3.0, 1.0)), 0.5)
+    both = drawn(tmp_path / "both.png", view, trail_m=first, others=(other,))
+    rows, columns = np.nonzero(np.any(one != both, axis=-1))
+    assert np.ptp(columns) > 2.5 / CELL_M * MIN_PIXELS_PER_CELL
+    assert rows.min() > one.shape[0] / 2  # 1 m of 4 m is in the lower half; the first one stays
 
 
 def test_only_claims_with_a_position_are_drawn(view: SearchView, tmp_path: Path) -> None:

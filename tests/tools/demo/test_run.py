@@ -21,6 +21,8 @@ from onemap import Client
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Truth
 from onemap_tools.demo import run as module
+from onemap_tools.demo.robot_search import RobotSearch
+from onemap_tools.demo.robots import DemoRobot
 from onemap_tools.demo.run import DemoRun, DemoTargets, run_with_report
 from onemap_tools.demo.run_monitor import RunMonitor
 from onemap_tools.demo.setup import DemoSetup
@@ -35,6 +37,7 @@ from tests.tools.fake_gateway import Routes, fake_gateway
 
 __all__ = ["router"]  # the fixture
 
+ALONE = DemoRobot("", "", "", "simulator")
 TARGETS = DemoTargets(("sofa",), {"sofa": "sofa"})
 RESULT = {
     "name": "sofa",
@@ -60,7 +63,9 @@ def console() -> Console:
 def demo_of(folder: Path, *exits: ProcessExit, time_limit_s: float = 60.0) -> DemoRun:
     """A run whose processes exit like this."""
     processes: Any = SimpleNamespace(collect=lambda _: list(exits), folder=folder / "logs")
-    setup: Any = SimpleNamespace(url="http://127.0.0.1:1", config_file="config.yaml")
+    setup: Any = SimpleNamespace(
+        url="http://127.0.0.1:1", config_file="config.yaml", robots=(ALONE,)
+    )
     limited = replace(options(folder), time_limit_s=time_limit_s)
     return DemoRun(limited, setup, processes, threading.Event())
 
@@ -90,8 +95,12 @@ def gateway_of(*replies: dict[str, Any]) -> tuple[Client, list[str]]:
 
 
 def searched(demo: DemoRun, gateway: Client) -> DemoSummary:
-    monitor = RunMonitor(MemoryRouter().bus())
-    return module._search(demo, gateway, monitor, TARGETS, LineView(console()))
+    return module._search(demo, [search_of(gateway)], TARGETS, LineView(console()))
+
+
+def search_of(gateway: Client, robot: DemoRobot = ALONE) -> RobotSearch:
+    """A robot whose bus is silent."""
+    return RobotSearch(robot, gateway, RunMonitor(MemoryRouter().bus()))
 
 
 def test_a_process_that_ends_ends_the_run(tmp_path: Path) -> None:
@@ -115,8 +124,9 @@ def test_a_start_that_takes_too_long_names_the_missing_stage(tmp_path: Path) -> 
     missing = {"detail": "The mapper is not running."}
     transport = httpx.MockTransport(lambda _: httpx.Response(503, json=missing))
     demo = demo_of(tmp_path, time_limit_s=0.0)
+    search = search_of(Client(transport=transport))
     with pytest.raises(CliError, match=r"Not ready after 0 s\. The mapper is not running\."):
-        module._wait_until_ready(demo, Client(transport=transport), LineView(console()))
+        module._wait_until_ready(demo, [search], LineView(console()))
 
 
 def test_a_finished_search_is_summarised(tmp_path: Path) -> None:
@@ -143,16 +153,16 @@ def test_a_failed_search_has_its_reason(tmp_path: Path) -> None:
 
 def test_without_objects_the_demo_chooses_from_the_scene(tmp_path: Path) -> None:
     truth = Truth("apartment", 1, 1.0, 1.0, ("bed", "sofa", "wall"), "bed", names_complete=True)
-    monitor: Any = SimpleNamespace(truth=lambda *_: truth)
-    targets = module._choose_targets(demo_of(tmp_path), monitor, console())
+    search: Any = SimpleNamespace(monitor=SimpleNamespace(truth=lambda *_: truth))
+    targets = module._choose_targets(demo_of(tmp_path), [search], console())
     assert targets.objects == ("bed", "sofa")
     assert targets.scene_categories == {"bed": "bed", "sofa": "sofa"}
 
 
 def test_without_a_map_the_summary_has_no_picture(tmp_path: Path) -> None:
     summary = DemoSummary(("sofa",), (), 1.0, 1.0, nan, "cancelled")
-    monitor = RunMonitor(MemoryRouter().bus())
-    document = module._write_results(demo_of(tmp_path), monitor, summary)
+    searches = [search_of(Client())]
+    document = module._write_results(demo_of(tmp_path), searches, summary)
     assert document["picture"] is None
     assert (document["seed"], document["trouble"]) == (7, "cancelled")
     assert json.loads((tmp_path / "summary.json").read_text()) == document
@@ -192,7 +202,12 @@ def test_a_whole_run_ends_with_its_summary(
     out = console()
     with fake_gateway(routes) as url:
         setup = DemoSetup(
-            router.endpoint, url, tmp_path / "config.yaml", (sleeper,), dict(os.environ)
+            router.endpoint,
+            url,
+            tmp_path / "config.yaml",
+            (sleeper,),
+            dict(os.environ),
+            (ALONE,),
         )
         monkeypatch.setattr(module, "set_up", lambda _: setup)
         document = run_with_report(run_options, out)
@@ -209,9 +224,9 @@ def test_a_search_is_recorded_while_it_runs(tmp_path: Path) -> None:
     gateway, _ = gateway_of(report("exploring"), report("exploring"), report("found", RESULT))
     updates: list[float] = []
     recorder: Any = SimpleNamespace(update=updates.append)
-    monitor = RunMonitor(MemoryRouter().bus())
     view = LineView(console())
-    module._search(demo_of(tmp_path), gateway, monitor, TARGETS, view, recorder=recorder)
+    searches = [search_of(gateway)]
+    module._search(demo_of(tmp_path), searches, TARGETS, view, recorder=recorder)
     assert len(updates) == 2
 
 

@@ -66,6 +66,9 @@ def demo(
         float, typer.Option(min=1, help="Seconds; then the search is cancelled.")
     ] = 360.0,
     film: Film = None,
+    robots: Annotated[
+        int, typer.Option(help="How many simulated robots, which share one map; two need 2 cores.")
+    ] = 1,
     ros2: Annotated[
         bool,
         typer.Option("--ros2", help="The robot speaks ROS 2's formats, through the adapter."),
@@ -73,6 +76,9 @@ def demo(
     as_json: Json = False,
 ) -> None:
     """Everything on this machine: a simulated robot searches for three objects.
+
+    With --robots 2 two of them search for four and share one map: one that has found its object
+    takes the next. Each is simulated on its own, so that they neither see nor touch one another.
 
     Exit code 0 only if all were found and the simulator confirms it. It cannot confirm objects
     that a scene file does not name: there the robot's claim counts. See 'onemap scene check'.
@@ -93,6 +99,7 @@ def demo(
         time_limit_s=time_limit,
         film=film,
         ros2=ros2,
+        robots=robots,
     )
     document = run_with_report(options, console)
     if as_json:

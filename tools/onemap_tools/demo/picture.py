@@ -1,13 +1,15 @@
-"""Draws the map of a demo run with the driven path and the claimed objects."""
+"""Draws the map of a demo run with the driven paths and the claimed objects."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from onemap_gateway.present.render import Overlay, encode_png, render_map
+from onemap_gateway.present.canvas import Canvas, Viewport
+from onemap_gateway.present.render import Overlay, draw_overlay, encode_png, render_map
 from onemap_shared.messages import SearchView
 from onemap_shared.trail import PointM
 from onemap_tools.demo.summary import ObjectSummary
@@ -15,15 +17,26 @@ from onemap_tools.demo.summary import ObjectSummary
 MIN_PIXELS_PER_CELL = 8
 
 
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """The path of a robot, x and y in metres, and its heading at the end."""
+
+    trail_m: Sequence[PointM]
+    yaw_rad: float
+
+    @property
+    def overlay(self) -> Overlay:
+        """The path, and the robot at its end."""
+        return Overlay(
+            trail_m=np.array(self.trail_m, dtype=np.float64).reshape(-1, 2),
+            robot=(*self.trail_m[-1], self.yaw_rad) if self.trail_m else (),
+        )
+
+
 def write_picture(
-    path: Path,
-    view: SearchView,
-    *,
-    trail_m: Sequence[PointM],
-    yaw_rad: float,
-    objects: tuple[ObjectSummary, ...],
+    path: Path, view: SearchView, drives: Sequence[Drive], objects: Sequence[ObjectSummary]
 ) -> None:
-    """Write a PNG of the map, the driven path ``trail_m`` (x, y in metres) and the claims."""
+    """Write a PNG of the map, the drives, at least one, and the claims over them."""
     found = tuple(
         (
             item.name if item.success else f"{item.name} (wrong)",
@@ -33,9 +46,10 @@ def write_picture(
         for item in objects
         if len(item.position_m) >= 2
     )
-    overlay = Overlay(
-        trail_m=np.array(trail_m, dtype=np.float64).reshape(-1, 2),
-        robot=(*trail_m[-1], yaw_rad) if trail_m else (),
-        found=found,
-    )
-    path.write_bytes(encode_png(render_map(view, overlay, MIN_PIXELS_PER_CELL).image))
+    first, *others = (drive.overlay for drive in drives)
+    drawn = render_map(view, first, MIN_PIXELS_PER_CELL)
+    x_min, _, _, y_max = drawn.bounds_m
+    viewport = Viewport(x_min, y_max, drawn.pixels_per_cell / view.grid.cell_size_m)
+    for overlay in (*others, Overlay(found=found)):
+        draw_overlay(Canvas(drawn.image, viewport), overlay)
+    path.write_bytes(encode_png(drawn.image))

@@ -5,40 +5,41 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from onemap import Client
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.config import BusConfig, ConfigError
-from onemap_shared.messages import SearchState
 from onemap_shared.transport import Bus
 from onemap_tools.demo.report import describe
+from onemap_tools.demo.robot_search import RobotSearch, deal, rounds_of, separation_m
+from onemap_tools.demo.robots import DemoRobot
 from onemap_tools.demo.run_monitor import RunMonitor
 from onemap_tools.demo.setup import (
-    ROS2_ROBOT,
-    SIMULATOR,
+    OBJECTS,
+    OBJECTS_EACH,
     DemoOptions,
     DemoSetup,
     choose_objects,
     failed_document,
     set_up,
 )
-from onemap_tools.demo.summary import DemoSummary
+from onemap_tools.demo.summary import DemoSummary, RobotSummary, in_order, total_contacts
 from onemap_tools.demo.truth import evaluate_result, scene_category, vocabulary_names
 from onemap_tools.errors import EXIT_INTERRUPTED, CliError, to_cli_error
-from onemap_tools.gateway import SearchHandle, gateway_client
+from onemap_tools.gateway import gateway_client
 from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.processes.launch import Processes
 from onemap_tools.processes.network import accepts_connections
 from onemap_tools.processes.session import temporary_session
-from onemap_tools.progress import ProgressView, progress_of, progress_view
+from onemap_tools.progress import ProgressView, progress_view
 
 if TYPE_CHECKING:
     from onemap_tools.demo.film.recorder import FilmRecorder
@@ -95,23 +96,23 @@ def run(options: DemoOptions, console: Console) -> dict[str, Any]:
     with (
         Processes(setup.specs, options.folder / "logs", setup.environment) as processes,
         interruptible(processes.kill) as stop,
-        gateway_client(setup.url) as gateway,
     ):
         console.print(f"Starting {len(setup.specs)} processes; logs in {processes.folder}")
         processes.start()
         demo = DemoRun(options, setup, processes, stop)
         while not accepts_connections(setup.endpoint):
             demo.pause()
-        with temporary_session(BusConfig(connect=(setup.endpoint,)), "demo", CONNECT_S) as bus:
-            monitor = RunMonitor(bus, ROS2_ROBOT if options.ros2 else SIMULATOR)
+        with ExitStack() as stack:
+            searches = [_joined(setup, robot, stack) for robot in setup.robots]
             with progress_view(console) as view:
-                _wait_until_ready(demo, gateway, view)
-                targets = _choose_targets(demo, monitor, console)
-                console.print(f"Searching for {', '.join(targets.objects)}. Live page: {setup.url}")
-                with _filmed(demo, bus, console) as recorder:
-                    summary = _search(demo, gateway, monitor, targets, view, recorder=recorder)
+                _wait_until_ready(demo, searches, view)
+                targets = _choose_targets(demo, searches, console)
+                _check_words(searches, targets)
+                console.print(f"Searching for {', '.join(targets.objects)}. {_pages(setup)}")
+                with _filmed(demo, searches[0].monitor.bus, console) as recorder:
+                    summary = _search(demo, searches, targets, view, recorder=recorder)
             film = options.film if recorder is not None and recorder.moments else None
-            document = _write_results(demo, monitor, summary, film)
+            document = _write_results(demo, searches, summary, film)
         describe(summary, document, console)
         if not options.headless:
             _stay_up(demo, console)
@@ -128,8 +129,24 @@ def run_with_report(options: DemoOptions, console: Console) -> dict[str, Any]:
         raise CliError(str(error), error.exit_code, document) from cause
 
 
-def _wait_until_ready(demo: DemoRun, gateway: Client, view: ProgressView) -> None:
-    while missing := gateway.missing_stage():
+def _joined(setup: DemoSetup, robot: DemoRobot, stack: ExitStack) -> RobotSearch:
+    """A robot's part of bus and gateway, left with ``stack``."""
+    config = BusConfig(connect=(setup.endpoint,), namespace=robot.namespace)
+    bus = stack.enter_context(temporary_session(config, "demo", CONNECT_S))
+    gateway = stack.enter_context(gateway_client(setup.url_of(robot)))
+    return RobotSearch(robot, gateway, RunMonitor(bus, robot.process))
+
+
+def _pages(setup: DemoSetup) -> str:
+    """Where the live page of each robot is."""
+    if len(setup.robots) == 1:
+        return f"Live page: {setup.url}"
+    pages = (f"{robot.name} {setup.url_of(robot)}/" for robot in setup.robots)
+    return f"Live pages: {', '.join(pages)}"
+
+
+def _wait_until_ready(demo: DemoRun, searches: Sequence[RobotSearch], view: ProgressView) -> None:
+    while missing := _missing(searches):
         if demo.overdue:
             raise CliError(
                 f"Not ready after {demo.options.time_limit_s:g} s. {missing} "
@@ -139,13 +156,24 @@ def _wait_until_ready(demo: DemoRun, gateway: Client, view: ProgressView) -> Non
         demo.pause()
 
 
-def _choose_targets(demo: DemoRun, monitor: RunMonitor, console: Console) -> DemoTargets:
+def _missing(searches: Sequence[RobotSearch]) -> str:
+    """What the first robot that is not ready lacks, in a sentence; empty if all are ready."""
+    for search in searches:
+        if missing := search.gateway.missing_stage():
+            return f"{search.robot.name}: {missing}" if search.robot.name else missing
+    return ""
+
+
+def _choose_targets(
+    demo: DemoRun, searches: Sequence[RobotSearch], console: Console
+) -> DemoTargets:
     """The objects to search for; reports those of the user's that the scene does not contain."""
     wanted = demo.options.objects
-    truth = monitor.truth(wanted[0] if wanted else "sofa", ())
+    truth = searches[0].monitor.truth(wanted[0] if wanted else "sofa", ())
     categories = truth.categories if truth else ()
     vocabulary = load_vocabulary(SHIPPED)
-    objects = wanted or choose_objects(categories, vocabulary_names(vocabulary))
+    count = OBJECTS if len(searches) == 1 else OBJECTS_EACH * len(searches)
+    objects = wanted or choose_objects(categories, vocabulary_names(vocabulary), count)
     names = {word: scene_category(word, categories, vocabulary) for word in objects}
     for word, name in names.items():
         if truth is not None and name not in categories:
@@ -155,6 +183,15 @@ def _choose_targets(demo: DemoRun, monitor: RunMonitor, console: Console) -> Dem
                 f"the same{unjudged}. It has: {', '.join(sorted(categories))}."
             )
     return DemoTargets(objects, names)
+
+
+def _check_words(searches: Sequence[RobotSearch], targets: DemoTargets) -> None:
+    """OneMapError if perception does not know a word.
+
+    The planner says so when a search begins: with several robots, minutes later for some words.
+    """
+    if len(searches) > 1:
+        searches[0].gateway.query_all(targets.objects)
 
 
 @contextmanager
@@ -171,72 +208,84 @@ def _filmed(demo: DemoRun, bus: Bus, console: Console) -> Iterator[FilmRecorder 
 
 def _search(
     demo: DemoRun,
-    gateway: Client,
-    monitor: RunMonitor,
+    searches: Sequence[RobotSearch],
     targets: DemoTargets,
     view: ProgressView,
     *,
     recorder: FilmRecorder | None = None,
 ) -> DemoSummary:
-    """Search for the targets until all are finished or the time limit has passed."""
-    handle = SearchHandle(gateway.search(targets.objects))
+    """Search for the targets until all are finished or the time limit has passed.
+
+    Several robots take them in turn: one that has finished with its object takes the next.
+    """
+    rounds = rounds_of(targets.objects, len(searches))
     began_s = time.monotonic()
-    monitor.restart(began_s)
-    failure = ""
-    while handle.active:
-        view.show(progress_of(handle.report, monitor.map_updates, monitor.position_m))
+    for search in searches:
+        search.monitor.restart(began_s)
+    failure, closest_m = "", inf
+    while deal(rounds, searches):
+        for search in searches:
+            if search.active:
+                view.show(search.progress)
         if demo.overdue:
             failure = f"Cancelled after the time limit of {demo.options.time_limit_s:g} s."
-            handle.cancel()
+            for search in searches:
+                search.cancel()
             break
         demo.pause()
-        monitor.update(time.monotonic())
+        for search in searches:
+            search.update(time.monotonic())
+        closest_m = min(closest_m, separation_m(searches))
         if recorder is not None:
             recorder.update(time.monotonic())
-        handle.poll()
     search_s = time.monotonic() - began_s
-    results = handle.report["results"]
+    robots = tuple(_robot_summary(search, targets) for search in searches)
     return DemoSummary(
         wanted=targets.objects,
-        objects=tuple(
-            evaluate_result(result, targets.scene_categories[result["name"]], monitor.truth)
-            for result in results
-        ),
+        objects=in_order(targets.objects, robots),
         duration_s=demo.elapsed_s,
         search_s=search_s,
-        map_rate_hz=monitor.map_rate_hz,
-        failure=failure or _failure_reason(handle.report),
-        contacts=monitor.contacts,
+        map_rate_hz=searches[0].monitor.map_rate_hz,
+        failure=failure or "; ".join(each.failure for each in searches if each.failure),
+        contacts=total_contacts(robots),
+        robots=robots if len(robots) > 1 else (),
+        closest_m=closest_m,
     )
 
 
-def _failure_reason(report: dict[str, Any]) -> str:
-    """Why the search as a whole failed or was cancelled; empty if it ran to its end."""
-    early = report["state"] in (SearchState.FAILED, SearchState.CANCELLED)
-    return str(report["reason"]) if early else ""
+def _robot_summary(search: RobotSearch, targets: DemoTargets) -> RobotSummary:
+    return RobotSummary(
+        name=search.robot.name,
+        objects=tuple(
+            evaluate_result(result, targets.scene_categories[result["name"]], search.monitor.truth)
+            for result in search.results
+        ),
+        path_length_m=search.path_length_m,
+        search_s=search.search_s,
+        contacts=search.monitor.contacts,
+    )
 
 
 def _write_results(
-    demo: DemoRun, monitor: RunMonitor, summary: DemoSummary, film: Path | None = None
+    demo: DemoRun,
+    searches: Sequence[RobotSearch],
+    summary: DemoSummary,
+    film: Path | None = None,
 ) -> dict[str, Any]:
     """Write the picture and the summary into the run's folder; returns the summary document.
 
     ``film``: where the film was written, None without one.
     """
-    from onemap_tools.demo.picture import write_picture
+    from onemap_tools.demo.picture import Drive, write_picture
 
     folder = demo.options.folder
     picture = None
-    view = monitor.map_view()
+    monitors = [search.monitor for search in searches]
+    view = monitors[0].map_view()
     if view is not None:
         picture = folder / "map.png"
-        write_picture(
-            picture,
-            view,
-            trail_m=monitor.trail_m,
-            yaw_rad=monitor.yaw_rad,
-            objects=summary.objects,
-        )
+        drives = [Drive(monitor.trail_m, monitor.yaw_rad) for monitor in monitors]
+        write_picture(picture, view, drives, summary.objects)
     scene = str(demo.options.scene) if demo.options.scene else None
     document = {
         **summary.document(),
@@ -252,7 +301,8 @@ def _write_results(
 
 def _stay_up(demo: DemoRun, console: Console) -> None:
     """Keep the processes running until Ctrl-C."""
-    console.print(f"The robot is yours: {demo.setup.url}   (Ctrl-C ends everything)")
+    yours = "The robot is yours" if len(demo.setup.robots) == 1 else "The robots are yours"
+    console.print(f"{yours}. {_pages(demo.setup)}   (Ctrl-C ends everything)")
     console.print(f"What is wrong, if anything: onemap doctor --config {demo.setup.config_file}")
     while True:
         try:

@@ -34,7 +34,7 @@ class RunMonitor:
     """
 
     def __init__(self, bus: Bus, robot: str = "simulator") -> None:
-        self._bus = bus
+        self.bus = bus
         self._odometry = bus.subscribe(ROBOT_ODOMETRY, QUEUE)
         self._revisions = bus.subscribe(MAP_REVISION, QUEUE)
         self._heartbeats = bus.subscribe(heartbeat(robot), QUEUE)
@@ -92,14 +92,14 @@ class RunMonitor:
         """Ground truth for a category at a position; None if the robot does not publish it."""
         x, y = place_m[:2] if len(place_m) >= 2 else (0.0, 0.0)
         try:
-            return self._bus.call(ROBOT_TRUTH, TruthRequest(name, x, y), TRUTH_S)
+            return self.bus.call(ROBOT_TRUTH, TruthRequest(name, x, y), TRUTH_S)
         except CallError:
             return None
 
     def map_view(self) -> SearchView | None:
         """The map's layers; None if the mapper does not answer."""
         try:
-            return self._bus.call(MAP_SEARCH_VIEW, SearchViewRequest())
+            return self.bus.call(MAP_SEARCH_VIEW, SearchViewRequest())
         except CallError:
             return None
 

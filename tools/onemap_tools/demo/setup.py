@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -15,6 +15,13 @@ from rich.console import Console
 
 from onemap_shared.config import PREFIX, read
 from onemap_simulator.scene.scene import STRUCTURE, UNNAMED
+from onemap_tools.demo.robots import (
+    DemoRobot,
+    check_combination,
+    named_robots,
+    sections_of_robots,
+    with_values,
+)
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
 from onemap_tools.processes.launch import ProcessSpec, make_folder, onemap_command
 from onemap_tools.processes.network import DEFAULT_PORT, LOOPBACK, any_free_port, next_free_port
@@ -22,6 +29,8 @@ from onemap_tools.processes.services import CORE, check_robot
 
 SIMULATOR, ROS2_ROBOT = "simulator", "ros2_robot"  # the processes that simulate the robot
 OBJECTS = 3
+OBJECTS_EACH = 2  # of several robots
+OF_EACH_ROBOT = ("perception", "planner")  # each has its own; the other services are shared
 
 # Searched for by default where the scene has them: large objects of different rooms first.
 PREFERRED_OBJECTS = (
@@ -44,7 +53,8 @@ class DemoOptions:
     """The options of the command line. Without ``objects`` the demo chooses them.
 
     ``film``: where an animation of the search is written; None: nowhere. ``ros2``: the robot speaks
-    ROS 2. ``settings``: of the configuration's sections, above the environment's.
+    ROS 2. ``robots``: how many, with one map. ``settings``: of the configuration's sections, above
+    the environment's.
     """
 
     seed: int
@@ -56,18 +66,27 @@ class DemoOptions:
     time_limit_s: float
     film: Path | None = None
     ros2: bool = False
+    robots: int = 1
     settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
 class DemoSetup:
-    """Processes of a run, their environment, and the addresses to reach them."""
+    """Processes of a run, their environment, and the addresses to reach them.
+
+    config_file: of the first robot, and of what the robots share.
+    """
 
     endpoint: str
     url: str
     config_file: Path
     specs: tuple[ProcessSpec, ...]
     environment: dict[str, str]
+    robots: tuple[DemoRobot, ...]
+
+    def url_of(self, robot: DemoRobot) -> str:
+        """Where a robot's page and API are."""
+        return self.url + robot.path
 
 
 def parse_objects(objects: str | None) -> tuple[str, ...]:
@@ -106,6 +125,12 @@ def run_folder(parent: Path, now: datetime, seed: int) -> Path:
 
 def set_up(options: DemoOptions) -> DemoSetup:
     """Write the run's configuration and list the processes; CliError if it cannot work."""
+    check_combination(
+        options.robots,
+        objects=options.objects,
+        ros2=options.ros2,
+        film=options.film is not None,
+    )
     endpoint = f"tcp/{LOOPBACK}:{any_free_port()}"
     environment = dict(os.environ)
     sections = demo_sections(environment, options, endpoint)
@@ -118,46 +143,59 @@ def set_up(options: DemoOptions) -> DemoSetup:
         from onemap_tools.demo.film.encoding import check_film
 
         check_film(options.film)
+    robots = named_robots(options.robots, ROS2_ROBOT if options.ros2 else SIMULATOR)
+    parts = sections_of_robots(sections, robots)
     make_folder(options.folder)
-    config_file = options.folder / "config.yaml"
-    config_file.write_text(yaml.safe_dump(sections, sort_keys=False), encoding="utf-8")
-    router = ProcessSpec(
-        "router", onemap_command("router", "--config", str(config_file)), last=True
-    )
-    robots, robot_environment = _robots(options, endpoint, config_file)
-    services = (
-        ProcessSpec(name, onemap_command(name, "--config", str(config_file))) for name in CORE
-    )
+    files = [options.folder / f"{robot.prefix}config.yaml" for robot in robots]
+    for file, part in zip(files, parts, strict=True):
+        file.write_text(yaml.safe_dump(part, sort_keys=False), encoding="utf-8")
     return DemoSetup(
         endpoint=endpoint,
         url=f"http://{LOOPBACK}:{options.port}",
-        config_file=config_file,
-        specs=(router, *robots, *services),
+        config_file=files[0],
+        specs=_processes(robots, files, ros2=options.ros2),
         # Their overrides are in the file already; applied again they would replace fixed values.
         environment={
             **{k: v for k, v in environment.items() if not k.startswith(PREFIX)},
-            **robot_environment,
+            **(_ros2_environment(endpoint) if options.ros2 else {}),
         },
+        robots=robots,
     )
 
 
-def _robots(
-    options: DemoOptions, endpoint: str, config_file: Path
-) -> tuple[tuple[ProcessSpec, ...], dict[str, str]]:
-    """The robot's processes, and what they need in their environment.
+def _processes(
+    robots: Sequence[DemoRobot], files: Sequence[Path], *, ros2: bool
+) -> tuple[ProcessSpec, ...]:
+    """The router, what simulates the robots, and the services; each reads its robot's file."""
 
-    With ROS 2: the simulator behind ROS 2's formats, and the adapter. Else the simulator.
-    """
-    settings = ("--config", str(config_file))
-    if not options.ros2:
-        return (ProcessSpec(SIMULATOR, onemap_command(SIMULATOR, *settings)),), {}
+    def shared(name: str) -> ProcessSpec:
+        command = onemap_command(name, "--config", str(files[0]))
+        return ProcessSpec(name, command, last=name == "router")
+
+    def of_each(name: str) -> Iterator[ProcessSpec]:
+        for robot, file in zip(robots, files, strict=True):
+            yield ProcessSpec(robot.prefix + name, onemap_command(name, "--config", str(file)))
+
+    services = (
+        spec
+        for name in CORE
+        for spec in (of_each(name) if name in OF_EACH_ROBOT else (shared(name),))
+    )
+    simulated = _ros2_processes(files[0]) if ros2 else tuple(of_each(SIMULATOR))
+    return (shared("router"), *simulated, *services)
+
+
+def _ros2_processes(file: Path) -> tuple[ProcessSpec, ...]:
+    """The simulator behind ROS 2's formats, and the adapter."""
+    robot = (sys.executable, "-m", "onemap_tools.demo.ros2", "--config", str(file))
+    adapter = onemap_command("ros2", "--config", str(file))
+    return (ProcessSpec(ROS2_ROBOT, robot), ProcessSpec("ros2", adapter))
+
+
+def _ros2_environment(endpoint: str) -> dict[str, str]:
     from onemap_tools.demo.ros2.robot import ROUTER_VARIABLE
 
-    robot = (sys.executable, "-m", "onemap_tools.demo.ros2", *settings)
-    adapter = onemap_command("ros2", *settings)
-    return (ProcessSpec(ROS2_ROBOT, robot), ProcessSpec("ros2", adapter)), {
-        ROUTER_VARIABLE: endpoint
-    }
+    return {ROUTER_VARIABLE: endpoint}
 
 
 def check_scene_file(path: Path) -> None:
@@ -191,10 +229,7 @@ def demo_sections(
             from onemap_tools.demo.ros2.robot import ros2_section
 
         fixed["ros2"] = ros2_section(endpoint)
-    for part in (options.settings, fixed):
-        for name, values in part.items():
-            sections[name] = {**sections.get(name, {}), **values}
-    return sections
+    return with_values(with_values(sections, options.settings), fixed)
 
 
 def failed_document(options: DemoOptions, reason: str) -> dict[str, Any]:
@@ -208,8 +243,10 @@ def failed_document(options: DemoOptions, reason: str) -> dict[str, Any]:
     }
 
 
-def choose_objects(categories: Sequence[str], known: Collection[str]) -> tuple[str, ...]:
-    """Up to three objects that the scene has: preferred ones, then others in alphabetical order.
+def choose_objects(
+    categories: Sequence[str], known: Collection[str], count: int = OBJECTS
+) -> tuple[str, ...]:
+    """Up to ``count`` objects that the scene has: preferred ones, then others by the alphabet.
 
     The others must be in ``known``: the planner rejects a search with an unknown word.
     """
@@ -218,4 +255,4 @@ def choose_objects(categories: Sequence[str], known: Collection[str]) -> tuple[s
     others = sorted(
         in_scene.intersection(known) - set(PREFERRED_OBJECTS) - UNINFORMATIVE - {UNNAMED}
     )
-    return tuple([*preferred, *others][:OBJECTS]) or PREFERRED_OBJECTS[:OBJECTS]
+    return tuple([*preferred, *others][:count]) or PREFERRED_OBJECTS[:count]

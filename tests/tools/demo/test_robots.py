@@ -1,0 +1,126 @@
+"""The robots of a demo: how many there may be, and what each is configured with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from onemap_shared.config import PREFIX, read, section
+from onemap_simulator.config import SimulatorConfig
+from onemap_tools.cli.config_report import installed_models
+from onemap_tools.demo.robots import (
+    MAX_ROBOTS,
+    SHARED_RGBD_HZ,
+    check_combination,
+    named_robots,
+)
+from onemap_tools.demo.setup import SIMULATOR, DemoSetup, set_up
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from tests.tools.demo.test_setup import options
+
+
+def two(folder: Path) -> tuple[DemoSetup, list[dict[str, Any]]]:
+    """The setup of two robots, and the sections of their files."""
+    setup = set_up(replace(options(folder), robots=2))
+    files = [folder / f"{robot.name}-config.yaml" for robot in setup.robots]
+    return setup, [yaml.safe_load(file.read_text(encoding="utf-8")) for file in files]
+
+
+@pytest.mark.parametrize("robots", [0, -1, MAX_ROBOTS + 1])
+def test_a_number_out_of_range_is_refused(robots: int) -> None:
+    with pytest.raises(CliError, match=f"--robots is {robots}, .* 1 to {MAX_ROBOTS}") as error:
+        check_combination(robots, objects=(), ros2=False, film=False)
+    assert error.value.exit_code == EXIT_USAGE_ERROR
+
+
+@pytest.mark.parametrize(
+    ("given", "option"),
+    [({"ros2": True}, "--ros2"), ({"film": True}, "--film"), ({"objects": ("bed",)}, "--objects")],
+)
+def test_what_is_for_one_robot_is_refused_with_two(given: dict[str, Any], option: str) -> None:
+    plain: dict[str, Any] = {"objects": (), "ros2": False, "film": False}
+    with pytest.raises(CliError, match=f"{option} does not fit --robots 2: ") as error:
+        check_combination(2, **{**plain, **given})
+    assert error.value.exit_code == EXIT_USAGE_ERROR
+    check_combination(1, **{**plain, **given})
+    check_combination(2, **{**plain, "objects": ("bed", "sofa")})
+
+
+def test_nothing_is_started_or_written_if_it_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(CliError, match="--robots is 9"):
+        set_up(replace(options(tmp_path / "run"), robots=9))
+    assert not (tmp_path / "run").exists()
+
+
+def test_one_robot_needs_no_name() -> None:
+    (alone,) = named_robots(1, SIMULATOR)
+    assert (alone.name, alone.namespace, alone.path, alone.prefix) == ("", "", "", "")
+    names = [robot.name for robot in named_robots(MAX_ROBOTS, SIMULATOR)]
+    assert len(set(names)) == MAX_ROBOTS
+
+
+def test_each_robot_has_its_own_services_and_all_share_the_mapper(tmp_path: Path) -> None:
+    setup, _ = two(tmp_path / "run")
+    files = {spec.name: Path(spec.command[-1]).name for spec in setup.specs}
+    assert files == {
+        "router": "r1-config.yaml",
+        "r1-simulator": "r1-config.yaml",
+        "r2-simulator": "r2-config.yaml",
+        "r1-perception": "r1-config.yaml",
+        "r2-perception": "r2-config.yaml",
+        "mapper": "r1-config.yaml",
+        "r1-planner": "r1-config.yaml",
+        "r2-planner": "r2-config.yaml",
+        "gateway": "r1-config.yaml",
+    }
+    assert [spec.name for spec in setup.specs if spec.last] == ["router"]
+    assert setup.config_file == tmp_path / "run" / "r1-config.yaml"
+    assert [setup.url_of(robot) for robot in setup.robots] == [
+        "http://127.0.0.1:8123/robots/r1",
+        "http://127.0.0.1:8123/robots/r2",
+    ]
+
+
+def test_every_file_is_valid_and_names_the_same_robots(tmp_path: Path) -> None:
+    setup, files = two(tmp_path / "run")
+    namespaces = [robot.namespace for robot in setup.robots]
+    for robot, sections in zip(setup.robots, files, strict=True):
+        read_again = read(tmp_path / "run" / f"{robot.name}-config.yaml", environment={})
+        for name, model in installed_models().known.items():
+            section(read_again, name, model)
+        assert sections["bus"] == {"connect": [setup.endpoint], "namespace": robot.namespace}
+        assert sections["mapper"]["robots"] == namespaces
+        assert list(sections["gateway"]["robots"].values()) == namespaces
+    assert files[0]["planner"]["state_dir"] != files[1]["planner"]["state_dir"]
+    first, second = (SimulatorConfig(**sections["simulator"]) for sections in files)
+    assert first.start != second.start
+    assert replace_start(first) == replace_start(second)  # the same apartment
+
+
+def replace_start(config: SimulatorConfig) -> SimulatorConfig:
+    return config.model_copy(update={"start": None})
+
+
+def test_several_robots_take_fewer_images_unless_told_otherwise(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, files = two(tmp_path / "plain")
+    assert {sections["simulator"]["rgbd_hz"] for sections in files} == {SHARED_RGBD_HZ}
+    assert SimulatorConfig().rgbd_hz > SHARED_RGBD_HZ
+    monkeypatch.setenv(f"{PREFIX}SIMULATOR__RGBD_HZ", "6")
+    _, files = two(tmp_path / "told")
+    assert {sections["simulator"]["rgbd_hz"] for sections in files} == {6}
+
+
+def test_a_start_that_is_no_floor_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(f"{PREFIX}SIMULATOR__START", "[-50, -50, 0]")
+    with pytest.raises(CliError, match=r"--robots 2 cannot start: simulator\.start") as error:
+        two(tmp_path / "run")
+    assert error.value.exit_code == EXIT_USAGE_ERROR
+    assert not (tmp_path / "run").exists()
