@@ -5,8 +5,11 @@ set -euo pipefail
 
 usage() {
   cat <<'TEXT'
-usage: sudo deploy/systemd/install.sh [--services LIST] [--torch REQUIREMENT] [--dry-run]
+usage: sudo deploy/systemd/install.sh [--services LIST] [--robots LIST] [--torch REQUIREMENT]
+                                      [--dry-run]
   --services LIST      comma-separated; default router,perception,mapper,planner,gateway
+  --robots LIST        comma-separated names of further robots that share the mapper's map, such
+                       as r2: each gets a perception and a planner of its own
   --torch REQUIREMENT  torch to install in place of the pinned one: a wheel of your JetPack,
                        or a version; pip's own variables such as PIP_EXTRA_INDEX_URL apply
   --dry-run            print what would be done
@@ -14,11 +17,13 @@ TEXT
 }
 
 services=router,perception,mapper,planner,gateway
+robots=
 torch=
 dry_run=false
 while (($#)); do
   case $1 in
     --services) services=${2:?--services needs a list}; shift 2 ;;
+    --robots) robots=${2:?--robots needs a list}; shift 2 ;;
     --torch) torch=${2:?--torch needs a requirement}; shift 2 ;;
     --dry-run) dry_run=true; shift ;;
     -h | --help) usage; exit 0 ;;
@@ -26,6 +31,11 @@ while (($#)); do
   esac
 done
 IFS=, read -ra names <<<"$services"
+IFS=, read -ra further <<<"$robots"
+for robot in "${further[@]}"; do
+  [[ $robot =~ ^[a-z0-9][a-z0-9_-]{0,31}$ ]] ||
+    { echo "no name for a robot: $robot" >&2; usage >&2; exit 2; }
+done
 
 source=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 prefix=/opt/onemap
@@ -97,6 +107,12 @@ enabled=(onemap.target)
 for name in "${names[@]}"; do
   run install -m 644 "$source/deploy/systemd/onemap-$name.service" "$units/"
   enabled+=("onemap-$name.service")
+  template=onemap-$name@.service # of perception and planner, which each robot has
+  [[ -e $source/deploy/systemd/$template ]] || continue
+  run install -m 644 "$source/deploy/systemd/$template" "$units/"
+  for robot in "${further[@]}"; do
+    enabled+=("onemap-$name@$robot.service")
+  done
 done
 run systemctl daemon-reload
 run systemctl enable "${enabled[@]}"

@@ -188,6 +188,7 @@ def test_what_the_image_copies_exists_and_is_not_ignored() -> None:
         ["compose.yaml"],
         ["compose.yaml", "compose.gpu.yaml"],
         ["compose.yaml", "compose.tls.yaml"],
+        ["compose.yaml", "compose.robots.yaml"],
     ],
 )
 def test_docker_compose_accepts_it(files: list[str]) -> None:

@@ -54,7 +54,22 @@ def test_a_machine_that_only_perceives_installs_perception_alone() -> None:
     packages = [command[-1] for command in done if command[1:2] == ["install"]]
     assert f"{ROOT}[perception,minilm]" in packages
     units = [part for command in done for part in command if part.endswith(".service")]
-    assert {unit.rpartition("/")[2] for unit in units} == {"onemap-perception.service"}
+    assert {unit.rpartition("/")[2] for unit in units} == {
+        "onemap-perception.service",
+        "onemap-perception@.service",  # of further robots; nothing starts it
+    }
+
+
+def test_each_further_robot_gets_a_perception_and_a_planner() -> None:
+    def enabled(*arguments: str) -> set[str]:
+        (command,) = (each for each in commands(*arguments) if each[:2] == ["systemctl", "enable"])
+        return set(command[2:])
+
+    assert enabled("--robots", "r2,r3") - enabled() == {
+        f"onemap-{service}@{robot}.service"
+        for service in ("perception", "planner")
+        for robot in ("r2", "r3")
+    }
 
 
 def test_each_service_gets_a_user_of_its_own() -> None:
@@ -64,7 +79,9 @@ def test_each_service_gets_a_user_of_its_own() -> None:
     assert users == {"onemap-router", "onemap-mapper"}
 
 
-@pytest.mark.parametrize("arguments", [["--services", "toaster"], ["--colour"]])
+@pytest.mark.parametrize(
+    "arguments", [["--services", "toaster"], ["--colour"], ["--robots", "R 2"]]
+)
 def test_wrong_usage_is_reported(arguments: list[str]) -> None:
     result = dry_run(*arguments)
     assert result.returncode == 2

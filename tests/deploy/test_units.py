@@ -54,7 +54,8 @@ def root(tmp_path: Path) -> Path:
 
 
 def test_systemd_accepts_every_unit(root: Path) -> None:
-    units = [f"onemap-{name}.service" for name in NAMES] + ["onemap.target"]
+    further = [f"onemap-{name}@r2.service" for name in ("perception", "planner")]
+    units = [f"onemap-{name}.service" for name in NAMES] + further + ["onemap.target"]
     verify = ["systemd-analyze", "verify", "--man=no", f"--root={root}", *units]
     result = subprocess.run(verify, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
@@ -77,7 +78,7 @@ def test_the_common_settings_reach_every_service(root: Path) -> None:
         "--threshold=25",  # tenths; a service without any confinement has 96
         f"--root={root}",
     ]
-    for name in NAMES:
+    for name in (*NAMES, "perception@r2", "planner@r2"):
         command = [*security, f"onemap-{name}.service"]
         result = subprocess.run(command, capture_output=True, text=True, check=False)
         assert result.returncode == 0, result.stdout + result.stderr
@@ -141,6 +142,16 @@ def test_each_starts_its_service_with_files_that_are_installed(name: str) -> Non
     file = variables[arguments[1].strip("${}")]
     installed = [*(DEPLOY / "config").glob("*.yaml"), *DEPLOY.glob("*.json5")]
     assert file in {f"/etc/onemap/{path.name}" for path in installed}
+
+
+@pytest.mark.parametrize("name", ["perception", "planner"])
+def test_a_further_robot_has_the_same_unit_with_keys_of_its_own(name: str) -> None:
+    first, further = (settings(FOLDER / f"onemap-{unit}.service") for unit in (name, f"{name}@"))
+    different = {key for key in first | further if first.get(key) != further.get(key)}
+    assert different - {"StateDirectory"} == {"Description", "Environment"}
+    assert "ONEMAP__BUS__NAMESPACE=site/%i" in further["Environment"][0].split()
+    if name == "planner":
+        assert further["StateDirectory"] == ["onemap/planner-%i"]
 
 
 @pytest.mark.parametrize("name", NAMES)
