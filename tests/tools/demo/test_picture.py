@@ -11,7 +11,7 @@ import pytest
 from onemap_shared.geometry import U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy, SearchView
-from onemap_tools.demo.picture import MIN_PIXELS_PER_CELL, Drive, write_picture
+from onemap_tools.demo.picture import MIN_PIXELS_PER_CELL, DrivenPath, write_picture
 from onemap_tools.demo.summary import ObjectSummary
 
 CELL_M = 0.1
@@ -34,10 +34,10 @@ def drawn(
     view: SearchView,
     *,
     trail_m: tuple[tuple[float, float], ...] = (),
-    others: tuple[Drive, ...] = (),
+    others: tuple[DrivenPath, ...] = (),
     objects: tuple[ObjectSummary, ...] = (),
 ) -> U8:
-    write_picture(path, view, [Drive(trail_m, 0.5), *others], objects)
+    write_picture(path, view, [DrivenPath(trail_m, 0.5), *others], objects)
     image = cv2.imread(str(path))
     assert image is not None
     return image.astype(np.uint8)
@@ -60,7 +60,7 @@ def test_the_driven_path_is_drawn(view: SearchView, tmp_path: Path) -> None:
 def test_the_paths_of_all_robots_are_drawn(view: SearchView, tmp_path: Path) -> None:
     first = ((0.5, 3.0), (3.0, 3.0))
     one = drawn(tmp_path / "one.png", view, trail_m=first)
-    other = Drive(((0.5, 1.0), (3.0, 1.0)), 0.5)
+    other = DrivenPath(((0.5, 1.0), (3.0, 1.0)), 0.5)
     both = drawn(tmp_path / "both.png", view, trail_m=first, others=(other,))
     rows, columns = np.nonzero(np.any(one != both, axis=-1))
     assert np.ptp(columns) > 2.5 / CELL_M * MIN_PIXELS_PER_CELL

@@ -18,7 +18,7 @@ MIN_PIXELS_PER_CELL = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Drive:
+class DrivenPath:
     """The path of a robot, x and y in metres, and its heading at the end."""
 
     trail_m: Sequence[PointM]
@@ -34,7 +34,7 @@ class Drive:
 
 
 def write_picture(
-    path: Path, view: SearchView, drives: Sequence[Drive], objects: Sequence[ObjectSummary]
+    path: Path, view: SearchView, drives: Sequence[DrivenPath], objects: Sequence[ObjectSummary]
 ) -> None:
     """Write a PNG of the map, the drives, at least one, and the claims over them."""
     found = tuple(

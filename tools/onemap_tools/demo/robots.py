@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from onemap_shared.config import section
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.service import open_scene
 from onemap_tools.demo.starts import further_starts
@@ -73,12 +72,13 @@ def sections_of_robots(
 ) -> tuple[dict[str, Any], ...]:
     """The configuration of each robot's processes, made of that of one robot alone.
 
-    The first robot's is also that of mapper, gateway and router. CliError if the scene has no room
+    The first robot's is also that of mapper, gateway and router. The section ``simulator`` must be
+    valid. CliError if the scene has no room
     for so many robots.
     """
     if len(robots) == 1:
         return (dict(sections),)
-    config = section(sections, "simulator", SimulatorConfig)
+    config = SimulatorConfig.model_validate(sections["simulator"])
     try:
         scene = open_scene(config)
         starts = (scene.start, *further_starts(scene, config.robot, len(robots) - 1))

@@ -276,7 +276,7 @@ def _write_results(
 
     ``film``: where the film was written, None without one.
     """
-    from onemap_tools.demo.picture import Drive, write_picture
+    from onemap_tools.demo.picture import DrivenPath, write_picture
 
     folder = demo.options.folder
     picture = None
@@ -284,7 +284,7 @@ def _write_results(
     view = monitors[0].map_view()
     if view is not None:
         picture = folder / "map.png"
-        drives = [Drive(monitor.trail_m, monitor.yaw_rad) for monitor in monitors]
+        drives = [DrivenPath(monitor.trail_m, monitor.yaw_rad) for monitor in monitors]
         write_picture(picture, view, drives, summary.objects)
     scene = str(demo.options.scene) if demo.options.scene else None
     document = {
