@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
-import threading
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 
+import httpx
 import pytest
 from starlette.testclient import TestClient
 
+from onemap_gateway.config import GatewayConfig
+from onemap_gateway.service import build
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import SearchState
-from tests.gateway.fakes import FakePlanner, client_on, search
+from tests.gateway.fakes import WAIT_S, FakePlanner, client_on, search
+
+
+@contextmanager
+def on_socket(router: MemoryRouter) -> Iterator[httpx.Client]:
+    """A client of a gateway on a real socket: what is streamed arrives as it is sent."""
+    with closing(build(router.bus("gateway"), GatewayConfig(port=0))) as worker:
+        address = f"http://127.0.0.1:{worker.port}"
+        with httpx.Client(base_url=address, timeout=WAIT_S, trust_env=False) as client:
+            yield client
 
 
 def test_a_search_is_created_with_its_address(client: TestClient) -> None:
@@ -129,15 +142,20 @@ def test_events_of_a_search_that_is_over_end_at_once(
 
 
 def test_a_silent_stream_carries_comments(
-    client: TestClient, planner: FakePlanner, monkeypatch: pytest.MonkeyPatch
+    router: MemoryRouter, planner: FakePlanner, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """The search ends after the third comment, however late that comes."""
     monkeypatch.setattr("fastapi.routing._PING_INTERVAL", 0.02)  # seconds; 15 in operation
-    client.post("/v1/searches", json={"object": "sofa"})
-    found = threading.Timer(0.3, planner.move, [SearchState.FOUND])
-    found.start()
-    text = client.get("/v1/searches/s1/events").text
-    assert text.count("event: status") == 2
-    assert text.count(": ping") > 2
+    before: list[str] = []
+    with on_socket(router) as gateway:
+        gateway.post("/v1/searches", json={"object": "sofa"})
+        with gateway.stream("GET", "/v1/searches/s1/events") as stream:
+            lines = stream.iter_lines()
+            while before.count(": ping") < 3:
+                before.append(next(lines))
+            planner.move(SearchState.FOUND)
+            after = list(lines)
+    assert (before.count("event: status"), after.count("event: status")) == (1, 1)
 
 
 @pytest.mark.parametrize(
