@@ -13,6 +13,7 @@ from starlette.requests import HTTPConnection
 from onemap_gateway.bus.rpc import SERVED_BY, RpcClient
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
+from onemap_gateway.http.image_streams import ImageStreams
 from onemap_gateway.http.problems import from_call_error
 from onemap_gateway.http.shared_results import SharedResults
 from onemap_gateway.present.metrics import RequestCounter
@@ -39,6 +40,7 @@ class GatewayContext:
     config: GatewayConfig
     robots: Mapping[str, StateCache] = field(default_factory=dict)  # the further ones, by name
     requests: RequestCounter = field(default_factory=RequestCounter)
+    image_streams: ImageStreams = field(default_factory=ImageStreams)
     images: SharedResults = field(init=False)
 
     def __post_init__(self) -> None:
