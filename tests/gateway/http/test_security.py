@@ -18,6 +18,7 @@ from onemap_gateway.config import GatewayConfig, Role
 from onemap_gateway.http import security
 from onemap_gateway.http.access import LOCK_S, MAX_FAILURES
 from onemap_gateway.http.security import (
+    IMAGE_PATHS,
     LIVE_PROTOCOL,
     MAX_BODY_BYTES,
     MAX_IMAGE_BODY_BYTES,
@@ -130,6 +131,7 @@ def test_without_a_token_only_the_page_and_the_checks_are_public(locked: TestCli
     [
         ("look_token", "GET /v1/map", True),
         ("look_token", "HEAD /v1/map", True),
+        ("look_token", "POST /v1/queries/events", True),
         ("look_token", "POST /v1/searches", False),
         ("look_token", "DELETE /v1/searches/s1", False),
         ("look_token", "POST /v1/map/clear", False),
@@ -208,9 +210,10 @@ def test_a_large_body_is_refused(client: TestClient) -> None:
     assert client.post("/v1/searches", content=body, headers=JSON).status_code == 413
 
 
-def test_a_body_larger_than_any_image_is_refused(client: TestClient) -> None:
+@pytest.mark.parametrize("path", IMAGE_PATHS)
+def test_a_body_larger_than_any_image_is_refused(client: TestClient, path: str) -> None:
     body = b'{"image": "' + b"x" * MAX_IMAGE_BODY_BYTES + b'"}'
-    assert client.post("/v1/queries", content=body, headers=JSON).status_code == 413
+    assert client.post(path, content=body, headers=JSON).status_code == 413
 
 
 def test_a_large_body_without_a_stated_length_is_refused(client: TestClient) -> None:

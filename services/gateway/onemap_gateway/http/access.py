@@ -15,7 +15,9 @@ PUBLIC_PATHS = frozenset({"/", "/docs", "/openapi.json", "/favicon.ico", "/healt
 PUBLIC_FOLDER = "/static/"
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
 # Requests that change nothing by themselves; each tool of an agent checks the role it needs.
-LOOKING = frozenset({("POST", "/v1/queries"), ("POST", "/mcp")})
+LOOKING = frozenset(
+    ("POST", path) for path in ("/v1/queries", "/v1/queries/events", "/mcp")
+)
 
 MAX_FAILURES = 10  # wrong tokens of one address within FAILURE_WINDOW_S
 FAILURE_WINDOW_S = 60.0

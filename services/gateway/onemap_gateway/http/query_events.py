@@ -1,4 +1,4 @@
-"""Standing queries: the answers to some texts, again whenever they change."""
+"""Standing queries: the answers to some texts or an image, again whenever they change."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.events import RETRY_MS
 from onemap_gateway.http.problems import HttpProblem, from_validation_errors
 from onemap_gateway.http.queries import answers
-from onemap_gateway.http.schemas import QueryRequest
+from onemap_gateway.http.schemas import QueryRequest, StandingRequest
 from onemap_gateway.present.json_text import finite
 from onemap_gateway.present.queries import QueryReply, differ
 
@@ -55,14 +55,26 @@ def standing_query(
     try:
         if area_m:
             body["area_m"] = tuple(float(part) for part in area_m.split(","))
-        return QueryRequest.model_validate(body)
+        return StandingRequest.model_validate(body)
     except ValidationError as error:
-        wrong = [{**each, "loc": ("query", *each["loc"])} for each in error.errors()]
-        raise from_validation_errors(wrong) from None
+        raise _refused(error, "query") from None
     except ValueError:
         raise HttpProblem(
             "invalid", "'area_m' is no x_min,y_min,x_max,y_max in metres, as in 0,-2,4,3."
         ) from None
+
+
+def standing_query_of(message: str | bytes) -> QueryRequest:
+    """The request that a message holds, JSON as the body of a POST; HttpProblem if it is none."""
+    try:
+        return StandingRequest.model_validate_json(message)
+    except ValidationError as error:
+        raise _refused(error, "body") from None
+
+
+def _refused(error: ValidationError, part: str) -> HttpProblem:
+    wrong = [{**each, "loc": (part, *each["loc"])} for each in error.errors()]
+    return from_validation_errors(wrong)
 
 
 async def check_answerable(gateway: GatewayContext, request: QueryRequest) -> None:
@@ -77,7 +89,7 @@ async def check_answerable(gateway: GatewayContext, request: QueryRequest) -> No
 async def query_changes(
     gateway: GatewayContext, request: QueryRequest, intervals: QueryIntervals | None = None
 ) -> AsyncIterator[QueryChange]:
-    """The answer to each text, and again whenever its regions or its verdict change.
+    """The answer to each text, or to the image, and again whenever regions or verdict change.
 
     Asks only after a new revision of the map. While there is no answer, as of an empty map, it
     goes on and gives a problem; any other problem ends it.

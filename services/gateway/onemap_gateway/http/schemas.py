@@ -115,6 +115,18 @@ class QueryRequest(RequestModel):
         return [*queries]
 
 
+class StandingRequest(QueryRequest):
+    """A query whose answers are sent again whenever they change; a stream has no grid."""
+
+    @model_validator(mode="after")
+    def _without_grid(self) -> StandingRequest:
+        if self.include_grid:
+            raise ValueError(
+                "'include_grid' is for POST /v1/queries: a stream sends regions only; leave it out"
+            )
+        return self
+
+
 class SearchStart(RequestModel):
     """What the robot is to do: exactly one of these.
 

@@ -29,7 +29,8 @@ from onemap_gateway.http.problems import HttpProblem, problem_response
 from onemap_shared.messages import MAX_IMAGE_BYTES
 
 MAX_BODY_BYTES = 64 * 1024
-IMAGE_PATH = "/v1/queries"  # behind the prefix of any robot: its body may hold an image in base64
+# Behind the prefix of any robot: the body of these may hold an image in base64.
+IMAGE_PATHS = ("/v1/queries", "/v1/queries/events")
 MAX_IMAGE_BODY_BYTES = MAX_BODY_BYTES + (MAX_IMAGE_BYTES * 4 + 2) // 3
 BODY_TIMEOUT_S = 10.0  # for 64 kB over a link of 6.5 kB/s, and for an image over 77 kB/s
 # A browser cannot add a header to a WebSocket, so the page sends its token, in base64url without
@@ -62,7 +63,7 @@ class SecurityMiddleware:
                 required = required_role(method, scope["path"])
                 scope[ROLE] = self._check_role(required, scope, headers)
             if method not in READING:
-                image = scope["path"].endswith(IMAGE_PATH)
+                image = scope["path"].endswith(IMAGE_PATHS)
                 limit = MAX_IMAGE_BODY_BYTES if image else MAX_BODY_BYTES
                 receive = await _buffered_body(headers, receive, limit)
         except HttpProblem as problem:

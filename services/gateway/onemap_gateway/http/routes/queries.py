@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Query, WebSocket
 from fastapi.sse import EventSourceResponse, ServerSentEvent
@@ -21,12 +21,18 @@ from onemap_gateway.http.query_events import (
     query_events,
     standing_query,
 )
-from onemap_gateway.http.schemas import QueryRequest
+from onemap_gateway.http.schemas import QueryRequest, StandingRequest
 from onemap_gateway.http.sockets import GOING_AWAY, REFUSED, speak
 from onemap_gateway.present.json_text import finite, json_text
 from onemap_gateway.present.queries import QueryListReply, QueryReply
 
 router = APIRouter(prefix="/v1", tags=["queries"])
+
+EVENTS: dict[str, Any] = {
+    "description": "Server-sent events: `answer` with the answer to one text, first to each and "
+    "then whenever its verdict or its regions change; `problem` while there is none.",
+    "content": {"text/event-stream": {"schema": {"type": "string"}}},
+}
 
 
 @router.post(
@@ -67,20 +73,39 @@ async def standing_request(
     "/queries/events",
     summary="Tell me when it changes",
     response_class=EventSourceResponse,
-    responses={
-        200: {
-            "description": "Server-sent events: `answer` with the answer to one text, first to "
-            "each and then whenever its verdict or its regions change; `problem` while there is "
-            "none.",
-            "content": {"text/event-stream": {"schema": {"type": "string"}}},
-        },
-        **problem_responses(422, 503),
-    },
+    responses={200: EVENTS, **problem_responses(422, 503)},
 )
 async def follow_queries(
     request: Annotated[QueryRequest, Depends(standing_request)], gateway: GatewayDep
 ) -> AsyncIterator[ServerSentEvent]:
     """Standing queries: the answers, again whenever they change; the stream has no end."""
+    async for event in query_events(gateway, request):
+        yield event
+
+
+async def standing_body(
+    request: StandingRequest, gateway: GatewayDep
+) -> AsyncIterator[QueryRequest]:
+    """The request of a stream in a body, refused as one in an address; with a place if it needs
+    one, until the stream has ended."""
+    with gateway.image_streams.place(request):
+        await check_answerable(gateway, request)
+        yield request
+
+
+@router.post(
+    "/queries/events",
+    summary="Tell me when it changes, also for an image",
+    response_class=EventSourceResponse,
+    responses={200: EVENTS, **problem_responses(*BODY, 401, 422, 503)},
+)
+async def follow_query_body(
+    request: Annotated[QueryRequest, Depends(standing_body)], gateway: GatewayDep
+) -> AsyncIterator[ServerSentEvent]:
+    """The same, asked with the body of `POST /v1/queries`, which may hold an `image`.
+
+    At most 16 streams with an image are open at once.
+    """
     async for event in query_events(gateway, request):
         yield event
 
