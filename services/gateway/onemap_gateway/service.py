@@ -19,7 +19,7 @@ from onemap_gateway.http.app import create_app
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.fleet import FleetApp
 from onemap_gateway.http.listener import listen
-from onemap_gateway.http.security import MAX_BODY_BYTES
+from onemap_gateway.http.security import MAX_IMAGE_BODY_BYTES
 from onemap_gateway.present.service_status import hung_for_s
 from onemap_gateway.token_files import with_token_files
 from onemap_shared.services import SERVICES
@@ -82,7 +82,7 @@ class GatewayWorker:
                 server_header=False,
                 proxy_headers=bool(config.trusted_proxies),  # uvicorn believes all of loopback
                 forwarded_allow_ips=[str(proxy) for proxy in config.trusted_proxies],
-                ws_max_size=MAX_BODY_BYTES,
+                ws_max_size=MAX_IMAGE_BODY_BYTES,  # of a standing query
                 timeout_graceful_shutdown=GRACEFUL_SHUTDOWN_S,
             )
         )

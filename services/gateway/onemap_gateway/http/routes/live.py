@@ -8,7 +8,7 @@ import anyio
 from fastapi import APIRouter, WebSocket
 
 from onemap_gateway.http.context import GatewayContext, get_gateway
-from onemap_gateway.http.sockets import GOING_AWAY, speak
+from onemap_gateway.http.sockets import GOING_AWAY, accept, speak
 from onemap_gateway.present.json_text import json_text
 from onemap_gateway.present.live import live_document
 
@@ -22,6 +22,7 @@ async def follow(socket: WebSocket) -> None:
     Each client has its own loop and gets the state of the moment in which it is ready for
     more: a slow one misses states and delays no other client.
     """
+    await accept(socket)
     await speak(socket, partial(_send_states, socket, get_gateway(socket)))
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
+from contextlib import suppress
 from functools import partial
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Query, WebSocket
+from fastapi import APIRouter, Depends, Query, WebSocket, WebSocketDisconnect
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from onemap_gateway.http.context import GatewayContext, GatewayDep, get_gateway
@@ -20,9 +21,10 @@ from onemap_gateway.http.query_events import (
     query_changes,
     query_events,
     standing_query,
+    standing_query_of,
 )
 from onemap_gateway.http.schemas import QueryRequest, StandingRequest
-from onemap_gateway.http.sockets import GOING_AWAY, REFUSED, speak
+from onemap_gateway.http.sockets import GOING_AWAY, REFUSED, accept, first_message, speak
 from onemap_gateway.present.json_text import finite, json_text
 from onemap_gateway.present.queries import QueryListReply, QueryReply
 
@@ -114,30 +116,48 @@ async def follow_query_body(
 async def follow_queries_live(socket: WebSocket) -> None:
     """The same over a WebSocket: objects with ``event``, ``answer`` or ``problem``, and ``data``.
 
-    A browser cannot read why a socket was refused, so the reason is the first and only message
-    then.
+    Without parameters in the address the client's first message is the body of a POST. A browser
+    cannot read why a socket was refused, so the reason is the first and only message then.
     """
-    await speak(socket, partial(_send_changes, socket, get_gateway(socket)))
+    gateway = get_gateway(socket)
+    await accept(socket)
+    with suppress(WebSocketDisconnect):
+        try:
+            request = await _socket_request(socket)
+            with gateway.image_streams.place(request):
+                await speak(socket, partial(_send_changes, socket, gateway, request))
+        except HttpProblem as problem:
+            await _refuse(socket, problem)
 
 
-async def _send_changes(socket: WebSocket, gateway: GatewayContext) -> None:
+async def _socket_request(socket: WebSocket) -> QueryRequest:
+    """What the address asks for, or the first message; HttpProblem if neither can be."""
     asked = socket.query_params
+    if not asked:
+        return standing_query_of(await first_message(socket))
     regions = asked.get("max_regions", "5")
+    return standing_query(
+        asked.getlist("text"),
+        negatives=asked.getlist("negative"),
+        area_m=asked.get("area_m", ""),
+        max_regions=int(regions) if regions.isdecimal() else regions,
+    )
+
+
+async def _send_changes(socket: WebSocket, gateway: GatewayContext, request: QueryRequest) -> None:
     try:
-        request = standing_query(
-            asked.getlist("text"),
-            negatives=asked.getlist("negative"),
-            area_m=asked.get("area_m", ""),
-            max_regions=int(regions) if regions.isdecimal() else regions,
-        )
         await check_answerable(gateway, request)
-    except HttpProblem as problem:
-        await _send(socket, QueryChange(PROBLEM, finite(problem.document)))
-        await socket.close(REFUSED)
+    except HttpProblem as problem:  # a task group would wrap it
+        await _refuse(socket, problem)
         return
     async for change in query_changes(gateway, request):
         await _send(socket, change)
     await socket.close(GOING_AWAY if gateway.cache.closing else REFUSED)
+
+
+async def _refuse(socket: WebSocket, problem: HttpProblem) -> None:
+    await _send(socket, QueryChange(PROBLEM, finite(problem.document)))
+    await socket.close(REFUSED)
 
 
 async def _send(socket: WebSocket, change: QueryChange) -> None:
