@@ -89,6 +89,12 @@ class Client:
         """Standing queries: the answer to each text, and again whenever it changes, without end."""
         return self._standing.events(tuple(texts), options)
 
+    def follow_image(
+        self, image: bytes, options: QueryOptions = NO_OPTIONS
+    ) -> Iterator[QueryEvent]:
+        """The same for what a PNG or JPEG of one thing shows, as of ``query_image``."""
+        return self._standing.image_events(image, options)
+
     def search(
         self,
         objects: str | Sequence[str],

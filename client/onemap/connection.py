@@ -63,12 +63,14 @@ class Connection:
         """The content at a path."""
         return self._request("GET", path, None, timeout_s).content
 
-    def stream(self, path: str) -> Generator[bytes, None, None]:
-        """The body of a reply that has no end, as it comes."""
-        timeout = httpx.Timeout(self._timeout_s, read=SILENCE_S)
+    def stream(
+        self, path: str, body: Mapping[str, Any] | None = None
+    ) -> Generator[bytes, None, None]:
+        """The body of a reply that has no end, as it comes; to a POST if there is a ``body``."""
+        method, timeout = "POST" if body else "GET", httpx.Timeout(self._timeout_s, read=SILENCE_S)
         with (
             self._as_errors(SILENCE_S),
-            self._http.stream("GET", path, timeout=timeout) as reply,
+            self._http.stream(method, path, json=body, timeout=timeout) as reply,
         ):
             if not reply.is_success:
                 reply.read()

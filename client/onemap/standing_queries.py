@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
+from typing import Any
 from urllib.parse import urlencode
 
 from onemap.connection import Connection
@@ -14,6 +15,8 @@ from onemap.errors import OneMapError
 from onemap.events import StreamMessage, stream_messages
 from onemap.queries import QueryOptions, QueryResult
 from onemap.remote_search import Retry
+
+ADDRESS = "/v1/queries/events"
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,10 +48,17 @@ class StandingQueries:
 
         Raises OneMapError if the question is refused or the gateway stays away (see ``Retry``).
         """
-        path, failures = _path(texts, options), 0
+        return self._events(_path(texts, options), None)
+
+    def image_events(self, image: bytes, options: QueryOptions) -> Iterator[QueryEvent]:
+        """The same for what a PNG or JPEG shows."""
+        return self._events(ADDRESS, options.image_body(image))
+
+    def _events(self, path: str, body: Mapping[str, Any] | None) -> Iterator[QueryEvent]:
+        failures = 0
         while True:
             try:
-                with closing(self._connection.stream(path)) as chunks:
+                with closing(self._connection.stream(path, body)) as chunks:
                     for message in stream_messages(chunks):
                         failures = 0
                         if (event := _event(message)) is not None:
@@ -68,7 +78,7 @@ def _path(texts: tuple[str, ...], options: QueryOptions) -> str:
     if options.area_m is not None:
         asked.append(("area_m", ",".join(map(str, options.area_m))))
     asked.append(("max_regions", str(options.max_regions)))
-    return f"/v1/queries/events?{urlencode(asked)}"
+    return f"{ADDRESS}?{urlencode(asked)}"
 
 
 def _event(message: StreamMessage) -> QueryEvent | None:

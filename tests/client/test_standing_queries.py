@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import islice
+from typing import Any
 
 import pytest
 
@@ -11,6 +12,7 @@ from onemap import Client, OneMapError, QueryInterrupted, QueryOptions, QueryRes
 from onemap.events import StreamMessage
 from onemap.standing_queries import StandingQueries, _event
 from tests.gateway.fakes import FakeMapper
+from tests.shared.samples import PNG
 
 
 class Streams:
@@ -18,10 +20,12 @@ class Streams:
 
     def __init__(self, *streams: bytes | OneMapError) -> None:
         self.paths: list[str] = []
+        self.bodies: list[Mapping[str, Any] | None] = []
         self._streams = iter(streams)
 
-    def stream(self, path: str) -> Iterator[bytes]:
+    def stream(self, path: str, body: Mapping[str, Any] | None = None) -> Iterator[bytes]:
         self.paths.append(path)
+        self.bodies.append(body)
         content = next(self._streams)
         if isinstance(content, OneMapError):
             raise content
@@ -52,6 +56,28 @@ def test_each_text_of_a_gateway_is_answered(client: Client, mapper: FakeMapper) 
 def test_an_unknown_word_is_refused(client: Client, mapper: FakeMapper) -> None:
     with pytest.raises(OneMapError, match="flurb"):
         next(client.follow_queries(["flurb"]))
+
+
+def test_an_image_is_followed(client: Client, mapper: FakeMapper) -> None:
+    options = QueryOptions(max_regions=1, area_m=(0, -1, 2, 3))
+    answer = next(client.follow_image(PNG, options))
+    assert isinstance(answer, QueryResult)
+    assert (answer.text, answer.calibrated, len(answer.regions)) == ("image", False, 1)
+    assert set(mapper.images) == {PNG}
+    assert mapper.asked[-1].area_m == (0.0, -1.0, 2.0, 3.0)
+    with pytest.raises(OneMapError, match="no PNG and no JPEG"):
+        next(client.follow_image(b"GIF89a"))
+    with pytest.raises(OneMapError, match="negatives"):
+        next(client.follow_image(PNG, QueryOptions(negatives=("bed",))))
+
+
+def test_an_image_is_sent_again_when_its_stream_has_ended() -> None:
+    source = Streams(SOFA, SOFA)
+    standing = StandingQueries(source, Retry(0.5), lambda _: None)  # type: ignore[arg-type]
+    events = standing.image_events(PNG, QueryOptions())
+    assert [isinstance(next(events), QueryResult) for _ in range(2)] == [True, True]
+    assert source.paths == ["/v1/queries/events"] * 2
+    assert source.bodies == [QueryOptions().image_body(PNG)] * 2
 
 
 def test_a_stream_that_ends_is_opened_again() -> None:
