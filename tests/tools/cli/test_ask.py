@@ -74,15 +74,24 @@ def test_an_image_is_asked_for_in_the_place_of_a_text(tmp_path: Path) -> None:
     mapper.bus.close()
 
 
-@pytest.mark.parametrize(
-    "options", [(), ("sofa", "--image"), ("--follow", "--image"), ("--not", "bed", "--image")]
-)
+@pytest.mark.parametrize("options", [(), ("sofa", "--image"), ("--not", "bed", "--image")])
 def test_a_query_is_of_words_or_of_an_image(options: tuple[str, ...], tmp_path: Path) -> None:
     (crop := tmp_path / "crop.png").write_bytes(PNG)
     files = (str(crop),) if options else ()
     result = RUNNER.invoke(app, ["query", *options, *files, "--json"])
     assert result.exit_code == EXIT_USAGE_ERROR
     assert "name an object, or give --image" in error_of(result)["error"]
+
+
+def test_an_image_is_followed_in_the_stream_of_its_own(tmp_path: Path) -> None:
+    (crop := tmp_path / "crop.png").write_bytes(PNG)
+    refusal = {"title": "no", "detail": "The image shows one colour only: cut out more."}
+    with fake_gateway({("POST", "/v1/queries/events"): (422, refusal)}) as url:
+        result = RUNNER.invoke(
+            app, ["query", "--image", str(crop), "--follow", "--url", url, "--json"]
+        )
+    assert result.exit_code == EXIT_USAGE_ERROR
+    assert error_of(result)["error"] == refusal["detail"]
 
 
 @pytest.mark.parametrize("area", ["1,2,3", "a,b,c,d", "0 0 1 1"])

@@ -52,13 +52,16 @@ def query(
 
     options = QueryOptions(regions, tuple(negative or ()), parse_area(area))
     words = " ".join(text or ())
-    if bool(words) == (image is not None) or (image is not None and (follow or negative)):
-        raise typer.BadParameter("name an object, or give --image without --follow and --not")
+    if bool(words) == (image is not None) or (image is not None and negative):
+        raise typer.BadParameter("name an object, or give --image without --not")
+    crop = None if image is None else read_crop(image)
     with gateway_client(url, token) as gateway:
         if follow:
-            follow_query(gateway.follow_queries([words], options), as_json=as_json)
-        if image is not None:
-            result = gateway.query_image(read_crop(image), options)
+            standing = gateway.follow_queries([words], options)  # opened when it is read
+            events = gateway.follow_image(crop, options) if crop else standing
+            follow_query(events, as_json=as_json)
+        if crop is not None:
+            result = gateway.query_image(crop, options)
         else:
             result = gateway.query(
                 words, regions, negatives=options.negatives, area_m=options.area_m
