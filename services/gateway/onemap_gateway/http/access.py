@@ -16,7 +16,7 @@ PUBLIC_FOLDER = "/static/"
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
 # Requests that change nothing by themselves; each tool of an agent checks the role it needs.
 LOOKING = frozenset(
-    ("POST", path) for path in ("/v1/queries", "/v1/queries/events", "/mcp")
+    ("POST", path) for path in ("/v1/queries", "/v1/queries/events", "/v1/map.png", "/mcp")
 )
 
 MAX_FAILURES = 10  # wrong tokens of one address within FAILURE_WINDOW_S

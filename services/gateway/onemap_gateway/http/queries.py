@@ -6,10 +6,11 @@ import anyio
 
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem
-from onemap_gateway.http.schemas import QueryRequest
+from onemap_gateway.http.schemas import IMAGE_NAME, QueryRequest
 from onemap_gateway.present.queries import IMAGE_SUBJECT, QueryReply, query_reply
+from onemap_gateway.present.views import with_scores
 from onemap_shared import keys
-from onemap_shared.messages import ImageSimilarityRequest, SimilarityRequest
+from onemap_shared.messages import ImageSimilarityRequest, SearchView, SimilarityRequest
 
 
 async def answers(gateway: GatewayContext, request: QueryRequest) -> list[QueryReply]:
@@ -46,6 +47,13 @@ async def answer(
         return query_reply(reply, gateway.now_ns(), subject=IMAGE_SUBJECT)
     reply = await gateway.call(keys.MAP_SIMILARITY, request)
     return query_reply(reply, gateway.now_ns())
+
+
+async def image_view(gateway: GatewayContext, image: bytes) -> SearchView:
+    """The map, with the score of each cell against what an image shows."""
+    query = SimilarityRequest(IMAGE_NAME, max_regions=1, include_grid=True)
+    reply = await gateway.call(keys.MAP_IMAGE_SIMILARITY, ImageSimilarityRequest(image, query))
+    return with_scores(await gateway.view(), reply)
 
 
 def robot_xy_m(gateway: GatewayContext) -> tuple[float, ...]:

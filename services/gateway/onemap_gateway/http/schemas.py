@@ -127,6 +127,12 @@ class StandingRequest(QueryRequest):
         return self
 
 
+class ComparedImage(RequestModel):
+    """What the cells of the map are compared with."""
+
+    image: ImageMember
+
+
 class SearchStart(RequestModel):
     """What the robot is to do: exactly one of these.
 

@@ -72,10 +72,10 @@ def render_map(
     robot = overlay.robot if overlay else ()
     grid = _visible_grid(view, robot)
     pixels = _pixels_per_cell(grid, scale)
-    occupancy = _on_grid(view.occupancy, view.grid, grid, Occupancy.UNKNOWN)
+    occupancy = on_grid(view.occupancy, view.grid, grid, Occupancy.UNKNOWN)
     image = occupancy_image(occupancy, pixels, palette)
     if view.similarity.size:
-        similarity = _on_grid(view.similarity, view.grid, grid, np.nan)
+        similarity = on_grid(view.similarity, view.grid, grid, np.nan)
         similarity[occupancy == Occupancy.UNKNOWN] = np.nan
         image = blend_heatmap(image, similarity, palette)
     if overlay is not None:
@@ -214,7 +214,7 @@ def _near(points: F64, robot: tuple[float, ...]) -> bool:
     return bool(outside_m.max() <= ROBOT_BEYOND_MAP_M)
 
 
-def _on_grid(array: np.ndarray, source: GridSpec, target: GridSpec, fill: float) -> np.ndarray:
+def on_grid(array: np.ndarray, source: GridSpec, target: GridSpec, fill: float) -> np.ndarray:
     """``array`` (of ``source``) on the cells of ``target``; ``fill`` where it has none."""
     result = np.full(target.shape, fill, array.dtype)
     offset = np.subtract(source.origin_cell, target.origin_cell)

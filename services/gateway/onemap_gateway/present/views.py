@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping
+from dataclasses import replace
 from math import isfinite
 
 import numpy as np
@@ -12,7 +13,7 @@ from onemap_gateway.bus.latency import FrameLatencies
 from onemap_gateway.bus.live_state import LatestMessage, LiveState
 from onemap_gateway.present.choices import choice_report
 from onemap_gateway.present.endings import coverage_report, evidence_report
-from onemap_gateway.present.render import Overlay
+from onemap_gateway.present.render import Overlay, on_grid
 from onemap_gateway.present.replies import (
     LatencyReport,
     MapChange,
@@ -41,6 +42,7 @@ from onemap_shared.messages import (
     SearchState,
     SearchStatus,
     SearchView,
+    SimilarityReply,
 )
 from onemap_shared.transport import Counters
 
@@ -147,6 +149,12 @@ def map_info(view: SearchView, revision: MapRevision | None, now_ns: int) -> Map
         encoder_id=revision.encoder_id if revision else "",
         text_space=revision.text_space if revision else "",
     )
+
+
+def with_scores(view: SearchView, reply: SimilarityReply) -> SearchView:
+    """The view with the scores of a reply with a grid, which may be of another revision."""
+    similarity = on_grid(reply.scores_grid, reply.grid, view.grid, np.nan)
+    return replace(view, text=reply.text, similarity=similarity)
 
 
 def map_archive(view: SearchView) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from base64 import b64encode
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from starlette.testclient import TestClient
 
 from onemap_gateway.present.palette import DARK, LIGHT
 from onemap_shared.memory_bus import MemoryRouter
-from tests.gateway.fakes import client_of, decoded, gateway_on
+from tests.gateway.fakes import FakeMapper, client_of, client_on, decoded, gateway_on
+from tests.shared.samples import PNG
 
 
 def test_the_image_has_its_bounds_and_its_colours(client: TestClient) -> None:
@@ -39,6 +41,36 @@ def test_the_image_may_show_a_heatmap(client: TestClient) -> None:
     np.testing.assert_allclose(x_min + columns.max() / 100, 0.5, atol=0.06)
     np.testing.assert_allclose(y_max - rows.max() / 100, 1.0, atol=0.06)
     np.testing.assert_allclose(y_max - rows.min() / 100, 1.3, atol=0.06)
+
+
+def test_the_image_may_show_the_similarity_to_an_image(router: MemoryRouter) -> None:
+    mapper = FakeMapper(router)
+    with client_on(router) as client:
+        text = client.get("/v1/map.png?marks=false&scale=4&text=sofa")
+        body = {"image": b64encode(PNG).decode()}
+        image = client.post("/v1/map.png?marks=false&scale=4", json=body)
+    assert mapper.images == [PNG]
+    assert image.headers["Content-Type"] == "image/png"
+    assert image.headers["X-OneMap-Bounds"] == text.headers["X-OneMap-Bounds"]
+    np.testing.assert_array_equal(decoded(image.content), decoded(text.content))
+    mapper.bus.close()
+
+
+@pytest.mark.parametrize(
+    ("body", "query", "reason"),
+    [
+        ({}, "", "'image' is missing"),
+        ({"image": "R0lGODlh"}, "", "no PNG and no JPEG"),
+        ({"image": b64encode(PNG).decode(), "text": "sofa"}, "", "'text' is no field"),
+        ({"image": b64encode(PNG).decode()}, "?scale=0", "scale"),
+    ],
+)
+def test_a_similarity_to_what_is_no_image_is_refused(
+    client: TestClient, body: dict[str, str], query: str, reason: str
+) -> None:
+    answer = client.post(f"/v1/map.png{query}", json=body)
+    assert answer.status_code == 422
+    assert reason in answer.json()["detail"]
 
 
 def test_the_image_may_have_the_colours_of_a_light_page(client: TestClient) -> None:

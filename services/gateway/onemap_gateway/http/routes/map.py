@@ -2,27 +2,66 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from functools import partial
+from hashlib import sha256
+from typing import Annotated, Any
 
 from anyio import to_thread
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Depends, Query, Response
 
-from onemap_gateway.http.context import GatewayDep
-from onemap_gateway.http.problem_docs import problem_responses
-from onemap_gateway.http.schemas import ObjectName
+from onemap_gateway.http.context import GatewayContext, GatewayDep
+from onemap_gateway.http.problem_docs import BODY, problem_responses
+from onemap_gateway.http.queries import image_view
+from onemap_gateway.http.schemas import ComparedImage, ObjectName
 from onemap_gateway.http.shared_results import SharedResponse
 from onemap_gateway.present.palette import PALETTES, Theme
 from onemap_gateway.present.render import MAX_SCALE, encode_png, render_map
 from onemap_gateway.present.replies import MapChange, MapInfo
 from onemap_gateway.present.views import build_overlay, map_archive, map_change, map_info
 from onemap_shared import keys
-from onemap_shared.messages import MapClear
+from onemap_shared.messages import MapClear, SearchView
 
 router = APIRouter(prefix="/v1", tags=["map"])
 
 Text = Annotated[
     ObjectName | None, Query(description="Also the similarity to this.", examples=["sofa"])
 ]
+
+
+PICTURE: dict[str, Any] = {
+    "description": "Unknown is dark, free is grey, occupied is light (with `theme=light` free is "
+    "white, occupied is dark); x to the right, y up. `X-OneMap-Bounds` holds x_min, y_min, x_max, "
+    "y_max in metres.",
+    "content": {"image/png": {"schema": {"type": "string", "format": "binary"}}},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """How the map is drawn."""
+
+    scale: int | None
+    marks: bool
+    theme: Theme
+
+
+async def drawing(
+    scale: Annotated[
+        int | None,
+        Query(ge=1, le=MAX_SCALE, description="Pixels per cell; by default a size for screens."),
+    ] = None,
+    marks: Annotated[
+        bool, Query(description="Draw robot, trail, path, frontiers, found objects, a scale bar.")
+    ] = True,
+    theme: Annotated[Theme, Query(description="Colours for a dark or a light page.")] = Theme.DARK,
+) -> Drawing:
+    """How the address asks for it."""
+    return Drawing(scale, marks, theme)
+
+
+DrawingDep = Annotated[Drawing, Depends(drawing)]
 
 
 @router.get("/map", summary="The map in numbers", responses=problem_responses(422, 503))
@@ -37,41 +76,48 @@ async def get_map(gateway: GatewayDep) -> MapInfo:
     "/map.png",
     summary="The map as an image",
     response_class=Response,
-    responses={
-        200: {
-            "description": "Unknown is dark, free is grey, occupied is light (with `theme=light` "
-            "free is white, occupied is dark); x to the right, y up. `X-OneMap-Bounds` holds "
-            "x_min, y_min, x_max, y_max in metres.",
-            "content": {"image/png": {"schema": {"type": "string", "format": "binary"}}},
-        },
-        **problem_responses(409, 422, 503),
-    },
+    responses={200: PICTURE, **problem_responses(409, 422, 503)},
 )
-async def get_map_picture(
-    gateway: GatewayDep,
-    text: Text = None,
-    scale: Annotated[
-        int | None,
-        Query(ge=1, le=MAX_SCALE, description="Pixels per cell; by default a size for screens."),
-    ] = None,
-    marks: Annotated[
-        bool, Query(description="Draw robot, trail, path, frontiers, found objects, a scale bar.")
-    ] = True,
-    theme: Annotated[Theme, Query(description="Colours for a dark or a light page.")] = Theme.DARK,
-) -> Response:
+async def get_map_picture(gateway: GatewayDep, how: DrawingDep, text: Text = None) -> Response:
     """The mapped floor, the similarity to `text`, and what the robot is doing."""
+    return await _picture(gateway, text, how, partial(gateway.view, text))
+
+
+@router.post(
+    "/map.png",
+    summary="The map as an image, with the similarity to an image",
+    response_class=Response,
+    responses={200: PICTURE, **problem_responses(*BODY, 401, 409, 422, 503)},
+)
+async def draw_image_similarity(
+    request: ComparedImage, gateway: GatewayDep, how: DrawingDep
+) -> Response:
+    """The same with the similarity to what an image shows: its scores rank, they are no
+    probabilities."""
+    compared = sha256(request.image).digest()
+    return await _picture(gateway, compared, how, partial(image_view, gateway, request.image))
+
+
+async def _picture(
+    gateway: GatewayContext,
+    compared: str | bytes | None,
+    how: Drawing,
+    look: Callable[[], Awaitable[SearchView]],
+) -> Response:
+    """The image of the view that ``look`` gives; compared: with what, None for nothing."""
 
     async def draw() -> tuple[bytes, dict[str, str]]:
-        view = await gateway.view(text)
-        drawn = build_overlay(gateway.cache.state, gateway.cache.now_s()) if marks else None
-        map_image = await to_thread.run_sync(render_map, view, drawn, scale, PALETTES[theme])
+        view = await look()
+        drawn = build_overlay(gateway.cache.state, gateway.cache.now_s()) if how.marks else None
+        palette = PALETTES[how.theme]
+        map_image = await to_thread.run_sync(render_map, view, drawn, how.scale, palette)
         data = await to_thread.run_sync(encode_png, map_image.image)
         return data, {
             "X-OneMap-Bounds": ",".join(f"{value:.4f}" for value in map_image.bounds_m),
             "X-OneMap-Revision": str(view.revision),
         }
 
-    asked = ("map.png", text, scale, marks, theme)
+    asked = ("map.png", compared, how)
     image = await gateway.images.get(asked, gateway.map_revision(), draw)
     return SharedResponse(image.body, media_type="image/png", headers=image.headers)
 
