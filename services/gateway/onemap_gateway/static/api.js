@@ -25,9 +25,9 @@ export async function read(path) {
   return (await load(path)).json();
 }
 
-// The image at `path` and the headers of the response.
-export async function fetchImage(path) {
-  const response = await load(path);
+// The image at `path`, or the answer to a POST of `body`, and the headers of the response.
+export async function fetchImage(path, body) {
+  const response = await load(path, body);
   return { bitmap: await createImageBitmap(await response.blob()), headers: response.headers };
 }
 
@@ -44,8 +44,8 @@ export function protocols() {
   return ["onemap.live", `onemap.token.${encoded}`];
 }
 
-async function load(path) {
-  return checked(await allowed(() => attempt("GET", path), false));
+async function load(path, body) {
+  return checked(await allowed(() => attempt(body ? "POST" : "GET", path, body), false));
 }
 
 async function allowed(request, wanted) {

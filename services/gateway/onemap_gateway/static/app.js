@@ -8,6 +8,7 @@ import { FindCard } from "./find_card.js";
 import { Finds } from "./finds.js";
 import { MapView } from "./map.js";
 import { activity, by, reveal, showAnswers, showError, showFacts, showNotices, showSearch, showServices } from "./panels.js";
+import { listenForPictures } from "./pictures.js";
 import { PlaceMenu } from "./place_menu.js";
 
 const MAP_MS = 600; // between two images of the map
@@ -30,11 +31,13 @@ const camera = new CameraView(by("camera"), by("camera-numbers"));
 let state = null;
 let connected = false;
 let queried = ""; // text whose similarity is shown; empty: the current target
+let pictured = null; // the picture whose similarity is shown instead, as a data URL
 let dismissed = ""; // the target whose heatmap the user removed
 
 showLegend();
 phone.addEventListener("change", showLegend);
 light.addEventListener("change", () => map.showTheme());
+listenForPictures(queryPicture, act);
 follow(onState, onConnection);
 repeat(refreshMap, MAP_MS);
 repeat(refreshFinds, FINDS_MS);
@@ -75,14 +78,18 @@ let shownMap = "";
 async function refreshMap() {
   const text = heatmapText();
   const theme = light.matches ? "light" : "dark";
-  const wanted = `${state.map?.revision}/${theme}/${text}`;
+  const wanted = [state.map?.revision, theme, pictured ?? text].join("/");
   if (!state.map || wanted === shownMap) return;
   const path = `/v1/map.png?marks=false&scale=${SCALE}&theme=${theme}`;
-  const heated = `${path}&text=${encodeURIComponent(text)}`;
   // without perception there is no heatmap, but still a map
-  const { bitmap, headers } = await (text ? fetchImage(heated).catch(() => fetchImage(path)) : fetchImage(path));
+  const { bitmap, headers } = await heated(path, text).catch(() => fetchImage(path));
   map.showImage(bitmap, headers.get("X-OneMap-Bounds").split(",").map(Number));
   shownMap = wanted;
+}
+
+function heated(path, text) {
+  if (pictured) return fetchImage(path, { image: pictured });
+  return fetchImage(text ? `${path}&text=${encodeURIComponent(text)}` : path);
 }
 
 async function refreshFinds() {
@@ -111,7 +118,7 @@ function heatmapText() {
 }
 
 function showHeatmapText() {
-  const text = heatmapText();
+  const text = pictured ? "the picture" : heatmapText();
   by("heat").hidden = !text;
   by("heat").textContent = text;
 }
@@ -169,9 +176,18 @@ async function ask(text) {
   }
 }
 
+function queryPicture(image) {
+  return act(by("image-choose"), async () => {
+    const answer = await send("POST", "/v1/queries", { image });
+    showQueried([{ ...answer, image }], { ...answer, image });
+    reveal(by("regions-card"));
+  });
+}
+
 // Show the answers, and the heatmap of one of them.
 function showQueried(answers, shown) {
-  queried = shown.refused ? "" : shown.text;
+  pictured = shown.image ?? null;
+  queried = shown.refused || pictured ? "" : shown.text;
   showAnswers(answers, queried, {
     onRegion: (region) => map.lookAt(...region.centre_m),
     onAnswer: (answer) => showQueried(answers, answer),
@@ -219,6 +235,7 @@ const millimetres = (metres) => Math.round(metres * 1000) / 1000;
 
 function clearResult() {
   queried = "";
+  pictured = null;
   showAnswers([]);
   map.showAnswers([]);
   showHeatmapText();
@@ -239,7 +256,7 @@ by("stop").addEventListener("click", () =>
   act(by("stop"), () => send("DELETE", `/v1/searches/${state.search.id}`)),
 );
 by("heat").addEventListener("click", () => {
-  if (!queried) dismissed = state.search?.target ?? "";
+  if (!queried && !pictured) dismissed = state.search?.target ?? "";
   clearResult();
 });
 by("place-go").addEventListener("click", (event) => drive(event.target, menu, "go_to_m"));

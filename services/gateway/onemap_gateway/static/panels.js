@@ -115,20 +115,26 @@ function describe(search, name, index) {
   return ["found", name, `${where} · ${duration(result.duration_s)} · ${result.path_length_m.toFixed(1)} m`];
 }
 
+const UNCALIBRATED =
+  "Not calibrated: these scores rank places, they are no probabilities, and “found” says little.";
+
 // A list of regions for each answer. `shown`: the text whose heatmap is on the map. `actions`:
-// onRegion and onAnswer take what was clicked, onWord the asked and the suggested word.
+// onRegion and onAnswer take what was clicked, onWord the asked and the suggested word. An answer
+// to a picture has it as `image`.
 export function showAnswers(answers, shown, actions) {
   by("regions-card").hidden = !answers.length;
   by("regions-card").replaceChildren(
     ...answers.flatMap((answer) => [
       answerTitle(answer, shown, answers.length > 1 && !answer.refused && actions.onAnswer),
       ...(answer.sentence ? [element("p", { className: "verdict", text: answer.sentence })] : []),
+      ...(answer.calibrated === false ? [element("p", { className: "uncalibrated", text: UNCALIBRATED })] : []),
       element("ol", { className: "regions" }, answerRows(answer, actions)),
     ]),
   );
 }
 
 function answerTitle(answer, shown, onAnswer) {
+  if (answer.image) return pictureTitle(answer.image);
   const text = `Where is the ${answer.text}?`;
   if (!onAnswer) return element("h2", { text });
   const button = element("button", { className: "answer", text, title: "Show its heatmap" });
@@ -136,6 +142,13 @@ function answerTitle(answer, shown, onAnswer) {
   button.setAttribute("aria-pressed", String(answer.text === shown));
   button.addEventListener("click", () => onAnswer(answer));
   return element("h2", {}, [button]);
+}
+
+function pictureTitle(image) {
+  const picture = element("img");
+  picture.src = image;
+  picture.alt = "Picture that was asked with";
+  return element("h2", { className: "pictured" }, [picture, "Where is what it shows?"]);
 }
 
 function answerRows(answer, { onRegion, onWord }) {
