@@ -569,6 +569,7 @@ ACROSS_MODULES = {
     "gateway/static/test_drives.py": "the page is no Python: tried in a browser",
     "gateway/static/test_finds.py": "the page is no Python: tried in a browser",
     "gateway/static/test_page.py": "the page is no Python: tried in a browser",
+    "gateway/static/test_pictures.py": "the page is no Python: tried in a browser",
     "gateway/test_layers.py": "imports between the folders",
     "planner/test_layers.py": "imports between the folders",
     "mapper/test_moved_things.py": "a world that changes, through the whole map",

@@ -114,11 +114,17 @@ class Page:
         self.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=points)
         self.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
 
-    def press(self, key: str) -> None:
+    def press(self, key: str, *, shift: bool = False) -> None:
         """Press a key; "Enter" and " " also activate what has the focus."""
-        text = {"Enter": "\r", " ": " "}.get(key, "")
+        pressed: dict[str, Any] = {
+            "key": key,
+            "code": key,
+            "text": {"Enter": "\r", " ": " "}.get(key, ""),
+            "modifiers": 8 if shift else 0,
+            "windowsVirtualKeyCode": 27 if key == "Escape" else 0,  # by which a dialog knows it
+        }
         for kind in ("keyDown", "keyUp"):
-            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, text=text)
+            self.call("Input.dispatchKeyEvent", type=kind, **pressed)
 
     def _mouse(self, kind: str, place: tuple[float, float], **mouse: Any) -> None:
         self.call("Input.dispatchMouseEvent", type=kind, x=place[0], y=place[1], **mouse)
