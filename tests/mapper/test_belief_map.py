@@ -152,7 +152,7 @@ def test_assumed_floor_is_told_from_floor_that_was_seen() -> None:
     assert before[own]
     assert (belief.occupancy_grid()[before] == Occupancy.FREE).all()
     seen = compute_update(first, params).occupancy
-    cells = seen.cells[seen.clear] - np.array(belief.grid.origin_cell)
+    cells = seen.cells[seen.clear].numpy() - np.array(belief.grid.origin_cell)
     assert not before[tuple(cells.T)].any()
     belief.fuse(compute_update(scenes.field(1, scenes.pose(-2.5)), params))
     own = tuple(belief.grid.cells(np.array([-1.0, 0.0])))
@@ -181,6 +181,8 @@ def test_cuda_makes_the_same_map() -> None:
         device.store.features(order).cpu(), host.store.features(everything), atol=1e-4, rtol=1e-3
     )
     np.testing.assert_array_equal(host.layers(), device.layers())
+    np.testing.assert_array_equal(host.occupancy_grid(), device.occupancy_grid())
+    assert torch.equal(device.evidence.values.cpu(), host.evidence.values)
 
 
 @pytest.mark.parametrize("name", ["features", "confidence"])

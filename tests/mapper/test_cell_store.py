@@ -196,7 +196,7 @@ def test_removed_slots_are_filled_with_the_last(seed: int) -> None:
         np.testing.assert_array_equal(store.heights(slice(0, store.count)), whole.heights[left])
         np.testing.assert_array_equal(np.flatnonzero(store.changed_at == 2), np.sort(filled))
         again = store.add(np.full((len(gone), 2), 99))
-        assert (store.confidence[torch.from_numpy(again)] == 0).all()
+        assert (store.confidence[again] == 0).all()
         assert not store.heights(again).any()
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
+import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -19,7 +19,7 @@ def test_rows_since_are_those_that_were_marked(marks: list[list[int]], since: in
     log = ChangeLog()
     for count, rows in enumerate(marks):
         log.grow(1 + min(max([0, *rows]) // AREA, 3))  # it never shrinks
-        log.mark(np.array(rows, np.int64))
+        log.mark(torch.tensor(rows, dtype=torch.int64))
         assert log.number == count + 1
     expected = sorted({row for rows in marks[since:] for row in rows})
     assert log.rows_since(since).tolist() == expected
@@ -29,11 +29,11 @@ def test_rows_since_are_those_that_were_marked(marks: list[list[int]], since: in
 def test_a_change_of_everything_ends_what_can_be_told() -> None:
     log = ChangeLog()
     log.grow(1)
-    log.mark(np.array([3]))
+    log.mark(torch.tensor([3]))
     assert log.covers(0)
     log.mark_everything()
     assert not log.covers(1)
     assert log.covers(log.number)
-    log.mark(np.array([5]))
+    log.mark(torch.tensor([5]))
     assert log.rows_since(2).tolist() == [5]
     assert log.nbytes >= 8 * AREA

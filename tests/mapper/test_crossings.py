@@ -1,9 +1,12 @@
 """What crosses between host and device: the frame, and what was asked for; no whole table.
 
-The map is computed as on a GPU, without compiled code, and what would cross is counted.
+The map is computed as on a GPU, without compiled code, on a device that only pretends to be one.
+It is the same map as that of the compiled code on the host.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -12,28 +15,53 @@ import torch
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame_update import FrameUpdate, compute_update
-from onemap_mapper.map_scores import MapScores
+from onemap_mapper.map_scores import KnownScores, MapScores
+from onemap_mapper.params import MapParams
 from onemap_mapper.replies import search_view, similarity_reply
 from onemap_mapper.similarity import TextQuery
+from onemap_mapper.snapshot import MapSnapshot, restore, take
+from onemap_mapper.submaps.submap import submap_of
+from onemap_mapper.tiles import AREA
 from onemap_shared.geometry import I64
-from onemap_shared.messages import SimilarityRequest
+from onemap_shared.messages import FeatureField, SimilarityRequest
 from tests.mapper import scenes
-from tests.mapper.crossings import Crossings
+from tests.mapper.crossings import DEVICE, Crossings, WrongDevice
 
 PARAMS = scenes.params(compiled=False)
 CHANNELS = 16
 FEATURES = 4 * CHANNELS  # bytes of a cell's feature
-TEXT, OTHER = (
-    TextQuery(name, torch.eye(CHANNELS)[[k, 4, 5, 6]].contiguous(), 20.0)
-    for k, name in enumerate(("sofa", "bed"))
-)
+STATE = 4 + 1 + 1  # bytes of a cell of the tiles: slot, occupancy, assumed
+CONFIDENCES = 3 * 4  # bytes of an observed cell
+COUNTS = 250  # bytes: sizes and bounds of what lies on the device, whatever the map's size
+PLACES = [(-0.5, 0.0, 0.0), (-0.4, 0.1, 0.4), (0.2, -0.3, 2.0), (0.2, -0.3, 2.0)]
+
+
+@pytest.fixture
+def crossed(monkeypatch: pytest.MonkeyPatch) -> Iterator[Crossings]:
+    monkeypatch.setattr(MapParams, "torch_device", property(lambda _: DEVICE))
+    with Crossings() as made:
+        yield made
+
+
+@pytest.fixture
+def large(crossed: Crossings) -> BeliefMap:
+    return map_of(120, crossed)
+
+
+def fields() -> list[FeatureField]:
+    return [scenes.field(k, scenes.pose(*place)) for k, place in enumerate(PLACES)]
 
 
 def update(sequence: int) -> FrameUpdate:
     return compute_update(scenes.field(sequence, scenes.pose(-0.5, 0.0)), PARAMS)
 
 
-def map_of(side: int) -> BeliefMap:
+def text(name: str, channel: int) -> TextQuery:
+    concepts = torch.eye(CHANNELS, device=DEVICE)[torch.tensor([channel, 4, 5, 6], device=DEVICE)]
+    return TextQuery(name, concepts, 20.0)
+
+
+def map_of(side: int, crossed: Crossings) -> BeliefMap:
     """A frame, and a square field of other cells beside it."""
     belief = BeliefMap(PARAMS)
     belief.fuse(update(0))
@@ -41,73 +69,152 @@ def map_of(side: int) -> BeliefMap:
     belief.grow(cells)
     features = torch.rand((len(cells), CHANNELS), generator=torch.Generator().manual_seed(1))
     belief.revision += 1
-    slots = belief.slots_of(cells)
-    belief.store.fuse(slots, features, torch.ones(len(cells)), revision=belief.revision)
+    slots, ones = belief.slots_of(cells), torch.ones(len(cells), device=DEVICE)
+    belief.store.fuse(slots, features.to(DEVICE), ones, revision=belief.revision)
+    crossed.clear()
     return belief
 
 
-@pytest.fixture
-def large() -> BeliefMap:
-    return map_of(120)
+def assert_same(found: MapSnapshot, expected: MapSnapshot) -> None:
+    for name in ("cells", "driving_cells", "evidence", "clear", "confidence", "explored"):
+        got, wanted = getattr(found, name), getattr(expected, name)
+        np.testing.assert_allclose(got, wanted, rtol=1e-5, atol=1e-9, err_msg=name)
+    np.testing.assert_allclose(found.features, expected.features, atol=1e-5)
+    np.testing.assert_allclose(found.heights, expected.heights, atol=1e-5)
+    assert found.seen is not None
+    assert expected.seen is not None
+    for name in ("poses", "best", "last_seen_ns"):
+        np.testing.assert_array_equal(getattr(found.seen, name), getattr(expected.seen, name))
 
 
-def fused(belief: BeliefMap) -> Crossings:
-    frame, crossed = update(1), Crossings()
-    with crossed:
+def test_the_map_on_a_device_is_that_of_the_compiled_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    host = BeliefMap(scenes.params())
+    for field in fields():
+        host.fuse(compute_update(field, host.params))
+    expected = take(host)
+    monkeypatch.setattr(MapParams, "torch_device", property(lambda _: DEVICE))
+    with Crossings():
+        belief = BeliefMap(PARAMS)
+        for field in fields():
+            belief.fuse(compute_update(field, PARAMS))
+        assert_same(take(belief), expected)
+        again = restore(expected, PARAMS, encoder_id="", first_revision=1)
+        assert_same(take(again), expected)
+        share = submap_of(belief, 0, np.zeros(2), torch.float32)
+        belief.put_in(share.features)
+        belief.take_out(share.features)
+        assert_same(take(belief), expected)
+        belief.take_out(share.features)
+        assert belief.store.count == 0
+
+
+def test_fusing_a_frame_moves_nothing_but_counts(crossed: Crossings) -> None:
+    moved = []
+    for side in (2, 120):
+        belief, frame = map_of(side, crossed), update(1)
+        crossed.clear()
         belief.fuse(frame)
-    return crossed
+        assert crossed.to_device == []
+        moved.append((crossed.to_host, crossed.waits))
+    small, large = moved
+    assert small == large
+    assert sum(large[0]) <= COUNTS
 
 
-def test_fusing_a_frame_moves_no_more_into_a_large_map(large: BeliefMap) -> None:
-    small = map_of(2)
-    frame = update(1)
-    few, many = fused(small), fused(large)
-    assert few.bytes == many.bytes
-    assert sum(many.to_host) == 8 * len(frame.cells)  # confidences, for the slots and the views
-    assert sum(many.to_device) == 28 * len(frame.cells)  # index and place, gain and seed
+def test_new_tiles_send_where_they_lie(crossed: Crossings, large: BeliefMap) -> None:
+    belief, frame = BeliefMap(PARAMS), update(1)
+    crossed.clear()
+    belief.fuse(frame)
+    disc = 2 * 8 * 200  # cells around the camera of the first frame, at most
+    assert sum(crossed.to_device) <= 8 * belief.tiles.count + disc
+    assert sum(crossed.to_host) <= COUNTS
 
 
-def test_a_frame_is_sent_once(large: BeliefMap) -> None:
+def test_a_frame_is_sent_once(crossed: Crossings) -> None:
     field = scenes.field(1, scenes.pose(-0.5, 0.0))
-    with Crossings() as crossed:
-        cells = len(compute_update(field, PARAMS).cells)
+    found = compute_update(field, PARAMS)
     rows, columns = field.depth_mm.shape
-    assert sum(crossed.to_device) <= 8 * field.depth_mm.size + 4 * field.features.size + 12 * (
-        rows + columns
+    occupancy = (16 + PARAMS.levels + 3) * len(found.occupancy.cells)
+    assert sum(crossed.to_device) <= (
+        8 * field.depth_mm.size
+        + 4 * field.features.size
+        + 12 * (rows + columns)
+        + 48 * len(found.cells)
+        + occupancy
     )
-    assert sum(crossed.to_host) <= 16 * cells
+    assert sum(crossed.to_host) <= 16 * len(found.cells) + COUNTS
 
 
-def test_the_state_of_the_map_moves_nothing(large: BeliefMap) -> None:
+def test_the_state_of_the_map_brings_back_its_layers(crossed: Crossings, large: BeliefMap) -> None:
     scores = MapScores(large)
-    with Crossings() as crossed:
-        search_view(scores.of([]), text="")
-    assert crossed.bytes == 0
+    search_view(scores.of([]), text="")
+    rows = large.tiles.count * AREA
+    assert sum(crossed.to_host) == STATE * rows + CONFIDENCES * large.store.count
+    assert crossed.to_device == []
 
 
-def test_a_new_text_brings_back_its_scores_and_no_feature(large: BeliefMap) -> None:
+def test_a_planning_view_brings_back_what_changed(crossed: Crossings, large: BeliefMap) -> None:
     scores = MapScores(large)
-    scores.of([TEXT])
-    with Crossings() as crossed:
-        scored = scores.of([OTHER])
-        similarity_reply(scored, request=SimilarityRequest("bed"), params=MapperConfig())
-    assert sum(crossed.to_host) <= 8 * large.store.count + 1000  # score and cosine
-    assert sum(crossed.to_device) == 0
+    first = scores.changes([], KnownScores((), -1))
+    large.fuse(frame := update(1))
+    crossed.clear()
+    found = scores.changes([], KnownScores(first.serials, first.cells.number))
+    changed = len(found.cells.rows)
+    assert len(frame.cells) <= changed <= len(frame.cells) + len(frame.occupancy.cells)
+    assert sum(crossed.to_host) <= (8 + STATE + CONFIDENCES) * changed
+    assert crossed.to_device == []
+
+
+def test_a_new_text_brings_back_its_scores_and_no_feature(
+    crossed: Crossings, large: BeliefMap
+) -> None:
+    scores = MapScores(large)
+    scores.of([text("sofa", 0)])
+    crossed.clear()
+    other = text("bed", 1)
+    scored = scores.of([other])
+    similarity_reply(scored, request=SimilarityRequest("bed"), params=MapperConfig())
+    state = STATE * large.tiles.count * AREA + CONFIDENCES * large.store.count
+    scores_and_cosines = 8 * large.store.count
+    regions = 100 * large.store.count  # of the cells of the answer: heights and views
+    assert sum(crossed.to_host) <= state + scores_and_cosines + regions
     assert max(crossed.to_host) < FEATURES * large.store.count
 
 
-def test_a_text_that_is_asked_again_brings_back_what_changed(large: BeliefMap) -> None:
-    scores = MapScores(large)
-    scores.of([TEXT])
-    assert len(frame := update(1).cells) < large.store.count / 10
-    large.fuse(update(1))
-    with Crossings() as crossed:
-        scores.of([TEXT])
-    assert sum(crossed.to_host) <= 8 * len(frame) + 1000
-    assert sum(crossed.to_device) <= 40 * len(frame)
+def test_a_text_that_is_asked_again_brings_back_what_changed(
+    crossed: Crossings, large: BeliefMap
+) -> None:
+    scores, sofa = MapScores(large), text("sofa", 0)
+    known = scores.changes([sofa], KnownScores((), -1))
+    frame = update(1)
+    assert len(frame.cells) < large.store.count / 10
+    large.fuse(frame)
+    crossed.clear()
+    found = scores.changes([sofa], KnownScores(known.serials, known.cells.number))
+    changed = len(found.cells.rows)
+    assert len(frame.cells) <= changed < large.store.count / 10
+    assert sum(crossed.to_host) <= (8 + STATE + CONFIDENCES + 32) * changed + 1000
+    assert sum(crossed.to_device) <= 50 * changed
 
 
-def test_whole_tables_would_be_counted(large: BeliefMap) -> None:
-    with Crossings() as crossed:
-        large.store.features(np.arange(large.store.count)).cpu()
-    assert crossed.to_host == [FEATURES * large.store.count]
+def test_whole_tables_would_be_counted(crossed: Crossings, large: BeliefMap) -> None:
+    large.store.features(torch.arange(large.store.count, device=DEVICE)).cpu()
+    assert crossed.to_host[-1] == FEATURES * large.store.count
+
+
+def test_the_pretended_device_is_none_of_the_host(crossed: Crossings) -> None:
+    there, here = torch.ones(3, device=DEVICE), torch.ones(3)
+    for wrong in (
+        lambda: there + here,
+        lambda: there[here.long()],
+        lambda: there[np.zeros(2, np.int64)],
+        there.numpy,
+        lambda: torch.cat([here, there]),
+    ):
+        with pytest.raises(WrongDevice):
+            wrong()
+    assert crossed.bytes == 0
+    assert int(there.sum()) == 3
+    assert crossed.to_host == [8]
+    assert there.device == DEVICE != here.device
+    assert (there + 1).cpu().numpy().tolist() == [2, 2, 2]

@@ -49,7 +49,7 @@ def test_an_update_is_projection_and_blur(compiled: bool) -> None:
         depth_factor=PARAMS.depth_factor,
         half_width=PARAMS.blur_half_width_cells,
     )
-    features, confidence = slow.table(expected, update.cells)
+    features, confidence = slow.table(expected, update.cells.numpy())
     tolerance = 49 * MIN_WEIGHT * 2  # what the sparse kernel leaves out
     np.testing.assert_allclose(update.features, features, atol=tolerance)
     np.testing.assert_allclose(update.confidence, confidence, atol=tolerance)

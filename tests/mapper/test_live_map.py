@@ -128,7 +128,8 @@ def test_cells_that_change_their_slots_meanwhile_begin_it_again(
         gone = store.cells[:50].copy()
         changing.slots.values[changing.tiles.rows(gone)] = -1
         refilled = store.remove(np.arange(50), revision=9)
-        changing.slots.values[changing.tiles.rows(store.cells[refilled])] = refilled
+        moved = changing.tiles.rows_on_device(store.cells_of(refilled))
+        changing.slots.values[moved] = refilled.int()
 
     assert_same_content(written(path, Turns({2: shuffle}), changing), take(changing))
     always = Turns(dict.fromkeys(range(100), shuffle))

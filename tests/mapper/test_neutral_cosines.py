@@ -26,7 +26,7 @@ def test_they_follow_the_map(seed: int, steps: list[str]) -> None:
     sums = NeutralSums(WORDS, 20.0)
     sets = [torch.zeros(5), torch.tensor([0.0, -torch.inf, 0.0, 0.0, -torch.inf])]
     for revision, step in enumerate(["a", *steps], start=1):
-        slots = np.arange(store.count)
+        slots = torch.arange(store.count)
         if step == "a":
             slots = store.add(np.stack([np.arange(kept, kept + 4)] * 2, axis=1))
             kept += 4

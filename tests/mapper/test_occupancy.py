@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -217,16 +218,16 @@ def test_voxels_count_up_from_the_lowest_obstacle() -> None:
 )
 def test_evidence_is_bounded(have: list[int], more: list[int]) -> None:
     n = min(len(have), len(more))
-    total = accumulated_evidence(np.array([have[:n]], np.int8), np.array([more[:n]], np.int8))
+    total = accumulated_evidence(*(torch.tensor([x[:n]], dtype=torch.int8) for x in (have, more)))
     assert (total >= MIN_EVIDENCE).all()
     assert (total <= MAX_EVIDENCE).all()
 
 
 def test_states_need_evidence() -> None:
-    evidence = np.array(
-        [[0, 0], [0, OCCUPIED_THRESHOLD], [0, 0], [-4, OCCUPIED_THRESHOLD - 1]], np.int8
+    evidence = torch.tensor(
+        [[0, 0], [0, OCCUPIED_THRESHOLD], [0, 0], [-4, OCCUPIED_THRESHOLD - 1]], dtype=torch.int8
     )
-    clear = np.array([False, True, True, True])
+    clear = torch.tensor([False, True, True, True])
     assert occupancy_states(evidence, clear).tolist() == [
         Occupancy.UNKNOWN,
         Occupancy.OCCUPIED,
@@ -255,9 +256,9 @@ def test_a_whole_field_reaches_the_occupancy() -> None:
 
 def test_a_cell_changes_once_something_lasts_or_has_gone() -> None:
     free, occupied, unknown = Occupancy.FREE, Occupancy.OCCUPIED, Occupancy.UNKNOWN
-    before = np.array([free, free, occupied, occupied, unknown, unknown], np.uint8)
-    highest = np.array([4, 10, 4, 0, 12, 4], np.int8)  # 4: occupied, but for how long?
-    evidence = np.stack([np.full_like(highest, -4), highest], axis=1)
-    states = occupancy_states(evidence, np.ones(len(before), bool))
+    before = torch.tensor([free, free, occupied, occupied, unknown, unknown], dtype=torch.uint8)
+    highest = torch.tensor([4, 10, 4, 0, 12, 4], dtype=torch.int8)  # 4: occupied, but how long?
+    evidence = torch.stack([torch.full_like(highest, -4), highest], dim=1)
+    states = occupancy_states(evidence, torch.ones(len(before), dtype=torch.bool))
     after = settled_states(before, evidence, states)
     assert after.tolist() == [free, occupied, occupied, free, occupied, unknown]

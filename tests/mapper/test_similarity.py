@@ -138,7 +138,7 @@ def test_products_are_those_of_the_whole_table(
     slots = store.add(np.zeros((5000, 2), np.int64))
     store.fuse(slots, torch.from_numpy(unit(rng, 5000, 8)), torch.ones(5000), revision=1)
     vectors = torch.from_numpy(unit(rng, texts, 8))
-    for chosen in (slots, slots[::7], slots[4000:4200]):
+    for chosen in (each.numpy() for each in (slots, slots[::7], slots[4000:4200])):
         expected = vectors @ store.features(chosen).T
         torch.testing.assert_close(store.products(chosen, vectors), expected, rtol=0, atol=1e-6)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,13 +15,15 @@ Cell = tuple[int, int]
 CELLS = st.lists(st.tuples(st.integers(-400, 400), st.integers(-400, 400)), min_size=1)
 
 
-@given(st.lists(CELLS, min_size=1, max_size=4))
-def test_rows_and_cells_are_inverse_and_never_move(batches: list[list[Cell]]) -> None:
+@given(st.lists(st.tuples(CELLS, st.booleans()), min_size=1, max_size=4))
+def test_rows_and_cells_are_inverse_and_never_move(batches: list[tuple[list[Cell], bool]]) -> None:
     index = TileIndex(GridParams())
     known: dict[Cell, int] = {}
-    for batch in batches:
+    for batch, on_device in batches:
         cells = np.array(batch)
-        rows = index.allocate(cells)
+        index.allocate(torch.from_numpy(cells) if on_device else cells)
+        rows = index.rows(cells)
+        assert torch.equal(index.rows_on_device(torch.from_numpy(cells)), torch.from_numpy(rows))
         np.testing.assert_array_equal(index.cells(rows), cells)
         for cell, row in zip(batch, rows.tolist(), strict=True):
             assert known.setdefault(cell, row) == row
@@ -30,12 +33,12 @@ def test_rows_and_cells_are_inverse_and_never_move(batches: list[list[Cell]]) ->
 
 @given(CELLS)
 def test_crop_is_the_obvious_dense_array(batch: list[Cell]) -> None:
-    index, layer = TileIndex(GridParams()), TileLayer(np.int32, -7)
+    index, layer = TileIndex(GridParams()), TileLayer(torch.int32, -7)
     cells = np.unique(np.array(batch), axis=0)
-    rows = index.allocate(cells)
+    index.allocate(cells)
     layer.grow(index.count)
-    layer.values[rows] = np.arange(len(cells))
-    dense = index.to_dense(layer.values, -7)
+    layer.values[index.rows(cells)] = torch.arange(len(cells), dtype=torch.int32)
+    dense = index.to_dense(layer.values.numpy(), -7)
     assert dense.shape == index.grid.shape
     expected = np.full(dense.shape, -7)
     for number, cell in enumerate(cells):
@@ -54,8 +57,9 @@ def test_cells_without_a_tile_have_no_row() -> None:
 def test_an_empty_index_has_an_empty_grid() -> None:
     index = TileIndex(GridParams())
     assert index.grid.shape == (0, 0)
-    assert index.allocate(np.zeros((0, 2), np.int64)).shape == (0,)
-    assert index.to_dense(TileLayer(np.uint8, 0).values, 0).shape == (0, 0)
+    index.allocate(np.zeros((0, 2), np.int64))
+    assert index.rows_on_device(torch.zeros((2, 2), dtype=torch.int64)).tolist() == [NO_ROW] * 2
+    assert index.to_dense(TileLayer(torch.uint8, 0).values.numpy(), 0).shape == (0, 0)
 
 
 def test_a_jump_beyond_the_extent_is_refused_and_changes_nothing() -> None:
@@ -69,9 +73,9 @@ def test_a_jump_beyond_the_extent_is_refused_and_changes_nothing() -> None:
 
 
 def test_a_layer_grows_and_keeps_its_values() -> None:
-    layer = TileLayer(np.int8, 3, (2,))
+    layer = TileLayer(torch.int8, 3, (2,))
     layer.grow(1)
-    layer.values[5] = (1, 2)
+    layer.values[5] = torch.tensor([1, 2])
     layer.grow(4)
     assert layer.values.shape == (4 * AREA, 2)
     assert layer.values[5].tolist() == [1, 2]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import torch
 
 from onemap_mapper import view_log
 from onemap_mapper.view_log import ViewLog
@@ -24,8 +25,8 @@ def record(
     log: ViewLog, x_m: float, confidence: list[float], stamp_ns: int, yaw_rad: float = 0.5
 ) -> None:
     log.record(
-        ROWS,
-        np.array(confidence, np.float32),
+        torch.from_numpy(ROWS),
+        torch.tensor(confidence),
         T_map_camera=pose_2d(x_m, 2.0, yaw_rad) @ camera_mount(0.0, 1.0, 0.2),
         stamp_ns=stamp_ns,
         params=scenes.params(),
@@ -96,9 +97,9 @@ def test_robots_that_take_turns_have_views_of_their_own(log: ViewLog) -> None:
     poses = [pose_2d(x_m, 2.0, 0.5) @ camera_mount(0.0, 1.0, 0.2) for x_m in (0.0, 4.0)]
     for k in range(20):
         for robot, T_map_camera in enumerate(poses):
-            better = np.array([k + robot + 1.0] * 4, np.float32)
+            better = torch.full((4,), k + robot + 1.0)
             log.record(
-                ROWS,
+                torch.from_numpy(ROWS),
                 better,
                 T_map_camera=T_map_camera,
                 stamp_ns=k,

@@ -2,6 +2,9 @@
 
 ``frame_update.compute_update`` computes a frame's update without the map;
 ``BeliefMap.fuse`` fuses it. Only the frame's cells are written.
+
+All that is kept of a cell is on the device of the map, in layers by rows of its tiles and in the
+store by slots, and frames are fused there. The host knows which tiles there are.
 """
 
 from __future__ import annotations
@@ -9,6 +12,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import torch
 from torch import Tensor
 
 from onemap_mapper.cell_store import CellStore, FeatureShare
@@ -20,7 +24,6 @@ from onemap_mapper.kernels.fuse_rows import all_finite
 from onemap_mapper.keyframes import NO_VIEW, Views
 from onemap_mapper.map_version import NO_SLOT, MapVersion
 from onemap_mapper.occupancy import (
-    I8,
     OccupancyUpdate,
     accumulated_evidence,
     cells_within,
@@ -29,8 +32,9 @@ from onemap_mapper.occupancy import (
 )
 from onemap_mapper.params import MapParams
 from onemap_mapper.tiles import MapTooLarge, TileIndex, TileLayer
+from onemap_mapper.transfers import Index, to_device, to_host
 from onemap_mapper.view_log import ViewLog
-from onemap_shared.geometry import F32, F64, I64, U8, Bool
+from onemap_shared.geometry import F32, F64, U8
 from onemap_shared.grid import GridSpec, world_cells
 from onemap_shared.messages import Occupancy
 
@@ -57,16 +61,17 @@ class BeliefMap:
         self.revision = first_revision
         self._keeps_every_view = False
         self.store = self._new_store(0)
-        self.tiles = TileIndex(params)
-        self.slots = TileLayer(np.int32, NO_SLOT)
-        self.evidence = TileLayer(np.int8, 0, (params.levels + 1,))
-        self.clear = TileLayer(np.bool_, 0)
-        self.assumed = TileLayer(np.bool_, 0)  # clear, though no camera saw this floor
-        self.occupancy = TileLayer(np.uint8, Occupancy.UNKNOWN)
-        self.settled = TileLayer(np.uint8, Occupancy.UNKNOWN)  # of ``occupancy``, what lasted
+        self._device = device = params.torch_device
+        self.tiles = TileIndex(params, device)
+        self.slots = TileLayer(torch.int32, NO_SLOT, (), device)
+        self.evidence = TileLayer(torch.int8, 0, (params.levels + 1,), device)
+        self.clear = TileLayer(torch.bool, 0, (), device)
+        self.assumed = TileLayer(torch.bool, 0, (), device)  # clear, though no camera saw the floor
+        self.occupancy = TileLayer(torch.uint8, Occupancy.UNKNOWN, (), device)
+        self.settled = TileLayer(torch.uint8, Occupancy.UNKNOWN, (), device)  # of it, what lasted
         self.newest_views = NO_VIEW  # that the newest frame counted for
-        self.view_log = ViewLog()
-        self.changes = ChangeLog()
+        self.view_log = ViewLog(device)
+        self.changes = ChangeLog(device)
 
     def history(self, robot: int = 0) -> FrameHistory:
         """What is remembered of a robot's frames."""
@@ -85,10 +90,14 @@ class BeliefMap:
     @property
     def memory_bytes(self) -> int:
         """Bytes of features and layers, with those reserved for growth."""
-        layers = (self.slots, self.evidence, self.clear, self.assumed, self.occupancy, self.settled)
         logs = self.view_log.nbytes + self.changes.nbytes
         held = self.store.nbytes + self.tiles.nbytes + logs
-        return held + sum(layer.nbytes for layer in layers)
+        return held + sum(layer.nbytes for layer in self._layers)
+
+    @property
+    def _layers(self) -> tuple[TileLayer, ...]:
+        """What is kept of every cell of a tile."""
+        return (self.slots, self.evidence, self.clear, self.assumed, self.occupancy, self.settled)
 
     def fuse(self, update: FrameUpdate, views: Views | None = None, *, robot: int = 0) -> None:
         """Fuse one frame of a robot. Raises ``FieldRejected`` before anything has changed.
@@ -98,7 +107,7 @@ class BeliefMap:
         self._check(update)
         history = self.history(robot)
         free = self._assumed_free(update, history.start_m)
-        self.grow(np.concatenate([update.cells, update.occupancy.cells, free]))
+        self.grow(torch.cat([update.cells, update.occupancy.cells, free]))
         if self.dimension == 0:
             self.set_encoder(update.encoder_id, update.text_space, update.features.shape[1])
         self._add_process_noise(update.stamp_ns, history.stamp_ns)
@@ -115,11 +124,11 @@ class BeliefMap:
             views=self.newest_views,
             heights=update.heights,
         )
-        rows = self.tiles.rows(update.cells)
+        rows = self.tiles.rows_on_device(update.cells)
         self.changes.mark(rows)
         self.view_log.record(
             rows,
-            update.confidence.cpu().numpy(),
+            update.confidence,
             T_map_camera=update.T_map_camera,
             stamp_ns=update.stamp_ns,
             params=self.params,
@@ -148,97 +157,100 @@ class BeliefMap:
         self.encoder_id, self.text_space = encoder_id, text_space
         self.store = self._new_store(dimension)
 
-    def grow(self, cells: I64) -> None:
+    def grow(self, cells: Index) -> None:
         """Allocate tiles for world cells (n, 2). Raises ``MapTooLarge`` before any change."""
         self.tiles.allocate(cells)
-        layers = (self.slots, self.evidence, self.clear, self.assumed, self.occupancy, self.settled)
-        for layer in layers:
+        for layer in self._layers:
             layer.grow(self.tiles.count)
         self.view_log.grow(self.tiles.count)
         self.changes.grow(self.tiles.count)
 
-    def slots_of(self, cells: I64) -> I64:
+    def slots_of(self, cells: Index) -> Tensor:
         """Slots (n,) of distinct world cells (n, 2) inside the tiles, new where there were none."""
-        rows = self.tiles.rows(cells)
-        slots = self.slots.values[rows].astype(np.int64)
-        new = slots == NO_SLOT
-        slots[new] = self.store.add(cells[new])
-        self.slots.values[rows[new]] = slots[new]
+        cells = to_device(cells, self._device)
+        rows = self.tiles.rows_on_device(cells)
+        slots = self.slots.values[rows].long()
+        new = torch.nonzero(slots == NO_SLOT).squeeze(1)
+        if len(new):
+            slots[new] = self.store.add(cells[new])
+            self.slots.values[rows[new]] = slots[new].int()
         return slots
 
-    def fuse_occupancy(self, frame: OccupancyUpdate) -> I64:
+    def fuse_occupancy(self, frame: OccupancyUpdate) -> Tensor:
         """Add a frame's evidence to cells inside the tiles.
 
         Returns the cells (k, 2) in which something stands now that did not, or the other way round.
         """
-        rows = self.tiles.rows(frame.cells)
+        rows = self.tiles.rows_on_device(frame.cells)
         evidence = accumulated_evidence(self.evidence.values[rows], frame.evidence)
         clear = self.clear.values[rows] | frame.clear
         states = occupancy_states(evidence, clear)
         assumed = self.assumed.values[rows] & ~frame.clear
-        self._mark_driving(rows, states, assumed)
-        self.evidence.values[rows] = evidence
-        self.clear.values[rows] = clear
-        self.assumed.values[rows] = assumed
-        self.occupancy.values[rows] = states
+        self._set_driving(rows, evidence, clear, assumed)
         before = self.settled.values[rows]
         self.settled.values[rows] = after = settled_states(before, evidence, states)
-        changed: I64 = frame.cells[(before != Occupancy.UNKNOWN) & (after != before)]
-        return changed
+        return frame.cells[(before != Occupancy.UNKNOWN) & (after != before)]
 
     def keep_every_view(self) -> None:
         """Let no view fade from now on, in float32: only so can views be taken out again."""
         self._keeps_every_view = True
         self.store.keep_every_view()
 
-    def _doubt_beside(self, changed: I64) -> None:
+    def _doubt_beside(self, changed: Tensor) -> None:
         """Let features at cells (k, 2) that changed, and beside them, count for little from now on.
 
         They are those of another thing; beside them, because a patch shows both sides of an edge.
         """
         if len(changed) == 0 or self._keeps_every_view:
             return
-        reach = np.arange(-CHANGE_REACH_CELLS, CHANGE_REACH_CELLS + 1)
-        steps = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)
-        rows = self.tiles.rows((changed[:, None] + steps).reshape(-1, 2))
-        slots = np.unique(self.slots.values[rows[rows >= 0]])
-        self.store.doubt(slots[slots != NO_SLOT].astype(np.int64), self.params.changed_confidence)
+        reach = torch.arange(-CHANGE_REACH_CELLS, CHANGE_REACH_CELLS + 1, device=changed.device)
+        near = (changed[:, None] + torch.cartesian_prod(reach, reach)).flatten(end_dim=1)
+        rows = self.tiles.rows_on_device(near)
+        slots = self.slots.values[rows[rows >= 0]].long()
+        self.store.doubt(slots[slots != NO_SLOT], self.params.changed_confidence)
 
     def put_in(self, share: FeatureShare) -> None:
         """Fuse a share of the features. Raises ``MapTooLarge`` before any change."""
         self.grow(share.cells)
         self.revision += 1
-        self.store.put_in(self.slots_of(share.cells), share, revision=self.revision)
-        self.changes.mark(self.tiles.rows(share.cells))
+        cells = to_device(share.cells, self._device)
+        self.store.put_in(self.slots_of(cells), share, revision=self.revision)
+        self.changes.mark(self.tiles.rows_on_device(cells))
 
     def take_out(self, share: FeatureShare) -> None:
         """Undo ``put_in``: cells of which nothing remains are no longer observed."""
         self.revision += 1
-        rows = self.tiles.rows(share.cells)
-        slots = self.slots.values[rows].astype(np.int64)
+        rows = self.tiles.rows_on_device(to_device(share.cells, self._device))
+        slots = self.slots.values[rows].long()
         known = slots != NO_SLOT  # the others were emptied before, up to rounding
         rows, slots = rows[known], slots[known]
-        empty = self.store.take_out(slots, share.only(known), revision=self.revision)
+        empty = self.store.take_out(slots, share.only(to_host(known)), revision=self.revision)
         self.slots.values[rows[empty]] = NO_SLOT
         refilled = self.store.remove(slots[empty], revision=self.revision)
-        moved = self.tiles.rows(self.store.cells[refilled])
-        self.slots.values[moved] = refilled
-        self.changes.mark(np.concatenate([rows, moved]))
+        moved = self.tiles.rows_on_device(self.store.cells_of(refilled))
+        self.slots.values[moved] = refilled.int()
+        self.changes.mark(torch.cat([rows, moved]))
 
-    def set_occupancy(self, rows: I64, evidence: I8, clear: Bool) -> None:
+    @property
+    def driving_rows(self) -> Tensor:
+        """Ascending rows (n,) of ``tiles`` with any evidence, or with floor."""
+        known = self.clear.values | self.evidence.values.any(dim=1)
+        return torch.nonzero(known).squeeze(1)
+
+    def set_occupancy(self, rows: Index, evidence: Tensor, clear: Tensor) -> None:
         """Replace what is known of cells, by rows (n,) of ``tiles``, as ``OccupancyUpdate``."""
+        rows, evidence, clear = (to_device(each, self._device) for each in (rows, evidence, clear))
+        self._set_driving(rows, evidence, clear, self.assumed.values[rows] & clear)
+
+    def _set_driving(self, rows: Tensor, evidence: Tensor, clear: Tensor, assumed: Tensor) -> None:
+        """Set what is known of cells, by rows (n,), and log which of them look different now."""
         states = occupancy_states(evidence, clear)
-        assumed = self.assumed.values[rows] & clear
-        self._mark_driving(rows, states, assumed)
+        other = self.occupancy.values[rows] != states
+        self.changes.mark(rows[other | (self.assumed.values[rows] != assumed)])
         self.evidence.values[rows] = evidence
         self.clear.values[rows] = clear
         self.assumed.values[rows] = assumed
         self.occupancy.values[rows] = states
-
-    def _mark_driving(self, rows: I64, states: U8, assumed: Bool) -> None:
-        """Log which cells, by rows (n,), are to get another occupancy or ``assumed``."""
-        other = self.occupancy.values[rows] != states
-        self.changes.mark(rows[other | (self.assumed.values[rows] != assumed)])
 
     def reset_searched(self, robot: int = 0) -> None:
         """Reset a robot's sigma_E, as its search begins; features and their variance stay."""
@@ -256,7 +268,7 @@ class BeliefMap:
             slots=shared.slots.copy(),
             occupancy=shared.occupancy.copy(),
             assumed=shared.assumed.copy(),
-            heights=shared.heights.copy(),
+            heights=shared.heights.clone(),
             view_log=shared.view_log.copy(),
             histories=self.histories.copy(),
         )
@@ -281,10 +293,10 @@ class BeliefMap:
             encoder_id=self.encoder_id,
             explored_variance=self.params.explored_variance,
             tiles=self.tiles,
-            slots=self.slots.values,
-            occupancy=self.occupancy.values,
-            assumed=self.assumed.values,
-            confidences=self.store.confidences(slice(0, self.store.count)).numpy(),
+            slots=to_host(self.slots.values),
+            occupancy=to_host(self.occupancy.values),
+            assumed=to_host(self.assumed.values),
+            confidences=to_host(self.store.confidences(slice(0, self.store.count))),
             heights=self.store.all_heights,
             view_log=self.view_log,
         )
@@ -331,7 +343,7 @@ class BeliefMap:
             self.store.add_process_noise(rate_per_s=rate_per_s, elapsed_s=elapsed_s)
             self.changes.mark_everything()
 
-    def _assumed_free(self, update: FrameUpdate, start_m: F64 | None) -> I64:
+    def _assumed_free(self, update: FrameUpdate, start_m: F64 | None) -> Tensor:
         """Cells (n, 2) that count as free though no camera sees their floor.
 
         Around the camera's first position, ``start_m``; and, while it is there, from there to the
@@ -340,17 +352,15 @@ class BeliefMap:
         radius_m, none = self.params.initially_free_radius_m, np.zeros((0, 2), np.int64)
         first = start_m is None
         start_m = update.camera_m if start_m is None else start_m
+        seen = update.occupancy
         if radius_m == 0 or np.linalg.norm(update.camera_m[:2] - start_m[:2]) > radius_m:
-            return none
+            return seen.cells[:0]
         disc = cells_within(start_m, radius_m, self.params.cell_size_m) if first else none
-        return np.concatenate([disc, update.occupancy.cells[update.occupancy.blind]])
+        return torch.cat([to_device(disc, self._device), seen.cells[seen.blind]])
 
-    def assume_free(self, cells: I64) -> None:
+    def assume_free(self, cells: Tensor) -> None:
         """Take floor of world cells (n, 2) inside the tiles for free; no camera sees it."""
-        rows = self.tiles.rows(cells)
-        assumed = self.assumed.values[rows] | ~self.clear.values[rows]
-        states = occupancy_states(self.evidence.values[rows], np.ones(len(rows), bool))
-        self._mark_driving(rows, states, assumed)
-        self.assumed.values[rows] = assumed
-        self.clear.values[rows] = True
-        self.occupancy.values[rows] = states
+        rows = self.tiles.rows_on_device(cells)
+        evidence, clear = self.evidence.values[rows], self.clear.values[rows]
+        assumed = self.assumed.values[rows] | ~clear
+        self._set_driving(rows, evidence, torch.ones_like(clear), assumed)

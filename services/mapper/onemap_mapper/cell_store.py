@@ -1,9 +1,9 @@
 """The belief of every observed cell: its feature and its three confidences.
 
 Cells are packed in order of first observation ("slots"), so memory is proportional to the
-observed area. Features lie in blocks, so that growing never copies them. Only they are on the
-device: confidences, 24 bytes per cell, are on the host, where replies read all of them, so that
-a frame moves those of its own cells.
+observed area. Features lie in blocks, so that growing never copies them. All that is kept of a
+slot is on the device of the map, so that a frame, which is computed there, brings nothing back.
+Slots are given as numbers on the host or the device.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from onemap_mapper.kernels.fuse_rows import fuse_rows
 from onemap_mapper.kernels.half_rows import fuse_half_rows
 from onemap_mapper.keyframes import ONE_VIEW, Views
 from onemap_mapper.stochastic_rounding import rounded, seeds
+from onemap_mapper.transfers import Index, to_device, to_host
 from onemap_shared.geometry import F32, I64, Bool
 
 BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
@@ -43,7 +44,7 @@ def searched_row(robot: int) -> int:
 
 @dataclass(frozen=True, slots=True)
 class FeatureShare:
-    """What some frames contribute to cells.
+    """What some frames contribute to cells, on the host.
 
     cells (n, 2) int64 distinct world cells; features (n, D), their confidence-weighted mean, in
     any precision; confidence, searched and explored (n,) float64, the sums of c, of that of
@@ -75,7 +76,11 @@ class FeatureShare:
 
 
 class CellStore:
-    """The slots of one map; device and dtype of the features are fixed at construction."""
+    """The slots of one map; the device, and the dtype of the features, are fixed at construction.
+
+    It has two kinds of readers: those that ask for arrays on the host (``cells``, ``share``), and
+    those that compute on the device.
+    """
 
     def __init__(
         self,
@@ -95,19 +100,17 @@ class CellStore:
         # Rows: c, that of keyframes since the reset, that of all keyframes; from the fourth on, the
         # second for a further robot each, once it has one. In float64, so that what is taken out
         # again leaves nothing.
-        self._confidence = torch.zeros((3, 0), dtype=torch.float64)
-        self._cells = np.zeros((0, 2), np.int64)
-        self._changed_at = np.zeros(0, np.int64)
-        self._group_changed_at = np.zeros(0, np.int64)  # the newest of each group of slots
-        self._heights = HeightStore()
+        self._confidence = torch.zeros((3, 0), dtype=torch.float64, device=device)
+        self._cells = torch.zeros((0, 2), dtype=torch.int64, device=device)
+        self._changed_at = self._cells.new_zeros(0)
+        self._group_changed_at = self._cells.new_zeros(0)  # the newest of each group of slots
+        self._heights = HeightStore(device)
 
     @property
     def nbytes(self) -> int:
-        """Bytes held on host and device, with those reserved for growth."""
-        tensors = [*self._blocks, self._confidence]
-        held = sum(tensor.numel() * tensor.element_size() for tensor in tensors)
-        cells = (self._cells, self._changed_at, self._group_changed_at, self._heights)
-        return held + sum(array.nbytes for array in cells)
+        """Bytes held, with those reserved for growth."""
+        per_slot = (self._confidence, self._cells, self._changed_at, self._group_changed_at)
+        return self._heights.nbytes + sum(held.nbytes for held in (*self._blocks, *per_slot))
 
     @property
     def blocks(self) -> tuple[Tensor, ...]:
@@ -116,26 +119,31 @@ class CellStore:
 
     @property
     def cells(self) -> I64:
-        """World cells (count, 2) of the slots."""
-        return self._cells[: self.count]
+        """World cells (count, 2) of the slots, on the host; not to be written."""
+        cells: I64 = to_host(self._cells[: self.count])
+        return cells
+
+    def cells_of(self, slots: Tensor) -> Tensor:
+        """World cells (n, 2) of these slots, on the device."""
+        return self._cells[slots]
 
     @property
-    def changed_at(self) -> I64:
-        """Map revision (count,) at which each slot's feature last changed."""
+    def changed_at(self) -> Tensor:
+        """Map revision (count,) int64 at which each slot's feature last changed."""
         return self._changed_at[: self.count]
 
     def changed_since(self, revision: int, kept: int) -> I64:
         """As ``FeatureTable.changed_since``; takes the time of what changed, not of the map."""
         kept = min(kept, self.count)
-        groups = np.flatnonzero(self._group_changed_at > revision)
-        slots = (groups[:, None] * GROUP + np.arange(GROUP)).ravel()
+        groups = torch.nonzero(self._group_changed_at > revision)
+        slots = (groups * GROUP + torch.arange(GROUP, device=self._device)).flatten()
         slots = slots[slots < kept]
-        changed = slots[self._changed_at[slots] > revision]
+        changed = to_host(slots[self._changed_at[slots] > revision])
         return np.concatenate([changed, np.arange(kept, self.count)])
 
     @property
     def confidence(self) -> Tensor:
-        """c = 1 / sigma^2 (count,) float32 > 0, on the host as all confidences."""
+        """c = 1 / sigma^2 (count,) float32 > 0, on the device as all confidences."""
         return self._confidence[0, : self.count].float()
 
     @property
@@ -148,38 +156,40 @@ class CellStore:
         """c (count,) float32 >= 0 of keyframes only."""
         return self._confidence[2, : self.count].float()
 
-    def confidences(self, part: slice | I64) -> Tensor:
+    def confidences(self, part: slice | Tensor) -> Tensor:
         """The confidences (3 + further robots, k) float32 of these slots, as above."""
         return self._confidence[:, part].float()
 
     @property
-    def all_heights(self) -> F32:
+    def all_heights(self) -> Tensor:
         """Shares (count, LEVELS) of height of all slots; not to be written."""
         return self._heights.first(self.count)
 
-    def heights(self, slots: I64 | slice) -> F32:
+    def heights(self, slots: Tensor | slice) -> Tensor:
         """Shares (n, LEVELS) float32 of height of these slots, a copy."""
-        return self._heights.of(slots)
+        return self._heights.of(slots).clone()
 
-    def add(self, cells: I64) -> I64:
+    def add(self, cells: Index) -> Tensor:
         """New slots (n,) for world cells (n, 2) that have none."""
-        slots = np.arange(self.count, self.count + len(cells))
-        self.count += len(cells)
+        first, self.count = self.count, self.count + len(cells)
         while len(self._blocks) * BLOCK < self.count:
             shape = (BLOCK, self.dimension)
             self._blocks.append(torch.zeros(shape, device=self._device, dtype=self._dtype))
         if self.count > len(self._cells):
-            reserved = max(len(self._blocks) * BLOCK, int(len(self._cells) * RESERVE))
-            extra = reserved - len(self._cells)
-            self._cells = np.concatenate([self._cells, np.zeros((extra, 2), np.int64)])
-            self._changed_at = np.concatenate([self._changed_at, np.zeros(extra, np.int64)])
-            groups = -(-reserved // GROUP) - len(self._group_changed_at)
-            self._group_changed_at = np.pad(self._group_changed_at, (0, groups))
-            grown = self._confidence.new_zeros((len(self._confidence), extra))
-            self._confidence = torch.cat([self._confidence, grown], dim=1)
-            self._heights.reserve(reserved)
-        self._cells[slots] = cells
-        return slots
+            self._reserve(max(len(self._blocks) * BLOCK, int(len(self._cells) * RESERVE)))
+        self._cells[first : self.count] = to_device(cells, self._device)
+        return torch.arange(first, self.count, device=self._device)
+
+    def _reserve(self, slots: int) -> None:
+        """Make room for what is kept of so many slots beside their features."""
+        extra, groups = slots - len(self._cells), -(-slots // GROUP) - len(self._group_changed_at)
+        self._cells = torch.cat([self._cells, self._cells.new_zeros((extra, 2))])
+        self._changed_at = torch.cat([self._changed_at, self._changed_at.new_zeros(extra)])
+        older = self._group_changed_at
+        self._group_changed_at = torch.cat([older, older.new_zeros(groups)])
+        grown = self._confidence.new_zeros((len(self._confidence), extra))
+        self._confidence = torch.cat([self._confidence, grown], dim=1)
+        self._heights.reserve(slots)
 
     def keep_every_view(self) -> None:
         """Let no view fade from now on, and convert to float32, so that ``take_out`` is exact."""
@@ -188,35 +198,34 @@ class CellStore:
 
     def fuse(
         self,
-        slots: I64,
+        slots: Index,
         features: Tensor,
         confidence: Tensor,
         *,
         revision: int,
         views: Views = ONE_VIEW,
-        heights: F32 | None = None,
+        heights: Tensor | None = None,
     ) -> None:
         """Fuse an observation, features (n, D) and confidence (n,) float32, into distinct slots.
 
-        views: how often it counts for searched and explored; heights (n, LEVELS): its shares of
-        height, None if they are not known.
+        The arrays are on the device. views: how often it counts for searched and explored; heights
+        (n, LEVELS): its shares of height, None if they are not known.
         """
-        index, confidence = torch.from_numpy(slots), confidence.cpu()
-        known = self._confidence[0, index].clamp(max=self.max_prior)
+        slots = to_device(slots, self._device)
+        known = self._confidence[0, slots].clamp(max=self.max_prior)
         K = gain(known, confidence).float()
         self._move(slots, features, K)
         if heights is not None:
-            self._heights.move(slots, heights, K.numpy())
+            self._heights.move(slots, heights, K)
         searched = self._searched_row(views.robot)
         for row, times in ((0, 1.0), (searched, views.searched), (EXPLORED, views.explored)):
             if times > 0:
-                self._confidence[row, index] += times * confidence
+                self._confidence[row, slots] += times * confidence
         self._set_changed(slots, revision)
 
-    def _move(self, slots: I64, features: Tensor, K: Tensor) -> None:
+    def _move(self, slots: Tensor, features: Tensor, K: Tensor) -> None:
         """Move the features of distinct slots by gains K (n,) float32 towards features (n, D)."""
-        seed = seeds(self._confidence[0, torch.from_numpy(slots)]).to(self._device)
-        K = K.to(self._device)
+        seed = seeds(self._confidence[0, slots])
         for block, chosen, within in self._by_block(slots):
             table = self._blocks[block]
             if self._compiled and self._dtype == torch.float32:
@@ -233,73 +242,81 @@ class CellStore:
                 table[within] = rounded(mean, seed[chosen]) if half else mean
 
     def share(self, dtype: torch.dtype) -> FeatureShare:
-        """A copy of all content, on the CPU, with features in ``dtype``."""
-        features = self.features(np.arange(self.count)).cpu().to(dtype)
-        confidence, searched, explored = self._confidence[:, : self.count].clone()
-        heights = self.heights(slice(0, self.count))
+        """A copy of all content, on the host, with features in ``dtype``."""
+        everything = torch.arange(self.count, device=self._device)
+        features = self.features(everything).cpu().to(dtype)
+        confidence, searched, explored = self._confidence[:, : self.count].clone().cpu()
+        heights = to_host(self.heights(slice(0, self.count)))
         return FeatureShare(self.cells.copy(), features, confidence, searched, explored, heights)
 
-    def put_in(self, slots: I64, share: FeatureShare, *, revision: int) -> None:
+    def put_in(self, slots: Index, share: FeatureShare, *, revision: int) -> None:
         """Fuse a share into the slots (n,) of its cells; what was known counts in full."""
-        index = torch.from_numpy(slots)
-        parts = (share.confidence, share.searched, share.explored)
-        K = gain(self._confidence[0, index], parts[0])
-        self._move(slots, share.features.to(self._device).float(), K.float())
-        self._heights.move(slots, share.heights, K.float().numpy())
+        slots = to_device(slots, self._device)
+        parts = self._sums_of(share)
+        K = gain(self._confidence[0, slots], parts[0]).float()
+        self._move(slots, share.features.to(self._device).float(), K)
+        self._heights.move(slots, to_device(share.heights, self._device), K)
         for row, part in enumerate(parts):
-            self._confidence[row, index] += part
+            self._confidence[row, slots] += part
         self._set_changed(slots, revision)
 
-    def take_out(self, slots: I64, share: FeatureShare, *, revision: int) -> Bool:
+    def take_out(self, slots: Index, share: FeatureShare, *, revision: int) -> Tensor:
         """Undo ``put_in``; returns (n,) bool: nothing remains of the slot, which is now zero.
 
         Fusing with the gain -c_s / (c - c_s) gives (c F - c_s F_s) / (c - c_s).
         """
-        index = torch.from_numpy(slots)
-        before, taken = self._confidence[0, index], share.confidence
+        slots = to_device(slots, self._device)
+        taken, *parts = self._sums_of(share)
+        before = self._confidence[0, slots]
         rest = before - taken
         empty = rest <= EMPTY_BELOW[self._dtype] * before
-        K = torch.where(empty, 0.0, -taken / rest)
+        K = torch.where(empty, 0.0, -taken / rest).float()
         features = share.features.to(self._device).float()
-        gains, kept = K.float().to(self._device), (~empty).to(self._device)
         for block, chosen, within in self._by_block(slots):
             table = self._blocks[block]
-            left = fused(table[within].float(), features[chosen], gains[chosen])
-            table[within] = (left * kept[chosen, None]).to(self._dtype)
-        self._confidence[0, index] = torch.where(empty, 0.0, rest)
-        for row, part in enumerate((share.searched, share.explored), start=1):
-            left = (self._confidence[row, index] - part).clamp(min=0.0)
-            self._confidence[row, index] = torch.where(empty, 0.0, left)
+            left = fused(table[within].float(), features[chosen], K[chosen])
+            table[within] = (left * ~empty[chosen, None]).to(self._dtype)
+        self._confidence[0, slots] = torch.where(empty, 0.0, rest)
+        for row, part in enumerate(parts, start=1):
+            left = (self._confidence[row, slots] - part).clamp(min=0.0)
+            self._confidence[row, slots] = torch.where(empty, 0.0, left)
         self._set_changed(slots, revision)
-        emptied: Bool = empty.numpy()
-        self._heights.move(slots, share.heights, K.float().numpy())
-        self._heights.clear(slots[emptied])
-        return emptied
+        self._heights.move(slots, to_device(share.heights, self._device), K)
+        self._heights.put(slots, self._heights.of(slots) * ~empty[:, None])
+        return empty
 
-    def remove(self, slots: I64, *, revision: int) -> I64:
+    def _sums_of(self, share: FeatureShare) -> tuple[Tensor, Tensor, Tensor]:
+        """The sums of confidence of a share, by row of the confidences."""
+        confidence, searched, explored = (
+            part.to(self._device) for part in (share.confidence, share.searched, share.explored)
+        )
+        return confidence, searched, explored
+
+    def remove(self, slots: Index, *, revision: int) -> Tensor:
         """Remove distinct slots; returns the slots (k,) that were filled again, with the last ones.
 
         The other slots keep their numbers.
         """
-        gone = np.zeros(self.count, bool)
-        gone[slots] = True
+        gone = torch.zeros(self.count, dtype=torch.bool, device=self._device)
+        gone[to_device(slots, self._device)] = True
         count = self.count - len(slots)
-        to, last = np.flatnonzero(gone[:count]), count + np.flatnonzero(~gone[count:])
+        to = torch.nonzero(gone[:count]).squeeze(1)
+        last = count + torch.nonzero(~gone[count:]).squeeze(1)
         features = self.features(last)
         for block, chosen, within in self._by_block(to):
             self._blocks[block][within] = features[chosen].to(self._dtype)
-        into, moved = (torch.from_numpy(each) for each in (to, last))
-        self._confidence[:, into] = self._confidence[:, moved]
+        self._confidence[:, to] = self._confidence[:, last]
         self._confidence[:, count : self.count] = 0.0
         self._heights.put(to, self._heights.of(last))
-        self._heights.clear(np.arange(count, self.count))
+        self.all_heights[count:] = 0.0
         self._cells[to] = self._cells[last]
         self._set_changed(to, revision)
         self.count = count
         return to
 
-    def features(self, slots: I64) -> Tensor:
-        """Features (n, D) float32 of these slots, a copy."""
+    def features(self, slots: Index) -> Tensor:
+        """Features (n, D) float32 of these slots, a copy on the device."""
+        slots = to_device(slots, self._device)
         gathered = torch.empty((len(slots), self.dimension), device=self._device)
         for block, chosen, within in self._by_block(slots):
             gathered[chosen] = self._blocks[block][within].float()
@@ -307,7 +324,7 @@ class CellStore:
 
     def table(self) -> FeatureTable:
         """All features, not copied, with a copy of when they changed."""
-        return replace(self._shared_table(), changed_at=self.changed_at.copy())
+        return replace(self._shared_table(), changed_at=self.changed_at.clone())
 
     def copied(self, slots: I64) -> FeatureTable:
         """A copy of the features of ascending slots, as they are stored."""
@@ -316,9 +333,9 @@ class CellStore:
         for block, (start, end) in enumerate(pairwise(bounds.tolist())):
             if start == end:
                 continue
-            within = torch.from_numpy(slots[start:end] - block * BLOCK).to(self._device)
+            within = to_device(slots[start:end] - block * BLOCK, self._device)
             torch.index_select(self._blocks[block], 0, within, out=rows[start:end])
-        changed_at = self._changed_at[slots]
+        changed_at = self._changed_at[to_device(slots, self._device)]
         return FeatureTable((rows,), changed_at, self._device, self._compiled, slots, self.count)
 
     def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
@@ -339,10 +356,9 @@ class CellStore:
             self._confidence, rate_per_s=rate_per_s, elapsed_s=elapsed_s
         )
 
-    def doubt(self, slots: I64, most: float) -> None:
-        """Let what is known of distinct slots count for ``most`` at most from now on."""
-        index = torch.from_numpy(slots)
-        self._confidence[0, index] = self._confidence[0, index].clamp(max=most)
+    def doubt(self, slots: Tensor, most: float) -> None:
+        """Let what is known of slots count for ``most`` at most from now on."""
+        self._confidence[0, slots] = self._confidence[0, slots].clamp(max=most)
 
     def reset_searched(self, robot: int = 0) -> None:
         """Set sigma_E of a robot to infinity in all slots; features and their confidence stay."""
@@ -351,11 +367,11 @@ class CellStore:
 
     def set_searched_confidence(self, confidence: Tensor) -> None:
         """Set 1 / sigma_E^2 (count,) of all slots, as loaded from a file."""
-        self._confidence[SEARCHED, : self.count] = confidence.cpu()
+        self._confidence[SEARCHED, : self.count] = confidence.to(self._device)
 
     def set_explored_confidence(self, confidence: Tensor) -> None:
         """Set the confidence of keyframes (count,) of all slots, as loaded from a file."""
-        self._confidence[EXPLORED, : self.count] = confidence.cpu()
+        self._confidence[EXPLORED, : self.count] = confidence.to(self._device)
 
     def _searched_row(self, robot: int) -> int:
         """The row of 1 / sigma_E^2 of a robot, made where it has none yet."""
@@ -366,18 +382,17 @@ class CellStore:
             self._confidence = torch.cat([self._confidence, rows])
         return row
 
-    def _set_changed(self, slots: I64, revision: int) -> None:
+    def _set_changed(self, slots: Tensor, revision: int) -> None:
         self._changed_at[slots] = revision
         self._group_changed_at[slots // GROUP] = revision
 
-    def _by_block(self, slots: I64) -> Iterator[tuple[int, Tensor, Tensor]]:
-        """Per block with some of the slots: its number, their indices, their rows in the block."""
+    def _by_block(self, slots: Tensor) -> Iterator[tuple[int, Tensor, Tensor]]:
+        """Per block with some of the slots: its number, their indices, their rows in the block.
+
+        The host learns which blocks there are, and how many slots lie in each.
+        """
         owner = slots // BLOCK
-        for block in np.unique(owner):
-            chosen = np.nonzero(owner == block)[0]
-            within = slots[chosen] - block * BLOCK
-            yield (
-                int(block),
-                torch.from_numpy(chosen).to(self._device),
-                torch.from_numpy(within).to(self._device),
-            )
+        blocks, counts = to_host(torch.stack(torch.unique(owner, return_counts=True))).tolist()
+        order = torch.argsort(owner, stable=True)
+        for block, chosen in zip(blocks, order.split_with_sizes(counts), strict=True):
+            yield block, chosen, slots[chosen] - block * BLOCK

@@ -7,20 +7,21 @@ changed, whatever the size of the map.
 
 from __future__ import annotations
 
-import numpy as np
+import torch
+from torch import Tensor
 
 from onemap_mapper.tiles import AREA, TileLayer
-from onemap_shared.geometry import I64
+from onemap_mapper.transfers import CPU
 
 
 class ChangeLog:
-    """The changes of one map; rows are those of its ``TileIndex``."""
+    """The changes of one map, on its device; rows are those of its ``TileIndex``."""
 
-    def __init__(self) -> None:
+    def __init__(self, device: torch.device = CPU) -> None:
         self.number = 0  # of the newest change
         self._everything_at = 0  # number of the newest change of all cells at once
-        self._changed_at = TileLayer(np.int64, 0)
-        self._tile_changed_at: I64 = np.zeros(0, np.int64)
+        self._changed_at = TileLayer(torch.int64, 0, (), device)
+        self._tile_changed_at = torch.zeros(0, dtype=torch.int64, device=device)
 
     @property
     def nbytes(self) -> int:
@@ -32,9 +33,10 @@ class ChangeLog:
         self._changed_at.grow(tiles)
         new = tiles - len(self._tile_changed_at)
         if new > 0:
-            self._tile_changed_at = np.pad(self._tile_changed_at, (0, new))
+            none = self._tile_changed_at.new_zeros(new)
+            self._tile_changed_at = torch.cat([self._tile_changed_at, none])
 
-    def mark(self, rows: I64) -> None:
+    def mark(self, rows: Tensor) -> None:
         """Cells changed, by rows (n,)."""
         self.number += 1
         self._changed_at.values[rows] = self.number
@@ -49,10 +51,9 @@ class ChangeLog:
         """Whether ``rows_since`` can tell what changed since this change."""
         return self._everything_at <= number <= self.number
 
-    def rows_since(self, number: int) -> I64:
-        """Ascending rows (n,) of the cells that changed after this change."""
-        tiles = np.flatnonzero(self._tile_changed_at > number)
-        changed = self._changed_at.values.reshape(-1, AREA)[tiles] > number
-        owner, within = np.nonzero(changed)
-        rows: I64 = tiles[owner] * AREA + within
-        return rows
+    def rows_since(self, number: int) -> Tensor:
+        """Ascending rows (n,), on the device, of the cells that changed after this change."""
+        tiles = torch.nonzero(self._tile_changed_at > number).squeeze(1)
+        changed = self._changed_at.values.view(-1, AREA)[tiles] > number
+        owner, within = torch.nonzero(changed, as_tuple=True)
+        return tiles[owner] * AREA + within

@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import torch
+from torch import Tensor
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.map_version import NO_SLOT, observed_bits
+from onemap_mapper.transfers import to_host
 from onemap_shared.geometry import I32, I64, U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy
@@ -15,7 +18,7 @@ from onemap_shared.messages import Layer, Occupancy
 
 @dataclass(frozen=True, slots=True)
 class ChangedCells:
-    """Cells that changed between two states of a map, as they are in the later one.
+    """Cells that changed between two states of a map, as they are in the later one; on the host.
 
     since: number of the earlier change, None: all cells that anything is known of; number: of the
     later one; places (tiles, 2): where each tile of the map lies, world cell // 64. By cell, in
@@ -46,10 +49,13 @@ def changed_cells(belief: BeliefMap, since: int | None, robot: int = 0) -> Chang
     else:
         rows = belief.changes.rows_since(since)
     slots = belief.slots.values[rows]
-    seen = slots != NO_SLOT
-    layers = belief.assumed.values[rows] * np.uint8(Layer.ASSUMED)
-    confidences = belief.store.confidences(slots[seen].astype(np.int64)).cpu().numpy()
-    layers[seen] |= observed_bits(confidences, belief.params.explored_variance, robot)
+    observed = slots[slots != NO_SLOT].long()
+    layers = to_host(belief.assumed.values[rows]) * np.uint8(Layer.ASSUMED)
+    slots_of_rows: I32 = to_host(slots)
+    confidences = to_host(belief.store.confidences(observed))
+    layers[slots_of_rows != NO_SLOT] |= observed_bits(
+        confidences, belief.params.explored_variance, robot
+    )
     history = belief.history(robot)
     return ChangedCells(
         revision=belief.revision,
@@ -59,15 +65,15 @@ def changed_cells(belief: BeliefMap, since: int | None, robot: int = 0) -> Chang
         since=since,
         number=belief.changes.number,
         places=belief.tiles.places(),
-        rows=rows,
-        slots=slots,
-        occupancy=belief.occupancy.values[rows],
+        rows=to_host(rows),
+        slots=slots_of_rows,
+        occupancy=to_host(belief.occupancy.values[rows]),
         layers=layers,
     )
 
 
-def _known_rows(belief: BeliefMap) -> I64:
+def _known_rows(belief: BeliefMap) -> Tensor:
     known = belief.occupancy.values != Occupancy.UNKNOWN
     known |= belief.slots.values != NO_SLOT
     known |= belief.assumed.values
-    return np.flatnonzero(known)
+    return torch.nonzero(known).squeeze(1)

@@ -11,6 +11,7 @@ from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.feature_table import CellFeatures
 from onemap_mapper.neutral_cosines import NOTHING_KNOWN
 from onemap_mapper.snapshot import feature_dtype
+from onemap_mapper.transfers import to_host
 from onemap_shared.geometry import I64
 
 
@@ -46,5 +47,5 @@ class FeatureCopy:
                 kept = min(len(self.features), table.count)
                 features[:kept] = self.features[:kept]
         for rows, part in table.chunks(stale):
-            features[stale[rows]] = part.cpu().numpy()
+            features[stale[rows]] = to_host(part)
         return FeatureCopy(belief, revision, features)

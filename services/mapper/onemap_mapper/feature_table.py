@@ -17,6 +17,7 @@ import torch
 from torch import Tensor
 
 from onemap_mapper.kernels import half_rows, row_products
+from onemap_mapper.transfers import to_device, to_host
 from onemap_shared.geometry import I64
 
 PART = 512  # rows that are multiplied at once: 1.5 MB of 768 float32 channels, in the L2 cache
@@ -54,12 +55,13 @@ class FeatureTable:
     """Features of a map's slots.
 
     blocks: tables of equally many rows (rows, D), float32 or float16, on ``device``; slots (n,)
-    ascending, those whose features the blocks hold, None: all; changed_at (n,) int64, the map's
-    revision at which the feature of each of them last changed; of: slots of the map, if not all.
+    ascending, those whose features the blocks hold, None: all; changed_at (n,) int64, on
+    ``device`` too, the map's revision at which the feature of each of them last changed; of: slots
+    of the map, if not all.
     """
 
     blocks: tuple[Tensor, ...]
-    changed_at: I64
+    changed_at: Tensor
     device: torch.device
     compiled: bool
     slots: I64 | None = None
@@ -77,9 +79,10 @@ class FeatureTable:
         """
         changed = self.changed_at > revision
         if self.slots is None:
-            changed[kept:] = True
-            return np.flatnonzero(changed)
-        return self.slots[changed | (self.slots >= kept)]
+            kept = min(kept, self.count)
+            older = to_host(torch.nonzero(changed[:kept]).squeeze(1))
+            return np.concatenate([older, np.arange(kept, self.count)])
+        return self.slots[to_host(changed) | (self.slots >= kept)]
 
     def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
         """The features of ascending slots in parts: their indices, and (k, D) float32, read-only.
@@ -116,7 +119,7 @@ class FeatureTable:
             if together:
                 yield start, table[first : last + 1]
             else:
-                yield start, table[torch.from_numpy(within).to(self.device)]
+                yield start, table[to_device(within, self.device)]
 
 
 def _multiply(table: Tensor, vectors: Tensor, found: Tensor, compiled: bool) -> None:

@@ -17,17 +17,18 @@ from onemap_mapper.compiled_projection import project_compiled
 from onemap_mapper.diagnostics.depth_diagnostics import DepthDiagnostics, diagnose_depth
 from onemap_mapper.heights import cell_heights
 from onemap_mapper.kernels import jit
-from onemap_mapper.occupancy import CPU, OccupancyUpdate, occupancy_update
+from onemap_mapper.occupancy import OccupancyUpdate, occupancy_update
 from onemap_mapper.params import MapParams
 from onemap_mapper.point_cloud import PointCloud
 from onemap_mapper.projection import CellWeights, cell_features, project
-from onemap_shared.geometry import F32, F64, I64
+from onemap_mapper.transfers import CPU, to_device, to_host
+from onemap_shared.geometry import F32, F64
 from onemap_shared.messages import FeatureField
 
 
 @dataclass(frozen=True, slots=True)
 class FrameUpdate:
-    """The observation of one frame, per cell, ready to be fused.
+    """The observation of one frame, per cell, on the device of the map, ready to be fused.
 
     cells (n, 2) int64 world cells with features (n, D) and confidence (n,) float32; heights
     (n, LEVELS) float32: shares of confidence by level of height.
@@ -38,10 +39,10 @@ class FrameUpdate:
     encoder_id: str
     text_space: str
     T_map_camera: F64
-    cells: I64
+    cells: Tensor
     features: Tensor
     confidence: Tensor
-    heights: F32
+    heights: Tensor
     occupancy: OccupancyUpdate
     depth: DepthDiagnostics
 
@@ -62,19 +63,20 @@ def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
     dimension, device = field.features.shape[2], params.torch_device
     patches = torch.tensor(field.features, device=device).view(-1, dimension).float()
     compiled = jit.usable(wanted=params.compiled, device=CPU)
-    cells = kernel.cells.cpu().numpy()
     stride = thinning(depth_m, params)
+    cells = to_host(kernel.cells)
+    heights = cell_heights(cloud, field.variance[::stride, ::stride], cells, params)
     return FrameUpdate(
         sequence=field.sequence,
         stamp_ns=field.stamp_ns,
         encoder_id=field.encoder_id,
         text_space=field.text_space,
         T_map_camera=field.T_map_camera,
-        cells=cells,
+        cells=kernel.cells,
         features=blurred(kernel, cell_features(weights, patches)),
         confidence=blurred(kernel, weights.confidence),
-        heights=cell_heights(cloud, field.variance[::stride, ::stride], cells, params),
-        occupancy=occupancy_update(cloud, params),
+        heights=to_device(heights, device),
+        occupancy=occupancy_update(cloud, params, device),
         depth=diagnose_depth(cloud, compiled=compiled),
     )
 

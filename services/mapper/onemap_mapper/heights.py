@@ -11,13 +11,15 @@ them: under a table top that all cells of the table share, or on it.
 from __future__ import annotations
 
 import numpy as np
+import torch
 from scipy import ndimage
+from torch import Tensor
 
 from onemap_mapper.kernels import jit
 from onemap_mapper.kernels.height_sums import height_sums
-from onemap_mapper.occupancy import CPU
 from onemap_mapper.params import GridParams, ProjectionParams
 from onemap_mapper.point_cloud import PointCloud
+from onemap_mapper.transfers import CPU
 from onemap_shared.geometry import F32, F64, I32, I64, Bool
 from onemap_shared.grid import world_cells
 
@@ -69,10 +71,10 @@ def _sums(points_m: F32, confidence: F32, row_of: I32, low: I64, params: GridPar
 
 
 class HeightStore:
-    """The shares of height of every slot of a map, beside its features."""
+    """The shares of height of every slot of a map, beside its features and on their device."""
 
-    def __init__(self) -> None:
-        self._shares = np.zeros((0, LEVELS), np.float32)
+    def __init__(self, device: torch.device = CPU) -> None:
+        self._shares = torch.zeros((0, LEVELS), device=device)
 
     @property
     def nbytes(self) -> int:
@@ -82,27 +84,23 @@ class HeightStore:
     def reserve(self, slots: int) -> None:
         """Make room for this many slots."""
         if slots > len(self._shares):
-            extra = np.zeros((slots - len(self._shares), LEVELS), np.float32)
-            self._shares = np.concatenate([self._shares, extra])
+            extra = self._shares.new_zeros((slots - len(self._shares), LEVELS))
+            self._shares = torch.cat([self._shares, extra])
 
-    def first(self, count: int) -> F32:
+    def first(self, count: int) -> Tensor:
         """The shares (count, LEVELS) of the first slots, not copied."""
         return self._shares[:count]
 
-    def of(self, slots: I64 | slice) -> F32:
-        """A copy of the shares (n, LEVELS) of these slots."""
-        return np.array(self._shares[slots])
+    def of(self, slots: Tensor | slice) -> Tensor:
+        """The shares (n, LEVELS) of these slots."""
+        return self._shares[slots]
 
-    def move(self, slots: I64, shares: F32, K: F32) -> None:
+    def move(self, slots: Tensor, shares: Tensor, K: Tensor) -> None:
         """Move distinct slots by gains K (n,) towards shares (n, LEVELS), as features are."""
         known = self._shares[slots]
-        self._shares[slots] = np.maximum(known + K[:, None] * (shares - known), 0.0)
+        self._shares[slots] = (known + K[:, None] * (shares - known)).clamp_(min=0.0)
 
-    def clear(self, slots: I64) -> None:
-        """Forget the heights of slots that hold nothing any more."""
-        self._shares[slots] = 0.0
-
-    def put(self, slots: I64, shares: F32) -> None:
+    def put(self, slots: Tensor, shares: Tensor) -> None:
         """Set the shares (n, LEVELS) of distinct slots."""
         self._shares[slots] = shares
 

@@ -21,6 +21,7 @@ from onemap_mapper.feature_copy import FeatureCopy
 from onemap_mapper.height_answers import Extent, extent_band
 from onemap_mapper.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.snapshot import MapSnapshot, outline, take
+from onemap_mapper.transfers import to_host
 
 COPIED_CELLS = 4096  # with the lock held, as ``map_scores`` does
 PART = 512  # cells that are copied at a time: 1.5 MB of 768 float32 channels, under 1 ms
@@ -110,8 +111,8 @@ class LiveMap:
                 if store.count < part.stop:
                     raise CellsMoved
                 for rows, features in store.chunks(np.arange(part.start, part.stop)):
-                    buffer[rows] = features.cpu().numpy()
-                confidences = store.confidences(part).numpy()
+                    buffer[rows] = to_host(features)
+                confidences = to_host(store.confidences(part))
             copies = (content.confidence, content.searched, content.explored)
             for copy, values in zip(copies, confidences[: len(copies)], strict=True):
                 if copy is not None:

@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from torch import Tensor
 
 from onemap_mapper.cell_store import EXPLORED, searched_row
 from onemap_mapper.frame_history import NO_FRAMES, FrameHistory
 from onemap_mapper.tiles import TileIndex
+from onemap_mapper.transfers import to_device, to_host
 from onemap_mapper.view_log import ViewLog
 from onemap_shared.geometry import F32, I32, U8, Bool
 from onemap_shared.grid import GridSpec
@@ -37,8 +39,9 @@ class MapVersion:
 
     By rows (n,) of ``tiles``: slots int32, NO_SLOT where nothing was observed; occupancy, values of
     ``Occupancy``; assumed: free, though no camera saw the floor. By slots: confidences
-    (3 + further robots, count) float32, as ``CellStore.confidences``; heights (count, LEVELS)
-    float32, as ``HeightStore.of``. A cell is explored below ``explored_variance``.
+    (3 + further robots, count) float32, as ``CellStore.confidences``. A cell is explored below
+    ``explored_variance``. Heights (count, LEVELS) float32, as ``HeightStore.of``, and the view log
+    are on the device of the map, because a reply needs those of few cells.
 
     It is one robot's: searched is what that one searched, sequence and stamp_ns are of its frames.
     """
@@ -52,7 +55,7 @@ class MapVersion:
     occupancy: U8
     assumed: Bool
     confidences: F32
-    heights: F32
+    heights: Tensor
     view_log: ViewLog
     robot: int = 0
 
@@ -89,6 +92,12 @@ class MapVersion:
         """1 / c (count,) of the observed cells."""
         variances: F32 = np.reciprocal(self.confidences[0])
         return variances
+
+    def heights_of(self, slots: I32) -> F32:
+        """Shares (n, LEVELS) of height of these slots, on the host."""
+        heights = self.heights
+        shares: F32 = to_host(heights[to_device(slots.astype(np.int64), heights.device)])
+        return shares
 
     def layers(self) -> U8:
         """Bits of ``Layer`` (nx, ny) uint8 over ``grid``."""

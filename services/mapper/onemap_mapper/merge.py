@@ -28,6 +28,7 @@ from onemap_mapper.snapshot import (
 from onemap_mapper.submaps.correction import PlanarCorrection
 from onemap_mapper.submaps.submap import moved_cells
 from onemap_mapper.tiles import MapTooLarge
+from onemap_mapper.transfers import to_device
 from onemap_mapper.view_log import SeenFrom
 from onemap_shared.geometry import I64
 from onemap_shared.messages import KeptObject, ObjectFind, PicturedObject
@@ -43,9 +44,10 @@ def merge_into(belief: BeliefMap, taken: MapSnapshot, moved: PlanarCorrection) -
     header = taken.header
     cells, source = moved_cells(taken.cells.astype(np.int64), moved, header.cell_size_m)
     share = _features(taken, cells, source)
-    occupancy = _occupancy(taken, moved, header.cell_size_m)
+    device = belief.params.torch_device
+    occupancy = _occupancy(taken, moved, device)
     try:
-        belief.grow(np.concatenate([share.cells, occupancy.cells]))
+        belief.grow(torch.cat([to_device(share.cells, device), occupancy.cells]))
     except MapTooLarge as problem:
         raise MapFileError(f"the maps together are too large: {problem}") from problem
     if header.dimension > 0:
@@ -122,11 +124,15 @@ def _seen(seen: SeenFrom, moved: PlanarCorrection) -> SeenFrom:
     return replace(seen, poses=np.column_stack([moved.apply(seen.poses[:, :2]), yaw_rad]))
 
 
-def _occupancy(taken: MapSnapshot, moved: PlanarCorrection, cell_size_m: float) -> OccupancyUpdate:
-    cells, source = moved_cells(taken.driving_cells.astype(np.int64), moved, cell_size_m)
+def _occupancy(
+    taken: MapSnapshot, moved: PlanarCorrection, device: torch.device
+) -> OccupancyUpdate:
+    driving_cells = taken.driving_cells.astype(np.int64)
+    cells, source = moved_cells(driving_cells, moved, taken.header.cell_size_m)
     assumed = taken.clear[source] == ASSUMED
     clear = (taken.clear[source] > 0) & ~assumed
-    return OccupancyUpdate(cells, taken.evidence[source], clear, assumed)
+    evidence = taken.evidence[source]
+    return OccupancyUpdate.of_arrays(cells, evidence, clear, assumed, device=device)
 
 
 def _moved_object(kept: KeptObject, moved: PlanarCorrection) -> KeptObject:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from onemap_mapper.floor import floor_points
 from onemap_mapper.flying_pixels import flying_pixels
@@ -22,13 +23,12 @@ from onemap_mapper.kernels import jit
 from onemap_mapper.kernels.voxels import count_points, mark_rays
 from onemap_mapper.params import OccupancyParams
 from onemap_mapper.point_cloud import PointCloud
-from onemap_shared.geometry import F32, F64, I32, I64, U8, Bool
+from onemap_mapper.transfers import CPU, to_device
+from onemap_shared.geometry import F32, F64, I32, I64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
 
 I8 = NDArray[np.int8]
-I16 = NDArray[np.int16]
-CPU = torch.device("cpu")  # where occupancy is computed, whatever the device of the features
 
 # Evidence is a log-odds in steps of about 0.4, an int8 per voxel.
 HIT = 4  # MIN_HITS points or more: an unobserved voxel becomes occupied at once
@@ -48,23 +48,32 @@ RAY_STEP = 1.0  # cells between samples: a ray through a voxel's corner seldom c
 
 @dataclass(frozen=True, slots=True)
 class OccupancyUpdate:
-    """The evidence of one frame, per cell.
+    """The evidence of one frame, per cell, on the device of the map.
 
     cells (n, 2) int64 world cells; evidence (n, levels + 1) int8 to add, the last for the voxel
     below the floor; clear (n,) bool: the floor was seen; blind (n,) bool: the cell lies between
     the camera and the nearest floor in view.
     """
 
-    cells: I64
-    evidence: I8
-    clear: Bool
-    blind: Bool
+    cells: Tensor
+    evidence: Tensor
+    clear: Tensor
+    blind: Tensor
+
+    @classmethod
+    def of_arrays(
+        cls, cells: I64, evidence: I8, clear: Bool, blind: Bool, *, device: torch.device = CPU
+    ) -> OccupancyUpdate:
+        """The evidence that arrays on the host hold."""
+        return cls(*(to_device(each, device) for each in (cells, evidence, clear, blind)))
 
 
-def occupancy_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpdate:
+def occupancy_update(
+    cloud: PointCloud, params: OccupancyParams, device: torch.device = CPU
+) -> OccupancyUpdate:
     """Evidence of one depth image, thinned to at most ``occupancy_max_rows`` rows.
 
-    Flying pixels are neither obstacles nor floor.
+    Flying pixels are neither obstacles nor floor. device: to have it.
     """
     cloud = cloud.strided(-(-cloud.depth_m.shape[0] // params.occupancy_max_rows))
     compiled = jit.usable(wanted=params.compiled, device=CPU)
@@ -85,7 +94,8 @@ def occupancy_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpd
     evidence = np.concatenate([voxels, _drop_evidence(floor.drops, clear, box)[..., None]], axis=2)
     touched = clear | blind | evidence.any(axis=2)
     cells = np.argwhere(touched) + np.asarray(box.origin_cell)
-    return OccupancyUpdate(cells, evidence[touched], clear[touched], blind[touched])
+    found = (cells, evidence[touched], clear[touched], blind[touched])
+    return OccupancyUpdate.of_arrays(*found, device=device)
 
 
 def _obstacles(cloud: PointCloud, params: OccupancyParams) -> tuple[F32, F32]:
@@ -211,30 +221,29 @@ def _box(clouds: tuple[F32, ...], cell_size_m: float) -> GridSpec:
     return GridSpec.covering(cell_size_m, (low_x, low_y), (high_x, high_y))
 
 
-def accumulated_evidence(evidence: I8, added: I8) -> I8:
+def accumulated_evidence(evidence: Tensor, added: Tensor) -> Tensor:
     """The sum of evidence and added (n, levels + 1) int8, within MIN_EVIDENCE and MAX_EVIDENCE."""
-    total: I16 = np.clip(evidence.astype(np.int16) + added, MIN_EVIDENCE, MAX_EVIDENCE)
-    return total.astype(np.int8)
+    total: Tensor = (evidence.short() + added).clamp_(MIN_EVIDENCE, MAX_EVIDENCE)
+    return total.to(torch.int8)
 
 
-def occupancy_states(evidence: I8, clear: Bool) -> U8:
+def occupancy_states(evidence: Tensor, clear: Tensor) -> Tensor:
     """Values of ``Occupancy`` (n,) uint8 from evidence (n, levels + 1) and clear (n,)."""
-    occupied = (evidence >= OCCUPIED_THRESHOLD).any(axis=1)
-    state: U8 = np.where(clear, Occupancy.FREE, Occupancy.UNKNOWN).astype(np.uint8)
-    state[occupied] = Occupancy.OCCUPIED
-    return state
+    states = torch.full_like(clear, int(Occupancy.UNKNOWN), dtype=torch.uint8)
+    states.masked_fill_(clear, int(Occupancy.FREE))
+    occupied = evidence.amax(dim=1) >= OCCUPIED_THRESHOLD
+    return states.masked_fill_(occupied, int(Occupancy.OCCUPIED))
 
 
-def settled_states(before: U8, evidence: I8, states: U8) -> U8:
+def settled_states(before: Tensor, evidence: Tensor, states: Tensor) -> Tensor:
     """What of ``Occupancy`` (n,) cells have lasted in, from what they had before.
 
     A cell is free as soon as its state is; what stands in it is taken for lasting once its
     evidence (n, levels + 1) has grown to ``SETTLED_EVIDENCE``: somebody who walks by leaves sooner.
     """
-    after: U8 = before.copy()
-    after[states == Occupancy.FREE] = Occupancy.FREE
-    after[(evidence >= SETTLED_EVIDENCE).any(axis=1)] = Occupancy.OCCUPIED
-    return after
+    after = before.masked_fill(states == Occupancy.FREE, int(Occupancy.FREE))
+    lasting = evidence.amax(dim=1) >= SETTLED_EVIDENCE
+    return after.masked_fill_(lasting, int(Occupancy.OCCUPIED))
 
 
 def cells_within(centre_m: F64, radius_m: float, cell_size_m: float) -> I64:

@@ -15,6 +15,7 @@ from onemap_mapper.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.occupancy import OccupancyUpdate
 from onemap_mapper.params import MapParams
 from onemap_mapper.tiles import MapTooLarge
+from onemap_mapper.transfers import to_device, to_host
 from onemap_mapper.view_log import SeenFrom
 
 FORMAT, VERSION = "onemap-map", 2
@@ -96,7 +97,7 @@ def take(belief: BeliefMap, objects: ObjectMemory = NO_OBJECTS) -> MapSnapshot:
 
 def _features(belief: BeliefMap, part: slice) -> NDArray:
     """A copy of the features (k, D) of consecutive slots, in the precision of the map."""
-    features: NDArray = belief.store.features(np.arange(part.start, part.stop)).cpu().numpy()
+    features: NDArray = to_host(belief.store.features(np.arange(part.start, part.stop)))
     return features.astype(feature_dtype(belief), copy=False)
 
 
@@ -108,7 +109,8 @@ def feature_dtype(belief: BeliefMap) -> type[np.float16] | type[np.float32]:
 def outline(belief: BeliefMap) -> MapSnapshot:
     """A copy of the map's content without its features (0, D), which are nearly all of it."""
     store, params = belief.store, belief.params
-    rows = np.nonzero(belief.clear.values | belief.evidence.values.any(axis=1))[0]
+    rows = belief.driving_rows
+    clear, assumed = to_host(belief.clear.values[rows]), to_host(belief.assumed.values[rows])
     header = MapHeader(
         format=FORMAT,
         version=VERSION,
@@ -126,13 +128,13 @@ def outline(belief: BeliefMap) -> MapSnapshot:
         header=header,
         cells=store.cells.astype(np.int32),
         features=np.zeros((0, belief.dimension), feature_dtype(belief)),
-        confidence=store.confidence.numpy().copy(),
-        searched=store.searched_confidence.numpy().copy(),
-        driving_cells=belief.tiles.cells(rows).astype(np.int32),
-        evidence=belief.evidence.values[rows],
-        clear=belief.clear.values[rows] * np.uint8(1) + belief.assumed.values[rows],
-        explored=store.explored_confidence.numpy().copy(),
-        heights=store.heights(slice(0, store.count)),
+        confidence=to_host(store.confidence),
+        searched=to_host(store.searched_confidence),
+        driving_cells=belief.tiles.cells(to_host(rows)).astype(np.int32),
+        evidence=to_host(belief.evidence.values[rows]),
+        clear=clear * np.uint8(1) + assumed,
+        explored=to_host(store.explored_confidence),
+        heights=to_host(store.heights(slice(0, store.count))),
         seen=belief.view_log.taken(belief.tiles.rows(store.cells)),
     )
 
@@ -156,20 +158,21 @@ def restore(
         raise MapFileError(f"the map is larger than max_extent_m allows: {problem}") from problem
     assumed = snapshot.clear == ASSUMED
     clear = (snapshot.clear > 0) & ~assumed
-    belief.fuse_occupancy(OccupancyUpdate(driving_cells, evidence, clear, assumed))
-    belief.assume_free(driving_cells[assumed])
+    driving = (driving_cells, evidence, clear, assumed)
+    occupancy = OccupancyUpdate.of_arrays(*driving, device=params.torch_device)
+    belief.fuse_occupancy(occupancy)
+    belief.assume_free(occupancy.cells[occupancy.blind])
     if header.dimension > 0:
         belief.set_encoder(header.encoder_id, header.text_space, header.dimension)
-        confidence, searched, features = map(
-            torch.from_numpy, (snapshot.confidence, snapshot.searched, snapshot.features)
-        )
+        arrays = (snapshot.confidence, snapshot.searched, snapshot.features)
+        confidence, searched, features = (to_device(x, params.torch_device) for x in arrays)
         slots = belief.slots_of(cells)
         belief.store.fuse(
             slots,
-            features.to(params.torch_device).float(),
+            features.float(),
             confidence,
             revision=first_revision,
-            heights=snapshot.known_heights(),
+            heights=to_device(snapshot.known_heights(), params.torch_device),
         )
         belief.store.set_searched_confidence(searched)
         if snapshot.explored is not None:

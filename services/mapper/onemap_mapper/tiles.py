@@ -3,7 +3,8 @@
 The map is cut into tiles of 64 x 64 cells, allocated when a cell in them is first observed. A
 tile has a number, and its cells are consecutive in every per-cell array ("rows"):
 row = number * 4096 + (ix mod 64) * 64 + (iy mod 64). A directory over the bounding box of all
-tiles maps tile coordinates to numbers.
+tiles maps tile coordinates to numbers. It is on the host, where tiles are allocated, with a copy on
+the device, where frames look up their rows.
 """
 
 from __future__ import annotations
@@ -11,9 +12,12 @@ from __future__ import annotations
 from copy import copy
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
 
 from onemap_mapper.params import GridParams
+from onemap_mapper.transfers import CPU, Index, to_device, to_host
 from onemap_shared.geometry import I64
 from onemap_shared.grid import GridSpec, GridTooLarge
 from onemap_shared.messages import TILE_CELLS
@@ -30,17 +34,20 @@ class MapTooLarge(GridTooLarge):
 class TileIndex:
     """The tiles of one map, numbered in order of allocation."""
 
-    def __init__(self, params: GridParams) -> None:
+    def __init__(self, params: GridParams, device: torch.device = CPU) -> None:
         self.cell_size_m = params.cell_size_m
         self.count = 0
+        self._device = device
         self._max_tiles = max(1, int(params.max_extent_m / (params.cell_size_m * SIDE)))
         self._origin = np.zeros(2, np.int64)  # tile coordinates of the directory's [0, 0]
         self._directory = np.full((0, 0), NO_ROW, np.int64)
+        self._on_device = torch.full((0, 0), NO_ROW, dtype=torch.int64, device=device)
 
     def copy(self) -> TileIndex:
-        """An index that does not grow with this one."""
+        """An index on the host that does not grow with this one."""
         made = copy(self)
         made._directory = self._directory.copy()
+        made._device, made._on_device = CPU, torch.from_numpy(made._directory)
         return made
 
     @property
@@ -59,35 +66,33 @@ class TileIndex:
 
     def rows(self, cells: I64) -> I64:
         """Rows (n,) of world cells (n, 2), ``NO_ROW`` where there is no tile."""
-        place = cells // SIDE - self._origin
-        inside = ((place >= 0) & (place < self._directory.shape)).all(axis=1)
-        rows = np.full(len(cells), NO_ROW, np.int64)
-        within = cells % SIDE
-        number = self._directory[tuple(place[inside].T)]
-        rows[inside] = np.where(
-            number >= 0, number * AREA + within[inside, 0] * SIDE + within[inside, 1], NO_ROW
-        )
+        directory = torch.from_numpy(self._directory)
+        rows: I64 = _rows(torch.from_numpy(cells), directory, self._origin).numpy()
         return rows
+
+    def rows_on_device(self, cells: Tensor) -> Tensor:
+        """As ``rows``, of cells on the device."""
+        return _rows(cells, self._on_device, self._origin)
 
     def check(self, cells: I64) -> None:
         """Raise ``MapTooLarge`` if world cells (n, 2) do not fit; allocates nothing."""
         self._extended(cells // SIDE)
 
-    def allocate(self, cells: I64) -> I64:
-        """Rows (n,) of world cells (n, 2); tiles that are missing are added.
+    def allocate(self, cells: Index) -> None:
+        """Add the tiles that are missing under world cells (n, 2), on the host or the device.
 
-        Raises ``MapTooLarge`` before anything has changed.
+        Of cells on the device the host learns which tiles they lie in. Raises ``MapTooLarge``
+        before anything has changed.
         """
         if len(cells) == 0:
-            return np.zeros(0, np.int64)
-        self._grow_directory(cells // SIDE)
-        place = cells // SIDE - self._origin
-        wanted = np.zeros(self._directory.shape, bool)
-        wanted[tuple(place.T)] = True
-        missing = np.nonzero(wanted & (self._directory == NO_ROW))
-        self._directory[missing] = np.arange(self.count, self.count + len(missing[0]))
-        self.count += len(missing[0])
-        return self.rows(cells)
+            return
+        tiles = (cells if isinstance(cells, Tensor) else torch.from_numpy(cells)) // SIDE
+        low, high = to_host(torch.stack([tiles.amin(dim=0), tiles.amax(dim=0)]))
+        self._grow_directory(np.stack([low, high]))
+        (x, y), (nx, ny) = low.tolist(), (high - low + 1).tolist()
+        touched = torch.zeros(nx * ny, dtype=torch.bool, device=tiles.device)
+        touched[(tiles[:, 0] - x) * ny + tiles[:, 1] - y] = True
+        self._number(np.argwhere(to_host(touched).reshape(nx, ny)) + low)
 
     def cells(self, rows: I64) -> I64:
         """World cells (n, 2) of rows (n,), the inverse of ``rows``."""
@@ -110,6 +115,15 @@ class TileIndex:
         nx, ny = self.grid.shape
         joined: NDArray = dense.transpose(0, 2, 1, 3).reshape(nx, ny)
         return joined
+
+    def _number(self, tiles: I64) -> None:
+        """Give numbers to those of distinct tiles (n, 2) that have none, in their order."""
+        place = tiles - self._origin
+        new = tuple(place[self._directory[tuple(place.T)] == NO_ROW].T)
+        self._directory[new] = np.arange(self.count, self.count + len(new[0]))
+        self.count += len(new[0])
+        if len(new[0]):
+            self._on_device = to_device(self._directory, self._device)
 
     def _extended(self, tiles: I64) -> tuple[I64, I64]:
         """Origin (2,) and shape (2,) of the directory with these tiles (n, 2), n > 0."""
@@ -137,23 +151,42 @@ class TileIndex:
         self._origin, self._directory = low, wider
 
 
-class TileLayer:
-    """One per-cell array (rows, ...) that grows with the tiles."""
+def _rows(cells: Tensor, directory: Tensor, origin: I64) -> Tensor:
+    """Rows (n,) of world cells (n, 2) by a directory (nx, ny) whose [0, 0] is tile ``origin``."""
+    (x0, y0), (nx, ny) = origin.tolist(), directory.shape
+    if directory.numel() == 0:
+        return torch.full((len(cells),), NO_ROW, dtype=torch.int64, device=cells.device)
+    tiles = cells // SIDE
+    x, y = tiles[:, 0] - x0, tiles[:, 1] - y0
+    inside = (x >= 0) & (x < nx) & (y >= 0) & (y < ny)
+    number = torch.where(inside, directory[x.clamp(0, nx - 1), y.clamp(0, ny - 1)], NO_ROW)
+    within = (cells[:, 0] % SIDE) * SIDE + cells[:, 1] % SIDE
+    return torch.where(number >= 0, number * AREA + within, NO_ROW)
 
-    def __init__(self, dtype: DTypeLike, fill: int, depth: tuple[int, ...] = ()) -> None:
+
+class TileLayer:
+    """One per-cell array (rows, ...) on the device of the map that grows with the tiles."""
+
+    def __init__(
+        self,
+        dtype: torch.dtype,
+        fill: int,
+        depth: tuple[int, ...] = (),
+        device: torch.device = CPU,
+    ) -> None:
         self._fill = fill
-        self._values: NDArray = np.full((0, *depth), fill, dtype)
+        self._values = torch.full((0, *depth), fill, dtype=dtype, device=device)
         self._rows = 0
 
     def copy(self) -> TileLayer:
         """A layer that does not change with this one, without what is reserved for growth."""
         made = copy(self)
-        made._values = self.values.copy()
+        made._values = self.values.clone()
         return made
 
     @property
-    def values(self) -> NDArray:
-        """The array of all allocated rows; writing to it changes the layer."""
+    def values(self) -> Tensor:
+        """The array of all allocated rows, on the device; writing to it changes the layer."""
         return self._values[: self._rows]
 
     @property
@@ -166,7 +199,7 @@ class TileLayer:
         rows = tiles * AREA
         if rows > len(self._values):
             reserve = max(rows, len(self._values) * 3 // 2)
-            larger = np.full((reserve, *self._values.shape[1:]), self._fill, self._values.dtype)
+            larger = self._values.new_full((reserve, *self._values.shape[1:]), self._fill)
             larger[: self._rows] = self.values
             self._values = larger
         self._rows = max(self._rows, rows)

@@ -10,10 +10,14 @@ from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
 
 from onemap_mapper.keyframes import views_since
 from onemap_mapper.params import MapParams
 from onemap_mapper.tiles import TileLayer
+from onemap_mapper.transfers import CPU, Index, to_device, to_host
 from onemap_shared.geometry import F32, F64, I32, I64
 
 NO_VIEW_YET = -1
@@ -46,14 +50,18 @@ class SeenFrom:
 
 
 class ViewLog:
-    """The views of one map; rows are those of its ``TileIndex``."""
+    """The views of one map; rows are those of its ``TileIndex``, on the host or the device.
 
-    def __init__(self) -> None:
+    What is known of cells is on the device of the map, the poses of the views are on the host.
+    """
+
+    def __init__(self, device: torch.device = CPU) -> None:
+        self._device = device
         self._newest: dict[int, tuple[int, F64]] = {}  # a robot's view: its index, T_map_camera
         self._poses: F64 = np.zeros((0, 3))
-        self._best = TileLayer(np.int32, NO_VIEW_YET)
-        self._confidence = TileLayer(np.float32, 0)
-        self._last_seen_ns = TileLayer(np.int64, 0)
+        self._best = TileLayer(torch.int32, NO_VIEW_YET, (), device)
+        self._confidence = TileLayer(torch.float32, 0, (), device)
+        self._last_seen_ns = TileLayer(torch.int64, 0, (), device)
         self._prune_at = FIRST_PRUNING
 
     def copy(self) -> ViewLog:
@@ -77,33 +85,36 @@ class ViewLog:
 
     def record(
         self,
-        rows: I64,
-        confidence: F32,
+        rows: Tensor,
+        confidence: Tensor,
         *,
         T_map_camera: F64,
         stamp_ns: int,
         params: MapParams,
         robot: int = 0,
     ) -> None:
-        """A robot's frame that gave distinct cells, by rows (n,), this confidence (n,)."""
+        """A robot's frame that gave distinct cells, by rows (n,), this confidence (n,).
+
+        Both are on the device.
+        """
         newest = self._newest.get(robot)
         if newest is None or views_since(newest[1], T_map_camera, params) > 0:
             newest = self._newest[robot] = self._begin_view(T_map_camera)
-        better = confidence > self._confidence.values[rows]
-        self._best.values[rows[better]] = newest[0]
-        self._confidence.values[rows[better]] = confidence[better]
+        before, best = self._confidence.values[rows], self._best.values[rows]
+        self._best.values[rows] = best.masked_fill(confidence > before, newest[0])
+        self._confidence.values[rows] = torch.maximum(confidence, before)
         self._last_seen_ns.values[rows] = stamp_ns
 
-    def last_seen_ns(self, rows: I64) -> int:
+    def last_seen_ns(self, rows: Index) -> int:
         """When any of the cells was last seen; 0: none of them since the log began."""
-        return int(self._last_seen_ns.values[rows].max(initial=0))
+        return int(self._of(self._last_seen_ns, rows).max(initial=0))
 
-    def best_view(self, rows: I64) -> F32:
+    def best_view(self, rows: Index) -> F32:
         """x, y, yaw (3,) of the camera in the view that is the best one of most of the cells.
 
         Metres and radians in the map frame, cells weighted by their confidence; NaN: no view.
         """
-        best, confidence = self._best.values[rows], self._confidence.values[rows]
+        best, confidence = self._of(self._best, rows), self._of(self._confidence, rows)
         seen = best != NO_VIEW_YET
         if not seen.any():
             return np.full(3, np.nan, np.float32)
@@ -112,28 +123,36 @@ class ViewLog:
         )
         return pose
 
-    def taken(self, rows: I64) -> SeenFrom:
+    def taken(self, rows: Index) -> SeenFrom:
         """A copy of what is known of distinct cells, by rows (n,), with the views that it names."""
-        best = self._best.values[rows]
+        best = self._of(self._best, rows)
         used, number = np.unique(best, return_inverse=True)
         none = int((used == NO_VIEW_YET).any())  # the first of them, if there is any
         return SeenFrom(
             self._poses[used[none:]],
             (number - none).astype(np.int32),
-            self._confidence.values[rows],
-            self._last_seen_ns.values[rows],
+            self._of(self._confidence, rows),
+            self._of(self._last_seen_ns, rows),
         )
 
-    def put_in(self, rows: I64, seen: SeenFrom) -> None:
+    def put_in(self, rows: Index, seen: SeenFrom) -> None:
         """Add what another log says of distinct cells, by rows (n,); the better view is kept."""
-        better = (seen.best != NO_VIEW_YET) & (seen.confidence > self._confidence.values[rows])
-        self._best.values[rows[better]] = seen.best[better] + len(self._poses)
-        self._confidence.values[rows[better]] = seen.confidence[better]
-        self._last_seen_ns.values[rows] = np.maximum(
-            self._last_seen_ns.values[rows], seen.last_seen_ns
+        rows = to_device(rows, self._device)
+        best, confidence = (to_device(x, self._device) for x in (seen.best, seen.confidence))
+        before = self._confidence.values[rows]
+        better = (best != NO_VIEW_YET) & (confidence > before)
+        best = torch.where(better, best + len(self._poses), self._best.values[rows])
+        self._best.values[rows] = best
+        self._confidence.values[rows] = torch.where(better, confidence, before)
+        self._last_seen_ns.values[rows] = torch.maximum(
+            self._last_seen_ns.values[rows], to_device(seen.last_seen_ns, self._device)
         )
         self._poses = np.concatenate([self._poses, seen.poses])
         self._newest = {}  # the next frame begins a view
+
+    def _of(self, layer: TileLayer, rows: Index) -> NDArray:
+        """A copy on the host of what a layer holds of cells, by rows (n,)."""
+        return to_host(layer.values[to_device(rows, self._device)])
 
     def _begin_view(self, T_map_camera: F64) -> tuple[int, F64]:
         if len(self._poses) >= self._prune_at:
@@ -146,9 +165,9 @@ class ViewLog:
     def _prune(self) -> None:
         """Forget the views that are the best one of no cell."""
         values = self._best.values
-        used = np.unique(values[values != NO_VIEW_YET])
+        used = to_host(torch.unique(values[values != NO_VIEW_YET]))
         number = np.full(len(self._poses) + 1, NO_VIEW_YET, np.int32)
         number[used] = np.arange(len(used))
-        values[:] = number[values]
+        values[:] = to_device(number, self._device)[values.long()]
         self._poses, self._newest = self._poses[used], {}
         self._prune_at = max(FIRST_PRUNING, 2 * len(used))

@@ -50,10 +50,11 @@ def test_the_equations_as_they_read_give_the_same_map(half_width: int) -> None:
     params = scenes.params(blur_half_width_cells=half_width, depth_factor=0.03)
     features, confidence = dense_update(field, torch.from_numpy(depth_in_metres(field)), params)
     update = compute_update(field, params)
-    low = update.cells.min(axis=0)
-    shape = update.cells.max(axis=0) - low + 1
+    cells = update.cells.numpy()
+    low = cells.min(axis=0)
+    shape = cells.max(axis=0) - low + 1
     margin = (np.array(shape) - features.shape[:2]) // 2  # cells that only the blur reaches
-    place = update.cells - low - margin
+    place = cells - low - margin
     inside = ((place >= 0) & (place < features.shape[:2])).all(axis=1)
     assert inside.sum() > 100
     x, y = place[inside].T

@@ -179,7 +179,7 @@ def _see(belief: BeliefMap, cells: I64, rng: np.random.Generator) -> None:
     belief.put_in(FeatureShare(cells, features, confidence, confidence, confidence, heights))
     evidence = np.zeros((len(cells), belief.params.levels + 1), np.int8)
     clear, none = np.ones(len(cells), bool), np.zeros(len(cells), bool)
-    belief.fuse_occupancy(OccupancyUpdate(cells, evidence, clear, none))
+    belief.fuse_occupancy(OccupancyUpdate.of_arrays(cells, evidence, clear, none))
 
 
 def _update(sequence: int, rng: np.random.Generator) -> FrameUpdate:

@@ -16,14 +16,18 @@ from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.cell_store import FeatureShare
 from onemap_mapper.occupancy import I8
 from onemap_mapper.submaps.correction import NO_CORRECTION, PlanarCorrection
+from onemap_mapper.transfers import to_host
 from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.grid import GridSpec
 
 
 @dataclass(frozen=True, slots=True)
 class OccupancyShare:
-    """Evidence of some frames: cells (n, 2) int64 distinct world cells, evidence (n, levels + 1)
-    int8 within its bounds, clear (n,) bool: floor was seen."""
+    """Evidence of some frames, on the host.
+
+    cells (n, 2) int64 distinct world cells; evidence (n, levels + 1) int8 within its bounds; clear
+    (n,) bool: floor was seen.
+    """
 
     cells: I64
     evidence: I8
@@ -94,9 +98,9 @@ def submap_of(content: BeliefMap, stamp_ns: int, centre_m: F64, dtype: torch.dty
 
 def occupancy_of(content: BeliefMap) -> OccupancyShare:
     """A copy of all evidence that a map holds."""
-    rows = np.flatnonzero(content.clear.values | content.evidence.values.any(axis=1))
-    cells = content.tiles.cells(rows)
-    return OccupancyShare(cells, content.evidence.values[rows], content.clear.values[rows])
+    rows = content.driving_rows
+    evidence, clear = to_host(content.evidence.values[rows]), to_host(content.clear.values[rows])
+    return OccupancyShare(content.tiles.cells(to_host(rows)), evidence, clear)
 
 
 def moved_cells(cells: I64, correction: PlanarCorrection, cell_size_m: float) -> tuple[I64, I64]:

@@ -53,7 +53,8 @@ class SubmapStore:
 
     What the map holds at the start is fixed; of what follows no view fades, as with
     ``max_prior_confidence``, because faded views could not be taken out again. Not thread-safe:
-    the caller holds the map's lock.
+    the caller holds the map's lock. Submaps, and what is fixed of the occupancy, are on the host:
+    they are read when a correction comes, not with each frame.
     """
 
     def __init__(self, belief: BeliefMap, params: SubmapParams) -> None:
@@ -63,11 +64,11 @@ class SubmapStore:
         self._active: _Active | None = None
         self._graph: PoseGraph | None = None
         self._checked = 0  # closed submaps that lie where the graph says
-        self._fixed_evidence = TileLayer(np.int8, 0, (belief.params.levels + 1,))
-        self._fixed_clear = TileLayer(np.bool_, 0)
+        self._fixed_evidence = TileLayer(torch.int8, 0, (belief.params.levels + 1,))
+        self._fixed_clear = TileLayer(torch.bool, 0)
         self._grow()
-        self._fixed_evidence.values[:] = belief.evidence.values
-        self._fixed_clear.values[:] = belief.clear.values
+        self._fixed_evidence.values[:] = belief.evidence.values.cpu()
+        self._fixed_clear.values[:] = belief.clear.values.cpu()
         self.fixed = 0  # submaps that can no longer be moved
 
     @property
@@ -187,8 +188,9 @@ class SubmapStore:
             where = place[part_rows]
             chosen = where >= 0
             where = where[chosen]
-            evidence[where] = accumulated_evidence(evidence[where], added[chosen])
-            clear[where] |= cleared[chosen]
+            more = torch.from_numpy(added[chosen])
+            evidence[where] = accumulated_evidence(evidence[where], more)
+            clear[where] |= torch.from_numpy(cleared[chosen])
         self._belief.set_occupancy(rows, evidence, clear)
 
     def _parts(self) -> list[tuple[I64, I8, Bool]]:
@@ -205,8 +207,9 @@ class SubmapStore:
         self._checked = max(0, self._checked - 1)
         self._grow()
         values = self._fixed_evidence.values
-        values[oldest.rows] = accumulated_evidence(values[oldest.rows], oldest.evidence)
-        self._fixed_clear.values[oldest.rows] |= oldest.clear
+        evidence, clear = torch.from_numpy(oldest.evidence), torch.from_numpy(oldest.clear)
+        values[oldest.rows] = accumulated_evidence(values[oldest.rows], evidence)
+        self._fixed_clear.values[oldest.rows] |= clear
         self.fixed += 1
 
     def _grow(self) -> None:
