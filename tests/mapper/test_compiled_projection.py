@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onemap_mapper.compiled_projection import project_compiled
+from onemap_mapper.device.cloud import DeviceCloud
 from onemap_mapper.params import ProjectionParams
-from onemap_mapper.point_cloud import PointCloud
 from onemap_mapper.projection import MAX_ENTRIES, CellWeights, cell_features, project
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
@@ -31,8 +31,9 @@ def both(
     params: ProjectionParams = LIMITS,
 ) -> tuple[CellWeights, CellWeights]:
     """Weights by the compiled functions, and by torch."""
-    cloud = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T_map_camera)
-    expected = project(cloud, variance, patch_shape=patch_shape, params=params, device=CPU)
+    depth, unsure = torch.from_numpy(depth_m), torch.from_numpy(variance)
+    cloud = DeviceCloud.of(depth, intrinsics=CAMERA, T_map_camera=T_map_camera)
+    expected = project(cloud, unsure, patch_shape=patch_shape, params=params)
     found = project_compiled(
         depth_m,
         variance,

@@ -11,8 +11,8 @@ import torch
 from onemap_mapper.blur import blur_kernel, blurred
 from onemap_mapper.cell_store import CellStore
 from onemap_mapper.compiled_projection import project_compiled
+from onemap_mapper.device.cloud import DeviceCloud
 from onemap_mapper.params import BlurParams, ProjectionParams
-from onemap_mapper.point_cloud import PointCloud
 from onemap_mapper.projection import cell_features, project
 from onemap_perception.variance import VarianceParams, observation_variance
 from onemap_shared.camera import Intrinsics
@@ -54,8 +54,9 @@ def fused(
                 params=EVERYTHING,
             )
         else:
-            cloud = PointCloud.of(depth, intrinsics=intrinsics, T_map_camera=T)
-            weights = project(cloud, variance, patch_shape=(8, 8), params=EVERYTHING, device=CPU)
+            images = torch.from_numpy(depth), torch.from_numpy(variance)
+            cloud = DeviceCloud.of(images[0], intrinsics=intrinsics, T_map_camera=T)
+            weights = project(cloud, images[1], patch_shape=(8, 8), params=EVERYTHING)
         kernel = blur_kernel(
             weights.cells,
             camera_xy_m=(float(T[0, 3]), float(T[1, 3])),

@@ -8,8 +8,8 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from onemap_mapper.device.cloud import DeviceCloud
 from onemap_mapper.params import ProjectionParams
-from onemap_mapper.point_cloud import PointCloud
 from onemap_mapper.projection import (
     MAX_ENTRIES,
     MAX_FRAME_CELLS,
@@ -30,9 +30,8 @@ SMALL = Intrinsics(9.0, 8.0, 6.5, 5.0)
 def projected(
     depth_m: F32, variance: F32, T: F64, shape: tuple[int, int], limits: ProjectionParams
 ) -> CellWeights:
-    cloud = PointCloud.of(depth_m, intrinsics=SMALL, T_map_camera=T)
-    device = torch.device("cpu")
-    return project(cloud, variance, patch_shape=shape, params=limits, device=device)
+    cloud = DeviceCloud.of(torch.from_numpy(depth_m), intrinsics=SMALL, T_map_camera=T)
+    return project(cloud, torch.from_numpy(variance), patch_shape=shape, params=limits)
 
 
 def on_a_border(depth_m: F32, T: F64) -> Bool:
@@ -111,13 +110,12 @@ def test_a_frame_of_too_many_cells_or_patches_is_refused(
     side: int, patch_shape: tuple[int, int]
 ) -> None:
     camera = Intrinsics(side / 200, side / 200, side / 2, side / 2)  # a cell or more for each pixel
-    ones = np.ones((side, side), np.float32)
-    cloud = PointCloud.of(ones, intrinsics=camera, T_map_camera=np.eye(4))
+    ones = torch.ones((side, side))
+    cloud = DeviceCloud.of(ones, intrinsics=camera, T_map_camera=np.eye(4))
     with pytest.raises(GridTooLarge, match="are the intrinsics right"):
         project(
             cloud,
             ones,
             patch_shape=patch_shape,
             params=EVERYTHING,
-            device=torch.device("cpu"),
         )

@@ -7,22 +7,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 from onemap_mapper.blur import blur_kernel, blurred
-from onemap_mapper.compiled_projection import project_compiled
 from onemap_mapper.diagnostics.depth_diagnostics import DepthDiagnostics, diagnose_depth
-from onemap_mapper.heights import cell_heights
+from onemap_mapper.frame_images import images_of
 from onemap_mapper.kernels import jit
-from onemap_mapper.occupancy import OccupancyUpdate, occupancy_update
+from onemap_mapper.occupancy import OccupancyUpdate
 from onemap_mapper.params import MapParams
-from onemap_mapper.point_cloud import PointCloud
-from onemap_mapper.projection import CellWeights, cell_features, project
-from onemap_mapper.transfers import CPU, to_device, to_host
-from onemap_shared.geometry import F32, F64
+from onemap_mapper.projection import cell_features
+from onemap_mapper.transfers import CPU
+from onemap_shared.geometry import F64
 from onemap_shared.messages import FeatureField
 
 
@@ -55,17 +51,13 @@ class FrameUpdate:
 
 def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
     """Project, blur and diagnose a field: the expensive half of fusing a frame."""
-    depth_m = depth_in_metres(field)
-    weights = weights_of(field, depth_m, params)
-    cloud = cloud_of(field, depth_m, params)
-    x_m, y_m = (float(value) for value in cloud.camera_m[:2])
+    images = images_of(field, params)
+    weights = images.weights()
+    x_m, y_m = (float(value) for value in images.cloud.camera_m[:2])
     kernel = blur_kernel(weights.cells, camera_xy_m=(x_m, y_m), params=params)
     dimension, device = field.features.shape[2], params.torch_device
     patches = torch.tensor(field.features, device=device).view(-1, dimension).float()
     compiled = jit.usable(wanted=params.compiled, device=CPU)
-    stride = thinning(depth_m, params)
-    cells = to_host(kernel.cells)
-    heights = cell_heights(cloud, field.variance[::stride, ::stride], cells, params)
     return FrameUpdate(
         sequence=field.sequence,
         stamp_ns=field.stamp_ns,
@@ -75,47 +67,7 @@ def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
         cells=kernel.cells,
         features=blurred(kernel, cell_features(weights, patches)),
         confidence=blurred(kernel, weights.confidence),
-        heights=to_device(heights, device),
-        occupancy=occupancy_update(cloud, params, device),
-        depth=diagnose_depth(cloud, compiled=compiled),
-    )
-
-
-def depth_in_metres(field: FeatureField) -> F32:
-    """z-depth (H, W) float32 in metres, 0 = no return."""
-    return np.divide(field.depth_mm, 1000, dtype=np.float32)
-
-
-def cloud_of(field: FeatureField, depth_m: F32, params: MapParams) -> PointCloud:
-    """The points of the field, thinned to the rows that occupancy reads."""
-    return PointCloud.of(
-        depth_m,
-        intrinsics=field.intrinsics,
-        T_map_camera=field.T_map_camera,
-        stride=thinning(depth_m, params),
-    )
-
-
-def thinning(depth: NDArray, params: MapParams) -> int:
-    """Of how many rows and columns of an image (H, W) one is in its cloud."""
-    rows: int = depth.shape[0]
-    return -(-rows // params.occupancy_max_rows)
-
-
-def weights_of(field: FeatureField, depth_m: F32, params: MapParams) -> CellWeights:
-    """The weights of the field's patches in the cells of its pixels."""
-    h, w, _ = field.features.shape
-    intrinsics, T_map_camera = field.intrinsics, field.T_map_camera
-    if jit.usable(wanted=params.compiled, device=params.torch_device):
-        return project_compiled(
-            depth_m,
-            field.variance,
-            intrinsics=intrinsics,
-            T_map_camera=T_map_camera,
-            patch_shape=(h, w),
-            params=params,
-        )
-    cloud = PointCloud.of(depth_m, intrinsics=intrinsics, T_map_camera=T_map_camera)
-    return project(
-        cloud, field.variance, patch_shape=(h, w), params=params, device=params.torch_device
+        heights=images.heights(kernel.cells),
+        occupancy=images.occupancy(),
+        depth=diagnose_depth(images.cloud, compiled=compiled),
     )

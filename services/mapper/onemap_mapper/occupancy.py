@@ -68,12 +68,10 @@ class OccupancyUpdate:
         return cls(*(to_device(each, device) for each in (cells, evidence, clear, blind)))
 
 
-def occupancy_update(
-    cloud: PointCloud, params: OccupancyParams, device: torch.device = CPU
-) -> OccupancyUpdate:
+def occupancy_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpdate:
     """Evidence of one depth image, thinned to at most ``occupancy_max_rows`` rows.
 
-    Flying pixels are neither obstacles nor floor. device: to have it.
+    Flying pixels are neither obstacles nor floor. Computed on the host.
     """
     cloud = cloud.strided(-(-cloud.depth_m.shape[0] // params.occupancy_max_rows))
     compiled = jit.usable(wanted=params.compiled, device=CPU)
@@ -94,8 +92,7 @@ def occupancy_update(
     evidence = np.concatenate([voxels, _drop_evidence(floor.drops, clear, box)[..., None]], axis=2)
     touched = clear | blind | evidence.any(axis=2)
     cells = np.argwhere(touched) + np.asarray(box.origin_cell)
-    found = (cells, evidence[touched], clear[touched], blind[touched])
-    return OccupancyUpdate.of_arrays(*found, device=device)
+    return OccupancyUpdate.of_arrays(cells, evidence[touched], clear[touched], blind[touched])
 
 
 def _obstacles(cloud: PointCloud, params: OccupancyParams) -> tuple[F32, F32]:
@@ -135,9 +132,9 @@ def _compiled_voxels(
 ) -> tuple[I32, Bool]:
     """Points in each voxel and whether a ray's samples lie in it, (nx, ny, levels) both."""
     low_m, high_m = params.obstacle_min_height_m, params.obstacle_max_height_m
-    band = np.array([low_m, _thickness_m(params), high_m, params.cell_size_m], np.float32)
+    band = np.array([low_m, voxel_thickness_m(params), high_m, params.cell_size_m], np.float32)
     where = (box.origin_cell, (*box.shape, params.levels), params.cell_size_m)
-    crossed = mark_rays((*rays, _distances_m(params)), *where, band)
+    crossed = mark_rays((*rays, ray_distances_m(params)), *where, band)
     return count_points(obstacles, *where, band[:2]), crossed
 
 
@@ -182,7 +179,7 @@ def ray_samples(camera: F32, ends: F32, *, params: OccupancyParams) -> F32:
     """
     rays = ends - camera
     length = np.linalg.norm(rays, axis=1)
-    distances = _distances_m(params)
+    distances = ray_distances_m(params)
     rays = rays / np.maximum(length, 1e-6)[:, None]
     z = camera[2] + rays[:, 2, None] * distances
     inside = distances <= (length - params.cell_size_m)[:, None]
@@ -194,20 +191,22 @@ def ray_samples(camera: F32, ends: F32, *, params: OccupancyParams) -> F32:
     return samples
 
 
-def _distances_m(params: OccupancyParams) -> F32:
+def ray_distances_m(params: OccupancyParams) -> F32:
     """Distances (k,) of a ray's samples from the camera, ascending."""
     step = RAY_STEP * params.cell_size_m
     return np.arange(step, params.clearing_range_m, step, dtype=np.float32)
 
 
-def _thickness_m(params: OccupancyParams) -> float:
+def voxel_thickness_m(params: OccupancyParams) -> float:
     """Height of a voxel."""
     return (params.obstacle_max_height_m - params.obstacle_min_height_m) / params.levels
 
 
 def voxel_indices(points: F32, box: GridSpec, params: OccupancyParams) -> I64:
     """Flat voxel indices (n,) in (nx, ny, levels) of points (n, 3) inside box and height band."""
-    level = ((points[:, 2] - params.obstacle_min_height_m) / _thickness_m(params)).astype(np.int64)
+    level = ((points[:, 2] - params.obstacle_min_height_m) / voxel_thickness_m(params)).astype(
+        np.int64
+    )
     cells = box.cells(points[:, :2].astype(np.float64))
     flat: I64 = (cells[:, 0] * box.shape[1] + cells[:, 1]) * params.levels
     return flat + np.minimum(level, params.levels - 1)

@@ -293,8 +293,8 @@ class MapParams(OccupancyParams, BlurParams, ProjectionParams):
     device: str = Field(
         default="cpu",
         pattern=r"^(cpu|cuda(:\d+)?)$",
-        description="Where features live. One frame takes a few ms on two CPU cores; cuda frees "
-        "them on a Jetson.",
+        description="Where the map lives and frames are fused. One frame takes a few ms on two "
+        "CPU cores; cuda frees them on a Jetson.",
     )
     feature_dtype: Literal["float32", "float16"] = Field(
         default="float16",

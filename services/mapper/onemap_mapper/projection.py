@@ -15,9 +15,10 @@ import torch
 from torch import Tensor
 from torch.nn.functional import embedding_bag
 
+from onemap_mapper.device.cloud import DeviceCloud, divided
 from onemap_mapper.params import ProjectionParams
-from onemap_mapper.point_cloud import PointCloud
-from onemap_shared.geometry import F32, I64, Bool
+from onemap_mapper.transfers import to_host
+from onemap_shared.geometry import F32, I64
 from onemap_shared.grid import GridSpec, GridTooLarge, world_cells
 
 MAX_FRAME_CELLS = 2**17  # observed by one frame: 90 degrees to 40 m; the blur takes 3 kB for each
@@ -41,35 +42,29 @@ class CellWeights:
 
 
 def project(
-    cloud: PointCloud,
-    variance: F32,
+    cloud: DeviceCloud,
+    variance: Tensor,
     *,
     patch_shape: tuple[int, int],
     params: ProjectionParams,
-    device: torch.device,
 ) -> CellWeights:
     """The cells that a frame observes, and the weights of its patches in them.
 
-    variance (H, W) float32 > 0, infinity = do not use. Cells and confidences are computed on the
-    CPU, where occupancy and diagnostics read the same points; ``device`` gets 8 bytes per pixel,
-    an index and a weight, as many as depth and variance have.
+    variance (H, W) float32 > 0, infinity = do not use. Computed on the device of the images; the
+    host learns the bounds of the cells, and how many there are.
     """
-    usable = (
-        (cloud.depth_m > 0) & (cloud.depth_m <= params.max_feature_range_m) & (variance < np.inf)
-    )
-    box, flat = _flat_cells(cloud, usable, params)
+    usable = (cloud.depth_m > 0) & (cloud.depth_m <= params.max_feature_range_m)
+    box, flat = _flat_cells(cloud, usable & (variance < torch.inf), params)
     unused = math.prod(box.shape)
-    inverse = np.divide(1.0, variance, out=np.zeros_like(variance), where=flat < unused)
-    confidence = torch.from_numpy(inverse).to(device)
-    flat_cells = torch.from_numpy(flat.astype(np.int32)).to(device).flatten().long()
-    found, row = _unique_inverse(flat_cells, unused)
+    confidence = torch.where(flat < unused, torch.ones_like(variance) / variance, 0.0)
+    found, row = _unique_inverse(flat.flatten(), unused)
     (low_x, low_y), depth = box.origin_cell, box.shape[1]
     cells = torch.stack([found // depth + low_x, found % depth + low_y], dim=1)
     count = len(cells)
     check_size(count, patch_shape)
     pixels = torch.bincount(row, minlength=count + 1)[:count]
     starts, patches, values = _scatter(row, confidence, patch_shape=patch_shape, count=count)
-    lengths = torch.diff(starts, append=starts.new_tensor([len(patches)]))
+    lengths = torch.diff(starts, append=starts.new_full((1,), len(patches)))
     owner = torch.repeat_interleave(torch.arange(count, device=row.device), lengths)
     total = values.new_zeros(count).scatter_add_(0, owner, values)
     return CellWeights(cells, total / pixels, starts, patches, values / total[owner])
@@ -100,24 +95,27 @@ def check_size(cells: int, patch_shape: tuple[int, int]) -> None:
         )
 
 
-def _flat_cells(cloud: PointCloud, usable: Bool, params: ProjectionParams) -> tuple[GridSpec, I64]:
+def _flat_cells(
+    cloud: DeviceCloud, usable: Tensor, params: ProjectionParams
+) -> tuple[GridSpec, Tensor]:
     """A grid over the cells of usable pixels, and each pixel's flat index (H, W) in it.
 
     Pixels that are not usable, or too high, get the number of cells of the grid.
     """
     size_m = params.cell_size_m
-    camera = world_cells(cloud.camera_m, size_m)
-    world = world_cells(cloud.points_m, size_m)
+    camera = world_cells(cloud.T_map_camera[:3, 3], size_m).tolist()
     # Unusable pixels fall on the camera, so that one far outlier does not widen the grid.
-    ix, iy = (np.where(usable, world[..., k], camera[k]) for k in range(2))
-    low, high = (int(ix.min()), int(iy.min())), (int(ix.max()), int(iy.max()))
-    box = GridSpec(size_m, low, (high[0] - low[0] + 1, high[1] - low[1] + 1))
-    usable = usable & (cloud.points_m[..., 2] <= params.max_feature_height_m)
-    ix -= low[0]
-    ix *= box.shape[1]
-    ix += iy
-    ix -= low[1]
-    return box, np.where(usable, ix, math.prod(box.shape))
+    ix, iy = (
+        torch.where(usable, divided(plane, size_m).floor().long(), own)
+        for plane, own in zip((cloud.x_m, cloud.y_m), camera, strict=True)
+    )
+    low_x, low_y, high_x, high_y = to_host(
+        torch.stack([ix.amin(), iy.amin(), ix.amax(), iy.amax()])
+    ).tolist()
+    box = GridSpec(size_m, (low_x, low_y), (high_x - low_x + 1, high_y - low_y + 1))
+    usable = usable & (cloud.z_m <= params.max_feature_height_m)
+    flat = (ix - low_x) * box.shape[1] + iy - low_y
+    return box, torch.where(usable, flat, math.prod(box.shape))
 
 
 def _unique_inverse(values: Tensor, limit: int) -> tuple[Tensor, Tensor]:

@@ -1,4 +1,4 @@
-"""What moves arrays between the host and the device of a map: nothing else does.
+"""Arrays between the host and the device of a map.
 
 On the CPU both are the same memory, and nothing is copied.
 """

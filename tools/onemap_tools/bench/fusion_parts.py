@@ -11,19 +11,12 @@ import torch
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.blur import BlurKernel, blur_kernel, blurred
 from onemap_mapper.diagnostics.depth_diagnostics import diagnose_depth
-from onemap_mapper.frame_update import (
-    cloud_of,
-    compute_update,
-    depth_in_metres,
-    thinning,
-    weights_of,
-)
-from onemap_mapper.heights import cell_heights
-from onemap_mapper.occupancy import occupancy_update
+from onemap_mapper.frame_images import images_of
+from onemap_mapper.frame_update import compute_update
 from onemap_mapper.params import MapParams
 from onemap_mapper.projection import CellWeights, cell_features
 from onemap_shared.messages import FeatureField
-from onemap_tools.bench.machine import best_s
+from onemap_tools.bench.machine import best_s, wall_clock
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,29 +31,29 @@ class FusionWork:
 
 
 def parts_ms(field: FeatureField, params: MapParams) -> dict[str, float]:
-    """Milliseconds of each part, the best of several runs, its inputs in the cache."""
+    """Milliseconds of each part, the best of several runs, its inputs in the cache.
+
+    cloud: metres and points from the images, and sending these to a GPU.
+    """
     weights, kernel, patches = _prepared(field, params)
     observed = cell_features(weights, patches)
-    cloud = cloud_of(field, depth_in_metres(field), params)
-    update = compute_update(field, params)
-    stride = thinning(field.depth_mm, params)
-    variance = field.variance[::stride, ::stride]
-    belief = BeliefMap(params)
+    images, update = images_of(field, params), compute_update(field, params)
+    belief, clock = BeliefMap(params), wall_clock(params.torch_device)
     parts: dict[str, Callable[[], object]] = {
-        "projection": lambda: weights_of(field, depth_in_metres(field), params),
+        "projection": images.weights,
         "mix": lambda: cell_features(weights, _patches(field, params)),
         "blur": lambda: (
             blur_kernel(weights.cells, camera_xy_m=_camera_xy_m(field), params=params),
             blurred(kernel, observed),
             blurred(kernel, weights.confidence),
         ),
-        "cloud": lambda: cloud_of(field, depth_in_metres(field), params),
-        "heights": lambda: cell_heights(cloud, variance, update.cells, params),
-        "occupancy": lambda: occupancy_update(cloud, params),
-        "diagnostics": lambda: diagnose_depth(cloud, compiled=params.compiled),
+        "cloud": lambda: images_of(field, params),
+        "heights": lambda: images.heights(update.cells),
+        "occupancy": images.occupancy,
+        "diagnostics": lambda: diagnose_depth(images.cloud, compiled=params.compiled),
         "absorb": lambda: belief.fuse(update),
     }
-    return {name: round(best_s(part, repeats=15) * 1e3, 3) for name, part in parts.items()}
+    return {name: round(best_s(part, 15, clock) * 1e3, 3) for name, part in parts.items()}
 
 
 def fusion_work(field: FeatureField, params: MapParams) -> FusionWork:
@@ -77,7 +70,7 @@ def fusion_work(field: FeatureField, params: MapParams) -> FusionWork:
 def _prepared(
     field: FeatureField, params: MapParams
 ) -> tuple[CellWeights, BlurKernel, torch.Tensor]:
-    weights = weights_of(field, depth_in_metres(field), params)
+    weights = images_of(field, params).weights()
     kernel = blur_kernel(weights.cells, camera_xy_m=_camera_xy_m(field), params=params)
     return weights, kernel, _patches(field, params)
 

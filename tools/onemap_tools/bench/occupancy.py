@@ -45,7 +45,8 @@ def run(params: OccupancyBenchParams, mapper: MapperConfig) -> Iterator[dict[str
 
 def driven(scene: Scene, noise_m: float, seed: int, mapper: MapperConfig) -> BeliefMap:
     """The map's occupancy after a drive along all of the floor; it holds no features."""
-    camera, belief = CameraParams(), BeliefMap(mapper)
+    on_host = mapper.model_copy(update={"device": "cpu"})  # where ``occupancy_update`` computes
+    camera, belief = CameraParams(), BeliefMap(on_host)
     renderer, rng = Renderer(scene), np.random.default_rng(seed)
     for pose in exploration_poses(scene, camera):
         view = renderer.render(pose, camera.intrinsics, width=camera.width, height=camera.height)

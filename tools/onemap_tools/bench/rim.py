@@ -17,7 +17,7 @@ from torch import Tensor
 
 from onemap_mapper.blur import BlurKernel, blur_kernel, blurred
 from onemap_mapper.cell_store import CellStore
-from onemap_mapper.frame_update import weights_of
+from onemap_mapper.frame_images import images_of
 from onemap_mapper.params import MapParams
 from onemap_mapper.projection import cell_features
 from onemap_perception.variance import VarianceParams, observation_variance
@@ -102,8 +102,7 @@ class _Map:
 
     def fuse(self, field: FeatureField) -> None:
         """Fuse a frame."""
-        depth_m = np.divide(field.depth_mm, 1000, dtype=np.float32)
-        weights = weights_of(field, depth_m, self._params)
+        weights = images_of(field, self._params).weights()
         x_m, y_m = (float(value) for value in field.T_map_camera[:2, 3])
         kernel = blur_kernel(weights.cells, camera_xy_m=(x_m, y_m), params=self._params)
         patches = torch.from_numpy(field.features.reshape(-1, CHANNELS).astype(np.float32))

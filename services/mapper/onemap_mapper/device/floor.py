@@ -1,0 +1,182 @@
+"""``floor.floor_points`` on a device; why it is done like this is said there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+
+import torch
+from torch import Tensor
+
+from onemap_mapper.device.cloud import DeviceCloud, divided, lengths
+from onemap_mapper.floor import (
+    ACROSS_SAMPLES,
+    BLIND_SAMPLES,
+    BLIND_SIDE,
+    COLUMNS,
+    JUMP_ROWS,
+    MISSING_COLUMNS,
+    MISSING_ROWS,
+    MISSING_SHARE,
+)
+from onemap_mapper.params import OccupancyParams
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceFloor:
+    """Places (n, 2) float32 in metres, as ``FloorPoints``."""
+
+    seen: Tensor
+    drops: Tensor
+    blind: Tensor
+
+
+@dataclass(frozen=True, slots=True)
+class _Image:
+    """Planes (rows, columns) of a cloud: depth, x and y from the camera, and height, metres."""
+
+    depth: Tensor
+    x: Tensor
+    y: Tensor
+    z: Tensor
+    camera: tuple[float, float, float]
+
+    @classmethod
+    def of(cls, cloud: DeviceCloud) -> _Image:
+        cloud = cloud.strided(1, max(1, cloud.depth_m.shape[1] // COLUMNS))
+        camera = cloud.camera_m
+        return cls(cloud.depth_m, cloud.x_m - camera[0], cloud.y_m - camera[1], cloud.z_m, camera)
+
+    @property
+    def xy(self) -> Tensor:
+        """(rows, columns, 2): ground positions from the camera."""
+        return torch.stack([self.x, self.y], dim=-1)
+
+    def in_map(self, xy: Tensor) -> Tensor:
+        """Places (..., 2) in the map frame of ground positions from the camera."""
+        return torch.stack([xy[..., 0] + self.camera[0], xy[..., 1] + self.camera[1]], dim=-1)
+
+
+def device_floor(cloud: DeviceCloud, params: OccupancyParams) -> DeviceFloor:
+    """The floor and the drops that one depth image shows."""
+    image = _Image.of(cloud)
+    valid = image.depth > 0
+    slack = params.height_error_per_m * image.depth
+    fall = params.drop_min_depth_m + slack
+    edge = _edges(image, valid, fall, params)
+    floor = valid & (image.z <= params.floor_tolerance_m + slack) & (image.z >= -fall)
+    floor &= image.depth <= params.occupancy_range_m
+    floor &= ~_behind_edge(image, edge)
+    low = image.z < -(params.drop_min_depth_m + params.tilt_error_per_m * image.depth)
+    before = torch.cat([image.z[JUMP_ROWS:], image.z[-JUMP_ROWS:]])  # an edge's height
+    drops = [
+        _crossings(image, edge, before, params),
+        _crossings(image, valid & low, torch.zeros_like(image.z), params),
+        *_missing(image, valid, floor, params),
+    ]
+    seen = [image.in_map(image.xy[floor]), *_between(image, floor, params)]
+    return DeviceFloor(torch.cat(seen), torch.cat(drops), _blind(image, floor))
+
+
+def _edges(image: _Image, valid: Tensor, fall: Tensor, params: OccupancyParams) -> Tensor:
+    """Pixels just beyond the edge of a step down: floor in the image below them, and they fall."""
+    near, far = slice(JUMP_ROWS, None), slice(None, -JUMP_ROWS)
+    z = image.z
+    reach = params.floor_tolerance_m + params.tilt_error_per_m * image.depth[near]
+    found = valid[near] & valid[far] & (z[near].abs() <= reach)
+    found &= (z[near] - z[far] > fall[near]) & (z[far] < -params.drop_min_depth_m / 2)
+    return torch.cat([found, torch.zeros_like(valid[-JUMP_ROWS:])])
+
+
+def _behind_edge(image: _Image, edge: Tensor) -> Tensor:
+    """Pixels above an edge in their column that lie lower than half its height."""
+    none = len(edge) - 1
+    row = torch.arange(len(edge), device=edge.device)[:, None]
+    nearest = torch.where(edge, row, none).flip(0).cummin(dim=0).values.flip(0)
+    before = (nearest + JUMP_ROWS).clamp(max=none)
+    middle = (image.z.gather(0, before) + image.z.gather(0, nearest)) / 2
+    return (nearest < none) & (image.z < middle)
+
+
+def _crossings(image: _Image, chosen: Tensor, height_m: Tensor, params: OccupancyParams) -> Tensor:
+    """Where the rays to chosen pixels cross a height (rows, columns)."""
+    above = image.camera[2] - height_m[chosen]
+    scale = above / (image.camera[2] - image.z[chosen]).clamp(min=1e-3)
+    near = (scale > 0) & (scale * image.depth[chosen] <= params.drop_range_m)
+    return image.in_map(image.xy[chosen] * scale[:, None])[near]
+
+
+def _missing(image: _Image, valid: Tensor, floor: Tensor, params: OccupancyParams) -> list[Tensor]:
+    """Places just beyond floor that ends at a large hole without returns, and across the hole."""
+    rows, columns = valid.shape
+    tall, wide = max(2, rows // MISSING_ROWS), max(1, columns // MISSING_COLUMNS)
+    near = floor & (image.depth <= params.missing_floor_range_m)
+    count = torch.zeros((rows + 1, columns + 1), dtype=torch.int64, device=valid.device)
+    count[1:, 1:] = (~valid).long().cumsum(dim=0).cumsum(dim=1)
+    places = []
+    for down, right in (-1, 0), (0, -1), (0, 1):  # to the pixel that is missing: row, column
+        beside = valid[1 + down : rows - 1 + down, 1 + right : columns - 1 + right]
+        row, column = (1 + at for at in torch.nonzero(near[1:-1, 1:-1] & ~beside, as_tuple=True))
+        top = (row - tall).clamp(min=0)
+        left = (column + (-wide // 2 if right == 0 else right * wide)).clamp(min=0)
+        left = torch.minimum(left, column + right)
+        bottom, end = (top + tall).clamp(max=rows), (left + wide).clamp(max=columns)
+        missing = count[bottom, end] - count[top, end] - count[bottom, left] + count[top, left]
+        large = missing.double() >= MISSING_SHARE * tall * wide
+        row, column = row[large], column[large]
+        places.append(_beyond(image, (row, column), (down, right), params.cell_size_m))
+        if (down, right) == (-1, 0):
+            places.append(_across(image, (row, column), valid, floor))
+    return places
+
+
+def _beyond(
+    image: _Image, at: tuple[Tensor, Tensor], step: tuple[int, int], cell_size_m: float
+) -> Tensor:
+    """Places (n, 2) one cell from the pixels ``at``, away from the camera or sideways."""
+    xy = image.xy[at]
+    ahead = xy / lengths(xy).clamp(min=1e-3)[:, None]
+    right = torch.stack([ahead[:, 1], -ahead[:, 0]], dim=1)
+    return image.in_map(xy + cell_size_m * (ahead if step[0] else step[1] * right))
+
+
+def _across(image: _Image, at: tuple[Tensor, Tensor], valid: Tensor, floor: Tensor) -> Tensor:
+    """Places between pixels ``at`` and the next return above them, where that is floor."""
+    row, column = at
+    rows = torch.arange(len(valid), device=valid.device)[:, None]
+    last = torch.where(valid, rows, -1).cummax(dim=0).values
+    far = last[row - 1, column]
+    there = (far >= 0) & floor[far, column]
+    row, column, far = row[there], column[there], far[there]
+    near_xy, far_xy = image.xy[row, column], image.xy[far, column]
+    share = divided(_numbers(ACROSS_SAMPLES, image) + 0.5, ACROSS_SAMPLES)[:, None]
+    between = near_xy[:, None] + (far_xy - near_xy)[:, None] * share
+    return image.in_map(between).reshape(-1, 2)
+
+
+def _between(image: _Image, floor: Tensor, params: OccupancyParams) -> list[Tensor]:
+    """Places between floor pixels that are neighbours in a column but cells apart."""
+    both = floor[:-1] & floor[1:]
+    upper, step = image.xy[:-1][both], image.xy.diff(dim=0)[both]
+    gap_m = torch.hypot(step[:, 0], step[:, 1])
+    wide = (gap_m > params.cell_size_m) & (gap_m <= params.floor_gap_m)
+    upper, step = image.in_map(upper[wide]), step[wide]
+    count = ceil(params.floor_gap_m / params.cell_size_m)
+    return [upper + step * (k / count) for k in range(1, count)]
+
+
+def _blind(image: _Image, floor: Tensor) -> Tensor:
+    """Places from the camera's foot to the floor at the lower edge of the image.
+
+    Only where the lower edge shows floor to both sides too: beside a hole there is an edge.
+    """
+    side = floor.shape[1] // BLIND_SIDE
+    others = torch.nn.functional.pad((~floor[-1]).long(), (side + 1, side)).cumsum(dim=0)
+    nearest = others[2 * side + 1 :] == others[: -2 * side - 1]
+    share = divided(_numbers(BLIND_SAMPLES, image), BLIND_SAMPLES)[:, None]
+    return image.in_map(image.xy[-1][nearest][:, None] * share).reshape(-1, 2)
+
+
+def _numbers(count: int, image: _Image) -> Tensor:
+    """0, 1, ... (count,) float32."""
+    return torch.arange(count, device=image.depth.device, dtype=torch.float32)
