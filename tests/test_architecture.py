@@ -101,7 +101,6 @@ TALKS = {
     "onemap_tools.bench.machine": "times",
     "onemap_tools.bench.map_image": "times",
     "onemap_tools.bench.map_views": "times",
-    "onemap_tools.bench.query_time": "times",
     "onemap_tools.bench.query_waits": "times, in threads",
     "onemap_tools.bench.habitat.benchmark": "times",
     "onemap_tools.bench.habitat.lockstep_robot": "a bus inside one process",

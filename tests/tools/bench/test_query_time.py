@@ -12,7 +12,7 @@ from onemap_tools.bench.query_waits import Dtype
 def test_all_times_are_measured(dtype: Dtype, value_bytes: int) -> None:
     result = run(QueryTimeOptions(cells=5000, feature_dtype=dtype, wait_frames=2))
     times = [value for name, value in result.items() if name.endswith(("_ms", "_per_frame"))]
-    assert len(times) == 7
+    assert len(times) == 8
     assert all(value > 0 for value in times)
     assert result["table_bytes"] == 5000 * CHANNELS * value_bytes
     assert result["calibrated_over_read"] > 0

@@ -13,14 +13,21 @@ import torch
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import compute_update, depth_in_metres
+from onemap_mapper.frame_images import depth_in_metres
+from onemap_mapper.frame_update import compute_update
 from onemap_mapper.kernels import jit
 from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_shared.messages import FeatureField
 from onemap_tools.bench.dense_update import dense_update
 from onemap_tools.bench.fusion_parts import fusion_work, parts_ms
-from onemap_tools.bench.machine import best_s, machine_limits
+from onemap_tools.bench.machine import (
+    best_s,
+    clock_of,
+    device_facts,
+    machine_limits,
+    wall_clock,
+)
 
 SIZE = (480, 640)
 CAMERA = Intrinsics.from_fov(SIZE[1], SIZE[0], np.deg2rad(79))  # a usual RGB-D camera
@@ -50,9 +57,8 @@ def run(options: FusionBenchOptions) -> dict[str, Any]:
         compiled=options.compiled,
         blur_half_width_cells=options.half_width,
     )
-    # Alone on one thread, processor time is the time of a machine that does nothing else.
-    clock = time.process_time if options.threads == 1 else time.perf_counter
-    limits = machine_limits(clock)
+    device = params.torch_device
+    limits = machine_limits(clock_of(device, options.threads), device)
     belief, times = _fuse(options, params)
     observe_ms, absorb_ms, cpu_ms = (column[WARM_UP:] for column in times.T)
     total_ms = observe_ms + absorb_ms
@@ -66,7 +72,7 @@ def run(options: FusionBenchOptions) -> dict[str, Any]:
         "image": f"{SIZE[1]}x{SIZE[0]}",
         "features": "x".join(str(n) for n in PATCHES),
         "blur_cells": 2 * options.half_width + 1,
-        "compiled": jit.usable(wanted=params.compiled, device=params.torch_device),
+        "compiled": jit.usable(wanted=params.compiled, device=device),
         "p50_ms": round(float(np.median(total_ms)), 2),
         "p95_ms": round(float(np.quantile(total_ms, 0.95)), 2),
         "min_ms": round(float(total_ms.min()), 2),
@@ -82,7 +88,7 @@ def run(options: FusionBenchOptions) -> dict[str, Any]:
         "cpu_min_over_least": round(float(cpu_ms.min()) / least_ms, 1),
         "cells": belief.store.count,
         "map_bytes": belief.memory_bytes,
-        "device": options.device,
+        **device_facts(device),
         "threads": options.threads,
         "cores": len(os.sched_getaffinity(0)),
         "load_average": round(os.getloadavg()[0], 2),
@@ -96,14 +102,14 @@ def _fuse(options: FusionBenchOptions, params: MapperConfig) -> tuple[BeliefMap,
     """The map, and per frame the milliseconds of its update, of fusing it, and of the processor."""
     rng, belief = np.random.default_rng(options.seed), BeliefMap(params)
     times = np.zeros((options.frames + WARM_UP, 3))
+    now_s = wall_clock(params.torch_device)
     for sequence in range(len(times)):
         field = simulated_field(sequence, rng)
-        started, cpu_started = time.perf_counter(), time.process_time()
+        started, cpu_started = now_s(), time.process_time()
         update = compute_update(field, params)
-        observed = time.perf_counter()
+        observed = now_s()
         belief.fuse(update)
-        _synchronise(params.torch_device)
-        ended = time.perf_counter()
+        ended = now_s()
         cpu = time.process_time() - cpu_started
         times[sequence] = observed - started, ended - observed, cpu
     return belief, times * 1e3
@@ -148,8 +154,3 @@ def room_depth(T_map_camera: F64) -> F32:
     with np.errstate(divide="ignore"):
         depth: F32 = ((wall - position) / rays).min(axis=-1).astype(np.float32)
     return depth
-
-
-def _synchronise(device: torch.device) -> None:
-    if device.type == "cuda":
-        torch.cuda.synchronize(device)

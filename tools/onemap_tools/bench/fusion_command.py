@@ -17,7 +17,7 @@ app = typer.Typer()
 def fusion(
     *,
     frames: Annotated[int, typer.Option(min=1, help="Frames to measure.")] = 50,
-    device: Annotated[str, typer.Option(help="cpu or cuda")] = "cpu",
+    device: Annotated[str, typer.Option(help="cpu, cuda or cuda:N, as mapper.device.")] = "cpu",
     threads: Annotated[int, typer.Option(min=1, help="CPU threads of torch.")] = 1,
     blur: Annotated[int, typer.Option(min=0, max=10, help="Cells to each side; 0: none.")] = 3,
     compiled: Annotated[bool, typer.Option(help="As mapper.compiled.")] = True,
@@ -31,7 +31,8 @@ def fusion(
     with 24 x 24 x 768 features. The variance is perception's work and the
     decoding the bus's; both are done beforehand. The room is simulated, the
     features are random. cpu_p50_ms and cpu_min_ms are the processor time of a
-    frame, which other processes disturb less.
+    frame, which other processes disturb less. With --device cuda the frame is
+    computed on the GPU; all other times are of the clock, read when the GPU is done.
 
     parts_ms are the best times of the parts. moved_bytes and operations are what a
     frame needs at least, copy_gb_s and matrix_gflops what this machine does, both

@@ -1,4 +1,7 @@
-"""What this machine can do at most: how fast it copies memory and multiplies matrices."""
+"""What this machine can do at most: how fast it copies memory and multiplies matrices.
+
+Its processor, or the GPU whose figures are wanted.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,8 @@ import torch
 COPY_BYTES = 2**27  # larger than the caches
 MATRIX = 1024  # rows and columns
 REPEATS = 5
+CPU = torch.device("cpu")
+Clock = Callable[[], float]  # seconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,11 +38,44 @@ class MachineLimits:
         }
 
 
-def machine_limits(clock: Callable[[], float] = time.perf_counter) -> MachineLimits:
+def wall_clock(device: torch.device) -> Clock:
+    """The time at which all is done that was asked of a device: a GPU only takes orders."""
+    if device.type != "cuda":
+        return time.perf_counter
+
+    def done_s() -> float:
+        torch.cuda.synchronize(device)
+        return time.perf_counter()
+
+    return done_s
+
+
+def clock_of(device: torch.device, threads: int) -> Clock:
+    """By which a device is measured: the processor's time where one thread computes alone.
+
+    That is the time of a machine that does nothing else.
+    """
+    alone = device.type == "cpu" and threads == 1
+    return time.process_time if alone else wall_clock(device)
+
+
+def device_facts(device: torch.device) -> dict[str, Any]:
+    """Which device was measured; of a GPU its name, and the most memory that tensors took."""
+    if device.type != "cuda":
+        return {"device": str(device)}
+    return {
+        "device": str(device),
+        "device_name": torch.cuda.get_device_name(device),
+        "peak_device_bytes": torch.cuda.max_memory_allocated(device),
+    }
+
+
+def machine_limits(clock: Clock = time.perf_counter, device: torch.device = CPU) -> MachineLimits:
     """Measured now, with torch's present number of threads, the best of several runs."""
-    source, target = torch.ones(COPY_BYTES // 4), torch.empty(COPY_BYTES // 4)
+    source = torch.ones(COPY_BYTES // 4, device=device)
+    target = torch.empty_like(source)
     copy_s = best_s(lambda: target.copy_(source), clock=clock)
-    a, b = torch.ones((MATRIX, MATRIX)), torch.ones((MATRIX, MATRIX))
+    a, b = (torch.ones((MATRIX, MATRIX), device=device) for _ in range(2))
     product_s = best_s(lambda: torch.mm(a, b), clock=clock)
     return MachineLimits(2 * COPY_BYTES / copy_s * 1e-9, 2 * MATRIX**3 / product_s * 1e-9)
 
@@ -45,7 +83,7 @@ def machine_limits(clock: Callable[[], float] = time.perf_counter) -> MachineLim
 def best_s(
     run: Callable[[], object],
     repeats: int = REPEATS,
-    clock: Callable[[], float] = time.perf_counter,
+    clock: Clock = time.perf_counter,
 ) -> float:
     """The shortest time in seconds of several runs, after one that does not count."""
     run()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,8 +13,9 @@ from torch import Tensor
 
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.cell_store import CellStore
+from onemap_mapper.config import MapperConfig
 from onemap_mapper.similarity import ScoreCache, TextQuery
-from onemap_tools.bench.machine import best_s, machine_limits
+from onemap_tools.bench.machine import Clock, best_s, clock_of, device_facts, machine_limits
 from onemap_tools.bench.query_waits import Dtype, WaitOptions, frame_waits, map_of
 
 CHANNELS = 768
@@ -30,7 +30,7 @@ TEMPERATURE = 50.0
 class QueryTimeOptions:
     """Cells of the map, how their features are stored, threads of torch, and the seed.
 
-    wait_frames: that are fused while texts are asked; 0: none.
+    wait_frames: that are fused while texts are asked; 0: none. device: of the features.
     """
 
     cells: int = 250_000
@@ -38,6 +38,7 @@ class QueryTimeOptions:
     threads: int = 1
     seed: int = 0
     wait_frames: int = 40
+    device: str = "cpu"
 
 
 def run(options: QueryTimeOptions) -> dict[str, Any]:
@@ -46,14 +47,16 @@ def run(options: QueryTimeOptions) -> dict[str, Any]:
     ``frame_waits`` says what it adds.
     """
     torch.set_num_threads(options.threads)
-    clock = time.process_time if options.threads == 1 else time.perf_counter
+    device = torch.device(options.device)
+    clock = clock_of(device, options.threads)
     generator = torch.Generator().manual_seed(options.seed)
-    belief = map_of(options.cells, CHANNELS, options.feature_dtype, options.seed)
-    neutral = _unit(NEUTRAL_WORDS, generator)
-    texts = [_query(f"text {k}", _unit(1, generator), neutral) for k in range(2 * TEXTS)]
-    limits = machine_limits(clock)
+    params = MapperConfig(feature_dtype=options.feature_dtype, device=options.device)
+    belief = map_of(options.cells, CHANNELS, params, options.seed)
+    neutral = _unit(NEUTRAL_WORDS, generator).to(device)
+    texts = [_query(f"text {k}", _unit(1, generator).to(device), neutral) for k in range(2 * TEXTS)]
+    limits = machine_limits(clock, device)
     times_ms = _times_ms(belief, texts, clock)
-    product_ms = 2 * TEXTS * options.cells * CHANNELS / limits.matrix_gflops * 1e-6
+    matrix_ms = 2 * TEXTS * options.cells * CHANNELS / limits.matrix_gflops * 1e-6
     return {
         "benchmark": "query",
         "seed": options.seed,
@@ -64,12 +67,13 @@ def run(options: QueryTimeOptions) -> dict[str, Any]:
         **times_ms,
         "calibrated_over_read": round(times_ms["calibrated_text_ms"] / times_ms["read_ms"], 2),
         "texts_at_once": TEXTS,
-        "matrix_product_ms": round(product_ms, 2),
-        "texts_over_product": round(times_ms["texts_at_once_ms"] / product_ms, 2),
+        "matrix_product_ms": round(matrix_ms, 2),
+        "texts_over_product": round(times_ms["texts_at_once_ms"] / matrix_ms, 2),
         "standing_texts": STANDING,
         "standing_ms_per_frame": _standing_ms(belief, texts[:STANDING], clock, generator),
         **_waits(belief, options, texts),
         **limits.as_dict(),
+        **device_facts(device),
         "threads": options.threads,
         "cores": len(os.sched_getaffinity(0)),
         "load_average": round(os.getloadavg()[0], 2),
@@ -86,12 +90,14 @@ def _times_ms(
     """
     store, now = belief.store, belief.revision
     first, *others = texts
+    every, own = np.arange(store.count), first.concepts[:1]
     plain = replace(others[0], concepts=others[0].concepts[:1], neutral=None)
     warm = ScoreCache()
     warm.scores(first, store, now)
     one = _Asker(warm, belief, others)
     asks: dict[str, Callable[[], object]] = {
         "read_ms": lambda: _read(store),
+        "product_ms": lambda: store.products(every, own),
         "first_calibrated_text_ms": lambda: ScoreCache().scores(first, store, now),
         "plain_text_ms": lambda: warm.scores(replace(plain), store, now),
         "calibrated_text_ms": one.ask_one,
@@ -129,7 +135,7 @@ def _unit(count: int, generator: torch.Generator) -> Tensor:
 
 def _query(text: str, own: Tensor, neutral: Tensor) -> TextQuery:
     """A calibrated text that all neutral words compete with."""
-    excluded = torch.zeros(len(neutral))
+    excluded = neutral.new_zeros(len(neutral))
     return TextQuery(
         text, torch.cat([own, neutral]), TEMPERATURE, neutral=neutral, excluded=excluded
     )
@@ -137,20 +143,21 @@ def _query(text: str, own: Tensor, neutral: Tensor) -> TextQuery:
 
 def _read(store: CellStore) -> float:
     """Read the whole table once: the sum of its bytes as float32."""
-    return sum(float(block.view(torch.float32).sum()) for block in store.blocks)
+    return float(torch.stack([block.view(torch.float32).sum() for block in store.blocks]).sum())
 
 
 def _standing_ms(
     belief: BeliefMap,
     texts: list[TextQuery],
-    clock: Callable[[], float],
+    clock: Clock,
     generator: torch.Generator,
 ) -> float:
     """Milliseconds for texts that are asked again after a frame, the best of several frames."""
     cache, store, now = ScoreCache(), belief.store, belief.revision
     cache.scores_of_all(texts, store, now)
     slots = np.arange(FRAME_CELLS)
-    features, ones = _unit(FRAME_CELLS, generator), torch.ones(FRAME_CELLS)
+    features = _unit(FRAME_CELLS, generator).to(store.device)
+    ones = features.new_ones(FRAME_CELLS)
     times = []
     for revision in range(now + 1, now + 7):
         store.fuse(slots, features, ones, revision=revision)

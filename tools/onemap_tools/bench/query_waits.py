@@ -64,11 +64,11 @@ def frame_waits(belief: BeliefMap, texts: list[TextQuery], options: WaitOptions)
     }
 
 
-def map_of(cells: int, dimension: int, dtype: Dtype, seed: int) -> BeliefMap:
+def map_of(cells: int, dimension: int, params: MapperConfig, seed: int) -> BeliefMap:
     """A square map of random features, one per cell."""
     side = math.isqrt(cells - 1) + 1
     where = np.argwhere(np.ones((side, side), bool))[:cells]
-    belief = BeliefMap(MapperConfig(feature_dtype=dtype))
+    belief = BeliefMap(params)
     belief.grow(where)
     belief.set_encoder("random", "random", dimension)
     rng = np.random.default_rng(seed)
