@@ -184,9 +184,8 @@ class BeliefMap:
         rows = self.tiles.rows_on_device(frame.cells)
         evidence = accumulated_evidence(self.evidence.values[rows], frame.evidence)
         clear = self.clear.values[rows] | frame.clear
-        states = occupancy_states(evidence, clear)
         assumed = self.assumed.values[rows] & ~frame.clear
-        self._set_driving(rows, evidence, clear, assumed)
+        states = self._set_driving(rows, evidence, clear, assumed)
         before = self.settled.values[rows]
         self.settled.values[rows] = after = settled_states(before, evidence, states)
         return frame.cells[(before != Occupancy.UNKNOWN) & (after != before)]
@@ -242,8 +241,13 @@ class BeliefMap:
         rows, evidence, clear = (to_device(each, self._device) for each in (rows, evidence, clear))
         self._set_driving(rows, evidence, clear, self.assumed.values[rows] & clear)
 
-    def _set_driving(self, rows: Tensor, evidence: Tensor, clear: Tensor, assumed: Tensor) -> None:
-        """Set what is known of cells, by rows (n,), and log which of them look different now."""
+    def _set_driving(
+        self, rows: Tensor, evidence: Tensor, clear: Tensor, assumed: Tensor
+    ) -> Tensor:
+        """Set what is known of cells, by rows (n,), and log which of them look different now.
+
+        Returns their values of ``Occupancy`` (n,).
+        """
         states = occupancy_states(evidence, clear)
         other = self.occupancy.values[rows] != states
         self.changes.mark(rows[other | (self.assumed.values[rows] != assumed)])
@@ -251,6 +255,7 @@ class BeliefMap:
         self.clear.values[rows] = clear
         self.assumed.values[rows] = assumed
         self.occupancy.values[rows] = states
+        return states
 
     def reset_searched(self, robot: int = 0) -> None:
         """Reset a robot's sigma_E, as its search begins; features and their variance stay."""
