@@ -113,7 +113,8 @@ class World:
                 rows = np.unique(self.rng.integers(0, 4096 * self.belief.tiles.count, 50))
                 evidence = np.zeros((len(rows), self.belief.params.levels + 1), np.int8)
                 evidence[:, 0] = self.rng.integers(-3, 20, len(rows))
-                self.belief.set_occupancy(rows, evidence, self.rng.random(len(rows)) < 0.5)
+                clear = self.rng.random(len(rows)) < 0.5
+                self.belief.set_occupancy(rows, torch.tensor(evidence), torch.tensor(clear))
             case "reset":
                 self.belief.reset_searched()
             case "clear":
