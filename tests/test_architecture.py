@@ -101,6 +101,7 @@ TALKS = {
     "onemap_tools.bench.machine": "times",
     "onemap_tools.bench.map_image": "times",
     "onemap_tools.bench.map_views": "times",
+    "onemap_tools.bench.query_time": "the cores and the load",
     "onemap_tools.bench.query_waits": "times, in threads",
     "onemap_tools.bench.habitat.benchmark": "times",
     "onemap_tools.bench.habitat.lockstep_robot": "a bus inside one process",

@@ -18,7 +18,7 @@ from onemap_tools.bench.map_image_command import map_image
 from onemap_tools.bench.navigation.choices import Apartments, Errors, Features, Method, ObjectOrder
 from onemap_tools.bench.occupancy_command import occupancy
 from onemap_tools.bench.pose_graph_command import pose_graph
-from onemap_tools.bench.query_command import query
+from onemap_tools.bench.query_command import app as query_app
 from onemap_tools.bench.rim_command import rim
 from onemap_tools.bench.ros2_command import app as ros2_app
 from onemap_tools.bench.shared_map_command import shared_map
@@ -33,10 +33,10 @@ from onemap_tools.errors import EXIT_FAILED, EXIT_OK
 PANEL = "Look deeper"
 app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")
 app.add_typer(habitat_app)  # without a name of its own: a command beside the others
-for group in (clients_app, foreign_app, fusion_app, ros2_app, transport_app):
+for group in (clients_app, foreign_app, fusion_app, query_app, ros2_app, transport_app):
     app.add_typer(group)
 MAP_QUALITY = (image_queries, occupancy, pose_graph, rim, shared_map, verdicts)
-for command in (*MAP_QUALITY, map_image, query, storage, view):
+for command in (*MAP_QUALITY, map_image, storage, view):
     app.command()(command)
 
 

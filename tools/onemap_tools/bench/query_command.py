@@ -11,6 +11,8 @@ from onemap_tools.bench.cli_errors import cli_errors
 from onemap_tools.cli.options import Json
 from onemap_tools.cli.terminal import print_json
 
+app = typer.Typer()
+
 
 class FeatureDtype(str, Enum):
     """How features are stored."""
@@ -19,6 +21,7 @@ class FeatureDtype(str, Enum):
     FLOAT16 = "float16"
 
 
+@app.command()
 def query(
     *,
     cells: Annotated[int, typer.Option(min=4096, help="Of the map.")] = 250_000,
