@@ -207,7 +207,7 @@ class VerdictParams(Params):
         ge=0,
         le=1,
         description="Score of the best region from which the answer is found: above mini's floor, "
-        "0.22, where one unrelated word in twenty is answered; 'onemap bench verdicts' measures "
+        "0.25, where one unrelated word in twenty is answered; 'onemap bench verdicts' measures "
         "it. An encoder without calibration scores every text above 0.5: raise it.",
     )
     looked_share: float = Field(

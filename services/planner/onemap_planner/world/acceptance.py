@@ -46,8 +46,8 @@ class AcceptanceParams(Params):
         default=0.06,
         gt=0,
         lt=1,
-        description="Share of the objects that the map takes for something else: as many as the "
-        "pixels that mini gets wrong.",
+        description="Share of the objects that the map takes for something else: that of the "
+        "simulated encoder; mini gets 0.09 of the pixels wrong.",
     )
     rank_scale: float = Field(
         default=0.1,
