@@ -33,6 +33,8 @@ def test_a_missing_package_is_named_with_its_extra(
 def test_missing_weights_are_named_before_anything_is_rendered(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    pytest.importorskip("onnx")
+    monkeypatch.setattr("onemap_tools.train.pipeline._open_sentence_encoder", lambda: None)
     monkeypatch.setattr("onemap_tools.train.pipeline.find_backbone_weights", lambda: None)
     result = CliRunner().invoke(app, ["mini", "--work", str(tmp_path / "work")])
     assert result.exit_code == 2

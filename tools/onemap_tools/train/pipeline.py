@@ -116,10 +116,11 @@ def find_pretrained() -> tuple[Path, EmbedTexts]:
     Raises:
         TrainingError: one of them is not installed; says how to install it.
     """
+    sentence_encoder = _open_sentence_encoder()
     weights = find_backbone_weights()
     if weights is None:
         raise TrainingError(f"the backbone's pretrained weights are missing: {INSTALL_BACKBONE}")
-    return weights, _open_sentence_encoder()
+    return weights, sentence_encoder
 
 
 def render(folders: TrainingFolders, apartments: int, per_apartment: int, processes: int) -> None:

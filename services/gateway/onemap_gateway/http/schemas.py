@@ -40,6 +40,12 @@ Limit = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1e6)]
 
 IMAGE_NAME = "image"  # stands for the text in the answer to an image
 
+# 32 x 32 pixels of one blue, as an example of an image.
+BLUE_PNG = (
+    "iVBORw0KGgoAAAANSUhEUgAAACAAAAAgCAIAAAD8GO2jAAAAK0lEQVRIx+3NQQEAQAQAMC6NTNKJeiX4bQWW0xWXXhwT"
+    "CAQCgUAgEAgEWz5LdQFiigsQrwAAAABJRU5ErkJggg=="
+)
+
 
 class RequestModel(BaseModel):
     """Base of everything a client sends: unknown fields are refused."""
@@ -129,6 +135,8 @@ class StandingRequest(QueryRequest):
 
 class ComparedImage(RequestModel):
     """What the cells of the map are compared with."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"image": BLUE_PNG}]})
 
     image: ImageMember
 
