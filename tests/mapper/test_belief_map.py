@@ -160,6 +160,18 @@ def test_assumed_floor_is_told_from_floor_that_was_seen() -> None:
     assert belief.occupancy_grid()[own] == Occupancy.FREE
 
 
+def test_floor_that_was_seen_stays_known_below_what_stands_there_now() -> None:
+    box = scenes.Box((0.4, -0.3, 0.0), (0.9, 0.3, 1.0))
+    empty = [scenes.field(k, scenes.pose(-1.5)) for k in range(2)]
+    filled = [scenes.field(k + 2, scenes.pose(-1.5), boxes=(*scenes.ROOM, box)) for k in range(4)]
+    belief = mapped([*empty, *filled])
+    at = tuple(belief.grid.cells(np.array([0.45, 0.05])))
+    assert belief.occupancy_grid()[at] == Occupancy.OCCUPIED
+    assert belief.layers()[at] & Layer.FLOOR_SEEN
+    never = mapped(filled)
+    assert not never.layers()[tuple(never.grid.cells(np.array([0.45, 0.05])))] & Layer.FLOOR_SEEN
+
+
 def test_forgetting_lets_old_cells_fade() -> None:
     params = scenes.params(process_noise_per_s=0.5)
     once = scenes.field(0, POSES[0])

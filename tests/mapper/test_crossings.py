@@ -30,7 +30,7 @@ from tests.mapper.crossings import DEVICE, Crossings, WrongDevice
 PARAMS = scenes.params(compiled=False)
 CHANNELS = 16
 FEATURES = 4 * CHANNELS  # bytes of a cell's feature
-STATE = 4 + 1 + 1  # bytes of a cell of the tiles: slot, occupancy, assumed
+STATE = 4 + 1 + 1 + 1  # bytes of a cell of the tiles: slot, occupancy, assumed, floor seen
 CONFIDENCES = 3 * 4  # bytes of an observed cell
 COUNTS = 250  # bytes: sizes and bounds of what lies on the device, whatever the map's size
 PLACES = [(-0.5, 0.0, 0.0), (-0.4, 0.1, 0.4), (0.2, -0.3, 2.0), (0.2, -0.3, 2.0)]

@@ -248,7 +248,7 @@ def test_the_view_shows_all_layers(rig: Rig) -> None:
     view = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())
     assert view.similarity.shape == (0, 0)
     assert set(np.unique(view.occupancy)) == set(Occupancy)
-    everything = Layer.OBSERVED | Layer.EXPLORED | Layer.SEARCHED
+    everything = Layer.OBSERVED | Layer.EXPLORED | Layer.SEARCHED | Layer.FLOOR_SEEN
     assert everything in view.layers
     rig.client.call(keys.MAP_SEARCH_RESET, SearchReset("search-1"))
     after = rig.client.call(keys.MAP_SEARCH_VIEW, SearchViewRequest())

@@ -250,7 +250,8 @@ class BeliefMap:
         """
         states = occupancy_states(evidence, clear)
         other = self.occupancy.values[rows] != states
-        self.changes.mark(rows[other | (self.assumed.values[rows] != assumed)])
+        other |= (self.assumed.values[rows] != assumed) | (self.clear.values[rows] != clear)
+        self.changes.mark(rows[other])
         self.evidence.values[rows] = evidence
         self.clear.values[rows] = clear
         self.assumed.values[rows] = assumed
@@ -273,6 +274,7 @@ class BeliefMap:
             slots=shared.slots.copy(),
             occupancy=shared.occupancy.copy(),
             assumed=shared.assumed.copy(),
+            floor_seen=shared.floor_seen.copy(),
             heights=shared.heights.clone(),
             view_log=shared.view_log.copy(),
             histories=self.histories.copy(),
@@ -301,6 +303,7 @@ class BeliefMap:
             slots=to_host(self.slots.values),
             occupancy=to_host(self.occupancy.values),
             assumed=to_host(self.assumed.values),
+            floor_seen=to_host(self.clear.values),
             confidences=to_host(self.store.confidences(slice(0, self.store.count))),
             heights=self.store.all_heights,
             view_log=self.view_log,

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
 import torch
 from torch import Tensor
 
 from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.map_version import NO_SLOT, observed_bits
+from onemap_mapper.map_version import NO_SLOT, floor_bits, observed_bits
 from onemap_mapper.transfers import to_host
 from onemap_shared.geometry import I32, I64, U8
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages import Layer, Occupancy
+from onemap_shared.messages import Occupancy
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +49,8 @@ def changed_cells(belief: BeliefMap, since: int | None, robot: int = 0) -> Chang
         rows = belief.changes.rows_since(since)
     slots = belief.slots.values[rows]
     observed = slots[slots != NO_SLOT].long()
-    layers = to_host(belief.assumed.values[rows]) * np.uint8(Layer.ASSUMED)
+    floor = torch.stack([belief.assumed.values[rows], belief.clear.values[rows]])
+    layers = floor_bits(*to_host(floor))
     slots_of_rows: I32 = to_host(slots)
     confidences = to_host(belief.store.confidences(observed))
     layers[slots_of_rows != NO_SLOT] |= observed_bits(

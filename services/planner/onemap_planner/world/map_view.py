@@ -56,7 +56,8 @@ class MapView:
     """The layers of a ``SearchView`` as masks, all (nx, ny) on ``grid``.
 
     occupancy uint8, values of ``Occupancy``; observed O, explored E, searched C bool; assumed
-    bool: counts as free, but no camera saw it;
+    bool: counts as free, but no camera saw it; floor_seen bool: the camera saw the floor there
+    once, whatever stands there now;
     similarity float32 in [0, 1], NaN where not observed: the score, or for an encoder without
     calibration the place among the map's top tenth; margin float32: the score less that of the
     best name that competes with the object, infinity where none does, NaN where not observed;
@@ -70,6 +71,7 @@ class MapView:
     explored: Bool
     searched: Bool
     assumed: Bool
+    floor_seen: Bool
     similarity: F32
     margin: F32
     guidance: F32
@@ -150,6 +152,7 @@ def map_view_around(view: PlanningView, robot_xy: F64, window_xy: F64 | None = N
         explored=(layers & Layer.EXPLORED) > 0,
         searched=(layers & Layer.SEARCHED) > 0,
         assumed=(layers & Layer.ASSUMED) > 0,
+        floor_seen=(layers & Layer.FLOOR_SEEN) > 0,
         similarity=similarity if part.calibrated else _top_tenth(guidance),
         margin=margin,
         guidance=guidance,
