@@ -21,6 +21,7 @@ from onemap_mapper.occupancy import (
     ray_samples,
     settled_states,
     voxel_indices,
+    with_lost_tops,
 )
 from onemap_mapper.point_cloud import PointCloud
 from onemap_shared.camera import Intrinsics
@@ -221,6 +222,34 @@ def test_evidence_is_bounded(have: list[int], more: list[int]) -> None:
     total = accumulated_evidence(*(torch.tensor([x[:n]], dtype=torch.int8) for x in (have, more)))
     assert (total >= MIN_EVIDENCE).all()
     assert (total <= MAX_EVIDENCE).all()
+
+
+@pytest.mark.parametrize(
+    ("column", "frame", "expected"),
+    [
+        pytest.param([8, 8, 8, 8], [0, 0, -1, -1], [-1, -1, -1, -1], id="the upper half is gone"),
+        pytest.param([8, 8, 0, 0], [0, 0, -1, -1], [0, 0, -1, -1], id="nothing stood above"),
+        pytest.param([8, 8, 8, 8], [4, 0, -1, -1], [4, 0, -1, -1], id="something is seen there"),
+        pytest.param([8, 0, 8, 8], [0, 0, -1, 0], [-1, 0, -1, 0], id="what is above stays"),
+        pytest.param([8, -2, 8, 8], [0, 0, 0, 0], [0, 0, 0, 0], id="no ray came through"),
+    ],
+)
+def test_what_has_lost_its_top_fades_where_no_camera_looks(
+    column: list[int], frame: list[int], expected: list[int]
+) -> None:
+    """The last voxel, below the floor, is no part of the column."""
+    evidence, added = (torch.tensor([[*x, 3]], dtype=torch.int8) for x in (column, frame))
+    assert with_lost_tops(evidence, added).tolist() == [[*expected, 3]]
+
+
+def test_nobody_stays_at_the_feet_of_a_robot_that_drove_on() -> None:
+    """Somebody is seen from afar and has gone when the robot stands before the place: the camera
+    sees the floor from 1.1 m on."""
+    person = Box((1.9, -0.2, 0.0), (2.1, 0.2, 1.7))
+    belief = seen((*ROOM, person), [scenes.pose(-0.5)] * 3)
+    assert state_at(belief, (1.95, 0.05)) == [Occupancy.OCCUPIED]
+    look_around(belief, ROOM, [scenes.pose(1.4)] * 12)
+    assert Occupancy.OCCUPIED not in state_at(belief, (1.95, 0.05), (1.95, -0.15))
 
 
 def test_states_need_evidence() -> None:

@@ -221,9 +221,27 @@ def _box(clouds: tuple[F32, ...], cell_size_m: float) -> GridSpec:
 
 
 def accumulated_evidence(evidence: Tensor, added: Tensor) -> Tensor:
-    """The sum of evidence and added (n, levels + 1) int8, within MIN_EVIDENCE and MAX_EVIDENCE."""
-    total: Tensor = (evidence.short() + added).clamp_(MIN_EVIDENCE, MAX_EVIDENCE)
-    return total.to(torch.int8)
+    """The sum of evidence and added (n, levels + 1) int8, within MIN_EVIDENCE and MAX_EVIDENCE.
+
+    What has lost its top fades, see ``with_lost_tops``.
+    """
+    total = evidence.short() + with_lost_tops(evidence, added)
+    return total.clamp_(MIN_EVIDENCE, MAX_EVIDENCE).to(torch.int8)
+
+
+def with_lost_tops(evidence: Tensor, added: Tensor) -> Tensor:
+    """What is added to evidence, both (n, levels + 1) int8, where a thing has lost its top.
+
+    A camera does not see the floor at its feet: when somebody who stood there has gone, its rays
+    pass through the upper voxels only. So in a column that no point lies in, voxels with evidence
+    that no ray met lose as much as those with evidence above them that were seen through. A chair
+    before which the camera looks over the seat loses none, because nothing stood above it.
+    """
+    column, seen = evidence[:, :-1], added[:, :-1]
+    lost = torch.where(column > 0, seen, torch.zeros_like(seen)).clamp_max(0)
+    above = lost.flip(1).cummin(dim=1).values.flip(1)  # the most that any voxel from here up lost
+    hidden = (column > 0) & (seen == 0) & (seen <= 0).all(dim=1, keepdim=True)
+    return torch.cat([torch.where(hidden, above, seen), added[:, -1:]], dim=1)
 
 
 def occupancy_states(evidence: Tensor, clear: Tensor) -> Tensor:
