@@ -58,6 +58,18 @@ def test_stuck_while_turning_adds_no_obstacle() -> None:
     assert stuck.virtual_obstacles == ()
 
 
+def test_what_the_map_shows_in_the_way_gives_up_goals_but_no_search() -> None:
+    monitor, counts = START, []
+    for k in range(8):
+        at_s = 10.0 * (k + 1)
+        stuck = MotionSample(HERE, AHEAD, False, at_s, blocked=True)
+        monitor = monitor.update(stuck, PARAMS.recovery, front_m=0.25)
+        counts.append(monitor.stuck_count)
+        done = MotionSample(HERE, AHEAD, False, at_s + PARAMS.recovery.back_up_s)
+        monitor = monitor.update(done, PARAMS.recovery, front_m=0.25)
+    assert counts == [1, 2, 3, 1, 2, 3, 1, 2]
+
+
 def test_blocked_by_the_costmap_it_backs_up_without_a_new_obstacle() -> None:
     blocked = START.update(
         MotionSample(HERE, AHEAD, False, 3.1, blocked=True), PARAMS.recovery, front_m=0.25

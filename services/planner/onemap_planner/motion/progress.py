@@ -141,15 +141,22 @@ def _with_obstacle(
 def _backing_up(
     monitor: ProgressMonitor, sample: MotionSample, params: RecoveryParams
 ) -> ProgressMonitor:
-    """The monitor that starts backing up here, and counts how often it got stuck here."""
+    """The monitor that starts backing up here, and counts how often it got stuck here.
+
+    What the map shows in the way ends no search: somebody may stand there. It only counts up to
+    ``max_stuck_count``, over and over.
+    """
     again = (
         monitor.stuck_at is not None
         and sample.pose.distance_to(monitor.stuck_at.xy) < params.stuck_radius_m
     )
+    earlier = monitor.stuck_count if again else 0
+    if sample.blocked:
+        earlier %= params.max_stuck_count
     return replace(
         monitor,
         backing_from=sample.pose,
         backing_since_s=sample.now_s,
-        stuck_count=monitor.stuck_count + 1 if again else 1,
+        stuck_count=earlier + 1,
         stuck_at=sample.pose,
     )
