@@ -9,6 +9,7 @@ import numpy as np
 
 from onemap_planner.motion.motions import Motion, Rest, Rotate
 from onemap_planner.motion.pure_pursuit import arrived
+from onemap_planner.policy.closed_ways import looks_at_closed_ways
 from onemap_planner.policy.competition import found_object_at, found_under_other_names
 from onemap_planner.policy.context import PlanningContext, across_gaps
 from onemap_planner.policy.coverage import coverage_of
@@ -45,6 +46,7 @@ from onemap_planner.world.components import components
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.regions import SimilarRegion, find_regions, remaining_regions
 from onemap_planner.world.undetected import discounted
+from onemap_shared.geometry import F64
 from onemap_shared.messages import Coverage, SearchKind
 
 LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
@@ -148,6 +150,9 @@ def _options(
     worthwhile = _without_blacklisted(state, goals, params)
     if worthwhile:
         return worthwhile
+    for look in looks_at_closed_ways(context, _tried_xy(state, GoalKind.LOOK_AT), params.place):
+        if not is_blacklisted(state, look, params.explore.blacklist_radius_m):
+            return [look]
     way_out = _way_to_cut_off(state, context, params)
     if way_out is not None:
         return [way_out]
@@ -182,16 +187,19 @@ def _region_goals(
     regions: tuple[SimilarRegion, ...],
     params: PlannerParams,
 ) -> list[Goal]:
-    tried = [
-        goal.viewpoint_xy for goal in state.target_state.blacklisted if goal.kind is GoalKind.REGION
-    ]
     return region_goals(
         regions,
         context.costmap,
         context.cost_to_go,
-        tried_xy=np.array(tried, np.float64).reshape(-1, 2),
+        tried_xy=_tried_xy(state, GoalKind.REGION),
         params=params.goal,
     )
+
+
+def _tried_xy(state: PlannerState, kind: GoalKind) -> F64:
+    """Viewpoints (T, 2), metres, of the goals of this kind that were given up for the object."""
+    tried = [goal.viewpoint_xy for goal in state.target_state.blacklisted if goal.kind is kind]
+    return np.array(tried, np.float64).reshape(-1, 2)
 
 
 def _without_blacklisted(

@@ -89,6 +89,11 @@ class GoalUtility:
         return (self.score + self.size_bonus) * self.travel_share
 
     @classmethod
+    def of_place(cls, travel_m: float) -> GoalUtility:
+        """Utility of a place ``travel_m`` away: only the path counts, it has no similarity."""
+        return cls(score=0.0, size_bonus=0.0, travel_m=travel_m, travel_share=1.0)
+
+    @classmethod
     def of(
         cls, score: float, travel_m: float, params: GoalParams, *, length_m: float = 0.0
     ) -> GoalUtility:

@@ -168,10 +168,8 @@ def _goal(destination: Destination, cell: I64, context: PlanningContext) -> Goal
 
 
 def _utility(viewpoint_xy: tuple[float, float], context: PlanningContext) -> GoalUtility:
-    """Only the cost of the path: a place has no similarity."""
     cell = context.costmap.grid.cells(np.asarray(viewpoint_xy))
-    travel_m = float(context.cost_to_go.cost_m[tuple(cell)])
-    return GoalUtility(score=0.0, size_bonus=0.0, travel_m=travel_m, travel_share=1.0)
+    return GoalUtility.of_place(float(context.cost_to_go.cost_m[tuple(cell)]))
 
 
 def _xy(cell: I64, context: PlanningContext) -> tuple[float, float]:

@@ -1,0 +1,64 @@
+"""What closes a way over floor that was seen is looked at; what hides its floor is a wall."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from onemap_planner.motion.motions import Pose2d
+from onemap_planner.policy.closed_ways import looks_at_closed_ways
+from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.goals import GoalKind
+from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
+
+NOWHERE = np.zeros((0, 2))
+
+
+def two_rooms(door: str, far: str = ".") -> PlanningContext:
+    """Two rooms of 4 x 4 m, the robot in the first; the door of 1 m shows this character."""
+    wall = "#" * 9
+    rows = [
+        wall,
+        *["#" + "." * 7 + "#"] * 7,
+        "#" + "##" + door * 2 + "#" * 4,
+        *["#" + far * 7 + "#"] * 7,
+        wall,
+    ]
+    return build_context(
+        Pose2d(1.5, 2.0, 0.0),
+        search_view_of(drawn_map(*rows, scale=5)),
+        trail=(),
+        obstacles_xy=NO_POINTS,
+        params=PARAMS.costmap,
+    )
+
+
+def test_somebody_in_the_only_door_is_looked_at() -> None:
+    here = two_rooms("g")
+    (goal,) = looks_at_closed_ways(here, NOWHERE, PARAMS.place)
+    assert goal.kind is GoalKind.LOOK_AT
+    assert goal.look_xy == pytest.approx((4.25, 2.0), abs=0.3)
+    away_m = np.hypot(*np.subtract(goal.viewpoint_xy, goal.look_xy))
+    assert PARAMS.costmap.escape_radius_m <= away_m <= PARAMS.place.view_farthest_m + 0.5
+    cell = here.costmap.grid.cells(np.array(goal.viewpoint_xy))
+    assert np.isfinite(here.cost_to_go.cost_m[tuple(cell)])
+
+
+@pytest.mark.parametrize(
+    "here",
+    [
+        pytest.param(two_rooms("."), id="the door is open"),
+        pytest.param(two_rooms("#"), id="there is no door"),
+        pytest.param(two_rooms("g", far=" "), id="nothing is known behind it"),
+    ],
+)
+def test_there_is_nothing_to_look_at(here: PlanningContext) -> None:
+    assert not list(looks_at_closed_ways(here, NOWHERE, PARAMS.place))
+
+
+def test_the_next_look_is_from_another_place() -> None:
+    here, tried = two_rooms("g"), NOWHERE
+    for _ in range(3):
+        (goal,) = looks_at_closed_ways(here, tried, PARAMS.place)
+        assert (np.hypot(*(tried - goal.viewpoint_xy).T) > 0.6).all()
+        tried = np.vstack([tried, goal.viewpoint_xy])
