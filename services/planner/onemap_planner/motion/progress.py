@@ -44,7 +44,7 @@ class RecoveryParams(Params):
     max_stuck_count: PositiveInt = Field(
         default=3,
         description="Times stuck in one place after which the goal is given up; after twice as "
-        "many the search fails.",
+        "many the search fails, unless the map shows what is in the way.",
     )
     stuck_radius_m: PositiveFloat = Field(
         default=1.0, description="Metres within which two places where it got stuck are one."
