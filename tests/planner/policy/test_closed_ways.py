@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.closed_ways import looks_at_closed_ways
 from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.explore import explore
 from onemap_planner.policy.goals import GoalKind
+from onemap_planner.policy.state import MAX_LOOKS, PlannerState, blacklist
+from onemap_planner.search.events import Exhausted
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
+from tests.planner.one_room import SEARCH
 
 NOWHERE = np.zeros((0, 2))
 
@@ -62,3 +68,19 @@ def test_the_next_look_is_from_another_place() -> None:
         (goal,) = looks_at_closed_ways(here, tried, PARAMS.place)
         assert (np.hypot(*(tried - goal.viewpoint_xy).T) > 0.6).all()
         tried = np.vstack([tried, goal.viewpoint_xy])
+
+
+def test_a_search_looks_there_before_it_gives_up() -> None:
+    here = two_rooms("g")
+    state, looks = PlannerState(SEARCH), []
+    for step in range(200):
+        state, _, event, _ = explore(state, here, PARAMS)
+        goal = state.target_state.active_goal
+        if isinstance(event, Exhausted):
+            break
+        if goal is not None and goal.goal.kind is GoalKind.LOOK_AT:
+            looks.append(goal.goal.viewpoint_xy)
+            state = blacklist(state, goal.goal)  # seen, and still closed
+        state = replace(state, active_time_s=float(step))
+    assert isinstance(event, Exhausted)
+    assert len(set(looks)) == len(looks) == MAX_LOOKS
