@@ -17,13 +17,16 @@ CELLS = st.lists(st.tuples(st.integers(-400, 400), st.integers(-400, 400)), min_
 
 @given(st.lists(st.tuples(CELLS, st.booleans()), min_size=1, max_size=4))
 def test_rows_and_cells_are_inverse_and_never_move(batches: list[tuple[list[Cell], bool]]) -> None:
-    index = TileIndex(GridParams())
+    index, by_torch = TileIndex(GridParams()), TileIndex(GridParams(compiled=False))
     known: dict[Cell, int] = {}
     for batch, on_device in batches:
         cells = np.array(batch)
         index.allocate(torch.from_numpy(cells) if on_device else cells)
         rows = index.rows(cells)
         assert torch.equal(index.rows_on_device(torch.from_numpy(cells)), torch.from_numpy(rows))
+        by_torch.allocate(cells)
+        around = np.concatenate([cells - 70, cells, cells + 70])
+        np.testing.assert_array_equal(index.rows(around), by_torch.rows(around))
         np.testing.assert_array_equal(index.cells(rows), cells)
         for cell, row in zip(batch, rows.tolist(), strict=True):
             assert known.setdefault(cell, row) == row

@@ -16,6 +16,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from onemap_mapper.kernels import jit
+from onemap_mapper.kernels.tile_rows import tile_rows
 from onemap_mapper.params import GridParams
 from onemap_mapper.transfers import CPU, Index, to_device, to_host
 from onemap_shared.geometry import I64
@@ -38,6 +40,7 @@ class TileIndex:
         self.cell_size_m = params.cell_size_m
         self.count = 0
         self._device = device
+        self._compiled = jit.usable(wanted=params.compiled, device=device)
         self._max_tiles = max(1, int(params.max_extent_m / (params.cell_size_m * SIDE)))
         self._origin = np.zeros(2, np.int64)  # tile coordinates of the directory's [0, 0]
         self._directory = np.full((0, 0), NO_ROW, np.int64)
@@ -66,13 +69,17 @@ class TileIndex:
 
     def rows(self, cells: I64) -> I64:
         """Rows (n,) of world cells (n, 2), ``NO_ROW`` where there is no tile."""
+        if self._compiled:
+            return tile_rows(np.ascontiguousarray(cells), self._directory, self._origin, SIDE)
         directory = torch.from_numpy(self._directory)
-        rows: I64 = _rows(torch.from_numpy(cells), directory, self._origin).numpy()
+        rows: I64 = rows_by_torch(torch.from_numpy(cells), directory, self._origin).numpy()
         return rows
 
     def rows_on_device(self, cells: Tensor) -> Tensor:
         """As ``rows``, of cells on the device."""
-        return _rows(cells, self._on_device, self._origin)
+        if self._compiled:
+            return torch.from_numpy(self.rows(cells.numpy()))
+        return rows_by_torch(cells, self._on_device, self._origin)
 
     def check(self, cells: I64) -> None:
         """Raise ``MapTooLarge`` if world cells (n, 2) do not fit; allocates nothing."""
@@ -84,7 +91,7 @@ class TileIndex:
         Of cells on the device the host learns which tiles they lie in. Raises ``MapTooLarge``
         before anything has changed.
         """
-        if len(cells) == 0:
+        if len(cells) == 0 or (self._compiled and self._all_there(cells)):
             return
         tiles = (cells if isinstance(cells, Tensor) else torch.from_numpy(cells)) // SIDE
         low, high = to_host(torch.stack([tiles.amin(dim=0), tiles.amax(dim=0)]))
@@ -93,6 +100,10 @@ class TileIndex:
         touched = torch.zeros(nx * ny, dtype=torch.bool, device=tiles.device)
         touched[(tiles[:, 0] - x) * ny + tiles[:, 1] - y] = True
         self._number(np.argwhere(to_host(touched).reshape(nx, ny)) + low)
+
+    def _all_there(self, cells: Index) -> bool:
+        """Whether nothing is to be allocated under world cells (n, 2) on the host."""
+        return bool(self.rows(np.asarray(cells)).min() != NO_ROW)
 
     def cells(self, rows: I64) -> I64:
         """World cells (n, 2) of rows (n,), the inverse of ``rows``."""
@@ -151,7 +162,7 @@ class TileIndex:
         self._origin, self._directory = low, wider
 
 
-def _rows(cells: Tensor, directory: Tensor, origin: I64) -> Tensor:
+def rows_by_torch(cells: Tensor, directory: Tensor, origin: I64) -> Tensor:
     """Rows (n,) of world cells (n, 2) by a directory (nx, ny) whose [0, 0] is tile ``origin``."""
     (x0, y0), (nx, ny) = origin.tolist(), directory.shape
     if directory.numel() == 0:
