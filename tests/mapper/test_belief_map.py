@@ -193,7 +193,7 @@ def test_cuda_makes_the_same_map() -> None:
         device.store.features(order).cpu(), host.store.features(everything), atol=1e-4, rtol=1e-3
     )
     np.testing.assert_array_equal(host.layers(), device.layers())
-    same = device.evidence.values.cpu() == host.evidence.values
+    same = device.occupancy.evidence.values.cpu() == host.occupancy.evidence.values
     assert same.float().mean() > 0.999  # a point on the border of a voxel may lie on either side
 
 

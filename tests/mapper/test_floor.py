@@ -116,7 +116,7 @@ def test_noise_leaves_no_gap_in_the_edge(fall_m: float, mount: tuple[float, floa
 @pytest.mark.parametrize("mount", MOUNTS)
 def test_flat_floor_has_no_edge_in_spite_of_noise(mount: tuple[float, float]) -> None:
     belief = seen(FLOOR, mount, noise=0.005, attitude_deg=1.0, seed=8)
-    assert (belief.evidence.values[:, -1] < 3).all()
+    assert (belief.occupancy.evidence.values[:, -1] < 3).all()
     assert (states(belief, np.arange(2.25, 3.5, 0.1), ACROSS) == Occupancy.FREE).mean() > 0.95
 
 

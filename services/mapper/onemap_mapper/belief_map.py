@@ -23,20 +23,14 @@ from onemap_mapper.kernels import jit
 from onemap_mapper.kernels.fuse_rows import all_finite
 from onemap_mapper.keyframes import NO_VIEW, Views
 from onemap_mapper.map_version import NO_SLOT, MapVersion
-from onemap_mapper.occupancy import (
-    OccupancyUpdate,
-    accumulated_evidence,
-    cells_within,
-    occupancy_states,
-    settled_states,
-)
+from onemap_mapper.occupancy import OccupancyUpdate, cells_within
+from onemap_mapper.occupancy_layers import OccupancyLayers
 from onemap_mapper.params import MapParams
 from onemap_mapper.tiles import MapTooLarge, TileIndex, TileLayer
 from onemap_mapper.transfers import Index, to_device, to_host
 from onemap_mapper.view_log import ViewLog
 from onemap_shared.geometry import F32, F64, U8
 from onemap_shared.grid import GridSpec, world_cells
-from onemap_shared.messages import Occupancy
 
 CHANGE_REACH_CELLS = 2  # 0.2 m: a patch of 27 pixels 3 m away, of 24 x 24 in an image
 
@@ -64,11 +58,7 @@ class BeliefMap:
         self._device = device = params.torch_device
         self.tiles = TileIndex(params, device)
         self.slots = TileLayer(torch.int32, NO_SLOT, (), device)
-        self.evidence = TileLayer(torch.int8, 0, (params.levels + 1,), device)
-        self.clear = TileLayer(torch.bool, 0, (), device)
-        self.assumed = TileLayer(torch.bool, 0, (), device)  # clear, though no camera saw the floor
-        self.occupancy = TileLayer(torch.uint8, Occupancy.UNKNOWN, (), device)
-        self.settled = TileLayer(torch.uint8, Occupancy.UNKNOWN, (), device)  # of it, what lasted
+        self.occupancy = OccupancyLayers(params, device)
         self.newest_views = NO_VIEW  # that the newest frame counted for
         self.view_log = ViewLog(device)
         self.changes = ChangeLog(device)
@@ -97,7 +87,7 @@ class BeliefMap:
     @property
     def _layers(self) -> tuple[TileLayer, ...]:
         """What is kept of every cell of a tile."""
-        return (self.slots, self.evidence, self.clear, self.assumed, self.occupancy, self.settled)
+        return (self.slots, *self.occupancy.layers)
 
     def fuse(self, update: FrameUpdate, views: Views | None = None, *, robot: int = 0) -> None:
         """Fuse one frame of a robot. Raises ``FieldRejected`` before anything has changed.
@@ -182,13 +172,9 @@ class BeliefMap:
         Returns the cells (k, 2) in which something stands now that did not, or the other way round.
         """
         rows = self.tiles.rows_on_device(frame.cells)
-        evidence = accumulated_evidence(self.evidence.values[rows], frame.evidence)
-        clear = self.clear.values[rows] | frame.clear
-        assumed = self.assumed.values[rows] & ~frame.clear
-        states = self._set_driving(rows, evidence, clear, assumed)
-        before = self.settled.values[rows]
-        self.settled.values[rows] = after = settled_states(before, evidence, states)
-        return frame.cells[(before != Occupancy.UNKNOWN) & (after != before)]
+        different, changed = self.occupancy.add(rows, frame)
+        self.changes.mark(rows[different])
+        return frame.cells[changed]
 
     def keep_every_view(self) -> None:
         """Let no view fade from now on, in float32: only so can views be taken out again."""
@@ -230,33 +216,10 @@ class BeliefMap:
         self.slots.values[moved] = refilled.int()
         self.changes.mark(torch.cat([rows, moved]))
 
-    @property
-    def driving_rows(self) -> Tensor:
-        """Ascending rows (n,) of ``tiles`` with any evidence, or with floor."""
-        known = self.clear.values | self.evidence.values.any(dim=1)
-        return torch.nonzero(known).squeeze(1)
-
     def set_occupancy(self, rows: Index, evidence: Tensor, clear: Tensor) -> None:
         """Replace what is known of cells, by rows (n,) of ``tiles``, as ``OccupancyUpdate``."""
         rows, evidence, clear = (to_device(each, self._device) for each in (rows, evidence, clear))
-        self._set_driving(rows, evidence, clear, self.assumed.values[rows] & clear)
-
-    def _set_driving(
-        self, rows: Tensor, evidence: Tensor, clear: Tensor, assumed: Tensor
-    ) -> Tensor:
-        """Set what is known of cells, by rows (n,), and log which of them look different now.
-
-        Returns their values of ``Occupancy`` (n,).
-        """
-        states = occupancy_states(evidence, clear)
-        other = self.occupancy.values[rows] != states
-        other |= (self.assumed.values[rows] != assumed) | (self.clear.values[rows] != clear)
-        self.changes.mark(rows[other])
-        self.evidence.values[rows] = evidence
-        self.clear.values[rows] = clear
-        self.assumed.values[rows] = assumed
-        self.occupancy.values[rows] = states
-        return states
+        self.changes.mark(rows[self.occupancy.put(rows, evidence, clear)])
 
     def reset_searched(self, robot: int = 0) -> None:
         """Reset a robot's sigma_E, as its search begins; features and their variance stay."""
@@ -274,7 +237,7 @@ class BeliefMap:
             slots=shared.slots.copy(),
             occupancy=shared.occupancy.copy(),
             assumed=shared.assumed.copy(),
-            floor_seen=shared.floor_seen.copy(),
+            clear=shared.clear.copy(),
             heights=shared.heights.clone(),
             view_log=shared.view_log.copy(),
             histories=self.histories.copy(),
@@ -301,9 +264,9 @@ class BeliefMap:
             explored_variance=self.params.explored_variance,
             tiles=self.tiles,
             slots=to_host(self.slots.values),
-            occupancy=to_host(self.occupancy.values),
-            assumed=to_host(self.assumed.values),
-            floor_seen=to_host(self.clear.values),
+            occupancy=to_host(self.occupancy.states.values),
+            assumed=to_host(self.occupancy.assumed.values),
+            clear=to_host(self.occupancy.clear.values),
             confidences=to_host(self.store.confidences(slice(0, self.store.count))),
             heights=self.store.all_heights,
             view_log=self.view_log,
@@ -369,6 +332,4 @@ class BeliefMap:
     def assume_free(self, cells: Tensor) -> None:
         """Take floor of world cells (n, 2) inside the tiles for free; no camera sees it."""
         rows = self.tiles.rows_on_device(cells)
-        evidence, clear = self.evidence.values[rows], self.clear.values[rows]
-        assumed = self.assumed.values[rows] | ~clear
-        self._set_driving(rows, evidence, torch.ones_like(clear), assumed)
+        self.changes.mark(rows[self.occupancy.assume(rows)])

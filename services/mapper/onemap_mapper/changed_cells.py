@@ -49,7 +49,8 @@ def changed_cells(belief: BeliefMap, since: int | None, robot: int = 0) -> Chang
         rows = belief.changes.rows_since(since)
     slots = belief.slots.values[rows]
     observed = slots[slots != NO_SLOT].long()
-    floor = torch.stack([belief.assumed.values[rows], belief.clear.values[rows]])
+    driving = belief.occupancy
+    floor = torch.stack([driving.assumed.values[rows], driving.clear.values[rows]])
     layers = floor_bits(*to_host(floor))
     slots_of_rows: I32 = to_host(slots)
     confidences = to_host(belief.store.confidences(observed))
@@ -67,13 +68,13 @@ def changed_cells(belief: BeliefMap, since: int | None, robot: int = 0) -> Chang
         places=belief.tiles.places(),
         rows=to_host(rows),
         slots=slots_of_rows,
-        occupancy=to_host(belief.occupancy.values[rows]),
+        occupancy=to_host(belief.occupancy.states.values[rows]),
         layers=layers,
     )
 
 
 def _known_rows(belief: BeliefMap) -> Tensor:
-    known = belief.occupancy.values != Occupancy.UNKNOWN
+    known = belief.occupancy.states.values != Occupancy.UNKNOWN
     known |= belief.slots.values != NO_SLOT
-    known |= belief.assumed.values
+    known |= belief.occupancy.assumed.values
     return torch.nonzero(known).squeeze(1)

@@ -33,11 +33,12 @@ def observed_bits(confidences: F32, explored_variance: float, robot: int = 0) ->
     return bits
 
 
-def floor_bits(assumed: Bool, seen: Bool) -> U8:
+def floor_bits(assumed: Bool, clear: Bool) -> U8:
     """Bits of ``Layer`` for what is known of the floor, of masks of the same shape.
 
-    assumed: where it only counts as free; seen: where a camera saw it once.
+    clear: where a camera saw it once, or it is assumed: only counts as free.
     """
+    seen = clear & ~assumed
     bits: U8 = assumed * np.uint8(Layer.ASSUMED) | seen * np.uint8(Layer.FLOOR_SEEN)
     return bits
 
@@ -47,8 +48,8 @@ class MapVersion:
     """One revision; ``BeliefMap.version`` makes it a copy that no later frame changes.
 
     By rows (n,) of ``tiles``: slots int32, NO_SLOT where nothing was observed; occupancy, values of
-    ``Occupancy``; assumed: free, though no camera saw the floor; floor_seen: a camera saw it once,
-    whatever stands there now. By slots: confidences
+    ``Occupancy``; assumed: free, though no camera saw the floor; clear: a camera saw it once, or it is
+    assumed. By slots: confidences
     (3 + further robots, count) float32, as ``CellStore.confidences``. A cell is explored below
     ``explored_variance``. Heights (count, LEVELS) float32, as ``HeightStore.of``, and the view log
     are on the device of the map, because a reply needs those of few cells.
@@ -64,7 +65,7 @@ class MapVersion:
     slots: I32
     occupancy: U8
     assumed: Bool
-    floor_seen: Bool
+    clear: Bool
     confidences: F32
     heights: Tensor
     view_log: ViewLog
@@ -115,8 +116,8 @@ class MapVersion:
         bits = observed_bits(self.confidences, self.explored_variance, self.robot)
         bits = np.append(bits, np.uint8(0))
         dense: U8 = bits[self._dense(self.slots, NO_SLOT)]
-        assumed, seen = (self._dense(each, False) for each in (self.assumed, self.floor_seen))
-        return dense | floor_bits(assumed, seen)
+        assumed, clear = (self._dense(each, False) for each in (self.assumed, self.clear))
+        return dense | floor_bits(assumed, clear)
 
     def occupancy_grid(self) -> U8:
         """Values of ``Occupancy`` (nx, ny) uint8 over ``grid``."""

@@ -109,8 +109,11 @@ def feature_dtype(belief: BeliefMap) -> type[np.float16] | type[np.float32]:
 def outline(belief: BeliefMap) -> MapSnapshot:
     """A copy of the map's content without its features (0, D), which are nearly all of it."""
     store, params = belief.store, belief.params
-    rows = belief.driving_rows
-    clear, assumed = to_host(belief.clear.values[rows]), to_host(belief.assumed.values[rows])
+    rows = belief.occupancy.known_rows
+    clear, assumed = (
+        to_host(belief.occupancy.clear.values[rows]),
+        to_host(belief.occupancy.assumed.values[rows]),
+    )
     header = MapHeader(
         format=FORMAT,
         version=VERSION,
@@ -131,7 +134,7 @@ def outline(belief: BeliefMap) -> MapSnapshot:
         confidence=to_host(store.confidence),
         searched=to_host(store.searched_confidence),
         driving_cells=belief.tiles.cells(to_host(rows)).astype(np.int32),
-        evidence=to_host(belief.evidence.values[rows]),
+        evidence=to_host(belief.occupancy.evidence.values[rows]),
         clear=clear * np.uint8(1) + assumed,
         explored=to_host(store.explored_confidence),
         heights=to_host(store.heights(slice(0, store.count))),

@@ -62,8 +62,8 @@ def test_a_submap_holds_what_its_map_holds() -> None:
     half = belief.store.features(np.arange(belief.store.count)).half()
     torch.testing.assert_close(submap.features.features, half)
     rows = belief.tiles.rows(submap.occupancy.cells)
-    np.testing.assert_array_equal(submap.occupancy.evidence, belief.evidence.values[rows])
-    assert submap.occupancy.clear.sum() == belief.clear.values.sum()
+    np.testing.assert_array_equal(submap.occupancy.evidence, belief.occupancy.evidence.values[rows])
+    assert submap.occupancy.clear.sum() == belief.occupancy.clear.values.sum()
     assert submap.nbytes == submap.features.nbytes + submap.occupancy.nbytes
 
 

@@ -80,7 +80,7 @@ def assert_same(one: BeliefMap, two: BeliefMap) -> None:
         all_c = (store.confidence, store.searched_confidence, store.explored_confidence)
         features.append(sorted_by_cell(store.cells, F, np.stack(all_c, axis=1)))
         share = occupancy_of(belief)
-        state = belief.occupancy.values[belief.tiles.rows(share.cells)].numpy()
+        state = belief.occupancy.states.values[belief.tiles.rows(share.cells)].numpy()
         occupancy.append(sorted_by_cell(share.cells, share.evidence, share.clear, state))
     for got, expected in zip(*occupancy, strict=True):
         np.testing.assert_array_equal(got, expected)

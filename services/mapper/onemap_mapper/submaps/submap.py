@@ -98,8 +98,11 @@ def submap_of(content: BeliefMap, stamp_ns: int, centre_m: F64, dtype: torch.dty
 
 def occupancy_of(content: BeliefMap) -> OccupancyShare:
     """A copy of all evidence that a map holds."""
-    rows = content.driving_rows
-    evidence, clear = to_host(content.evidence.values[rows]), to_host(content.clear.values[rows])
+    rows = content.occupancy.known_rows
+    evidence, clear = (
+        to_host(content.occupancy.evidence.values[rows]),
+        to_host(content.occupancy.clear.values[rows]),
+    )
     return OccupancyShare(content.tiles.cells(to_host(rows)), evidence, clear)
 
 

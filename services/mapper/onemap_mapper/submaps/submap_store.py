@@ -67,8 +67,8 @@ class SubmapStore:
         self._fixed_evidence = TileLayer(torch.int8, 0, (belief.params.levels + 1,))
         self._fixed_clear = TileLayer(torch.bool, 0)
         self._grow()
-        self._fixed_evidence.values[:] = belief.evidence.values.cpu()
-        self._fixed_clear.values[:] = belief.clear.values.cpu()
+        self._fixed_evidence.values[:] = belief.occupancy.evidence.values.cpu()
+        self._fixed_clear.values[:] = belief.occupancy.clear.values.cpu()
         self.fixed = 0  # submaps that can no longer be moved
 
     @property

@@ -1,0 +1,50 @@
+"""The layers that frames change, by the compiled code and by torch."""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+
+from onemap_mapper.occupancy import OccupancyUpdate
+from onemap_mapper.occupancy_layers import OccupancyLayers
+from onemap_mapper.tiles import AREA
+from onemap_mapper.transfers import CPU
+from tests.mapper import scenes
+
+LEVELS = scenes.params().levels
+NAMES = ("evidence", "clear", "assumed", "states", "settled")
+
+
+def new_layers(*, compiled: bool) -> OccupancyLayers:
+    made = OccupancyLayers(scenes.params(compiled=compiled), CPU)
+    for layer in made.layers:
+        layer.grow(1)
+    return made
+
+
+def random_frame(rng: np.random.Generator, rows: torch.Tensor) -> OccupancyUpdate:
+    """Mostly a little evidence, as of real frames, some at the ends of int8."""
+    evidence = rng.choice(
+        np.array([-128, -4, -1, 0, 0, 2, 4, 127], np.int8), (len(rows), LEVELS + 1)
+    )
+    clear, blind = rng.random((2, len(rows))) < 0.5
+    return OccupancyUpdate.of_arrays(np.zeros((len(rows), 2), np.int64), evidence, clear, blind)
+
+
+@given(seed=st.integers(0, 2**16), frames=st.integers(1, 12), cells=st.integers(0, 40))
+def test_the_compiled_layers_are_those_of_torch(seed: int, frames: int, cells: int) -> None:
+    rng = np.random.default_rng(seed)
+    fast, slow = new_layers(compiled=True), new_layers(compiled=False)
+    for _ in range(frames):
+        rows = torch.from_numpy(rng.permutation(50)[:cells])
+        frame = random_frame(rng, rows)
+        twice = torch.from_numpy(rng.integers(0, AREA, 9)).repeat(2)
+        for mine, its in zip(fast.add(rows, frame), slow.add(rows, frame), strict=True):
+            assert torch.equal(mine, its)
+        marked = [set(twice[each.assume(twice)].tolist()) for each in (fast, slow)]
+        assert marked[0] == marked[1]
+        for name in NAMES:
+            assert torch.equal(getattr(fast, name).values, getattr(slow, name).values)
+        assert torch.equal(fast.known_rows, slow.known_rows)
