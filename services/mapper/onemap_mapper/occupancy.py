@@ -20,11 +20,18 @@ from torch import Tensor
 from onemap_mapper.floor import floor_points
 from onemap_mapper.flying_pixels import flying_pixels
 from onemap_mapper.kernels import jit
+from onemap_mapper.kernels.occupancy_cells import count_places, evidence_of
+from onemap_mapper.kernels.occupancy_points import (
+    bounds_of,
+    every_point,
+    obstacle_points,
+    reached_bounds,
+)
 from onemap_mapper.kernels.voxels import count_points, mark_rays
 from onemap_mapper.params import OccupancyParams
 from onemap_mapper.point_cloud import PointCloud
 from onemap_mapper.transfers import CPU, to_device
-from onemap_shared.geometry import F32, F64, I32, I64, Bool
+from onemap_shared.geometry import F32, F64, I64, Bool
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Occupancy
 
@@ -41,6 +48,7 @@ MIN_EVIDENCE = -4  # and a new one appears within two
 OCCUPIED_THRESHOLD = 3
 SETTLED_EVIDENCE = 10  # three frames of an unobserved cell, four of a free one: no passer-by
 MIN_HITS = 2
+WEIGHTS = np.array([HIT, SINGLE_HIT, LOW_HIT, DROP_HIT, MISS, MIN_HITS])
 EXACT_HEIGHT_M = 2.0  # nearer heights need no slack: an error of 1 degree is 35 mm there
 RAY_STRIDE = 4  # of the thinned image: rays 0.1 m apart at the clearing range
 RAY_STEP = 1.0  # cells between samples: a ray through a voxel's corner seldom clears it
@@ -76,6 +84,8 @@ def occupancy_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpd
     cloud = cloud.strided(-(-cloud.depth_m.shape[0] // params.occupancy_max_rows))
     compiled = jit.usable(wanted=params.compiled, device=CPU)
     cloud = cloud.without(flying_pixels(cloud.depth_m, compiled=compiled))
+    if compiled:
+        return _compiled_update(cloud, params)
     depth_m, points = cloud.depth_m, cloud.points_m
     camera = cloud.camera_m.astype(np.float32)
     rays = points[::RAY_STRIDE, ::RAY_STRIDE][depth_m[::RAY_STRIDE, ::RAY_STRIDE] > 0]
@@ -93,6 +103,40 @@ def occupancy_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpd
     touched = clear | blind | evidence.any(axis=2)
     cells = np.argwhere(touched) + np.asarray(box.origin_cell)
     return OccupancyUpdate.of_arrays(cells, evidence[touched], clear[touched], blind[touched])
+
+
+def _compiled_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpdate:
+    """``occupancy_update`` of the thinned cloud without flying pixels, by compiled loops."""
+    size_m, camera = params.cell_size_m, cloud.camera_m.astype(np.float32)
+    rays = every_point(cloud.depth_m, cloud.points_m, RAY_STRIDE)
+    limits = (
+        params.height_error_per_m,
+        EXACT_HEIGHT_M,
+        params.obstacle_min_height_m,
+        params.obstacle_max_height_m,
+        params.occupancy_range_m,
+        params.floor_tolerance_m,
+    )
+    obstacles, low = obstacle_points(cloud.depth_m, cloud.points_m, np.array(limits, np.float32))
+    floor = floor_points(cloud, params)
+    clouds = (low, floor.drops, floor.seen, floor.blind)
+    reached = reached_bounds(camera, rays, np.array([params.clearing_range_m], np.float32))
+    bounds = np.array([reached, bounds_of(obstacles), *map(bounds_of, clouds)])
+    (low_x, low_y), (high_x, high_y) = bounds[:, :2].min(axis=0), bounds[:, 2:].max(axis=0)
+    box = GridSpec.covering(size_m, (float(low_x), float(low_y)), (float(high_x), float(high_y)))
+    low_m, high_m = params.obstacle_min_height_m, params.obstacle_max_height_m
+    band = np.array([low_m, voxel_thickness_m(params), high_m, size_m], np.float32)
+    where = (box.origin_cell, (*box.shape, params.levels), size_m)
+    voxels = (
+        count_points(obstacles, *where, band[:2]),
+        mark_rays((camera, rays, ray_distances_m(params)), *where, band),
+    )
+    below, drops, seen, blind = (
+        count_places(places, box.origin_cell, box.shape, size_m) for places in clouds
+    )
+    return OccupancyUpdate.of_arrays(
+        *evidence_of(voxels, (below, drops, seen, blind), box.origin_cell, WEIGHTS)
+    )
 
 
 def _obstacles(cloud: PointCloud, params: OccupancyParams) -> tuple[F32, F32]:
@@ -113,29 +157,14 @@ def _voxel_evidence(
 
     rays: the camera (3,) and where they end (m, 3).
     """
-    if jit.usable(wanted=params.compiled, device=CPU):
-        hits, crossed = _compiled_voxels(obstacles, rays, box, params)
-    else:
-        hits = np.zeros((*box.shape, params.levels), np.int32)
-        np.add.at(hits.reshape(-1), voxel_indices(obstacles, box, params), 1)
-        crossed = np.zeros(hits.shape, bool)
-        samples = ray_samples(*rays, params=params)
-        crossed.reshape(-1)[voxel_indices(samples, box, params)] = True
+    hits = np.zeros((*box.shape, params.levels), np.int32)
+    np.add.at(hits.reshape(-1), voxel_indices(obstacles, box, params), 1)
+    crossed = np.zeros(hits.shape, bool)
+    crossed.reshape(-1)[voxel_indices(ray_samples(*rays, params=params), box, params)] = True
     evidence: I8 = (crossed * np.int8(-MISS)).astype(np.int8)
     evidence[hits > 0] = SINGLE_HIT
     evidence[hits >= MIN_HITS] = HIT
     return evidence
-
-
-def _compiled_voxels(
-    obstacles: F32, rays: tuple[F32, F32], box: GridSpec, params: OccupancyParams
-) -> tuple[I32, Bool]:
-    """Points in each voxel and whether a ray's samples lie in it, (nx, ny, levels) both."""
-    low_m, high_m = params.obstacle_min_height_m, params.obstacle_max_height_m
-    band = np.array([low_m, voxel_thickness_m(params), high_m, params.cell_size_m], np.float32)
-    where = (box.origin_cell, (*box.shape, params.levels), params.cell_size_m)
-    crossed = mark_rays((*rays, ray_distances_m(params)), *where, band)
-    return count_points(obstacles, *where, band[:2]), crossed
 
 
 def _cleared(camera: F32, ends: F32, params: OccupancyParams) -> F32:
