@@ -13,8 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from onemap_mapper.kernels import jit
+from onemap_mapper.kernels.floor_pixels import floor_and_edges, image_planes, seen_places
 from onemap_mapper.params import OccupancyParams
 from onemap_mapper.point_cloud import PointCloud
+from onemap_mapper.transfers import CPU
 from onemap_shared.geometry import F32, I64, Bool
 
 COLUMNS = 160  # of the image that are read: at 5 m still 5 cm apart
@@ -50,9 +53,13 @@ class _Image:
     camera: F32
 
     @classmethod
-    def of(cls, cloud: PointCloud) -> _Image:
+    def of(cls, cloud: PointCloud, *, compiled: bool) -> _Image:
         step = max(1, cloud.depth_m.shape[1] // COLUMNS)
         camera = cloud.camera_m.astype(np.float32)
+        if compiled:
+            depth = np.ascontiguousarray(cloud.depth_m)
+            depth, x, y, z = image_planes(depth, cloud.points_m, camera, step)
+            return cls(depth, x, y, z, camera)
         depth, points = cloud.depth_m[:, ::step], cloud.points_m[:, ::step]
         x, y, z = (np.ascontiguousarray(points[..., k]) for k in range(3))
         return cls(np.ascontiguousarray(depth), x - camera[0], y - camera[1], z, camera)
@@ -66,7 +73,24 @@ class _Image:
 
 def floor_points(cloud: PointCloud, params: OccupancyParams) -> FloorPoints:
     """The floor and the drops that one depth image shows."""
-    image = _Image.of(cloud)
+    compiled = jit.usable(wanted=params.compiled, device=CPU)
+    image = _Image.of(cloud, compiled=compiled)
+    valid = image.depth > 0
+    floor, edge = (_by_loops if compiled else _floor_and_edges)(image, params)
+    drops = [
+        _crossings(image, edge, params, height_m=_below(image.z, JUMP_ROWS)),
+        _crossings(image, valid & _is_low(image, params), params),
+        _missing(image, valid, floor, params),
+    ]
+    if compiled:
+        seen = seen_places(image.x, image.y, floor, image.camera, _gaps(params))
+    else:
+        seen = np.concatenate([image.places(floor), *_between(image, floor, params)])
+    return FloorPoints(seen, np.concatenate(drops), _blind(image, floor))
+
+
+def _floor_and_edges(image: _Image, params: OccupancyParams) -> tuple[Bool, Bool]:
+    """Pixels (rows, columns) of floor, and those just beyond the edge of a step down."""
     valid = image.depth > 0
     slack = params.height_error_per_m * image.depth
     fall = params.drop_min_depth_m + slack
@@ -74,13 +98,19 @@ def floor_points(cloud: PointCloud, params: OccupancyParams) -> FloorPoints:
     floor = valid & (image.z <= params.floor_tolerance_m + slack) & (image.z >= -fall)
     floor &= image.depth <= params.occupancy_range_m
     floor &= ~_behind_edge(image, edge)
-    drops = [
-        _crossings(image, edge, params, height_m=_below(image.z, JUMP_ROWS)),
-        _crossings(image, valid & _is_low(image, params), params),
-        _missing(image, valid, floor, params),
-    ]
-    seen = [image.places(floor), *_between(image, floor, params)]
-    return FloorPoints(np.concatenate(seen), np.concatenate(drops), _blind(image, floor))
+    return floor, edge
+
+
+def _by_loops(image: _Image, params: OccupancyParams) -> tuple[Bool, Bool]:
+    """``_floor_and_edges``, compiled."""
+    limits = (
+        params.height_error_per_m,
+        params.tilt_error_per_m,
+        params.drop_min_depth_m,
+        params.floor_tolerance_m,
+        params.occupancy_range_m,
+    )
+    return floor_and_edges(image.depth, image.z, JUMP_ROWS, np.array(limits, np.float32))
 
 
 def _below(values: F32, rows: int) -> F32:
@@ -125,6 +155,8 @@ def _crossings(
 ) -> F32:
     """Where the rays to chosen pixels cross a height (rows, columns), by default z = 0."""
     level = np.float32(0.0) if height_m is None else height_m[chosen]
+    if not chosen.any():
+        return np.zeros((0, 2), np.float32)
     above = image.camera[2] - level
     scale = above / np.maximum(image.camera[2] - image.z[chosen], 1e-3)
     near = (scale > 0) & (scale * image.depth[chosen] <= params.drop_range_m)
@@ -194,8 +226,14 @@ def _between(image: _Image, floor: Bool, params: OccupancyParams) -> list[F32]:
     wide = (gap_m > params.cell_size_m) & (gap_m <= params.floor_gap_m)
     step = np.stack([dx, dy], axis=1)[wide]
     upper = np.stack([image.x[:-1][both], image.y[:-1][both]], axis=1)[wide] + image.camera[:2]
+    return [upper + step * share for share in _gaps(params)[:-2]]
+
+
+def _gaps(params: OccupancyParams) -> F32:
+    """Shares of the way across a gap (n,), then the narrowest and the widest gap in metres."""
     count = int(np.ceil(params.floor_gap_m / params.cell_size_m))
-    return [upper + step * np.float32(k / count) for k in range(1, count)]
+    shares = [k / count for k in range(1, count)]
+    return np.array([*shares, params.cell_size_m, params.floor_gap_m], np.float32)
 
 
 def _blind(image: _Image, floor: Bool) -> F32:
@@ -205,9 +243,9 @@ def _blind(image: _Image, floor: Bool) -> F32:
     """
     side = floor.shape[1] // BLIND_SIDE
     others = np.convolve(~floor[-1], np.ones(2 * side + 1, np.int32), mode="same")
-    nearest = np.zeros(floor.shape, bool)
-    nearest[-1] = others == 0
+    nearest = others == 0
     share = np.arange(BLIND_SAMPLES, dtype=np.float32) / np.float32(BLIND_SAMPLES)
-    xy = np.stack([image.x[nearest], image.y[nearest]], axis=1)
-    places = (xy[:, None] * share[:, None] + image.camera[:2]).reshape(-1, 2)
-    return np.asarray(places, np.float32)
+    places = np.empty((np.count_nonzero(nearest), BLIND_SAMPLES, 2), np.float32)
+    for k, plane in enumerate((image.x, image.y)):
+        places[..., k] = plane[-1][nearest, None] * share + image.camera[k]
+    return places.reshape(-1, 2)

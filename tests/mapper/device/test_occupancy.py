@@ -25,13 +25,13 @@ def test_occupancy_is_that_of_numpy(
     planes = (device.x_m, device.y_m, device.z_m)
     np.testing.assert_array_equal(torch.stack(planes, dim=-1), host.points_m)
     np.testing.assert_array_equal(device_flying_pixels(device.depth_m), flying_pixels(host.depth_m))
-    params = scenes.params(compiled=False)
-    floor, expected_floor = device_floor(device, params), floor_points(host, params)
-    for name in ("seen", "drops", "blind"):
-        np.testing.assert_array_equal(getattr(floor, name), getattr(expected_floor, name))
-    found, expected = device_occupancy(device, params), occupancy_update(host, params)
-    for name in ("cells", "evidence", "clear", "blind"):
-        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
+    for params in (scenes.params(compiled=compiled) for compiled in (False, True)):
+        floor, expected_floor = device_floor(device, params), floor_points(host, params)
+        for name in ("seen", "drops", "blind"):
+            np.testing.assert_array_equal(getattr(floor, name), getattr(expected_floor, name))
+        found, expected = device_occupancy(device, params), occupancy_update(host, params)
+        for name in ("cells", "evidence", "clear", "blind"):
+            np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
 
 
 def test_thinned_images_give_the_same_occupancy() -> None:
