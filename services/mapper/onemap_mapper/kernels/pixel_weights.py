@@ -54,15 +54,16 @@ def locate(
 @compiled
 def extent(ix: I32, iy: I32) -> tuple[int, int, int, int]:  # pragma: no cover
     """The lowest and highest cell of ``locate``: low_x, low_y, high_x, high_y; low > high: none."""
-    low_x = low_y = np.int32(2**31 - 1)
-    high_x = high_y = NOT_USED
-    for i in range(ix.shape[0]):
-        for j in range(ix.shape[1]):
-            used = ix[i, j] != NOT_USED
-            low_x = min(low_x, ix[i, j] if used else low_x)
-            low_y = min(low_y, iy[i, j] if used else low_y)
-            high_x = max(high_x, ix[i, j])
-            high_y = max(high_y, iy[i, j] if used else high_y)
+    most = np.int32(2**31 - 1)
+    low_x, low_y, high_x, high_y = most, most, NOT_USED, NOT_USED
+    every_x, every_y = ix.ravel(), iy.ravel()  # one loop over a line is made with vectors
+    for k in range(len(every_x)):
+        x, y = every_x[k], every_y[k]
+        used = x != NOT_USED
+        low_x = min(low_x, x if used else most)
+        low_y = min(low_y, y if used else most)
+        high_x = max(high_x, x)
+        high_y = max(high_y, y if used else NOT_USED)
     return low_x, low_y, high_x, high_y
 
 
@@ -130,32 +131,39 @@ def _sum_block(
     row, row_end, column, column_end, first = block
     count = first
     for i in range(row, row_end):
-        a = down[i]
-        j = column
-        while j < column_end:
-            cell = flat[i, j]
-            if cell < 0:
-                j += 1
-                continue
-            whole = beside = np.float32(0)
-            start = j
-            while j < column_end and flat[i, j] == cell:
-                whole += weight[i, j]
-                beside += weight[i, j] * right[j]
-                j += 1
-            entry = np.int64(newest[cell])
-            if entry < first:
-                entry = count
-                newest[cell] = entry
-                owner[entry] = cell
-                sums[entry, 0] = sums[entry, 1] = sums[entry, 2] = sums[entry, 3] = 0
-                count += 1
-            pixels[cell] += j - start
-            sums[entry, 0] += (np.float32(1) - a) * (whole - beside)
-            sums[entry, 1] += (np.float32(1) - a) * beside
-            sums[entry, 2] += a * (whole - beside)
-            sums[entry, 3] += a * beside
+        of_row, weights = flat[i, column:column_end], weight[i, column:column_end]
+        shares = right[column:column_end]
+        entry, start, cell = np.int64(0), 0, np.int32(-1)
+        whole = beside = np.float32(0)
+        for j in range(len(of_row)):  # one loop, without a search for the end: runs are short
+            if of_row[j] != cell:
+                if cell >= 0:
+                    pixels[cell] += j - start
+                    _add_run(sums[entry], whole, beside, down[i])
+                cell, start = of_row[j], j
+                whole = beside = np.float32(0)
+                if cell >= 0:
+                    entry = np.int64(newest[cell])
+                    if entry < first:
+                        entry = count
+                        newest[cell], owner[entry] = entry, cell
+                        sums[entry, 0] = sums[entry, 1] = sums[entry, 2] = sums[entry, 3] = 0
+                        count += 1
+            whole += weights[j]
+            beside += weights[j] * shares[j]
+        if cell >= 0:
+            pixels[cell] += len(of_row) - start
+            _add_run(sums[entry], whole, beside, down[i])
     return count
+
+
+@compiled
+def _add_run(sums: F32, whole: float, beside: float, down: float) -> None:  # pragma: no cover
+    """Add a run of pixels to the sums (4,) of an entry: their weight, and times ``right``."""
+    sums[0] += (np.float32(1) - down) * (whole - beside)
+    sums[1] += (np.float32(1) - down) * beside
+    sums[2] += down * (whole - beside)
+    sums[3] += down * beside
 
 
 @compiled
