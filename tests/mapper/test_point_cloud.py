@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from onemap_mapper.point_cloud import PointCloud
 from onemap_shared.camera import Intrinsics, unproject
@@ -33,8 +34,13 @@ def test_a_strided_cloud_is_that_of_the_strided_image() -> None:
     np.testing.assert_allclose(thin.points_m, whole.points_m, atol=1e-5)
 
 
-def test_a_cloud_made_of_some_pixels_is_the_strided_cloud() -> None:
-    thin = PointCloud.of(DEPTH_M, intrinsics=CAMERA, T_map_camera=T, stride=3)
-    whole = PointCloud.of(DEPTH_M, intrinsics=CAMERA, T_map_camera=T).strided(3)
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize("stride", [1, 2, 3])
+def test_a_cloud_made_of_some_pixels_is_the_strided_cloud(stride: int, compiled: bool) -> None:
+    depth_m = DEPTH_M * (DEPTH_M > 1)  # with pixels without return
+    thin = PointCloud.of(
+        depth_m, intrinsics=CAMERA, T_map_camera=T, stride=stride, compiled=compiled
+    )
+    whole = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T).strided(stride)
     np.testing.assert_array_equal(thin.depth_m, whole.depth_m)
     np.testing.assert_array_equal(thin.points_m, whole.points_m)

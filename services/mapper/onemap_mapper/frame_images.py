@@ -23,6 +23,7 @@ from onemap_mapper.occupancy import OccupancyUpdate, occupancy_update
 from onemap_mapper.params import MapParams
 from onemap_mapper.point_cloud import PointCloud
 from onemap_mapper.projection import CellWeights, project
+from onemap_mapper.transfers import CPU
 from onemap_shared.geometry import F32
 from onemap_shared.messages import FeatureField
 
@@ -69,6 +70,7 @@ def cloud_of(field: FeatureField, depth_m: F32, params: MapParams) -> PointCloud
         intrinsics=field.intrinsics,
         T_map_camera=field.T_map_camera,
         stride=_thinning(len(depth_m), params),
+        compiled=jit.usable(wanted=params.compiled, device=CPU),
     )
 
 

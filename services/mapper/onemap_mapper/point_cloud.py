@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from onemap_mapper.kernels.cloud_planes import cloud_planes
 from onemap_shared.camera import Intrinsics, unproject_to_map
 from onemap_shared.geometry import F32, F64, Bool
 
@@ -24,9 +25,22 @@ class PointCloud:
 
     @classmethod
     def of(
-        cls, depth_m: F32, *, intrinsics: Intrinsics, T_map_camera: F64, stride: int = 1
+        cls,
+        depth_m: F32,
+        *,
+        intrinsics: Intrinsics,
+        T_map_camera: F64,
+        stride: int = 1,
+        compiled: bool = False,
     ) -> PointCloud:
-        """The cloud of a depth image (H, W) float32 metres, thinned as by ``strided``."""
+        """The cloud of a depth image (H, W) float32 metres, thinned as by ``strided``.
+
+        compiled: by the compiled loop, with the same result.
+        """
+        if compiled:
+            pose, image = T_map_camera[:3].astype(np.float32), np.ascontiguousarray(depth_m)
+            thinned, planes = cloud_planes(image, intrinsics.pixel_to_ray, pose, stride)
+            return cls(thinned, np.moveaxis(planes, 0, -1), T_map_camera)
         depth_m = np.ascontiguousarray(depth_m[::stride, ::stride])
         points_m = unproject_to_map(depth_m, intrinsics, T_map_camera, stride=stride)
         return cls(depth_m, points_m, T_map_camera)
