@@ -40,18 +40,19 @@ def cell_heights(cloud: PointCloud, variance: F32, cells: I64, params: Projectio
     """
     if len(cells) == 0:
         return np.zeros((0, LEVELS), np.float32)
-    usable = (cloud.depth_m > 0) & (cloud.depth_m <= params.max_feature_range_m)
-    usable &= cloud.points_m[..., 2] <= params.max_feature_height_m
-    confidence = np.divide(np.float32(1), variance, dtype=np.float32) * usable
+    confidence = np.divide(np.float32(1), variance, dtype=np.float32)
     low = cells.min(axis=0)
     row_of = np.full(tuple(cells.max(axis=0) - low + 1), -1, np.int32)
     row_of[tuple((cells - low).T)] = np.arange(len(cells))
+    farthest_m, highest_m = params.max_feature_range_m, params.max_feature_height_m
     if jit.usable(wanted=params.compiled, device=CPU):
-        image, origin = (cloud.points_m, confidence), (int(low[0]), int(low[1]))
-        limits = (params.cell_size_m, LOWEST_M, THICKNESS_M)
+        image = (cloud.depth_m, cloud.points_m, confidence)
+        limits = (params.cell_size_m, LOWEST_M, THICKNESS_M, farthest_m, highest_m)
+        origin = (int(low[0]), int(low[1]))
         sums = height_sums(image, row_of, origin, limits, (len(cells), LEVELS))
     else:
-        used = confidence > 0
+        used = (confidence > 0) & (cloud.depth_m > 0) & (cloud.depth_m <= farthest_m)
+        used &= cloud.points_m[..., 2] <= highest_m
         sums = _sums(cloud.points_m[used], confidence[used], row_of, low, params)
     total = sums.sum(axis=1, keepdims=True)
     shares: F32 = np.divide(sums, total, out=np.zeros_like(sums), where=total > 0)
