@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from onemap_mapper.kernels.tile_labels import tile_labels
 from onemap_mapper.kernels.tile_sums import tile_sums
 from onemap_mapper.point_cloud import PointCloud
 from onemap_shared.geometry import F64, I64, Bool
@@ -70,7 +71,7 @@ class _Tiles:
 def lowest_level_surface(cloud: PointCloud, *, compiled: bool = False) -> LevelSurface | None:
     """The lowest level surface seen from above within 4 m; None if there is none.
 
-    compiled: the sums over pixels by the compiled loop, equal up to rounding.
+    compiled: the sums over pixels by a compiled loop, equal up to rounding, and the sets of tiles.
     """
     cloud = cloud.strided(max(1, cloud.depth_m.shape[0] // IMAGE_ROWS))
     tiles = _fit(cloud, _compiled_sums if compiled else _sums)
@@ -78,7 +79,7 @@ def lowest_level_surface(cloud: PointCloud, *, compiled: bool = False) -> LevelS
     level = np.nan_to_num(up[..., 2], nan=-1.0) > np.cos(MAX_TILT_RAD)
     surfaces = [
         _surface(tiles, members)
-        for members in _connected(tiles.centres, up, level)
+        for members in _connected(tiles.centres, up, level, compiled=compiled)
         if members.sum() >= max(2.0, MIN_SHARE * level.size)
     ]
     return min(surfaces, key=lambda surface: surface.height_m, default=None)
@@ -135,12 +136,18 @@ def _unit(vectors: F64) -> F64:
     return unit
 
 
-def _connected(centres: F64, up: F64, level: Bool) -> list[Bool]:
+def _connected(centres: F64, up: F64, level: Bool, *, compiled: bool) -> list[Bool]:
     """Sets of level tiles (rows, columns) that continue each other's planes."""
-    labels: I64 = np.where(level, np.arange(level.size).reshape(level.shape), level.size)
     across = _continues(centres[:, :-1], centres[:, 1:], up[:, :-1] + up[:, 1:])
     across &= level[:, :-1] & level[:, 1:]
     down = _continues(centres[:-1], centres[1:], up[:-1] + up[1:]) & level[:-1] & level[1:]
+    labels = (tile_labels if compiled else labels_by_numpy)(level, across, down)
+    return [labels == label for label in np.unique(labels[level])]
+
+
+def labels_by_numpy(level: Bool, across: Bool, down: Bool) -> I64:
+    """As ``tile_labels``."""
+    labels: I64 = np.where(level, np.arange(level.size).reshape(level.shape), level.size)
     while True:  # the smallest label spreads over each set
         before = labels.copy()
         for one, other, linked in (
@@ -151,7 +158,7 @@ def _connected(centres: F64, up: F64, level: Bool) -> list[Bool]:
             one[linked] = smallest
             other[linked] = np.minimum(other[linked], smallest)
         if np.array_equal(before, labels):
-            return [labels == label for label in np.unique(labels[level])]
+            return labels
 
 
 def _continues(centre: F64, neighbour: F64, up: F64) -> Bool:
