@@ -97,3 +97,13 @@ def test_no_cells_give_no_cells() -> None:
     result = kernel(torch.zeros((0, 2), dtype=torch.int64), 3)
     assert blurred(result, torch.zeros((0, 4))).shape == (0, 4)
     assert blurred(result, torch.zeros(0)).shape == (0,)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_kernel_without_width_changes_nothing(compiled: bool) -> None:
+    """So that a frame without blur may do without it."""
+    cells = torch.cartesian_prod(torch.arange(-7, 40), torch.arange(3, 9))[::3]
+    table = torch.randn((len(cells), 5), generator=torch.Generator().manual_seed(0))
+    none = kernel(cells, 0, compiled=compiled)
+    assert torch.equal(none.cells, cells)
+    assert torch.equal(blurred(none, table), table)

@@ -16,7 +16,7 @@ from onemap_mapper.frame_images import images_of
 from onemap_mapper.kernels import jit
 from onemap_mapper.occupancy import OccupancyUpdate
 from onemap_mapper.params import MapParams
-from onemap_mapper.projection import cell_features
+from onemap_mapper.projection import CellWeights, cell_features
 from onemap_mapper.transfers import CPU
 from onemap_shared.geometry import F64
 from onemap_shared.messages import FeatureField
@@ -53,10 +53,11 @@ def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
     """Project, blur and diagnose a field: the expensive half of fusing a frame."""
     images = images_of(field, params)
     weights = images.weights()
-    x_m, y_m = (float(value) for value in images.cloud.camera_m[:2])
-    kernel = blur_kernel(weights.cells, camera_xy_m=(x_m, y_m), params=params)
     dimension, device = field.features.shape[2], params.torch_device
     patches = torch.tensor(field.features, device=device).view(-1, dimension).float()
+    cells, features, confidence = _blurred(
+        weights, cell_features(weights, patches), images.cloud.camera_m, params
+    )
     compiled = jit.usable(wanted=params.compiled, device=CPU)
     return FrameUpdate(
         sequence=field.sequence,
@@ -64,10 +65,21 @@ def compute_update(field: FeatureField, params: MapParams) -> FrameUpdate:
         encoder_id=field.encoder_id,
         text_space=field.text_space,
         T_map_camera=field.T_map_camera,
-        cells=kernel.cells,
-        features=blurred(kernel, cell_features(weights, patches)),
-        confidence=blurred(kernel, weights.confidence),
-        heights=images.heights(kernel.cells),
+        cells=cells,
+        features=features,
+        confidence=confidence,
+        heights=images.heights(cells),
         occupancy=images.occupancy(),
         depth=diagnose_depth(images.cloud, compiled=compiled),
     )
+
+
+def _blurred(
+    weights: CellWeights, features: Tensor, camera_m: F64, params: MapParams
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Cells (n, 2), features (n, D) and confidences (n,) of a frame with the blur of its cells."""
+    if params.blur_half_width_cells == 0:
+        return weights.cells, features, weights.confidence
+    x_m, y_m = (float(value) for value in camera_m[:2])
+    kernel = blur_kernel(weights.cells, camera_xy_m=(x_m, y_m), params=params)
+    return kernel.cells, blurred(kernel, features), blurred(kernel, weights.confidence)
