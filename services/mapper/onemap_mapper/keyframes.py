@@ -64,6 +64,6 @@ def views_since(last: F64 | None, T_map_camera: F64, params: MapParams) -> float
         return 1.0
     moved_m = float(np.linalg.norm(T_map_camera[:3, 3] - last[:3, 3]))
     cosine = 0.5 * (float(np.trace(last[:3, :3].T @ T_map_camera[:3, :3])) - 1.0)
-    turned_deg = float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
+    turned_deg = float(np.degrees(np.arccos(min(max(cosine, -1.0), 1.0))))
     steps = max(moved_m / params.keyframe_m, turned_deg / params.keyframe_deg)
     return min(steps / STEPS_PER_VIEW, MAX_VIEWS) if steps >= 1.0 else 0.0

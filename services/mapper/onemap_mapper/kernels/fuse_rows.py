@@ -33,10 +33,11 @@ def fuse_rows(
 @compiled
 def all_finite(values: F32) -> bool:  # pragma: no cover
     """Whether no value of (n, D) float32 is NaN or infinite."""
-    for row in values:
-        wrong = 0
-        for value in row:
-            wrong += not abs(value) <= GREATEST
+    for k in range(len(values)):
+        # A row by its index, and a count as wide as the values: so the loop is made with vectors.
+        row, wrong = values[k], np.int32(0)
+        for channel in range(len(row)):
+            wrong += np.int32(not abs(row[channel]) <= GREATEST)
         if wrong > 0:
             return False
     return True
