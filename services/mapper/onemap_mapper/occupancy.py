@@ -117,7 +117,7 @@ def _compiled_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpd
         params.occupancy_range_m,
         params.floor_tolerance_m,
     )
-    obstacles, low = obstacle_points(cloud.depth_m, cloud.points_m, np.array(limits, np.float32))
+    obstacles, low = obstacle_points(cloud.depth_m, cloud.planes_m, np.array(limits, np.float32))
     floor = floor_points(cloud, params)
     clouds = (low, floor.drops, floor.seen, floor.blind)
     reached = reached_bounds(camera, rays, np.array([params.clearing_range_m], np.float32))

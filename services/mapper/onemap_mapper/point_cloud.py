@@ -51,6 +51,11 @@ class PointCloud:
         position: F64 = self.T_map_camera[:3, 3]
         return position
 
+    @property
+    def planes_m(self) -> F32:
+        """x, y, z (3, H, W) contiguous; no copy of a cloud that was not thinned afterwards."""
+        return np.ascontiguousarray(np.moveaxis(self.points_m, -1, 0))
+
     def without(self, pixels: Bool) -> PointCloud:
         """The cloud without return at these pixels (H, W)."""
         depth_m, points_m = self.depth_m.copy(), np.copy(self.points_m, order="K")

@@ -40,21 +40,28 @@ def floor_and_edges(
     none = rows - 1
     floor, edge = np.zeros((rows, columns), np.bool_), np.zeros((rows, columns), np.bool_)
     nearest = np.full(columns, none, np.int64)  # row of the edge in the image below
+    edges = False
     for i in range(rows - 1, -1, -1):
+        d, far, falls, even = depth[i], z[i], edge[i], floor[i]
+        if i + jump < rows:
+            below, near = depth[i + jump], z[i + jump]
+            for j in range(columns):
+                least = drop + error_per_m * below[j]
+                step = (near[j] - far[j] > least) & (far[j] < -drop / np.float32(2))
+                reach = tolerance + tilt_per_m * below[j]
+                falls[j] = step & (abs(near[j]) <= reach) & (below[j] > 0) & (d[j] > 0)
         for j in range(columns):
-            far, near = z[i, j], np.float32(0)
-            if depth[i, j] > 0 and i + jump < rows and depth[i + jump, j] > 0:
-                near, below = z[i + jump, j], depth[i + jump, j]
-                falls = (near - far > drop + error_per_m * below) & (far < -drop / np.float32(2))
-                edge[i, j] = falls & (abs(near) <= tolerance + tilt_per_m * below)
-            if edge[i, j]:
-                nearest[j] = i
+            slack = error_per_m * d[j]
+            level = (far[j] <= tolerance + slack) & (far[j] >= -(drop + slack))
+            even[j] = level & (d[j] > 0) & (d[j] <= farthest)
+            edges |= falls[j]
+        if not edges:
+            continue
+        for j in range(columns):
+            nearest[j] = i if falls[j] else nearest[j]
             at = nearest[j]
-            slack = error_per_m * depth[i, j]
             middle = (z[min(at + jump, none), j] + z[at, j]) / np.float32(2)
-            behind = (at < none) & (far < middle)
-            even = (far <= tolerance + slack) & (far >= -(drop + slack))
-            floor[i, j] = (depth[i, j] > 0) & even & (depth[i, j] <= farthest) & (not behind)
+            even[j] &= not ((at < none) & (far[j] < middle))
     return floor, edge
 
 

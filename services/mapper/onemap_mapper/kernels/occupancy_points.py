@@ -10,36 +10,31 @@ from onemap_shared.geometry import F32
 
 @compiled
 def obstacle_points(
-    depth_m: F32, points_m: F32, limits: F32
+    depth_m: F32, planes_m: F32, limits: F32
 ) -> tuple[F32, F32]:  # pragma: no cover
     """Points (n, 3) on obstacles and (m, 3) too low for one, as ``occupancy._obstacles``.
 
-    limits float32: (height error per metre, depth m up to which an obstacle needs no slack, lowest
-    height m of an obstacle, end of it m, farthest depth m, greatest height m of floor).
+    planes_m (3, H, W): x, y, z; limits float32: (height error per metre, depth m up to which an
+    obstacle needs no slack, lowest height m of an obstacle, end of it m, farthest depth m, greatest
+    height m of floor).
     """
     error_per_m, exact, least_height, highest, farthest, floor = limits
-    height, width = depth_m.shape
-    kind = np.zeros((height, width), np.uint8)
-    counts = np.zeros(3, np.int64)
-    for i in range(height):
-        for j in range(width):
-            depth, z = depth_m[i, j], points_m[i, j, 2]
-            error = error_per_m * depth
-            least = least_height + (error if depth > exact else np.float32(0))
-            usable = (depth > 0) & (depth <= farthest)
-            high = usable & (z >= least) & (z < highest)
-            low = usable & (z > floor + error) & (z < least)
-            kind[i, j] = np.uint8(high) + np.uint8(2) * np.uint8(low)
-            counts[kind[i, j]] += 1
-    found = np.empty((counts[1], 3), np.float32), np.empty((counts[2], 3), np.float32)
-    filled = np.zeros(3, np.int64)
-    for i in range(height):
-        for j in range(width):
-            k = kind[i, j]
-            if k > 0:
-                row = found[k - 1][filled[k]]
-                row[0], row[1], row[2] = points_m[i, j, 0], points_m[i, j, 1], points_m[i, j, 2]
-                filled[k] += 1
+    pixels = depth_m.size
+    depths, x, y, z = depth_m.ravel(), planes_m[0].ravel(), planes_m[1].ravel(), planes_m[2].ravel()
+    kind = np.empty(pixels, np.uint8)
+    for k in range(pixels):
+        error = error_per_m * depths[k]
+        least = least_height + (error if depths[k] > exact else np.float32(0))
+        usable = (depths[k] > 0) & (depths[k] <= farthest)
+        high = usable & (z[k] >= least) & (z[k] < highest)
+        low = usable & (z[k] > floor + error) & (z[k] < least)
+        kind[k] = np.uint8(high) + np.uint8(2) * np.uint8(low)
+    high_at, low_at = np.flatnonzero(kind == 1), np.flatnonzero(kind == 2)
+    found = np.empty((len(high_at), 3), np.float32), np.empty((len(low_at), 3), np.float32)
+    for of_kind, at in zip(found, (high_at, low_at)):  # noqa: B905 (compiled code knows no strict)
+        for row in range(len(at)):
+            k = at[row]
+            of_kind[row, 0], of_kind[row, 1], of_kind[row, 2] = x[k], y[k], z[k]
     return found
 
 
