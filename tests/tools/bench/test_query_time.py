@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import pytest
+import torch
 
-from onemap_tools.bench.query_time import CHANNELS, QueryTimeOptions, run
-from onemap_tools.bench.query_waits import Dtype
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.similarity import ScoreCache, TextQuery
+from onemap_tools.bench.query_time import CHANNELS, QueryTimeOptions, Unasked, run
+from onemap_tools.bench.query_waits import Dtype, map_of
 
 
 @pytest.mark.parametrize(("dtype", "value_bytes"), [("float32", 4), ("float16", 2)])
@@ -24,3 +27,14 @@ def test_all_times_are_measured(dtype: Dtype, value_bytes: int) -> None:
 
 def test_waits_are_measured_only_if_asked_for() -> None:
     assert "frame_waits" not in run(QueryTimeOptions(cells=5000, wait_frames=0))
+
+
+def test_scores_of_a_query_that_is_timed_are_not_kept() -> None:
+    store = map_of(5000, CHANNELS, MapperConfig(), 0).store
+    like = TextQuery("chair", torch.ones((1, CHANNELS)) / CHANNELS**0.5, 50.0)
+    cache, unasked = ScoreCache(), Unasked()
+    for _ in range(3):
+        query = unasked.query(like)
+        assert cache.serials([query]) == (0,)
+        cache.scores(query, store, 1)
+        assert cache.serials([query]) != (0,)
