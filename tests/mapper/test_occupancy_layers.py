@@ -29,6 +29,8 @@ def random_frame(rng: np.random.Generator, rows: torch.Tensor) -> OccupancyUpdat
     evidence = rng.choice(
         np.array([-128, -4, -1, 0, 0, 2, 4, 127], np.int8), (len(rows), LEVELS + 1)
     )
+    empty = rng.random(len(rows)) < 0.5  # columns that no point lies in
+    evidence[empty] = np.minimum(evidence[empty], 0)
     clear, blind = rng.random((2, len(rows))) < 0.5
     return OccupancyUpdate.of_arrays(np.zeros((len(rows), 2), np.int64), evidence, clear, blind)
 

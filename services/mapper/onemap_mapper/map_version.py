@@ -48,8 +48,8 @@ class MapVersion:
     """One revision; ``BeliefMap.version`` makes it a copy that no later frame changes.
 
     By rows (n,) of ``tiles``: slots int32, NO_SLOT where nothing was observed; occupancy, values of
-    ``Occupancy``; assumed: free, though no camera saw the floor; clear: a camera saw it once, or it is
-    assumed. By slots: confidences
+    ``Occupancy``; assumed: free, though no camera saw the floor; clear: a camera saw the floor
+    once, or it is assumed. By slots: confidences
     (3 + further robots, count) float32, as ``CellStore.confidences``. A cell is explored below
     ``explored_variance``. Heights (count, LEVELS) float32, as ``HeightStore.of``, and the view log
     are on the device of the map, because a reply needs those of few cells.

@@ -90,6 +90,7 @@ class OccupancyLayers:
         states = occupancy_states(evidence, clear)
         different = self.states.values[rows] != states
         different |= self.assumed.values[rows] != assumed
+        different |= self.clear.values[rows] != clear
         self.evidence.values[rows] = evidence
         self.clear.values[rows] = clear
         self.assumed.values[rows] = assumed

@@ -15,6 +15,30 @@ States = tuple[int, int, int]  # values of Occupancy: unknown, free, occupied
 
 
 @compiled
+def _add_to_column(evidence: I8, added: I8, least: int, greatest: int) -> int:  # pragma: no cover
+    """Add to the evidence (levels + 1,) of a cell, as ``accumulated_evidence``; the highest after.
+
+    The last voxel, below the floor, is no part of what may lose its top.
+    """
+    below_floor = len(evidence) - 1
+    hit = False
+    for level in range(below_floor):
+        hit |= added[level] > 0
+    highest, lost = least, 0
+    for level in range(below_floor, -1, -1):
+        before, more = np.int64(evidence[level]), np.int64(added[level])
+        if level < below_floor and before > 0:
+            if more < 0:
+                lost = min(lost, more)
+            elif more == 0 and not hit:
+                more = lost
+        total = min(max(before + more, least), greatest)
+        evidence[level] = total
+        highest = max(highest, total)
+    return highest
+
+
+@compiled
 def add_evidence(
     layers: Layers, settled: U8, frame: tuple[I64, I8, Bool], limits: Limits, states: States
 ) -> tuple[Bool, Bool]:  # pragma: no cover
@@ -31,17 +55,13 @@ def add_evidence(
     different, changed = np.empty(len(rows), np.bool_), np.empty(len(rows), np.bool_)
     for k in range(len(rows)):
         row = rows[k]
-        highest = least
-        for level in range(added.shape[1]):
-            total = np.int64(evidence[row, level]) + np.int64(added[k, level])
-            total = min(max(total, least), greatest)
-            evidence[row, level] = total
-            highest = max(highest, total)
+        highest = _add_to_column(evidence[row], added[k], least, greatest)
+        newly_clear = cleared[k] & (not clear[row])
         clear[row] |= cleared[k]
         still_assumed = assumed[row] & (not cleared[k])
         state = free if clear[row] else unknown
         state = occupied if highest >= occupied_from else state
-        different[k] = (state != occupancy[row]) | (still_assumed != assumed[row])
+        different[k] = (state != occupancy[row]) | (still_assumed != assumed[row]) | newly_clear
         assumed[row], occupancy[row] = still_assumed, state
         before = settled[row]
         after = free if state == free else before
