@@ -23,10 +23,10 @@ class GridParams(Params):
     compiled: bool = Field(
         default=True,
         description="Whether loops over pixels and cells are compiled, where numba is installed "
-        "and device is cpu: a frame takes a quarter of the time. The first start compiles for "
-        "some ten seconds and keeps the result in NUMBA_CACHE_DIR, else beside the program or "
-        "in the user's cache folder. false: numpy and torch only, where a process must not "
-        "generate code.",
+        "and device is cpu: a frame takes a quarter of the time. The first start compiles, "
+        "minutes on a busy machine, and says so in log and status; the result is kept in "
+        "NUMBA_CACHE_DIR, else beside the program or in the user's cache folder. false: numpy and "
+        "torch only, where a process must not generate code.",
     )
 
     cell_size_m: float = Field(

@@ -23,13 +23,13 @@ from onemap_mapper.checkpoints import Checkpoints, resumed, sweep
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.digest import digest_of
 from onemap_mapper.frame_update import FrameUpdate, compute_update
-from onemap_mapper.kernels import jit
 from onemap_mapper.live_map import LiveMap
 from onemap_mapper.map_robot import AllRobots, MapRobot, join_robots
 from onemap_mapper.map_scores import MapScores
 from onemap_mapper.object_keeper import ObjectKeeper
 from onemap_mapper.objects import NO_OBJECTS
 from onemap_mapper.pose_graph_follower import PoseGraphFollower
+from onemap_mapper.preparation import prepare
 from onemap_mapper.replies import (
     answered,
     judged,
@@ -40,7 +40,6 @@ from onemap_mapper.replies import (
 from onemap_mapper.saved_maps import SavedMaps
 from onemap_mapper.similarity import TextQuery
 from onemap_mapper.view_replies import ViewReplies
-from onemap_mapper.warm_up import warm_up
 from onemap_shared import keys, tracing
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import (
@@ -381,11 +380,5 @@ def build(bus: Bus, config: MapperConfig) -> Mapper:
     if config.device.startswith("cuda") and not torch.cuda.is_available():
         raise StartError(f"device is {config.device}, but torch finds no GPU: set device: cpu")
     torch.set_num_threads(config.threads)
-    started_s = time.monotonic()
-    warm_up(config)
-    LOG.info(
-        "%s; the first frame was prepared in %.1f s",
-        jit.described(wanted=config.compiled),
-        time.monotonic() - started_s,
-    )
+    prepare(bus, config)
     return Mapper(bus, config)

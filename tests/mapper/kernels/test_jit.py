@@ -77,6 +77,39 @@ def test_the_code_is_kept_where_the_environment_says(
     assert len(list(folder.rglob("*.nbc"))) == 1
 
 
+def test_a_compilation_is_announced_once_and_loading_is_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    numba = pytest.importorskip("numba", reason="numba is not installed")
+    folder, module = tmp_path / "cache", tmp_path / "module.py"
+    module.write_text(MODULE, encoding="utf-8")
+    monkeypatch.setattr(numba.core.config, "CACHE_DIR", str(folder))
+    said: list[str] = []
+    for _process in range(2):  # the second finds what the first compiled
+        total = runpy.run_path(str(module))["total"]
+        with jit.on_compilation(said.append):
+            total(np.arange(4.0))
+            total(np.arange(4.0, dtype=np.float32))
+    assert said == [f"compiling the map's kernels, once; cached in {total.stats.cache_path}"]
+    assert str(folder) in said[0]
+
+
+def test_without_a_folder_for_its_code_the_announcement_says_what_to_set() -> None:
+    numba = pytest.importorskip("numba", reason="numba is not installed")
+    said: list[str] = []
+    with jit.on_compilation(said.append):
+        numba.njit(doubled)(2.5)
+    assert len(said) == 1
+    assert "at every start" in said[0]
+    assert "NUMBA_CACHE_DIR" in said[0]
+
+
+def test_without_numba_no_compilation_is_announced(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jit, "numba", None)
+    with jit.on_compilation(lambda _: pytest.fail("announced")):
+        jit.compiled(doubled)(2.5)
+
+
 @pytest.mark.parametrize(
     ("wanted", "missing", "says"),
     [

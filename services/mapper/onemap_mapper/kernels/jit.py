@@ -10,13 +10,15 @@ that it calls into: a compiled function calls only functions of its own file.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 import torch
 
 try:
     import numba
+    from numba.core import event
 
     MISSING = ""
 except ImportError as problem:  # not installed, or not made for this numpy
@@ -39,6 +41,40 @@ def described(*, wanted: bool) -> str:
     if MISSING:
         return f"loops are not compiled, frames take longer: {MISSING}; pip install numba"
     return "loops are compiled with numba"
+
+
+@contextmanager
+def on_compilation(announce: Callable[[str], None]) -> Iterator[None]:
+    """Say once in one sentence that functions are compiled, when the first of them is.
+
+    Not called where all code is loaded from disk, or numba is missing.
+    """
+    if numba is None:
+        yield
+        return
+    announced = False
+
+    class First(event.Listener):  # type: ignore[misc]
+        def on_start(self, compilation: Any) -> None:
+            nonlocal announced
+            if not announced:
+                announced = True
+                announce(_announcement(compilation.data["dispatcher"].stats.cache_path))
+
+        def on_end(self, compilation: Any) -> None: ...
+
+    with event.install_listener("numba:compile", First()):
+        yield
+
+
+def _announcement(folder: str | None) -> str:
+    """folder: that keeps the code; None where none can be written."""
+    if folder is None:
+        return (
+            "compiling the map's kernels, at every start: no folder for their code can be "
+            "written; set NUMBA_CACHE_DIR to one that can"
+        )
+    return f"compiling the map's kernels, once; cached in {folder}"
 
 
 def compiled(function: F) -> F:

@@ -1,0 +1,34 @@
+"""What the mapper does once before it joins its robots: compile, or load what was compiled."""
+
+from __future__ import annotations
+
+import logging
+import time
+from contextlib import ExitStack
+
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.kernels import jit
+from onemap_mapper.map_robot import SERVICE
+from onemap_mapper.warm_up import warm_up
+from onemap_shared.long_start import long_start
+from onemap_shared.transport import Bus
+
+LOG = logging.getLogger("onemap.mapper")
+
+
+def prepare(bus: Bus, config: MapperConfig) -> None:
+    """Warm up; while functions are compiled, heartbeats say so."""
+    started_s = time.monotonic()
+    with ExitStack() as compilation:
+
+        def announce(what: str) -> None:
+            LOG.info("%s", what)
+            compilation.enter_context(long_start(bus, SERVICE, what))
+
+        with jit.on_compilation(announce):
+            warm_up(config)
+    LOG.info(
+        "%s; the first frame was prepared in %.1f s",
+        jit.described(wanted=config.compiled),
+        time.monotonic() - started_s,
+    )

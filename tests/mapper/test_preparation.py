@@ -1,0 +1,43 @@
+"""The mapper's start, as its log and the bus tell it."""
+
+from __future__ import annotations
+
+import logging
+
+import pytest
+
+from onemap_mapper import preparation as module
+from onemap_mapper.config import MapperConfig
+from onemap_shared import keys
+from onemap_shared.long_start import is_starting
+from onemap_shared.memory_bus import MemoryRouter
+
+
+def doubled(value: float) -> float:
+    return 2 * value
+
+
+def test_a_first_start_says_in_log_and_heartbeat_that_it_compiles(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    numba = pytest.importorskip("numba", reason="numba is not installed")
+    monkeypatch.setattr(module, "warm_up", lambda _config: numba.njit(doubled)(2.5))
+    router = MemoryRouter()
+    beats = router.bus("gateway").subscribe(keys.heartbeat("mapper"))
+    with caplog.at_level(logging.INFO, "onemap.mapper"):
+        module.prepare(router.bus("mapper"), MapperConfig())
+    beat = beats.take(0.0)
+    assert beat is not None
+    assert is_starting(beat)
+    announced, prepared = caplog.messages
+    assert announced == beat.problem
+    assert announced.startswith("compiling the map's kernels")
+    assert "the first frame was prepared in" in prepared
+
+
+def test_a_later_start_is_silent_on_the_bus(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "warm_up", lambda _config: None)
+    router = MemoryRouter()
+    beats = router.bus("gateway").subscribe(keys.heartbeat("mapper"))
+    module.prepare(router.bus("mapper"), MapperConfig())
+    assert beats.take(0.0) is None
