@@ -7,6 +7,7 @@ import json
 import os
 import sys
 import threading
+import time
 from dataclasses import replace
 from math import nan
 from pathlib import Path
@@ -18,8 +19,9 @@ import pytest
 from rich.console import Console
 
 from onemap import Client
+from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
-from onemap_shared.messages import Truth
+from onemap_shared.messages import Heartbeat, Truth
 from onemap_tools.demo import run as module
 from onemap_tools.demo.robot_search import RobotSearch
 from onemap_tools.demo.robots import DemoRobot
@@ -127,6 +129,27 @@ def test_a_start_that_takes_too_long_names_the_missing_stage(tmp_path: Path) -> 
     search = search_of(Client(transport=transport))
     with pytest.raises(CliError, match=r"Not ready after 0 s\. The mapper is not running\."):
         module._wait_until_ready(demo, [search], LineView(console()))
+
+
+def test_a_start_that_compiles_is_shown_and_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiling = "Compiling the map's kernels, once; cached in /tmp."
+    replies = [httpx.Response(503, json={"detail": compiling}), httpx.Response(200, json={})]
+    transport = httpx.MockTransport(lambda _: replies.pop(0))
+    bus_router = MemoryRouter()
+    search = RobotSearch(ALONE, Client(transport=transport), RunMonitor(bus_router.bus()))
+    metrics = {"start_s": 400.0}
+    beat = Heartbeat("mapper", "a", 1, 1, ready=False, problem=compiling, metrics=metrics)
+    bus_router.bus().publish(keys.heartbeat("mapper")).put(beat)
+    demo = demo_of(tmp_path, time_limit_s=60.0)
+    now_s = time.monotonic() + 400.0  # longer than the limit
+    monkeypatch.setattr(f"{module.__name__}.time", SimpleNamespace(monotonic=lambda: now_s))
+    assert demo.overdue
+    output = io.StringIO()
+    module._wait_until_ready(demo, [search], LineView(Console(file=output, width=200)))
+    assert compiling in output.getvalue()
+    assert not demo.overdue
 
 
 def test_a_finished_search_is_summarised(tmp_path: Path) -> None:

@@ -55,6 +55,18 @@ def test_contacts_are_those_of_the_simulators_newest_heartbeat() -> None:
     assert monitor.contacts == 3
 
 
+def test_the_mapper_compiles_until_a_heartbeat_says_otherwise() -> None:
+    router = MemoryRouter()
+    monitor = RunMonitor(router.bus())
+    mapper = router.bus().publish(keys.heartbeat("mapper"))
+    seen = [monitor.compiling]
+    for metrics in ({"start_s": 2.0}, {"cells": 0.0}):
+        mapper.put(Heartbeat("mapper", "a", 1, 1, ready=False, metrics=metrics))
+        monitor.update(0.1)
+        seen.append(monitor.compiling)
+    assert seen == [False, True, False]
+
+
 def test_the_map_rate_counts_frames_since_the_restart() -> None:
     router = MemoryRouter()
     monitor = RunMonitor(router.bus())

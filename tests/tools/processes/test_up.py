@@ -13,7 +13,10 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from onemap_shared import keys
 from onemap_shared.config import BusConfig
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import Heartbeat
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes import up as module
 from onemap_tools.processes.launch import Processes, ProcessSpec
@@ -21,7 +24,15 @@ from onemap_tools.processes.network import accepts_connections, any_free_port
 from onemap_tools.processes.router import CANNOT_LISTEN
 from onemap_tools.processes.services import CORE
 from onemap_tools.processes.session import temporary_session
-from onemap_tools.processes.up import at_first, choose, page_url, refuse_conflicts, supervise, up
+from onemap_tools.processes.up import (
+    at_first,
+    choose,
+    page_url,
+    refuse_conflicts,
+    report_start,
+    supervise,
+    up,
+)
 from tests.shared.test_bus import Router, eventually, router
 
 __all__ = ["router"]  # the fixture
@@ -75,6 +86,24 @@ def test_a_map_begins_empty_with_a_simulated_robot(
 ) -> None:
     assert bool(at_first("mapper", names, sections)) is begins_empty
     assert at_first("planner", names, sections) == ()
+
+
+def test_a_mapper_that_compiles_is_reported_once_and_when_it_is_done() -> None:
+    bus_router = MemoryRouter()
+    starts = bus_router.bus().subscribe(keys.heartbeat("mapper"), 8)
+    mapper = bus_router.bus().publish(keys.heartbeat("mapper"))
+    output = io.StringIO()
+    console, said = Console(file=output, width=200), ""
+    compiles = {"start_s": 1.0}
+    for metrics in ({}, compiles, compiles, {"cells": 0.0}, {"cells": 9.0}):
+        problem = "compiling the map's kernels, once" if metrics is compiles else ""
+        mapper.put(Heartbeat("mapper", "a", 1, 1, not problem, problem, metrics))
+        said = report_start(starts, said, console)
+    assert output.getvalue().splitlines() == [
+        "The mapper is compiling the map's kernels, once ...",
+        "The mapper has started.",
+    ]
+    assert report_start(starts, said, console) == ""  # nothing new
 
 
 def test_an_unknown_name_is_a_usage_error() -> None:

@@ -63,7 +63,12 @@ def demo(
         Path, typer.Option(file_okay=False, help="Where the folder of the run is made.")
     ] = Path("runs"),
     time_limit: Annotated[
-        float, typer.Option(min=1, help="Seconds; then the search is cancelled.")
+        float,
+        typer.Option(
+            min=1,
+            help="Seconds; then the search is cancelled. They begin anew when the mapper has "
+            "compiled its kernels, at the first start.",
+        ),
     ] = 360.0,
     film: Film = None,
     robots: Annotated[

@@ -58,7 +58,7 @@ class DemoRun:
         self.setup = setup
         self.processes = processes
         self.stop = stop
-        self.began_s = time.monotonic()
+        self.began_s = self._limit_from_s = time.monotonic()
 
     @property
     def elapsed_s(self) -> float:
@@ -67,8 +67,12 @@ class DemoRun:
 
     @property
     def overdue(self) -> bool:
-        """Whether the time limit has passed."""
-        return self.elapsed_s > self.options.time_limit_s
+        """Whether the time limit has passed since the start, or since ``restart_limit``."""
+        return time.monotonic() - self._limit_from_s > self.options.time_limit_s
+
+    def restart_limit(self) -> None:
+        """Count the time limit from now on."""
+        self._limit_from_s = time.monotonic()
 
     def pause(self) -> None:
         """Wait ``POLL_S``; raises CliError if a process ended or the user pressed Ctrl-C."""
@@ -146,7 +150,12 @@ def _pages(setup: DemoSetup) -> str:
 
 
 def _wait_until_ready(demo: DemoRun, searches: Sequence[RobotSearch], view: ProgressView) -> None:
+    """Show what is missing; CliError after the time limit, which starts anew after compiling."""
     while missing := _missing(searches):
+        for search in searches:
+            search.monitor.update(time.monotonic())
+            if search.monitor.compiling:
+                demo.restart_limit()
         if demo.overdue:
             raise CliError(
                 f"Not ready after {demo.options.time_limit_s:g} s. {missing} "

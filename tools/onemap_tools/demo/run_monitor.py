@@ -13,6 +13,7 @@ from onemap_shared.keys import (
     ROBOT_TRUTH,
     heartbeat,
 )
+from onemap_shared.long_start import is_starting
 from onemap_shared.messages import MapRevision, SearchView, SearchViewRequest, Truth, TruthRequest
 from onemap_shared.rates import mean_rate_hz
 from onemap_shared.trail import PointM, extended
@@ -31,6 +32,7 @@ class RunMonitor:
 
     robot: the process that simulates it.
     contacts: those above 0.05 m/s that the simulator has counted; None before its first heartbeat.
+    compiling: whether the mapper's newest heartbeat says that its start goes on.
     """
 
     def __init__(self, bus: Bus, robot: str = "simulator") -> None:
@@ -38,12 +40,14 @@ class RunMonitor:
         self._odometry = bus.subscribe(ROBOT_ODOMETRY, QUEUE)
         self._revisions = bus.subscribe(MAP_REVISION, QUEUE)
         self._heartbeats = bus.subscribe(heartbeat(robot), QUEUE)
+        self._of_mapper = bus.subscribe(heartbeat("mapper"))
         self._counts: list[int] = []
         self._times_s: list[float] = []
         self.trail_m: tuple[PointM, ...] = ()
         self.yaw_rad = 0.0
         self.revision: MapRevision | None = None
         self.contacts: int | None = None
+        self.compiling = False
 
     def update(self, now_s: float) -> None:
         """Take the messages since the last update; ``now_s`` on a monotonic clock."""
@@ -54,6 +58,8 @@ class RunMonitor:
         for beat in waiting(self._heartbeats):
             if "collisions" in beat.metrics:
                 self.contacts = int(beat.metrics["collisions"])
+        for beat in waiting(self._of_mapper):
+            self.compiling = is_starting(beat)
         for revision in waiting(self._revisions):
             self.revision = revision
         if self.revision is not None:

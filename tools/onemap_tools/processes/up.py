@@ -12,8 +12,12 @@ from typing import Any
 from rich.console import Console
 
 from onemap_shared.config import BusConfig, read, section
+from onemap_shared.keys import heartbeat
+from onemap_shared.long_start import is_starting
+from onemap_shared.messages import Heartbeat
 from onemap_shared.runner import StartError
 from onemap_shared.services import ROBOTS, SIMULATED
+from onemap_shared.transport import Bus, Subscription
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.claim import LAUNCHER, claim, conflicts
 from onemap_tools.processes.interrupts import interruptible
@@ -29,6 +33,7 @@ TWO_ROBOTS = (
     "Two of simulator, replay and ros2 are configured: both robots, but a map follows one. Keep "
     "one of these sections of the configuration, or choose one with --only."
 )
+HEARTBEATS = 8  # kept between two looks, which are more often than heartbeats
 CONNECT_S = 0.5  # per attempt; processes and Ctrl-C are checked in between
 
 
@@ -91,10 +96,11 @@ def up(config: Path | None, only: Collection[str], log_folder: Path, console: Co
         if "router" in names:  # without a router no launcher can conflict
             check_port(names, sections)
             processes.start("router")
-        with claimed(bus_config, names, processes, stop, console) as held:
-            if held:
+        with claimed(bus_config, names, processes, stop, console) as bus:
+            if bus is not None:
                 check_port(names, sections)
-                _run(processes, page_url(names, sections), stop, console)
+                starts = bus.subscribe(heartbeat("mapper"), HEARTBEATS)
+                _run(processes, page_url(names, sections), starts, stop, console)
 
 
 def at_first(
@@ -118,11 +124,11 @@ def claimed(
     processes: Processes,
     stop: threading.Event,
     console: Console,
-) -> Iterator[bool]:
+) -> Iterator[Bus | None]:
     """Wait for the router, then claim these services until they are stopped.
 
-    Yields False if ``stop`` was set before. CliError if one of them is claimed: the second
-    launcher is refused; of two that start at the same instant, both may be.
+    Yields the session, None if ``stop`` was set before. CliError if one of them is claimed: the
+    second launcher is refused; of two that start at the same instant, both may be.
     """
     own = claim(names)
     waits = False
@@ -132,11 +138,11 @@ def claimed(
         waits = True
         supervise(processes, time.monotonic(), console)
         if stop.is_set():
-            yield False
+            yield None
             return
     try:
         refuse_conflicts(conflicts(bus.processes(), own), config)
-        yield True
+        yield bus
     finally:
         processes.stop()  # before the claim is given up
         bus.close()
@@ -180,14 +186,39 @@ def page_url(names: Collection[str], sections: Mapping[str, Any]) -> str:
     return f"http://{host}:{gateway.port}" if gateway.port else ""
 
 
-def _run(processes: Processes, url: str, stop: threading.Event, console: Console) -> None:
+def _run(
+    processes: Processes,
+    url: str,
+    starts: Subscription[Heartbeat],
+    stop: threading.Event,
+    console: Console,
+) -> None:
+    """starts: the mapper's heartbeats; while it compiles, they say so."""
     processes.start()
     names = ", ".join(processes.names)
     page = f"Live page: {url}. " if url else ""
     console.print(f"Started {names}; logs in {processes.folder}. {page}Ctrl-C ends them.")
+    said = ""
     while not stop.wait(WATCH_S):
         supervise(processes, time.monotonic(), console)
+        said = report_start(starts, said, console)
     console.print("Stopping ...")
+
+
+def report_start(starts: Subscription[Heartbeat], said: str, console: Console) -> str:
+    """Print what a service's long start does, once, and when it is over.
+
+    said: what the last call returned, empty at first.
+    """
+    beat = starts.take(0.0)
+    if beat is None:
+        return said
+    now = f"The {beat.service} is {beat.problem}" if is_starting(beat) else ""
+    if now and now != said:
+        console.print(f"{now} ...", soft_wrap=True)
+    if said and not now:
+        console.print(f"The {beat.service} has started.")
+    return now
 
 
 def supervise(processes: Processes, now_s: float, console: Console) -> None:
