@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from onemap_ros2.cdr import decode
 from onemap_ros2.display.detections import detection_array
@@ -51,6 +54,13 @@ def test_a_detection_has_id_name_score_and_the_extent_of_its_cells() -> None:
     box = found.bbox
     assert (box.center.position.x, box.center.position.y, box.center.position.z) == (1.1, 2.0, 0.4)
     np.testing.assert_allclose((box.size.x, box.size.y, box.size.z), (1.2, 1.0, 0.0))
+
+
+def test_a_detection_has_the_heights_of_its_object() -> None:
+    tall = replace(KEPT, height_m=(0.3, 1.9))
+    (found,) = decode(detection_array([tall], 7, "map"), DETECTION_ARRAY).detections
+    assert (found.bbox.center.position.z, found.bbox.size.z) == pytest.approx((1.1, 1.6))
+    assert found.results[0].pose.pose.position.z == 0.4  # where it was detected
 
 
 def test_a_path_is_its_points() -> None:

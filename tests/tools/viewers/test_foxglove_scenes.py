@@ -51,6 +51,20 @@ def test_objects_are_boxes_with_names_and_replace_the_earlier() -> None:
     assert len(read(object_scene((), fakes.STAMP_NS)).entities) == 0
 
 
+@pytest.mark.parametrize(
+    ("height_m", "middle_m", "size_m"), [((0.3, 1.9), 1.1, 1.6), ((), 0.4, 0.3)]
+)
+def test_a_box_has_the_heights_of_its_object_where_they_are_known(
+    height_m: tuple[float, ...], middle_m: float, size_m: float
+) -> None:
+    kept = replace(KEPT, height_m=height_m)
+    (entity,) = read(object_scene((kept,), fakes.STAMP_NS)).entities
+    cube, label = entity.cubes[0], entity.texts[0]
+    assert cube.pose.position.z == pytest.approx(middle_m)
+    assert cube.size.z == pytest.approx(size_m)
+    assert label.pose.position.z > middle_m + size_m / 2
+
+
 def test_the_robot_has_its_trail() -> None:
     trail = ((0.0, 0.0), (1.0, 0.0))
     sent = read(robot_scene(fakes.odometry(1.0, 0.0, 0.5), trail))

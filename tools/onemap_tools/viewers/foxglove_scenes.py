@@ -27,7 +27,8 @@ from onemap_shared.trail import PointM
 from onemap_tools.viewers.foxglove_messages import MAP, color, rotation, timestamp
 
 PATH_Z_M, LABEL_Z_M = 0.05, 0.35  # above the layers of the map; labels above what they name
-OBJECT_HEIGHT_M = 0.3  # of a box: the map knows where an object is, not how high it is
+OBJECT_HEIGHT_M = 0.3  # of a box around the middle of an object whose heights are not known
+LABEL_ABOVE_M = 0.2  # the box
 ROBOT_LENGTH_M, LINE_M, LABEL_M = 0.4, 0.04, 0.18
 
 
@@ -69,18 +70,23 @@ def plan_scene(plan: PlannedPath) -> SceneUpdate:
 
 
 def object_scene(objects: tuple[KeptObject, ...], stamp_ns: int) -> SceneUpdate:
-    """A box and a name for every found object; those that are gone disappear."""
+    """A box and a name for every found object; those that are gone disappear.
+
+    A box has the heights that the object has, where the map knows them.
+    """
     entities = []
     for kept in objects:
         x_min, y_min, x_max, y_max = kept.extent_m
         x, y, z = kept.position_m
-        middle = ((x_min + x_max) / 2, (y_min + y_max) / 2, z)
+        half_m = OBJECT_HEIGHT_M / 2
+        low, high = kept.height_m or (z - half_m, z + half_m)
+        middle = ((x_min + x_max) / 2, (y_min + y_max) / 2, (low + high) / 2)
         box = CubePrimitive(
             pose=Pose(position=_vector(*middle), orientation=Quaternion(w=1.0)),
-            size=_vector(x_max - x_min, y_max - y_min, OBJECT_HEIGHT_M),
+            size=_vector(x_max - x_min, y_max - y_min, high - low),
             color=color(DARK.found, 0.55),
         )
-        label = _text(f"{kept.name} {kept.score:.2f}", x, y, z + LABEL_Z_M, "found")
+        label = _text(f"{kept.name} {kept.score:.2f}", x, y, high + LABEL_ABOVE_M, "found")
         entities.append(_entity(kept.object_id, stamp_ns, cubes=[box], texts=[label]))
     deletion = SceneEntityDeletion(timestamp=timestamp(stamp_ns), type=SceneEntityDeletionType.All)
     return SceneUpdate(deletions=[deletion], entities=entities)

@@ -14,8 +14,8 @@ from onemap_shared.messages import KeptObject
 def detection_array(objects: Iterable[KeptObject], stamp_ns: int, frame: str) -> bytes:
     """One detection per kept object, with its id, name and score.
 
-    The box has the extent of the cells that the object was seen on. Its height is 0;
-    ``KeptObject.height_m``, which a map that knows no heights leaves empty, is not used.
+    The box has the extent of the cells that the object was seen on, and its heights. Where the map
+    does not know them, the box is flat, at the middle of the object.
     """
     head = header(stamp_ns, frame)
     found = [_detection(head, kept) for kept in objects]
@@ -25,11 +25,13 @@ def detection_array(objects: Iterable[KeptObject], stamp_ns: int, frame: str) ->
 def _detection(head: object, kept: KeptObject) -> object:
     x0, y0, x1, y1 = kept.extent_m
     x, y, z = kept.position_m
+    low, high = kept.height_m or (z, z)
     hypothesis = new("vision_msgs/msg/ObjectHypothesis", kept.name, kept.score)
     seen = new("geometry_msgs/msg/PoseWithCovariance", _pose(x, y, z), np.zeros(36))
     result = new("vision_msgs/msg/ObjectHypothesisWithPose", hypothesis, seen)
-    size = new("geometry_msgs/msg/Vector3", x1 - x0, y1 - y0, 0.0)
-    box = new("vision_msgs/msg/BoundingBox3D", _pose(0.5 * (x0 + x1), 0.5 * (y0 + y1), z), size)
+    size = new("geometry_msgs/msg/Vector3", x1 - x0, y1 - y0, high - low)
+    middle = _pose(0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (low + high))
+    box = new("vision_msgs/msg/BoundingBox3D", middle, size)
     return new("vision_msgs/msg/Detection3D", head, [result], box, kept.object_id)
 
 
