@@ -15,7 +15,7 @@ from mcp.server.context import ServerRequestContext
 from mcp.server.lowlevel import Server
 from mcp.server.streamable_http_manager import StreamableHTTPSessionManager
 from starlette.responses import Response
-from starlette.types import Receive, Scope, Send
+from starlette.types import Message, Receive, Scope, Send
 
 from onemap_gateway.config import GatewayConfig, Role
 from onemap_gateway.http.agents.tools import TOOLS, AgentTool, ToolResult, budget_limits, call_tool
@@ -34,12 +34,13 @@ INSTRUCTIONS = (
 
 
 class McpResponse(Response):
-    """Answers one request of an agent whose token has ``role``."""
+    """Answers one request of an agent whose token has ``role``; its body has been read."""
 
-    def __init__(self, gateway: GatewayContext, role: Role) -> None:
+    def __init__(self, gateway: GatewayContext, role: Role, message: bytes) -> None:
         super().__init__()
         self._gateway = gateway
         self._role = role
+        self._message = message
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """The ASGI interface."""
@@ -52,7 +53,16 @@ class McpResponse(Response):
         )
         manager = StreamableHTTPSessionManager(server, json_response=True, stateless=True)
         async with manager.run():
-            await manager.handle_request(scope, receive, send)
+            await manager.handle_request(scope, self._again(receive), send)
+
+    def _again(self, receive: Receive) -> Receive:
+        """What the SDK reads: the body once more, then whether the client left."""
+        body: list[Message] = [{"type": "http.request", "body": self._message}]
+
+        async def receive_again() -> Message:
+            return body.pop() if body else await receive()
+
+        return receive_again
 
     async def _list_tools(
         self, _context: ServerRequestContext[Any], _params: types.PaginatedRequestParams | None

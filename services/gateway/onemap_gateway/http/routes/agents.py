@@ -5,6 +5,7 @@ from __future__ import annotations
 from anyio import to_thread
 from fastapi import APIRouter, Request, Response
 
+from onemap_gateway.http.agents.message import check_message
 from onemap_gateway.http.context import GatewayContext, GatewayDep
 from onemap_gateway.http.problem_docs import problem_responses
 from onemap_gateway.http.problems import HttpProblem
@@ -22,9 +23,8 @@ router = APIRouter(tags=["agents"])
             "description": "A message of the Model Context Protocol.",
             "content": {"application/json": {"schema": {"type": "object"}}},
         },
-        400: {"description": "The body is no message of the protocol."},
         406: {"description": "The client does not accept application/json."},
-        **problem_responses(401, 501),
+        **problem_responses(400, 401, 501),
     },
 )
 async def serve_agent(gateway: GatewayDep, request: Request) -> Response:
@@ -40,8 +40,10 @@ async def serve_agent(gateway: GatewayDep, request: Request) -> Response:
             "Send a message of the Model Context Protocol with the header 'Content-Type: "
             "application/json'.",
         )
+    body = await request.body()
+    check_message(body)
     try:  # in a thread: the first import of the SDK takes a second
-        return await to_thread.run_sync(_response, gateway, request)
+        return await to_thread.run_sync(_response, gateway, request, body)
     except ModuleNotFoundError as missing:
         raise HttpProblem(
             "not_installed",
@@ -50,7 +52,7 @@ async def serve_agent(gateway: GatewayDep, request: Request) -> Response:
         ) from None
 
 
-def _response(gateway: GatewayContext, request: Request) -> Response:
+def _response(gateway: GatewayContext, request: Request, body: bytes) -> Response:
     from onemap_gateway.http.agents.server import McpResponse
 
-    return McpResponse(gateway, request.scope[ROLE])
+    return McpResponse(gateway, request.scope[ROLE], body)
