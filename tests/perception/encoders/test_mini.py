@@ -111,7 +111,14 @@ def test_without_the_sentence_encoder_an_unknown_word_is_refused(
 
 
 @pytest.mark.parametrize(
-    ("word", "name"), [("loo", "toilet"), ("telly", "television"), ("hob", "oven")]
+    ("word", "name"),
+    [
+        ("loo", "toilet"),
+        ("telly", "television"),
+        ("hob", "oven"),
+        ("basketball", "ball"),
+        ("drapery", "curtain"),
+    ],
 )
 def test_shipped_names_that_the_embedding_misplaces_are_aliases(
     encoder: Encoder, word: str, name: str
