@@ -17,6 +17,22 @@ from onemap_tools.bench.image_queries_command import image_queries
 from onemap_tools.bench.map_image_command import map_image
 from onemap_tools.bench.navigation.choices import Apartments, Errors, Features, Method, ObjectOrder
 from onemap_tools.bench.occupancy_command import occupancy
+from onemap_tools.bench.options import (
+    Beside,
+    FeaturesOption,
+    Frames,
+    Labels,
+    MethodOption,
+    ObjectsPerEpisode,
+    Order,
+    Parity,
+    Places,
+    ResultsFolder,
+    SceneOrRecording,
+    SceneOut,
+    SimulatedErrors,
+    Threads,
+)
 from onemap_tools.bench.pose_graph_command import pose_graph
 from onemap_tools.bench.query_command import app as query_app
 from onemap_tools.bench.rim_command import rim
@@ -61,34 +77,6 @@ class QueryStyles(str, Enum):
     TRAINING = "training"
     HELD_OUT = "held-out"
     BOTH = "both"
-
-
-FeaturesOption = Annotated[
-    Features, typer.Option(help="uncalibrated: simulated, with scores as CLIP's.")
-]
-SimulatedErrors = Annotated[
-    Errors, typer.Option(help="Of a real robot; jump: drift that loop closures set right.")
-]
-Beside = Annotated[
-    list[Path] | None,
-    typer.Option(help="Results of another method, or of other settings, to compare with."),
-]
-SceneOrRecording = Annotated[
-    Path,
-    typer.Argument(
-        exists=True,
-        help="A GLB, glTF, OBJ or PLY file; or a recording: a folder with frames.json, or an "
-        "MCAP file of 'onemap record' or of ROS 2.",
-    ),
-]
-Order = Annotated[ObjectOrder, typer.Option(help="Of the objects: as drawn, or the cheapest.")]
-Parity = Annotated[Apartments, typer.Option(help="Settings are chosen on even seeds.")]
-SceneOut = Annotated[
-    Path | None,
-    typer.Option(file_okay=False, help="Write a map for each name and scene.json here."),
-]
-Frames = Annotated[int, typer.Option(min=1, help="Frames to measure.")]
-Threads = Annotated[int, typer.Option(min=1, help="CPU threads of torch.")]
 
 
 @app.command()
@@ -269,13 +257,8 @@ def queries(
 def scene(
     *,
     path: SceneOrRecording,
-    labels: Annotated[
-        Path | None,
-        typer.Option(exists=True, dir_okay=False, help="YAML: a list of name, x, y, radius_m."),
-    ] = None,
-    places: Annotated[
-        int, typer.Option(min=1, max=100, help="From which a scene file is looked at.")
-    ] = 8,
+    labels: Labels = None,
+    places: Places = 8,
     every: Annotated[int, typer.Option(min=1, help="Map every Nth frame of a recording only.")] = 1,
     out: SceneOut = None,
     config: Config = None,
@@ -327,22 +310,18 @@ def scene(
 @app.command()
 def navigation(
     *,
-    method: Annotated[Method, typer.Option(help="Of searching.")] = Method.ONEMAP,
+    method: MethodOption = Method.ONEMAP,
     features: FeaturesOption = Features.SIMULATED,
     errors: SimulatedErrors = Errors.NONE,
     episodes: Annotated[int, typer.Option(min=1, help="Apartments, one episode in each.")] = 10,
     seed: Annotated[int, typer.Option(min=0, help="Of the first apartment.")] = 1,
     apartments: Parity = Apartments.ALL,
     style: Annotated[SearchStyle, typer.Option(help="Of the apartments.")] = SearchStyle.TRAINING,
-    objects_per_episode: Annotated[
-        int, typer.Option(min=1, max=10, help="Objects, one after the other.")
-    ] = 3,
+    objects_per_episode: ObjectsPerEpisode = 3,
     order: Order = ObjectOrder.GIVEN,
     limit: Annotated[float, typer.Option(min=1, help="Simulated seconds per object.")] = 300.0,
     workers: Annotated[int, typer.Option(min=1, help="Episodes at once, a core each.")] = 1,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder of the results; a killed run goes on there.")
-    ] = None,
+    out: ResultsFolder = None,
     beside: Beside = None,
     config: Config = None,
     as_json: Json = False,

@@ -11,27 +11,30 @@ from onemap_tools.bench.cli_errors import cli_errors
 from onemap_tools.cli.options import Config, Json
 from onemap_tools.cli.terminal import print_json
 
+Furnishings = Annotated[
+    int, typer.Option(min=1, max=20, help="Of each apartment; 3 show every shape.")
+]
+BesideFolder = Annotated[
+    Path | None,
+    typer.Option(
+        file_okay=False,
+        help="Also measure the model card's two sets; their pictures are kept in this folder.",
+    ),
+]
+PicturesFolder = Annotated[
+    Path | None,
+    typer.Option(file_okay=False, help="Write pictures to look at: every shape, every room."),
+]
 app = typer.Typer()
 
 
 @app.command()
 def foreign(
     *,
-    furnishings: Annotated[
-        int, typer.Option(min=1, max=20, help="Of each apartment; 3 show every shape.")
-    ] = 3,
+    furnishings: Furnishings = 3,
     pictures: Annotated[int, typer.Option(min=2, max=1000, help="Of each furnishing.")] = 30,
-    beside: Annotated[
-        Path | None,
-        typer.Option(
-            file_okay=False,
-            help="Also measure the model card's two sets; their pictures are kept in this folder.",
-        ),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(file_okay=False, help="Write pictures to look at: every shape, every room."),
-    ] = None,
+    beside: BesideFolder = None,
+    out: PicturesFolder = None,
     processes: Annotated[int, typer.Option(min=1, max=64, help="Processes that render.")] = 1,
     config: Config = None,
     as_json: Json = False,

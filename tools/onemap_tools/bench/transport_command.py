@@ -14,6 +14,15 @@ from onemap_tools.cli.terminal import print_json
 app = typer.Typer()
 
 Size = Annotated[str, typer.Option(help="Of the camera's image.")]
+Link = Annotated[
+    float, typer.Option(min=0, help="Mbit/s each way between perception and robot; 0: none.")
+]
+CongestionControl = Annotated[
+    str, typer.Option(help="Of TCP over the link, such as bbr or reno; default: the machine's.")
+]
+Streams = Annotated[
+    list[int] | None, typer.Option(min=1, max=64, help="Robots at once; may be repeated.")
+]
 
 
 class SettingName(str, Enum):
@@ -29,18 +38,12 @@ class SettingName(str, Enum):
 @app.command()
 def transport(
     *,
-    link: Annotated[
-        float, typer.Option(min=0, help="Mbit/s each way between perception and robot; 0: none.")
-    ] = 0.0,
+    link: Link = 0.0,
     delay: Annotated[float, typer.Option(min=0, help="Milliseconds each way.")] = 0.0,
     loss: Annotated[float, typer.Option(min=0, max=50, help="Percent of packets.")] = 0.0,
-    congestion_control: Annotated[
-        str, typer.Option(help="Of TCP over the link, such as bbr or reno; default: the machine's.")
-    ] = "",
+    congestion_control: CongestionControl = "",
     setting: Annotated[list[SettingName] | None, typer.Option(help="Default: all.")] = None,
-    streams: Annotated[
-        list[int] | None, typer.Option(min=1, max=64, help="Robots at once; may be repeated.")
-    ] = None,
+    streams: Streams = None,
     rate: Annotated[float, typer.Option(min=0.1, max=60, help="Frames per second.")] = 15.0,
     encode: Annotated[float, typer.Option(min=0, help="Milliseconds of perception a frame.")] = 30,
     size: Size = "320x240",

@@ -11,17 +11,20 @@ from onemap_tools.bench.cli_errors import cli_errors
 from onemap_tools.cli.options import Config, Json
 from onemap_tools.cli.terminal import print_json
 
+FinishedFile = Annotated[
+    Path | None,
+    typer.Option(dir_okay=False, help="File of finished apartments; a killed run goes on."),
+]
+Plot = Annotated[
+    Path | None, typer.Option(dir_okay=False, help="Write the reliability plot, a PNG.")
+]
+
 
 def verdicts(
     *,
     seeds: Annotated[str, typer.Option(help="Of the apartments: 900-919 or 900,901")] = "900-919",
-    out: Annotated[
-        Path | None,
-        typer.Option(dir_okay=False, help="File of finished apartments; a killed run goes on."),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(dir_okay=False, help="Write the reliability plot, a PNG.")
-    ] = None,
+    out: FinishedFile = None,
+    plot: Plot = None,
     config: Config = None,
     as_json: Json = False,
 ) -> None:

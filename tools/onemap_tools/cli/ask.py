@@ -12,6 +12,18 @@ from onemap_tools.errors import EXIT_FAILED, EXIT_OK
 from onemap_tools.processes.network import DEFAULT_URL
 
 PANEL = "Ask a running robot"
+Crop = Annotated[
+    Path | None, typer.Option(dir_okay=False, help="Instead: a crop of it, PNG or JPEG.")
+]
+Negatives = Annotated[
+    list[str] | None, typer.Option("--not", help="What it must not be; may be repeated.")
+]
+Area = Annotated[
+    str, typer.Option(help="Only there: x_min,y_min,x_max,y_max in metres of the map.")
+]
+Follow = Annotated[
+    bool, typer.Option("--follow", help="Again whenever the answer changes, until Ctrl-C.")
+]
 app = typer.Typer()
 
 
@@ -19,20 +31,11 @@ app = typer.Typer()
 def query(
     text: Annotated[list[str] | None, typer.Argument(help="An object in plain words.")] = None,
     *,
-    image: Annotated[
-        Path | None,
-        typer.Option(dir_okay=False, help="Instead: a crop of it, PNG or JPEG."),
-    ] = None,
+    image: Crop = None,
     regions: Annotated[int, typer.Option(min=1, max=100, help="How many places at most.")] = 5,
-    negative: Annotated[
-        list[str] | None, typer.Option("--not", help="What it must not be; may be repeated.")
-    ] = None,
-    area: Annotated[
-        str, typer.Option(help="Only there: x_min,y_min,x_max,y_max in metres of the map.")
-    ] = "",
-    follow: Annotated[
-        bool, typer.Option("--follow", help="Again whenever the answer changes, until Ctrl-C.")
-    ] = False,
+    negative: Negatives = None,
+    area: Area = "",
+    follow: Follow = False,
     url: Url = DEFAULT_URL,
     token: Token = "",
     as_json: Json = False,

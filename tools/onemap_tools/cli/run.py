@@ -48,6 +48,24 @@ Headless = Annotated[
         show_default=False,
     ),
 ]
+RunsFolder = Annotated[
+    Path, typer.Option(file_okay=False, help="Where the folder of the run is made.")
+]
+TimeLimit = Annotated[
+    float,
+    typer.Option(
+        min=1,
+        help="Seconds; then the search is cancelled. They begin anew when the mapper has compiled "
+        "its kernels, at the first start.",
+    ),
+]
+Robots = Annotated[
+    int, typer.Option(help="How many simulated robots, which share one map; two need 2 cores.")
+]
+Ros2 = Annotated[
+    bool,
+    typer.Option("--ros2", help="The robot speaks ROS 2's formats, through the adapter."),
+]
 app = typer.Typer()
 
 
@@ -59,25 +77,11 @@ def demo(
     objects: Objects = None,
     headless: Headless = None,
     port: PagePort = 0,
-    out: Annotated[
-        Path, typer.Option(file_okay=False, help="Where the folder of the run is made.")
-    ] = Path("runs"),
-    time_limit: Annotated[
-        float,
-        typer.Option(
-            min=1,
-            help="Seconds; then the search is cancelled. They begin anew when the mapper has "
-            "compiled its kernels, at the first start.",
-        ),
-    ] = 360.0,
+    out: RunsFolder = Path("runs"),
+    time_limit: TimeLimit = 360.0,
     film: Film = None,
-    robots: Annotated[
-        int, typer.Option(help="How many simulated robots, which share one map; two need 2 cores.")
-    ] = 1,
-    ros2: Annotated[
-        bool,
-        typer.Option("--ros2", help="The robot speaks ROS 2's formats, through the adapter."),
-    ] = False,
+    robots: Robots = 1,
+    ros2: Ros2 = False,
     as_json: Json = False,
 ) -> None:
     """Everything on this machine: a simulated robot searches for three objects.

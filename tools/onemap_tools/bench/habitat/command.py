@@ -9,6 +9,7 @@ import typer
 
 from onemap_tools.bench.habitat.choices import SuccessRule
 from onemap_tools.bench.navigation.choices import Method
+from onemap_tools.bench.options import MethodOption
 from onemap_tools.cli.options import Config, Json
 from onemap_tools.cli.terminal import print_json
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
@@ -28,7 +29,7 @@ def habitat(
         Path | None, typer.Option(help="ObjectNav of the same scenes, for multi-object episodes.")
     ] = None,
     count: Annotated[int | None, typer.Option(min=1, help="Only the first; default: all.")] = None,
-    method: Annotated[Method, typer.Option(help="Of searching.")] = Method.ONEMAP,
+    method: MethodOption = Method.ONEMAP,
     success: Annotated[
         SuccessRule, typer.Option(help="1.5 m from a box (paper), 0.1 m from a view point.")
     ] = SuccessRule.PAPER,
