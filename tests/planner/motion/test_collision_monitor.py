@@ -213,3 +213,20 @@ def pose_after(command: Velocity2d, pose: Pose2d, costmap: Costmap) -> Pose2d:
         velocity = checked(wanted, velocity, pose, costmap)
         pose = moved(pose, velocity, DT_S)
     return pose
+
+
+@pytest.mark.parametrize("own_m", [0.0, 0.1, 0.25], ids=["nothing", "its middle", "its body"])
+def test_no_wall_is_driven_into_because_the_map_shows_the_robot_itself(own_m: float) -> None:
+    """Another robot of the same map sees it, all the way, as an obstacle."""
+    room = drawn_map(*["." * 30] * 24, *["#" * 30] * 6)
+    cells = np.argwhere(np.ones(room.grid.shape, bool))
+    pose, velocity, ahead = Pose2d(0.8, 1.5, 0.0), STOP, Velocity2d(0.4, 0.0)
+    for _ in range(100):
+        occupancy = room.occupancy.copy()
+        away_m = np.hypot(*(room.grid.centres(cells) - pose.xy).T)
+        occupancy[tuple(cells[away_m < own_m].T)] = Occupancy.OCCUPIED
+        costmap = costmap_of(replace(room, occupancy=occupancy), pose.xy, SIZE)
+        wanted = limit_acceleration(ahead, velocity, DT_S, DRIVE)
+        velocity = checked(wanted, velocity, pose, costmap)
+        pose = moved(pose, velocity, DT_S)
+    assert pose.x_m + SIZE.radius_m == pytest.approx(2.4, abs=0.11)

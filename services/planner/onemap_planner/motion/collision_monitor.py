@@ -157,10 +157,10 @@ class _Surroundings:
         cells = grid.cells(np.array(pose.xy)) + offsets
         inside, centres = grid.contains(cells), grid.centres(cells)
         at = tuple(np.clip(cells, 0, np.array(grid.shape) - 1).T)
-        occupied = centres[inside & costmap.occupied[at]]
+        size, here = grid.cell_size_m, np.array([pose.xy])
+        occupied = _without_own(centres[inside & costmap.occupied[at]], here, size, radius_m)
         known = inside & (costmap.free | costmap.occupied | costmap.crossable)[at]
         unknown = centres[~known]
-        size, here = grid.cell_size_m, np.array([pose.xy])
         keep_m = max(radius_m - costmap.params.unknown_overlap_m - CORNER_M - SLACK_M, 0.0)
         here_m = float(_edge_distance(here, occupied, size)[0])
         return cls(
@@ -219,6 +219,22 @@ class _Surroundings:
         cells = np.clip(grid.cells(points), 0, np.array(grid.shape) - 1)
         on_way: Bool = self.costmap.returning[tuple(cells.T)]
         return on_way
+
+
+def _without_own(occupied: F64, here: F64, cell_size_m: float, radius_m: float) -> F64:
+    """Centres (N, 2) of occupied cells without those of the robot itself.
+
+    No obstacle reaches into the inner half of its disc. If the map has one there, it shows the
+    robot as another one saw it, or is wrong about this place. What is not in the disc then stops
+    the robot at its full radius: it must not come as near to a wall as it is to itself.
+    """
+    if len(occupied) == 0:
+        return occupied
+    away = _edge_distances(here, occupied, cell_size_m)[0]
+    if away.min() >= radius_m / 2:
+        return occupied
+    others: F64 = occupied[away >= radius_m - SLACK_M]
+    return others
 
 
 def _edge_distance(points: F64, centres: F64, cell_size_m: float) -> F64:
