@@ -8,7 +8,7 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_mapper.params import GridParams
+from onemap_mapper.grid_params import GridParams
 from onemap_mapper.tiles import AREA, NO_ROW, SIDE, MapTooLarge, TileIndex, TileLayer
 
 Cell = tuple[int, int]

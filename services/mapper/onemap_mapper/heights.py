@@ -15,9 +15,10 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
+from onemap_mapper.grid_params import GridParams
 from onemap_mapper.kernels import jit
 from onemap_mapper.kernels.height_sums import height_sums
-from onemap_mapper.params import GridParams, ProjectionParams
+from onemap_mapper.params import ProjectionParams
 from onemap_mapper.point_cloud import PointCloud
 from onemap_mapper.transfers import CPU
 from onemap_shared.geometry import F32, F64, I32, I64, Bool

@@ -16,9 +16,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from onemap_mapper.grid_params import GridParams
 from onemap_mapper.kernels import jit
 from onemap_mapper.kernels.tile_rows import tile_rows
-from onemap_mapper.params import GridParams
 from onemap_mapper.transfers import CPU, Index, to_device, to_host
 from onemap_shared.geometry import I64
 from onemap_shared.grid import GridSpec, GridTooLarge
