@@ -151,6 +151,26 @@ def test_a_tilted_camera_sees_the_same_room() -> None:
     assert state_at(belief, (1.05, 0.0), (0.5, 0.0)) == [Occupancy.OCCUPIED, Occupancy.FREE]
 
 
+@pytest.mark.parametrize("compiled", [True, False])
+def test_depth_more_uncertain_than_a_cell_neither_makes_nor_clears_obstacles(
+    compiled: bool,
+) -> None:
+    room = (Box((-9, -9, -1), (9, 9, 0)), Box((6, -9, 0), (7, 9, 3)))
+    depth = scenes.depth_of(room, scenes.pose(), CAMERA, SIZE)
+    cloud = PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=scenes.pose())
+    near, far = (
+        occupancy_update(cloud, scenes.params(depth_noise_m=noise_m, compiled=compiled))
+        for noise_m in (0.005, 0.0)
+    )
+    places = [(each.cells.numpy() + 0.5) * 0.1 for each in (near, far)]
+    for update, xy, reaches in zip((near, far), places, (False, True), strict=True):
+        voxels = update.evidence[:, :-1].numpy()
+        beyond = np.linalg.norm(xy, axis=1) > 4.6
+        assert (voxels[beyond] > 0).any() == reaches
+        assert (voxels[beyond] < 0).any() == reaches
+    assert np.linalg.norm(places[0][near.clear.numpy()], axis=1).max() > 5  # floor goes on
+
+
 def test_no_depth_gives_no_evidence() -> None:
     dark = np.zeros(SIZE, np.float32)
     cloud = PointCloud.of(dark, intrinsics=CAMERA, T_map_camera=scenes.pose())

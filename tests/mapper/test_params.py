@@ -24,6 +24,7 @@ def test_the_default_threshold_means_a_few_good_frames() -> None:
         {"obstacle_min_height_m": 1.3},
         {"floor_tolerance_m": 0.2},
         {"process_noise_per_s": -1},
+        {"depth_noise_m": -0.001},
         {"explored_variance": float("nan")},
         {"cellsize": 0.1},
         {"max_extent_m": 500},
@@ -44,3 +45,13 @@ def test_device_and_dtype_are_those_of_torch() -> None:
     params = MapParams(device="cuda:1", feature_dtype="float16")
     assert params.torch_device == torch.device("cuda:1")
     assert params.torch_dtype == torch.float16
+
+
+@pytest.mark.parametrize(
+    ("noise_m", "range_m"), [(0.005, 4.472), (0.0, 8.0), (0.001, 8.0), (0.02, 2.236)]
+)
+def test_obstacles_end_where_the_depth_is_as_uncertain_as_a_cell(
+    noise_m: float, range_m: float
+) -> None:
+    params = OccupancyParams(depth_noise_m=noise_m)
+    assert params.obstacle_range_m == pytest.approx(range_m, abs=1e-3)

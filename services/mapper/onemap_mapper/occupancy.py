@@ -114,7 +114,7 @@ def _compiled_update(cloud: PointCloud, params: OccupancyParams) -> OccupancyUpd
         EXACT_HEIGHT_M,
         params.obstacle_min_height_m,
         params.obstacle_max_height_m,
-        params.occupancy_range_m,
+        params.obstacle_range_m,
         params.floor_tolerance_m,
     )
     obstacles, low = obstacle_points(cloud.depth_m, cloud.planes_m, np.array(limits, np.float32))
@@ -144,7 +144,7 @@ def _obstacles(cloud: PointCloud, params: OccupancyParams) -> tuple[F32, F32]:
     depth_m, z = cloud.depth_m, cloud.points_m[..., 2]
     error = params.height_error_per_m * depth_m
     least = params.obstacle_min_height_m + np.where(depth_m > EXACT_HEIGHT_M, error, 0.0)
-    usable = (depth_m > 0) & (depth_m <= params.occupancy_range_m)
+    usable = (depth_m > 0) & (depth_m <= params.obstacle_range_m)
     high = usable & (z >= least) & (z < params.obstacle_max_height_m)
     low = usable & (z > params.floor_tolerance_m + error) & (z < least)
     return cloud.points_m[high], cloud.points_m[low]
@@ -221,9 +221,13 @@ def ray_samples(camera: F32, ends: F32, *, params: OccupancyParams) -> F32:
 
 
 def ray_distances_m(params: OccupancyParams) -> F32:
-    """Distances (k,) of a ray's samples from the camera, ascending."""
+    """Distances (k,) of a ray's samples from the camera, ascending.
+
+    No further than points are obstacles: there a ray beside a leg would clear what no point renews.
+    """
     step = RAY_STEP * params.cell_size_m
-    return np.arange(step, params.clearing_range_m, step, dtype=np.float32)
+    range_m = min(params.clearing_range_m, params.obstacle_range_m)
+    return np.arange(step, range_m, step, dtype=np.float32)
 
 
 def voxel_thickness_m(params: OccupancyParams) -> float:

@@ -6,6 +6,7 @@ in the mapper's section of the configuration.
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import Literal
 
 import torch
@@ -110,11 +111,20 @@ class OccupancyParams(GridParams):
     occupancy_range_m: float = Field(
         default=8.0, gt=0, le=50, description="m; further depth makes neither obstacle nor floor."
     )
+    depth_noise_m: float = Field(
+        default=0.0,
+        ge=0,
+        le=0.1,
+        description="m; standard deviation of the depth at 1 m, growing with its square, as a "
+        "stereo camera's. Where it exceeds a cell, depth neither makes nor clears obstacles: "
+        "0.005 beyond 4.5 m. 0: no such limit; searches were measured without one.",
+    )
     clearing_range_m: float = Field(
         default=5.0,
         gt=0,
         le=50,
-        description="m; rays clear obstacles up to here; a 3 cm table leg is still a pixel wide.",
+        description="m; rays clear obstacles up to here, as far as depth_noise_m allows. A 3 cm "
+        "table leg is still a pixel wide.",
     )
     occupancy_max_rows: int = Field(
         default=240,
@@ -123,6 +133,13 @@ class OccupancyParams(GridParams):
         description="Larger depth images are thinned to this height for the occupancy: at 240 a "
         "3 cm leg is still seen at 5 m, at a quarter of the time of 480.",
     )
+
+    @property
+    def obstacle_range_m(self) -> float:
+        """Depth up to which points are obstacles: its deviation is at most a cell, metres."""
+        if self.depth_noise_m == 0:
+            return self.occupancy_range_m
+        return min(self.occupancy_range_m, sqrt(self.cell_size_m / self.depth_noise_m))
 
     @model_validator(mode="after")
     def _heights_in_order(self) -> OccupancyParams:

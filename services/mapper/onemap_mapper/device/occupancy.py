@@ -77,7 +77,7 @@ def _obstacles(cloud: DeviceCloud, params: OccupancyParams) -> tuple[Tensor, Ten
     error = params.height_error_per_m * depth_m
     slack = torch.where(depth_m > EXACT_HEIGHT_M, error, 0.0)
     least = params.obstacle_min_height_m + slack
-    usable = (depth_m > 0) & (depth_m <= params.occupancy_range_m)
+    usable = (depth_m > 0) & (depth_m <= params.obstacle_range_m)
     high = usable & (z >= least) & (z < params.obstacle_max_height_m)
     low = usable & (z > params.floor_tolerance_m + error) & (z < least)
     return cloud.points(high), cloud.points(low)
