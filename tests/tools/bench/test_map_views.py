@@ -40,7 +40,7 @@ def test_the_table_has_a_line_for_each_kind_of_view(result: dict[str, Any]) -> N
 def test_the_floor_of_the_benchmark_is_seen_everywhere() -> None:
     belief = seen_floor(10, np.random.default_rng(0))
     assert np.count_nonzero(belief.occupancy_grid() == Occupancy.FREE) == 100**2
-    everything = Layer.OBSERVED | Layer.EXPLORED | Layer.SEARCHED
+    everything = Layer.OBSERVED | Layer.EXPLORED | Layer.SEARCHED | Layer.FLOOR_SEEN
     assert np.count_nonzero(belief.layers() == everything) == 100**2
 
 

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic_core import from_json
+from pydantic import TypeAdapter
 
 from onemap_gateway.http.problems import HttpProblem
 
+ANY_JSON: TypeAdapter[Any] = TypeAdapter(Any)
 WANTED = (
     'send one JSON-RPC request to /mcp, such as {"jsonrpc": "2.0", "id": 1, "method": "tools/list"}'
 )
@@ -19,7 +20,7 @@ WANTED = (
 def check_message(body: bytes) -> None:
     """HttpProblem unless the body is one JSON-RPC request or notification."""
     try:
-        message = from_json(body)
+        message = ANY_JSON.validate_json(body)
     except ValueError as problem:
         raise HttpProblem("not_json", f"The body is not valid JSON; {WANTED}.") from problem
     if fault := _fault(message):
