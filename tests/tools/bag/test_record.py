@@ -6,9 +6,11 @@ import json
 import os
 import shutil
 import signal
+import time
 from collections import namedtuple
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,8 @@ from onemap_tools.bag import record as module
 from onemap_tools.bag.bag_file import BagError, BagWriter
 from onemap_tools.cli.app import app
 from onemap_tools.errors import EXIT_USAGE_ERROR
+from tests.gateway import fakes
+from tests.mapper import scenes
 from tests.tools.bag.bags import RecordedRobot
 from tests.tools.cli.commands import error_of
 
@@ -88,6 +92,27 @@ def test_ctrl_c_ends_a_recording(
     assert len(last(shown)["metadata"]["onemap"]["configuration_sha256"]) == 64
     path.write_bytes(path.read_bytes()[:-9])
     assert RUNNER.invoke(app, ["bag", "info", str(path)]).exit_code == 1
+
+
+def test_features_that_come_after_their_revision_are_waited_for(
+    robot: RecordedRobot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They travel apart: of the last frame, the map's revision arrives first."""
+    late = replace(scenes.field(0, scenes.pose(0.0, 0.0, 0.0)), stamp_ns=fakes.STAMP_NS)
+    waited: list[float] = []
+
+    def wait(seconds: float) -> None:
+        waited.append(seconds)
+        robot.bus.publish(keys.FIELD).put(late)
+
+    monkeypatch.setattr(time, "sleep", wait)
+    at_a_sync(
+        monkeypatch, lambda: robot.bus.publish(keys.MAP_REVISION).put(fakes.revision(1)), stop
+    )
+    result = recorded(tmp_path / "a.mcap")
+    assert result.exit_code == 0
+    assert len(waited) == 1
+    assert last(result)["messages"]["perception/field/v1"] == 1
 
 
 def test_it_ends_after_its_time(robot: RecordedRobot, tmp_path: Path) -> None:

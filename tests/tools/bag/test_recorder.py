@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,9 +22,12 @@ from onemap_shared.messages import (
     SimilarityRequest,
     TextEmbeddings,
 )
+from onemap_shared.transport import Counters, Subscription
 from onemap_tools.bag.bag_file import BagMessage, BagReader
 from onemap_tools.bag.recorded_topics import FRAMES_HELD
+from onemap_tools.bag.recorder import BagRecorder, subscribed
 from tests.gateway import fakes
+from tests.mapper import scenes
 from tests.tools.bag.bags import RecordedRobot, embedded
 
 
@@ -49,6 +55,55 @@ def test_what_was_consumed_is_in_the_bag(robot: RecordedRobot) -> None:
     assert digest.decode(MapDigest).frames_fused == 3
     assert robot.recorder.recorded["robot/rgbd/v1"] == 3
     assert robot.recorder.missed == {}
+
+
+def stamps(path: Path, key: str, message: type[FeatureField] | type[MapRevision]) -> set[int]:
+    return {each.decode(message).stamp_ns for each in on(path, key)}
+
+
+class Emptied:
+    """A subscription; something happens once all that it holds is taken."""
+
+    def __init__(self, wrapped: Subscription[Any], then: Callable[[], None]) -> None:
+        self._wrapped = wrapped
+        self._then = [then]
+
+    def take(self, timeout_s: float) -> Any:
+        message = self._wrapped.take(timeout_s)
+        if message is None and self._then:
+            self._then.pop()()
+        return message
+
+    @property
+    def counters(self) -> Counters:
+        return self._wrapped.counters
+
+
+def test_no_revision_is_recorded_without_its_features(robot: RecordedRobot) -> None:
+    """The last frame arrives and is fused while the recorder goes from topic to topic."""
+    bus = robot.router.bus("recorder")
+    streams = [
+        (topic, Emptied(stream, lambda: robot.see(1)) if topic is keys.FIELD else stream)
+        for topic, stream in subscribed(bus, images=True)
+    ]
+    robot.recorder = BagRecorder(bus, streams, robot.writer)
+    robot.see(0)
+    path = robot.end()
+    fused = stamps(path, "map/revision/v1", MapRevision)
+    assert fused
+    assert fused <= stamps(path, "perception/field/v1", FeatureField)
+
+
+def test_a_recording_is_whole_with_the_features_of_its_map(robot: RecordedRobot) -> None:
+    whole = [robot.recorder.whole]
+    robot.bus.publish(keys.MAP_REVISION).put(fakes.revision(1))
+    robot.update(digest=False)
+    whole.append(robot.recorder.whole)
+    late = replace(scenes.field(0, scenes.pose(0.0, 0.0, 0.0)), stamp_ns=fakes.STAMP_NS)
+    robot.bus.publish(keys.FIELD).put(late)
+    robot.update(digest=False)
+    whole.append(robot.recorder.whole)
+    assert whole == [True, False, True]
 
 
 def test_images_can_be_left_out(tmp_path: Path) -> None:

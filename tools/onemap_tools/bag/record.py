@@ -29,6 +29,7 @@ from onemap_tools.processes.session import temporary_session
 CONNECT_S = 5.0
 SETTLE_S = 2.0  # for the first features; a robot that sends none may still be recorded
 UPDATE_S = 0.05
+LATE_S = 1.0  # for features that arrive after the revision of the map that fused them
 SYNC_S = 1.0  # what a killed recorder loses at most, and how often the disk is looked at
 DIGEST_S = 10.0  # the mapper computes it while it does not fuse: seldom
 MEGABYTE = 10**6
@@ -88,14 +89,23 @@ def _run(recorder: BagRecorder, writer: BagWriter, options: RecordOptions, stop:
                 if problem := _disk_problem(options):
                     writer.close({"ended": problem, "missed": json.dumps(recorder.missed)})
                     return problem
-        recorder.update(time.time_ns())
-        recorder.digest(time.time_ns())
-        recorder.snapshot(time.time_ns())
+        _finish(recorder)
         writer.close({"ended": "stopped", "missed": json.dumps(recorder.missed)})
     except BagError as problem:
         sentence = str(problem)
         return f"{sentence[0].upper()}{sentence[1:]}."
     return ""
+
+
+def _finish(recorder: BagRecorder) -> None:
+    """Record what is still on its way: a revision and its features travel apart."""
+    recorder.update(time.time_ns())
+    late_s = time.monotonic() + LATE_S
+    while not recorder.whole and time.monotonic() < late_s:
+        time.sleep(UPDATE_S)
+        recorder.update(time.time_ns())
+    recorder.digest(time.time_ns())
+    recorder.snapshot(time.time_ns())
 
 
 def _disk_problem(options: RecordOptions) -> str:

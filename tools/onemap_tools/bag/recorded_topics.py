@@ -19,10 +19,11 @@ FIELDS, FRAMES, REVISIONS = keys.FIELD, keys.ROBOT_RGBD, keys.MAP_REVISION
 QUERIES = keys.MAP_QUERIES
 POSE_GRAPHS = keys.ROBOT_POSE_GRAPH
 IMAGES: tuple[tuple[Topic[Any], int], ...] = ((FRAMES, FRAMES_HELD),)
-# A map's revision names the frame that it fused, so that the frames are taken first.
+# A map's revision names the frame that it fused: taken before the features, it is never
+# recorded without a frame that was there when it was.
 OTHERS: tuple[tuple[Topic[Any], int], ...] = (
-    (FIELDS, FRAMES_HELD),
     (REVISIONS, QUEUE),
+    (FIELDS, FRAMES_HELD),
     (QUERIES, QUEUE),
     (keys.ROBOT_ODOMETRY, QUEUE),
     (POSE_GRAPHS, 1),

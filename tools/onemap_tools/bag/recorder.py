@@ -10,7 +10,9 @@ from onemap_shared import keys
 from onemap_shared.keys import Procedure, Topic
 from onemap_shared.messages import (
     AnsweredQuery,
+    FeatureField,
     MapDigestRequest,
+    MapRevision,
     SearchStatus,
     SearchViewRequest,
     TextRequest,
@@ -36,6 +38,8 @@ class BagRecorder:
     problems: why services did not answer, by key; the last of each.
     """
 
+    _fused_ns = _field_ns = 0  # newest stamp that a revision names, and that a field has
+
     def __init__(self, bus: Bus, streams: Streams, writer: BagWriter) -> None:
         self._bus = bus
         self._streams = streams
@@ -50,11 +54,23 @@ class BagRecorder:
         for topic, subscription in self._streams:
             while (message := subscription.take(0.0)) is not None:
                 self._write(key_of(topic, message), message, now_ns)
-                if isinstance(message, SearchStatus):
-                    self._target = message.target
-                    self._embed(message.objects, now_ns)
-                elif isinstance(message, AnsweredQuery):
-                    self._embed(message.texts, now_ns)
+                self._note(message, now_ns)
+
+    def _note(self, message: object, now_ns: int) -> None:
+        if isinstance(message, SearchStatus):
+            self._target = message.target
+            self._embed(message.objects, now_ns)
+        elif isinstance(message, AnsweredQuery):
+            self._embed(message.texts, now_ns)
+        elif isinstance(message, MapRevision):
+            self._fused_ns = message.stamp_ns
+        elif isinstance(message, FeatureField):
+            self._field_ns = message.stamp_ns
+
+    @property
+    def whole(self) -> bool:
+        """Whether the features of the newest recorded revision are recorded too."""
+        return self._field_ns >= self._fused_ns
 
     def digest(self, now_ns: int) -> None:
         """Write the digest of the map, if the mapper answers."""
