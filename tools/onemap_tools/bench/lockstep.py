@@ -53,6 +53,7 @@ from onemap_simulator.scene.scene import Scene
 from onemap_tools.bench.lockstep_views import LockstepViews
 from onemap_tools.bench.search_method import ONEMAP, SearchMethod, ValueMap
 from onemap_tools.bench.simulated_robot import SearchEnd, SimulatedRobot
+from onemap_tools.bench.simulated_stamps import seconds_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +160,7 @@ class LockstepSimulation:
         self._clock = SimulatedClock()
         self._controller = VelocityController()
         self._motion_plan: Plan | None = None
-        self._odometer_m = 0.0
+        self._odometer_m = self._seen_s = 0.0  # seen_s: when the newest frame in the map was taken
         self._detections: list[Detections] = []
         self._reset_for: tuple[str, int] | None = None
         self.ends: list[SearchEnd] = []  # of a simulated robot: one for each result of the search
@@ -211,7 +212,8 @@ class LockstepSimulation:
             self._plan(state, pose)
         active = self.state is not None and self.state.search.active
         search_id = state.search.search_id if active else ""
-        inputs = ControllerInputs(clock.now_s, search_id, pose, "")
+        age_s = max(clock.now_s - self._seen_s, 1.0 / simulator.rgbd_hz)
+        inputs = ControllerInputs(clock.now_s, search_id, pose, "", map_age_s=age_s)
         self._controller, _ = self._controller.update(
             self._motion_plan,
             inputs,
@@ -234,6 +236,7 @@ class LockstepSimulation:
         if self._map_of != search.index:
             self._begin_object(search.index)
         self.belief.fuse(compute_update(field, self.belief.params), robot=self._number)
+        self._seen_s = seconds_of(frame.stamp_ns)
         if not search.target:
             return
         target = make_target(self._perception.encoder, search.target, search.objects)

@@ -13,6 +13,7 @@ from onemap_simulator.physics.people import Bystanders
 from onemap_simulator.rendering.renderer import Renderer
 from onemap_simulator.rendering.rgbd_camera import SceneRenderer
 from onemap_simulator.scene.scene import Scene
+from onemap_tools.bench.simulated_stamps import stamp_of
 
 COMMAND_VALID_S = 0.3  # as ``VelocityCommand`` has it by default
 
@@ -111,7 +112,7 @@ class SimulatedRobot:
         self._truths[self._frames] = FrameTruth(T_map_camera, people)
         return RgbdFrame(
             self._frames,
-            int((now_s + 1.0) * 1e9),  # 0 would mean that the map is empty
+            stamp_of(now_s),
             image.rgb,
             image.depth_mm,
             self._camera.intrinsics,

@@ -16,6 +16,7 @@ from onemap_shared.transport import Subscription
 from onemap_tools.bench.habitat.params import HabitatRobotParams
 from onemap_tools.bench.habitat.robot import HabitatRobot
 from onemap_tools.bench.habitat.world import World
+from onemap_tools.bench.simulated_stamps import stamp_of
 
 M = TypeVar("M")
 
@@ -31,7 +32,7 @@ class LockstepHabitatRobot:
         self._frames = bus.subscribe(ROBOT_RGBD)
         self._robot = HabitatRobot(router.bus(), world, params, now_s=0.0)
         self._sequence = 0
-        self._robot.publish_odometry(stamp_ns(0.0))
+        self._robot.publish_odometry(stamp_of(0.0))
         self._last = _received(self._odometry)
 
     @property
@@ -64,10 +65,10 @@ class LockstepHabitatRobot:
         """Send a command at ``before_s`` and drive until ``now_s``."""
         self._sequence += 1
         linear, angular = command.linear_mps, command.angular_radps
-        self._commands.put(VelocityCommand(self._sequence, stamp_ns(before_s), linear, angular))
-        self._robot.obey(self._robot.received(), before_s, stamp_ns(before_s))
+        self._commands.put(VelocityCommand(self._sequence, stamp_of(before_s), linear, angular))
+        self._robot.obey(self._robot.received(), before_s, stamp_of(before_s))
         self._robot.advance(now_s)
-        self._robot.publish_odometry(stamp_ns(now_s))
+        self._robot.publish_odometry(stamp_of(now_s))
         self._last = _received(self._odometry)
 
     def odometry(self) -> F64:
@@ -76,13 +77,8 @@ class LockstepHabitatRobot:
 
     def frame(self, now_s: float) -> RgbdFrame:
         """The camera's frame at ``now_s``."""
-        self._robot.publish_frame(stamp_ns(now_s))
+        self._robot.publish_frame(stamp_of(now_s))
         return _received(self._frames)
-
-
-def stamp_ns(now_s: float) -> int:
-    """Simulated seconds as a stamp; 0 would mean that the map is empty."""
-    return int((now_s + 1.0) * 1e9)
 
 
 def _received(subscription: Subscription[M]) -> M:
