@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from onemap_planner.config import PlannerConfig
-from onemap_planner.motion.pure_pursuit import DriveParams
+from onemap_planner.motion.pure_pursuit import DriveParams, speed_on_map_mps
 from onemap_planner.search.events import Cancelled, EventStamp
 from onemap_planner.search.phases import Destination, Finished
 from onemap_planner.search.state_machine import transition
 from onemap_shared.geometry import Velocity2d
 from onemap_shared.messages import SearchKind, SearchState
 from onemap_simulator.config import SimulatorConfig
+from onemap_simulator.errors.frame_link import FrameLinkParams
 from onemap_simulator.generation.apartment import generate_apartment
 from onemap_simulator.generation.style import STYLES
 from onemap_simulator.physics.collision import CollisionMap
@@ -99,6 +100,18 @@ def test_a_holonomic_robot_finds_the_sofa_and_drives_sideways_on_the_way() -> No
     assert (robot.contacts, robot.edges_crossed) == (0, 0)
     sideways = [abs(command.lateral_mps) for command in robot.commands]
     assert 0.1 < max(sideways) <= drive.max_lateral_mps
+
+
+@pytest.mark.slow
+def test_on_a_map_of_late_frames_the_robot_is_slow() -> None:
+    link = FrameLinkParams(min_delay_s=1.4, max_delay_s=1.4)
+    config = SystemConfig(simulator=SimulatorConfig(seed=2, frame_link=link))
+    robot = RecordedRobot(generate_apartment(2), config.simulator)
+    simulation = LockstepSimulation(robot, config, PerceptionPipeline(config.perception))
+    simulation.search(("sofa",), 30.0)
+    fastest_mps = max(command.speed_mps for command in robot.commands)
+    allowed_mps = speed_on_map_mps(1.4, config.planner.drive)
+    assert 0.8 * allowed_mps < fastest_mps <= allowed_mps < config.planner.drive.max_linear_mps
 
 
 def stopping(simulation: LockstepSimulation, robot: SimulatedRobot) -> tuple[float, float, float]:
