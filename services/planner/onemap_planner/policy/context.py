@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, smooth_path
+from onemap_planner.world.appeared import Appeared
 from onemap_planner.world.costmap import (
     Costmap,
     CostmapParams,
     build_costmap,
     distance_cells,
+    with_appeared,
     with_gaps,
 )
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
@@ -26,7 +28,8 @@ SURROUNDINGS_M = 1.0  # radius of the circle of `known_fraction_around`
 class PlanningContext:
     """What the map offers from the pose of the robot; params: those of the costmap.
 
-    whole: whether all of the known map is in it, or the part around the way to the goal only.
+    whole: whether all of the known map is in it, or the part around the way to the goal only;
+    appeared: what has just appeared on it.
     """
 
     pose: Pose2d
@@ -35,6 +38,7 @@ class PlanningContext:
     cost_to_go: CostToGo
     params: CostmapParams
     whole: bool = True
+    appeared: Appeared = field(default_factory=Appeared)
 
     def drive_to(self, viewpoint_xy: tuple[float, float], look_xy: tuple[float, float]) -> Drive:
         """The smoothed optimal path to a reachable point (metres), facing ``look_xy`` there."""
@@ -91,6 +95,13 @@ def build_context(
     )
     cost_to_go = _cost_to_go(costmap, pose)
     return PlanningContext(pose, map_view, costmap, cost_to_go, params, window_xy is None)
+
+
+def with_change(context: PlanningContext, before: Appeared, seen_s: float) -> PlanningContext:
+    """The context that knows what has appeared since the view ``before`` it, of ``seen_s``."""
+    appeared = before.after(context.map_view, np.asarray(context.pose.xy), seen_s)
+    costmap = with_appeared(context.costmap, appeared.xy)
+    return replace(context, costmap=costmap, appeared=appeared)
 
 
 def across_gaps(context: PlanningContext) -> PlanningContext:

@@ -13,6 +13,7 @@ from onemap_planner.policy.dead_ends import DeadEnd
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind, LeftGoal
 from onemap_planner.policy.order_params import OrderMemory
 from onemap_planner.search.phases import Search
+from onemap_planner.world.appeared import Appeared
 from onemap_planner.world.candidates import ConsensusParams, ObjectCandidate
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import PlanningView, WorldCells
@@ -102,7 +103,7 @@ class PlannerState:
     stale, None while they are fresh; both of the planner's monotonic clock. dead_ends: the
     blacklisted places with what was around them. other_targets: what
     is known of objects, by their indices, that wait while others are sought; order_memory: where
-    they may be.
+    they may be. appeared: what has just appeared on the map.
     """
 
     search: Search
@@ -122,6 +123,7 @@ class PlannerState:
     dead_ends: tuple[DeadEnd, ...] = ()
     other_targets: tuple[tuple[int, TargetState], ...] = ()
     order_memory: OrderMemory = field(default_factory=OrderMemory)
+    appeared: Appeared = field(default_factory=Appeared)
 
     @property
     def obstacles_xy(self) -> F64:

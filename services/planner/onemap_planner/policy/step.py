@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from onemap_planner.motion.motions import Motion, Pose2d, Rest, Reverse, Rotate
 from onemap_planner.policy.competition import with_found_object
-from onemap_planner.policy.context import PlanningContext, across_gaps, build_context
+from onemap_planner.policy.context import PlanningContext, across_gaps, build_context, with_change
 from onemap_planner.policy.drive_to_place import drive_to_place
 from onemap_planner.policy.evidence import update_candidates
 from onemap_planner.policy.explore import explore, select_candidate, with_candidate_choice
@@ -91,6 +91,7 @@ def step(
     )
     if not context.whole and not can_follow(state, context):
         context = _context(state, observation.pose, observation.view, params, None)
+    state = replace(state, appeared=context.appeared)
     state = _take_in_map(state, observation, context, params)
     turned_rad = max(0.0, wrap_angle(observation.pose.yaw_rad - before.yaw_rad))
     state, decision, events = _run_phase(state, context, turned_rad, params, exploration)
@@ -123,6 +124,7 @@ def _context(
         params=params.costmap,
         window_xy=window_xy,
     )
+    context = with_change(context, state.appeared, view.stamp_ns * 1e-9)
     return across_gaps(context) if state.crosses_gaps else context
 
 

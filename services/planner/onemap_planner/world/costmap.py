@@ -103,8 +103,8 @@ class Costmap:
     the nearest obstacle's edge, infinity without obstacles; trail_distance_m float32: to where
     the robot's centre has been; returning bool: the robot's way until a metre ago, which it may
     drive back slowly; crossable bool: unknown cells that a path may enter all the same, slowly;
-    unseen bool: neither occupied nor floor that a camera saw or the robot drove over. params: the
-    robot's size.
+    unseen bool: neither occupied nor floor that a camera saw or the robot drove over; appeared
+    bool: occupied since a moment ago, by somebody who may come nearer. params: the robot's size.
     """
 
     grid: GridSpec
@@ -117,6 +117,7 @@ class Costmap:
     returning: Bool
     crossable: Bool
     unseen: Bool
+    appeared: Bool
     params: CostmapParams
 
     @property
@@ -168,8 +169,14 @@ def build_costmap(
         returning=_beside(grid, earlier_xy) & wide_enough,
         crossable=(cost > 0) & ~free & ~occupied,
         unseen=unseen,
+        appeared=np.zeros(grid.shape, bool),
         params=params,
     )
+
+
+def with_appeared(costmap: Costmap, points_xy: F64) -> Costmap:
+    """The costmap that knows where something has appeared: points (N, 2), metres."""
+    return replace(costmap, appeared=costmap.occupied & _mark(costmap.grid, points_xy))
 
 
 def with_gaps(costmap: Costmap, reached: Bool) -> Costmap:

@@ -1,0 +1,64 @@
+"""What has just appeared where the floor was free."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from onemap_planner.world.appeared import AROUND_M, LASTS_S, Appeared
+from onemap_planner.world.map_view import MapView
+from onemap_shared.geometry import F64
+from onemap_shared.grid import GridSpec
+from tests.planner.drawn_maps import CELL_M, drawn_map
+
+ROBOT = np.array([0.25, 0.25])
+FREE = drawn_map(*["....."] * 5)
+STANDS = drawn_map(".....", "...#.", "...#.", ".....", ".....")
+PLACES = [[0.15, 0.35], [0.25, 0.35]]  # of what stands there, metres
+
+
+def seen(*views: MapView, robot_xy: F64 = ROBOT, period_s: float = 0.25) -> Appeared:
+    """What has appeared after these views, one a period."""
+    appeared = Appeared()
+    for number, view in enumerate(views):
+        appeared = appeared.after(view, robot_xy, number * period_s)
+    return appeared
+
+
+def test_what_stands_where_the_floor_was_free_has_appeared() -> None:
+    assert seen(FREE, STANDS).xy == pytest.approx(np.array(PLACES))
+    assert len(seen(STANDS).xy) == 0  # a wall that comes into view
+    assert len(seen(drawn_map(*["     "] * 5), STANDS).xy) == 0
+    assert len(seen(drawn_map(*["aaaaa"] * 5), STANDS).xy) == 0  # no camera saw the floor there
+
+
+def test_it_counts_until_it_has_stood_for_a_while() -> None:
+    views = (FREE, *[STANDS] * 6)
+    counts = [len(seen(*views[: n + 1]).xy) for n in range(len(views))]
+    lasting = round(LASTS_S / 0.25) + 1
+    assert counts == [0, *[2] * lasting, *[0] * (len(views) - 1 - lasting)]
+
+
+def test_who_walks_on_is_no_longer_where_they_were() -> None:
+    onwards = drawn_map(".....", ".....", ".....", "...#.", "...#.")
+    assert seen(FREE, STANDS, onwards).xy[:, 0] == pytest.approx([0.35, 0.45])
+
+
+def test_windows_of_the_map_need_not_be_the_same() -> None:
+    """The map grows to lower cells, and the robot moves."""
+    grown = GridSpec(CELL_M, (-3, -3), (8, 8))
+    occupancy = np.zeros(grown.shape, np.uint8)
+    occupancy[3:, 3:] = STANDS.occupancy
+    later = replace(STANDS, grid=grown, occupancy=occupancy, assumed=np.zeros(grown.shape, bool))
+    before = Appeared().after(FREE, ROBOT, 0.0)
+    assert before.after(later, ROBOT - 0.1, 0.25).xy == pytest.approx(np.array(PLACES))
+    far = before.after(later, ROBOT + 3 * AROUND_M, 0.25)
+    assert len(far.xy) == 0
+    assert len(far.after(STANDS, ROBOT, 0.5).xy) == 0
+
+
+def test_without_a_new_frame_nothing_has_been_seen_to_stand() -> None:
+    """Frames that are lost do not make somebody who walks a piece of furniture."""
+    assert len(seen(FREE, *[STANDS] * 20, period_s=0.0).xy) == 2
