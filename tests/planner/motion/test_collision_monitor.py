@@ -14,12 +14,14 @@ from hypothesis.extra.numpy import arrays
 from onemap_planner.motion.collision_monitor import (
     CORNER_M,
     SLACK_M,
+    ControlTimes,
     monitored,
     stopping_path,
 )
+from onemap_planner.motion.edge_distances import edge_distance
 from onemap_planner.motion.motions import STOP, Pose2d, moved
 from onemap_planner.motion.pure_pursuit import DriveParams, limit_acceleration
-from onemap_planner.world.costmap import Costmap
+from onemap_planner.world.costmap import Costmap, with_appeared
 from onemap_shared.geometry import F64, Bool, Velocity2d
 from onemap_shared.messages import Occupancy
 from tests.planner.drawn_maps import CELL_M, PARAMS, costmap_of, drawn_map
@@ -41,7 +43,7 @@ def checked(
     costmap: Costmap,
     params: DriveParams = DRIVE,
 ) -> Velocity2d:
-    return monitored(command, before, pose, costmap, params, dt_s=DT_S)
+    return monitored(command, before, pose, costmap, params, times=ControlTimes(DT_S))
 
 
 def touches(points: F64, cells: Bool, radius_m: float) -> bool:
@@ -230,3 +232,50 @@ def test_no_wall_is_driven_into_because_the_map_shows_the_robot_itself(own_m: fl
         velocity = checked(wanted, velocity, pose, costmap)
         pose = moved(pose, velocity, DT_S)
     assert pose.x_m + SIZE.radius_m == pytest.approx(2.4, abs=0.11)
+
+
+def hall_with_somebody(at_m: float) -> Costmap:
+    """Free floor with the front of somebody, three cells, who has appeared at x = at_m."""
+    map_view = replace(OPEN, occupancy=OPEN.occupancy.copy())
+    map_view.occupancy[round(at_m / CELL_M), 24:27] = Occupancy.OCCUPIED
+    cells = np.argwhere(map_view.occupancy == Occupancy.OCCUPIED)
+    return with_appeared(costmap_of(map_view, (2.5, 2.5), SIZE), map_view.grid.centres(cells))
+
+
+@given(st.floats(2.9, 4.5), speeds | vectors, headings, st.floats(0.0, 0.5))
+@settings(deadline=None, max_examples=60)
+def test_whoever_walks_up_to_it_does_not_meet_it_coming_nearer(
+    at_m: float, command: Velocity2d, yaw_rad: float, map_age_s: float
+) -> None:
+    """As far as they can come from where the map saw them, while no other frame arrives."""
+    costmap = hall_with_somebody(at_m)
+    centres = costmap.grid.centres(np.argwhere(costmap.appeared))
+    pose, velocity = Pose2d(2.5, 2.5, yaw_rad), STOP
+    away_m = float(edge_distance(np.array([pose.xy]), centres, CELL_M)[0])
+    for step in range(40):
+        seen_s = map_age_s + step * DT_S
+        wanted = limit_acceleration(command, velocity, DT_S, HOLONOMIC)
+        times = ControlTimes(DT_S, seen_s)
+        velocity = monitored(wanted, velocity, pose, costmap, HOLONOMIC, times=times)
+        pose = moved(pose, velocity, DT_S)
+        before_m, away_m = away_m, float(edge_distance(np.array([pose.xy]), centres, CELL_M)[0])
+        come_m = HOLONOMIC.walker_mps * (seen_s + DT_S)
+        assert away_m >= min(SIZE.radius_m + come_m, before_m) - 0.01
+
+
+def test_who_is_near_does_not_hold_it_there() -> None:
+    costmap, pose = hall_with_somebody(2.9), Pose2d(2.5, 2.5, 0.0)
+    times = ControlTimes(DT_S, 0.25)
+    forwards, turning = Velocity2d(0.05, 0.0), Velocity2d(0.0, 0.1)
+    backwards = Velocity2d(-0.05, 0.0)
+    assert monitored(forwards, STOP, pose, costmap, DRIVE, times=times) == STOP
+    assert monitored(backwards, STOP, pose, costmap, DRIVE, times=times) == backwards
+    assert monitored(turning, STOP, pose, costmap, DRIVE, times=times) == turning
+
+
+def test_nobody_walks_where_the_configuration_says_so() -> None:
+    costmap, pose = hall_with_somebody(3.0), Pose2d(2.5, 2.5, 0.0)
+    params = DRIVE.model_copy(update={"walker_mps": 0.0})
+    forwards, times = Velocity2d(0.05, 0.0), ControlTimes(DT_S, 0.25)
+    assert monitored(forwards, STOP, pose, costmap, DRIVE, times=times) == STOP
+    assert monitored(forwards, STOP, pose, costmap, params, times=times) == forwards

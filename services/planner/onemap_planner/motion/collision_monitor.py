@@ -3,8 +3,9 @@
 Each command is checked against the newest costmap, forwards and backwards: the path of the
 robot's disc while the command acts for ``reaction_s`` and the robot then brakes as hard as its
 limits allow. The disc may touch no occupied cell and reach over unknown ones only by
-``unknown_overlap_m``, at the speed of a harmless touch where it comes over them anew. A robot that
-already does may move so that it does not get worse.
+``unknown_overlap_m``, at the speed of a harmless touch where it comes over them anew. It may not be
+where somebody who has just appeared can have come by then. A robot that already does, or is, may
+move so that it does not get worse.
 """
 
 from __future__ import annotations
@@ -14,8 +15,10 @@ from enum import Enum
 
 import numpy as np
 
+from onemap_planner.motion.edge_distances import edge_distance, edge_distances
 from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.motion.pure_pursuit import DriveParams, limit_acceleration
+from onemap_planner.motion.walkers import Walkers
 from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, Bool, Velocity2d
 
@@ -60,6 +63,14 @@ def action_of(wanted: Velocity2d, command: Velocity2d) -> MonitorAction:
     return MonitorAction.SLOWED if command.speed_mps != 0.0 else MonitorAction.STOPPED
 
 
+@dataclass(frozen=True, slots=True)
+class ControlTimes:
+    """Seconds since the last command, and of age of what the costmap shows."""
+
+    dt_s: float
+    map_age_s: float = 0.0
+
+
 def monitored(
     command: Velocity2d,
     previous: Velocity2d,
@@ -67,29 +78,32 @@ def monitored(
     costmap: Costmap,
     params: DriveParams,
     *,
-    dt_s: float,
+    times: ControlTimes,
 ) -> Velocity2d:
     """The command, or the fastest one on its arc from which the robot can stop in time.
 
-    previous: the velocity that the robot has, ``dt_s`` before the command. If no speed is safe the
-    robot turns in place, and if it drives too fast for that it brakes on its arc.
+    previous: the velocity that the robot has. If no speed is safe the robot turns in place, and if
+    it drives too fast for that it brakes on its arc.
     """
     if previous.speed_mps == command.speed_mps == 0.0:
         return command
     surroundings = _Surroundings.of(pose, costmap, _reach_m(command, previous, params))
+    walkers = Walkers.of(pose, costmap, params, times.map_age_s)
     v, w, left = command.linear_mps, command.angular_radps, command.lateral_mps
     parts = (*FRACTIONS, min(params.unseen_mps / max(command.speed_mps, params.unseen_mps), 1.0))
     slower = [Velocity2d(v * part, w * part, left * part) for part in sorted(parts, reverse=True)]
     for wanted in (command, *slower, Velocity2d(0.0, w)):
-        candidate = limit_acceleration(wanted, previous, dt_s, params)
+        candidate = limit_acceleration(wanted, previous, times.dt_s, params)
         path = stopping_path(wanted, previous, pose, params)
         fastest = max(wanted.speed_mps, previous.speed_mps)
         creeps = fastest <= params.unseen_mps
         if not surroundings.allow(path, slow=fastest <= params.reverse_mps, creeps=creeps):
             continue
+        if not walkers.allow(path, STEP_S):
+            continue
         if creeps or not surroundings.covers_unseen(path):
             return candidate
-    return limit_acceleration(STOP, previous, dt_s, params)
+    return limit_acceleration(STOP, previous, times.dt_s, params)
 
 
 def stopping_path(
@@ -162,7 +176,7 @@ class _Surroundings:
         known = inside & (costmap.free | costmap.occupied | costmap.crossable)[at]
         unknown = centres[~known]
         keep_m = max(radius_m - costmap.params.unknown_overlap_m - CORNER_M - SLACK_M, 0.0)
-        here_m = float(_edge_distance(here, occupied, size)[0])
+        here_m = float(edge_distance(here, occupied, size)[0])
         return cls(
             costmap,
             here,
@@ -173,8 +187,8 @@ class _Surroundings:
             here_m,
             min(radius_m - SLACK_M, here_m) - NOT_WORSE_M,
             min(radius_m - SLACK_M - CORNER_M, here_m) - NOT_WORSE_M,
-            min(keep_m, float(_edge_distance(here, unknown, size)[0])) - NOT_WORSE_M,
-            max(CORNER_M, float(_edge_distance(here, centres[known], size)[0])) + NOT_WORSE_M,
+            min(keep_m, float(edge_distance(here, unknown, size)[0])) - NOT_WORSE_M,
+            max(CORNER_M, float(edge_distance(here, centres[known], size)[0])) + NOT_WORSE_M,
         )
 
     def allow(self, points: F64, *, slow: bool, creeps: bool = False) -> bool:
@@ -186,11 +200,11 @@ class _Surroundings:
         nearer: without that the robot stood for ever a millimetre before a corner.
         """
         size = self.costmap.grid.cell_size_m
-        if (_edge_distance(points, self.unknown, size) < self.unknown_m).any():
+        if (edge_distance(points, self.unknown, size) < self.unknown_m).any():
             return False
-        if (_edge_distance(points, self.known, size) > self.leave_m).any():
+        if (edge_distance(points, self.known, size) > self.leave_m).any():
             return False
-        near = _edge_distance(points, self.occupied, size)
+        near = edge_distance(points, self.occupied, size)
         if slow:
             back = self._returning(points) & (near >= self.costmap.params.radius_m / 2)
             near = np.where(back, np.inf, near)
@@ -204,8 +218,8 @@ class _Surroundings:
         if len(self.unseen) == 0:
             return False
         radius_m = self.costmap.params.radius_m - SLACK_M
-        now = np.minimum(_edge_distances(self.here, self.unseen, size)[0], radius_m)
-        closest = _edge_distances(points, self.unseen, size).min(axis=0)
+        now = np.minimum(edge_distances(self.here, self.unseen, size)[0], radius_m)
+        closest = edge_distances(points, self.unseen, size).min(axis=0)
         return bool((closest < now - NOT_WORSE_M).any())
 
     def _passes(self, points: F64, near: F64) -> bool:
@@ -230,23 +244,8 @@ def _without_own(occupied: F64, here: F64, cell_size_m: float, radius_m: float) 
     """
     if len(occupied) == 0:
         return occupied
-    away = _edge_distances(here, occupied, cell_size_m)[0]
+    away = edge_distances(here, occupied, cell_size_m)[0]
     if away.min() >= radius_m / 2:
         return occupied
     others: F64 = occupied[away >= radius_m - SLACK_M]
     return others
-
-
-def _edge_distance(points: F64, centres: F64, cell_size_m: float) -> F64:
-    """Distance (N,) of each point to the nearest edge of square cells; infinity without cells."""
-    if len(centres) == 0:
-        return np.full(len(points), np.inf)
-    nearest: F64 = _edge_distances(points, centres, cell_size_m).min(axis=1)
-    return nearest
-
-
-def _edge_distances(points: F64, centres: F64, cell_size_m: float) -> F64:
-    """Distances (N, M) of N points to the edges of M square cells; 0 inside."""
-    apart = np.abs(points[:, None] - centres[None]) - cell_size_m / 2
-    distances: F64 = np.linalg.norm(np.maximum(apart, 0.0), axis=2)
-    return distances

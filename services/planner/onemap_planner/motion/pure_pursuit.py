@@ -52,6 +52,12 @@ class DriveParams(Params):
         description="Seconds that a command still acts before a later one stops the robot: a "
         "control period of 0.05 s, the age of the odometry and the transport.",
     )
+    walker_mps: float = Field(
+        default=1.0,
+        ge=0,
+        description="m/s at which what has just appeared on free floor may come nearer until the "
+        "robot stands: a walk at home. 0: nothing moves.",
+    )
     unseen_stop_m: PositiveFloat = Field(
         default=0.9,
         description="Metres within which the robot comes to stand, from what its map shows: the "

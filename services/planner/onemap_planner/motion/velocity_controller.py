@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from onemap_planner.motion.collision_monitor import MonitorCounts, action_of, monitored
+from onemap_planner.motion.collision_monitor import (
+    ControlTimes,
+    MonitorCounts,
+    action_of,
+    monitored,
+)
 from onemap_planner.motion.motions import STOP, Motion, Pose2d
 from onemap_planner.motion.pure_pursuit import (
     DriveParams,
@@ -137,10 +142,11 @@ class PathTracker:
         first: Velocity2d | None = None
         best = STOP
         slower = self._slowed()
+        times = ControlTimes(self.dt_s, self.map_age_s + self.loop_s)
         for part in LOOKAHEAD_PARTS:
             target = target_velocity(plan.motion, pose, plan.costmap, slower, lookahead_part=part)
             wanted = limit_acceleration(target, previous, self.dt_s, self.params)
-            command = monitored(wanted, previous, pose, plan.costmap, self.params, dt_s=self.dt_s)
+            command = monitored(wanted, previous, pose, plan.costmap, self.params, times=times)
             if first is None or command.speed_mps > best.speed_mps:
                 best = command
             first = first or wanted
