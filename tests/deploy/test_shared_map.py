@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import shlex
-import threading
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
@@ -14,7 +13,7 @@ from typing import Any
 import pytest
 
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.map_robot import join_robots
+from onemap_mapper.map_robot import buses_of
 from onemap_shared import keys
 from onemap_shared.config import BusConfig, read, section
 from onemap_shared.memory_bus import MemoryRouter
@@ -117,12 +116,14 @@ def test_the_mapper_hears_the_perception_of_each(deployment: str) -> None:
         return router if namespace == router.namespace else router.space(namespace)
 
     config = section(found["mapper"], "mapper", MapperConfig)
-    joined = join_robots(router.bus("mapper"), config, threading.Event(), lambda: ("", 0))
+    fields = [
+        joined.subscribe(keys.FIELD) for joined in buses_of(router.bus("mapper"), config.robots)
+    ]
     (sample,) = (each for each in SAMPLES if isinstance(each, FeatureField))
     for number, name in enumerate(("perception", "perception-r2")):
         bus = keys_of(name).bus("perception")
         bus.publish(keys.FIELD).put(replace(sample, sequence=number))
-    taken = [robot.take_field() for robot in joined]
+    taken = [subscription.take(0.0) for subscription in fields]
     assert [field.sequence for field in taken if field is not None] == [0, 1]
 
 

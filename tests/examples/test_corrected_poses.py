@@ -17,7 +17,7 @@ from tests.mapper import scenes
 
 def test_the_map_follows_the_example(tmp_path: Path) -> None:
     router = MemoryRouter()
-    mapper = Mapper(router.bus("mapper"), MapperConfig(map_folder=tmp_path))
+    mapper = Mapper((router.bus("mapper"),), MapperConfig(map_folder=tmp_path))
     robot = router.bus("robot")
     fields = robot.publish(keys.FIELD)
     poses = CorrectedPoses(robot)

@@ -23,12 +23,18 @@ def test_a_first_start_says_in_log_and_heartbeat_that_it_compiles(
     numba = pytest.importorskip("numba", reason="numba is not installed")
     monkeypatch.setattr(module, "warm_up", lambda _config: numba.njit(doubled)(2.5))
     router = MemoryRouter()
-    beats = router.bus("gateway").subscribe(keys.heartbeat("mapper"))
+    bus = router.bus("mapper")
+    told = [
+        client.subscribe(keys.heartbeat("mapper"))
+        for client in (router.bus("gateway"), router.bus("gateway").sibling("robot2"))
+    ]
     with caplog.at_level(logging.INFO, "onemap.mapper"):
-        module.prepare(router.bus("mapper"), MapperConfig())
-    beat = beats.take(0.0)
+        module.prepare((bus, bus.sibling("robot2")), MapperConfig())
+    beat, other = (beats.take(0.0) for beats in told)
     assert beat is not None
+    assert other is not None
     assert is_starting(beat)
+    assert is_starting(other)
     announced, prepared = caplog.messages
     assert announced == beat.problem
     assert announced.startswith("compiling the map's kernels")
@@ -39,5 +45,5 @@ def test_a_later_start_is_silent_on_the_bus(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(module, "warm_up", lambda _config: None)
     router = MemoryRouter()
     beats = router.bus("gateway").subscribe(keys.heartbeat("mapper"))
-    module.prepare(router.bus("mapper"), MapperConfig())
+    module.prepare((router.bus("mapper"),), MapperConfig())
     assert beats.take(0.0) is None

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TypeAlias, TypeVar
 
 from onemap_mapper.belief_map import BeliefMap
@@ -174,15 +174,13 @@ class AllRobots:
             robot.bus.serve(procedure, in_turn)
 
 
-def join_robots(
-    bus: Bus, config: MapperConfig, arrived: threading.Event, space: Space
-) -> tuple[MapRobot, ...]:
-    """The robots of the map: the one of ``bus``, then the further ones of ``mapper.robots``.
+def buses_of(bus: Bus, robots: Sequence[str]) -> tuple[Bus, ...]:
+    """``bus``, then one under the keys of each further robot of the map, by its namespace.
 
     Raises StartError if another mapper runs under the keys of one of them.
     """
-    robots = [MapRobot(0, bus, config, arrived, space)]
-    for namespace in config.robots:
+    buses = [bus]
+    for namespace in robots:
         if namespace == bus.namespace:
             continue
         sibling = bus.sibling(namespace)
@@ -197,5 +195,5 @@ def join_robots(
                 "names: stop it first, a shared map has one mapper",
                 temporary=True,
             )
-        robots.append(MapRobot(len(robots), sibling, config, arrived, space))
-    return tuple(robots)
+        buses.append(sibling)
+    return tuple(buses)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
 
 from onemap_mapper.config import MapperConfig
@@ -16,14 +17,15 @@ from onemap_shared.transport import Bus
 LOG = logging.getLogger("onemap.mapper")
 
 
-def prepare(bus: Bus, config: MapperConfig) -> None:
-    """Warm up; while functions are compiled, heartbeats say so."""
+def prepare(buses: Sequence[Bus], config: MapperConfig) -> None:
+    """Warm up; while functions are compiled, heartbeats say so to each robot."""
     started_s = time.monotonic()
     with ExitStack() as compilation:
 
         def announce(what: str) -> None:
             LOG.info("%s", what)
-            compilation.enter_context(long_start(bus, SERVICE, what))
+            for bus in buses:
+                compilation.enter_context(long_start(bus, SERVICE, what))
 
         with jit.on_compilation(announce):
             warm_up(config)

@@ -24,7 +24,7 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.digest import digest_of
 from onemap_mapper.frame_update import FrameUpdate, compute_update
 from onemap_mapper.live_map import LiveMap
-from onemap_mapper.map_robot import AllRobots, MapRobot, join_robots
+from onemap_mapper.map_robot import AllRobots, MapRobot, buses_of
 from onemap_mapper.map_scores import MapScores
 from onemap_mapper.object_keeper import ObjectKeeper
 from onemap_mapper.objects import NO_OBJECTS
@@ -66,9 +66,9 @@ LOG = logging.getLogger("onemap.mapper")
 
 
 class Mapper:
-    """The worker: one map of one robot or of several, its caches and its files."""
+    """The worker: one map of one robot or of several, each on its bus, its caches and its files."""
 
-    def __init__(self, bus: Bus, config: MapperConfig) -> None:
+    def __init__(self, buses: Sequence[Bus], config: MapperConfig) -> None:
         self._config = config
         self._lock = threading.Lock()
         # One query at a time competes with fusing, in order of arrival; torch starts threads of
@@ -85,7 +85,10 @@ class Mapper:
         self._follower = PoseGraphFollower(config)
         self._arrived = threading.Event()  # a field, of any robot
         self._steps = 0
-        self._robots = join_robots(bus, config, self._arrived, self._space)
+        self._robots = tuple(
+            MapRobot(number, bus, config, self._arrived, self._space)
+            for number, bus in enumerate(buses)
+        )
         shared = AllRobots(self._robots)
         folder, height_m = config.map_folder, self._live.height_m
         self._objects = ObjectKeeper(shared, folder, config, self._announce_objects, height_m)
@@ -380,5 +383,6 @@ def build(bus: Bus, config: MapperConfig) -> Mapper:
     if config.device.startswith("cuda") and not torch.cuda.is_available():
         raise StartError(f"device is {config.device}, but torch finds no GPU: set device: cpu")
     torch.set_num_threads(config.threads)
-    prepare(bus, config)
-    return Mapper(bus, config)
+    buses = buses_of(bus, config.robots)
+    prepare(buses, config)
+    return Mapper(buses, config)
