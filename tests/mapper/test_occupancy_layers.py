@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,6 +12,7 @@ from onemap_mapper.occupancy import OccupancyUpdate
 from onemap_mapper.occupancy_layers import OccupancyLayers
 from onemap_mapper.tiles import AREA
 from onemap_mapper.transfers import CPU
+from onemap_shared.messages import Occupancy
 from tests.mapper import scenes
 
 LEVELS = scenes.params().levels
@@ -33,6 +35,29 @@ def random_frame(rng: np.random.Generator, rows: torch.Tensor) -> OccupancyUpdat
     evidence[empty] = np.minimum(evidence[empty], 0)
     clear, blind = rng.random((2, len(rows))) < 0.5
     return OccupancyUpdate.of_arrays(np.zeros((len(rows), 2), np.int64), evidence, clear, blind)
+
+
+def column_frame(*evidence: int, clear: bool = False) -> OccupancyUpdate:
+    """A frame of one cell, with the evidence of the lowest voxel, of those above, of the top."""
+    low, middle, top = evidence
+    column = np.array([[low, *[middle] * (LEVELS - 2), top, 0]], np.int8)
+    clear_blind = (np.array([clear]), np.array([False]))
+    return OccupancyUpdate.of_arrays(np.zeros((1, 2), np.int64), column, *clear_blind)
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_floor_from_which_something_went_unseen_is_assumed(compiled: bool) -> None:
+    layers, row = new_layers(compiled=compiled), torch.tensor([7])
+    layers.add(row, column_frame(0, 0, 0, clear=True))
+    layers.add(row, column_frame(4, 4, 4))
+    told = []
+    upper_half, floor = column_frame(0, 0, -1), column_frame(0, 0, 0, clear=True)
+    for frame in (upper_half, upper_half, floor):
+        different, _ = layers.add(row, frame)
+        state, assumed = (layer.values[7] for layer in (layers.states, layers.assumed))
+        told.append((int(state), bool(assumed), bool(different)))
+    occupied, free = int(Occupancy.OCCUPIED), int(Occupancy.FREE)
+    assert told == [(occupied, False, False), (free, True, True), (free, False, True)]
 
 
 @given(seed=st.integers(0, 2**16), frames=st.integers(1, 12), cells=st.integers(0, 40))

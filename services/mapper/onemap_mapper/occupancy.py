@@ -277,6 +277,16 @@ def with_lost_tops(evidence: Tensor, added: Tensor) -> Tensor:
     return torch.cat([torch.where(hidden, above, seen), added[:, -1:]], dim=1)
 
 
+def unseen_gone(before: Tensor, added: Tensor, after: Tensor) -> Tensor:
+    """Mask (n,): an obstacle went that no ray went through, see ``with_lost_tops``.
+
+    Evidence (n, levels + 1) before and after, and what a frame added. The lower part of somebody
+    who has gone, or of a chest that they stood beside, in whose cell they were as well.
+    """
+    gone = (before >= OCCUPIED_THRESHOLD) & (after < OCCUPIED_THRESHOLD)
+    return (gone & (added == 0))[:, :-1].any(dim=1)
+
+
 def occupancy_states(evidence: Tensor, clear: Tensor) -> Tensor:
     """Values of ``Occupancy`` (n,) uint8 from evidence (n, levels + 1) and clear (n,)."""
     states = torch.full_like(clear, int(Occupancy.UNKNOWN), dtype=torch.uint8)

@@ -16,6 +16,7 @@ from onemap_mapper.occupancy import (
     accumulated_evidence,
     occupancy_states,
     settled_states,
+    unseen_gone,
 )
 from onemap_mapper.params import OccupancyParams
 from onemap_mapper.tiles import TileLayer
@@ -29,7 +30,8 @@ class OccupancyLayers:
     """Layers of one map, on its device, by rows of its tiles; what changes them names the rows.
 
     evidence (rows, levels + 1) int8 and clear (rows,) bool as in ``OccupancyUpdate``; assumed
-    (rows,) bool: clear, though no camera saw the floor; states (rows,) uint8, values of
+    (rows,) bool: clear, though no camera saw the floor, or not since something stood there that
+    no ray went through; states (rows,) uint8, values of
     ``Occupancy``, and of them in settled (rows,) what lasted.
     """
 
@@ -63,9 +65,11 @@ class OccupancyLayers:
             settled = self.settled.values.numpy()
             masks = add_evidence(self._arrays(), settled, arrays, LIMITS, STATES)
             return torch.from_numpy(masks[0]), torch.from_numpy(masks[1])
-        evidence = accumulated_evidence(self.evidence.values[rows], frame.evidence)
+        had = self.evidence.values[rows]
+        evidence = accumulated_evidence(had, frame.evidence)
         clear = self.clear.values[rows] | frame.clear
-        assumed = self.assumed.values[rows] & ~frame.clear
+        unseen = clear & unseen_gone(had, frame.evidence, evidence)
+        assumed = (self.assumed.values[rows] | unseen) & ~frame.clear
         different, states = self._put(rows, evidence, clear, assumed)
         before = self.settled.values[rows]
         self.settled.values[rows] = after = settled_states(before, evidence, states)

@@ -33,8 +33,8 @@ class Layer(IntEnum):
     OBSERVED = 1  # O: any feature was fused here
     EXPLORED = 2  # E: variance below the threshold
     SEARCHED = 4  # C: the same, since the search of this object began
-    ASSUMED = 8  # free floor that no camera saw: near and under where the robot was put down
-    FLOOR_SEEN = 16  # a camera saw the floor here once, whatever stands here now
+    ASSUMED = 8  # counts as free, but no camera saw the floor, or not since something stood here
+    FLOOR_SEEN = 16  # a camera saw the floor here, whatever stands here now
 
 
 @dataclass(frozen=True, slots=True)

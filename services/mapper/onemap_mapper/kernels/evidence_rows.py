@@ -15,16 +15,18 @@ States = tuple[int, int, int]  # values of Occupancy: unknown, free, occupied
 
 
 @compiled
-def _add_to_column(evidence: I8, added: I8, least: int, greatest: int) -> int:  # pragma: no cover
-    """Add to the evidence (levels + 1,) of a cell, as ``accumulated_evidence``; the highest after.
+def _add_to_column(evidence: I8, added: I8, limits: Limits) -> tuple[int, bool]:  # pragma: no cover
+    """Add to the evidence (levels + 1,) of a cell, as ``accumulated_evidence``.
 
-    The last voxel, below the floor, is no part of what may lose its top.
+    Returns the highest after, and ``unseen_gone``. The last voxel, below the floor, is no part of
+    what may lose its top.
     """
+    least, greatest, occupied_from, _ = limits
     below_floor = len(evidence) - 1
     hit = False
     for level in range(below_floor):
         hit |= added[level] > 0
-    highest, lost = least, 0
+    highest, lost, gone = least, 0, False
     for level in range(below_floor, -1, -1):
         before, more = np.int64(evidence[level]), np.int64(added[level])
         if level < below_floor and before > 0:
@@ -32,10 +34,11 @@ def _add_to_column(evidence: I8, added: I8, least: int, greatest: int) -> int:  
                 lost = min(lost, more)
             elif more == 0 and not hit:
                 more = lost
+                gone |= before >= occupied_from > before + more
         total = min(max(before + more, least), greatest)
         evidence[level] = total
         highest = max(highest, total)
-    return highest
+    return highest, gone
 
 
 @compiled
@@ -50,19 +53,19 @@ def add_evidence(
     """
     evidence, clear, assumed, occupancy = layers
     rows, added, cleared = frame
-    least, greatest, occupied_from, settled_from = limits
+    _, _, occupied_from, settled_from = limits
     unknown, free, occupied = np.uint8(states[0]), np.uint8(states[1]), np.uint8(states[2])
     different, changed = np.empty(len(rows), np.bool_), np.empty(len(rows), np.bool_)
     for k in range(len(rows)):
         row = rows[k]
-        highest = _add_to_column(evidence[row], added[k], least, greatest)
+        highest, gone = _add_to_column(evidence[row], added[k], limits)
         newly_clear = cleared[k] & (not clear[row])
         clear[row] |= cleared[k]
-        still_assumed = assumed[row] & (not cleared[k])
+        now_assumed = (assumed[row] | (gone & clear[row])) & (not cleared[k])
         state = free if clear[row] else unknown
         state = occupied if highest >= occupied_from else state
-        different[k] = (state != occupancy[row]) | (still_assumed != assumed[row]) | newly_clear
-        assumed[row], occupancy[row] = still_assumed, state
+        different[k] = (state != occupancy[row]) | (now_assumed != assumed[row]) | newly_clear
+        assumed[row], occupancy[row] = now_assumed, state
         before = settled[row]
         after = free if state == free else before
         after = occupied if highest >= settled_from else after
