@@ -120,8 +120,13 @@ def _disk_problem(options: RecordOptions) -> str:
 
 
 def _clear_map(bus: Bus) -> None:
-    """Clear the map once features arrive, so that none of the new map's frames is missed."""
-    bus.subscribe(keys.FIELD).take(SETTLE_S)
+    """Clear the map once features arrive, so that none of the new map's frames is missed.
+
+    With the second of them, the mapper has got the first: what waits there was recorded.
+    """
+    fields = bus.subscribe(keys.FIELD)
+    if fields.take(SETTLE_S) is not None:
+        fields.take(SETTLE_S)
     try:
         bus.call(keys.MAP_CLEAR, MapClear())
     except CallError as problem:
