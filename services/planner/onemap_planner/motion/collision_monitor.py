@@ -97,7 +97,7 @@ def monitored(
         path = stopping_path(wanted, previous, pose, params)
         fastest = max(wanted.speed_mps, previous.speed_mps)
         creeps = fastest <= params.unseen_mps
-        if not surroundings.allow(path, slow=fastest <= params.reverse_mps, creeps=creeps):
+        if not surroundings.allow(path, creeps=creeps):
             continue
         if not walkers.allow(path, STEP_S):
             continue
@@ -191,12 +191,11 @@ class _Surroundings:
             max(CORNER_M, float(edge_distance(here, centres[known], size)[0])) + NOT_WORSE_M,
         )
 
-    def allow(self, points: F64, *, slow: bool, creeps: bool = False) -> bool:
+    def allow(self, points: F64, *, creeps: bool) -> bool:
         """Whether the disc may take this path (N, 2), metres.
 
-        slow: the robot drives no faster than backwards. Then it may cross what an escape needs, and
-        come as near to an obstacle on its own trail as it has to where noise narrowed a door.
-        creeps: a touch is harmless. Then a path that passes an obstacle may come ``CORNER_M``
+        creeps: a touch is harmless. Then it may come as near to an obstacle on its own trail as it
+        has to where noise narrowed a door; and a path that passes an obstacle may come ``CORNER_M``
         nearer: without that the robot stood for ever a millimetre before a corner.
         """
         size = self.costmap.grid.cell_size_m
@@ -205,7 +204,7 @@ class _Surroundings:
         if (edge_distance(points, self.known, size) > self.leave_m).any():
             return False
         near = edge_distance(points, self.occupied, size)
-        if slow:
+        if creeps:
             back = self._returning(points) & (near >= self.costmap.params.radius_m / 2)
             near = np.where(back, np.inf, near)
         if not (near < self.occupied_m).any():

@@ -72,8 +72,8 @@ class DriveParams(Params):
     )
     unseen_mps: PositiveFloat = Field(
         default=0.045,
-        description="m/s at which the robot's body comes over cells that no camera saw: slow "
-        "enough to touch what stands there without harm.",
+        description="m/s at which the robot's body comes over cells that no camera saw, and on its "
+        "own trail nearer than its radius to obstacles: slow enough to touch them without harm.",
     )
     lookahead_m: PositiveFloat = Field(
         default=0.4,
