@@ -136,10 +136,15 @@ def test_a_cancelled_search_stops_within_300_ms_and_braking() -> None:
     braking_mps2 = config.simulator.robot.linear_acceleration_mps2
     fast = 0.8 * config.planner.drive.max_linear_mps
     stops: list[tuple[float, float, float]] = []
-    while len(stops) < 3:
-        simulation.search(("sofa",), 0.0)
+    for name in (
+        "sofa",
+        "bed",
+        "toilet",
+    ):  # none is near the one before
+        simulation.search((name,), 0.0)
         while robot.speed_mps < fast:
             assert simulation.state is not None
+            assert simulation.state.search.active
             assert simulation.now_s < 120.0
             simulation._step(simulation.state)
         stops.append(stopping(simulation, robot))
