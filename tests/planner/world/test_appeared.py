@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.world.appeared import AROUND_M, LASTS_S, Appeared
+from onemap_planner.world.appeared import AROUND_M, LASTS_S, NOTHING, Appeared
 from onemap_planner.world.map_view import MapView
 from onemap_shared.geometry import F64
 from onemap_shared.grid import GridSpec
@@ -21,7 +21,7 @@ PLACES = [[0.15, 0.35], [0.25, 0.35]]  # of what stands there, metres
 
 def seen(*views: MapView, robot_xy: F64 = ROBOT, period_s: float = 0.25) -> Appeared:
     """What has appeared after these views, one a period."""
-    appeared = Appeared()
+    appeared = NOTHING
     for number, view in enumerate(views):
         appeared = appeared.after(view, robot_xy, number * period_s)
     return appeared
@@ -52,7 +52,7 @@ def test_windows_of_the_map_need_not_be_the_same() -> None:
     occupancy = np.zeros(grown.shape, np.uint8)
     occupancy[3:, 3:] = STANDS.occupancy
     later = replace(STANDS, grid=grown, occupancy=occupancy, assumed=np.zeros(grown.shape, bool))
-    before = Appeared().after(FREE, ROBOT, 0.0)
+    before = NOTHING.after(FREE, ROBOT, 0.0)
     assert before.after(later, ROBOT - 0.1, 0.25).xy == pytest.approx(np.array(PLACES))
     far = before.after(later, ROBOT + 3 * AROUND_M, 0.25)
     assert len(far.xy) == 0

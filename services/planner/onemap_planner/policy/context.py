@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, smooth_path
-from onemap_planner.world.appeared import Appeared
+from onemap_planner.world.appeared import NOTHING, Appeared
 from onemap_planner.world.costmap import (
     Costmap,
     CostmapParams,
@@ -38,7 +38,7 @@ class PlanningContext:
     cost_to_go: CostToGo
     params: CostmapParams
     whole: bool = True
-    appeared: Appeared = field(default_factory=Appeared)
+    appeared: Appeared = NOTHING
 
     def drive_to(self, viewpoint_xy: tuple[float, float], look_xy: tuple[float, float]) -> Drive:
         """The smoothed optimal path to a reachable point (metres), facing ``look_xy`` there."""

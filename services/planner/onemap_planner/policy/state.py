@@ -13,7 +13,7 @@ from onemap_planner.policy.dead_ends import DeadEnd
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind, LeftGoal
 from onemap_planner.policy.order_params import OrderMemory
 from onemap_planner.search.phases import Search
-from onemap_planner.world.appeared import Appeared
+from onemap_planner.world.appeared import NOTHING, Appeared
 from onemap_planner.world.candidates import ConsensusParams, ObjectCandidate
 from onemap_planner.world.costmap import Costmap
 from onemap_planner.world.map_view import PlanningView, WorldCells
@@ -123,7 +123,7 @@ class PlannerState:
     dead_ends: tuple[DeadEnd, ...] = ()
     other_targets: tuple[tuple[int, TargetState], ...] = ()
     order_memory: OrderMemory = field(default_factory=OrderMemory)
-    appeared: Appeared = field(default_factory=Appeared)
+    appeared: Appeared = NOTHING
 
     @property
     def obstacles_xy(self) -> F64:

@@ -6,7 +6,7 @@ monitor keeps the robot further from it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ AROUND_M = 2.5  # of the robot: a walker's metre and the robot's way to a stop a
 NEVER = float("-inf")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Appeared:
     """What the last view showed around the robot.
 
@@ -30,9 +30,9 @@ class Appeared:
     that was free became occupied, minus infinity elsewhere.
     """
 
-    grid: GridSpec = field(default_factory=lambda: GridSpec(0.1, (0, 0), (0, 0)))
-    free: Bool = field(default_factory=lambda: np.zeros((0, 0), bool))
-    since_s: F64 = field(default_factory=lambda: np.zeros((0, 0)))
+    grid: GridSpec
+    free: Bool
+    since_s: F64
 
     @property
     def xy(self) -> F64:
@@ -52,6 +52,9 @@ class Appeared:
         since_s[_onto(grid, self.grid, self.free)] = seen_s
         since_s[~occupied | (np.abs(seen_s - since_s) > LASTS_S)] = NEVER
         return Appeared(grid, _onto(grid, map_view.grid, seen), since_s)
+
+
+NOTHING = Appeared(GridSpec(0.1, (0, 0), (0, 0)), np.zeros((0, 0), bool), np.zeros((0, 0)))
 
 
 def _around(grid: GridSpec, robot_xy: F64) -> GridSpec:
