@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import torch
 
 from onemap_mapper import map_file
 from onemap_mapper.config import MapperConfig
+from onemap_mapper.frame_update import FrameUpdate, compute_update
 from onemap_mapper.service import Mapper, build
 from onemap_mapper.snapshot import MapSnapshot
 from onemap_planner.world.assembled_view import after
@@ -388,6 +390,29 @@ def test_save_clear_and_load_bring_the_map_back(rig: Rig, tmp_path: Path) -> Non
     assert after.revision > before.revision
     for name in ("occupancy", "layers", "similarity"):
         np.testing.assert_array_equal(getattr(before, name), getattr(after, name))
+
+
+@pytest.mark.parametrize("loads", [False, True])
+def test_a_frame_of_before_is_not_fused_into_another_map(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch, loads: bool
+) -> None:
+    """The map is cleared, or another one loaded, while a frame is computed."""
+    rig.feed(sofa_ahead(0))
+    rig.client.call(keys.MAP_SAVE, MapFile("flat-1"))
+
+    def interrupted(*arguments: Any) -> FrameUpdate:
+        if loads:
+            rig.client.call(keys.MAP_LOAD, MapFile("flat-1"))
+        else:
+            rig.client.call(keys.MAP_CLEAR, MapClear())
+        return compute_update(*arguments)
+
+    with monkeypatch.context() as patched:
+        patched.setattr("onemap_mapper.service.compute_update", interrupted)
+        rig.feed(sofa_ahead(1))
+    assert rig.newest().frames_fused == int(loads)
+    rig.feed(sofa_ahead(2))
+    assert rig.newest().frames_fused == int(loads) + 1
 
 
 def test_saved_maps_are_listed_and_deleted(rig: Rig) -> None:

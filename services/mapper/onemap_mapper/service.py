@@ -113,8 +113,9 @@ class Mapper:
         self._arrived.clear()  # before they are taken, so that none is overlooked
         self._steps += 1
         for robot in self._robots:
+            belief = self._map  # before the field is taken, see _fuse
             if (field := robot.take_field()) is not None:
-                self._fuse(robot, field)
+                self._fuse(robot, field, belief)
             self._follow(robot.take_graph())
             robot.beat(self._steps, partial(self._health, robot))
         self._checkpoints.poll(time.monotonic())
@@ -288,37 +289,46 @@ class Mapper:
             if self._follower.work():
                 self._announce()
 
-    def _fuse(self, robot: MapRobot, field: FeatureField) -> None:
+    def _fuse(self, robot: MapRobot, field: FeatureField, belief: BeliefMap) -> None:
+        """Fuse a field into ``belief``, the map when it was taken.
+
+        If another map has taken its place meanwhile, the field is dropped: it is of before.
+        """
         started_s = time.monotonic()
-        history = self._map.history(robot.number)
+        history = belief.history(robot.number)
         if robot.is_late(field, history):
             return
-        self._drop_resumed_of_another(field.encoder_id)
+        belief = self._without_resumed_of_another(belief, field.encoder_id)
         try:
             if len(self._robots) > 1 and (problem := robot.origin_problem(field, history)):
                 raise FieldRejected(problem)
-            self._map.check_pose(field.T_map_camera)
+            belief.check_pose(field.T_map_camera)
             update = compute_update(field, self._config)
-            self._fuse_update(robot, update, started_s)
+            self._fuse_update(robot, update, belief, started_s)
         except (FieldRejected, GridTooLarge) as problem:
             robot.telemetry.record_rejected(str(problem))
             LOG.warning("frame %d rejected: %s", field.sequence, problem)
 
-    def _drop_resumed_of_another(self, encoder_id: str) -> None:
-        """Begin an empty map if the resumed one is of another encoder: perception was changed."""
+    def _without_resumed_of_another(self, belief: BeliefMap, encoder_id: str) -> BeliefMap:
+        """An empty map if the resumed one is of another encoder: perception was changed."""
         with self._lock:
-            if self._resumed and encoder_id != self._map.encoder_id:
-                LOG.warning(
-                    "the resumed map is of encoder %s, but frames are of %s: it is dropped",
-                    self._map.encoder_id,
-                    encoder_id,
-                )
-                self._replace(BeliefMap(self._config, first_revision=self._map.revision + 1))
-                self._checkpoints.replaced(due=False)
+            if not self._resumed or self._map is not belief or encoder_id == belief.encoder_id:
+                return belief
+            LOG.warning(
+                "the resumed map is of encoder %s, but frames are of %s: it is dropped",
+                belief.encoder_id,
+                encoder_id,
+            )
+            self._replace(BeliefMap(self._config, first_revision=belief.revision + 1))
+            self._checkpoints.replaced(due=False)
+            return self._map
 
-    def _fuse_update(self, robot: MapRobot, update: FrameUpdate, started_s: float) -> None:
+    def _fuse_update(
+        self, robot: MapRobot, update: FrameUpdate, belief: BeliefMap, started_s: float
+    ) -> None:
         with self._lock:
-            belief = self._map
+            if self._map is not belief:
+                return
             belief.fuse(update, robot=robot.number)
             self._resumed = False
             now_s = time.monotonic()
