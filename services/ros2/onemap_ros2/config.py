@@ -234,8 +234,8 @@ class Ros2Config(Params):
         default=0.5,
         ge=0,
         le=5,
-        description="Seconds for which zero velocity is repeated at 10 Hz before silence: a lost "
-        "message must not leave the robot driving.",
+        description="Seconds for which zero velocity is repeated at 10 Hz before silence, longer "
+        "if the process is held up: a lost message must not leave the robot driving.",
     )
 
     @property

@@ -17,17 +17,17 @@ class CommandRelay:
 
     Attributes:
         stop_s: for so long zero is sent before silence, so that one lost message is not enough to
-            let the robot drive on.
+            let the robot drive on. If this process is held up meanwhile, no zero is left out.
         driving: whether the newest velocity that was sent is not yet followed by zeros.
         valid_until_s: until then the newest command holds.
-        stop_until_s: until then zero is sent.
+        zeros: how many more are to be sent.
         next_zero_s: when the next zero is due.
     """
 
     stop_s: float
     driving: bool = False
     valid_until_s: float = float("-inf")
-    stop_until_s: float = float("-inf")
+    zeros: int = 0
     next_zero_s: float = float("-inf")
 
     def step(
@@ -41,10 +41,9 @@ class CommandRelay:
             until_s = now_s + command.validity_ms * 1e-3
             return replace(self, driving=True, valid_until_s=until_s), command.velocity
         if self.driving and (not fresh or now_s > self.valid_until_s):
-            stopping = replace(
-                self, driving=False, stop_until_s=now_s + self.stop_s, next_zero_s=now_s + REPEAT_S
-            )
+            repeated = round(self.stop_s / REPEAT_S)
+            stopping = replace(self, driving=False, zeros=repeated, next_zero_s=now_s + REPEAT_S)
             return stopping, STOPPED
-        if not self.driving and self.next_zero_s <= now_s <= self.stop_until_s:
-            return replace(self, next_zero_s=now_s + REPEAT_S), STOPPED
+        if not self.driving and self.zeros and self.next_zero_s <= now_s:
+            return replace(self, zeros=self.zeros - 1, next_zero_s=now_s + REPEAT_S), STOPPED
         return self, None
