@@ -42,6 +42,7 @@ class Worker:
         if self.mode == "crash":
             raise RuntimeError("out of luck")
         if self.mode == "hang":
+            print("hanging", flush=True)
             threading.Event().wait()
         self.waiting.wait(timeout_s)
     def health(self):
@@ -135,14 +136,13 @@ def test_a_main_loop_that_hangs_ends_its_process(router: Router) -> None:
 
 
 def test_one_signal_ends_a_service_whose_loop_hangs(router: Router) -> None:
-    bus = join(router, "gateway")
-    beats = bus.subscribe(keys.heartbeat("mapper"), capacity=8)
+    join(router, "gateway").close()  # the router is up
     process = start(router.endpoint, "hang", hang_s=3.0, stop_s=3.0)
-    eventually(lambda: beats.take(0.5))
+    assert process.stdout is not None
+    process.stdout.readline()
     process.send_signal(signal.SIGTERM)
     process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
-    bus.close()
 
 
 @pytest.mark.parametrize("mode", ["hang at the start", "hang at the end"])
