@@ -113,17 +113,21 @@ def _cells_along(segments: F64) -> I64:
 
 
 def _clip(polygon: F64, z_range_m: tuple[float, float]) -> F64:
-    """The outline (N, 2) of a convex polygon (M, 3) cut to the heights (Sutherland-Hodgman)."""
-    corners = polygon
+    """The outline (N, 2) of a convex polygon (M, 3) cut to the heights (Sutherland-Hodgman).
+
+    Numbers, not arrays: a scene has thousands of such polygons of three or four corners.
+    """
+    corners: list[tuple[float, ...]] = [tuple(corner) for corner in polygon.tolist()]
     for sign, limit in ((1.0, z_range_m[0]), (-1.0, -z_range_m[1])):
-        kept = []
-        for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        kept: list[tuple[float, ...]] = []
+        for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
             a, b = sign * start[2] - limit, sign * end[2] - limit
             if a >= 0:
                 kept.append(start)
             if (a >= 0) != (b >= 0):
-                kept.append(start + (end - start) * (a / (a - b)))
+                t = a / (a - b)
+                kept.append(tuple(p + (q - p) * t for p, q in zip(start, end, strict=True)))
         if not kept:
             return np.empty((0, 2))
-        corners = np.array(kept)
-    return corners[:, :2]
+        corners = kept
+    return np.array(corners)[:, :2]
