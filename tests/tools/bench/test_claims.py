@@ -86,10 +86,15 @@ def test_what_the_time_did_not_suffice_for_was_not_found() -> None:
 
 
 @pytest.mark.slow
-def test_a_search_in_simulated_time_finds_and_repeats_itself() -> None:
+def test_a_search_in_simulated_time_finds() -> None:
     task = EpisodeParams(read_sections(None, 2, "training"), ("bed",), 60.0)
-    first, second = run(task), run(task)
-    (bed,) = first.objects
+    (bed,) = run(task).objects
     assert bed.success, bed.reason
     assert 0.5 < bed.spl <= 1.0
+
+
+@pytest.mark.slow
+def test_a_search_in_simulated_time_repeats_itself() -> None:
+    task = EpisodeParams(read_sections(None, 2, "training"), ("bed",), 3.0)
+    first, second = run(task), run(task)
     assert replace(first, wall_s=0.0) == replace(second, wall_s=0.0)
