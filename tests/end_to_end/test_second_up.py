@@ -113,7 +113,10 @@ def test_the_first_goes_on_when_a_second_is_refused(tmp_path: Path) -> None:
 
 def status_of(port: int) -> dict | None:
     try:
-        document: dict = httpx.get(f"http://127.0.0.1:{port}/v1/status", trust_env=False).json()
+        answer = httpx.get(
+            f"http://127.0.0.1:{port}/v1/status", trust_env=False, timeout=PATIENCE_S
+        )
+        document: dict = answer.json()
     except httpx.TransportError:
         return None
     return document

@@ -30,6 +30,7 @@ CONFIG = GatewayConfig(
     look_token=SecretStr("look"),
     agent_max_distance_m=40,
 )
+PATIENCE_S = 60.0  # for an answer; the library's 5 s are a measure of the machine
 BUDGET = {"max_distance_m": 30, "max_time_s": 120}
 Script = Callable[[Client], Awaitable[Any]]
 
@@ -47,7 +48,8 @@ async def agent(
     worker: GatewayWorker, token: str, mode: Literal["auto", "legacy"] = "auto"
 ) -> AsyncIterator[Client]:
     address = f"http://127.0.0.1:{worker.port}/mcp"
-    async with httpx2.AsyncClient(headers={"Authorization": f"Bearer {token}"}) as http:
+    headers = {"Authorization": f"Bearer {token}"}
+    async with httpx2.AsyncClient(headers=headers, timeout=PATIENCE_S) as http:
         transport = streamable_http_client(address, http_client=http)
         async with Client(transport, mode=mode) as client:
             yield client
