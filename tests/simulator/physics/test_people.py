@@ -8,6 +8,7 @@ from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.people import (
     GAP_M,
     NOBODY,
+    PATIENCE_S,
     START_AWAY_M,
     People,
     PeopleParams,
@@ -62,6 +63,28 @@ def test_people_start_away_from_the_robot_and_stop_before_it() -> None:
     assert walkers.distance_m(*steps[-1, 0]) == pytest.approx(-0.25)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_whom_the_robot_stopped_goes_elsewhere(seed: int) -> None:
+    robot_xy = (2.0, 1.5)
+    places = walked(people(2, seed, robot_xy), 90.0, robot_xy)
+    span = round(2.5 * PATIENCE_S / 0.02)
+    spans = np.lib.stride_tricks.sliding_window_view(places, span, axis=0)[::50]
+    assert np.ptp(spans, axis=-1).max(axis=-1).min() > 0
+
+
+def test_a_path_leads_past_the_robot_only_where_there_is_room() -> None:
+    cells = np.zeros_like(FLOOR.cells)
+    cells[4:37, 12] = True  # a corridor along x at y = 1.25 m, one cell wide
+    corridor, rng = WalkableFloor(FLOOR.grid, cells), np.random.default_rng(0)
+
+    def farthest_m(robot_xy: tuple[float, float]) -> float:
+        paths = [corridor.path((0.45, 1.25), rng, robot_xy=robot_xy, gap_m=0.75) for _ in range(30)]
+        return max(x for path in paths for x, _ in path)
+
+    assert farthest_m((2.05, 1.25)) <= 2.05 - 0.75 + 1e-6
+    assert farthest_m((2.05, 2.25)) > 2.05
+
+
 def test_without_people_or_floor_nobody_is_there() -> None:
     assert People.of(ROOM, PeopleParams(), np.random.default_rng(0), robot_radius_m=0.2) is None
     nowhere = WalkableFloor(FLOOR.grid, np.zeros_like(FLOOR.cells))
@@ -75,7 +98,8 @@ def test_without_people_or_floor_nobody_is_there() -> None:
     nobody.advance(0.02, (1.0, 1.0))
     assert nobody.bystanders.places.shape == (0, 2)
     assert nobody.distance_m(1.0, 1.0) == np.inf
-    assert nowhere.path((1.0, 1.0), np.random.default_rng(0)) == ()
+    rng = np.random.default_rng(0)
+    assert nowhere.path((1.0, 1.0), rng, robot_xy=(1.0, 1.0), gap_m=0.75) == ()
 
 
 class Statue(People):

@@ -1,9 +1,9 @@
-"""People who walk between random free places and stop before the robot."""
+"""People who walk between random free places, around the robot, and stop before it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import hypot, inf
+from math import dist, hypot, inf
 
 import numpy as np
 from pydantic import Field
@@ -21,7 +21,7 @@ CELL_SIZE_M = 0.1  # of the cells that people walk on
 BODY_HEIGHT_M = 1.7  # people stoop below nothing
 START_AWAY_M = 1.5  # nobody starts nearer to the robot
 GAP_M = 0.3  # between a person who stopped and the robot
-PATIENCE_S = 3.0  # then a person who was stopped by the robot goes elsewhere
+PATIENCE_S = 3.0  # then a person who was stopped by the robot, or found no way, goes elsewhere
 LEAST_SPEED = 0.5  # of the fastest: everybody walks at a pace of their own
 
 
@@ -73,26 +73,42 @@ class WalkableFloor:
         x_m, y_m, _ = scene.start
         return cls(collision.grid, collision.reachable_cells(x_m, y_m, radius_m))
 
-    def path(self, start: Place, rng: np.random.Generator) -> tuple[Place, ...]:
-        """The shortest path from a place to a random one, as cell centres; empty without floor."""
+    def path(
+        self, start: Place, rng: np.random.Generator, *, robot_xy: Place, gap_m: float
+    ) -> tuple[Place, ...]:
+        """The shortest path to a random place that keeps this gap to the robot, as cell centres.
+
+        Who is nearer to it gets no nearer. Empty where there is no such place. The cell of the
+        start is left out: its centre may be nearer to the robot by a hair, and whom the robot
+        stopped could not turn away.
+        """
         cells = np.argwhere(self.cells)
         if not len(cells):
             return ()
-        goals = np.zeros_like(self.cells)
-        goals[tuple(cells[int(rng.integers(len(cells)))])] = True
-        begin = cells[int(_away(self.grid.centres(cells), start).argmin())]
-        path = self.grid.centres(ShortestPaths.to(goals, self.cells).cells_from(begin))
-        return tuple((float(x), float(y)) for x, y in path)
+        centres = self.grid.centres(cells)
+        own = tuple(cells[int(_away(centres, start).argmin())])
+        begin, free = np.zeros_like(self.cells), np.zeros_like(self.cells)
+        far = _away(centres, robot_xy) >= min(gap_m, dist(start, robot_xy))
+        free[tuple(cells[far].T)] = True
+        begin[own] = free[own] = True
+        paths = ShortestPaths.to(begin, free)
+        goals = paths.cells[np.isfinite(paths.lengths)]
+        back = self.grid.centres(paths.cells_from(goals[int(rng.integers(len(goals)))]))
+        return tuple((float(x), float(y)) for x, y in back[-2::-1])
 
 
 @dataclass(slots=True)
 class Walker:
-    """One person: where they are, the rest of their path, how fast, and how long they wait."""
+    """One person: where they are, how fast, and the rest of their path.
+
+    waited_s: for how long the robot has stopped them. rest_s: until they look for a path again.
+    """
 
     place: Place
     speed_mps: float
     path: tuple[Place, ...] = ()
     waited_s: float = 0.0
+    rest_s: float = 0.0
 
 
 class People:
@@ -148,9 +164,12 @@ class People:
     def advance(self, dt_s: float, robot_xy: Place) -> None:
         """Walk for a few hundredths of a second, past a robot that stands at this place."""
         for walker in self._walkers:
-            if not walker.path:
-                walker.path = self._floor.path(walker.place, self._rng)
-                walker.waited_s = 0.0
+            walker.rest_s -= dt_s
+            if not walker.path and walker.rest_s <= 0:
+                walker.path = self._floor.path(
+                    walker.place, self._rng, robot_xy=robot_xy, gap_m=self._gap_m
+                )
+                walker.waited_s, walker.rest_s = 0.0, PATIENCE_S
             if walker.path:
                 self._walk(walker, dt_s, robot_xy)
 
