@@ -8,28 +8,63 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d, Rest
-from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.state import MAX_LOOKS, PlannerState, TargetState
+from onemap_planner.policy.context import PlanningContext, build_context
+from onemap_planner.policy.explore import select_candidate
+from onemap_planner.policy.state import MAX_LOOKS, Doubt, PlannerState, TargetState
 from onemap_planner.policy.verify import approach, confirm, doubted_from
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.events import CandidateSelected, Confirmed, Event, Rejected
 from onemap_planner.search.phases import Approaching, Confirming
 from onemap_planner.world.acceptance import ViewpointTally
 from onemap_planner.world.candidates import ObjectCandidate, Sighting
-from tests.planner.drawn_maps import PARAMS
+from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import POSE, candidate, context, planner_state
 
 
-def test_a_candidate_without_viewpoint_is_rejected_after_a_while() -> None:
-    far = candidate(9.0, 9.0)
-    assert find_viewpoint(far, context(), PARAMS.explore.bands_m) is None
-    after, motion, event = approach(planner_state(far), Approaching(far), context(), PARAMS)
+def given_up(state: PlannerState, there: ObjectCandidate, here: PlanningContext) -> PlannerState:
+    """The state after waiting for a way to the candidate for as long as it is waited for."""
+    began_s = state.active_time_s
+    state, motion, event = approach(state, Approaching(there), here, PARAMS)
     assert (motion, event) == (Rest(), None)
-    later = replace(after, active_time_s=PARAMS.explore.settle_s + 0.1)
-    after, _, event = approach(later, Approaching(far), context(), PARAMS)
+    state = replace(state, active_time_s=began_s + PARAMS.explore.settle_s + 0.1)
+    state, _, event = approach(state, Approaching(there), here, PARAMS)
     assert event == Rejected()
-    assert after.target_state.candidates == ()
-    assert after.target_state.rejected == (far,)
+    return state
+
+
+def in_next_room(door: str) -> PlanningContext:
+    """Two rooms of 2 x 1.5 m, the robot in one of them; door: "." open, "#" closed."""
+    rows = ["#" * 9, "#...#...#", f"#...{door}...#", f"#...{door}...#", "#...#...#", "#" * 9]
+    view = search_view_of(drawn_map(*rows, scale=5))
+    return build_context(POSE, view, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+
+
+def test_a_candidate_to_which_no_way_leads_is_kept_until_there_is_one() -> None:
+    far, opened, closed = candidate(1.2, 3.2), in_next_room("."), in_next_room("#")
+    state = planner_state(far)
+    for _ in range(PARAMS.dead_end.returns):
+        state = given_up(state, far, closed)
+        assert state.target_state.rejected == ()
+        assert select_candidate(state, closed, PARAMS) is None
+        assert select_candidate(state, opened, PARAMS) == CandidateSelected(far)
+    state = given_up(state, far, closed)
+    assert state.target_state.rejected == (far,)
+    assert state.target_state.candidates == ()
+
+
+def test_without_the_map_s_support_it_is_rejected_at_once() -> None:
+    far = replace(candidate(9.0, 9.0), supported=False)
+    assert given_up(planner_state(far), far, context()).target_state.rejected == (far,)
+
+
+def test_a_way_that_leads_only_where_it_was_doubted_is_none() -> None:
+    near = candidate(1.7, 1.7)
+    bands_m, doubts = PARAMS.explore.bands_m, list[Doubt]()
+    while (xy := find_viewpoint(near, context(), bands_m, [d.from_xy for d in doubts])) is not None:
+        doubts.append(Doubt(xy, near.xyz))
+    state = planner_state(near)
+    state = replace(state, target_state=replace(state.target_state, doubts=tuple(doubts)))
+    assert given_up(state, near, context()).target_state.rejected == (near,)
 
 
 @pytest.mark.parametrize(("more", "sure"), [(5, False), (6, True)])

@@ -30,8 +30,8 @@ class DeadEndParams(Params):
     )
     returns: NonNegativeInt = Field(
         default=2,
-        description="How often one place is offered again in a search: people who walk through "
-        "a room change it all the time.",
+        description="How often one place is offered again in a search, also a candidate to which "
+        "the way was closed: people who walk through a room change it all the time.",
     )
 
 

@@ -278,6 +278,7 @@ def _idle(
     cut_off = cut_off_m2 >= params.explore.cut_off_m2
     again = (
         state.target_state.rejected
+        or state.target_state.closed_off
         or state.unreached_frontiers
         or (cut_off and state.blacklisted_frontiers)
     )

@@ -73,7 +73,8 @@ class TargetState:
     there is one. reconsidered: whether rejected candidates got their second chance already.
     refuted: similar cells that were searched before the object was put aside. left: the last
     goals that others were preferred to. doubts: viewpoints that did not confirm a candidate.
-    undetected: similar cells in view, without a detection.
+    undetected: similar cells in view, without a detection. closed_off: places, metres, of
+    candidates that were left because no way led there, once for each time.
     """
 
     candidates: tuple[ObjectCandidate, ...] = ()
@@ -87,6 +88,7 @@ class TargetState:
     left: tuple[LeftGoal, ...] = ()
     doubts: tuple[Doubt, ...] = ()
     undetected: UndetectedViews = field(default_factory=UndetectedViews)
+    closed_off: tuple[tuple[float, float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

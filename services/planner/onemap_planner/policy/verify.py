@@ -32,7 +32,7 @@ def approach(
     tried = [*exhausted_viewpoints(candidate, params), *doubted_from(state, candidate, params)]
     viewpoint_xy = find_viewpoint(candidate, context, params.explore.bands_m, tried)
     if viewpoint_xy is None:
-        return _wait_for_path(state, candidate, params)
+        return _wait_for_path(state, candidate, context, params)
     state = replace(state, target_state=replace(state.target_state, idle_since_s=None))
     look_xy = (candidate.xyz[0], candidate.xyz[1])
     motion = context.drive_to(viewpoint_xy, look_xy)
@@ -145,16 +145,34 @@ def _telling(candidate: ObjectCandidate, params: PlannerParams) -> int:
 
 
 def _wait_for_path(
-    state: PlannerState, candidate: ObjectCandidate, params: PlannerParams
+    state: PlannerState, candidate: ObjectCandidate, context: PlanningContext, params: PlannerParams
 ) -> tuple[PlannerState, Motion, Event | None]:
-    """Reject the candidate only after ``settle_s``: the map may lose a path for a moment."""
+    """Leave the candidate only after ``settle_s``: the map may lose a path for a moment."""
     since_s = state.target_state.idle_since_s
     if since_s is None:
         since_s = state.active_time_s
     if state.active_time_s - since_s > params.explore.settle_s:
-        return reject_candidate(state, candidate), Rest(), Rejected()
+        return _leave(state, candidate, context, params), Rest(), Rejected()
     return (
         replace(state, target_state=replace(state.target_state, idle_since_s=since_s)),
         Rest(),
         None,
     )
+
+
+def _leave(
+    state: PlannerState, candidate: ObjectCandidate, context: PlanningContext, params: PlannerParams
+) -> PlannerState:
+    """Without a way to a candidate of the map, keep it until there is one; else reject it.
+
+    Somebody who stands in a door closes the way for a moment. ``dead_end.returns`` limits how often
+    that is believed.
+    """
+    closed = find_viewpoint(candidate, context, params.explore.bands_m) is None
+    before = state.target_state.closed_off
+    times = sum(candidate.distance_m(xyz) <= params.consensus.merge_m for xyz in before)
+    if not (candidate.supported and closed and times < params.dead_end.returns):
+        return reject_candidate(state, candidate)
+    closed_off = (*before, candidate.xyz)
+    target_state = replace(state.target_state, idle_since_s=None, closed_off=closed_off)
+    return replace(state, target_state=target_state)
