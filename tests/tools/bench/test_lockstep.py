@@ -30,6 +30,8 @@ from onemap_tools.bench.lockstep import (
 from onemap_tools.bench.simulated_robot import SimulatedRobot
 from tests.simulator.scenes import with_opening
 
+FOUR_HZ = SimulatorConfig(seed=2, rgbd_hz=4.0)  # the rate that a search needs, at half the work
+
 
 def test_tasks_are_due_at_their_rate() -> None:
     clock = SimulatedClock()
@@ -43,7 +45,7 @@ def test_tasks_are_due_at_their_rate() -> None:
 
 @pytest.mark.slow
 def test_a_place_in_a_room_that_was_never_seen_is_reached() -> None:
-    config = SystemConfig()
+    config = SystemConfig(simulator=SimulatorConfig(rgbd_hz=4.0))
     scene = generate_apartment(config.simulator.seed, STYLES[config.simulator.style])
     start = np.array(scene.start[:2])
     floor = CollisionMap.of(scene, config.simulator.robot.height_m)
@@ -66,7 +68,7 @@ def test_a_search_for_what_stands_behind_a_stairwell_stays_on_the_floor() -> Non
     """The straight way from the start to the sofa leads over an opening of 0.7 x 1 m."""
     scene = with_opening(generate_apartment(2), (4.5, 4.9, 5.2, 5.9))
     scene = replace(scene, start=(2.3, 5.43, 0.0))
-    config = SystemConfig(simulator=SimulatorConfig(seed=2))
+    config = SystemConfig(simulator=FOUR_HZ)
     simulation = LockstepSimulation(scene, config, PerceptionPipeline(config.perception))
     search = simulation.search(("sofa",), 60.0)
     assert [result.outcome for result in search.results] == [SearchState.FOUND]
@@ -90,7 +92,7 @@ class RecordedRobot(SimulatedRobot):
 def test_a_holonomic_robot_finds_the_sofa_and_drives_sideways_on_the_way() -> None:
     drive = DriveParams(max_lateral_mps=0.3)
     config = SystemConfig(
-        simulator=SimulatorConfig(seed=2, robot=RobotParams(max_lateral_mps=0.3)),
+        simulator=SimulatorConfig(seed=2, rgbd_hz=4.0, robot=RobotParams(max_lateral_mps=0.3)),
         planner=PlannerConfig(drive=drive),
     )
     robot = RecordedRobot(generate_apartment(2), config.simulator)
@@ -105,7 +107,7 @@ def test_a_holonomic_robot_finds_the_sofa_and_drives_sideways_on_the_way() -> No
 @pytest.mark.slow
 def test_on_a_map_of_late_frames_the_robot_is_slow() -> None:
     link = FrameLinkParams(min_delay_s=1.4, max_delay_s=1.4)
-    config = SystemConfig(simulator=SimulatorConfig(seed=2, frame_link=link))
+    config = SystemConfig(simulator=SimulatorConfig(seed=2, rgbd_hz=4.0, frame_link=link))
     robot = RecordedRobot(generate_apartment(2), config.simulator)
     simulation = LockstepSimulation(robot, config, PerceptionPipeline(config.perception))
     simulation.search(("sofa",), 30.0)
@@ -129,7 +131,7 @@ def stopping(simulation: LockstepSimulation, robot: SimulatedRobot) -> tuple[flo
 
 @pytest.mark.slow
 def test_a_cancelled_search_stops_within_300_ms_and_braking() -> None:
-    config = SystemConfig()
+    config = SystemConfig(simulator=FOUR_HZ)
     perception = PerceptionPipeline(config.perception)
     robot = SimulatedRobot(generate_apartment(2), config.simulator)
     simulation = LockstepSimulation(robot, config, perception)
