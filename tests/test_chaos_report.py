@@ -14,23 +14,39 @@ from tests.chaos.report import BROKEN, HELD, Attack, ChaosResult, json_line, tab
 ROOT = Path(__file__).parents[1]
 
 
-def collected(*arguments: str) -> str:
-    command = [sys.executable, "-m", "pytest", "tests/chaos", "--collect-only", "-q", *arguments]
+MARKERS = (None, "not slow", "slow", "chaos")
+COLLECT = """
+import json, sys, pytest
+for marker in json.loads(sys.argv[1]):
+    print("@next", flush=True)
+    selection = [] if marker is None else ["-m", marker]
+    pytest.main(["tests/chaos", "--collect-only", "-q", *selection])
+"""
+
+
+@pytest.fixture(scope="module")
+def collected() -> dict[str | None, str]:
+    """What pytest collects of the attacks with each marker, all in one process."""
+    command = [sys.executable, "-c", COLLECT, json.dumps(MARKERS)]
     result = subprocess.run(
-        command, cwd=ROOT, capture_output=True, text=True, timeout=200, check=False
+        command, cwd=ROOT, capture_output=True, text=True, timeout=200, check=True
     )
-    return result.stdout
+    outputs = result.stdout.split("@next\n")[1:]
+    return dict(zip(MARKERS, outputs, strict=True))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("arguments", [(), ("-m", "not slow"), ("-m", "slow")])
-def test_no_attack_runs_unless_the_marker_asks_for_it(arguments: tuple[str, ...]) -> None:
-    assert "::test_" not in collected(*arguments)
+@pytest.mark.parametrize("marker", [None, "not slow", "slow"])
+def test_no_attack_runs_unless_the_marker_asks_for_it(
+    marker: str | None, collected: dict[str | None, str]
+) -> None:
+    assert "deselected" in collected[marker]
+    assert "::test_" not in collected[marker]
 
 
 @pytest.mark.slow
-def test_the_marker_selects_every_attack() -> None:
-    assert "test_wire.py::test_mutated_messages" in collected("-m", "chaos")
+def test_the_marker_selects_every_attack(collected: dict[str | None, str]) -> None:
+    assert "test_wire.py::test_mutated_messages" in collected["chaos"]
 
 
 def test_an_attack_keeps_its_row_also_when_the_limit_is_broken() -> None:

@@ -104,7 +104,7 @@ def test_results_are_judged_at_true_places() -> None:
 
 @pytest.mark.slow
 def test_an_episode_with_every_error_repeats_itself_and_counts_them() -> None:
-    plain = setup(Method.ONEMAP, limit_s=8.0)
+    plain = setup(Method.ONEMAP, limit_s=5.0)
     simulator = with_errors(plain.config.simulator, Errors.ALL)
     harsh = replace(plain, config=replace(plain.config, simulator=simulator))
     first, second = (run_episode(harsh) for _ in range(2))
@@ -125,7 +125,7 @@ def test_the_oracle_finds_everything_on_the_shortest_path() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("method", [each for each in Method if each is not Method.ORACLE])
 def test_every_method_runs_an_episode(method: Method) -> None:
-    record = run_episode(setup(method, limit_s=6.0))
+    record = run_episode(setup(method, limit_s=4.0))
     assert len(record.objects) == 2
     assert record.simulated_s > 0
     assert len(record.trajectory) == pytest.approx(4 * record.simulated_s, abs=2)
@@ -140,7 +140,7 @@ def test_every_kind_of_features_runs_an_episode(features: Features) -> None:
 
 @pytest.mark.slow
 def test_objects_in_any_order_are_recorded_in_the_order_in_which_they_ended() -> None:
-    given = setup(Method.ONEMAP, limit_s=4.0)
+    given = setup(Method.ONEMAP, limit_s=3.0)
     both = [run_episode(each) for each in (given, replace(given, order=SearchOrder.ANY))]
     names = [sorted(item.name for item in record.objects) for record in both]
     assert names[0] == names[1]
@@ -149,6 +149,6 @@ def test_objects_in_any_order_are_recorded_in_the_order_in_which_they_ended() ->
 
 @pytest.mark.slow
 def test_an_episode_repeats_itself() -> None:
-    first, second = (run_episode(setup(Method.ONEMAP, limit_s=10.0)) for _ in range(2))
+    first, second = (run_episode(setup(Method.ONEMAP, limit_s=6.0)) for _ in range(2))
     assert first == second
     assert any(item.in_view for item in first.objects)
