@@ -5,6 +5,8 @@ BIN := $(VENV)/bin
 # Which build of torch the set-up takes: auto (without CUDA where there is no GPU), cpu or cuda.
 TORCH ?= auto
 PIP_INSTALL := $(BIN)/pip install --disable-pip-version-check
+# The tests start hundreds of processes: compile each module once, whatever the caller's shell says.
+export PYTHONDONTWRITEBYTECODE :=
 # One worker per core; the tests of a file stay together, since some share running services.
 # With more than four, the real-time services that the tests start would wait for each other.
 PARALLEL := -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
