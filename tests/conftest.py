@@ -69,13 +69,14 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 @pytest.fixture(autouse=True)
-def _no_coverage_of_slow_processes(
-    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def _no_coverage_of_slow_processes(request: pytest.FixtureRequest) -> Iterator[None]:
     """Processes that a slow test starts are not measured either."""
-    if request.node.get_closest_marker("slow"):
-        for name in [name for name in os.environ if name.startswith("COVERAGE_")]:
-            monkeypatch.delenv(name)
+    # A patch of its own: the test's, made before _process_as_before, would be undone after it.
+    with pytest.MonkeyPatch.context() as patch:
+        if request.node.get_closest_marker("slow"):
+            for name in [name for name in os.environ if name.startswith("COVERAGE_")]:
+                patch.delenv(name)
+        yield
 
 
 @pytest.fixture(autouse=True)
