@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Pose2d
+from onemap_planner.motion.progress import ProgressMonitor
 from onemap_planner.policy.competition import FoundObject
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.evidence import update_candidates
+from onemap_planner.policy.recovery import handle_stuck
 from onemap_planner.policy.state import (
     MAX_LOOKS,
     Doubt,
@@ -16,10 +18,11 @@ from onemap_planner.policy.state import (
     TargetState,
     reject_candidate,
 )
+from onemap_planner.search.phases import Approaching
 from onemap_planner.world.map_view import WorldCells
 from onemap_shared.messages import Detections, Occupancy
 from tests.planner.drawn_maps import PARAMS
-from tests.planner.one_room import SEARCH, context
+from tests.planner.one_room import POSE, SEARCH, context
 
 SOFA: WorldCells = frozenset((x, y) for x in range(20, 24) for y in range(20, 24))
 
@@ -105,6 +108,23 @@ def test_a_rejected_candidate_comes_back_when_it_is_seen_from_another_side(
         state = update_candidates(state, (frame(),), seen, PARAMS.consensus, near_m=1.5)
     sightings = [candidate.sightings for candidate in state.target_state.candidates]
     assert sightings == ([2] if back else [])
+
+
+@pytest.mark.parametrize(("seen_from", "back"), [((1.5, 1.0), False), ((2.5, 1.0), True)])
+def test_one_to_which_the_robot_got_stuck_comes_back_when_it_is_seen_from_elsewhere(
+    seen_from: tuple[float, float], back: bool
+) -> None:
+    """Behind somebody who stands in a doorway, say: that tells nothing about the candidate."""
+    seen = similar_to_sofa()
+    state = update_candidates(PlannerState(SEARCH), (frame(),), seen, PARAMS.consensus, near_m=1.5)
+    (sofa,) = state.target_state.candidates
+    stuck = ProgressMonitor(POSE, 0.0, stuck_count=PARAMS.recovery.max_stuck_count, stuck_at=POSE)
+    approaching = replace(SEARCH, phase=Approaching(sofa))
+    state, _ = handle_stuck(replace(state, search=approaching, progress=stuck), PARAMS)
+    assert state.target_state.candidates == ()
+    seen = replace(seen, pose=Pose2d(*seen_from, 0.0))
+    after = update_candidates(state, (frame(),), seen, PARAMS.consensus, near_m=1.5)
+    assert bool(after.target_state.candidates) == back
 
 
 @pytest.mark.parametrize(("rival", "kept"), [(0.9, 0), (0.7, 1)])

@@ -13,6 +13,7 @@ from onemap_planner.policy.state import (
     blacklist,
     latest_candidate,
     reject_candidate,
+    with_doubt,
 )
 from onemap_planner.search.events import Event, Rejected, SearchFailed
 from onemap_planner.search.phases import Approaching, Confirming
@@ -54,6 +55,8 @@ def handle_stuck(
     match state.search.phase:
         case Approaching(candidate) | Confirming(candidate, _):
             latest = latest_candidate(state, candidate, params.consensus)
+            # The way failed, not the candidate: detected from elsewhere, it is taken up again.
+            state = with_doubt(state, latest, state.progress.moved_at.xy)
             return reject_candidate(state, latest), (Rejected(),)
         case _ if state.target_state.active_goal is not None:
             return blacklist(state, state.target_state.active_goal.goal, reached=False), ()

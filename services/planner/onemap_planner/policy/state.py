@@ -57,7 +57,10 @@ class ActiveGoal:
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """A viewpoint from which a candidate was not confirmed, and the candidate's place, metres."""
+    """A place from which a candidate was not confirmed, and the candidate's, metres.
+
+    A viewpoint of the candidate, or where the robot got stuck on the way to one.
+    """
 
     from_xy: tuple[float, float]
     place_xyz: tuple[float, float, float]
@@ -293,6 +296,14 @@ def latest_candidate(
             return known
     near = [c for c in all_known if c.distance_m(candidate.xyz) <= params.merge_m]
     return near[0] if near else candidate
+
+
+def with_doubt(
+    state: PlannerState, candidate: ObjectCandidate, from_xy: tuple[float, float]
+) -> PlannerState:
+    """The state in which the candidate could not be confirmed from this place, in metres."""
+    doubts = (*state.target_state.doubts, Doubt(from_xy, candidate.xyz))
+    return replace(state, target_state=replace(state.target_state, doubts=doubts))
 
 
 def reject_candidate(state: PlannerState, candidate: ObjectCandidate) -> PlannerState:

@@ -13,10 +13,10 @@ from onemap_planner.policy.near_views import object_probability
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import (
     MAX_LOOKS,
-    Doubt,
     PlannerState,
     latest_candidate,
     reject_candidate,
+    with_doubt,
 )
 from onemap_planner.policy.viewpoints import find_viewpoint, surface_distance_m
 from onemap_planner.search.events import Arrived, CandidateSelected, Confirmed, Event, Rejected
@@ -79,9 +79,7 @@ def _doubt(
     What stands behind a corner is not detected from where the map, which is flat and blurred,
     shows a free line of sight.
     """
-    doubt = Doubt(context.pose.xy, candidate.xyz)
-    doubts = (*state.target_state.doubts, doubt)
-    state = replace(state, target_state=replace(state.target_state, doubts=doubts))
+    state = with_doubt(state, candidate, context.pose.xy)
     tried = doubted_from(state, candidate, params)
     similar = candidate.similarity >= params.region.threshold
     if similar and len(tried) < MAX_LOOKS:
