@@ -11,7 +11,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # With more than four, the real-time services that the tests start would wait for each other.
 PARALLEL := -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo test extras setup-demo setup-dev format check types unit coverage chaos docs docs-pages clean
+.PHONY: demo test extras setup-demo setup-dev format check types unit coverage kernels chaos docs docs-pages clean
 
 demo: setup-demo
 	$(BIN)/onemap demo $(ARGS)
@@ -60,7 +60,12 @@ types:
 unit:
 	$(BIN)/pytest $(PARALLEL) -m "not slow"
 
-coverage:
+# Once, before workers and the services that they start would each compile them for half a minute.
+kernels:
+	$(BIN)/python -c 'from onemap_mapper.params import MapParams; \
+	  from onemap_mapper.warm_up import warm_up; warm_up(MapParams())'
+
+coverage: kernels
 	$(BIN)/pytest $(PARALLEL) --cov --cov-report=
 	$(BIN)/coverage report --skip-covered --fail-under 95
 

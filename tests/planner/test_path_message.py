@@ -1,11 +1,14 @@
 """The message shows goal, path, frontiers and regions of the present decision."""
 
+import pytest
+
 from onemap_planner.path_message import planned_path
 from onemap_planner.search.phases import Destination, Exploring
 from onemap_shared.messages import SearchKind
 from tests.planner.grid_world import in_four_rooms, in_two_rooms, start, start_drive
 
 
+@pytest.mark.slow
 def test_the_message_shows_the_goal_of_each_phase() -> None:
     run = start(in_four_rooms(), "sofa")
     kinds, motions = set(), set()

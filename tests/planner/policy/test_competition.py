@@ -192,6 +192,7 @@ def confused(*objects: str) -> SimulatedSearch:
     return start(world, *objects)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("objects", [("bed", "sofa"), ("sofa", "bed")])
 def test_one_object_is_not_found_under_two_names(objects: tuple[str, ...]) -> None:
     run = confused(*objects)
@@ -202,6 +203,7 @@ def test_one_object_is_not_found_under_two_names(objects: tuple[str, ...]) -> No
         assert "which is the bed found before" in search.results[1].reason
 
 
+@pytest.mark.slow
 def test_an_object_of_an_earlier_search_is_not_found_again() -> None:
     run = confused("bed")
     run.until_over(200.0)

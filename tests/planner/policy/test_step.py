@@ -20,9 +20,8 @@ def results(run: SimulatedSearch) -> list[SearchState]:
     return [result.outcome for result in run.state.search.results]
 
 
-@pytest.mark.parametrize(
-    ("x", "y", "yaw"), [pytest.param(1.0, 1.0, 0.0, marks=pytest.mark.slow), (8.0, 2.0, 2.0)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("x", "y", "yaw"), [(1.0, 1.0, 0.0), (8.0, 2.0, 2.0)])
 def test_three_objects_in_four_rooms_are_found(x: float, y: float, yaw: float) -> None:
     world = in_four_rooms(x, y, yaw)
     run = start(world, "sofa", "vase", "bed")
@@ -53,6 +52,7 @@ def test_a_missing_object_is_not_found_after_everything_was_explored() -> None:
     assert not world.entered_solid
 
 
+@pytest.mark.slow
 def test_the_same_world_gives_the_same_search() -> None:
     traces = []
     for _ in range(2):
@@ -62,6 +62,7 @@ def test_the_same_world_gives_the_same_search() -> None:
     assert traces[0] == traces[1]
 
 
+@pytest.mark.slow
 def test_a_stale_map_stops_the_robot_and_the_search_goes_on_after_it() -> None:
     run = start(in_two_rooms(), "bed")
     while run.now_s < 10.0:
@@ -86,6 +87,7 @@ def test_a_missing_map_fails_the_search_with_the_reason() -> None:
     assert 30.0 <= run.now_s < 32.0
 
 
+@pytest.mark.slow
 def test_a_restarted_mapper_makes_it_look_around_again() -> None:
     run = start(in_two_rooms(), "bed")
     while run.now_s < 10.0:
@@ -106,6 +108,7 @@ class Glass(GridWorld):
         return super()._touches(x, y) or abs(x - (left + 3.0)) < 0.2
 
 
+@pytest.mark.slow
 def test_a_wall_that_no_map_shows_does_not_block_the_search_for_ever() -> None:
     floor_plan = FloorPlan(np.zeros((60, 40), bool))
     for wall in ((0, 0, 6, 0.1), (0, 3.9, 6, 4), (0, 0, 0.1, 4), (5.9, 0, 6, 4)):
@@ -123,6 +126,7 @@ def test_a_wall_that_no_map_shows_does_not_block_the_search_for_ever() -> None:
     assert run.state.search.reason
 
 
+@pytest.mark.slow
 def test_a_look_alike_that_the_detector_does_not_confirm_is_left() -> None:
     world = in_two_rooms()
     run = start(world, "table")
@@ -143,6 +147,7 @@ def test_the_time_limit_of_an_object() -> None:
     assert "limit" in run.state.search.results[0].reason
 
 
+@pytest.mark.slow
 def test_plans_lead_through_free_cells_only() -> None:
     run = start(in_four_rooms(), "sofa")
     drives = 0

@@ -102,6 +102,7 @@ def test_the_help_lists_the_keys_of_the_yaml(command: list[str]) -> None:
         assert word in text
 
 
+@pytest.mark.slow
 def test_a_sample_passes_the_check(tmp_path: Path) -> None:
     file = tmp_path / "flat.glb"
     result = CliRunner().invoke(app, ["scene", "sample", str(file), "--apartment", "loft"])

@@ -67,6 +67,7 @@ def shared_part(one: PlacedPiece, other: PlacedPiece) -> float:
     return float(inside.prod() / min((high_a - low_a).prod(), (high_b - low_b).prod()))
 
 
+@pytest.mark.slow
 def test_the_set_shows_every_shape() -> None:
     shown = shown_shapes(ForeignSetSpec())
     assert {name: len(shapes) for name, shapes in shown.items()} == dict.fromkeys(CATALOGUE, SHAPES)
