@@ -48,18 +48,25 @@ class FrontierParams(Params):
         default=0.2,
         ge=0,
         le=1,
-        description="Similarity expected in unknown space: above the usual 0.1 of other objects, "
-        "so that the unknown is preferred to a second look at them.",
+        description="Similarity expected in ``view_scale_m2`` of unknown space: above the usual "
+        "0.1 of other objects, so that the unknown is preferred to a second look at them.",
+    )
+    most_expected: float = Field(
+        default=0.6,
+        ge=0,
+        le=1,
+        description="Similarity that no unknown space exceeds, however large: what is clearly "
+        "like the object comes first.",
     )
     view_m: PositiveFloat = Field(
-        default=3.0,
+        default=4.0,
         description="Metres of unknown space in view from a frontier that count for what it may "
-        "show; farther, features are seldom certain enough for explored.",
+        "show: the depth of a room.",
     )
     view_scale_m2: PositiveFloat = Field(
-        default=1.0,
-        description="Square metres of unknown space in view for 63 percent of the prior: a door "
-        "shows 5 and more, a pocket behind a chair 0.3.",
+        default=16.0,
+        description="Square metres of unknown space in view for which the prior is expected: a "
+        "room. More counts in proportion: a pocket behind a chair shows 0.3.",
     )
     hint_m: PositiveFloat = Field(
         default=2.5,
@@ -92,8 +99,8 @@ class Frontier:
 
     cells (K, 2) int64: free cells on this side; beyond_xy (2,) metres: middle of what lies
     directly beyond; score in [0, 1]: the highest similarity in O - E reachable there, less
-    the way to it, and for a border of the unknown at least the prior's share that the unknown
-    area in view deserves; ``unknown`` names the kind of border.
+    the way to it, and for a border of the unknown at least what the unknown area in view lets
+    expect; ``unknown`` names the kind of border.
     """
 
     cells: I64
@@ -247,19 +254,20 @@ def _hints(map_view: MapView, params: FrontierParams) -> F64:
 def _with_prior(
     frontiers: list[Frontier], map_view: MapView, telling: Bool, params: FrontierParams
 ) -> list[Frontier]:
-    """Those of the unknown score at least the prior, as far as they deserve it.
+    """Those of the unknown score at least what may be expected there.
 
-    By the surroundings, and by the telling area in view from the middle of the frontier.
+    In proportion to the telling area in view from the middle of the frontier, which is the chance
+    that the object is in it, and by the surroundings.
     """
     asked = [frontier.cells for frontier in frontiers if frontier.unknown]
     if not asked:
         return frontiers
     middles = np.array([_middle(cells) for cells in asked])
     area_m2 = area_in_view(map_view, telling, middles, params.view_m)
-    share = 1.0 - np.exp(-area_m2 / params.view_scale_m2)
     hints = _hints(map_view, params)
     near = np.array([hints[cells[:, 0], cells[:, 1]].mean() for cells in asked])
-    priors = iter((params.unknown_prior * near * share).tolist())
+    expected = params.unknown_prior * near * area_m2 / params.view_scale_m2
+    priors = iter(np.minimum(expected, params.most_expected).tolist())
     return [
         replace(frontier, score=max(frontier.score, next(priors))) if frontier.unknown else frontier
         for frontier in frontiers
