@@ -42,7 +42,7 @@ def test_the_winner_is_compared_with_the_next_by_what_made_the_difference() -> N
         ((2.0, 1.0), False),
     ]
     assert choice.sentence == (
-        "utility 0.30, 0.05 more than the frontier at (2.0, 1.0): "
+        "utility 0.36, 0.12 more than the frontier at (2.0, 1.0): "
         "it is more similar (0.80 against 0.30)"
     )
     closer = explain(goal(3.0, travel_m=0.5), [goal(3.0, travel_m=0.5), near], PARAMS.goal)
@@ -50,7 +50,7 @@ def test_the_winner_is_compared_with_the_next_by_what_made_the_difference() -> N
     wider = explain(goal(3.0, length_m=2.0), [goal(3.0, length_m=2.0), near], PARAMS.goal)
     assert wider.sentence.endswith("it opens a wider view")
     twins = explain(near, [near, replace(near, look_xy=(9.0, 9.0))], PARAMS.goal)
-    assert twins.sentence == "utility 0.25, 0.00 more than the frontier at (9.0, 9.0)"
+    assert twins.sentence == "utility 0.24, 0.00 more than the frontier at (9.0, 9.0)"
 
 
 def test_a_goal_that_is_kept_by_hysteresis_says_so() -> None:

@@ -44,10 +44,9 @@ class GoalParams(Params):
     }
 
     half_value_m: PositiveFloat = Field(
-        default=3.5,
-        description="Metres of path at which a goal is worth half as much as here, and a quarter "
-        "twice as far away: a room. Two goals behind the same door keep their order on the way to "
-        "it, whatever the encoder's scores are.",
+        default=4.0,
+        description="Metres of path at which a goal is worth half as much as here: a room. Far "
+        "goals go by likeness per metre, whatever the encoder's scores are.",
     )
     size_weight_per_m: float = Field(
         default=0.04, ge=0, description="Bonus per metre of frontier: wide openings show more."
@@ -76,8 +75,7 @@ class GoalParams(Params):
 class GoalUtility:
     """Utility of a goal, in units of similarity: the part of score and size that the path leaves.
 
-    travel_share: that part, 1 here, halved by each ``half_value_m``, 0 without a path; the
-    discount exp(-lambda L) of Gonzalez-Banos and Latombe (2002).
+    travel_share: that part, 1 here, 1/2 at ``half_value_m``, 0 without a path.
     """
 
     score: float
@@ -104,7 +102,7 @@ class GoalUtility:
             score=score,
             size_bonus=params.size_weight_per_m * length_m,
             travel_m=float(travel_m),
-            travel_share=0.5 ** (float(travel_m) / params.half_value_m),
+            travel_share=1.0 / (1.0 + float(travel_m) / params.half_value_m),
         )
 
 
