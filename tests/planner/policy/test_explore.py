@@ -13,6 +13,7 @@ from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.policy.state import PlannerState, TargetState, blacklist, reject_candidate
 from onemap_planner.search.events import CandidateSelected, Event, Exhausted
 from onemap_planner.world.acceptance import ViewpointTally
+from onemap_planner.world.undetected import UndetectedViews
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import POSE, SEARCH, candidate, context, planner_state
 
@@ -139,6 +140,21 @@ def test_it_drives_to_the_frontier_and_keeps_the_goal() -> None:
     assert kept.comparison is not None
     assert kept.comparison.at_s == 1.0
     assert replace(kept, comparison=goal.comparison) == goal
+
+
+@pytest.mark.parametrize(("views", "kind"), [(0, GoalKind.REGION), (4, GoalKind.FRONTIER)])
+def test_what_looks_like_it_is_a_goal_until_the_detector_did_not_find_it(
+    views: int, kind: GoalKind
+) -> None:
+    cell = np.array([[20, 4]])
+    similarity = np.full(HALF_KNOWN.map_view.similarity.shape, 0.1, np.float32)
+    similarity[20, 4] = 0.9  # searched: features from afar are good before a detector sees it
+    here = replace(HALF_KNOWN, map_view=replace(HALF_KNOWN.map_view, similarity=similarity))
+    seen = UndetectedViews(dict.fromkeys(here.map_view.world_cells(cell), views))
+    state = replace(PlannerState(SEARCH), target_state=TargetState(undetected=seen))
+    state, *_ = explore(state, here, PARAMS)
+    assert state.target_state.active_goal is not None
+    assert state.target_state.active_goal.goal.kind is kind
 
 
 def test_a_goal_that_takes_too_long_is_blacklisted() -> None:

@@ -1,7 +1,9 @@
-"""Regions of high similarity that are observed, but not yet searched (O - C).
+"""Regions of high similarity among the observed cells (O).
 
 The paper takes E - C. What was seen only from afar is as good a reason to go there, once a
-viewpoint of it can be reached.
+viewpoint of it can be reached; and what is in C may have been too far for the detector. Views
+in which it had to find the object and did not lower the similarity (``world/undetected``), and
+each region is looked at a few times only.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from pydantic import Field, PositiveFloat, PositiveInt
 
 from onemap_planner.world.components import components
 from onemap_planner.world.map_view import MapView
-from onemap_shared.geometry import F64, I64, Bool
+from onemap_shared.geometry import F64, I64
 from onemap_shared.params import Params
 
 
@@ -51,27 +53,24 @@ class SimilarRegion:
 
 
 def find_regions(map_view: MapView, params: SimilarRegionParams) -> tuple[SimilarRegion, ...]:
-    """Components of similarity above the threshold in O - C, best first."""
-    return _clusters(map_view, map_view.observed & ~map_view.searched, params.threshold, params)
+    """Components of similarity above the threshold in O, best first."""
+    return _clusters(map_view, params.threshold, params)
 
 
 def remaining_regions(map_view: MapView, params: SimilarRegionParams) -> tuple[SimilarRegion, ...]:
-    """The best ``last_looks`` regions among all observed cells, from ``last_threshold`` on.
+    """The best ``last_looks`` regions from ``last_threshold`` on.
 
-    In the first search E equals C, and a cell is in C even if it was seen from too far for the
-    detector: before an object counts as not found, these regions are viewed from nearby.
+    Before an object counts as not found, what looks a little like it is viewed from nearby.
     """
-    return _clusters(map_view, map_view.observed, params.last_threshold, params)[
-        : params.last_looks
-    ]
+    return _clusters(map_view, params.last_threshold, params)[: params.last_looks]
 
 
 def _clusters(
-    map_view: MapView, among: Bool, threshold: float, params: SimilarRegionParams
+    map_view: MapView, threshold: float, params: SimilarRegionParams
 ) -> tuple[SimilarRegion, ...]:
     similar = np.nan_to_num(map_view.similarity, nan=0.0) >= threshold
     regions = []
-    for cells in components(similar & among):
+    for cells in components(similar & map_view.observed):
         if len(cells) * map_view.cell_area_m2 < params.min_area_m2:
             continue
         scores = map_view.similarity[cells[:, 0], cells[:, 1]]
