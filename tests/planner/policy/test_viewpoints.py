@@ -8,6 +8,7 @@ import pytest
 from onemap_planner.policy.viewpoints import (
     TRIED_M,
     Bands,
+    SightTarget,
     Viewpoints,
     _occupied_only,
     find_viewpoint,
@@ -17,6 +18,7 @@ from onemap_planner.policy.viewpoints import (
 )
 from onemap_planner.world.acceptance import SAME_SIDE_M
 from onemap_planner.world.candidates import Sighting
+from onemap_shared.geometry import I64
 from onemap_simulator.rendering.rgbd_camera import CameraParams
 from tests.planner.drawn_maps import (
     PARAMS,
@@ -25,27 +27,36 @@ from tests.planner.drawn_maps import (
 )
 from tests.planner.one_room import candidate, context
 
-NOT_SEEN = np.zeros((0, 2), np.int64)
+DEEP = [[10, 34]]  # in the wall, five cells from the nearest floor
 
 
-def around(target: list[list[int]], tried: list[list[int]] | None = None) -> Viewpoints:
-    """Viewpoints left of a wall (cells 30 to 34), for a target right of it."""
-    map_view = drawn_map(*["......#......"] * 4, scale=5)
+def around(
+    target: list[list[int]],
+    tried: list[list[int]] | None = None,
+    seen_from: list[list[int]] | None = None,
+) -> Viewpoints:
+    """Viewpoints left of a wall (cells 30 to 39), for a target in it or right of it."""
+    map_view = drawn_map(*["......##......"] * 4, scale=5)
     costmap, cost_to_go = costmap_and_cost_to_go(map_view, (0.5, 0.5), PARAMS.costmap)
-    vain = np.array(tried or [], np.int64).reshape(-1, 2)
-    return viewpoints_around(np.array(target), costmap, cost_to_go, band_m=(0.5, 1.4), tried=vain)
+    vain, seen = (np.array(cells or [], np.int64).reshape(-1, 2) for cells in (tried, seen_from))
+    return viewpoints_around(
+        SightTarget(np.array(target), seen), costmap, cost_to_go, band_m=(0.5, 1.4), tried=vain
+    )
 
 
 def test_nothing_is_seen_through_a_wall_unless_it_was_seen_from_there() -> None:
-    viewpoints = around([[10, 39]])
-    assert first_visible(viewpoints, NOT_SEEN) is None
-    viewpoint = first_visible(viewpoints, np.array([[10, 5]]))
+    assert first_visible(around([[10, 39]])) is None
+    viewpoint = first_visible(around([[10, 39]], seen_from=[[10, 5]]))
     assert viewpoint is not None
     assert viewpoint[1] < 30
 
 
+def test_a_room_that_cannot_be_reached_is_not_looked_into_through_its_wall() -> None:
+    assert least_occluded(around([[10, 39]])) is None
+
+
 def test_without_a_visible_viewpoint_the_least_occluded_is_taken() -> None:
-    viewpoint = least_occluded(around([[10, 39]]))
+    viewpoint = least_occluded(around(DEEP))
     assert viewpoint is not None
     assert viewpoint[1] < 30
     straight = abs(int(viewpoint[0]) - 10)
@@ -53,10 +64,44 @@ def test_without_a_visible_viewpoint_the_least_occluded_is_taken() -> None:
     assert least_occluded(around([[10, 55]])) is None  # nothing reachable is near
 
 
+def beside_a_wall(target: list[int], seen_from: list[list[int]]) -> I64 | None:
+    """The viewpoint of a thing on a counter (rows 20 to 24) at a thin wall (25, 26).
+
+    The robot stands in the room behind the wall, which a door connects with the counter's.
+    """
+    rows = [*["." * 60] * 20, *["#" * 40 + "." * 20] * 7, *["." * 60] * 20]
+    costmap, cost_to_go = costmap_and_cost_to_go(drawn_map(*rows), (3.5, 1.0), PARAMS.costmap)
+    seen = np.array(seen_from, np.int64).reshape(-1, 2)
+    viewpoints = viewpoints_around(
+        SightTarget(np.array([target]), seen),
+        costmap,
+        cost_to_go,
+        band_m=(0.5, 1.5),
+        tried=seen[:0],
+    )
+    return first_visible(viewpoints)
+
+
+@pytest.mark.parametrize(
+    ("target", "seen_from", "behind"),
+    [
+        pytest.param([22, 10], [], False, id="nearer to the counter's room"),
+        pytest.param([24, 10], [[5, 10]], False, id="seen over the counter"),
+        pytest.param([24, 10], [], True, id="nothing tells which room"),
+    ],
+)
+def test_what_stands_at_a_wall_is_not_looked_at_from_the_next_room(
+    target: list[int], seen_from: list[list[int]], behind: bool
+) -> None:
+    viewpoint = beside_a_wall(target, seen_from)
+    assert viewpoint is not None
+    assert bool(viewpoint[0] > 26) is behind
+
+
 def test_no_viewpoint_near_a_tried_one_is_returned() -> None:
-    first = least_occluded(around([[10, 39]]))
+    first = least_occluded(around(DEEP))
     assert first is not None
-    second = least_occluded(around([[10, 39]], [first.tolist()]))
+    second = least_occluded(around(DEEP, [first.tolist()]))
     assert second is not None
     assert np.hypot(*(second - first)) * 0.1 > TRIED_M
 

@@ -16,7 +16,7 @@ from onemap_planner.motion.path import cost_to_go_from
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.unknown_way import PlaceParams
-from onemap_planner.policy.viewpoints import first_visible, viewpoints_around
+from onemap_planner.policy.viewpoints import SightTarget, first_visible, viewpoints_around
 from onemap_planner.world.components import components
 from onemap_planner.world.costmap import IMPASSABLE, RETURN_FACTOR
 from onemap_shared.geometry import F64, I64, Bool
@@ -50,13 +50,13 @@ def _look_at(
     """The nearest view of an obstacle's cells (K, 2), not from tried ones (T, 2); None without."""
     grid = context.costmap.grid
     around = viewpoints_around(
-        obstacle,
+        SightTarget(obstacle),
         context.costmap,
         context.cost_to_go,
         band_m=(context.params.escape_radius_m, params.view_farthest_m),
         tried=tried,
     )
-    cell = first_visible(around, obstacle[:0])
+    cell = first_visible(around)
     if cell is None:
         return None
     (x, y), (look_x, look_y) = grid.centres(cell), grid.centres(obstacle).mean(axis=0)

@@ -12,6 +12,7 @@ from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import Goal, GoalKind, GoalParams, GoalUtility
 from onemap_planner.policy.viewpoints import (
     Bands,
+    SightTarget,
     find_viewpoint,
     first_visible,
     least_occluded,
@@ -82,10 +83,10 @@ def region_goals(
     goals = []
     band_m = (params.view_nearest_m, params.view_farthest_m)
     tried = costmap.grid.cells(tried_xy)
-    no_sightings = tried[:0]
     for region in regions:
-        around = viewpoints_around(region.cells, costmap, cost_to_go, band_m=band_m, tried=tried)
-        viewpoint = first_visible(around, no_sightings)
+        target = SightTarget(region.cells)
+        around = viewpoints_around(target, costmap, cost_to_go, band_m=band_m, tried=tried)
+        viewpoint = first_visible(around)
         if viewpoint is None:
             viewpoint = least_occluded(around)
         if viewpoint is None:

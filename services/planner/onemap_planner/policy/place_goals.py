@@ -13,6 +13,7 @@ from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.unknown_way import PlaceParams, frontier_on_way
 from onemap_planner.policy.viewpoints import (
     BLUR_CELLS,
+    SightTarget,
     Viewpoints,
     first_visible,
     least_occluded,
@@ -76,13 +77,13 @@ def frontier_goal(
     if visits[tuple(frontier.ahead)]:
         band_m = (context.params.escape_radius_m, params.view_farthest_m)
         around = viewpoints_around(
-            frontier.ahead[None],
+            SightTarget(frontier.ahead[None]),
             context.costmap,
             context.cost_to_go,
             band_m=band_m,
             tried=frontier.ahead[None][:0],
         )
-        viewpoint = first_visible(around, frontier.ahead[None][:0])
+        viewpoint = first_visible(around)
     xy = _xy(frontier.cell if viewpoint is None else viewpoint, context)
     utility = _utility(xy, context)
     reason = (
@@ -133,7 +134,7 @@ def _seeing(xy: tuple[float, float], context: PlanningContext, params: PlacePara
     if not _known(xy, context):
         return None
     around = _around(xy, context, (params.view_nearest_m, params.view_farthest_m))
-    return first_visible(around, around.cells[:0])
+    return first_visible(around)
 
 
 def _seeing_into(
@@ -154,7 +155,9 @@ def _around(
     beneath = distance_cells(grid, here) * grid.cell_size_m <= context.params.escape_radius_m
     opaque = replace(costmap, occupied=costmap.occupied | ~(costmap.free | beneath))
     cell = grid.cells(np.asarray(xy))[None]
-    return viewpoints_around(cell, opaque, context.cost_to_go, band_m=band_m, tried=cell[:0])
+    return viewpoints_around(
+        SightTarget(cell), opaque, context.cost_to_go, band_m=band_m, tried=cell[:0]
+    )
 
 
 def _goal(destination: Destination, cell: I64, context: PlanningContext) -> Goal:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isfinite, radians, tan
 
 import numpy as np
@@ -60,21 +60,31 @@ def reachable(costmap: Costmap, cost_to_go: CostToGo) -> Bool:
 
 
 @dataclass(frozen=True, slots=True)
+class SightTarget:
+    """What is looked at: its cells (K, 2), and those that it was seen from (S, 2), if known."""
+
+    cells: I64
+    seen_from: I64 = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+
+
+@dataclass(frozen=True, slots=True)
 class Viewpoints:
     """Reachable cells from which a target may be seen, cheapest first, at most ``MAX_TRIES``.
 
     Indices count from ``corner`` (2,). cells (N, 2): the viewpoints; look (N, 2): the target
-    cell nearest to each; obstructed (nx, ny): obstacles that do not belong to the target.
+    cell nearest to each; seen_from (S, 2): where it was seen from; obstructed (nx, ny): obstacles
+    that do not belong to the target.
     """
 
     corner: I64
     cells: I64
     look: I64
+    seen_from: I64
     obstructed: Bool
 
 
 def viewpoints_around(
-    target: I64,
+    target: SightTarget,
     costmap: Costmap,
     cost_to_go: CostToGo,
     *,
@@ -82,38 +92,38 @@ def viewpoints_around(
     tried: I64,
     apart_m: float = TRIED_M,
 ) -> Viewpoints:
-    """Viewpoints whose distance to the nearest target cell (K, 2) lies in the band.
+    """Viewpoints before the target whose distance to its nearest cell lies in the band.
 
     tried (T, 2): earlier viewpoints; none within ``apart_m`` of them is returned.
     """
-    corner, box = _window(target, costmap, band_m[1])
+    corner, box = _window(target.cells, costmap, band_m[1])
     size = costmap.grid.cell_size_m
     mask = np.zeros(costmap.occupied[box].shape, bool)
-    local = target - corner
+    local, seen_from = target.cells - corner, target.seen_from - corner
     mask[local[:, 0], local[:, 1]] = True
     cells, nearest = ndimage.distance_transform_edt(~mask, return_indices=True)
-    fit = costmap.navigable[box] & np.isfinite(cost_to_go.cost_m[box])
-    fit &= (cells * size >= band_m[0]) & (cells * size <= band_m[1])
-    viewpoints = np.argwhere(fit)
+    stand = costmap.navigable[box] & (cells * size >= band_m[0]) & (cells * size <= band_m[1])
+    stand = _before(SightTarget(local, seen_from), cells, costmap.free[box], stand)
+    viewpoints = np.argwhere(stand & np.isfinite(cost_to_go.cost_m[box]))
     away = np.hypot(*(viewpoints[:, None] + corner - tried[None]).transpose(2, 0, 1)) * size
     viewpoints = viewpoints[(away > apart_m).all(axis=1)]
     cost = cost_to_go.cost_m[box][viewpoints[:, 0], viewpoints[:, 1]]
     viewpoints = _spread(viewpoints[np.argsort(cost, kind="stable")])
     own = _grown(mask)
     look: I64 = nearest[:, viewpoints[:, 0], viewpoints[:, 1]].T.astype(np.int64)
-    return Viewpoints(corner, viewpoints, look, costmap.occupied[box] & ~own)
+    return Viewpoints(corner, viewpoints, look, seen_from, costmap.occupied[box] & ~own)
 
 
-def first_visible(around: Viewpoints, seen_from: I64) -> I64 | None:
+def first_visible(around: Viewpoints) -> I64 | None:
     """The cheapest viewpoint (2,) from which the target is visible; None if there is none.
 
-    It is visible if no obstacle lies between, or from the directions from which it was seen
-    (S, 2): a 2-D map does not show that the camera looks over a table at a cup behind it.
+    It is visible if no obstacle lies between, or from the directions from which it was seen: a
+    2-D map does not show that the camera looks over a table at a cup behind it.
     """
     clear = ~around.obstructed
-    seen_from = seen_from - around.corner
     for viewpoint, look in zip(around.cells, around.look, strict=True):
-        if line_is_clear(clear, viewpoint, look) or seen_from_side(viewpoint, look, seen_from):
+        from_side = seen_from_side(viewpoint, look, around.seen_from)
+        if line_is_clear(clear, viewpoint, look) or from_side:
             cell: I64 = viewpoint + around.corner
             return cell
     return None
@@ -149,25 +159,35 @@ def find_viewpoint(
     cells = context.map_view.indices_of(candidate.surface)
     if len(cells) == 0:
         return None
-    costmap, cost_to_go = context.costmap, context.cost_to_go
-    cells = _occupied_only(cells, costmap)
+    costmap = context.costmap
     seen_from = costmap.grid.cells(np.asarray(candidate.seen_from))
+    target = SightTarget(_occupied_only(cells, costmap), seen_from)
     tried = costmap.grid.cells(np.array(tried_xy, np.float64).reshape(-1, 2))
     apart_m = TRIED_M if candidate.supported else OTHER_SIDE_M
-    viewpoint = None
-    for band_m in bands_m.at(candidate.xyz[2]):
-        around = viewpoints_around(
-            cells, costmap, cost_to_go, band_m=band_m, tried=tried, apart_m=apart_m
-        )
-        viewpoint = first_visible(around, seen_from)
-        if viewpoint is not None:
-            break
-    else:
-        viewpoint = None if len(tried) else least_occluded(around)
+    viewpoint = _in_bands(target, context, bands_m.at(candidate.xyz[2]), tried, apart_m)
     if viewpoint is None:
         return None
     x, y = costmap.grid.centres(viewpoint)
     return float(x), float(y)
+
+
+def _in_bands(
+    target: SightTarget,
+    context: PlanningContext,
+    bands_m: tuple[tuple[float, float], ...],
+    tried: I64,
+    apart_m: float,
+) -> I64 | None:
+    """The viewpoint (2,) of a target in the first band that has one, else the least occluded."""
+    costmap, cost_to_go = context.costmap, context.cost_to_go
+    for band_m in bands_m:
+        around = viewpoints_around(
+            target, costmap, cost_to_go, band_m=band_m, tried=tried, apart_m=apart_m
+        )
+        viewpoint = first_visible(around)
+        if viewpoint is not None:
+            return viewpoint
+    return None if len(tried) else least_occluded(around)
 
 
 def surface_distance_m(candidate: ObjectCandidate, context: PlanningContext) -> float:
@@ -201,6 +221,41 @@ def _window(target: I64, costmap: Costmap, reach_m: float) -> tuple[I64, tuple[s
     lower = np.maximum(target.min(axis=0) - around, 0)
     upper = np.minimum(target.max(axis=0) + around + 1, costmap.grid.shape)
     return lower, (slice(lower[0], upper[0]), slice(lower[1], upper[1]))
+
+
+def _before(target: SightTarget, away: F64, free: Bool, stand: Bool) -> Bool:
+    """Which of the places ``stand`` (nx, ny) are on the floor before a target.
+
+    What stands against a wall is not seen from the next room, though the flat and blurred map has
+    nothing but a thin wall between. The floor before it is all over which it was seen; else the
+    nearest, or all that is within a cell of it. away (nx, ny): cells to the target. All places, if
+    none is there.
+    """
+    floors, _ = ndimage.label(free)
+    if len(target.seen_from):
+        before = _floors_seen_over(target, floors)
+    else:
+        nearest = float(away[free].min(initial=np.inf))
+        before = np.unique(floors[free & (away <= nearest + 1)])
+    there: Bool = stand & np.isin(floors, before)
+    return there if there.any() else stand
+
+
+def _floors_seen_over(target: SightTarget, floors: I64) -> I64:
+    """Numbers of the floors that the lines of sight to the target cross, without repetition.
+
+    floors (nx, ny): number of the connected floor of each cell, 0 where there is none.
+    """
+    cells = target.cells
+    middle = cells[np.hypot(*(cells - cells.mean(axis=0)).T).argmin()]
+    crossed = [np.zeros(0, np.int64)]
+    for place in target.seen_from:
+        steps = 2 * int(np.abs(place - middle).max()) + 1
+        line = np.rint(np.linspace(middle, place, steps)).astype(np.int64)
+        x, y = line[((line >= 0) & (line < floors.shape)).all(axis=1)].T
+        crossed.append(floors[x, y])
+    numbers = np.unique(np.concatenate(crossed))
+    return numbers[numbers > 0]
 
 
 def own_cells(target: I64, shape: tuple[int, int]) -> Bool:
