@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from onemap_planner.motion.motions import Pose2d
+from onemap_planner.policy.context import build_context
 from onemap_planner.policy.viewpoints import (
     TRIED_M,
     Bands,
@@ -21,9 +23,11 @@ from onemap_planner.world.candidates import Sighting
 from onemap_shared.geometry import I64
 from onemap_simulator.rendering.rgbd_camera import CameraParams
 from tests.planner.drawn_maps import (
+    NO_POINTS,
     PARAMS,
     costmap_and_cost_to_go,
     drawn_map,
+    search_view_of,
 )
 from tests.planner.one_room import candidate, context
 
@@ -157,7 +161,7 @@ def test_another_side_is_in_sight_and_not_where_it_was_looked_at_before() -> Non
     assert hidden is None or np.hypot(hidden[0] - first[0], hidden[1] - first[1]) > TRIED_M
 
 
-BANDS = Bands(((0.7, 1.1), (0.7, 1.25)), camera_m=1.0, down_deg=45.0, up_deg=20.0)
+BANDS = Bands(((0.7, 1.1), (0.7, 1.25)), 1.5, camera_m=1.0, down_deg=45.0, up_deg=20.0)
 
 
 @pytest.mark.parametrize(
@@ -198,3 +202,19 @@ def test_the_camera_that_is_taken_for_granted_is_the_simulators() -> None:
     assert bands.camera_m == camera.height_m
     assert bands.down_deg == pytest.approx(half_deg + camera.pitch_down_deg, abs=1.0)
     assert bands.up_deg == pytest.approx(half_deg - camera.pitch_down_deg, abs=1.0)
+
+
+@pytest.mark.parametrize(("supported", "reached"), [(True, True), (False, False)])
+def test_where_the_robot_fits_nowhere_nearer_it_looks_from_as_near_as_it_can(
+    supported: bool, reached: bool
+) -> None:
+    rows = [*["#" * 40] * 5, *[f"#{'.' * 38}#"] * 20, *["#" * 40] * 5]
+    rows[5:13] = rows[17:25] = [f"#{'.' * 20}{'#' * 15}...#"] * 8  # a passage of 0.4 m
+    view = search_view_of(drawn_map(*rows))
+    pose = Pose2d(1.4, 1.0, 0.0)
+    here = build_context(pose, view, trail=(), obstacles_xy=NO_POINTS, params=PARAMS.costmap)
+    seen = replace(candidate(1.45, 3.15), supported=supported, seen_from=((1.4, 1.0),))
+    viewpoint = find_viewpoint(seen, here, PARAMS.explore.bands_m)
+    assert (viewpoint is not None) is reached
+    if viewpoint is not None:
+        assert 1.25 <= np.hypot(viewpoint[0] - 1.45, viewpoint[1] - 3.15) <= 1.5

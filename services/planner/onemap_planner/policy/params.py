@@ -39,6 +39,11 @@ class ExploreParams(Params):
         description="Metres tried when nothing nearer can be reached; success is 1.5 m (paper), "
         "and what the map takes for the surface may lie two cells before it.",
     )
+    approach_limit_m: PositiveFloat = Field(
+        default=1.5,
+        description="Metres from which what detector and map agree on is confirmed if the robot "
+        "fits nowhere nearer, as before a bathtub behind a washbasin: success (paper).",
+    )
     camera_height_m: PositiveFloat = Field(
         default=1.0,
         description="Metres above the floor, as the simulator's: with the two angles, from how "
@@ -106,7 +111,13 @@ class ExploreParams(Params):
         """Nearest and farthest distance from the object's surface, then those of last resort."""
         nearest_m, farthest_m = self.approach_nearest_m, self.approach_farthest_m
         distances_m = (nearest_m, farthest_m), (nearest_m, self.approach_last_resort_m)
-        return Bands(distances_m, self.camera_height_m, self.sees_down_deg, self.sees_up_deg)
+        return Bands(
+            distances_m,
+            self.approach_limit_m,
+            self.camera_height_m,
+            self.sees_down_deg,
+            self.sees_up_deg,
+        )
 
 
 class PlannerParams(Params):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from math import isfinite, radians, tan
 
 import numpy as np
@@ -20,6 +21,7 @@ from onemap_shared.geometry import F64, I64, Bool
 MAX_TRIES = 80  # lines of sight tried per target, cheapest viewpoints first
 TRIED_M = 0.7  # a viewpoint nearer than this to a tried one shows nothing new
 OTHER_SIDE_M = 1.2 * SAME_SIDE_M  # the robot may stop a little off
+BEYOND_M = 0.1  # width of the bands beyond the farthest: a cell of the default size
 LEAST_BAND_M = 0.2  # that its height leaves of a band: two cells of the default size
 BLUR_CELLS = 2  # the map is blurred: obstacles this close to the target belong to it
 
@@ -28,11 +30,13 @@ BLUR_CELLS = 2  # the map is blurred: obstacles this close to the target belong 
 class Bands:
     """Distances from a target's surface to look at it from, tried in this order.
 
-    distances_m: nearest and farthest of each; camera_m: height of the camera above the floor;
-    down_deg, up_deg: how far below and above the horizontal its image reaches.
+    distances_m: nearest and farthest of each; limit_m: farthest, where none of these can be
+    reached; camera_m: height of the camera above the floor; down_deg, up_deg: how far below and
+    above the horizontal its image reaches.
     """
 
     distances_m: tuple[tuple[float, float], ...]
+    limit_m: float
     camera_m: float
     down_deg: float
     up_deg: float
@@ -51,6 +55,13 @@ class Bands:
             (max(nearest_m, min(shown_m, farthest_m - LEAST_BAND_M)), farthest_m)
             for nearest_m, farthest_m in self.distances_m
         )
+
+    @property
+    def beyond_m(self) -> tuple[tuple[float, float], ...]:
+        """The bands from the farthest distance up to the limit, the nearest first."""
+        _, farthest_m = self.distances_m[-1]
+        edges_m = [*np.arange(farthest_m, self.limit_m, BEYOND_M).tolist(), self.limit_m]
+        return tuple(pairwise(edges_m))
 
 
 def reachable(costmap: Costmap, cost_to_go: CostToGo) -> Bool:
@@ -154,7 +165,8 @@ def find_viewpoint(
 
     bands_m: distances from its surface, by its height; tried_xy: metres, none near these, and
     none from which it is hidden, if there are any. Of a candidate that the map does not support,
-    only another side shows anything new.
+    only another side shows anything new. One that it supports is seen from farther away, where
+    the robot does not fit nearer.
     """
     cells = context.map_view.indices_of(candidate.surface)
     if len(cells) == 0:
@@ -165,6 +177,8 @@ def find_viewpoint(
     tried = costmap.grid.cells(np.array(tried_xy, np.float64).reshape(-1, 2))
     apart_m = TRIED_M if candidate.supported else OTHER_SIDE_M
     viewpoint = _in_bands(target, context, bands_m.at(candidate.xyz[2]), tried, apart_m)
+    if viewpoint is None and candidate.supported and len(tried) == 0:
+        viewpoint = _beyond_bands(target, context, bands_m)
     if viewpoint is None:
         return None
     x, y = costmap.grid.centres(viewpoint)
@@ -188,6 +202,21 @@ def _in_bands(
         if viewpoint is not None:
             return viewpoint
     return None if len(tried) else least_occluded(around)
+
+
+def _beyond_bands(target: SightTarget, context: PlanningContext, bands_m: Bands) -> I64 | None:
+    """The nearest cell (2,) beyond the bands with a clear line of sight; None without any."""
+    target = SightTarget(
+        target.cells
+    )  # wherever it was seen from: over a door that somebody closes
+    for band_m in bands_m.beyond_m:
+        around = viewpoints_around(
+            target, context.costmap, context.cost_to_go, band_m=band_m, tried=target.cells[:0]
+        )
+        viewpoint = first_visible(around)
+        if viewpoint is not None:
+            return viewpoint
+    return None
 
 
 def surface_distance_m(candidate: ObjectCandidate, context: PlanningContext) -> float:
