@@ -11,6 +11,7 @@ from onemap_planner.policy.context import PlanningContext, across_gaps, build_co
 from onemap_planner.policy.explore import explore, select_candidate
 from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.policy.state import PlannerState, TargetState, blacklist, reject_candidate
+from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.events import CandidateSelected, Event, Exhausted
 from onemap_planner.world.acceptance import ViewpointTally
 from onemap_planner.world.undetected import UndetectedViews
@@ -20,6 +21,15 @@ from tests.planner.one_room import POSE, SEARCH, candidate, context, planner_sta
 HALF_KNOWN = build_context(
     POSE,
     search_view_of(drawn_map(*["......    "] * 10, scale=5)),
+    trail=(),
+    obstacles_xy=NO_POINTS,
+    params=PARAMS.costmap,
+)
+BEYOND = (4.25, 5.25)  # of a thing that was seen 2 m beyond the known floor
+ROWS = ["#######", *["#......     "] * 7, "#......   # ", *["#......     "] * 2, "#######"]
+SEEN_BEYOND = build_context(
+    POSE,
+    search_view_of(drawn_map(*[row.ljust(12) for row in ROWS], scale=5)),
     trail=(),
     obstacles_xy=NO_POINTS,
     params=PARAMS.costmap,
@@ -155,6 +165,39 @@ def test_what_looks_like_it_is_a_goal_until_the_detector_did_not_find_it(
     state, *_ = explore(state, here, PARAMS)
     assert state.target_state.active_goal is not None
     assert state.target_state.active_goal.goal.kind is kind
+
+
+def chosen(state: PlannerState) -> Goal:
+    after, *_ = explore(state, SEEN_BEYOND, PARAMS)
+    assert after.target_state.active_goal is not None
+    return after.target_state.active_goal.goal
+
+
+def test_a_candidate_beyond_the_known_floor_is_driven_towards() -> None:
+    there = replace(candidate(*BEYOND), similarity=0.95)
+    assert find_viewpoint(there, SEEN_BEYOND, PARAMS.explore.bands_m) is None
+    assert chosen(planner_state()).look_xy[0] < 3.0  # the nearest part of the border
+    goal = chosen(planner_state(there))
+    assert goal.kind is GoalKind.FRONTIER
+    assert goal.look_xy[0] > 3.0
+    assert "on the way to the place (4.25, 5.25)" in goal.reason
+    assert "similarity 0.95 there" in goal.reason
+    assert goal.utility.travel_m == pytest.approx(math.hypot(3.25, 4.25), abs=0.8)
+
+
+def test_a_frontier_that_showed_no_way_is_not_looked_beyond_again() -> None:
+    state = planner_state(replace(candidate(*BEYOND), similarity=0.95))
+    first = chosen(state)
+    second = chosen(blacklist(state, first))
+    apart_m = math.dist(first.look_xy, second.look_xy)
+    assert apart_m > PARAMS.explore.blacklist_radius_m
+
+
+def test_what_was_detected_once_draws_by_its_similarity() -> None:
+    sure = replace(candidate(*BEYOND), similarity=0.95)
+    seldom = replace(sure, sightings=1, similarity=0.2)
+    assert "on the way to" in chosen(planner_state(sure)).reason
+    assert "on the way to" not in chosen(planner_state(seldom)).reason
 
 
 def test_a_goal_that_takes_too_long_is_blacklisted() -> None:

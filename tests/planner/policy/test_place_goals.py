@@ -9,8 +9,14 @@ import pytest
 
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.goals import Goal, GoalKind
-from onemap_planner.policy.place_goals import nearest_reachable_m, place_goals
+from onemap_planner.policy.goals import Goal, GoalKind, GoalParams
+from onemap_planner.policy.place_goals import (
+    MAX_UNREACHED,
+    UnreachedPlace,
+    nearest_reachable_m,
+    place_goals,
+    ways_to_unreached,
+)
 from onemap_planner.policy.unknown_way import PlaceParams, visit_counts
 from onemap_planner.search.phases import Destination
 from onemap_shared.messages import SearchKind
@@ -128,3 +134,28 @@ def test_a_place_behind_a_wall_does_not_count_as_reached_from_this_side() -> Non
 def test_without_reachable_floor_the_nearest_is_infinitely_far() -> None:
     context = context_of("###", "###", "###", robot_xy=(0.75, 0.75))
     assert nearest_reachable_m((0.1, 0.1), context) == np.inf
+
+
+def ways(*places: UnreachedPlace) -> list[Goal]:
+    visits = visit_counts(CONTEXT, NO_POINTS, 0.5)
+    return ways_to_unreached(
+        places, CONTEXT, visits, place_params=PlaceParams(), goal_params=GoalParams()
+    )
+
+
+def test_ways_are_planned_to_the_most_similar_places_only() -> None:
+    goals = ways(*[UnreachedPlace((5.25, 1.25 + i), 0.1 * i) for i in range(4)])
+    assert [goal.utility.score for goal in goals] == pytest.approx([0.3, 0.2])
+    assert len(goals) == MAX_UNREACHED
+    assert all(goal.kind is GoalKind.FRONTIER for goal in goals)
+
+
+def test_the_way_to_an_unreached_place_counts_to_its_end() -> None:
+    near, far = (ways(UnreachedPlace((5.25, y), 0.8))[0] for y in (4.25, 1.25))
+    assert near.look_xy == pytest.approx(far.look_xy, abs=1.0)  # through the same door
+    assert far.utility.travel_m > near.utility.travel_m + 1.0
+    assert far.utility.total < near.utility.total
+
+
+def test_no_way_leads_to_what_is_known_all_around() -> None:
+    assert ways(UnreachedPlace((2.0, 2.25), 0.9)) == []

@@ -27,7 +27,11 @@ from onemap_planner.policy.goals import (
 )
 from onemap_planner.policy.near_views import object_probability
 from onemap_planner.policy.params import PlannerParams
-from onemap_planner.policy.place_goals import frontier_goal
+from onemap_planner.policy.place_goals import (
+    UnreachedPlace,
+    frontier_goal,
+    ways_to_unreached,
+)
 from onemap_planner.policy.state import (
     ActiveGoal,
     PlannerState,
@@ -46,7 +50,7 @@ from onemap_planner.world.components import components
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.regions import SimilarRegion, find_regions, remaining_regions
 from onemap_planner.world.undetected import discounted
-from onemap_shared.geometry import F64
+from onemap_shared.geometry import F64, I64
 from onemap_shared.messages import Coverage, SearchKind
 
 LEAST_CUT_OFF_M2 = 0.3  # of floor beyond a gap that are worth a look into it: a doorway
@@ -147,6 +151,7 @@ def _options(
         bands_m=params.explore.bands_m,
         params=params.goal,
     )
+    goals += _ways_to_unreached(state, context, params)
     worthwhile = _without_blacklisted(state, goals, params)
     if worthwhile:
         return worthwhile
@@ -175,10 +180,35 @@ def _way_to_cut_off(
     here = grid.cells(np.asarray(context.pose.xy))
     nearest = largest[np.hypot(*(largest - here).T).argmin()]
     x, y = grid.centres(nearest)
-    visited_xy = np.array(state.blacklisted_frontiers, np.float64).reshape(-1, 2)
-    visits = visit_counts(context, visited_xy, params.explore.blacklist_radius_m)
+    visits = _visits(state, context, params)
     there = Destination(SearchKind.GO_TO, (float(x), float(y)))
     return frontier_goal(there, context, visits, params.place)
+
+
+def _ways_to_unreached(
+    state: PlannerState, context: PlanningContext, params: PlannerParams
+) -> list[Goal]:
+    """The ways to candidates without a viewpoint: seen through a door, or over a table."""
+    least = params.consensus.min_sightings
+    agreed = [(c, c.similarity) for c in state.target_state.candidates if c.sightings >= least]
+    scored = agreed[:MAX_CANDIDATES_TRIED] + _unconfirmed(state, context, params)
+    places = [
+        UnreachedPlace((candidate.xyz[0], candidate.xyz[1]), score)
+        for candidate, score in scored
+        if find_viewpoint(candidate, context, params.explore.bands_m) is None
+    ]
+    if not places:
+        return []
+    visits = _visits(state, context, params)
+    return ways_to_unreached(
+        places, context, visits, place_params=params.place, goal_params=params.goal
+    )
+
+
+def _visits(state: PlannerState, context: PlanningContext, params: PlannerParams) -> I64:
+    """(nx, ny): how many frontiers near each cell were visited or given up."""
+    visited_xy = np.array(state.blacklisted_frontiers, np.float64).reshape(-1, 2)
+    return visit_counts(context, visited_xy, params.explore.blacklist_radius_m)
 
 
 def _region_goals(

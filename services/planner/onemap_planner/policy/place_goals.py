@@ -1,15 +1,18 @@
-"""Goals of a drive to a place: where to stand, from where to see it, or what to explore first."""
+"""Goals of a drive to a place: where to stand, from where to see it, or what to explore first.
+
+A search drives to a place too, where it saw the object beyond the known floor.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from onemap_planner.motion.path import line_is_clear
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
+from onemap_planner.policy.goals import Goal, GoalKind, GoalParams, GoalUtility
 from onemap_planner.policy.unknown_way import PlaceParams, frontier_on_way
 from onemap_planner.policy.viewpoints import (
     BLUR_CELLS,
@@ -26,7 +29,16 @@ from onemap_shared.geometry import I64
 from onemap_shared.messages import SearchKind, subject_of
 
 MAX_VISITS = 2  # after the second one, floor that could not be seen counts as impassable
+MAX_UNREACHED = 2  # places whose ways are planned, the most similar ones: each costs a path
 INTO_M = 1.5  # from which a place inside an obstacle is looked at, at most
+
+
+@dataclass(frozen=True, slots=True)
+class UnreachedPlace:
+    """A place without a viewpoint, metres, and its score in units of similarity."""
+
+    xy: tuple[float, float]
+    score: float
 
 
 def place_goals(
@@ -91,6 +103,34 @@ def frontier_goal(
         f"away, {frontier.left_m:.1f} m still to go from there"
     )
     return Goal(GoalKind.FRONTIER, xy, _xy(frontier.ahead, context), utility, reason)
+
+
+def ways_to_unreached(
+    places: Iterable[UnreachedPlace],
+    context: PlanningContext,
+    visits: I64,
+    *,
+    place_params: PlaceParams,
+    goal_params: GoalParams,
+) -> list[Goal]:
+    """The frontiers on the ways to the most similar places, as if unknown floor were free.
+
+    visits (nx, ny): how often the robot looked beyond a frontier near each cell without result.
+    What is known around a frontier says little of a place several metres beyond it; so that
+    place's own score counts here, over the whole way to it.
+    """
+    best = sorted(places, key=lambda place: (-place.score, place.xy))[:MAX_UNREACHED]
+    goals = []
+    for place in best:
+        there = Destination(SearchKind.LOOK_AT, place.xy)
+        goal = frontier_goal(there, context, visits, place_params)
+        if goal is None:
+            continue
+        left_m = float(np.hypot(*np.subtract(goal.look_xy, place.xy)))
+        utility = GoalUtility.of(place.score, goal.utility.travel_m + left_m, goal_params)
+        reason = f"{goal.reason}, similarity {place.score:.2f} there"
+        goals.append(replace(goal, utility=utility, reason=reason))
+    return goals
 
 
 def nearest_reachable_m(xy: tuple[float, float], context: PlanningContext) -> float:
