@@ -206,9 +206,8 @@ def _in_bands(
 
 def _beyond_bands(target: SightTarget, context: PlanningContext, bands_m: Bands) -> I64 | None:
     """The nearest cell (2,) beyond the bands with a clear line of sight; None without any."""
-    target = SightTarget(
-        target.cells
-    )  # wherever it was seen from: over a door that somebody closes
+    # Not over whatever it was seen over: somebody may stand in that door by now.
+    target = SightTarget(target.cells)
     for band_m in bands_m.beyond_m:
         around = viewpoints_around(
             target, context.costmap, context.cost_to_go, band_m=band_m, tried=target.cells[:0]
