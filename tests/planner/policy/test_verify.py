@@ -207,3 +207,21 @@ def test_an_object_that_proves_to_be_farther_away_is_approached_again() -> None:
     near = replace(context(), pose=Pose2d(2.2, 1.0, 0.0))
     _, _, event = confirm(planner_state(farther), Confirming(then, 0.0), near, PARAMS)
     assert event == Confirmed(farther)
+
+
+def test_where_it_was_not_confirmed_before_the_robot_does_not_go_again() -> None:
+    """From here it is sure: it would drive to and fro between the two places for ever."""
+    then, now = candidate(2.5, 1.0, 4), candidate(2.5, 1.0, 10)
+    nearer_xy = find_viewpoint(now, context(), PARAMS.explore.bands_m)
+    assert nearer_xy is not None
+    state = planner_state(now)
+    _, _, event = confirm(state, Confirming(then, 0.0), context(), PARAMS)
+    assert event == CandidateSelected(now)
+    doubts = list[Doubt]()
+    while nearer_xy is not None:
+        doubts.append(Doubt(nearer_xy, now.xyz))
+        tried = [doubt.from_xy for doubt in doubts]
+        nearer_xy = find_viewpoint(now, context(), PARAMS.explore.bands_m, tried)
+    state = replace(state, target_state=replace(state.target_state, doubts=tuple(doubts)))
+    _, _, event = confirm(state, Confirming(then, 0.0), context(), PARAMS)
+    assert event == Confirmed(now)

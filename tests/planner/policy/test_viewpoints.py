@@ -161,6 +161,62 @@ def test_another_side_is_in_sight_and_not_where_it_was_looked_at_before() -> Non
     assert hidden is None or np.hypot(hidden[0] - first[0], hidden[1] - first[1]) > TRIED_M
 
 
+def test_beyond_the_bands_there_is_another_view_too() -> None:
+    """A long thing at the wall behind 1.2 m that nobody can stand on."""
+    room = drawn_map("#" * 8, *["#....  #"] * 6, "#" * 8, scale=5)
+    here = build_context(
+        Pose2d(1.0, 1.0, 0.0),
+        search_view_of(room),
+        trail=(),
+        obstacles_xy=NO_POINTS,
+        params=PARAMS.costmap,
+    )
+    cells = frozenset((x, 37) for x in range(8, 32))
+    recent = (Sighting((2.0, 3.6, 0.5), cells, 0.9, 0.8, (2.0, 2.0)),)
+    seen = replace(candidate(2.0, 3.6), cells=cells, recent=recent)
+    tried = list[tuple[float, float]]()
+    while (viewpoint := find_viewpoint(seen, here, PARAMS.explore.bands_m, tried)) is not None:
+        assert 3.75 - viewpoint[1] <= PARAMS.explore.approach_limit_m
+        assert 3.75 - viewpoint[1] > PARAMS.explore.approach_last_resort_m
+        away = [np.hypot(*np.subtract(viewpoint, before)) for before in tried]
+        assert min(away, default=np.inf) > TRIED_M - 0.01
+        tried.append(viewpoint)
+    assert len(tried) > 1
+    doubtful = replace(seen, supported=False)
+    assert find_viewpoint(doubtful, here, PARAMS.explore.bands_m) is None
+
+
+@pytest.mark.parametrize(
+    ("seen_from", "tried", "there"),
+    [
+        pytest.param((2.4, 2.4), [], True, id="over the table"),
+        pytest.param((2.4, 2.4), [(2.4, 2.1)], False, id="looked at from there already"),
+        pytest.param((1.0, 1.0), [], False, id="too far away"),
+        pytest.param((2.0, 3.0), [], False, id="where the robot does not fit"),
+    ],
+)
+def test_what_was_detected_over_low_things_is_looked_at_from_there(
+    seen_from: tuple[float, float], tried: list[tuple[float, float]], there: bool
+) -> None:
+    """A thing at the wall behind a table, which on the map hides it from everywhere."""
+    rows = ["#" * 40, *["#" + "." * 26 + "#" * 6 + " " * 3 + "####"] * 38, "#" * 40]
+    here = build_context(
+        Pose2d(1.0, 1.0, 0.0),
+        search_view_of(drawn_map(*rows)),
+        trail=(),
+        obstacles_xy=NO_POINTS,
+        params=PARAMS.costmap,
+    )
+    seen = candidate(2.0, 3.75)
+    recent = (Sighting(seen.xyz, seen.cells, 0.9, 0.8, seen_from),)
+    seen = replace(seen, recent=recent, seen_from=(seen_from,))
+    hidden = [*tried, (3.0, 1.0)]
+    viewpoint = find_viewpoint(seen, here, PARAMS.explore.bands_m, hidden)
+    assert (viewpoint is not None) == there
+    if viewpoint is not None:
+        assert viewpoint == pytest.approx(seen_from, abs=0.1)
+
+
 BANDS = Bands(((0.7, 1.1), (0.7, 1.25)), 1.5, camera_m=1.0, down_deg=45.0, up_deg=20.0)
 
 

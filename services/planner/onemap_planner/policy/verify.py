@@ -53,7 +53,7 @@ def confirm(
     agreeing = candidate.sightings - phase.candidate.sightings
     contradictions = candidate.contradictions - phase.candidate.contradictions
     if agreeing >= params.explore.confirm_sightings and agreeing > contradictions:
-        return state, Rest(), _sure(candidate, context, params)
+        return state, Rest(), _sure(state, candidate, context, params)
     if state.active_time_s - phase.since_s > params.explore.confirm_s:
         state, event = _doubt(state, candidate, context, params)
         return state, Rest(), event
@@ -89,12 +89,16 @@ def _doubt(
     return reject_candidate(state, candidate), Rejected()
 
 
-def _sure(candidate: ObjectCandidate, context: PlanningContext, params: PlannerParams) -> Event:
+def _sure(
+    state: PlannerState, candidate: ObjectCandidate, context: PlanningContext, params: PlannerParams
+) -> Event:
     """It is the object: confirmed if it is in reach, else the robot goes nearer.
 
     New sightings may have shown that its near edge is farther away than it seemed from afar.
+    Where it was not confirmed from before, the robot does not go again.
     """
-    nearer_xy = find_viewpoint(candidate, context, params.explore.bands_m)
+    tried = doubted_from(state, candidate, params)
+    nearer_xy = find_viewpoint(candidate, context, params.explore.bands_m, tried)
     arrive_m = 1.2 * params.drive.arrive_m
     limit_m = params.explore.approach_last_resort_m + arrive_m
     if nearer_xy is None or surface_distance_m(candidate, context) <= limit_m:
@@ -124,7 +128,7 @@ def _weigh(
     certain = params.acceptance.certain
     is_object = object_probability(candidate, context, params.acceptance)
     if is_object >= certain:
-        return state, _sure(candidate, context, params)
+        return state, _sure(state, candidate, context, params)
     undecided = is_object > 1 - certain
     if undecided and state.active_time_s - phase.since_s <= params.explore.confirm_s:
         return state, None

@@ -166,7 +166,7 @@ def find_viewpoint(
     bands_m: distances from its surface, by its height; tried_xy: metres, none near these, and
     none from which it is hidden, if there are any. Of a candidate that the map does not support,
     only another side shows anything new. One that it supports is seen from farther away, where
-    the robot does not fit nearer.
+    the robot does not fit nearer, or where it was detected from.
     """
     cells = context.map_view.indices_of(candidate.surface)
     if len(cells) == 0:
@@ -177,8 +177,10 @@ def find_viewpoint(
     tried = costmap.grid.cells(np.array(tried_xy, np.float64).reshape(-1, 2))
     apart_m = TRIED_M if candidate.supported else OTHER_SIDE_M
     viewpoint = _in_bands(target, context, bands_m.at(candidate.xyz[2]), tried, apart_m)
-    if viewpoint is None and candidate.supported and len(tried) == 0:
-        viewpoint = _beyond_bands(target, context, bands_m)
+    if viewpoint is None and candidate.supported:
+        viewpoint = _beyond_bands(target, context, bands_m, tried)
+        if viewpoint is None:
+            viewpoint = _where_detected(target, context, bands_m.limit_m, tried)
     if viewpoint is None:
         return None
     x, y = costmap.grid.centres(viewpoint)
@@ -204,18 +206,46 @@ def _in_bands(
     return None if len(tried) else least_occluded(around)
 
 
-def _beyond_bands(target: SightTarget, context: PlanningContext, bands_m: Bands) -> I64 | None:
+def _beyond_bands(
+    target: SightTarget, context: PlanningContext, bands_m: Bands, tried: I64
+) -> I64 | None:
     """The nearest cell (2,) beyond the bands with a clear line of sight; None without any."""
     # Not over whatever it was seen over: somebody may stand in that door by now.
     target = SightTarget(target.cells)
     for band_m in bands_m.beyond_m:
         around = viewpoints_around(
-            target, context.costmap, context.cost_to_go, band_m=band_m, tried=target.cells[:0]
+            target, context.costmap, context.cost_to_go, band_m=band_m, tried=tried
         )
         viewpoint = first_visible(around)
         if viewpoint is not None:
             return viewpoint
     return None
+
+
+def _where_detected(
+    target: SightTarget, context: PlanningContext, limit_m: float, tried: I64
+) -> I64 | None:
+    """The nearest reachable cell (2,) within the limit that the target was seen from, else None.
+
+    On a 2-D map low things hide what the camera sees over them.
+    """
+    places = target.seen_from[context.costmap.grid.contains(target.seen_from)]
+    places = places[reachable(context.costmap, context.cost_to_go)[places[:, 0], places[:, 1]]]
+    size_m = context.costmap.grid.cell_size_m
+    away_m = _nearest(places, target.cells) * size_m
+    there = (away_m <= limit_m) & (_nearest(places, tried) * size_m > TRIED_M)
+    places, away_m = places[there], away_m[there]
+    if len(places) == 0:
+        return None
+    nearest: I64 = places[int(away_m.argmin())]
+    return nearest
+
+
+def _nearest(cells: I64, others: I64) -> F64:
+    """Cells (N,) from each of the cells (N, 2) to the nearest of the others (M, 2)."""
+    away = np.hypot(*(cells[:, None] - others[None]).transpose(2, 0, 1))
+    nearest: F64 = away.min(axis=1, initial=np.inf)
+    return nearest
 
 
 def surface_distance_m(candidate: ObjectCandidate, context: PlanningContext) -> float:
