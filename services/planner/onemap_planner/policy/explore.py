@@ -81,6 +81,7 @@ def with_candidate_choice(
         ((candidate, candidate.similarity),),
         context,
         bands_m=params.explore.bands_m,
+        looked=(),
         params=params.goal,
     )
     if not goals:
@@ -149,6 +150,7 @@ def _options(
         _unconfirmed(state, context, params),
         context,
         bands_m=params.explore.bands_m,
+        looked=state.target_state.blacklisted,
         params=params.goal,
     )
     goals += _ways_to_unreached(state, context, params)

@@ -106,15 +106,20 @@ def detection_goals(
     context: PlanningContext,
     *,
     bands_m: Bands,
+    looked: Iterable[Goal],
     params: GoalParams,
 ) -> list[Goal]:
     """A closer look at each candidate that is not sure enough to be approached.
 
-    candidates: each with its score, in units of similarity.
+    candidates: each with its score, in units of similarity. looked: goals that were viewed
+    without result; a candidate is looked at from elsewhere.
     """
+    looks = [goal for goal in looked if goal.kind is GoalKind.DETECTION]
     goals = []
     for candidate, score in candidates:
-        viewpoint_xy = find_viewpoint(candidate, context, bands_m)
+        there = candidate.xyz[:2]
+        tried = [goal.viewpoint_xy for goal in looks if goal.looks_at(there, params.same_goal_m)]
+        viewpoint_xy = find_viewpoint(candidate, context, bands_m, tried)
         if viewpoint_xy is None:
             continue
         cell = context.costmap.grid.cells(np.asarray(viewpoint_xy))
@@ -124,9 +129,8 @@ def detection_goals(
             f"detection: seen {candidate.sightings} times, {kind} {score:.2f}, "
             f"a closer look {utility.travel_m:.1f} m away"
         )
-        look_xy = (candidate.xyz[0], candidate.xyz[1])
         goals.append(
-            Goal(GoalKind.DETECTION, viewpoint_xy, look_xy, utility, reason, candidate.cells)
+            Goal(GoalKind.DETECTION, viewpoint_xy, there, utility, reason, candidate.cells)
         )
     return goals
 
