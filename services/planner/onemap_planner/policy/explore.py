@@ -42,7 +42,7 @@ from onemap_planner.policy.state import (
     reconsider,
 )
 from onemap_planner.policy.unknown_way import visit_counts
-from onemap_planner.policy.viewpoints import find_viewpoint
+from onemap_planner.policy.viewpoints import find_viewpoint, lies_across_gap
 from onemap_planner.search.events import CandidateSelected, Event, Exhausted
 from onemap_planner.search.phases import Destination
 from onemap_planner.world.candidates import ObjectCandidate
@@ -101,7 +101,9 @@ def explore(
         find_regions(believed, params.region),
     )
     state = abandon_finished(state, params.explore.linger_s)
-    options = _options(state, context, goal_candidates, params)
+    ways = _ways_to_unreached(state, context, params)
+    state = _with_gaps(state, ways, context, params)
+    options = _options(state, context, goal_candidates, ways, params)
     goal = select_goal(
         options,
         state.target_state.active_goal.goal if state.target_state.active_goal else None,
@@ -141,8 +143,10 @@ def _options(
     state: PlannerState,
     context: PlanningContext,
     goal_candidates: GoalCandidates,
+    ways: list[Goal],
     params: PlannerParams,
 ) -> list[Goal]:
+    """The goals to choose from; ways: those on the ways to candidates without a viewpoint."""
     costmap, cost_to_go = context.costmap, context.cost_to_go
     goals = frontier_goals(goal_candidates.frontiers, costmap, cost_to_go, params=params.goal)
     goals += _region_goals(state, context, goal_candidates.regions, params)
@@ -153,8 +157,7 @@ def _options(
         looked=state.target_state.blacklisted,
         params=params.goal,
     )
-    goals += _ways_to_unreached(state, context, params)
-    worthwhile = _without_blacklisted(state, goals, params)
+    worthwhile = ways + _without_blacklisted(state, goals, params)
     if worthwhile:
         return worthwhile
     for look in looks_at_closed_ways(context, _tried_xy(state, GoalKind.LOOK_AT), params.place):
@@ -191,20 +194,37 @@ def _ways_to_unreached(
     state: PlannerState, context: PlanningContext, params: PlannerParams
 ) -> list[Goal]:
     """The ways to candidates without a viewpoint: seen through a door, or over a table."""
-    least = params.consensus.min_sightings
-    agreed = [(c, c.similarity) for c in state.target_state.candidates if c.sightings >= least]
-    scored = agreed[:MAX_CANDIDATES_TRIED] + _unconfirmed(state, context, params)
+    agreed = [(candidate, candidate.similarity) for candidate in _agreed(state, params)]
     places = [
         UnreachedPlace((candidate.xyz[0], candidate.xyz[1]), score)
-        for candidate, score in scored
+        for candidate, score in agreed + _unconfirmed(state, context, params)
         if find_viewpoint(candidate, context, params.explore.bands_m) is None
     ]
     if not places:
         return []
     visits = _visits(state, context, params)
-    return ways_to_unreached(
+    goals = ways_to_unreached(
         places, context, visits, place_params=params.place, goal_params=params.goal
     )
+    return _without_blacklisted(state, goals, params)
+
+
+def _with_gaps(
+    state: PlannerState, ways: list[Goal], context: PlanningContext, params: PlannerParams
+) -> PlannerState:
+    """The state that crosses narrow unknown gaps, if what detector and map agree on stands beyond
+    one and no frontier is left on the way to it."""
+    agreed, bands_m = _agreed(state, params), params.explore.bands_m
+    if ways or state.crosses_gaps or not lies_across_gap(agreed, context, bands_m):
+        return state
+    return replace(state, crosses_gaps=True)
+
+
+def _agreed(state: PlannerState, params: PlannerParams) -> list[ObjectCandidate]:
+    """What was detected often enough where the map agrees."""
+    least = params.consensus.min_sightings
+    often = [c for c in state.target_state.candidates if c.sightings >= least]
+    return often[:MAX_CANDIDATES_TRIED]
 
 
 def _visits(state: PlannerState, context: PlanningContext, params: PlannerParams) -> I64:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from math import isfinite, radians, tan
@@ -11,7 +11,7 @@ import numpy as np
 from scipy import ndimage
 
 from onemap_planner.motion.path import CostToGo, line_is_clear, segment_cells
-from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.context import PlanningContext, across_gaps
 from onemap_planner.world.acceptance import SAME_SIDE_M
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.components import CONNECTIVITY_8
@@ -185,6 +185,17 @@ def find_viewpoint(
         return None
     x, y = costmap.grid.centres(viewpoint)
     return float(x), float(y)
+
+
+def lies_across_gap(
+    candidates: Iterable[ObjectCandidate], context: PlanningContext, bands_m: Bands
+) -> bool:
+    """Whether one of the candidates can be looked at only if paths cross narrow unknown gaps."""
+    unreached = [c for c in candidates if find_viewpoint(c, context, bands_m) is None]
+    if not unreached:
+        return False
+    across = across_gaps(context)
+    return any(find_viewpoint(c, across, bands_m) is not None for c in unreached)
 
 
 def _in_bands(
