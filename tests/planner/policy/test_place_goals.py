@@ -17,7 +17,8 @@ from onemap_planner.policy.place_goals import (
     place_goals,
     ways_to_unreached,
 )
-from onemap_planner.policy.unknown_way import PlaceParams, visit_counts
+from onemap_planner.policy.place_params import PlaceParams
+from onemap_planner.policy.unknown_way import visit_counts
 from onemap_planner.search.phases import Destination
 from onemap_shared.messages import SearchKind
 from tests.planner.drawn_maps import NO_POINTS, POINT_ROBOT, drawn_map, search_view_of

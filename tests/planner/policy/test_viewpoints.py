@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Pose2d
+from onemap_planner.policy.bands import Bands
 from onemap_planner.policy.context import build_context
 from onemap_planner.policy.viewpoints import (
     TRIED_M,
-    Bands,
     SightTarget,
     Viewpoints,
     _occupied_only,

@@ -15,7 +15,7 @@ from scipy import ndimage
 from onemap_planner.motion.path import cost_to_go_from
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
-from onemap_planner.policy.unknown_way import PlaceParams
+from onemap_planner.policy.place_params import PlaceParams
 from onemap_planner.policy.viewpoints import SightTarget, first_visible, viewpoints_around
 from onemap_planner.world.components import components
 from onemap_planner.world.costmap import IMPASSABLE, RETURN_FACTOR

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field, PositiveFloat
 
-from onemap_planner.world.frontiers import Frontier
+from onemap_planner.world.frontier import Frontier
 from onemap_planner.world.map_view import WorldCells
 from onemap_planner.world.regions import SimilarRegion
 from onemap_shared.params import Params

@@ -13,7 +13,8 @@ import numpy as np
 from onemap_planner.motion.path import line_is_clear
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import Goal, GoalKind, GoalParams, GoalUtility
-from onemap_planner.policy.unknown_way import PlaceParams, frontier_on_way
+from onemap_planner.policy.place_params import PlaceParams
+from onemap_planner.policy.unknown_way import frontier_on_way
 from onemap_planner.policy.viewpoints import (
     BLUR_CELLS,
     SightTarget,

@@ -10,45 +10,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import Field, PositiveFloat
 
 from onemap_planner.motion.path import CostToGo, cost_to_go_from_any
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.world.costmap import IMPASSABLE, distance_cells
 from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.messages import Occupancy
-from onemap_shared.params import Params
 
 PAD_CELLS = 10  # unknown cells around the map, so that a way may lead around what is known
 LOOK_AHEAD_M = 0.5  # the robot faces the way this far beyond the last known cell
 SAME_WAY_M = 0.1  # cells whose way is at most this much longer lie on the best one
-
-
-class PlaceParams(Params):
-    """When a place counts as reached or seen, and what the unknown floor on the way costs."""
-
-    tolerance_m: PositiveFloat = Field(
-        default=0.5,
-        description="Metres from a place where the robot cannot stand that still count as there: "
-        "from its centre to what an arm or a voice reaches.",
-    )
-    view_nearest_m: PositiveFloat = Field(
-        default=0.8,
-        description="Metres from which a place is looked at, at least: nearer, the "
-        "camera looks over low things.",
-    )
-    view_farthest_m: PositiveFloat = Field(
-        default=3.0,
-        description="Metres from which a place is looked at, at most: farther, the floor is seen "
-        "at less than 20 degrees from a camera at 1 m.",
-    )
-    unknown_cost: float = Field(
-        default=1.5,
-        ge=1,
-        description="Cost of a metre of unknown floor, in metres of known floor, when the way is "
-        "planned: a known way is preferred if it is at most half as long again. The robot drives "
-        "on known floor only.",
-    )
 
 
 @dataclass(frozen=True, slots=True)
