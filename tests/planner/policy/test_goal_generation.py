@@ -1,17 +1,12 @@
 """Goals have a reachable viewpoint and a reason."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from onemap_planner.policy.goal_generation import detection_goals, frontier_goals, region_goals
-from onemap_planner.policy.goals import Goal
-from onemap_planner.policy.viewpoints import TRIED_M
+from onemap_planner.policy.goal_generation import frontier_goals, region_goals
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.regions import SimilarRegion
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, costmap_and_cost_to_go, drawn_map
-from tests.planner.one_room import candidate, context
 
 
 def test_a_frontier_s_goal_is_reachable_and_says_why() -> None:
@@ -52,29 +47,3 @@ def test_an_unreachable_region_is_no_goal() -> None:
     costmap, cost_to_go = costmap_and_cost_to_go(map_view, (0.4, 0.4), PARAMS.costmap)
     far = SimilarRegion(np.array([[5, 40]]), np.array([0.55, 4.05]), 0.9)
     assert region_goals((far,), costmap, cost_to_go, tried_xy=NO_POINTS, params=PARAMS.goal) == []
-
-
-def test_a_candidate_is_looked_at_from_elsewhere_each_time() -> None:
-    seen, looked = candidate(2.5, 2.5, 1), list[Goal]()
-    for _ in range(3):
-        goals = detection_goals(
-            [(seen, 0.9)],
-            context(),
-            bands_m=PARAMS.explore.bands_m,
-            looked=looked,
-            params=PARAMS.goal,
-        )
-        looked += goals
-    first, *others = [goal.viewpoint_xy for goal in looked]
-    assert len(others) == 2
-    assert min(np.hypot(*np.subtract(first, other)) for other in others) > TRIED_M
-    assert np.hypot(*np.subtract(others[0], others[1])) > TRIED_M
-    elsewhere = [replace(goal, look_xy=(0.5, 3.5)) for goal in looked]
-    (again,) = detection_goals(
-        [(seen, 0.9)],
-        context(),
-        bands_m=PARAMS.explore.bands_m,
-        looked=elsewhere,
-        params=PARAMS.goal,
-    )
-    assert again.viewpoint_xy == first

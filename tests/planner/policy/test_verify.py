@@ -11,7 +11,8 @@ from onemap_planner.motion.motions import Drive, Pose2d, Rest
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import select_candidate
 from onemap_planner.policy.state import MAX_LOOKS, Doubt, PlannerState, TargetState
-from onemap_planner.policy.verify import approach, confirm, doubted_from
+from onemap_planner.policy.tried_viewpoints import doubted_from
+from onemap_planner.policy.verify import approach, confirm
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.events import CandidateSelected, Confirmed, Event, Rejected
 from onemap_planner.search.phases import Approaching, Confirming

@@ -41,8 +41,9 @@ from onemap_planner.policy.state import (
     is_new_goal,
     reconsider,
 )
+from onemap_planner.policy.tried_viewpoints import next_viewpoint
 from onemap_planner.policy.unknown_way import visit_counts
-from onemap_planner.policy.viewpoints import find_viewpoint, lies_across_gap
+from onemap_planner.policy.viewpoints import lies_across_gap
 from onemap_planner.search.events import CandidateSelected, Event, Exhausted
 from onemap_planner.search.phases import Destination
 from onemap_planner.world.candidates import ObjectCandidate
@@ -68,7 +69,7 @@ def select_candidate(
             continue
         if candidate.contradictions > candidate.sightings:
             continue  # more often detected under another name
-        if find_viewpoint(candidate, context, params.explore.bands_m) is not None:
+        if next_viewpoint(state, candidate, context, params) is not None:
             return CandidateSelected(candidate)
     return None
 
@@ -80,8 +81,7 @@ def with_candidate_choice(
     goals = detection_goals(
         ((candidate, candidate.similarity),),
         context,
-        bands_m=params.explore.bands_m,
-        looked=(),
+        viewpoint_of=lambda thing: next_viewpoint(state, thing, context, params),
         params=params.goal,
     )
     if not goals:
@@ -153,8 +153,7 @@ def _options(
     goals += detection_goals(
         _unconfirmed(state, context, params),
         context,
-        bands_m=params.explore.bands_m,
-        looked=state.target_state.blacklisted,
+        viewpoint_of=lambda thing: next_viewpoint(state, thing, context, params),
         params=params.goal,
     )
     worthwhile = ways + _without_blacklisted(state, goals, params)
@@ -198,7 +197,7 @@ def _ways_to_unreached(
     places = [
         UnreachedPlace((candidate.xyz[0], candidate.xyz[1]), score)
         for candidate, score in agreed + _unconfirmed(state, context, params)
-        if find_viewpoint(candidate, context, params.explore.bands_m) is None
+        if next_viewpoint(state, candidate, context, params) is None
     ]
     if not places:
         return []

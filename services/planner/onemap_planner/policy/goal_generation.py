@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from scipy import ndimage
@@ -11,9 +11,7 @@ from onemap_planner.motion.path import CostToGo, line_is_clear
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import Goal, GoalKind, GoalParams, GoalUtility
 from onemap_planner.policy.viewpoints import (
-    Bands,
     SightTarget,
-    find_viewpoint,
     first_visible,
     least_occluded,
     reachable,
@@ -21,7 +19,7 @@ from onemap_planner.policy.viewpoints import (
 )
 from onemap_planner.world.candidates import ObjectCandidate
 from onemap_planner.world.costmap import Costmap
-from onemap_planner.world.frontiers import Frontier
+from onemap_planner.world.frontier import Frontier
 from onemap_planner.world.map_view import WorldCells
 from onemap_planner.world.regions import SimilarRegion
 from onemap_shared.geometry import F64, I64
@@ -105,21 +103,17 @@ def detection_goals(
     candidates: Iterable[tuple[ObjectCandidate, float]],
     context: PlanningContext,
     *,
-    bands_m: Bands,
-    looked: Iterable[Goal],
+    viewpoint_of: Callable[[ObjectCandidate], tuple[float, float] | None],
     params: GoalParams,
 ) -> list[Goal]:
     """A closer look at each candidate that is not sure enough to be approached.
 
-    candidates: each with its score, in units of similarity. looked: goals that were viewed
-    without result; a candidate is looked at from elsewhere.
+    candidates: each with its score, in units of similarity. viewpoint_of: from where to look at
+    one, metres, if there is such a place.
     """
-    looks = [goal for goal in looked if goal.kind is GoalKind.DETECTION]
     goals = []
     for candidate, score in candidates:
-        there = candidate.xyz[:2]
-        tried = [goal.viewpoint_xy for goal in looks if goal.looks_at(there, params.same_goal_m)]
-        viewpoint_xy = find_viewpoint(candidate, context, bands_m, tried)
+        viewpoint_xy = viewpoint_of(candidate)
         if viewpoint_xy is None:
             continue
         cell = context.costmap.grid.cells(np.asarray(viewpoint_xy))
@@ -129,6 +123,7 @@ def detection_goals(
             f"detection: seen {candidate.sightings} times, {kind} {score:.2f}, "
             f"a closer look {utility.travel_m:.1f} m away"
         )
+        there = candidate.xyz[:2]
         goals.append(
             Goal(GoalKind.DETECTION, viewpoint_xy, there, utility, reason, candidate.cells)
         )

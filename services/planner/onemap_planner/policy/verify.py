@@ -18,6 +18,11 @@ from onemap_planner.policy.state import (
     reject_candidate,
     with_doubt,
 )
+from onemap_planner.policy.tried_viewpoints import (
+    doubted_from,
+    exhausted_viewpoints,
+    next_viewpoint,
+)
 from onemap_planner.policy.viewpoints import find_viewpoint, surface_distance_m
 from onemap_planner.search.events import Arrived, CandidateSelected, Confirmed, Event, Rejected
 from onemap_planner.search.phases import Approaching, Confirming
@@ -29,8 +34,7 @@ def approach(
 ) -> tuple[PlannerState, Motion, Event | None]:
     """Drive to the viewpoint of the candidate, whose position later sightings refine."""
     candidate = latest_candidate(state, phase.candidate, params.consensus)
-    tried = [*exhausted_viewpoints(candidate, params), *doubted_from(state, candidate, params)]
-    viewpoint_xy = find_viewpoint(candidate, context, params.explore.bands_m, tried)
+    viewpoint_xy = next_viewpoint(state, candidate, context, params)
     if viewpoint_xy is None:
         return _wait_for_path(state, candidate, context, params)
     state = replace(state, target_state=replace(state.target_state, idle_since_s=None))
@@ -58,17 +62,6 @@ def confirm(
         state, event = _doubt(state, candidate, context, params)
         return state, Rest(), event
     return state, motion, None
-
-
-def doubted_from(
-    state: PlannerState, candidate: ObjectCandidate, params: PlannerParams
-) -> list[tuple[float, float]]:
-    """Viewpoints, metres, from which the candidate was not confirmed."""
-    return [
-        doubt.from_xy
-        for doubt in state.target_state.doubts
-        if candidate.distance_m(doubt.place_xyz) <= params.consensus.merge_m
-    ]
 
 
 def _doubt(
@@ -105,16 +98,6 @@ def _sure(
         return Confirmed(candidate)
     there = context.pose.distance_to(nearer_xy) <= arrive_m
     return Confirmed(candidate) if there else CandidateSelected(candidate)
-
-
-def exhausted_viewpoints(
-    candidate: ObjectCandidate, params: PlannerParams
-) -> list[tuple[float, float]]:
-    """Places, in metres, from which more views of a candidate show nothing new."""
-    if candidate.supported:
-        return []
-    enough = params.acceptance.views_per_viewpoint
-    return [tally.xy for tally in candidate.near_views if tally.frames >= enough]
 
 
 def _weigh(
