@@ -102,6 +102,22 @@ def test_what_stands_at_a_wall_is_not_looked_at_from_the_next_room(
     assert bool(viewpoint[0] > 26) is behind
 
 
+@pytest.mark.parametrize(("seen_from", "behind"), [([[2, 10]], False), ([], True)])
+def test_what_was_seen_over_the_unknown_is_not_looked_at_through_a_wall(
+    seen_from: list[list[int]], behind: bool
+) -> None:
+    """A thing at a thin wall, in a room of which the map has no floor yet but far from it."""
+    rows = [*["." * 60] * 4, *[" " * 40 + "." * 20] * 18, *["#" * 40 + "." * 20] * 5]
+    rows += ["." * 60] * 20
+    costmap, cost_to_go = costmap_and_cost_to_go(drawn_map(*rows), (3.5, 1.0), PARAMS.costmap)
+    seen = np.array(seen_from, np.int64).reshape(-1, 2)
+    target = SightTarget(np.array([[22, 10]]), seen)
+    around = viewpoints_around(
+        target, costmap, cost_to_go, band_m=(0.5, 1.5), tried=target.cells[:0]
+    )
+    assert bool(len(around.cells)) is behind
+
+
 def test_no_viewpoint_near_a_tried_one_is_returned() -> None:
     first = least_occluded(around(DEEP))
     assert first is not None

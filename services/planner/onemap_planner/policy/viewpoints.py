@@ -73,7 +73,11 @@ def viewpoints_around(
     mask[local[:, 0], local[:, 1]] = True
     cells, nearest = ndimage.distance_transform_edt(~mask, return_indices=True)
     stand = costmap.navigable[box] & (cells * size >= band_m[0]) & (cells * size <= band_m[1])
-    stand = _before(SightTarget(local, seen_from), cells, costmap.free[box], stand)
+    target = SightTarget(local, seen_from)
+    if _unknown_before(target, costmap.free[box], costmap.occupied[box]):
+        stand = np.zeros_like(stand)
+    else:
+        stand = _before(target, cells, costmap.free[box], stand)
     viewpoints = np.argwhere(stand & np.isfinite(cost_to_go.cost_m[box]))
     away = np.hypot(*(viewpoints[:, None] + corner - tried[None]).transpose(2, 0, 1)) * size
     viewpoints = viewpoints[(away > apart_m).all(axis=1)]
@@ -274,16 +278,29 @@ def _floors_seen_over(target: SightTarget, floors: I64) -> I64:
 
     floors (nx, ny): number of the connected floor of each cell, 0 where there is none.
     """
+    x, y = _seen_over(target, floors.shape).T
+    numbers: I64 = np.unique(floors[x, y])
+    return numbers[numbers > 0]
+
+
+def _unknown_before(target: SightTarget, free: Bool, occupied: Bool) -> bool:
+    """Whether the target was seen over unknown cells, and over no floor: the way to it is not
+    known yet, and what the map has on other sides of it may be behind a wall."""
+    x, y = _seen_over(target, free.shape).T
+    return bool((~free & ~occupied)[x, y].any() and not free[x, y].any())
+
+
+def _seen_over(target: SightTarget, shape: tuple[int, ...]) -> I64:
+    """Cells (N, 2), inside the shape, on the lines of sight to the target."""
     cells = target.cells
     middle = cells[np.hypot(*(cells - cells.mean(axis=0)).T).argmin()]
-    crossed = [np.zeros(0, np.int64)]
+    lines = [np.zeros((0, 2), np.int64)]
     for place in target.seen_from:
         steps = 2 * int(np.abs(place - middle).max()) + 1
-        line = np.rint(np.linspace(middle, place, steps)).astype(np.int64)
-        x, y = line[((line >= 0) & (line < floors.shape)).all(axis=1)].T
-        crossed.append(floors[x, y])
-    numbers = np.unique(np.concatenate(crossed))
-    return numbers[numbers > 0]
+        lines.append(np.rint(np.linspace(middle, place, steps)).astype(np.int64))
+    line = np.concatenate(lines)
+    inside: I64 = line[((line >= 0) & (line < shape)).all(axis=1)]
+    return inside
 
 
 def own_cells(target: I64, shape: tuple[int, int]) -> Bool:
