@@ -264,6 +264,33 @@ def test_without_a_goal_rejected_candidates_are_reconsidered_and_then_the_object
     assert "searched everything reachable: 16 m² explored; best match 0.10" in event.reason
 
 
+@pytest.mark.parametrize(("since_s", "again"), [(100.0, True), (0.0, False)])
+def test_an_object_that_had_no_goal_yet_gets_the_frontiers_of_those_before(
+    since_s: float, again: bool
+) -> None:
+    """At 100 s nothing is left but what was given up for the objects before."""
+    state, *_ = explore(PlannerState(SEARCH), HALF_KNOWN, PARAMS)
+    while state.target_state.active_goal is not None:
+        state = blacklist(state, state.target_state.active_goal.goal)
+        state, *_ = explore(state, HALF_KNOWN, PARAMS)
+    start = replace(SEARCH.target_start, since_active_time_s=since_s)
+    target_state = replace(state.target_state, idle_since_s=None)
+    state = replace(
+        state,
+        search=replace(SEARCH, target_start=start),
+        target_state=target_state,
+        active_time_s=100.0,
+    )
+    state, *_ = explore(state, HALF_KNOWN, PARAMS)
+    late = replace(state, active_time_s=100.0 + GIVE_UP_S)
+    state, _, event, _ = explore(late, HALF_KNOWN, PARAMS)
+    assert (event is None) == again
+    assert (state.blacklisted_frontiers == ()) == again
+    if again:
+        state, _, event, _ = explore(state, HALF_KNOWN, PARAMS)
+        assert state.target_state.active_goal is not None
+
+
 def test_floor_that_noise_cut_off_is_searched_for_once_more_and_then_named() -> None:
     two_rooms = build_context(
         POSE,

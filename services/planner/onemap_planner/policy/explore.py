@@ -327,16 +327,18 @@ def _idle(
         target_state = replace(state.target_state, idle_since_s=None)
         return replace(state, target_state=target_state, crosses_gaps=True), Rest(), None
     cut_off = cut_off_m2 >= params.explore.cut_off_m2
+    began_s = state.search.target_start.since_active_time_s
+    untried = since_s - began_s < params.explore.settle_s  # no goal since the object's turn came
     again = (
         state.target_state.rejected
         or state.target_state.closed_off
         or state.unreached_frontiers
-        or (cut_off and state.blacklisted_frontiers)
+        or ((cut_off or untried) and state.blacklisted_frontiers)
     )
     doubtful = _doubtful(state, context, params)
     if (again or doubtful) and not state.target_state.reconsidered:
         looks = tuple(candidate for _, candidate in doubtful[:MAX_LAST_LOOKS])
-        return reconsider(state, frontiers=cut_off, doubtful=looks), Rest(), None
+        return reconsider(state, frontiers=cut_off or untried, doubtful=looks), Rest(), None
     coverage = coverage_of(context)
     covered = _covered(state, context, coverage)
     named = f"; {_told(*doubtful[0])}" if doubtful else ""

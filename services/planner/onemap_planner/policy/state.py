@@ -99,11 +99,11 @@ class PlannerState:
     """State of the planner during one search.
 
     blacklisted_frontiers: frontiers that remained after a visit, kept for the whole search,
-    because what could not be seen for one object cannot for the next; unreached_frontiers: those
-    of them that were given up on the way. crosses_gaps: paths may cross narrow gaps of unknown
-    floor, because nothing else was left. trail: where the robot
-    has been, metres. found_objects: of this search and those before on the same map; synonyms:
-    of all these names. known_m2: known area at the last step. active_time_s: seconds with
+    because what could not be seen for one object cannot for the next, unless nothing else is
+    left for it; unreached_frontiers: those of them that were given up on the way. crosses_gaps:
+    paths may cross narrow gaps of unknown floor, because nothing else was left. trail: where the
+    robot has been, metres. found_objects: of this search and those before on the same map;
+    synonyms: of all these names. known_m2: known area at the last step. active_time_s: seconds with
     fresh inputs; last_step_s: time of the last step; stale_since_s: since when the inputs are
     stale, None while they are fresh; both of the planner's monotonic clock. dead_ends: the
     blacklisted places with what was around them. other_targets: what
