@@ -184,6 +184,40 @@ def test_an_opening_is_closed_on_all_sides(below: float) -> None:
     assert (beside == Occupancy.FREE).mean() > 0.5
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.003])
+@pytest.mark.parametrize("pitch_deg", [-0.5, 0.0, 0.5])
+@pytest.mark.parametrize("far_m", [2.6, 2.65, 2.699])
+def test_the_far_edge_of_an_opening_is_closed(far_m: float, pitch_deg: float, noise: float) -> None:
+    """The wall below it counts neither as floor nor as unknown, wherever cells begin."""
+    pit = (
+        Box((-9, -9, -4), (1.8, 9, 0)),
+        Box((far_m, -9, -4), (9, 9, 0)),
+        Box((1.8, -9, -9), (far_m, 9, -3)),
+    )
+    rng, belief = np.random.default_rng(5), BeliefMap(PARAMS)
+    for x_m in (0.0, 0.2, 0.4):
+        depth = true_depth(pit, x_m, 1.0, 12.0)
+        depth = (depth + noise * depth**2 * rng.standard_normal(SIZE)).astype(np.float32)
+        T = pose_2d(x_m, 0, 0) @ tilted(pitch_deg, 0.0) @ camera_mount(0.1, 1.0, np.deg2rad(12.0))
+        frame = occupancy_update(PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T), PARAMS)
+        belief.grow(frame.cells)
+        belief.fuse_occupancy(frame)
+    inside = states(belief, np.arange(1.95, far_m, 0.1), ACROSS)
+    assert (inside == Occupancy.OCCUPIED).mean() > 0.95
+    assert not (inside == Occupancy.FREE).any()
+    beyond = states(belief, np.arange(2.85, 3.5, 0.1), ACROSS)
+    assert (beyond == Occupancy.FREE).mean() > 0.95
+
+
+@pytest.mark.parametrize("pitch_deg", [-2.0, -1.0, 1.0, 2.0])
+def test_before_what_stands_on_a_floor_that_seems_lower_is_no_drop(pitch_deg: float) -> None:
+    wall, leg = Box((3.0, 0, 0), (3.1, 9, 2)), Box((2.5, -0.5, 0), (2.55, -0.45, 0.7))
+    depth = true_depth((*FLOOR, wall, leg), 0.0, 1.0, 12.0)
+    T = tilted(pitch_deg, 0.0) @ camera_mount(0.1, 1.0, np.deg2rad(12.0))
+    points = floor_points(PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=T), PARAMS)
+    assert len(points.drops) == 0
+
+
 def test_a_drop_goes_when_floor_is_seen_there() -> None:
     """A cover is laid over a hole."""
     belief = seen(step_down(0.5), (1.0, 12.0))

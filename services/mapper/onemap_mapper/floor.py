@@ -5,6 +5,8 @@ neighbouring pixels of a column a step down shows as a jump of the height, which
 camera's pitch hardly changes, because it moves both. So the edge of a step is found by the jump,
 and by the absolute height only what lies lower than such an error can explain. A ray that reaches
 a point below the floor crossed the floor's height where there is no floor: that place is a drop.
+On the far side of an opening the wall below its edge is steep, which tells it from floor that an
+error of the pitch lowers; its upper part is no lower than such an error explains.
 """
 
 from __future__ import annotations
@@ -28,6 +30,9 @@ MISSING_SHARE = 0.9  # of a hole's pixels that have no return
 BLIND_SIDE = 8  # part of the image's width to each side that must show floor as well
 ACROSS_SAMPLES = 24  # between the floor on both sides of a hole
 BLIND_SAMPLES = 24  # between the camera's foot and the nearest floor in view
+RISER_ROWS = 24  # from the top of a wall below floor to its foot this part of the image, or fewer
+RISER_SLOPE = 2.0  # rise over run, at least: noise of the depth tilts a wall
+RISER_SAMPLES = 4  # between the place where a ray crossed the floor's height and the wall
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,9 +82,12 @@ def floor_points(cloud: PointCloud, params: OccupancyParams) -> FloorPoints:
     image = _Image.of(cloud, compiled=compiled)
     valid = image.depth > 0
     floor, edge = (_by_loops if compiled else _floor_and_edges)(image, params)
+    feet = _riser_feet(image, valid, params)
+    floor &= feet == 0
     drops = [
         _crossings(image, edge, params, height_m=_below(image.z, JUMP_ROWS)),
         _crossings(image, valid & _is_low(image, params), params),
+        _before_risers(image, feet),
         _missing(image, valid, floor, params),
     ]
     if compiled:
@@ -148,6 +156,56 @@ def _behind_edge(image: _Image, edge: Bool) -> Bool:
     middle = (image.z[before, column] + image.z[nearest, column]) / 2
     behind: Bool = (nearest < none) & (image.z < middle)
     return behind
+
+
+def _riser_feet(image: _Image, valid: Bool, params: OccupancyParams) -> I64:
+    """(rows, columns): how many rows below a riser's pixel there is one at its foot; 0: no riser.
+
+    A riser is the upper part of a wall below the floor, and the rim above it. What goes on to rise
+    is the foot of something that stands on floor which an error of the pitch lowers.
+    """
+    rows = len(valid)
+    window = max(2, rows // RISER_ROWS)
+    feet = np.zeros(valid.shape, np.int64)
+    low = valid & (image.z < -params.drop_min_depth_m / 2)
+    columns = np.flatnonzero(low.any(axis=0))
+    if rows <= window or len(columns) == 0:
+        return feet
+    depth, x, y, z = (plane[:, columns] for plane in (image.depth, image.x, image.y, image.z))
+    valid, low, found = valid[:, columns], low[:, columns], feet[:, columns]
+    fall = params.drop_min_depth_m + params.height_error_per_m * depth
+    top = valid & (np.abs(z) <= params.floor_tolerance_m + params.tilt_error_per_m * depth)
+    top &= depth <= params.drop_range_m
+    top[:window] = False
+    top[window:] &= valid[:-window] & ~_is_steep(x, y, z, window)
+    for k in range(1, window + 1):
+        upper, lower = slice(None, -k), slice(k, None)
+        there = top[upper] & low[lower] & (found[upper] == 0)
+        there &= (z[upper] - z[lower] > fall[upper]) & _is_steep(x, y, z, k)
+        found[upper][there] = k
+    feet[:, columns] = found
+    return feet
+
+
+def _is_steep(x: F32, y: F32, z: F32, rows: int) -> Bool:
+    """Whether it rises steeply from each pixel but the first ``rows`` to the one so far above."""
+    rise = z[:-rows] - z[rows:]
+    dx, dy = x[:-rows] - x[rows:], y[:-rows] - y[rows:]
+    steep: Bool = (rise > 0) & (RISER_SLOPE**2 * (dx * dx + dy * dy) <= rise * rise)
+    return steep
+
+
+def _before_risers(image: _Image, feet: I64) -> F32:
+    """Places (n, 2) before risers: from where the ray to the foot crosses the height of the top."""
+    row, column = np.nonzero(feet)
+    foot = row + feet[row, column]
+    camera_m, top_m, foot_m = image.camera[2], image.z[row, column], image.z[foot, column]
+    scale = (camera_m - top_m) / np.maximum(camera_m - foot_m, 1e-3)
+    top_xy = np.stack([image.x[row, column], image.y[row, column]], axis=1)
+    foot_xy = np.stack([image.x[foot, column], image.y[foot, column]], axis=1) * scale[:, None]
+    share = np.arange(RISER_SAMPLES, dtype=np.float32) / np.float32(RISER_SAMPLES)
+    places = foot_xy[:, None] + (top_xy - foot_xy)[:, None] * share[:, None] + image.camera[:2]
+    return np.asarray(places.reshape(-1, 2), np.float32)
 
 
 def _crossings(

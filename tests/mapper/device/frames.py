@@ -15,7 +15,8 @@ from tests.mapper.scenes import ROOM, Box
 
 TABLE = Box((0.9, -0.5, 0.70), (2.1, 0.5, 0.74))
 STAIRS = (Box((-9, -9, -4), (1.0, 9, 0)), Box((1.6, -9, -4), (9, 9, -0.4)))  # a gap, then lower
-WORLDS = ((*ROOM, TABLE), STAIRS, ())
+PIT = (Box((-9, -9, -4), (1.0, 9, 0)), Box((1.6, -9, -4), (9, 9, 0)), Box((0, -9, -9), (9, 9, -3)))
+WORLDS = ((*ROOM, TABLE), STAIRS, PIT, ())
 IMAGES = given(
     seed=st.integers(0, 2**16),
     world=st.sampled_from(WORLDS),

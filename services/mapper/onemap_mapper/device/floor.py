@@ -18,6 +18,9 @@ from onemap_mapper.floor import (
     MISSING_COLUMNS,
     MISSING_ROWS,
     MISSING_SHARE,
+    RISER_ROWS,
+    RISER_SAMPLES,
+    RISER_SLOPE,
 )
 from onemap_mapper.params import OccupancyParams
 
@@ -67,11 +70,14 @@ def device_floor(cloud: DeviceCloud, params: OccupancyParams) -> DeviceFloor:
     floor = valid & (image.z <= params.floor_tolerance_m + slack) & (image.z >= -fall)
     floor &= image.depth <= params.occupancy_range_m
     floor &= ~_behind_edge(image, edge)
+    feet = _riser_feet(image, valid, params)
+    floor &= feet == 0
     low = image.z < -(params.drop_min_depth_m + params.tilt_error_per_m * image.depth)
     before = torch.cat([image.z[JUMP_ROWS:], image.z[-JUMP_ROWS:]])  # an edge's height
     drops = [
         _crossings(image, edge, before, params),
         _crossings(image, valid & low, torch.zeros_like(image.z), params),
+        _before_risers(image, feet),
         *_missing(image, valid, floor, params),
     ]
     seen = [image.in_map(image.xy[floor]), *_between(image, floor, params)]
@@ -96,6 +102,44 @@ def _behind_edge(image: _Image, edge: Tensor) -> Tensor:
     before = (nearest + JUMP_ROWS).clamp(max=none)
     middle = (image.z.gather(0, before) + image.z.gather(0, nearest)) / 2
     return (nearest < none) & (image.z < middle)
+
+
+def _riser_feet(image: _Image, valid: Tensor, params: OccupancyParams) -> Tensor:
+    """(rows, columns): how many rows below a riser's pixel its foot is; 0: no riser."""
+    depth, z = image.depth, image.z
+    window = max(2, len(depth) // RISER_ROWS)
+    feet = torch.zeros_like(depth, dtype=torch.int64)
+    if len(depth) <= window:
+        return feet
+    low = valid & (z < -params.drop_min_depth_m / 2)
+    fall = params.drop_min_depth_m + params.height_error_per_m * depth
+    top = valid & (z.abs() <= params.floor_tolerance_m + params.tilt_error_per_m * depth)
+    top &= depth <= params.drop_range_m
+    top[:window] = False
+    top[window:] &= valid[:-window] & ~_is_steep(image, window)
+    for k in range(1, window + 1):
+        upper, lower = slice(None, -k), slice(k, None)
+        there = top[upper] & low[lower] & (feet[upper] == 0)
+        there &= (z[upper] - z[lower] > fall[upper]) & _is_steep(image, k)
+        feet[upper] = torch.where(there, k, feet[upper])
+    return feet
+
+
+def _is_steep(image: _Image, rows: int) -> Tensor:
+    """Whether it rises steeply from each pixel but the first ``rows`` to the one so far above."""
+    dx, dy, rise = (plane[:-rows] - plane[rows:] for plane in (image.x, image.y, image.z))
+    return (rise > 0) & (RISER_SLOPE**2 * (dx * dx + dy * dy) <= rise * rise)
+
+
+def _before_risers(image: _Image, feet: Tensor) -> Tensor:
+    """Places (n, 2) before risers: from where the ray to the foot crosses the height of the top."""
+    row, column = torch.nonzero(feet, as_tuple=True)
+    foot = row + feet[row, column]
+    scale = image.camera[2] - image.z[row, column]
+    scale = scale / (image.camera[2] - image.z[foot, column]).clamp(min=1e-3)
+    top_xy, foot_xy = image.xy[row, column], image.xy[foot, column] * scale[:, None]
+    share = divided(_numbers(RISER_SAMPLES, image), RISER_SAMPLES)[:, None]
+    return image.in_map(foot_xy[:, None] + (top_xy - foot_xy)[:, None] * share).reshape(-1, 2)
 
 
 def _crossings(image: _Image, chosen: Tensor, height_m: Tensor, params: OccupancyParams) -> Tensor:
