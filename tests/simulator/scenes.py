@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from onemap_shared.geometry import F32
@@ -82,41 +80,6 @@ def object_vertices(scene: Scene, index: int) -> F32:
     """Vertices (N, 3) of an object's triangles, with repeats."""
     corners: F32 = scene.vertices[scene.faces[scene.face_object == index]].reshape(-1, 3)
     return corners
-
-
-def with_opening(scene: Scene, opening_m: tuple[float, float, float, float]) -> Scene:
-    """The scene with a hole (x_min, y_min, x_max, y_max) in its floor, and a floor 3 m lower.
-
-    The hole must lie within one floor, a box whose top is at z = 0.
-    """
-    centre = np.array([opening_m[0] + opening_m[2], opening_m[1] + opening_m[3]]) / 2
-    for index, thing in enumerate(scene.objects):
-        corners = object_vertices(scene, index)
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        if thing.category == "floor" and (low[:2] < centre).all() and (centre < high[:2]).all():
-            break
-    x0, y0, x1, y1 = opening_m
-    strips = [
-        ((low[0], low[1], -0.02), (x0, high[1], 0)),
-        ((x1, low[1], -0.02), (high[0], high[1], 0)),
-        ((x0, low[1], -0.02), (x1, y0, 0)),
-        ((x0, y1, -0.02), (x1, high[1], 0)),
-        ((x0, y0, -3.02), (x1, y1, -3)),
-    ]
-    builder = SceneBuilder()
-    for lower, upper in strips:
-        builder.add("floor", lower, upper)
-    new, keep = builder.build(), scene.face_object != index
-    first_vertex, count = len(scene.vertices), len(new.faces)
-    texture = scene.face_texture[~keep][0]
-    return replace(
-        scene,
-        vertices=np.concatenate([scene.vertices, new.vertices]),
-        faces=np.concatenate([scene.faces[keep], new.faces + first_vertex]).astype(np.int32),
-        face_object=np.append(scene.face_object[keep], np.full(count, index)).astype(np.int32),
-        face_texture=np.append(scene.face_texture[keep], np.full(count, texture)).astype(np.int32),
-        face_uv=np.concatenate([scene.face_uv[keep], new.face_uv]),
-    )
 
 
 WALL_SIDES = ("x-", "x+", "y-", "y+")

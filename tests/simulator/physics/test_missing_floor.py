@@ -5,17 +5,18 @@ from __future__ import annotations
 import pytest
 
 from onemap_shared.geometry import Velocity2d
+from onemap_simulator.generation.stairwell import with_stairwell
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.missing_floor import MissingFloor
 from onemap_simulator.physics.robot import RobotParams, RobotState
 from onemap_simulator.physics.simulation import Simulation
-from tests.simulator.scenes import SceneBuilder, box_room, with_opening
+from tests.simulator.scenes import SceneBuilder, box_room
 
 OPENING = (1.5, 1.0, 2.2, 2.0)
 
 
 def test_a_disc_touches_the_opening_and_nothing_else() -> None:
-    floor = MissingFloor.of(with_opening(box_room(), OPENING), 1.1)
+    floor = MissingFloor.of(with_stairwell(box_room(), OPENING), 1.1)
     assert floor.touches(1.85, 1.5, 0.01)
     assert floor.touches(1.35, 1.5, 0.2)
     assert not floor.touches(1.25, 1.5, 0.2)
@@ -43,7 +44,7 @@ def test_a_scene_without_floor_is_a_plane() -> None:
 def test_an_edge_that_is_crossed_is_counted_once(
     opening: tuple[float, float, float, float] | None, edges: int
 ) -> None:
-    scene = with_opening(box_room(), opening) if opening else box_room()
+    scene = with_stairwell(box_room(), opening) if opening else box_room()
     run = Simulation(
         CollisionMap.of(scene, 1.1),
         RobotParams(),

@@ -17,6 +17,7 @@ from onemap_shared.messages import SearchKind, SearchState
 from onemap_simulator.config import SimulatorConfig
 from onemap_simulator.errors.frame_link import FrameLinkParams
 from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.generation.stairwell import with_stairwell
 from onemap_simulator.generation.style import STYLES
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.physics.robot import RobotParams
@@ -28,7 +29,6 @@ from onemap_tools.bench.lockstep import (
     SystemConfig,
 )
 from onemap_tools.bench.simulated_robot import SimulatedRobot
-from tests.simulator.scenes import with_opening
 
 FOUR_HZ = SimulatorConfig(seed=2, rgbd_hz=4.0)  # the rate that a search needs, at half the work
 
@@ -66,7 +66,7 @@ def test_a_place_in_a_room_that_was_never_seen_is_reached() -> None:
 @pytest.mark.slow
 def test_a_search_for_what_stands_behind_a_stairwell_stays_on_the_floor() -> None:
     """The straight way from the start to the sofa leads over an opening of 0.7 x 1 m."""
-    scene = with_opening(generate_apartment(2), (4.5, 4.9, 5.2, 5.9))
+    scene = with_stairwell(generate_apartment(2), (4.5, 4.9, 5.2, 5.9))
     scene = replace(scene, start=(2.3, 5.43, 0.0))
     config = SystemConfig(simulator=FOUR_HZ)
     simulation = LockstepSimulation(scene, config, PerceptionPipeline(config.perception))

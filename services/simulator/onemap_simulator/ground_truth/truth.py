@@ -17,6 +17,7 @@ from onemap_simulator.ground_truth import SUCCESS_RADIUS_M
 from onemap_simulator.ground_truth.shortest_paths import ShortestPaths
 from onemap_simulator.ground_truth.visibility import visible_from
 from onemap_simulator.physics.collision import CollisionMap
+from onemap_simulator.physics.missing_floor import MissingFloor
 from onemap_simulator.rendering.ray_tracer import RayTracer
 from onemap_simulator.scene.cell_masks import distance_m
 from onemap_simulator.scene.occupancy_raster import rasterise
@@ -48,7 +49,8 @@ class SceneTruth:
         self.scene = scene
         collision = CollisionMap.of(scene, height_m, CELL_SIZE_M)
         self._grid = collision.grid
-        self._free: Bool = collision.clearance >= radius_m
+        floor = MissingFloor.of(scene, height_m, CELL_SIZE_M)
+        self._free: Bool = (collision.clearance >= radius_m) & (floor.distance >= radius_m)
         self._eye_height_m = eye_height_m
         self._tracer = RayTracer(scene)
         self._paths: dict[str, ShortestPaths] = {}

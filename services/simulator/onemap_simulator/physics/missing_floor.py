@@ -18,7 +18,7 @@ MIN_RADIUS_M = 0.05  # a hole in which no disc of this radius fits is a joint, o
 
 @dataclass(frozen=True, slots=True)
 class MissingFloor:
-    """Distance (nx, ny) float32 in metres over ``grid``: from a cell to where floor is missing.
+    """Distance (nx, ny) float32 in metres over ``grid``: from a cell to the edge of missing floor.
 
     Floor is missing where no geometry lies between FLOOR_MARGIN_M below z = 0 and the robot's
     height. A scene without any floor is taken to have a plane, as for its start.
@@ -35,7 +35,8 @@ class MissingFloor:
         missing = ~solid if floor.any() else np.zeros_like(solid)
         core = distance_m(~missing, cell_size_m) >= MIN_RADIUS_M
         missing &= distance_m(core, cell_size_m) <= MIN_RADIUS_M + cell_size_m
-        return cls(grid, distance_m(missing, cell_size_m))
+        edge_m = distance_m(missing, cell_size_m) - np.float32(cell_size_m / 2)
+        return cls(grid, np.maximum(edge_m, np.float32(0.0)))
 
     def touches(self, x_m: float, y_m: float, radius_m: float) -> bool:
         """Whether a disc on the floor reaches over a place without floor."""
