@@ -31,6 +31,7 @@ from onemap_tools.bench.options import (
     SceneOrRecording,
     SceneOut,
     SimulatedErrors,
+    Stairwells,
     Threads,
 )
 from onemap_tools.bench.pose_graph_command import pose_graph
@@ -313,6 +314,7 @@ def navigation(
     method: MethodOption = Method.ONEMAP,
     features: FeaturesOption = Features.SIMULATED,
     errors: SimulatedErrors = Errors.NONE,
+    stairwells: Stairwells = 0,
     episodes: Annotated[int, typer.Option(min=1, help="Apartments, one episode in each.")] = 10,
     seed: Annotated[int, typer.Option(min=0, help="Of the first apartment.")] = 1,
     apartments: Parity = Apartments.ALL,
@@ -353,6 +355,7 @@ def navigation(
             config=config,
             order=SearchOrder(order.value),
             errors=errors,
+            stairwells=stairwells,
         )
         result = benchmark.run_benchmark(
             options,

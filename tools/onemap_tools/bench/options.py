@@ -15,6 +15,10 @@ FeaturesOption = Annotated[
 SimulatedErrors = Annotated[
     Errors, typer.Option(help="Of a real robot; jump: drift that loop closures set right.")
 ]
+Stairwells = Annotated[
+    int,
+    typer.Option(min=0, max=4, help="Openings in each apartment's floor, on the ways to take."),
+]
 Beside = Annotated[
     list[Path] | None,
     typer.Option(help="Results of another method, or of other settings, to compare with."),

@@ -50,6 +50,27 @@ def test_errors_are_simulated_in_every_episode_and_told_with_the_result() -> Non
     assert not any("loop closures" in line for line in lines)
 
 
+def test_stairwells_are_an_option_of_simulated_time_and_told_with_the_result() -> None:
+    options = replace(OPTIONS, method=Method.ONEMAP, stairwells=2)
+    assert [setup.stairwells for setup in options.setups()] == [2, 2, 2]
+    crossed = replace(
+        episode(0, failed("bed", 1.0, Failure.STUCK)),
+        stairwells=((1.0, 2.0, 1.5, 3.0),),
+        edges_crossed=2,
+    )
+    result = {**options.document(), **summary([crossed], 1), "compared_with": {}}
+    lines = table_lines(result)
+    assert lines[0].startswith("onemap, simulated features, 2 stairwells: 1 episodes")
+    assert "stairwells, all episodes               1" in lines
+    assert "wheels over an edge, all episodes      2" in lines
+    whole = table_lines({**result, "edges_crossed": 0})
+    assert "wheels over an edge, all episodes      0" in whole
+    assert "stairwells_per_episode" not in OPTIONS.document()
+    in_processes = replace(options, method=Method.ONEMAP_PROCESSES, features=Features.MINI)
+    with pytest.raises(ValueError, match="--stairwells are openings"):
+        in_processes.setups()
+
+
 @pytest.mark.slow
 def test_a_run_goes_on_where_it_was_killed(tmp_path: Path) -> None:
     ran: list[EpisodeRecord] = []

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -12,6 +13,11 @@ RECORD = episode(3, found("bed", 4, 8), failed("fan", 2, Failure.NOT_DETECTED), 
 
 def test_a_record_survives_its_json_line() -> None:
     assert episode_record(json.loads(json.dumps(RECORD.document(), allow_nan=False))) == RECORD
+
+
+def test_stairwells_survive_too() -> None:
+    opened = replace(RECORD, stairwells=((1.0, 2.0, 1.5, 3.0),), edges_crossed=1)
+    assert episode_record(json.loads(json.dumps(opened.document(), allow_nan=False))) == opened
 
 
 def test_progress_counts_what_was_found_before_the_first_failure() -> None:

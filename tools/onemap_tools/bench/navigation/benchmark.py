@@ -50,6 +50,7 @@ class NavigationOptions:
     config: Path | None = None
     order: SearchOrder = SearchOrder.GIVEN
     errors: Errors = Errors.NONE
+    stairwells: int = 0
 
     def __post_init__(self) -> None:
         if self.order is SearchOrder.ANY and self.method not in ORDERING:
@@ -66,6 +67,11 @@ class NavigationOptions:
                 f"--method {self.method.value} runs the real perception: give --features mini"
             )
         seeds = apartment_seeds(self.seed, self.episodes, self.apartments)
+        if in_processes and self.stairwells:
+            raise ValueError(
+                f"--stairwells are openings in the apartments of simulated time, which the "
+                f"services of --method {self.method.value} do not know: leave one of both out"
+            )
         return tuple(
             EpisodeSetup(
                 index,
@@ -75,6 +81,7 @@ class NavigationOptions:
                 self.objects,
                 self.limit_s,
                 self.order,
+                self.stairwells,
             )
             for index, seed in enumerate(seeds)
         )
@@ -90,6 +97,7 @@ class NavigationOptions:
             "method": self.method.value,
             "features": self.features.value,
             "errors": self.errors.value,
+            **({"stairwells_per_episode": self.stairwells} if self.stairwells else {}),
             "episodes": self.episodes,
             "seed": self.seed,
             "apartments": self.apartments.value,

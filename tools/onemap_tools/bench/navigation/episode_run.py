@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import reduce
 from math import isfinite
 
 import numpy as np
@@ -19,6 +20,7 @@ from onemap_shared.messages import (
 )
 from onemap_shared.names import normalised
 from onemap_simulator.generation.apartment import generate_apartment
+from onemap_simulator.generation.stairwell import with_stairwell
 from onemap_simulator.generation.style import STYLES
 from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_simulator.parts import scene_truth
@@ -44,6 +46,7 @@ from onemap_tools.bench.navigation.simulated_features import (
     SimulatedEncoder,
     SimulatedFeatureParams,
 )
+from onemap_tools.bench.navigation.stairwells import draw_openings
 from onemap_tools.bench.simulated_robot import FrameTruth, SearchEnd, SimulatedRobot
 from onemap_tools.demo.summary import ObjectSummary
 from onemap_tools.demo.truth import evaluate_result
@@ -58,7 +61,7 @@ OVERALL_LIMIT = 1.2  # of the sum of the objects' limits: the planner's own limi
 @dataclass(frozen=True, slots=True)
 class EpisodeSetup:
     """config: its simulator has the apartment's seed and style; limit_s: simulated seconds per
-    object."""
+    object; stairwells: openings in the floor, at most."""
 
     index: int
     config: SystemConfig
@@ -67,6 +70,7 @@ class EpisodeSetup:
     objects: int
     limit_s: float
     order: SearchOrder = SearchOrder.GIVEN
+    stairwells: int = 0
 
 
 @dataclass(slots=True)
@@ -82,7 +86,14 @@ class FrameCounts:
 def run_episode(setup: EpisodeSetup) -> EpisodeRecord:
     """Run the episode in simulated time; ``wall_s`` stays 0."""
     scene, truth, episode = drawn_episode(setup)
-    record = EpisodeRecord(setup.index, episode.seed, episode.start, (), 0, 0.0, (), 0.0)
+    simulator = setup.config.simulator
+    openings = draw_openings(scene, truth, episode, simulator, setup.stairwells)
+    if openings:
+        scene = reduce(with_stairwell, openings, scene)
+        truth = scene_truth(scene, simulator)
+    record = EpisodeRecord(
+        setup.index, episode.seed, episode.start, (), 0, 0.0, (), 0.0, stairwells=openings
+    )
     if setup.method is Method.ORACLE:
         speed_mps = setup.config.planner.drive.max_linear_mps
         objects, trajectory = oracle_objects(truth, episode, speed_mps)
@@ -140,6 +151,7 @@ def _search(
         objects=tuple(_judged(results, truth, episode, counts)),
         contacts=robot.contacts,
         people_touched=robot.people_touched,
+        edges_crossed=robot.edges_crossed,
         frames_lost=robot.link.lost,
         pose_jumps=robot.localisation.jumps,
         pose_error_m=round(robot.localisation.largest_error_m, 3),

@@ -104,6 +104,8 @@ def summary(episodes: Sequence[EpisodeRecord], seed: int) -> dict[str, Any]:
         "timed_out": sum(item.timed_out for item in objects),
         "contacts": sum(episode.contacts for episode in episodes),
         "people_touched": sum(episode.people_touched for episode in episodes),
+        "stairwells": sum(len(episode.stairwells) for episode in episodes),
+        "edges_crossed": sum(episode.edges_crossed for episode in episodes),
         "frames_lost": sum(episode.frames_lost for episode in episodes),
         "pose_jumps": sum(episode.pose_jumps for episode in episodes),
         "pose_error_m": max(episode.pose_error_m for episode in episodes),

@@ -14,15 +14,19 @@ from onemap_tools.bench.navigation.records import EpisodeRecord
 from onemap_tools.cli.floor_plan import draw_floor_plan, draw_path
 
 COLOURS = ((200, 90, 0), (60, 150, 20), (0, 120, 240))  # BGR: blue, green, orange
+STAIRWELL = (0, 0, 220)  # red
 
 
 def episode_picture(episode: EpisodeRecord, style: str, robot: RobotParams) -> U8:
-    """A BGR image (rows, columns, 3): the floor plan, and a line for each object's path."""
+    """A BGR image (rows, columns, 3): the floor plan, stairwells, and each object's path."""
     scene = generate_apartment(episode.seed, STYLES[style])
     collision = CollisionMap.of(scene, robot.height_m)
     reachable = collision.reachable_cells(*episode.start[:2], robot.radius_m)
     floor = FloorMap(collision.grid, collision.clearance <= 0, reachable)
     image = draw_floor_plan(scene, floor, episode.start)
+    for x0, y0, x1, y1 in episode.stairwells:
+        corners = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)])
+        image = draw_path(image, floor.grid, corners, STAIRWELL)
     for index, path in enumerate(paths_of(episode)):
         image = draw_path(image, floor.grid, path, COLOURS[index % len(COLOURS)])
     return image

@@ -53,7 +53,9 @@ class EpisodeRecord:
     """One episode. start: x, y, yaw; trajectory: true positions in metres, one per frame;
     contacts: above 0.05 m/s, counted by the simulator, people_touched of them with people;
     pose_error_m: the largest of the reported pose; wall_s is the only value that differs between
-    two runs; scene: where it ran, empty for the apartment of the seed."""
+    two runs; scene: where it ran, empty for the apartment of the seed; stairwells: x_min, y_min,
+    x_max, y_max in metres of openings in the floor, edges_crossed: how often the robot came over
+    one."""
 
     index: int
     seed: int
@@ -68,6 +70,8 @@ class EpisodeRecord:
     frames_lost: int = 0
     pose_jumps: int = 0
     pose_error_m: float = 0.0
+    stairwells: tuple[tuple[float, float, float, float], ...] = ()
+    edges_crossed: int = 0
 
     @property
     def progress(self) -> int:
@@ -100,6 +104,6 @@ def episode_record(document: dict[str, Any]) -> EpisodeRecord:
     )
     x, y, yaw = document["start"]
     trajectory = tuple((float(a), float(b)) for a, b in document["trajectory"])
-    return EpisodeRecord(
-        **{**document, "objects": objects, "start": (x, y, yaw), "trajectory": trajectory}
-    )
+    known = {"objects": objects, "start": (x, y, yaw), "trajectory": trajectory}
+    stairwells = tuple(tuple(map(float, corners)) for corners in document.get("stairwells", ()))
+    return EpisodeRecord(**{**document, **known, "stairwells": stairwells})

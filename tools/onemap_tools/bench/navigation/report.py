@@ -26,6 +26,8 @@ TITLES = {
 
 COUNTS = {
     "people_touched": "contacts with people, all episodes",
+    "stairwells": "stairwells, all episodes",
+    "edges_crossed": "wheels over an edge, all episodes",
     "frames_lost": "frames lost, all episodes",
     "pose_jumps": "loop closures, all episodes",
     "pose_error_m": "largest error of the reported pose, m",
@@ -55,14 +57,18 @@ def table_lines(result: Mapping[str, Any]) -> list[str]:
         lines.append(f"{title(name):38} {Estimate(**values)}")
     lines += [f"{'failed: ' + name:38} {count}" for name, count in result["failures"].items()]
     lines.append(f"{'of these, by the time limit':38} {result['timed_out']}")
-    lines += [f"{name:38} {result[key]}" for key, name in COUNTS.items() if result.get(key)]
+    told = {key for key in COUNTS if result.get(key)}
+    told |= {"edges_crossed"} if "stairwells" in told else set()
+    lines += [f"{name:38} {result[key]}" for key, name in COUNTS.items() if key in told]
     return lines + comparison_lines(result)
 
 
 def setting(result: Mapping[str, Any]) -> str:
-    """Method, features and errors, if there are any."""
+    """Method, features, and errors and stairwells, if there are any."""
     errors = result.get("errors", Errors.NONE.value)
     told = "" if errors == Errors.NONE.value else f", errors: {errors}"
+    if result.get("stairwells_per_episode"):
+        told += f", {result['stairwells_per_episode']} stairwells"
     return f"{result['method']}, {result['features']} features{told}"
 
 
