@@ -51,6 +51,8 @@ def test_unknown_is_not_free_but_floor_driven_over_a_metre_ago_is() -> None:
     )
     assert costmap.free[5, 10]
     assert not costmap.unseen[5, 10]
+    assert costmap.free[5, 8]
+    assert costmap.unseen[5, 8]  # the disc covered a part of this cell, furniture may begin in it
     assert not costmap.free[14, 10]  # else the robot's own steps would make way into the unknown
     assert costmap.unseen[14, 10]
     assert not costmap.free[5, 15]

@@ -103,7 +103,7 @@ class Costmap:
     the nearest obstacle's edge, infinity without obstacles; trail_distance_m float32: to where
     the robot's centre has been; returning bool: the robot's way until a metre ago, which it may
     drive back slowly; crossable bool: unknown cells that a path may enter all the same, slowly;
-    unseen bool: neither occupied nor floor that a camera saw or the robot drove over; appeared
+    unseen bool: neither occupied nor floor that a camera saw or the robot's disc covered; appeared
     bool: occupied since a moment ago, by somebody who may come nearer. params: the robot's size.
     """
 
@@ -139,11 +139,13 @@ def build_costmap(
     """
     grid, size = map_view.grid, map_view.grid.cell_size_m
     earlier_xy = trail_xy[:-RECENT_POINTS]
-    driven = _distance(_mark(grid, earlier_xy)) * size <= params.radius_m
+    driven_m = _distance(_mark(grid, earlier_xy)) * size
+    driven = driven_m <= params.radius_m
+    covered = driven_m <= params.radius_m - size  # as a whole, wherever in its cell it drove
     seen_free = map_view.occupancy == Occupancy.FREE
     occupied = (map_view.occupancy == Occupancy.OCCUPIED) | _mark(grid, obstacles_xy)
     free = (seen_free | driven) & ~occupied
-    unseen = ~(driven | occupied | (seen_free & ~map_view.assumed))
+    unseen = ~(covered | occupied | (seen_free & ~map_view.assumed))
     clearance_m = _distance(occupied) * size - size / 2
     unseen_m = _distance(unseen) * size - size / 2
 
