@@ -1,0 +1,1 @@
+"""Designs: named things built in other ways than the simulator's furniture, to train on."""
