@@ -27,10 +27,18 @@ from tests.simulator.scenes import box_room
 PAINT = Material(np.full((64, 64, 3), 200, np.uint8))
 # Everything happens, so that a test does not wait for chance.
 ALWAYS = replace(
-    VARIED, retexture=1.0, warp=1.0, soften=1.0, recombine=1.0, screen=1.0, no_ceiling=1.0
+    VARIED,
+    redesign=0.0,
+    retexture=1.0,
+    warp=1.0,
+    soften=1.0,
+    recombine=1.0,
+    screen=1.0,
+    no_ceiling=1.0,
 )
 NEVER = replace(
     VARIED,
+    redesign=0.0,
     retexture=0.0,
     warp=0.0,
     soften=0.0,
@@ -104,6 +112,21 @@ def test_furniture_changes_its_shape_and_what_carries_things_keeps_its_height() 
         (now,) = only(varied(ALWAYS, seed), "table")
         assert now.box[1, 2] == pytest.approx(board.box[1, 2])
         assert now.box[0, 2] == pytest.approx(0, abs=1e-9)
+
+
+def test_other_designs_take_the_place_of_furniture() -> None:
+    before = only(room(), "wardrobe")
+    groups: set[int] = set()
+    for seed in range(4):
+        apartment = varied(replace(NEVER, redesign=1.0), seed)
+        (mug,), (board,) = only(apartment, "cup"), only(apartment, "table")
+        assert mug.position_m == only(room(), "cup")[0].position_m
+        top = max(surface.z for surface in board.model.support_surfaces)
+        assert top == pytest.approx(mug.position_m[2])
+        for new, old in zip(only(apartment, "wardrobe"), before, strict=True):
+            assert new.box[1, 1] == pytest.approx(old.box[1, 1])
+            groups.add(len(new.model.parts))
+    assert len(groups) >= 3
 
 
 def test_a_television_shows_a_picture() -> None:

@@ -12,10 +12,12 @@ from onemap_tools.train.variety import surfaces
 from onemap_tools.train.variety.kinds import VALIDATION, VARIED, Variety
 
 
-def test_training_and_validation_share_no_texture_and_no_warp() -> None:
+def test_training_and_validation_share_no_texture_no_warp_and_no_design() -> None:
     assert not set(VARIED.surfaces) & set(VALIDATION.surfaces)
     assert not set(VARIED.warps) & set(VALIDATION.warps)
     assert set(VARIED.surfaces) | set(VALIDATION.surfaces) == set(surfaces.FAMILIES)
+    for category, makers in VARIED.designs.items():
+        assert not set(makers) & set(VALIDATION.designs[category])
     assert VALIDATION.own_camera
     assert not VARIED.own_camera
 

@@ -14,10 +14,12 @@ from onemap_simulator.generation.apartment import (
 )
 from onemap_simulator.generation.model import Material, Model, Part
 from onemap_simulator.generation.room_layout import PlacedModel, place
+from onemap_simulator.generation.sampler import Sampler
 from onemap_simulator.scene.scene import STRUCTURE, PointLight, Scene
 from onemap_tools.train.variety import shapes
 from onemap_tools.train.variety.kinds import Variety
 from onemap_tools.train.variety.pictures import photograph
+from onemap_tools.train.variety.redesign import redesigned
 from onemap_tools.train.variety.strangers import stranger
 from onemap_tools.train.variety.surfaces import surface
 
@@ -45,7 +47,8 @@ def vary(
     items = list(apartment.items)
     if rng.random() < variety.no_ceiling:
         items = [item for item in items if item.model.category != "ceiling"]
-    shaped = [_reshaped(item, items, variety, rng) for item in items]
+    anew = [_redesigned(item, items, variety, rng) for item in items]
+    shaped = [_reshaped(item, anew, variety, rng) for item in anew]
     drawn = [replace(item, model=changer.redrawn(item.model)) for item in shaped]
     drawn += _strangers(apartment, drawn, changer)
     bright = float(np.exp(rng.uniform(*variety.exposure)))
@@ -111,6 +114,24 @@ class _Changer:
         return self.new() if self.rng.random() < self.variety.retexture else part.material
 
 
+def _redesigned(
+    item: PlacedModel, items: Sequence[PlacedModel], variety: Variety, rng: np.random.Generator
+) -> PlacedModel:
+    """The item in another design of its category, now and then."""
+    makers = variety.designs.get(item.model.category, ())
+    if not makers or rng.random() >= variety.redesign:
+        return item
+    levels = [other.position_m[2] - item.position_m[2] for other in _carried(item, items)]
+    model = redesigned(
+        item.model,
+        makers,
+        Sampler(rng, variety.style),
+        carried_z=levels,
+        on_floor=item.position_m[2] < STANDING_M,
+    )
+    return place(model, item.position_m, item.yaw_deg, item.space)
+
+
 def _reshaped(
     item: PlacedModel, items: Sequence[PlacedModel], variety: Variety, rng: np.random.Generator
 ) -> PlacedModel:
@@ -123,7 +144,7 @@ def _reshaped(
         if kin:
             model = shapes.recombined(model, kin[int(rng.integers(len(kin)))], rng)
     model = shapes.with_part_sizes(model, rng, variety.part_spread)
-    carries = bool(model.support_surfaces) and _carries(item, items)
+    carries = bool(model.support_surfaces and _carried(item, items))
     model = shapes.rescaled(model, rng, variety.spread, upright=not carries)
     if not carries and rng.random() < variety.warp:
         model = shapes.warped(model, rng, variety.warps[int(rng.integers(len(variety.warps)))])
@@ -132,17 +153,18 @@ def _reshaped(
     return place(model, item.position_m, item.yaw_deg, item.space)
 
 
-def _carries(item: PlacedModel, items: Sequence[PlacedModel]) -> bool:
-    """Whether anything stands on the item."""
+def _carried(item: PlacedModel, items: Sequence[PlacedModel]) -> list[PlacedModel]:
+    """What stands on the item."""
     lower, upper = item.box
-    return any(
-        other.space == item.space
-        and STANDING_M < other.position_m[2] <= upper[2] + STANDING_M
+    return [
+        other
+        for other in items
+        if other.space == item.space
+        and other.position_m[2] - item.position_m[2] > STANDING_M
+        and other.position_m[2] <= upper[2] + STANDING_M
         and lower[0] <= other.position_m[0] <= upper[0]
         and lower[1] <= other.position_m[1] <= upper[1]
-        for other in items
-        if other is not item
-    )
+    ]
 
 
 def _strangers(

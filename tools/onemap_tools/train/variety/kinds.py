@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from onemap_simulator.generation.sampler import ModelFactory
 from onemap_simulator.generation.style import TRAINING as PLAIN_STYLE
 from onemap_simulator.generation.style import Style
 from onemap_simulator.rendering.camera_poses import CameraPoseRange
 from onemap_tools.train.variety import shapes, surfaces
+from onemap_tools.train.variety.designs import catalogue
 
 Range = tuple[float, float]
 
@@ -19,6 +22,7 @@ ANY_VIEW = CameraPoseRange(camera_height_m=(0.3, 1.6), pitch_rad=(-0.35, 0.65))
 class Variety:
     """What ``vary`` changes in an apartment of ``style``.
 
+    designs: by category; one of them takes the place of a thing with probability ``redesign``.
     surfaces: families of ``surfaces`` that materials are redrawn from, each with probability
     ``retexture``; warps: one of them bends each model, with probability ``warp``. spread: of
     proportions, a standard deviation of the logarithm; part_spread: the same of single parts.
@@ -30,6 +34,8 @@ class Variety:
 
     name: str
     style: Style
+    designs: Mapping[str, tuple[ModelFactory, ...]]
+    redesign: float
     surfaces: tuple[str, ...]
     retexture: float
     warps: tuple[shapes.Warp, ...]
@@ -50,7 +56,7 @@ class Variety:
 
 
 VARIED = Variety(
-    name="varied",
+    name="designs",
     style=replace(
         PLAIN_STYLE,
         name="varied",
@@ -59,6 +65,8 @@ VARIED = Variety(
         light=(0.25, 1.3),
         ambient=(0.15, 0.75),
     ),
+    designs=catalogue.TRAINING,
+    redesign=0.7,
     surfaces=surfaces.TRAINING,
     retexture=0.55,
     warps=(shapes.taper, shapes.lean),
@@ -76,7 +84,7 @@ VARIED = Variety(
 )
 # Trained on by nobody and reported nowhere: for the calibration, and to compare trainings by.
 VALIDATION = Variety(
-    name="validation",
+    name="validation designs",
     style=replace(
         PLAIN_STYLE,
         name="validation",
@@ -85,6 +93,8 @@ VALIDATION = Variety(
         light=(0.2, 1.4),
         ambient=(0.1, 0.5),
     ),
+    designs=catalogue.VALIDATION,
+    redesign=0.7,
     surfaces=surfaces.VALIDATION,
     retexture=0.75,
     warps=(shapes.twist, shapes.bow),
