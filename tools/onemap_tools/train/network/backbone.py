@@ -45,16 +45,17 @@ STAGES = (
     StageShape(4, 5, 2, 6, 192),
     StageShape(1, 3, 1, 6, 320),
 )
-FROZEN_STAGES = 1  # after the stem: ImageNet's first filters transfer to any image
-FROZEN_STRIDE = 2  # of the last frozen stage
+FROZEN_STAGES = 2  # after the stem: ImageNet's first filters transfer to any image
+FROZEN_STRIDE = 4  # of the last frozen stage
 OUTPUT_STAGES = (1, 2, 4, 6)  # the last stages at strides 4, 8, 16 and 32
 WIDTHS = tuple(STAGES[index].width for index in OUTPUT_STAGES)
 
 
 class DepthwiseConv(nn.Conv2d):
-    """Depthwise convolution, output size rounded up; always in float32.
+    """Depthwise convolution, output size rounded up; computed in float32.
 
-    On a CPU its gradient is slower in bfloat16.
+    On a CPU its gradient is slower in bfloat16. Its output is not: what follows is limited by
+    the memory's bandwidth.
     """
 
     def __init__(self, channels: int, kernel: int, stride: int = 1) -> None:
@@ -63,9 +64,9 @@ class DepthwiseConv(nn.Conv2d):
         )
 
     def forward(self, x: Tensor) -> Tensor:
-        """(B, C, h, w) to (B, C, ceil(h / stride), ceil(w / stride)) float32."""
+        """(B, C, h, w) to (B, C, ceil(h / stride), ceil(w / stride)) of the same dtype."""
         with torch.autocast(x.device.type, enabled=False):
-            return super().forward(x.float())
+            return super().forward(x.float()).to(x.dtype)
 
 
 def _conv_norm_activation(convolution: nn.Conv2d, *, last: bool = False) -> nn.Sequential:
