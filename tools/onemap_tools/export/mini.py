@@ -9,7 +9,6 @@ import onnx
 import torch
 from onnx import TensorProto, helper, numpy_helper
 from torch import Tensor, nn
-from torch.nn import functional
 
 from onemap_perception.encoders.mini import NETWORK_FILE
 from onemap_perception.onnx import open_session
@@ -21,15 +20,10 @@ from onemap_tools.export.onnx_file import export_module, least_cosine
 from onemap_tools.train.network.mini_network import MiniNetwork
 
 MIN_HALF_SIZE = 256  # weights with fewer numbers stay in single precision
-ENLARGED = 1.25  # of the second view, the mirrored one, over the image
 
 
 class _ImageToFeatures(nn.Module):
-    """The network from a camera's image to the features of a field.
-
-    It sees the image twice, as it is and mirrored and enlarged: where the two disagree the mean
-    lies between classes and scores less. What is small in the image is larger in the second view.
-    """
+    """The network from a camera's image to the features of a field."""
 
     def __init__(self, network: MiniNetwork) -> None:
         super().__init__()
@@ -37,12 +31,7 @@ class _ImageToFeatures(nn.Module):
 
     def forward(self, rgb: Tensor) -> Tensor:
         """(H, W, 3) uint8 to (h, w, D) float16 unit rows."""
-        image = rgb.permute(2, 0, 1)[None].float()
-        first: Tensor = self.network(image)
-        larger = functional.interpolate(image.flip(3), scale_factor=ENLARGED, mode="bilinear")
-        second: Tensor = self.network(larger).flip(3)
-        second = functional.interpolate(second, size=first.shape[2:], mode="bilinear")
-        features = functional.normalize(first + second, dim=1)
+        features: Tensor = self.network(rgb.permute(2, 0, 1)[None].float())
         return features[0].permute(1, 2, 0).half()
 
 

