@@ -19,7 +19,7 @@ from onemap_tools.train.network.mini_network import MiniNetwork
 from onemap_tools.train.params import TrainParams
 
 CHECKPOINT = "checkpoint.safetensors"
-FORMAT = "4"  # of the checkpoint; 3 had more weights that learn, 1 other names
+FORMAT = "3"  # of the checkpoint; 2 had fewer weights that learn, 1 other names
 MAX_GRADIENT_NORM = 5.0
 NETWORK, AVERAGE, OPTIMIZER = "network", "average", "optimizer"
 

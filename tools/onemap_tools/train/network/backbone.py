@@ -45,8 +45,8 @@ STAGES = (
     StageShape(4, 5, 2, 6, 192),
     StageShape(1, 3, 1, 6, 320),
 )
-FROZEN_STAGES = 2  # after the stem: ImageNet's first filters transfer to any image
-FROZEN_STRIDE = 4  # of the last frozen stage
+FROZEN_STAGES = 1  # after the stem: ImageNet's first filters transfer to any image
+FROZEN_STRIDE = 2  # of the last frozen stage
 OUTPUT_STAGES = (1, 2, 4, 6)  # the last stages at strides 4, 8, 16 and 32
 WIDTHS = tuple(STAGES[index].width for index in OUTPUT_STAGES)
 
