@@ -18,7 +18,7 @@ from onemap_simulator.generation.mesh import (
 )
 
 
-class Plan(NamedTuple):
+class BicyclePlan(NamedTuple):
     """Where the joints of a frame are, metres: x and z in its plane."""
 
     radius: float
@@ -30,7 +30,7 @@ class Plan(NamedTuple):
     low_head: Vec
 
 
-def frame_plan(radius: float, base: float, seat_z: float, head_z: float) -> Plan:
+def frame_plan(radius: float, base: float, seat_z: float, head_z: float) -> BicyclePlan:
     """The joints for a wheel radius, a wheelbase and the heights of saddle tube and head."""
     half = base / 2
     crank = (-0.08 * base, 0.0, max(radius * 0.85, 0.15))
@@ -41,10 +41,10 @@ def frame_plan(radius: float, base: float, seat_z: float, head_z: float) -> Plan
     head = (half - 0.04 - slope * lift, 0.0, head_z)
     low_head = (half - 0.04 - slope * (low - radius), 0.0, low)
     seat = (crank[0] - lean, 0.0, seat_z)
-    return Plan(radius, (-half, 0, radius), (half, 0, radius), crank, seat, head, low_head)
+    return BicyclePlan(radius, (-half, 0, radius), (half, 0, radius), crank, seat, head, low_head)
 
 
-def wheels(plan: Plan, tyre: float, spokes: int) -> tuple[list[Mesh], list[Mesh]]:
+def wheels(plan: BicyclePlan, tyre: float, spokes: int) -> tuple[list[Mesh], list[Mesh]]:
     """Tyres, and rims, hubs and spokes."""
     tyres, metal = [], []
     for hub in (plan.rear, plan.front):
@@ -61,7 +61,7 @@ def wheels(plan: Plan, tyre: float, spokes: int) -> tuple[list[Mesh], list[Mesh]
     return tyres, metal
 
 
-def stays(plan: Plan, thick: float) -> list[Mesh]:
+def stays(plan: BicyclePlan, thick: float) -> list[Mesh]:
     """Twin chain and seat stays and the fork, left and right of the wheels."""
     bars = []
     for y in (-0.045, 0.045):
@@ -71,7 +71,7 @@ def stays(plan: Plan, thick: float) -> list[Mesh]:
     return bars
 
 
-def drive_train(plan: Plan, arm: float) -> tuple[list[Mesh], list[Mesh]]:
+def drive_train(plan: BicyclePlan, arm: float) -> tuple[list[Mesh], list[Mesh]]:
     """Chainring, chain and crank arms; pedals."""
     x, _, z = plan.crank
     ring = cylinder(arm * 0.55, 0.012, segments=14).rotated("x", 90).translated(x, -0.04, z)
@@ -88,7 +88,7 @@ def drive_train(plan: Plan, arm: float) -> tuple[list[Mesh], list[Mesh]]:
     return metal, black
 
 
-def saddle_on_post(plan: Plan, post: float, width: float) -> tuple[Mesh, list[Mesh]]:
+def saddle_on_post(plan: BicyclePlan, post: float, width: float) -> tuple[Mesh, list[Mesh]]:
     """The post, and a saddle with a broad rear and a thin nose."""
     x, _, z = plan.seat
     top = (x - 0.3 * post, 0.0, z + post)
@@ -97,7 +97,7 @@ def saddle_on_post(plan: Plan, post: float, width: float) -> tuple[Mesh, list[Me
     return rod(plan.seat, top, 0.013), [rear, nose]
 
 
-def mudguards(plan: Plan, reach: float) -> list[Mesh]:
+def mudguards(plan: BicyclePlan, reach: float) -> list[Mesh]:
     """Guards over both wheels: arcs of a tube flattened to a band."""
     guards = []
     for hub, start, end in ((plan.rear, 25, 25 + reach), (plan.front, 40, 40 + reach * 0.75)):
@@ -109,7 +109,7 @@ def mudguards(plan: Plan, reach: float) -> list[Mesh]:
 
 
 def handlebar(
-    plan: Plan, rise: float, width: float, back: float
+    plan: BicyclePlan, rise: float, width: float, back: float
 ) -> tuple[list[Mesh], list[Mesh], Vec]:
     """A bar swept ``back`` at its ends; grips; the middle of the bar."""
     x, _, z = plan.head

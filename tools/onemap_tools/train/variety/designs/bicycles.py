@@ -9,7 +9,7 @@ from onemap_simulator.generation.model import Model, assemble
 from onemap_simulator.generation.sampler import ModelFactory, Sampler
 from onemap_tools.train.variety.designs import small_bicycles
 from onemap_tools.train.variety.designs.bicycle_parts import (
-    Plan,
+    BicyclePlan,
     drive_train,
     frame_plan,
     handlebar,
@@ -21,7 +21,7 @@ from onemap_tools.train.variety.designs.bicycle_parts import (
 )
 
 
-def _rack(plan: Plan) -> list[Mesh]:
+def _rack(plan: BicyclePlan) -> list[Mesh]:
     """A luggage rack over the rear wheel."""
     x, z = plan.rear[0], 2 * plan.radius + 0.05
     bars = [box((0.36, 0.02, 0.012), (x + 0.02, y, z)) for y in (-0.06, 0.0, 0.06)]
@@ -30,7 +30,7 @@ def _rack(plan: Plan) -> list[Mesh]:
     return bars
 
 
-def _chain_case(plan: Plan) -> Mesh:
+def _chain_case(plan: BicyclePlan) -> Mesh:
     """A case round the chain, from the crank to the rear hub."""
     cx, r = plan.crank[0], plan.radius
     return rounded_box(

@@ -13,7 +13,7 @@ from onemap_simulator.generation.mesh import (
 from onemap_simulator.generation.model import Model, assemble
 from onemap_simulator.generation.sampler import Sampler
 from onemap_tools.train.variety.designs.bicycle_parts import (
-    Plan,
+    BicyclePlan,
     drive_train,
     frame_plan,
     handlebar,
@@ -65,7 +65,7 @@ def folding_bicycle(sampler: Sampler) -> Model:
     )
 
 
-def _training_wheels(plan: Plan) -> tuple[list[Mesh], list[Mesh]]:
+def _training_wheels(plan: BicyclePlan) -> tuple[list[Mesh], list[Mesh]]:
     """Two small wheels beside the rear one, and their struts."""
     x, small, struts = plan.rear[0], [], []
     for side in (-1, 1):
