@@ -61,7 +61,7 @@ class MiniParams(ChannelParams):
         ge=0.5,
         le=2.0,
         description="The network sees each image a second time, mirrored and this many times as "
-        "large, and features are the mean of both: 1.25 errs less and takes 2.6 times as long. "
+        "large, and features are the mean of both: 1.25 errs less and takes three times as long. "
         "Unset: once, which leaves a small computer time for the rest.",
     )
 
