@@ -128,9 +128,8 @@ def iron_range(sampler: Sampler) -> Model:
         rows = sampler.integer(1, 2)
         for row in range(rows):
             tall = (top - 0.22) / rows
-            z = 0.14 + row * tall
             corner = sampler.choice([0.01, 0.04])
-            leaf, fittings = _iron_door(wide, tall, corner, (x, y, z))
+            leaf, fittings = _iron_door(wide, tall, corner, (x, y, 0.14 + row * tall))
             doors += leaf
             bright += fittings
     rail = top - 0.06

@@ -47,10 +47,8 @@ def _rim(width: float, depth: float, deep: float, z: float) -> list[Mesh]:
 
 def top_loader(sampler: Sampler) -> Model:
     """A top loader: a lid, shut or up, before a raised console with dials at the back."""
-    width, depth = (
-        sampler.choice([sampler.size(0.4, 0.46), sampler.size(0.56, 0.68)]),
-        sampler.size(0.56, 0.66),
-    )
+    width = sampler.choice([sampler.size(0.4, 0.46), sampler.size(0.56, 0.68)])
+    depth = sampler.size(0.56, 0.66)
     body, rise = sampler.size(0.82, 0.92), sampler.uniform(0.1, 0.2)
     y, back, low = -depth / 2, depth / 2, 0.03
     shape_top = body - 0.05
