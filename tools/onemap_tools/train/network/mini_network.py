@@ -9,7 +9,8 @@ from __future__ import annotations
 from torch import Tensor, nn
 from torch.nn import functional
 
-from onemap_tools.train.network.backbone import WIDTHS, DepthwiseConv, EfficientNetLite0
+from onemap_tools.train.network.backbone import WIDTHS, EfficientNetLite0
+from onemap_tools.train.network.convolution import DepthwiseConv
 
 RGB_MEAN, RGB_SCALE = 127.0, 128.0  # the input normalisation of the backbone's weights, of 0..255
 PYRAMID_WIDTH = 128
