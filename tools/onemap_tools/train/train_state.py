@@ -19,7 +19,7 @@ from onemap_tools.train.network.mini_network import MiniNetwork
 from onemap_tools.train.params import TrainParams
 
 CHECKPOINT = "checkpoint.safetensors"
-FORMAT = "3"  # of the checkpoint; 2 had fewer weights that learn, 1 other names
+FORMAT = "5"  # of the checkpoint; 2 to 4 had other weights that learn, 1 other names
 MAX_GRADIENT_NORM = 5.0
 NETWORK, AVERAGE, OPTIMIZER = "network", "average", "optimizer"
 
@@ -33,7 +33,7 @@ class TrainState:
         self.network = MiniNetwork().to(device)
         if params.backbone_weights is not None:
             load_backbone_weights(self.network.backbone, params.backbone_weights)
-            self.network.backbone.freeze()
+            self.network.backbone.freeze_first()
         self.network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self._params = params
         self._device = device

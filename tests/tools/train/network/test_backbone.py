@@ -8,11 +8,13 @@ import pytest
 import torch
 
 from onemap_tools.train.network.backbone import (
-    FROZEN_STAGES,
     WIDTHS,
     EfficientNetLite0,
+    fix_statistics,
     load_backbone_weights,
 )
+
+FROZEN = ("stem.", "stages.0.", "stages.1.0.")  # what computes at stride 2
 
 
 def published(backbone: EfficientNetLite0, path: Path) -> Path:
@@ -74,13 +76,30 @@ def test_sizes_are_rounded_up() -> None:
 
 def test_frozen_stages_keep_weights_and_statistics_in_training_mode() -> None:
     backbone = EfficientNetLite0()
-    backbone.freeze()
+    backbone.freeze_first()
     backbone.train()
     before = {name: tensor.clone() for name, tensor in backbone.state_dict().items()}
     backbone(torch.rand(2, 3, 32, 32))[-1].sum().backward()
-    frozen = ("stem.", *(f"stages.{index}." for index in range(FROZEN_STAGES)))
     for name, tensor in backbone.state_dict().items():
         if name.endswith("running_mean"):
-            assert torch.equal(tensor, before[name]) == name.startswith(frozen), name
+            assert torch.equal(tensor, before[name]) == name.startswith(FROZEN), name
     for name, parameter in backbone.named_parameters():
-        assert (parameter.grad is None) == name.startswith(frozen), name
+        assert (parameter.grad is None) == name.startswith(FROZEN), name
+
+
+def test_fixed_statistics_stay_and_compute_the_same() -> None:
+    torch.manual_seed(0)
+    backbone = EfficientNetLite0()
+    with_random_statistics(backbone)
+    image = torch.rand(2, 3, 40, 56) * 2 - 1
+    expected = [level.detach() for level in backbone.eval()(image)]
+    fix_statistics(backbone)
+    backbone.train()
+    statistics = {n: t.clone() for n, t in backbone.named_buffers()}
+    levels = backbone(image)
+    for mine, level in zip(levels, expected, strict=True):
+        torch.testing.assert_close(mine, level, rtol=1e-3, atol=1e-3)
+    levels[-1].sum().backward()
+    assert all(p.grad is not None for p in backbone.parameters()), "weights and norms learn"
+    for name, tensor in backbone.named_buffers():
+        assert torch.equal(tensor, statistics[name]), name

