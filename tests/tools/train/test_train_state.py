@@ -124,6 +124,19 @@ def test_a_checkpoint_of_another_release_is_refused(tmp_path: Path) -> None:
         load_averaged_network(tmp_path)
 
 
+@pytest.mark.parametrize("written", ["2", "3", "4"])
+def test_weights_of_an_earlier_release_start_a_training(tmp_path: Path, written: str) -> None:
+    state = TrainState(PARAMS, CPU)
+    state.save(tmp_path)
+    tensors = load_file(tmp_path / CHECKPOINT)
+    save_file(tensors, tmp_path / CHECKPOINT, metadata={"format": written, "step": "1"})
+    with pytest.raises(ValueError, match="another release"):
+        state.load(tmp_path)
+    started = TrainState(tiny_params(seed=1, start_from=tmp_path), CPU)
+    for name, tensor in started.network.state_dict().items():
+        assert torch.equal(tensor, state.averaged_network.state_dict()[name]), name
+
+
 def test_a_folder_without_a_checkpoint_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="holds no checkpoint: make one with"):
         load_averaged_network(tmp_path)

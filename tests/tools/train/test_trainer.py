@@ -103,6 +103,19 @@ def test_training_starts_from_the_backbone_and_keeps_its_early_stages(tmp_path: 
         assert same == name.startswith(FROZEN), name
 
 
+def test_a_training_starts_from_the_averaged_network_of_another(tmp_path: Path) -> None:
+    first, _ = train(tmp_path / "first", tiny_params(learning_rate=0.1))
+    params = tiny_params(
+        learning_rate=1e-9, seed=1, full_image_share=0.0, start_from=tmp_path / "first"
+    )
+    second, reports = train(tmp_path / "second", params)
+    assert [report.step for report in reports] == [1, 2, 3]
+    source = first.state_dict()
+    for name, tensor in second.state_dict().items():
+        if name.startswith("backbone.") or name.endswith(("weight", "bias")):
+            torch.testing.assert_close(tensor, source[name], rtol=1e-3, atol=1e-4)
+
+
 @pytest.mark.slow
 def test_the_loss_falls(tmp_path: Path) -> None:
     params = tiny_params(steps=60, batch_size=4, weak_share=1.0, full_image_share=0.0)

@@ -167,6 +167,12 @@ class TrainParams(Params):
         description="Checkpoint with ImageNet weights of the backbone, whose first stages are "
         "then frozen; all weights are random without it.",
     )
+    start_from: Path | None = Field(
+        default=None,
+        description="Folder of an earlier training's checkpoint, whose averaged network this one "
+        "starts from. The statistics of the backbone's batch norms then stay as they are (as "
+        "Chen et al., 'Rethinking Atrous Convolution' (2017), section 4.1).",
+    )
 
     @property
     def total_steps(self) -> int:

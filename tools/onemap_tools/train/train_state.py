@@ -14,12 +14,13 @@ from torch import Tensor
 from torch.optim.lr_scheduler import LambdaLR
 from torch.optim.swa_utils import AveragedModel
 
-from onemap_tools.train.network.backbone import load_backbone_weights
+from onemap_tools.train.network.backbone import fix_statistics, load_backbone_weights
 from onemap_tools.train.network.mini_network import MiniNetwork
 from onemap_tools.train.params import TrainParams
 
 CHECKPOINT = "checkpoint.safetensors"
 FORMAT = "5"  # of the checkpoint; 2 to 4 had other weights that learn, 1 other names
+SAME_NAMES = ("2", "3", "4", FORMAT)  # formats whose averaged network can be read
 MAX_GRADIENT_NORM = 5.0
 NETWORK, AVERAGE, OPTIMIZER = "network", "average", "optimizer"
 
@@ -30,10 +31,7 @@ class TrainState:
     def __init__(self, params: TrainParams, device: torch.device) -> None:
         torch.manual_seed(params.seed)
         self.step = 0
-        self.network = MiniNetwork().to(device)
-        if params.backbone_weights is not None:
-            load_backbone_weights(self.network.backbone, params.backbone_weights)
-            self.network.backbone.freeze_first()
+        self.network = _initial_network(params).to(device)
         self.network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self._params = params
         self._device = device
@@ -80,7 +78,7 @@ class TrainState:
         """Continue from the checkpoint; raises ValueError if an earlier release wrote it."""
         sections: dict[str, dict[str, Tensor]] = {NETWORK: {}, AVERAGE: {}, OPTIMIZER: {}}
         with safe_open(folder / CHECKPOINT, "pt", device=str(self._device)) as file:
-            metadata = _check_format(file.metadata(), folder)
+            metadata = _check_format(file.metadata(), folder, (FORMAT,))
             for name in file.keys():  # noqa: SIM118 - not a dict
                 section, _, key = name.partition(".")
                 sections[section][key] = file.get_tensor(name)
@@ -100,13 +98,25 @@ class TrainState:
         return LambdaLR(self._optimizer, factor, last_epoch=step - 1)
 
 
+def _initial_network(params: TrainParams) -> MiniNetwork:
+    """Random weights, ImageNet's in the backbone, or those of an earlier training."""
+    network = MiniNetwork()
+    if params.backbone_weights is not None:
+        load_backbone_weights(network.backbone, params.backbone_weights)
+        network.backbone.freeze_first()
+    if params.start_from is not None:
+        network.load_state_dict(load_averaged_network(params.start_from).state_dict())
+        fix_statistics(network.backbone)
+    return network
+
+
 def load_averaged_network(folder: Path) -> MiniNetwork:
     """The averaged network of the checkpoint, in evaluation mode; ValueError without one."""
     if not (folder / CHECKPOINT).is_file():
         raise ValueError(f"{folder} holds no checkpoint: make one with 'onemap train train'")
     network, prefix = MiniNetwork(), f"{AVERAGE}.module."
     with safe_open(folder / CHECKPOINT, "pt") as file:
-        _check_format(file.metadata(), folder)
+        _check_format(file.metadata(), folder, SAME_NAMES)
         names = [name for name in file.keys() if name.startswith(prefix)]  # noqa: SIM118
         network.load_state_dict({n.removeprefix(prefix): file.get_tensor(n) for n in names})
     return network.eval()
@@ -159,8 +169,10 @@ def _parameter_groups(network: MiniNetwork, params: TrainParams) -> list[dict[st
     ]
 
 
-def _check_format(metadata: dict[str, str], folder: Path) -> dict[str, str]:
-    if metadata.get("format") != FORMAT:
+def _check_format(
+    metadata: dict[str, str], folder: Path, formats: tuple[str, ...]
+) -> dict[str, str]:
+    if metadata.get("format") not in formats:
         raise ValueError(
             f"{folder / CHECKPOINT} was written by another release of onemap train: "
             "remove it to train anew"
