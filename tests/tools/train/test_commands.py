@@ -42,6 +42,15 @@ def test_missing_weights_are_named_before_anything_is_rendered(
     assert not (tmp_path / "work").exists()
 
 
+def test_a_training_does_not_start_from_itself(tmp_path: Path) -> None:
+    pytest.importorskip("onnx")
+    arguments = ["--work", str(tmp_path), "--start-from", str(tmp_path / "run")]
+    for command in ("mini", "train"):
+        result = CliRunner().invoke(app, [command, *arguments])
+        assert result.exit_code == 2
+        assert "move it" in result.output
+
+
 def test_the_summary_names_the_worst_words() -> None:
     words = {
         "r_precision": 0.5,

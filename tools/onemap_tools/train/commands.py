@@ -27,6 +27,7 @@ APARTMENTS = 750
 PER_APARTMENT = 16
 STEPS = 10_000  # about two hours on two CPU cores
 SEED = 0
+CONTINUED_LEARNING_RATE = 1.2e-3  # of weights that are trained already
 CORES = os.cpu_count() or 1
 EVALUATED = ("held_out", "other_style", "validation")
 SHOWN_WORDS = 8  # those with the lowest R-precision
@@ -42,6 +43,10 @@ Steps = Annotated[
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything random.")]
 Device = Annotated[str, typer.Option(help="cpu, cuda, or auto: cuda where there is one.")]
 Threads = Annotated[int, typer.Option(min=1, max=256, help="CPU threads of torch.")]
+StartFrom = Annotated[
+    Path | None,
+    typer.Option(help="Checkpoint's folder of an earlier training to start from, not WORK/run."),
+]
 Card = Annotated[bool, typer.Option("--card", help="Write MODEL_CARD.md from the figures.")]
 
 DEFAULT_WORK = Path("runs/mini")
@@ -54,6 +59,7 @@ def mini(
     output: Output = None,
     steps: Steps = STEPS,
     seed: Seed = SEED,
+    start_from: StartFrom = None,
     device: Device = "auto",
     threads: Threads = CORES,
 ) -> None:
@@ -61,9 +67,18 @@ def mini(
     with _cli_errors():
         from onemap_tools.train import pipeline
 
+        _check_start(work, start_from)
         pipeline.find_pretrained()  # not only after a quarter of an hour of rendering
     render(work, output)
-    train(work=work, output=output, steps=steps, seed=seed, device=device, threads=threads)
+    train(
+        work=work,
+        output=output,
+        steps=steps,
+        seed=seed,
+        start_from=start_from,
+        device=device,
+        threads=threads,
+    )
     export(work, output)
     evaluate(work, output, card=True)
 
@@ -90,6 +105,7 @@ def train(
     output: Output = None,
     steps: Steps = STEPS,
     seed: Seed = SEED,
+    start_from: StartFrom = None,
     device: Device = "auto",
     threads: Threads = CORES,
 ) -> None:
@@ -98,7 +114,11 @@ def train(
         from onemap_tools.train import pipeline
         from onemap_tools.train.params import TrainParams
 
+        _check_start(work, start_from)
         params = TrainParams(steps=steps, seed=seed)
+        if start_from is not None:
+            update = {"start_from": start_from, "learning_rate": CONTINUED_LEARNING_RATE}
+            params = params.model_copy(update=update)
         pipeline.train(_folders(work, output), params, device, threads)
 
 
@@ -160,6 +180,15 @@ def summary_lines(figures: dict[str, Any]) -> Iterator[str]:
             )
             worst = list(row["r_precision_by_word"].items())[:SHOWN_WORDS]
             yield "    worst: " + ", ".join(f"{word} {value:.2f}" for word, value in worst)
+
+
+def _check_start(work: Path, start_from: Path | None) -> None:
+    """A training writes its checkpoint to WORK/run: it cannot start from that folder."""
+    if start_from is not None and start_from.resolve() == (work / "run").resolve():
+        raise CliError(
+            f"{start_from} is where this training writes to: move it, say to {work / 'first'}",
+            EXIT_USAGE_ERROR,
+        )
 
 
 def _folders(folder: Path, output: Path | None) -> TrainingFolders:
