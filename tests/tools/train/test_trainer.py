@@ -85,6 +85,7 @@ def test_a_killed_training_goes_on_from_its_checkpoint(tmp_path: Path) -> None:
 def test_checkpoints_are_logged(tmp_path: Path) -> None:
     _, reports = train(tmp_path, tiny_params())
     lines = [json.loads(line) for line in (tmp_path / LOG_FILE).read_text().splitlines()]
+    assert all(line.pop("step_s") > 0 for line in lines)
     assert lines == [
         {"step": r.step, "steps": 4, "loss": round(r.loss, 4)} for r in reports if r.step % 2 == 0
     ]

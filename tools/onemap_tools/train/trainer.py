@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -56,7 +57,7 @@ def train_mini(
         state.load(folder)
     loss_of = _BatchLoss(frames, texts, params, device)
     state.network.train()
-    average_loss = math.nan
+    average_loss, log = math.nan, _Log(folder, state.step)
     for batch in BatchSource(frames, params).stream(state.step, params.total_steps):
         loss = loss_of(state.network, batch, state.step)
         state.optimize(loss)
@@ -65,7 +66,7 @@ def train_mini(
         report(progress)
         if state.step % params.checkpoint_interval == 0 or state.step == params.total_steps:
             state.save(folder)
-            _append_log(folder, progress)
+            log.append(progress)
     return state.averaged_network.eval()
 
 
@@ -104,11 +105,21 @@ def _moving_average(average: float, value: float) -> float:
     return value if math.isnan(average) else (1 - LOSS_WEIGHT) * average + LOSS_WEIGHT * value
 
 
-def _append_log(folder: Path, progress: TrainingProgress) -> None:
-    with (folder / LOG_FILE).open("a", encoding="utf-8") as file:
+class _Log:
+    """A line of ``log.jsonl`` for every checkpoint, with the seconds a step took since the last."""
+
+    def __init__(self, folder: Path, step: int) -> None:
+        self._path = folder / LOG_FILE
+        self._last = (step, time.perf_counter())
+
+    def append(self, progress: TrainingProgress) -> None:
+        step, since_s = self._last
+        self._last = (progress.step, time.perf_counter())
         line = {
             "step": progress.step,
             "steps": progress.steps,
             "loss": round(progress.loss, 4),
+            "step_s": round((self._last[1] - since_s) / (progress.step - step), 3),
         }
-        file.write(json.dumps(line) + "\n")
+        with self._path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(line) + "\n")
