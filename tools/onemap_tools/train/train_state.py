@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import torch
-from safetensors import safe_open
+from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import Tensor
 from torch.optim.lr_scheduler import LambdaLR
@@ -17,22 +19,38 @@ from torch.optim.swa_utils import AveragedModel
 from onemap_tools.train.network.backbone import fix_statistics, load_backbone_weights
 from onemap_tools.train.network.mini_network import MiniNetwork
 from onemap_tools.train.params import TrainParams
+from onemap_tools.train.rounds import Rounds, TrainingRound, difference, dump_rounds, parse_rounds
 
 CHECKPOINT = "checkpoint.safetensors"
-FORMAT = "5"  # of the checkpoint; 2 to 4 had other weights that learn, 1 other names
-SAME_NAMES = ("2", "3", "4", FORMAT)  # formats whose averaged network can be read
+FORMAT = "6"  # of the checkpoint; 5 has no rounds, 2 to 4 other weights that learn, 1 other names
+SAME_NAMES = ("2", "3", "4", "5", FORMAT)  # formats whose averaged network can be read
 MAX_GRADIENT_NORM = 5.0
 NETWORK, AVERAGE, OPTIMIZER = "network", "average", "optimizer"
 
 
 class TrainState:
-    """All that a checkpoint holds. ``step``: optimizer steps done."""
+    """All that a checkpoint holds.
 
-    def __init__(self, params: TrainParams, device: torch.device) -> None:
+    ``step``: optimizer steps done. ``rounds``: what the network was trained with, this training
+    last. resumed: ``load`` follows, and the initial weights do not matter.
+    """
+
+    def __init__(
+        self,
+        params: TrainParams,
+        this_round: TrainingRound,
+        device: torch.device,
+        *,
+        resumed: bool = False,
+    ) -> None:
         torch.manual_seed(params.seed)
         self.step = 0
-        self.network = _initial_network(params).to(device)
+        self.rounds: Rounds = (this_round,)
+        if params.start_from is not None and not resumed:
+            self.rounds = (*read_checkpoint_rounds(params.start_from), this_round)
+        self.network = _initial_network(params, resumed=resumed).to(device)
         self.network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+        self._started = "begun anew" if params.start_from is None else "of another training"
         self._params = params
         self._device = device
         self._average = AveragedModel(
@@ -50,10 +68,18 @@ class TrainState:
         return network
 
     def optimize(self, loss: Tensor) -> None:
-        """One optimizer step on the loss; updates the averaged network and the learning rate."""
+        """One optimizer step on the loss; updates the averaged network and the learning rate.
+
+        Raises ValueError before any weight becomes NaN: the checkpoint before stays good.
+        """
         self._optimizer.zero_grad(set_to_none=True)
         torch.autograd.backward(loss)
-        torch.nn.utils.clip_grad_norm_(self.network.parameters(), MAX_GRADIENT_NORM)
+        norm = torch.nn.utils.clip_grad_norm_(self.network.parameters(), MAX_GRADIENT_NORM)
+        if not torch.isfinite(norm):
+            raise ValueError(
+                f"the training diverged in step {self.step + 1}, loss {loss.item():g}: "
+                "try another --seed, in another --work"
+            )
         self._optimizer.step()
         self.step += 1
         self._average.update_parameters(self.network)
@@ -69,16 +95,21 @@ class TrainState:
         metadata = {
             "format": FORMAT,
             "step": str(self.step),
-            "steps": str(self._params.total_steps),
+            "started": self._started,
+            "rounds": dump_rounds(self.rounds),
         }
         save_file({k: v.contiguous() for k, v in tensors.items()}, part, metadata=metadata)
         part.replace(folder / CHECKPOINT)
 
     def load(self, folder: Path) -> None:
-        """Continue from the checkpoint; raises ValueError if an earlier release wrote it."""
+        """Continue from the checkpoint.
+
+        Raises ValueError if an earlier release wrote it, or a training with other options.
+        """
         sections: dict[str, dict[str, Tensor]] = {NETWORK: {}, AVERAGE: {}, OPTIMIZER: {}}
-        with safe_open(folder / CHECKPOINT, "pt", device=str(self._device)) as file:
-            metadata = _check_format(file.metadata(), folder, (FORMAT,))
+        with _open_checkpoint(folder, (FORMAT,), device=str(self._device)) as file:
+            metadata = file.metadata()
+            self._check_options(metadata, folder)
             for name in file.keys():  # noqa: SIM118 - not a dict
                 section, _, key = name.partition(".")
                 sections[section][key] = file.get_tensor(name)
@@ -93,33 +124,54 @@ class TrainState:
         self._optimizer.load_state_dict({"state": state, "param_groups": groups})
         self._schedule = self._schedule_from(self.step)
 
+    def _check_options(self, metadata: dict[str, str], folder: Path) -> None:
+        """Other options than the first time would make a network that no command describes."""
+        *earlier, stored = parse_rounds(metadata["rounds"])
+        other = difference(stored, self.rounds[-1])
+        if not other and metadata["started"] != self._started:
+            other = f"weights {metadata['started']} rather than {self._started}"
+        if other:
+            raise ValueError(
+                f"{folder} holds a training with {other}: repeat its options, or choose another "
+                "--work"
+            )
+        self.rounds = (*earlier, stored)
+
     def _schedule_from(self, step: int) -> LambdaLR:
         factor = partial(learning_rate_factor, params=self._params)
         return LambdaLR(self._optimizer, factor, last_epoch=step - 1)
 
 
-def _initial_network(params: TrainParams) -> MiniNetwork:
+def _initial_network(params: TrainParams, *, resumed: bool) -> MiniNetwork:
     """Random weights, ImageNet's in the backbone, or those of an earlier training."""
     network = MiniNetwork()
     if params.backbone_weights is not None:
         load_backbone_weights(network.backbone, params.backbone_weights)
         network.backbone.freeze_first()
     if params.start_from is not None:
-        network.load_state_dict(load_averaged_network(params.start_from).state_dict())
+        if not resumed:
+            network.load_state_dict(load_averaged_network(params.start_from).state_dict())
         fix_statistics(network.backbone)
     return network
 
 
 def load_averaged_network(folder: Path) -> MiniNetwork:
     """The averaged network of the checkpoint, in evaluation mode; ValueError without one."""
-    if not (folder / CHECKPOINT).is_file():
-        raise ValueError(f"{folder} holds no checkpoint: make one with 'onemap train train'")
     network, prefix = MiniNetwork(), f"{AVERAGE}.module."
-    with safe_open(folder / CHECKPOINT, "pt") as file:
-        _check_format(file.metadata(), folder, SAME_NAMES)
+    with _open_checkpoint(folder, SAME_NAMES) as file:
         names = [name for name in file.keys() if name.startswith(prefix)]  # noqa: SIM118
         network.load_state_dict({n.removeprefix(prefix): file.get_tensor(n) for n in names})
     return network.eval()
+
+
+def read_checkpoint_rounds(folder: Path) -> Rounds:
+    """What the checkpoint was trained with, empty if its release did not write that down.
+
+    ValueError without a checkpoint whose averaged network can be read.
+    """
+    with _open_checkpoint(folder, SAME_NAMES) as file:
+        text = file.metadata().get("rounds")
+    return () if text is None else parse_rounds(text)
 
 
 def learning_rate_factor(step: int, params: TrainParams) -> float:
@@ -169,12 +221,19 @@ def _parameter_groups(network: MiniNetwork, params: TrainParams) -> list[dict[st
     ]
 
 
-def _check_format(
-    metadata: dict[str, str], folder: Path, formats: tuple[str, ...]
-) -> dict[str, str]:
-    if metadata.get("format") not in formats:
-        raise ValueError(
-            f"{folder / CHECKPOINT} was written by another release of onemap train: "
-            "remove it to train anew"
-        )
-    return metadata
+@contextmanager
+def _open_checkpoint(folder: Path, formats: tuple[str, ...], device: str = "cpu") -> Iterator[Any]:
+    """The checkpoint's tensors; ValueError if it is missing, damaged or of another format."""
+    path = folder / CHECKPOINT
+    if not path.is_file():
+        raise ValueError(f"{folder} holds no checkpoint: make one with 'onemap train train'")
+    try:
+        opened = safe_open(path, "pt", device=device)
+    except SafetensorError as problem:
+        raise ValueError(f"{path} is damaged: {problem}: remove it to train anew") from problem
+    with opened as file:
+        if (file.metadata() or {}).get("format") not in formats:
+            raise ValueError(
+                f"{path} was written by another release of onemap train: move it away to train anew"
+            )
+        yield file

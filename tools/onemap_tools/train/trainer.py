@@ -15,6 +15,7 @@ from torch import Tensor
 from onemap_tools.train.data.batches import Batch, BatchSource, class_frequency
 from onemap_tools.train.data.frame_dataset import FrameDataset
 from onemap_tools.train.data.text_targets import TextBank
+from onemap_tools.train.network.backbone import FROZEN_STRIDE
 from onemap_tools.train.network.losses import (
     ClassWeighting,
     alignment_loss,
@@ -23,6 +24,7 @@ from onemap_tools.train.network.losses import (
 )
 from onemap_tools.train.network.mini_network import MiniNetwork
 from onemap_tools.train.params import TrainParams
+from onemap_tools.train.rounds import TrainingRound
 from onemap_tools.train.train_state import CHECKPOINT, TrainState
 
 LOG_FILE = "log.jsonl"
@@ -49,11 +51,15 @@ def train_mini(
 ) -> MiniNetwork:
     """Train on the frames and return the averaged network, in evaluation mode.
 
-    Continues from a checkpoint in ``folder``; calls ``report`` after every step.
+    Continues from a checkpoint in ``folder``; calls ``report`` after every step. Raises ValueError
+    if that checkpoint is of a training with other options, or if the training diverges.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    state = TrainState(params, device)
-    if (folder / CHECKPOINT).exists():
+    frozen = 0 if params.backbone_weights is None else FROZEN_STRIDE
+    this_round = TrainingRound(params.steps, params.seed, len(frames), frames.scenes, frozen)
+    resumed = (folder / CHECKPOINT).exists()
+    state = TrainState(params, this_round, device, resumed=resumed)
+    if resumed:
         state.load(folder)
     loss_of = _BatchLoss(frames, texts, params, device)
     state.network.train()
