@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -78,19 +79,40 @@ def test_a_share_of_the_apartments_is_varied_and_shows_things_without_a_name(
 def test_frames_of_another_variety_are_refused(tmp_path: Path) -> None:
     list(render_frames(tmp_path, CLASSES, replace(SPEC, variety=VARIED)))
     for other in (SPEC, replace(SPEC, variety=VALIDATION)):
-        with pytest.raises(ValueError, match="holds other frames"):
+        with pytest.raises(ValueError, match="holds other frames than asked for, with vari"):
             list(render_frames(tmp_path, CLASSES, other))
 
 
 @pytest.mark.usefixtures("_one_room")
 def test_a_folder_with_other_frames_is_refused(tmp_path: Path) -> None:
     list(render_frames(tmp_path, CLASSES, SPEC))
-    with pytest.raises(ValueError, match="holds other frames"):
+    with pytest.raises(ValueError, match="with per_scene 2 rather than 3: choose another"):
         list(render_frames(tmp_path, CLASSES, replace(SPEC, per_scene=3)))
-    with pytest.raises(ValueError, match="holds other frames"):
+    many = replace(SPEC, seeds=tuple(range(901, 921)))
+    with pytest.raises(ValueError, match=r"with seeds .901, 902. rather than 901 to 920 \(20\)"):
+        list(render_frames(tmp_path, CLASSES, many))
+    with pytest.raises(ValueError, match="with classes"):
         list(render_frames(tmp_path, CLASSES[:2], SPEC))
     with pytest.raises(FileNotFoundError, match="render them first"):
         open_frames(tmp_path / "nowhere")
+
+
+@pytest.mark.usefixtures("_one_room")
+def test_a_file_that_is_gone_is_named(tmp_path: Path) -> None:
+    list(render_frames(tmp_path, CLASSES, SPEC))
+    (tmp_path / "label.npy").unlink()
+    with pytest.raises(FileNotFoundError, match=r"label\.npy is missing: remove"):
+        open_frames(tmp_path)
+
+
+def test_a_disk_without_room_is_refused_before_anything_is_rendered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    full = shutil.disk_usage(tmp_path)._replace(free=12_287)  # the frames take 12,288 bytes
+    monkeypatch.setattr("shutil.disk_usage", lambda _: full)
+    with pytest.raises(ValueError, match="GB of disk and"):
+        next(render_frames(tmp_path, CLASSES, SPEC))
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ the other, so that an interrupted rendering can be continued.
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -33,6 +34,8 @@ from onemap_tools.train.variety.strangers import STRANGER
 
 NAMELESS = 254  # a thing that no word of the vocabulary fits: "none of these" is right
 NO_CLASS = 255
+BYTES_PER_PIXEL = 4  # three of colour, one of the label
+MAX_LISTED = 4  # values of a list in an error
 TRAIN_SEEDS = range(1000, 100_000)
 EVALUATION_SEEDS = range(900, 1000)  # not trained on, like the demo's 1 to 3
 FOV_RAD = (1.05, 1.65)  # 60 to 95 degrees: common depth cameras
@@ -146,9 +149,13 @@ def _empty_frames(spec: FrameSetSpec) -> tuple[U8, U8]:
 def render_frames(
     folder: Path, classes: Sequence[str], spec: FrameSetSpec, processes: int = 1
 ) -> Iterator[int]:
-    """Render the missing frames; yields the number of frames done after each scene."""
+    """Render the missing frames; yields the number of frames done after each scene.
+
+    Raises ValueError if the folder holds other frames, or the disk has no room for these.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     done = _count_rendered_scenes(folder, classes, spec)
+    _check_disk(folder, spec, len(spec.seeds) - done)
     mode = "r+" if done else "w+"
     shape = (spec.count, spec.height, spec.width)
     rgb = np.lib.format.open_memmap(folder / "rgb.npy", mode, np.uint8, (*shape, 3))
@@ -186,8 +193,13 @@ def open_frames(folder: Path) -> FrameDataset:
     except FileNotFoundError:
         raise FileNotFoundError(f"no frames in {folder}: render them first") from None
     count = int(record["scenes_done"]) * int(record["per_scene"])
-    rgb = np.load(folder / "rgb.npy", mmap_mode="r")[:count]
-    label = np.load(folder / "label.npy", mmap_mode="r")[:count]
+    try:
+        rgb = np.load(folder / "rgb.npy", mmap_mode="r")[:count]
+        label = np.load(folder / "label.npy", mmap_mode="r")[:count]
+    except FileNotFoundError as problem:
+        raise FileNotFoundError(
+            f"{problem.filename} is missing: remove {folder} and render its frames again"
+        ) from None
     return FrameDataset(rgb, label, tuple(record["classes"]), int(record["scenes_done"]))
 
 
@@ -219,6 +231,29 @@ def _count_rendered_scenes(folder: Path, classes: Sequence[str], spec: FrameSetS
         return 0
     record = json.loads(path.read_text(encoding="utf-8"))
     done = int(record.pop("scenes_done"))
-    if record != _dataset_record(classes, spec):
-        raise ValueError(f"{folder} holds other frames than asked for: choose another folder")
+    wanted = _dataset_record(classes, spec)
+    for key in sorted({*record, *wanted}):
+        if record.get(key) != wanted.get(key):
+            raise ValueError(
+                f"{folder} holds other frames than asked for, with {key} {_short(record.get(key))} "
+                f"rather than {_short(wanted.get(key))}: choose another folder"
+            )
     return done
+
+
+def _short(value: object) -> str:
+    """A list by its length and ends."""
+    if isinstance(value, list) and len(value) > MAX_LISTED:
+        return f"{value[0]} to {value[-1]} ({len(value)})"
+    return str(value)
+
+
+def _check_disk(folder: Path, spec: FrameSetSpec, scenes: int) -> None:
+    """Files are made sparse: a disk that fills up later would end the process by a signal."""
+    needed = scenes * spec.per_scene * spec.width * spec.height * BYTES_PER_PIXEL
+    free = shutil.disk_usage(folder).free
+    if needed > free:
+        raise ValueError(
+            f"the frames need {needed / 1e9:.1f} GB of disk and {folder} has {free / 1e9:.1f} GB "
+            "free: make room, or choose another folder"
+        )
