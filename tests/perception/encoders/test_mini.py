@@ -184,7 +184,7 @@ def test_words_of_the_table_and_their_plurals_are_no_slips(encoder: Encoder) -> 
 
 
 def test_damaged_files_are_named(tmp_path: Path) -> None:
-    with pytest.raises(EncoderError, match=r"mini\.onnx are missing"):
+    with pytest.raises(EncoderError, match=r"mini\.onnx are missing: correct perception\."):
         MiniEncoder(MiniParams(folder=tmp_path))
     folder = copied(tmp_path)
     weights = folder / NETWORK_FILE
@@ -230,8 +230,10 @@ def test_the_id_changes_with_the_weights(tmp_path: Path, encoder: Encoder) -> No
     assert MiniEncoder(MiniParams(folder=folder)).encoder_id != encoder.encoder_id
 
 
-def test_the_card_holds_what_the_generator_would_write_of_these_weights() -> None:
+def test_the_card_is_of_these_weights_and_ends_with_their_notes(encoder: Encoder) -> None:
     card = (SHIPPED / "MODEL_CARD.md").read_text(encoding="utf-8")
+    assert f"on encoder `{encoder.encoder_id}`" in card
+    assert f"softmax of {load_calibration(SHIPPED).temperature:g} x cosine" in card
     assert card.endswith((SHIPPED / "NOTES.md").read_text(encoding="utf-8"))
     assert f"from a best score of {load_calibration(SHIPPED).floor:g} on" in card
 

@@ -164,7 +164,12 @@ def _interpolation(count: int, given: int) -> F32:
 
 def _open(path: Path, threads: int) -> Any:
     if not path.is_file():
-        raise EncoderError(f"the encoder's weights {path} are missing: reinstall OneMap")
+        remedy = (
+            "reinstall OneMap"
+            if path.parent == SHIPPED
+            else "correct perception.encoder.folder, or write them with 'onemap train export'"
+        )
+        raise EncoderError(f"the encoder's weights {path} are missing: {remedy}")
     try:
         return open_session(path, threads=threads)
     except ValueError as problem:
