@@ -51,6 +51,37 @@ def test_a_training_does_not_start_from_itself(tmp_path: Path) -> None:
         assert "move it" in result.output
 
 
+@pytest.mark.parametrize("command", ["mini", "train"])
+def test_a_training_does_not_start_from_nothing(tmp_path: Path, command: str) -> None:
+    pytest.importorskip("onnx")
+    arguments = ["--work", str(tmp_path / "work"), "--start-from", str(tmp_path / "typo")]
+    result = CliRunner().invoke(app, [command, *arguments])
+    assert result.exit_code == 2
+    assert "holds no checkpoint" in result.output
+    assert not (tmp_path / "work").exists()
+
+
+def test_a_device_that_is_none_is_named_before_anything_is_rendered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("onnx")
+    monkeypatch.setattr("onemap_tools.train.pipeline.find_pretrained", lambda: None)
+    arguments = ["mini", "--work", str(tmp_path / "work"), "--device", "gpu"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 2
+    assert "device 'gpu' cannot be used" in result.output
+    assert not (tmp_path / "work").exists()
+
+
+def test_a_work_folder_that_is_a_file_is_named(tmp_path: Path) -> None:
+    pytest.importorskip("onnx")
+    (tmp_path / "work").write_text("")
+    result = CliRunner().invoke(app, ["render", "--work", str(tmp_path / "work")])
+    assert result.exit_code == 2
+    assert "work" in result.output
+    assert "Traceback" not in result.output
+
+
 def test_the_summary_names_the_worst_words() -> None:
     words = {
         "r_precision": 0.5,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -11,16 +12,19 @@ from itertools import combinations
 from pathlib import Path
 
 import pytest
+import torch
 
-from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
+from onemap_perception.encoders.mini import NETWORK_FILE, SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.text.calibration import load_calibration
 from onemap_perception.text.vocabulary import VOCABULARY_FILE
 from onemap_simulator.scene.scene import Scene, SceneObject
 from onemap_tools.train import pipeline
-from onemap_tools.train.data.frame_dataset import FrameSetSpec
+from onemap_tools.train.data.frame_dataset import FrameSetSpec, render_frames
 from onemap_tools.train.evaluation.calibration import DEFAULT_CALIBRATION
-from onemap_tools.train.network.backbone import EfficientNetLite0
+from onemap_tools.train.network.backbone import FROZEN_STRIDE, EfficientNetLite0
 from onemap_tools.train.pipeline import TrainingError, TrainingFolders, frame_sets
+from onemap_tools.train.rounds import TrainingRound
+from onemap_tools.train.train_state import TrainState
 from onemap_tools.train.variety.kinds import VALIDATION, VARIED
 from onemap_tools.train.variety.strangers import STRANGER
 from tests.simulator.scenes import box_room
@@ -81,6 +85,70 @@ def test_a_step_without_its_frames_is_refused(tmp_path: Path) -> None:
         pipeline.evaluate_encoder(folders)
 
 
+def check_that_a_floor_stays_with_its_weights(folders: TrainingFolders) -> None:
+    """Exported again, the floor stays; of other weights it does not hold."""
+    calibration = load_calibration(folders.output)
+    pipeline.save_calibration(folders.output, replace(calibration, floor=0.2))
+    assert pipeline.export(folders).dropped_floor == 0
+    assert load_calibration(folders.output) == replace(calibration, floor=0.2)
+    (folders.output / NETWORK_FILE).write_bytes(b"of other weights")
+    assert pipeline.export(folders).dropped_floor == 0.2
+    assert load_calibration(folders.output) == calibration
+    assert not list(folders.output.glob(".export-*"))
+
+
+def test_an_export_that_fails_leaves_the_encoder_that_was_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folders = TrainingFolders(tmp_path / "work", tmp_path / "encoder")
+    folders.output.mkdir()
+    before = b"weights of before"
+    (folders.output / NETWORK_FILE).write_bytes(before)
+    state = TrainState(tiny_params(), TrainingRound(3, 0, 6, 1, 0), torch.device("cpu"))
+    (folders.work / "run").mkdir(parents=True)
+    state.save(folders.work / "run")
+    monkeypatch.setattr(pipeline, "_open_frames", lambda *_: tiny_frames())
+    monkeypatch.setattr(pipeline, "compare_with_torch", lambda *_: float("nan"))
+    with pytest.raises(TrainingError, match="least cosine nan"):
+        pipeline.export(folders)
+    assert [path.name for path in folders.output.iterdir()] == [NETWORK_FILE]
+    assert (folders.output / NETWORK_FILE).read_bytes() == before
+
+
+def test_frames_of_other_classes_are_refused(tmp_path: Path) -> None:
+    folders = TrainingFolders(tmp_path / "work", tmp_path / "encoder")
+    spec = FrameSetSpec((901,), per_scene=2, width=32, height=24)
+    frames = render_frames(folders.work / "calibrate", ("wall", "sofa"), spec)
+    assert list(frames) == [2]
+    with pytest.raises(TrainingError, match="rendered for other classes than those of"):
+        pipeline._open_frames(folders, "calibrate")
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"name": "couch"}, "draws nothing of the class 'couch'"),
+        ({"aliases": []}, "the class 'wall' has no aliases"),
+        ({"held_out": []}, "no class has a word in 'held_out'"),
+    ],
+)
+def test_a_vocabulary_that_cannot_be_trained_is_refused_first(
+    tmp_path: Path, change: dict[str, object], named: str
+) -> None:
+    entry: dict[str, object] = {"name": "wall", "aliases": ["wall"], "held_out": ["panel"]}
+    folders = TrainingFolders(tmp_path / "work", tmp_path / "encoder")
+    write_vocabulary(folders.output, classes=[entry | change])
+    with pytest.raises(TrainingError, match=named):
+        pipeline.render(folders, 1, 2, 1)
+    assert not folders.work.exists()
+
+
+def test_a_card_needs_to_know_the_training(tmp_path: Path) -> None:
+    folders = TrainingFolders(tmp_path / "work", tmp_path / "encoder")
+    with pytest.raises(TrainingError, match=r"has no training\.json"):
+        pipeline.training_rounds(folders)
+
+
 @pytest.mark.slow
 def test_all_steps_make_an_encoder_with_its_card(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -102,11 +170,15 @@ def test_all_steps_make_an_encoder_with_its_card(
     write_vocabulary(folders.output, common=["aquarium"])
     pipeline.render(folders, 1, 4, 1)
     pipeline.train(folders, tiny_params(), "cpu", 1)
-    assert pipeline.export(folders) > 0.999
+    report = pipeline.export(folders)
+    assert report.least_cosine > 0.999
+    assert report.dropped_floor == 0
+    check_that_a_floor_stays_with_its_weights(folders)
+    shutil.rmtree(folders.work / "train")  # only the training needs them
     figures = pipeline.evaluate_encoder(folders)
     assert figures["encoder_id"] == MiniEncoder(MiniParams(folder=folders.output)).encoder_id
     assert figures["held_out"]["frames"] == figures["other_style"]["frames"] == 2
-    assert figures["facts"]["apartments"] == 1
+    assert pipeline.training_rounds(folders) == (TrainingRound(3, 0, 2, 1, FROZEN_STRIDE),)
     strangers = figures["validation"]["best_answer"]["strangers"]
     assert strangers[STRANGER]["patches"] > 0
     (folders.output / pipeline.NOTES_FILE).write_text("Trained by a test.", encoding="utf-8")

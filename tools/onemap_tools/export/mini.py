@@ -65,7 +65,7 @@ def compare_with_torch(network: MiniNetwork, path: Path, images: U8) -> float:
         with torch.inference_mode():
             expected = module(torch.from_numpy(rgb.copy())).numpy()
         cosines.append(least_cosine(exported, expected))
-    return min(cosines)
+    return float(np.min(cosines))  # NaN if one is
 
 
 def write_embedding_table(vocabulary: Vocabulary, embed: EmbedTexts, folder: Path) -> Path:

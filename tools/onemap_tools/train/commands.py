@@ -45,7 +45,10 @@ Device = Annotated[str, typer.Option(help="cpu, cuda, or auto: cuda where there 
 Threads = Annotated[int, typer.Option(min=1, max=256, help="CPU threads of torch.")]
 StartFrom = Annotated[
     Path | None,
-    typer.Option(help="Checkpoint's folder of an earlier training to start from, not WORK/run."),
+    typer.Option(
+        help="Folder of an earlier training's checkpoint to go on from, at a lower rate and with "
+        "fixed statistics of the trunk's norms; not WORK/run, which is this one's."
+    ),
 ]
 Card = Annotated[bool, typer.Option("--card", help="Write MODEL_CARD.md from the figures.")]
 
@@ -67,8 +70,10 @@ def mini(
     with _cli_errors():
         from onemap_tools.train import pipeline
 
+        # Not only after a quarter of an hour of rendering.
         _check_start(work, start_from)
-        pipeline.find_pretrained()  # not only after a quarter of an hour of rendering
+        pipeline.find_pretrained()
+        pipeline.choose_device(device)
     render(work, output)
     train(
         work=work,
@@ -128,8 +133,13 @@ def export(work: WorkFolder = DEFAULT_WORK, output: Output = None) -> None:
     with _cli_errors():
         from onemap_tools.train import pipeline
 
-        cosine = pipeline.export(_folders(work, output))
-    typer.echo(f"exported; least cosine to torch {cosine:.6f}")
+        report = pipeline.export(_folders(work, output))
+    typer.echo(f"exported; least cosine to torch {report.least_cosine:.6f}")
+    if report.dropped_floor:
+        typer.echo(
+            f"the floor {report.dropped_floor:g} was of the weights before and is dropped: "
+            "'onemap bench queries --config' measures that of these"
+        )
 
 
 @app.command()
@@ -143,9 +153,12 @@ def evaluate(
     with _cli_errors():
         from onemap_tools.train import pipeline
 
-        figures = pipeline.evaluate_encoder(_folders(work, output))
+        folders = _folders(work, output)
         if card:
-            pipeline.write_card(_folders(work, output), figures)
+            pipeline.training_rounds(folders)  # known before the minutes of the evaluation
+        figures = pipeline.evaluate_encoder(folders)
+        if card:
+            pipeline.write_card(folders, figures)
     for line in summary_lines(figures):
         typer.echo(line, err=as_json)
     if as_json:
@@ -183,12 +196,21 @@ def summary_lines(figures: dict[str, Any]) -> Iterator[str]:
 
 
 def _check_start(work: Path, start_from: Path | None) -> None:
-    """A training writes its checkpoint to WORK/run: it cannot start from that folder."""
-    if start_from is not None and start_from.resolve() == (work / "run").resolve():
+    """Refuse a folder without weights, and the one that this training writes to.
+
+    Where that one has a checkpoint already, the training goes on from it, whatever it began with.
+    """
+    from onemap_tools.train.train_state import CHECKPOINT, read_checkpoint_rounds
+
+    if start_from is None:
+        return
+    if start_from.resolve() == (work / "run").resolve():
         raise CliError(
             f"{start_from} is where this training writes to: move it, say to {work / 'first'}",
             EXIT_USAGE_ERROR,
         )
+    if not (work / "run" / CHECKPOINT).exists():
+        read_checkpoint_rounds(start_from)
 
 
 def _folders(folder: Path, output: Path | None) -> TrainingFolders:
@@ -206,9 +228,12 @@ def _cli_errors() -> Iterator[None]:
     except CliError:
         raise
     except Exception as problem:
-        from onemap_perception.encoders.protocol import EncoderError
+        from safetensors import SafetensorError
+
+        from onemap_perception.errors import BackendError
         from onemap_tools.train.pipeline import TrainingError
 
-        if not isinstance(problem, EncoderError | TrainingError | ValueError):
+        foreseen = BackendError | TrainingError | ValueError | OSError | SafetensorError
+        if not isinstance(problem, foreseen):
             raise
         raise CliError(str(problem), EXIT_USAGE_ERROR) from problem

@@ -11,6 +11,7 @@ import json
 import os
 import shutil
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -22,11 +23,12 @@ import numpy as np
 import torch
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
-from onemap_perception.text.calibration import CALIBRATION_FILE, Calibration
+from onemap_perception.encoders.mini import NETWORK_FILE, SHIPPED, MiniEncoder, MiniParams
+from onemap_perception.text.calibration import CALIBRATION_FILE, Calibration, load_calibration
 from onemap_perception.text.minilm import INSTALL, MiniLm, find_model_folder
 from onemap_perception.text.text_encoder import EmbedTexts
 from onemap_perception.text.vocabulary import VOCABULARY_FILE, Vocabulary, load_vocabulary
+from onemap_perception.torch_device import open_device
 from onemap_simulator.generation.style import HELD_OUT
 from onemap_tools.export.mini import compare_with_torch, export_network, write_embedding_table
 from onemap_tools.export.onnx_file import MIN_COSINE
@@ -45,11 +47,12 @@ from onemap_tools.train.evaluation.calibration import DEFAULT_CALIBRATION, fit_t
 from onemap_tools.train.evaluation.evaluate import evaluate
 from onemap_tools.train.evaluation.model_card import model_card
 from onemap_tools.train.evaluation.plots import draw_confusion, draw_reliability
-from onemap_tools.train.network.backbone import FROZEN_STRIDE, find_backbone_weights
 from onemap_tools.train.network.backbone import INSTALL as INSTALL_BACKBONE
+from onemap_tools.train.network.backbone import find_backbone_weights
 from onemap_tools.train.network.mini_network import MiniNetwork
 from onemap_tools.train.params import TrainParams
-from onemap_tools.train.train_state import load_averaged_network
+from onemap_tools.train.rounds import TRAINING_FILE, Rounds, read_rounds, write_rounds
+from onemap_tools.train.train_state import load_averaged_network, read_checkpoint_rounds
 from onemap_tools.train.trainer import TrainingProgress, train_mini
 from onemap_tools.train.variety.kinds import VALIDATION, VARIED
 from onemap_tools.train.variety.strangers import STRANGER
@@ -125,11 +128,31 @@ def find_pretrained() -> tuple[Path, EmbedTexts]:
 
 def render(folders: TrainingFolders, apartments: int, per_apartment: int, processes: int) -> None:
     """Render all frames; continues an interrupted rendering."""
-    names = folders.vocabulary.names
+    names = check_vocabulary(folders.vocabulary).names
     for name, spec in frame_sets(apartments, per_apartment).items():
         with _progress_bar(f"rendering {name}", spec.count) as show:
             for done in render_frames(folders.work / name, names, spec, processes):
                 show(done, "")
+
+
+def check_vocabulary(vocabulary: Vocabulary) -> Vocabulary:
+    """The vocabulary; TrainingError where a training with it cannot work."""
+    known = set(load_vocabulary(SHIPPED).names)
+    if unknown := [name for name in vocabulary.names if name not in known]:
+        raise TrainingError(
+            f"{VOCABULARY_FILE}: the simulator draws nothing of the class {unknown[0]!r}: name "
+            "classes as the shipped one does, and put other words for them into 'aliases'"
+        )
+    if bare := [entry.name for entry in vocabulary.classes if not entry.aliases]:
+        raise TrainingError(
+            f"{VOCABULARY_FILE}: the class {bare[0]!r} has no aliases: list at least its name"
+        )
+    if not any(entry.held_out for entry in vocabulary.classes):
+        raise TrainingError(
+            f"{VOCABULARY_FILE}: no class has a word in 'held_out', by which synonyms are "
+            "evaluated: add one"
+        )
+    return vocabulary
 
 
 def train(folders: TrainingFolders, params: TrainParams, device: str, threads: int) -> None:
@@ -142,7 +165,7 @@ def train(folders: TrainingFolders, params: TrainParams, device: str, threads: i
     bank = build_text_bank(folders.vocabulary, sentence_encoder)
     keep_freed_memory()
     torch.set_num_threads(threads)
-    chosen = torch.device(_device(device))
+    chosen = choose_device(device)
     ahead = 1 if chosen.type == "cpu" else min(os.cpu_count() or 1, MAX_BATCH_THREADS)
     with _progress_bar("training", params.total_steps) as show:
 
@@ -159,10 +182,10 @@ def train(folders: TrainingFolders, params: TrainParams, device: str, threads: i
         )
 
 
-def _device(device: str) -> str:
-    """The device's name; auto: CUDA where there is one."""
+def choose_device(device: str) -> torch.device:
+    """The device; auto: CUDA where there is one. BackendError if it cannot be used."""
     automatic = "cuda" if torch.cuda.is_available() else "cpu"
-    return automatic if device == "auto" else device
+    return open_device(automatic if device == "auto" else device)
 
 
 def keep_freed_memory() -> bool:
@@ -179,25 +202,55 @@ def keep_freed_memory() -> bool:
     )
 
 
-def export(folders: TrainingFolders) -> float:
-    """Write weights, embedding table and calibration; returns the least cosine to torch."""
-    network = load_averaged_network(folders.work / "run")
-    folders.output.mkdir(parents=True, exist_ok=True)
-    if not (folders.output / VOCABULARY_FILE).exists():
-        shutil.copy(SHIPPED / VOCABULARY_FILE, folders.output)
-    path = export_network(network, folders.output)
+@dataclass(frozen=True, slots=True)
+class ExportReport:
+    """Least cosine of a patch to torch; the floor of the weights before, which does not hold."""
+
+    least_cosine: float
+    dropped_floor: float
+
+
+def export(folders: TrainingFolders) -> ExportReport:
+    """Write weights, embedding table, calibration and what they were trained with.
+
+    All of them or, where a step fails, none: an encoder that was there stays as it was.
+    """
+    run, output = folders.work / "run", folders.output
+    network, rounds = load_averaged_network(run), read_checkpoint_rounds(run)
     frames = _open_frames(folders, "calibrate")
-    cosine = compare_with_torch(network, path, np.asarray(frames.rgb[:COMPARED_IMAGES]))
-    if cosine < MIN_COSINE:
-        raise TrainingError(f"the exported network differs from torch: least cosine {cosine:.5f}")
-    write_embedding_table(folders.vocabulary, _open_sentence_encoder(), folders.output)
-    save_calibration(folders.output, DEFAULT_CALIBRATION)
-    encoder = MiniEncoder(MiniParams(folder=folders.output))
-    names = encoder.embed_text(folders.vocabulary.names)
+    output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=output, prefix=".export-") as name:
+        made = Path(name)
+        own = (output / VOCABULARY_FILE).exists()
+        shutil.copy((output if own else SHIPPED) / VOCABULARY_FILE, made)
+        path = export_network(network, made)
+        cosine = compare_with_torch(network, path, np.asarray(frames.rgb[:COMPARED_IMAGES]))
+        if not cosine >= MIN_COSINE:  # also if it is NaN
+            raise TrainingError(
+                f"the exported network differs from torch: least cosine {cosine:.5f}"
+            )
+        write_embedding_table(folders.vocabulary, _open_sentence_encoder(), made)
+        before = floor_of(output)
+        same = before > 0 and (output / NETWORK_FILE).read_bytes() == path.read_bytes()
+        save_calibration(made, replace(DEFAULT_CALIBRATION, floor=before if same else 0.0))
+        _fit_temperature(made, frames)
+        write_rounds(made, rounds)
+        for file in made.iterdir():
+            file.replace(output / file.name)
+    return ExportReport(cosine, 0.0 if same else before)
+
+
+def floor_of(folder: Path) -> float:
+    """The floor of an exported encoder, 0 where it has none."""
+    return load_calibration(folder).floor if (folder / CALIBRATION_FILE).exists() else 0.0
+
+
+def _fit_temperature(folder: Path, frames: FrameDataset) -> None:
+    """Replace the temperature of an encoder's calibration by the one that fits the frames."""
+    encoder, calibration = MiniEncoder(MiniParams(folder=folder)), load_calibration(folder)
+    names = encoder.embed_text(load_vocabulary(folder).names)
     temperature = fit_temperature(encoder, names, frames, np.random.default_rng(0))
-    fitted = replace(DEFAULT_CALIBRATION, temperature=round(temperature, 2))
-    save_calibration(folders.output, fitted)
-    return cosine
+    save_calibration(folder, replace(calibration, temperature=round(temperature, 2)))
 
 
 def save_calibration(folder: Path, calibration: Calibration) -> None:
@@ -207,7 +260,7 @@ def save_calibration(folder: Path, calibration: Calibration) -> None:
 
 
 def evaluate_encoder(folders: TrainingFolders) -> dict[str, Any]:
-    """Figures on held-out apartments and on the simulator's held-out style, and plain facts.
+    """Figures on held-out apartments, the held-out style and the validation style, and facts.
 
     Held-out synonyms are embedded even where a query would resolve them as an alias.
     """
@@ -244,11 +297,23 @@ def _figures(
     return figures
 
 
+def training_rounds(folders: TrainingFolders) -> Rounds:
+    """What the exported weights were trained with; TrainingError where that is not known."""
+    rounds = read_rounds(folders.output)
+    if not rounds:
+        raise TrainingError(
+            f"{folders.output} has no {TRAINING_FILE}, from which the card says what it was "
+            "trained with: export it with 'onemap train export'"
+        )
+    return rounds
+
+
 def write_card(folders: TrainingFolders, figures: dict[str, Any]) -> Path:
     """Write ``MODEL_CARD.md`` and its plots beside the weights."""
     path, notes = folders.output / "MODEL_CARD.md", folders.output / NOTES_FILE
     text = notes.read_text(encoding="utf-8") if notes.exists() else ""
-    path.write_text(model_card(figures, text).rstrip() + "\n", encoding="utf-8")
+    card = model_card(figures, training_rounds(folders), text)
+    path.write_text(card.rstrip() + "\n", encoding="utf-8")
     draw_confusion(figures["held_out"], folders.output)
     parts = {title: figures[name] for name, title in EVALUATION_TITLES.items()}
     draw_reliability(parts, folders.output)
@@ -256,8 +321,8 @@ def write_card(folders: TrainingFolders, figures: dict[str, Any]) -> Path:
 
 
 def _measure_facts(folders: TrainingFolders, encoder: MiniEncoder) -> dict[str, float]:
-    frames, vocabulary = _open_frames(folders, "train"), folders.vocabulary
-    rgb = np.asarray(frames.rgb[0])
+    vocabulary = folders.vocabulary
+    rgb = np.asarray(_open_frames(folders, "held_out").rgb[0])
     times_ms: list[float] = []
     for _ in range(TIMED_IMAGES):
         started_s = time.perf_counter()
@@ -268,18 +333,22 @@ def _measure_facts(folders: TrainingFolders, encoder: MiniEncoder) -> dict[str, 
         "encode_ms": float(np.median(times_ms)),
         "words": len(vocabulary.words),
         "neutral": len(vocabulary.neutral),
-        "frames": len(frames),
-        "apartments": frames.scenes,
-        "frozen_stride": FROZEN_STRIDE,
         "temperature": encoder.embed_text(vocabulary.names[:1]).temperature,
     }
 
 
 def _open_frames(folders: TrainingFolders, name: str) -> FrameDataset:
+    """The frames of a set, whose labels are indices into the vocabulary's classes."""
     try:
-        return open_frames(folders.work / name)
+        frames = open_frames(folders.work / name)
     except FileNotFoundError as problem:
         raise TrainingError(str(problem)) from problem
+    if frames.classes != folders.vocabulary.names:
+        raise TrainingError(
+            f"the pictures in {folders.work / name} were rendered for other classes than those of "
+            f"{folders.output}: give the --output they were rendered with, or another --work"
+        )
+    return frames
 
 
 def _open_sentence_encoder() -> EmbedTexts:

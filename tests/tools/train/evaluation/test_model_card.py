@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from onemap_tools.train.evaluation.model_card import model_card
 from onemap_tools.train.evaluation.plots import CONFUSION_FILE, RELIABILITY_FILE
+from onemap_tools.train.rounds import TrainingRound
 
 FACTS = dict.fromkeys(
-    (
-        *("parameters", "encode_ms", "words", "neutral", "frames", "apartments"),
-        *("temperature", "frozen_stride"),
-    ),
+    ("parameters", "encode_ms", "words", "neutral", "temperature"),
     1,
 )
+ROUND = TrainingRound(steps=70, seed=3, pictures=640, apartments=40, frozen_stride=4)
 
 
 def part(accuracy: float) -> dict[str, Any]:
@@ -42,15 +42,27 @@ def part(accuracy: float) -> dict[str, Any]:
     }
 
 
-def test_the_card_states_the_figures() -> None:
-    evaluation = {
+def evaluation() -> dict[str, Any]:
+    return {
         "encoder_id": "mini-1234",
         "facts": FACTS,
         "held_out": part(0.9),
         "other_style": part(0.8),
         "validation": part(0.7),
     }
-    card = model_card(evaluation, "Notes on this training.")
+
+
+def test_the_card_says_what_the_network_was_trained_with() -> None:
+    card = model_card(evaluation(), (ROUND,))
+    assert "frames of 40 procedural apartments (640 pictures" in card
+    assert "up to stride 4, stayed as they were. 70 steps from seed 3, and a tenth" in card
+    both = model_card(evaluation(), (ROUND, replace(ROUND, seed=5, frozen_stride=2)))
+    assert "up to stride 2, stayed as they were. Rounds, each from" in both
+    assert "70 steps from seed 3, up to stride 4 frozen; 70 steps from seed 5, up to" in both
+
+
+def test_the_card_states_the_figures() -> None:
+    card = model_card(evaluation(), (ROUND,), "Notes on this training.")
     assert "encoder `mini-1234`" in card
     assert "| pixel accuracy | 0.900 | 0.800 | 0.700 |" in card
     assert "| R-precision, class names | 0.750 | 0.750 | 0.750 |" in card

@@ -21,6 +21,7 @@ from onemap_tools.train.evaluation.detector_metrics import DetectorMetrics
 from onemap_tools.train.network.losses import patch_targets
 
 MIN_PATCHES = 2  # of a thing in an image; smaller ones are below the encoder's resolution
+SAMPLED = 21  # of so many patches one: no divisor of the columns, so that all parts of images occur
 TOP_PATCHES = 2  # an image's score for a word is the mean of its best patches
 
 
@@ -111,8 +112,8 @@ def evaluate(
         name_scores = scores(flat, names.queries)
         retrieval["names"].add(name_scores, shares, names)
         retrieval["held_out"].add(scores(flat, held_out.queries), shares, held_out)
-        stated.append(name_scores[:: columns // 2].ravel())
-        observed.append(shares[:: columns // 2].ravel())
+        stated.append(name_scores[::SAMPLED].ravel())
+        observed.append(shares[::SAMPLED].ravel())
         cosines = (flat @ names.queries.embeddings.T).reshape(rows, columns, classes)
         counts += metrics.confusion(label, _pixel_classes(cosines, label.shape), classes)
         exact = _pixel_classes(shares.reshape(rows, columns, classes), label.shape)

