@@ -82,7 +82,7 @@ VARIED = Variety(
     gloss=0.35,
     exposure=(-0.5, 0.4),
 )
-# Trained on by nobody and reported nowhere: for the calibration, and to compare trainings by.
+# Trained on by nobody: for the calibration, to compare trainings by, and a column of the card.
 VALIDATION = Variety(
     name="validation designs",
     style=replace(
