@@ -186,7 +186,7 @@ FILES = {
     "onemap_tools.bench.perception": "results",
     "onemap_tools.bench.place_labels": "labels",
     "onemap_tools.bench.pose_graph": "pictures",
-    "onemap_tools.bench.scene": "a document and pictures",
+    "onemap_tools.bench.scene_folder": "a document and pictures",
     "onemap_tools.bench.verdicts": "finished apartments",
     "onemap_tools.bench.transport.streams": "frames for its processes",
     "onemap_tools.certificate_files": "certificates",

@@ -29,10 +29,14 @@ def test_the_labels_of_the_photographs_are_valid() -> None:
     assert {"sofa", "chair", "table"} <= {label.name for label in labels}
 
 
+def test_no_places_are_a_list_too(tmp_path: Path) -> None:
+    assert read_labels(labels_file(tmp_path, "[]\n")) == ()
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("", "must be a list of places, each with name, x, y, radius_m"),
+        ("", "must be a list of places, each with name, x, y, radius_m, or [] for none"),
         ("sofa: 1", "must be a list of places"),
         ("- sofa", "entry 1 is 'sofa'; it must have name, x, y, radius_m"),
         ("- {x: 1, radius_m: 1}", "entry 1 lacks name, y"),
@@ -40,6 +44,10 @@ def test_the_labels_of_the_photographs_are_valid() -> None:
         ("- {name: '', x: 1, y: 1, radius_m: 1}", "entry 1: name is ''; it must be a word"),
         ("- {name: a, x: left, y: 1, radius_m: 1}", "entry 1: x is 'left'; it must be a number"),
         ("- {name: a, x: 1, y: .nan, radius_m: 1}", "entry 1: y is nan; it must be a number"),
+        (
+            "- {name: a, x: -1.0e+300, y: 1, radius_m: 1}",
+            "it must be a number of metres up to 100000",
+        ),
         ("- {name: a, x: 1, y: 1, radius_m: 0}", "entry 1: radius_m is 0; it must be positive"),
         ("- {name: a, x: 1", "is not valid YAML"),
     ],

@@ -12,7 +12,7 @@ from onemap_shared.grid import GridSpec
 from onemap_shared.messages import SimilarityReply
 from onemap_tools.bench.place_labels import PlaceLabel
 from onemap_tools.bench.place_report import (
-    outside_problem,
+    outside_lines,
     place_document,
     place_results,
     same_thing,
@@ -115,6 +115,7 @@ def test_totals_count_places_and_first_answers() -> None:
         "frames": 5,
         "cells": 99,
         "seconds": 1.25,
+        "bounds_m": GRID.bounds_m,
     }
     lines = table_lines(document)
     assert lines[0].split()[:3] == ["name", "x", "y"]
@@ -127,8 +128,35 @@ def test_totals_count_places_and_first_answers() -> None:
     assert len(table_lines({**document, "unknown_words": []})) == len(lines) - 1
 
 
-def test_a_label_outside_the_map_is_named() -> None:
-    assert outside_problem([SOFA, HIDDEN], GRID) == ""
-    problem = outside_problem([SOFA, PlaceLabel("bed", 40.0, 2.0, 1.0)], GRID)
-    assert problem.startswith("the label 'bed' at (40, 2) lies outside the map")
-    assert "(0.0, 0.0) to (10.0, 5.0) m" in problem
+def test_places_outside_the_map_are_named() -> None:
+    far = [PlaceLabel("bed", 40.0, 2.0, 1.0), PlaceLabel("sofa", 2.0, -1.5, 0.3)]
+    reaches_in = PlaceLabel("sofa", 10.5, 2.0, 1.0)
+    replies = {"sofa": reply("sofa", (9.9, 2.0, 0.9)), "bed": reply("bed"), "oven": reply("oven")}
+    results = place_results([SOFA, HIDDEN, reaches_in, *far], replies, VOCABULARY)
+    assert [result.mapped for result in results] == [True, False, True, False, False]
+    assert results[2].found
+    document = {
+        "places": [place_document(result) for result in results],
+        "bounds_m": GRID.bounds_m,
+    }
+    assert outside_lines(document) == [
+        "Not mapped because outside the map, which reaches from (0.0, 0.0) to (10.0, 5.0) m: "
+        "bed at (40, 2), sofa at (2, -1.5)."
+    ]
+    assert outside_lines({**document, "places": document["places"][:3]}) == []
+
+
+def test_without_places_there_is_no_table() -> None:
+    assert place_results([], {}, VOCABULARY) == []
+    counts = totals([], [], {})
+    run = {
+        "encoder_id": "mini",
+        "frames": 5,
+        "cells": 99,
+        "seconds": 1.25,
+        "bounds_m": (0, 0, 1, 1),
+    }
+    assert table_lines({**counts, **run, "places": []}) == [
+        "No place is labelled: the map was asked for nothing.",
+        "mini, 5 frames, 99 cells, 1.2 s",
+    ]

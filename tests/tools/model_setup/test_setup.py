@@ -262,13 +262,13 @@ def test_the_page_on_photographs_can_be_followed(hub: LocalHub, tmp_path: Path) 
     """Its commands as they stand there, but for the robot, the question and the services."""
     page = (ROOT / "docs" / "photographs.md").read_text(encoding="utf-8")
     lines = [shlex.split(line)[1:] for line in commands(page)]
-    install, up, record, judge = (" ".join(line[:2]) for line in lines)
-    assert (install, up, record, judge) == (
+    assert [" ".join(line[:2]) for line in lines] == [
         "models use",
         "up --config",
         "record drive.mcap",
         "bench scene",
-    )
+        "bench scene",
+    ]
     done = CliRunner().invoke(app, [*lines[0], "--yes", "--device", "cpu"])
     assert done.exit_code == EXIT_OK, done.output
     assert f"Next: onemap {' '.join(lines[1])}" in done.output
@@ -277,12 +277,17 @@ def test_the_page_on_photographs_can_be_followed(hub: LocalHub, tmp_path: Path) 
     robot.see(0, 1)
     robot.end().rename("drive.mcap")
     Path("places.yaml").write_text(next(b for b in page.split("```") if "- {name: sofa" in b)[5:])
-    judged = CliRunner().invoke(app, lines[3])
+    Path("nothing.yaml").write_text("[]\n")
+    drawn = CliRunner().invoke(app, lines[3])
+    assert drawn.exit_code == EXIT_OK, drawn.output
+    assert {path.name for path in Path("drawn").iterdir()} == {"scene.json", "scene.png"}
+    judged = CliRunner().invoke(app, lines[4])
     assert judged.exit_code == EXIT_OK, judged.output
     assert "tipsv2-" in judged.output
     assert {path.name for path in Path("looked").iterdir()} == {
         "chair.png",
         "scene.json",
+        "scene.png",
         "sofa.png",
     }
 

@@ -35,7 +35,7 @@ Order = Annotated[ObjectOrder, typer.Option(help="Of the objects: as drawn, or t
 Parity = Annotated[Apartments, typer.Option(help="Settings are chosen on even seeds.")]
 SceneOut = Annotated[
     Path | None,
-    typer.Option(file_okay=False, help="Write a map for each name and scene.json here."),
+    typer.Option(file_okay=False, help="Write scene.json, scene.png and a map for each name here."),
 ]
 Frames = Annotated[int, typer.Option(min=1, help="Frames to measure.")]
 Threads = Annotated[int, typer.Option(min=1, help="CPU threads of torch.")]
@@ -48,6 +48,8 @@ ResultsFolder = Annotated[
 ]
 Labels = Annotated[
     Path | None,
-    typer.Option(exists=True, dir_okay=False, help="YAML: a list of name, x, y, radius_m."),
+    typer.Option(
+        exists=True, dir_okay=False, help="YAML: a list of name, x, y, radius_m; [] for none."
+    ),
 ]
 Places = Annotated[int, typer.Option(min=1, max=100, help="From which a scene file is looked at.")]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ import yaml
 from onemap_simulator.scene.scene import STRUCTURE, UNNAMED, Scene
 
 KEYS = ("name", "x", "y", "radius_m")
+MAX_M = 100_000  # of a coordinate or a radius: what is larger is not in metres
 MARGIN_M = 0.3  # around an object of a scene: an answer's centre may lie on its edge
 
 
@@ -27,15 +27,20 @@ class PlaceLabel:
 
 
 def read_labels(path: Path) -> tuple[PlaceLabel, ...]:
-    """The labels of a YAML file: a list of entries with KEYS. ValueError names the wrong entry."""
+    """The labels of a YAML file: a list, maybe empty, of entries with KEYS.
+
+    ValueError names the wrong entry.
+    """
     try:
         entries = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as problem:
         raise ValueError(f"cannot read {path}: {problem.strerror or problem}") from problem
     except (yaml.YAMLError, UnicodeDecodeError) as problem:
         raise ValueError(f"{path} is not valid YAML: {' '.join(str(problem).split())}") from problem
-    if not isinstance(entries, list) or not entries:
-        raise ValueError(f"{path} must be a list of places, each with {', '.join(KEYS)}")
+    if not isinstance(entries, list):
+        raise ValueError(
+            f"{path} must be a list of places, each with {', '.join(KEYS)}, or [] for none"
+        )
     return tuple(
         _label(entry, f"{path}, entry {number}") for number, entry in enumerate(entries, 1)
     )
@@ -53,8 +58,11 @@ def _label(entry: Any, where: str) -> PlaceLabel:
         raise ValueError(f"{where}: name is {name!r}; it must be a word")
     for key in KEYS[1:]:
         value = entry[key]
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
-            raise ValueError(f"{where}: {key} is {value!r}; it must be a number of metres")
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not (number and abs(value) <= MAX_M):
+            raise ValueError(
+                f"{where}: {key} is {value!r}; it must be a number of metres up to {MAX_M}"
+            )
     if entry["radius_m"] <= 0:
         raise ValueError(f"{where}: radius_m is {entry['radius_m']}; it must be positive")
     return PlaceLabel(name.strip(), *(float(entry[key]) for key in KEYS[1:]))

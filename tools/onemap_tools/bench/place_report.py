@@ -50,7 +50,12 @@ class PlaceResult:
 def place_results(
     labels: Sequence[PlaceLabel], replies: Replies, vocabulary: Vocabulary
 ) -> list[PlaceResult]:
-    """A result per label. ``replies`` holds those of all labels' names, and of other words."""
+    """A result per label. ``replies`` holds those of all labels' names, and of other words.
+
+    At least one reply is not None if there are labels.
+    """
+    if not labels:
+        return []
     answered = {word: reply for word, reply in replies.items() if reply is not None}
     grid = next(iter(answered.values())).grid
     results = []
@@ -112,16 +117,26 @@ def same_thing(a: str, b: str, vocabulary: Vocabulary) -> bool:
     return a == b or (classes[0] is not None and classes[0] == classes[1])
 
 
-def outside_problem(labels: Sequence[PlaceLabel], grid: GridSpec) -> str:
-    """Which label lies outside the map, in a sentence; empty if none does."""
-    x_min, y_min, x_max, y_max = grid.bounds_m
-    for label in labels:
-        if not (x_min <= label.x <= x_max and y_min <= label.y <= y_max):
-            return (
-                f"the label {label.name!r} at ({label.x:g}, {label.y:g}) lies outside the map, "
-                f"which reaches from ({x_min:.1f}, {y_min:.1f}) to ({x_max:.1f}, {y_max:.1f}) m"
-            )
-    return ""
+def within(x: float, y: float, bounds_m: Sequence[float]) -> bool:
+    """Whether (x, y), metres, lies in the bounds (x_min, y_min, x_max, y_max)."""
+    x_min, y_min, x_max, y_max = bounds_m
+    return x_min <= x <= x_max and y_min <= y <= y_max
+
+
+def outside_lines(document: Mapping[str, Any]) -> list[str]:
+    """One sentence with the places that lie outside the map and its bounds; none without such."""
+    outside = [
+        f"{place['name']} at ({place['x']:g}, {place['y']:g})"
+        for place in document["places"]
+        if not place["mapped"] and not within(place["x"], place["y"], document["bounds_m"])
+    ]
+    if not outside:
+        return []
+    x_min, y_min, x_max, y_max = document["bounds_m"]
+    return [
+        "Not mapped because outside the map, which reaches "
+        f"from ({x_min:.1f}, {y_min:.1f}) to ({x_max:.1f}, {y_max:.1f}) m: {', '.join(outside)}."
+    ]
 
 
 def totals(
@@ -161,6 +176,12 @@ def place_document(result: PlaceResult) -> dict[str, Any]:
 
 def table_lines(document: Mapping[str, Any]) -> list[str]:
     """The document of a run as lines of text."""
+    run = (
+        f"{document['encoder_id']}, {document['frames']} frames, {document['cells']} cells, "
+        f"{document['seconds']:.1f} s"
+    )
+    if not document["places"]:
+        return ["No place is labelled: the map was asked for nothing.", run]
     rows = [COLUMNS, *(_row(place) for place in document["places"])]
     widths = [max(len(row[i]) for row in rows) for i in range(len(COLUMNS))]
     table = [
@@ -175,8 +196,8 @@ def table_lines(document: Mapping[str, Any]) -> list[str]:
         f"the first answer is right for {document['first_answer_right']}, wrong for "
         f"{document['first_answer_wrong']}, and {document['without_answer']} have none.",
         *([f"Not asked for, unknown to the encoder: {', '.join(unknown)}."] if unknown else []),
-        f"{document['encoder_id']}, {document['frames']} frames, {document['cells']} cells, "
-        f"{document['seconds']:.1f} s",
+        *outside_lines(document),
+        run,
     ]
 
 

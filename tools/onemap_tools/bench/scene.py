@@ -5,20 +5,18 @@ With the services' pure modules, without a bus and without a robot that moves.
 
 from __future__ import annotations
 
-import json
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from onemap_gateway.present.render import Overlay, encode_png, render_map
 from onemap_mapper.belief_map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame_update import compute_update
 from onemap_mapper.map_scores import MapScores
-from onemap_mapper.replies import search_view, similarity_reply
+from onemap_mapper.replies import similarity_reply
 from onemap_mapper.similarity import text_query
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders.mini import SHIPPED
@@ -36,13 +34,9 @@ from onemap_simulator.scene.loading import load_scene
 from onemap_simulator.scene.scene import Scene
 from onemap_tools.bag.bag_file import BagError
 from onemap_tools.bench.place_labels import PlaceLabel, labels_of_scene, read_labels
-from onemap_tools.bench.place_report import (
-    outside_problem,
-    place_document,
-    place_results,
-    totals,
-)
+from onemap_tools.bench.place_report import place_document, place_results, totals
 from onemap_tools.bench.queries import EXCLUDED_CLASSES
+from onemap_tools.bench.scene_folder import create, picture_bounds_m, write
 from onemap_tools.bench.scene_tour import tour_poses
 from onemap_tools.errors import requires_extra
 
@@ -56,7 +50,7 @@ class SceneBenchParams:
     """What to map and how. ``labels``: None takes a scene file's own names.
 
     every: of a recording, every Nth frame is mapped. ros2: the section of that name, for
-    bags of ROS 2.
+    bags of ROS 2. out: folder of the results, which is created before anything is mapped.
     """
 
     path: Path
@@ -71,27 +65,25 @@ class SceneBenchParams:
 
 def run(params: SceneBenchParams) -> dict[str, Any]:
     """Map, ask and compare; ValueError in one sentence for what is wrong with the input."""
+    if params.out is not None:
+        create(params.out)
     try:
         encoder = make_encoder(params.perception.encoder)
         started_s = time.perf_counter()
         labels, frames = _open(params)
+        names = tuple(dict.fromkeys(label.name for label in labels))
+        if names:
+            check_names(names, encoder, params.labels or params.path)
         belief = map_frames(frames, encoder, params)
     except (BackendError, RecordingError, BagError) as error:
         raise ValueError(str(error)) from error
     if not belief.store.count:
         why = "its frames have no depth" if belief.frames_fused else "it holds no images"
         raise ValueError(f"nothing of {params.path} could be mapped: {why}")
-    if problem := outside_problem(labels, belief.grid):
-        raise ValueError(f"{params.labels or params.path}: {problem}")
     vocabulary = load_vocabulary(SHIPPED)
-    names = tuple(dict.fromkeys(label.name for label in labels))
-    words = (
-        *names,
-        *(word for word in vocabulary.names if word not in {*names, *EXCLUDED_CLASSES}),
-    )
+    others = (word for word in vocabulary.names if word not in {*names, *EXCLUDED_CLASSES})
+    words = (*names, *others) if names else ()
     replies = {word: ask(belief, encoder, word, params.mapper) for word in words}
-    if not any(replies.values()):
-        raise ValueError("the encoder knows none of the labels' names")
     results = place_results(labels, replies, vocabulary)
     document = {
         "benchmark": "scene",
@@ -101,20 +93,24 @@ def run(params: SceneBenchParams) -> dict[str, Any]:
         "frames": belief.frames_fused,
         "cells": belief.store.count,
         "seconds": round(time.perf_counter() - started_s, 2),
+        "bounds_m": picture_bounds_m(belief),
         **totals(labels, results, replies),
         "places": [place_document(result) for result in results],
     }
     if params.out is not None:
-        _write(params.out, document, belief, labels, encoder)
+        write(params.out, document, belief, labels, encoder)
     return document
 
 
 def _open(params: SceneBenchParams) -> tuple[tuple[PlaceLabel, ...], Iterator[RgbdFrame]]:
     """The labels and the frames of a recording or of a tour through a scene file."""
-    labels = read_labels(params.labels) if params.labels else ()
+    labels = read_labels(params.labels) if params.labels else None
     if params.path.is_dir() or params.path.suffix == BAG_SUFFIX:
-        if not labels:
-            raise ValueError(f"{params.path} is a recording, which names nothing: give --labels")
+        if labels is None:
+            raise ValueError(
+                f"{params.path} is a recording, which names nothing: give --labels, a file with "
+                "[] for the map alone"
+            )
         frames = (
             recorded_frames(Recording.open(params.path))
             if params.path.is_dir()
@@ -122,8 +118,7 @@ def _open(params: SceneBenchParams) -> tuple[tuple[PlaceLabel, ...], Iterator[Rg
         )
         return labels, islice(frames, 0, None, params.every)
     scene = load_scene(params.path)
-    labels = labels or labels_of_scene(scene)
-    if not labels:
+    if labels is None and not (labels := labels_of_scene(scene)):
         raise ValueError(
             f"{params.path} has no named objects: give --labels, or names in the YAML beside it"
         )
@@ -196,25 +191,12 @@ def ask(
     )
 
 
-def _write(
-    folder: Path,
-    document: dict[str, Any],
-    belief: BeliefMap,
-    labels: Sequence[PlaceLabel],
-    encoder: Encoder,
-) -> None:
-    """Write the document, and a picture of the map with the labels for each name."""
+def check_names(names: tuple[str, ...], encoder: Encoder, file: Path) -> None:
+    """ValueError with the encoder's reason if it can embed none of the names."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        text = json.dumps(document, indent=2) + "\n"
-        (folder / "scene.json").write_text(text, encoding="utf-8")
-        for name in dict.fromkeys(label.name for label in labels):
-            if name in document["unknown_words"]:
-                continue
-            query = text_query(encoder.embed_text((name,)), 0, belief.params.torch_device)
-            view = search_view(MapScores(belief).of([query]), text=name)
-            there = tuple((each.name, each.x, each.y) for each in labels if each.name == name)
-            drawn = render_map(view, Overlay(found=there))
-            (folder / f"{name.replace('/', '-')}.png").write_bytes(encode_png(drawn.image))
-    except OSError as problem:
-        raise ValueError(f"cannot write to {folder}: {problem.strerror or problem}") from problem
+        encoder.embed_text(names)
+    except UnknownWordError as error:
+        if set(names) <= set(error.words):
+            raise ValueError(
+                f"{file}: the encoder knows none of the labels' names: {error}"
+            ) from error
