@@ -154,6 +154,7 @@ TALKS = {
     "onemap_tools.train.commands": "sets threads through the environment",
     "onemap_tools.train.data.batches": "makes batches in a thread",
     "onemap_tools.train.pipeline": "times, copies files, sets up the allocator",
+    "onemap_tools.train.trainer": "times its steps",
 }
 # Files that read or write files, each with what.
 FILES = {
@@ -213,6 +214,7 @@ FILES = {
     "onemap_tools.train.data.frame_dataset": "frames",
     "onemap_tools.train.network.backbone": "weights",
     "onemap_tools.train.pipeline": "everything that training leaves",
+    "onemap_tools.train.rounds": "what weights were trained with",
     "onemap_tools.train.trainer": "checkpoints and a log",
 }
 HEAVY = {"torch", "cv2", "fastapi"}
