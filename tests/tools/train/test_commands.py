@@ -6,10 +6,15 @@ import sys
 from pathlib import Path
 
 import pytest
+import torch
 from typer.testing import CliRunner
 
 import onemap_tools.train
 from onemap_tools.train.commands import app, summary_lines
+from onemap_tools.train.params import TrainParams
+from onemap_tools.train.rounds import TrainingRound
+from onemap_tools.train.train_state import TrainState
+from tests.tools.train.tiny import tiny_params
 
 
 def test_a_step_without_its_frames_says_which_step_comes_first(tmp_path: Path) -> None:
@@ -49,6 +54,28 @@ def test_a_training_does_not_start_from_itself(tmp_path: Path) -> None:
         result = CliRunner().invoke(app, [command, *arguments])
         assert result.exit_code == 2
         assert "move it" in result.output
+
+
+def test_a_further_round_learns_more_slowly(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("onnx")
+    (tmp_path / "first").mkdir()
+    one = TrainingRound(steps=3, seed=0, pictures=6, apartments=1, frozen_stride=0)
+    TrainState(tiny_params(), one, torch.device("cpu")).save(tmp_path / "first")
+    given: list[TrainParams] = []
+    monkeypatch.setattr(
+        "onemap_tools.train.pipeline.train", lambda _, params, *__: given.append(params)
+    )
+    for further in ([], ["--start-from", str(tmp_path / "first")]):
+        arguments = ["train", "--work", str(tmp_path / "work"), "--steps", "3", *further]
+        assert CliRunner().invoke(app, arguments).exit_code == 0
+    anew, again = given
+    assert (anew.start_from, again.start_from) == (None, tmp_path / "first")
+    assert again.learning_rate < anew.learning_rate
+    assert (
+        again.model_copy(update={"start_from": None, "learning_rate": anew.learning_rate}) == anew
+    )
 
 
 @pytest.mark.parametrize("command", ["mini", "train"])
