@@ -15,7 +15,7 @@ from starlette.testclient import TestClient
 
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.problems import PROBLEM_TYPES
-from onemap_gateway.http.schemas import BLUE_PNG
+from onemap_gateway.http.schemas import EXAMPLE_PNG
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway import fakes
@@ -31,7 +31,7 @@ from tests.gateway.fakes import (
 BODIES: dict[str, object] = {
     "/v1/queries": {"text": "sofa"},
     "/v1/searches": {"object": "sofa"},
-    "/v1/map.png": {"image": BLUE_PNG},
+    "/v1/map.png": {"image": EXAMPLE_PNG},
     "/v1/map/save": {"name": "flat"},
     "/v1/map/load": {"name": "flat"},
     "/mcp": {"jsonrpc": "2.0", "id": 1, "method": "tools/list"},

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from base64 import b64decode
 from itertools import combinations
 
 import pytest
 from pydantic import ValidationError
 
-from onemap_gateway.http.schemas import MapName, QueryRequest, RequestModel, SearchStart
+from onemap_gateway.http.schemas import (
+    EXAMPLE_PNG,
+    MapName,
+    QueryRequest,
+    RequestModel,
+    SearchStart,
+)
+from onemap_perception.encoders.crops import decoded
 from onemap_shared.messages import (
     MAX_OBJECTS,
     MAX_TEXT_CHARS,
@@ -15,6 +23,10 @@ from onemap_shared.messages import (
     SearchOrder,
     SearchRequest,
 )
+
+
+def test_the_example_of_an_image_can_be_asked_for() -> None:
+    assert decoded(b64decode(EXAMPLE_PNG, validate=True)).shape == (32, 32, 3)
 
 
 def test_a_search_names_one_object_or_a_list_in_order() -> None:

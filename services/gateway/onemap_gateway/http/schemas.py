@@ -40,10 +40,10 @@ Limit = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1e6)]
 
 IMAGE_NAME = "image"  # stands for the text in the answer to an image
 
-# 32 x 32 pixels of one blue, as an example of an image.
-BLUE_PNG = (
-    "iVBORw0KGgoAAAANSUhEUgAAACAAAAAgCAIAAAD8GO2jAAAAK0lEQVRIx+3NQQEAQAQAMC6NTNKJeiX4bQWW0xWXXhwT"
-    "CAQCgUAgEAgEWz5LdQFiigsQrwAAAABJRU5ErkJggg=="
+# 32 x 32 pixels of two colour ramps, as an example of an image.
+EXAMPLE_PNG = (
+    "iVBORw0KGgoAAAANSUhEUgAAACAAAAAgCAIAAAD8GO2jAAAAOElEQVRIx2NkcGCAAwUG6rOZGGgMhr4FLKghNhpEo3EwGgej"
+    "QTQaB6NxMBpEo3EwGgejQTRgFgAAqiwCTtKo1wsAAAAASUVORK5CYII="
 )
 
 
@@ -136,7 +136,7 @@ class StandingRequest(QueryRequest):
 class ComparedImage(RequestModel):
     """What the cells of the map are compared with."""
 
-    model_config = ConfigDict(json_schema_extra={"examples": [{"image": BLUE_PNG}]})
+    model_config = ConfigDict(json_schema_extra={"examples": [{"image": EXAMPLE_PNG}]})
 
     image: ImageMember
 
