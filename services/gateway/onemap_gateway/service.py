@@ -15,6 +15,7 @@ from onemap_gateway.bus.rpc import RpcClient
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.connections import LimitedConnection, connection_limit
+from onemap_gateway.http.access import LockOut
 from onemap_gateway.http.app import create_app
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.fleet import FleetApp
@@ -46,11 +47,11 @@ class HttpServer(uvicorn.Server):
 class FleetRobot:
     """A further robot behind this gateway: its own part of the bus, cache and application."""
 
-    def __init__(self, bus: Bus, config: GatewayConfig) -> None:
+    def __init__(self, bus: Bus, config: GatewayConfig, lock_out: LockOut) -> None:
         self._bus = bus
         self.cache = StateCache(bus)
         rpc = RpcClient(bus, config.max_concurrent_calls)
-        self.app = create_app(GatewayContext(self.cache, rpc, config))
+        self.app = create_app(GatewayContext(self.cache, rpc, config, lock_out=lock_out))
 
     def close(self) -> None:
         """Leave the bus."""
@@ -65,12 +66,14 @@ class GatewayWorker:
         listener = listen(config.host, config.port)
         self.port: int = listener.getsockname()[1]
         self._cache = StateCache(bus)
+        lock_out = LockOut()
         self._robots = {
-            name: FleetRobot(bus.sibling(at), config) for name, at in config.robots.items()
+            name: FleetRobot(bus.sibling(at), config, lock_out)
+            for name, at in config.robots.items()
         }
         caches = {name: robot.cache for name, robot in self._robots.items()}
         rpc = RpcClient(bus, config.max_concurrent_calls)
-        app = create_app(GatewayContext(self._cache, rpc, config, caches))
+        app = create_app(GatewayContext(self._cache, rpc, config, caches, lock_out=lock_out))
         self._server = HttpServer(
             uvicorn.Config(
                 FleetApp(app, {name: robot.app for name, robot in self._robots.items()}),

@@ -39,8 +39,8 @@ Ask a robot where things are, and send it to find them.
 
 Errors are problem details (RFC 9457): `detail` says in a sentence what to do, `service` which
 service is missing. All lengths are metres in the map's frame, which is the frame of the robot's
-poses (z up, the floor at 0); positions are rounded to millimetres. Times are RFC 3339 in UTC;
-beside each stands the same time in nanoseconds since 1970, as a string.
+poses (z up, the floor at 0); positions are rounded to millimetres. Times are RFC 3339 in UTC
+(`_at`) or nanoseconds since 1970 as a string (`_ns`), most of them both.
 
 `WS /v1/live` sends the whole state, a JSON object, about five times a second: robot, path,
 frontiers, detections, search, services, and the sequence numbers that tell a client when to
@@ -100,7 +100,7 @@ def create_app(gateway: GatewayContext) -> FastAPI:
     app.add_exception_handler(RequestValidationError, _on_validation)
     app.add_exception_handler(HTTPException, _on_http)
     app.add_middleware(MethodMiddleware)
-    app.add_middleware(SecurityMiddleware, config=gateway.config)
+    app.add_middleware(SecurityMiddleware, config=gateway.config, lock_out=gateway.lock_out)
     app.add_middleware(ResponseMiddleware, requests=gateway.requests)
     return app
 

@@ -13,6 +13,7 @@ from starlette.requests import HTTPConnection
 from onemap_gateway.bus.rpc import SERVED_BY, RpcClient
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
+from onemap_gateway.http.access import LockOut
 from onemap_gateway.http.image_streams import ImageStreams
 from onemap_gateway.http.problems import from_call_error
 from onemap_gateway.http.shared_results import SharedResults
@@ -33,7 +34,10 @@ R = TypeVar("R")
 
 @dataclass(frozen=True, slots=True)
 class GatewayContext:
-    """The state cache, the RPC client and the configuration of one gateway."""
+    """The state cache, the RPC client and the configuration of one gateway.
+
+    ``lock_out`` is one for all robots of a gateway: each would allow as many guesses again.
+    """
 
     cache: StateCache
     rpc: RpcClient
@@ -41,6 +45,7 @@ class GatewayContext:
     robots: Mapping[str, StateCache] = field(default_factory=dict)  # the further ones, by name
     requests: RequestCounter = field(default_factory=RequestCounter)
     image_streams: ImageStreams = field(default_factory=ImageStreams)
+    lock_out: LockOut = field(default_factory=LockOut)
     images: SharedResults = field(init=False)
 
     def __post_init__(self) -> None:

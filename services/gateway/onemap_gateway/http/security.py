@@ -44,11 +44,13 @@ LOG = logging.getLogger("onemap.gateway")
 class SecurityMiddleware:
     """Refuses requests by host, origin, role, and by size, type and duration of the body."""
 
-    def __init__(self, app: ASGIApp, config: GatewayConfig) -> None:
+    def __init__(
+        self, app: ASGIApp, config: GatewayConfig, lock_out: LockOut | None = None
+    ) -> None:
         self._app = app
         self._hosts = frozenset(name.lower() for name in config.allowed_hosts)
         self._tokens = TokenTable(config.tokens())
-        self._lock_out = LockOut()
+        self._lock_out = lock_out or LockOut()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """The ASGI interface."""

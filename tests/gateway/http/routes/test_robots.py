@@ -9,6 +9,7 @@ import pytest
 from pydantic import SecretStr, ValidationError
 
 from onemap_gateway.config import GatewayConfig
+from onemap_gateway.http.access import MAX_FAILURES
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
@@ -73,6 +74,14 @@ def test_moving_another_robot_needs_the_right_role(worker: GatewayWorker) -> Non
     with httpx.Client(base_url=f"http://127.0.0.1:{worker.port}", timeout=PATIENCE_S) as client:
         answer = client.post("/robots/r1/v1/searches", json={"object": "bed"})
     assert answer.status_code == 401
+
+
+def test_who_guesses_at_one_robot_is_locked_out_at_all(client: httpx.Client) -> None:
+    wrong = {"authorization": "Bearer guess"}
+    paths = ["/v1/robots", "/robots/r1/v1/status", "/robots/r2/v1/status"]
+    for number in range(MAX_FAILURES):
+        assert client.get(paths[number % len(paths)], headers=wrong).status_code == 401
+    assert [client.get(path).status_code for path in paths] == [429] * len(paths)
 
 
 def test_an_unknown_robot_is_not_found(client: httpx.Client) -> None:
