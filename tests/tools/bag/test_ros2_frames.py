@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from mcap.writer import CompressionType, Writer
@@ -14,11 +17,11 @@ from typer.testing import CliRunner
 
 from onemap_ros2.config import Ros2Config
 from onemap_tools.bag import replay as command
-from onemap_tools.bag.bag_file import BagError, BagWriter
-from onemap_tools.bag.ros2_frames import TYPES, Ros2Bag, is_ros2
+from onemap_tools.bag.bag_file import BagError, BagWriter, is_ros2
+from onemap_tools.bag.ros2_frames import Ros2Bag, read_topics
 from onemap_tools.cli.app import app
 from tests.perception.toy import ColourEncoder
-from tests.ros2.robot_messages import camera_info, image, transforms
+from tests.ros2.robot_messages import camera_info, compressed, image, transforms
 
 T0, MS = 1_700_000_000_000_000_000, 1_000_000
 SIZE = (48, 64)
@@ -52,7 +55,7 @@ def drive(frames: int = 3, *, tf: bool = True) -> list[Entry]:
     return entries
 
 
-def bag(path: Path, entries: Iterable[Entry], **types: str) -> Path:
+def bag(path: Path, entries: Iterable[Entry], config: Ros2Config = CONFIG, **types: str) -> Path:
     """A file as rosbag2 writes it; ``types``: of topics that are not what they should be."""
     with open(path, "wb") as file:
         writer = Writer(file, compression=CompressionType.ZSTD)
@@ -60,8 +63,9 @@ def bag(path: Path, entries: Iterable[Entry], **types: str) -> Path:
         channels: dict[str, int] = {}
         for sequence, (ms, kind, data) in enumerate(entries):
             if kind not in channels:
-                schema = writer.register_schema(types.get(kind, TYPES[kind]), "ros2msg", b"")
-                channels[kind] = writer.register_channel(TOPICS[kind], "cdr", schema)
+                topic, ros_type = read_topics(config)[kind]
+                schema = writer.register_schema(types.get(kind, ros_type), "ros2msg", b"")
+                channels[kind] = writer.register_channel(topic, "cdr", schema)
             at_ns = T0 + ms * MS
             writer.add_message(channels[kind], at_ns, data, at_ns, sequence)
         writer.finish()  # type: ignore[no-untyped-call]
@@ -102,6 +106,38 @@ def test_a_topic_of_another_type_is_named(tmp_path: Path) -> None:
     path = bag(tmp_path / "a.mcap", drive(), color="sensor_msgs/msg/CompressedImage")
     with pytest.raises(BagError, match="must be sensor_msgs/msg/Image in cdr"):
         list(Ros2Bag(path, CONFIG).frames())
+
+
+def test_a_compressed_topic_of_a_robot_with_a_namespace_is_read(tmp_path: Path) -> None:
+    topics = {**TOPICS, "color": "/cam/color/compressed"}
+    config = Ros2Config.model_validate({"topics": topics, "namespace": "/r1"})
+    png = cv2.imencode(".png", np.full((*SIZE, 3), 50, np.uint8))[1].tobytes()
+    color = compressed(T0, png, "rgb8; png compressed")
+    entries = [(ms, kind, color if kind == "color" else data) for ms, kind, data in drive(1)]
+    reader = Ros2Bag(bag(tmp_path / "a.mcap", entries, config), config)
+    (frame,) = reader.frames()
+    assert np.array_equal(np.unique(frame.rgb), [50])
+    with pytest.raises(BagError, match=r"holds no /robot/tf .* those are /r1/robot/tf,"):
+        list(Ros2Bag(tmp_path / "a.mcap", CONFIG).frames())
+
+
+def test_depth_of_a_camera_of_its_own_is_registered(tmp_path: Path) -> None:
+    topics = {**TOPICS, "depth_camera_info": "/cam/depth_info"}
+    config = Ros2Config.model_validate({"topics": topics})
+    own: list[Entry] = [(0, "depth_camera_info", camera_info(T0, SIZE[1], SIZE[0], 40.0))]
+    reader = Ros2Bag(bag(tmp_path / "a.mcap", [*own, *drive(2)], config), config)
+    assert len(list(reader.frames())) == 2
+    without = Ros2Bag(bag(tmp_path / "b.mcap", drive(2)), config)
+    with pytest.raises(BagError, match="depth_info"):
+        list(without.frames())
+
+
+def test_own_recordings_need_no_packages_of_ros2() -> None:
+    code = (
+        "import sys; sys.modules['rosbags'] = None; "
+        "import onemap_tools.bag.replay, onemap_tools.bag.bag_file"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 
 def test_a_bag_of_which_no_frame_can_be_made_says_why(tmp_path: Path) -> None:

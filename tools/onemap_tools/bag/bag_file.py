@@ -24,6 +24,7 @@ from onemap_shared.wire import Packet, WireError, decode, encode, schema
 M = TypeVar("M")
 
 PROFILE, ENCODING = "onemap", "onemap"
+ROS2_PROFILE, CDR = "ros2", "cdr"
 MAX_RECORD_BYTES = 2**30  # a damaged length must not allocate more
 LENGTH = struct.Struct("<I")
 
@@ -214,3 +215,10 @@ def _message(record: Message, channel: Channel, schemas: Mapping[int, Schema]) -
         log_time_ns=record.log_time,
         data=record.data,
     )
+
+
+def is_ros2(path: Path) -> bool:
+    """Whether a file is a ROS 2 bag, by its profile or its first message; raises BagError."""
+    reader = BagReader(path)
+    first = next(reader.messages(), None)
+    return reader.profile == ROS2_PROFILE or (first is not None and first.encoding == CDR)

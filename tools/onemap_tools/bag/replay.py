@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import torch
 from pydantic import ValidationError
@@ -17,10 +17,9 @@ from onemap_mapper.snapshot import take
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
-from onemap_ros2.config import Ros2Config
 from onemap_shared.config import read, section
 from onemap_shared.messages import RgbdFrame
-from onemap_tools.bag.bag_file import BagError
+from onemap_tools.bag.bag_file import BagError, is_ros2
 from onemap_tools.bag.rebuild import (
     MapHistory,
     MapRebuild,
@@ -30,8 +29,10 @@ from onemap_tools.bag.rebuild import (
     rebuilt,
     recorded_frames,
 )
-from onemap_tools.bag.ros2_frames import Ros2Bag, is_ros2
-from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
+
+if TYPE_CHECKING:
+    from onemap_tools.bag.ros2_frames import Ros2Bag
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,7 @@ def replay(options: ReplayOptions) -> dict[str, Any]:
     try:
         if is_ros2(options.path):
             options = replace(options, reencode=True)
-            bag = Ros2Bag(options.path, section(read(options.config), "ros2", Ros2Config))
+            bag = _open_ros2(options)
         history = read_history(options.path)
         params = _mapper_config(options, history)
         torch.set_num_threads(params.threads)
@@ -70,6 +71,14 @@ def replay(options: ReplayOptions) -> dict[str, Any]:
     document = _document(options, history, made)
     document["problems"] += bag.problems if bag is not None else []
     return document
+
+
+def _open_ros2(options: ReplayOptions) -> Ros2Bag:
+    """A bag of ROS 2, whose messages need packages that OneMap's own recordings do not."""
+    with requires_extra("ros2", "A bag of ROS 2"):
+        from onemap_ros2.config import Ros2Config
+        from onemap_tools.bag.ros2_frames import Ros2Bag
+    return Ros2Bag(options.path, section(read(options.config), "ros2", Ros2Config))
 
 
 def _mapper_config(options: ReplayOptions, history: MapHistory) -> MapperConfig:

@@ -12,20 +12,26 @@ from pathlib import Path
 
 from onemap_ros2.config import Ros2Config
 from onemap_ros2.robot_input import RobotInput
-from onemap_ros2.ros_types import CAMERA_INFO, IMAGE, TF
+from onemap_ros2.ros_types import CAMERA_INFO, TF, image_type
 from onemap_shared.messages import RgbdFrame
-from onemap_tools.bag.bag_file import BagError, BagReader
+from onemap_tools.bag.bag_file import CDR, BagError, BagReader
 
-CDR, PROFILE = "cdr", "ros2"
 LONG_S = 10.0  # more than anything may wait
-TYPES = {"tf_static": TF, "tf": TF, "camera_info": CAMERA_INFO, "color": IMAGE, "depth": IMAGE}
 
 
-def is_ros2(path: Path) -> bool:
-    """Whether a file is a ROS 2 bag, by its profile or its first message; raises BagError."""
-    reader = BagReader(path)
-    first = next(reader.messages(), None)
-    return reader.profile == PROFILE or (first is not None and first.encoding == CDR)
+def read_topics(config: Ros2Config) -> dict[str, tuple[str, str]]:
+    """What is read of a bag, by the names of the settings: topic and type."""
+    topics = config.names
+    found = {
+        "tf_static": (topics.tf_static, TF),
+        "tf": (topics.tf, TF),
+        "camera_info": (topics.camera_info, CAMERA_INFO),
+        "color": (topics.color, image_type(topics.color)),
+        "depth": (topics.depth, image_type(topics.depth)),
+    }
+    if topics.depth_camera_info is not None:
+        found["depth_camera_info"] = (topics.depth_camera_info, CAMERA_INFO)
+    return found
 
 
 @dataclass(slots=True)
@@ -40,17 +46,19 @@ class Ros2Bag:
     def frames(self) -> Iterator[RgbdFrame]:
         """All frames in the order of the recording; BagError if there is none."""
         robot, now_s = RobotInput(self.config), 0.0
-        kinds = {getattr(self.config.topics, kind): kind for kind in TYPES}
+        wanted = read_topics(self.config)
+        kinds = {topic: kind for kind, (topic, _) in wanted.items()}
         types: dict[str, str] = {}
         for message in BagReader(self.path).messages():
             types.setdefault(message.topic, message.schema)
             kind = kinds.get(message.topic)
             if kind is None:
                 continue
-            if (message.encoding, message.schema) != (CDR, TYPES[kind]):
+            ros_type = wanted[kind][1]
+            if (message.encoding, message.schema) != (CDR, ros_type):
                 raise BagError(
                     f"{message.topic} (ros2.topics.{kind}) in {self.path} is {message.schema} in "
-                    f"{message.encoding}; it must be {TYPES[kind]} in {CDR}"
+                    f"{message.encoding}; it must be {ros_type} in {CDR}"
                 )
             now_s = message.log_time_ns / 1e9
             robot.add(kind, message.data, now_s)
@@ -74,8 +82,7 @@ class Ros2Bag:
 
     def _lack(self, types: dict[str, str]) -> str:
         """Which topic is not in the bag, and which of its type is; empty if all are there."""
-        for kind, ros_type in TYPES.items():
-            name = getattr(self.config.topics, kind)
+        for kind, (name, ros_type) in read_topics(self.config).items():
             if name not in types and kind != "tf_static":
                 fitting = sorted(topic for topic, schema in types.items() if schema == ros_type)
                 there = f"those are {', '.join(fitting)}" if fitting else "there is none"

@@ -144,13 +144,15 @@ def bag_frames(path: Path, ros2: Mapping[str, Any]) -> Iterator[RgbdFrame]:
 
     ros2: the section of that name, which says the topics.
     """
-    with requires_extra("ros2", "A recording in MCAP"):
-        from onemap_ros2.config import Ros2Config
+    with requires_extra("record", "A recording in MCAP"):
         from onemap_tools.bag import rebuild
-        from onemap_tools.bag.ros2_frames import Ros2Bag, is_ros2
-    if is_ros2(path):
-        return Ros2Bag(path, section({"ros2": ros2}, "ros2", Ros2Config)).frames()
-    return rebuild.recorded_frames(path)
+        from onemap_tools.bag.bag_file import is_ros2
+    if not is_ros2(path):
+        return rebuild.recorded_frames(path)
+    with requires_extra("ros2", "A bag of ROS 2"):
+        from onemap_ros2.config import Ros2Config
+        from onemap_tools.bag.ros2_frames import Ros2Bag
+    return Ros2Bag(path, section({"ros2": ros2}, "ros2", Ros2Config)).frames()
 
 
 def toured_frames(scene: Scene, places: int) -> Iterator[RgbdFrame]:
