@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import json
+import os
+import signal
 from typing import Any
 
 import httpx
@@ -79,15 +81,31 @@ def test_a_search_is_shown_until_it_ends() -> None:
     out = console()
     gateway = gateway_client(report("exploring"), report("approaching"), report("found", RESULT))
     final = search(gateway, ("sofa",), out)
-    assert all_found(final)
+    assert all_found(final.report)
+    assert final.exit_code(done=True) == 0
     assert "sofa: approaching" in text_of(out)
 
 
 def test_an_absent_planner_is_waited_for() -> None:
     out = console()
     gateway = gateway_client(report("exploring"), 503, 503, report("found", RESULT))
-    assert all_found(search(gateway, ("sofa",), out))
+    assert all_found(search(gateway, ("sofa",), out).report)
     assert "The planner is not running." in text_of(out)
+
+
+def test_ctrl_c_cancels_and_is_told_from_a_search_without_success() -> None:
+    asked: list[str] = []
+
+    def handle(request: httpx.Request) -> httpx.Response:
+        asked.append(request.method)
+        if request.method == "GET" and "DELETE" not in asked:
+            os.kill(os.getpid(), signal.SIGINT)  # handled before the next wait
+        state = "cancelled" if "DELETE" in asked else "exploring"
+        return httpx.Response(200, json=report(state))
+
+    final = search(Client(transport=httpx.MockTransport(handle)), ("sofa",), console())
+    assert "DELETE" in asked
+    assert final.exit_code(done=all_found(final.report)) == 130
 
 
 def test_map_updates_come_from_the_gateway() -> None:
@@ -128,7 +146,7 @@ DRIVE: dict[str, Any] = {
 def test_a_drive_is_shown_until_it_ends() -> None:
     out = console()
     gateway = gateway_client(DRIVE, DRIVE, {**DRIVE, "state": "arrived"})
-    final = drive(gateway, (1.0, -2.5), out, look=False)
+    final = drive(gateway, (1.0, -2.5), out, look=False).report
     assert arrived(final)
     assert "search: approaching; robot drove 2.0 m; driving to the place" in text_of(out)
     assert "[" not in text_of(out)  # there are no objects to count
@@ -143,7 +161,9 @@ def test_a_drive_asks_for_the_place_or_for_a_view_of_it(look: bool, member: str)
         return httpx.Response(201, json={**DRIVE, "state": "failed"})
 
     gateway = Client(transport=httpx.MockTransport(handle))
-    assert not arrived(drive(gateway, (1.0, -2.5), console(), look=look))
+    final = drive(gateway, (1.0, -2.5), console(), look=look)
+    assert not arrived(final.report)
+    assert final.exit_code(done=False) == 1
     assert json.loads(sent[0]) == {member: [1.0, -2.5]}
 
 

@@ -103,13 +103,13 @@ def search_command(
 
     with gateway_client(url, token) as gateway:
         limits = SearchLimits(max_distance, max_time)
-        report = search(
+        followed = search(
             gateway, tuple(objects), progress_console(), any_order=any_order, limits=limits
         )
-    describe_search(report, result_console(as_json))
+    describe_search(followed.report, result_console(as_json))
     if as_json:
-        print_json(report)
-    raise typer.Exit(EXIT_OK if all_found(report) else EXIT_FAILED)
+        print_json(followed.report)
+    raise typer.Exit(followed.exit_code(done=all_found(followed.report)))
 
 
 @app.command(rich_help_panel=PANEL, context_settings={"ignore_unknown_options": True})
@@ -135,11 +135,11 @@ def go(
 
     with gateway_client(url, token) as gateway:
         limits = SearchLimits(max_distance, max_time)
-        report = drive(gateway, (x, y), progress_console(), look=look, limits=limits)
-    result_console(as_json).print(describe_drive(report), soft_wrap=True)
+        followed = drive(gateway, (x, y), progress_console(), look=look, limits=limits)
+    result_console(as_json).print(describe_drive(followed.report), soft_wrap=True)
     if as_json:
-        print_json(report)
-    raise typer.Exit(EXIT_OK if arrived(report) else EXIT_FAILED)
+        print_json(followed.report)
+    raise typer.Exit(followed.exit_code(done=arrived(followed.report)))
 
 
 @app.command(rich_help_panel=PANEL)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -10,11 +11,26 @@ from rich.console import Console
 
 from onemap import NO_LIMITS, Client, OneMapError, RemoteSearch, SearchLimits
 from onemap_shared.messages import SearchState
+from onemap_tools.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
 from onemap_tools.gateway import SearchHandle
 from onemap_tools.processes.interrupts import interruptible
 from onemap_tools.progress import MapUpdates, progress_of, progress_view
 
 POLL_S = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """The final report of a search, and whether Ctrl-C cancelled it."""
+
+    report: dict[str, Any]
+    interrupted: bool
+
+    def exit_code(self, *, done: bool) -> int:
+        """That of the command: done, not done, or stopped before either was known."""
+        if done:
+            return EXIT_OK
+        return EXIT_INTERRUPTED if self.interrupted else EXIT_FAILED
 
 
 def map_updates(gateway: Client) -> MapUpdates:
@@ -37,8 +53,8 @@ def search(
     *,
     any_order: bool = False,
     limits: SearchLimits = NO_LIMITS,
-) -> dict[str, Any]:
-    """Search for the objects one after the other; Ctrl-C cancels. Returns the final report."""
+) -> Followed:
+    """Search for the objects one after the other; Ctrl-C cancels."""
     start = partial(gateway.search, objects, any_order=any_order, limits=limits)
     return _follow(gateway, start, console)
 
@@ -50,23 +66,25 @@ def drive(
     *,
     look: bool,
     limits: SearchLimits = NO_LIMITS,
-) -> dict[str, Any]:
-    """Drive to a place, or to where it can be seen; Ctrl-C cancels. Returns the final report."""
+) -> Followed:
+    """Drive to a place, or to where it can be seen; Ctrl-C cancels."""
     start = gateway.look_at if look else gateway.go_to
     return _follow(gateway, lambda: start(*place_m, limits=limits), console)
 
 
-def _follow(gateway: Client, start: Callable[[], RemoteSearch], console: Console) -> dict[str, Any]:
+def _follow(gateway: Client, start: Callable[[], RemoteSearch], console: Console) -> Followed:
+    interrupted = False
     with interruptible() as stop, progress_view(console) as view:
         handle = SearchHandle(start())
         while handle.active:
             view.show(progress_of(handle.report, map_updates(gateway)))
             if stop.wait(POLL_S):
                 handle.cancel()
+                interrupted = True
                 break
             if problem := handle.poll():
                 view.wait(handle.report["elapsed_s"], problem)
-    return handle.report
+    return Followed(handle.report, interrupted)
 
 
 def all_found(report: dict[str, Any]) -> bool:
