@@ -185,7 +185,10 @@ def replay(
     ] = False,
     out: Annotated[
         Path | None,
-        typer.Option(dir_okay=False, help="Write the map here, for 'onemap map load' (*.npz)."),
+        typer.Option(
+            dir_okay=False,
+            help="Write the map here (*.npz); 'onemap map load' takes it from mapper.map_folder.",
+        ),
     ] = None,
     as_json: Json = False,
 ) -> None:
