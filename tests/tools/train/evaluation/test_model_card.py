@@ -53,10 +53,11 @@ def evaluation() -> dict[str, Any]:
 
 
 def test_the_card_says_what_the_network_was_trained_with() -> None:
-    card = model_card(evaluation(), (ROUND,))
+    card = " ".join(model_card(evaluation(), (ROUND,)).split())
     assert "frames of 40 procedural apartments (640 pictures" in card
     assert "up to stride 4, stayed as they were. 70 steps from seed 3, and a tenth" in card
-    both = model_card(evaluation(), (ROUND, replace(ROUND, seed=5, frozen_stride=2)))
+    further = replace(ROUND, seed=5, frozen_stride=2)
+    both = " ".join(model_card(evaluation(), (ROUND, further)).split())
     assert "up to stride 2, stayed as they were. Rounds, each from" in both
     assert "70 steps from seed 3, up to stride 4 frozen; 70 steps from seed 5, up to" in both
 

