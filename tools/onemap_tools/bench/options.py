@@ -49,7 +49,9 @@ ResultsFolder = Annotated[
 Labels = Annotated[
     Path | None,
     typer.Option(
-        exists=True, dir_okay=False, help="YAML: a list of name, x, y, radius_m; [] for none."
+        exists=True,
+        dir_okay=False,
+        help="YAML: a list of name, x, y, radius_m; an empty list asks for nothing.",
     ),
 ]
 Places = Annotated[int, typer.Option(min=1, max=100, help="From which a scene file is looked at.")]
