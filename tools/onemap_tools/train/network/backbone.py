@@ -134,7 +134,7 @@ class EfficientNetLite0(nn.Module):
         self.stages = nn.ModuleList(stages)
 
     def freeze_first(self) -> None:
-        """Freeze what computes at stride 2: it transfers, and is half of the work."""
+        """Freeze what computes at stride 2: it transfers, and is much of the work."""
         first_at_4 = next(self.stages[1].children())
         for part in (self.stem, self.stages[0], first_at_4):
             part.requires_grad_(False)

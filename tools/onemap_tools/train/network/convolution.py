@@ -51,7 +51,7 @@ class DepthwiseConv(Conv):
 class _Depthwise5(torch.autograd.Function):
     """5 x 5, with the gradient of the weights from four gradients of 3 x 3.
 
-    oneDNN has fast code for the latter alone: ten times faster at the sizes of the backbone.
+    oneDNN has fast code for the latter alone.
     """
 
     @staticmethod
