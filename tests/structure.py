@@ -7,15 +7,22 @@ from __future__ import annotations
 
 import ast
 import json
+import os
+import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 ROOT = Path(__file__).parents[1]
 SERVICES = ("perception", "mapper", "planner", "gateway", "simulator", "ros2")
+COUNTED = {
+    **{name: f"services/{name}" for name in ("mapper", "planner", "gateway")},
+    "tools": "tools",
+}
 CAMERA_FIELDS = {"fx", "fy", "cx", "cy"}
 PARAMS_BASES = ("Params", "StrictModel", "Config")  # ends of the names of parameter models
 PLAIN_TYPES = {"bool", "float", "int", "str", "tuple", "Path", "F64"}
@@ -168,6 +175,65 @@ def _is_dataclass(node: ast.ClassDef) -> bool:
     return any("dataclass" in ast.unparse(decorator) for decorator in node.decorator_list)
 
 
+def lines_below(folders_: Iterable[Path]) -> int:
+    """Lines of all Python files below these folders."""
+    files = {path for folder in folders_ for path in folder.rglob("*.py")}
+    return sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files)
+
+
+def words(root: Path) -> int:
+    """Words in README, CHANGELOG, CONTRIBUTING, docs and deploy."""
+    pages = [*root.glob("*.md"), *root.glob("docs/**/*.md"), *root.glob("deploy/**/*.md")]
+    return sum(len(page.read_text(encoding="utf-8").split()) for page in pages)
+
+
+def settings(root: Path) -> list[str]:
+    """Keys that users can set, by their full path; sections do not count."""
+    command = "from onemap_tools.cli.app import main; main()"
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join(str(folder.parent) for folder in folders(root).values())
+    }
+    output = subprocess.run(
+        [sys.executable, "-c", command, "config", "schema", "--json"],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    schema = json.loads(output.splitlines()[-1])
+    found: set[str] = set()
+
+    def collect(path: str, entry: dict[str, Any]) -> None:
+        choices = entry.get("oneOf") or entry.get("anyOf") or [entry]
+        models = [
+            schema["$defs"][c["$ref"].rpartition("/")[2]] if "$ref" in c else c for c in choices
+        ]
+        sections = [model for model in models if "properties" in model]
+        if not sections:
+            found.add(path)
+        for section in sections:
+            for name, inner in section["properties"].items():
+                collect(f"{path}.{name}" if path else name, inner)
+
+    collect("", schema)
+    return sorted(found)
+
+
+def goals(root: Path) -> dict[str, int]:
+    """The sizes that have a limit: see CONTRIBUTING.md."""
+    outside = [
+        root / name for name in ("client", "shared", "services", "tools", "deploy", "examples")
+    ]
+    files = {name: len(list((root / path).rglob("*.py"))) for name, path in COUNTED.items()}
+    return {
+        "python_lines_outside_tests": lines_below(outside),
+        "python_lines_of_tests": lines_below([root / "tests"]),
+        "words_of_documents": words(root),
+        "settings": len(settings(root)),
+        **{f"files_{name}": count for name, count in files.items()},
+    }
+
+
 def figures(root: Path) -> dict[str, object]:
     """Sizes and counts of a checkout's sources."""
     sources = modules(root)
@@ -175,6 +241,7 @@ def figures(root: Path) -> dict[str, object]:
     rays = [n for n in camera_arithmetic(sources) if not n.startswith("onemap_shared.")]
     lines = [len(module.path.read_text(encoding="utf-8").splitlines()) for module in sources]
     return {
+        **goals(root),
         "files": len(sources),
         "lines": sum(lines),
         "median_lines_of_a_file": median(line for line in lines if line > 1),
