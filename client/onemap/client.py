@@ -1,4 +1,5 @@
 """The client: one object for all that a gateway offers."""
+# Talks: takes another HTTP transport.
 
 from __future__ import annotations
 

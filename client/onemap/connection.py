@@ -1,4 +1,5 @@
 """HTTP to one gateway; every failure raises a OneMapError."""
+# Talks: HTTP.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Searches of a robot: follow, wait for, cancel."""
+# Talks: waits before it connects again.
 
 from __future__ import annotations
 

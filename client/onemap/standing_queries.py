@@ -1,4 +1,5 @@
 """Standing queries: answers that come again whenever they change."""
+# Talks: waits before it connects again.
 
 from __future__ import annotations
 

@@ -5,6 +5,7 @@ off. Velocity commands use a session of their own, so that no image delays
 them. Callbacks put a reference into an inbox and return; each procedure's
 handler runs in threads of its own.
 """
+# Talks: Zenoh.
 
 from __future__ import annotations
 

@@ -5,6 +5,8 @@ unknown key is refused with its path and the nearest valid name. Environment
 variables ``ONEMAP__SECTION__KEY=value`` (value in YAML, a secret as it is)
 override the file. No error shows a secret.
 """
+# Talks: reads files and the environment.
+# Touches files: the configuration.
 
 from __future__ import annotations
 

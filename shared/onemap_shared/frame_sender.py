@@ -1,4 +1,5 @@
 """Sends the newest frame of a topic from a thread of its own, as the link allows."""
+# Talks: sends from a thread.
 
 from __future__ import annotations
 

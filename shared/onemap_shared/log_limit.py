@@ -1,4 +1,5 @@
 """Bounds what a process logs: whoever sends bad messages must not fill the disk."""
+# Talks: a filter of the log.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Heartbeats of a service whose start takes long, before the runner publishes any."""
+# Talks: publishes from a thread.
 
 from __future__ import annotations
 

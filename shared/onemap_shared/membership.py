@@ -1,4 +1,5 @@
 """Which processes are on the bus, by their liveliness tokens, and whose role is taken."""
+# Talks: Zenoh's liveliness tokens.
 
 from __future__ import annotations
 

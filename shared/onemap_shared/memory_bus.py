@@ -4,6 +4,7 @@ Messages are encoded and decoded, so what would be refused on the wire is
 refused here; a subscription keeps the newest only; a call without a server raises
 ``NoReply``.
 """
+# Talks: the bus inside one process.
 
 from __future__ import annotations
 

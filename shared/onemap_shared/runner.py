@@ -3,6 +3,7 @@
 Calls the worker's ``step`` in a loop and publishes its health once a second. When any thread
 dies, or the loop hangs, the process ends: the supervisor's restart is the recovery.
 """
+# Talks: the process around a worker.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Requests embeddings of texts and images from perception, the only service with an encoder."""
+# Talks: a call on the bus.
 
 from __future__ import annotations
 

@@ -4,6 +4,7 @@ No context travels: every stage computes a frame's trace from its capture time, 
 messages carry, so that neither the bus nor ROS 2 nor HTTP sees anything of it. All spans of a
 frame hang below one from the capture to the command. Off until ``start``.
 """
+# Talks: reads the clock, sends spans from a thread.
 
 from __future__ import annotations
 

@@ -4,6 +4,7 @@
 process with the same semantics: a subscription keeps the newest messages only;
 a call without a server raises ``NoReply``, without an answer ``QueryTimeout``.
 """
+# Talks: inboxes between the bus's threads and a service.
 
 from __future__ import annotations
 

@@ -4,6 +4,7 @@ A thread counts the time without progress. If that thread cannot run either, bec
 holds the interpreter's lock, the C timer of ``faulthandler`` ends the process. Both print where
 every thread stands. The supervisor's restart is the recovery.
 """
+# Talks: watches the process from a thread.
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@
 uvicorn waits for ever for the first byte of a request, for the rest of its headers, and for a
 client that does not read; each such connection holds a descriptor.
 """
+# Talks: ends connections.
 
 from __future__ import annotations
 

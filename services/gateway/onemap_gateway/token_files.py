@@ -1,4 +1,5 @@
 """Reads the tokens that the configuration keeps in files."""
+# Touches files: tokens.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Files that are replaced as a whole or not at all."""
+# Touches files: what is written in one piece.
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@
 They are numbered, because clocks may be set back; the newest two are kept, so that one that
 cannot be read leaves another.
 """
+# Touches files: checkpoints.
 
 from __future__ import annotations
 

@@ -4,6 +4,7 @@ One checkpoint at a time is written, in a thread that lasts: each new one would 
 own. The mapper's lock is held for a part of the map at a time, so that fusing waits for a few
 milliseconds.
 """
+# Talks: writes in a thread, and logs.
 
 from __future__ import annotations
 

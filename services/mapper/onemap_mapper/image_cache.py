@@ -1,4 +1,5 @@
 """Embeddings of images, requested over the bus and cached."""
+# Talks: a cache that the bus's threads share.
 
 from __future__ import annotations
 

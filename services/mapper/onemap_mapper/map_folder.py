@@ -1,4 +1,5 @@
 """The saved maps of a folder: listed and deleted."""
+# Touches files: maps.
 
 from __future__ import annotations
 

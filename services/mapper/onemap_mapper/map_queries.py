@@ -1,4 +1,5 @@
 """The queries of texts and images, embedded by perception in the space of the map's features."""
+# Talks: asks perception for embeddings.
 
 from __future__ import annotations
 

@@ -2,6 +2,7 @@
 
 Several robots may share a map. What one of them sends late, or not at all, concerns that robot.
 """
+# Talks: a robot of the map on the bus.
 
 from __future__ import annotations
 

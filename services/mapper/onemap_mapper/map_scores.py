@@ -4,6 +4,7 @@ Most cells are scored without the map's lock, from memory that frames write to. 
 lock, the revision is copied, and with it the features of the cells that have changed since. Those
 are scored anew from the copy: what was read half written is among them.
 """
+# Talks: lets the bus's threads score a map in turn.
 
 from __future__ import annotations
 

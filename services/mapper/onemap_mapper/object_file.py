@@ -1,4 +1,5 @@
 """The file of the found objects in the map folder, from which a restarted mapper reads them."""
+# Touches files: found objects.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Keeps the found objects: answers for them on the bus and writes each change to disk."""
+# Talks: answers the bus's threads.
 
 from __future__ import annotations
 

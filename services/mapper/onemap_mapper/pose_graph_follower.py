@@ -1,4 +1,5 @@
 """Follows the corrections of SLAM: keeps submaps and moves them in slices of limited time."""
+# Talks: moves submaps for a limited time, and logs.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """What the mapper does once before it joins its robots: compile, or load what was compiled."""
+# Talks: says on the bus and in the log that it compiles.
 
 from __future__ import annotations
 

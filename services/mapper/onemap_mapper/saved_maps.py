@@ -1,4 +1,5 @@
 """The saved maps on the bus: listed, deleted, merged into the map in use."""
+# Talks: answers on the bus, and logs.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Embeddings of texts, requested over the bus in batches and cached."""
+# Talks: a cache that the bus's threads share.
 
 from __future__ import annotations
 

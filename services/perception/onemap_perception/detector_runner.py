@@ -1,4 +1,5 @@
 """Runs the detector on frames, in a thread of its own where it needs no features."""
+# Talks: runs the detector beside the encoder.
 
 from __future__ import annotations
 

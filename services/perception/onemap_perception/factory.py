@@ -1,4 +1,5 @@
 """Builds the configured encoder and detector; imports torch only for those that need it."""
+# Touches files: entry points of installed packages.
 
 from __future__ import annotations
 

@@ -2,6 +2,7 @@
 
 The hub is the one that ``HF_ENDPOINT`` names; ``HF_TOKEN`` opens models that need an account.
 """
+# Talks: asks the model hub.
 
 from __future__ import annotations
 

@@ -3,6 +3,8 @@
 The hub's own client begins a file anew in every process. Here the part that arrived stays in the
 cache beside the whole files, and the next download asks for the rest only.
 """
+# Talks: HTTP.
+# Touches files: weights.
 
 from __future__ import annotations
 

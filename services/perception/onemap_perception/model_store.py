@@ -3,6 +3,8 @@
 The layout is Hugging Face's cache (``HF_HOME``), shared with every other program that uses it.
 Only ``fetch`` uses the network.
 """
+# Talks: asks the model hub and its cache.
+# Touches files: weights.
 
 from __future__ import annotations
 

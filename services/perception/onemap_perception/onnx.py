@@ -3,6 +3,7 @@
 From 1.29 on its Linux builds send usage events to their maker unless the environment variable is
 set before the library is loaded.
 """
+# Talks: tells onnxruntime through the environment to be quiet.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Finds on their way to the mapper, kept until it has acknowledged them."""
+# Talks: calls the mapper.
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@ and sends what was found to the mapper.
 
 The map may answer slowly or not at all; the control loop reads ``result`` and never waits.
 """
+# Talks: the thread that plans while the loop steers.
 
 from __future__ import annotations
 

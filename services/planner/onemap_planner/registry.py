@@ -1,4 +1,5 @@
 """Registry of searches, shared by the control loop, the planning thread and the bus."""
+# Talks: what that thread, the loop and the bus's threads share.
 
 from __future__ import annotations
 

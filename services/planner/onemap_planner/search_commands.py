@@ -2,6 +2,7 @@
 
 They run in threads of the bus.
 """
+# Talks: answers the bus's threads.
 
 from __future__ import annotations
 

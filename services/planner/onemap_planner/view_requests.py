@@ -1,4 +1,5 @@
 """Requests views of the map, and keeps them, so that only what changed has to be sent."""
+# Talks: calls the mapper.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Counts what arrives on every topic of a robot for a while."""
+# Talks: counts messages for a while.
 
 from __future__ import annotations
 

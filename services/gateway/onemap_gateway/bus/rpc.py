@@ -1,4 +1,5 @@
 """Calls to the mapper and the planner from asynchronous code, bounded in number and in time."""
+# Talks: calls on the bus from asynchronous code.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Caches the latest message of every topic in one snapshot that any thread may read."""
+# Talks: follows the bus.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """What every route gets: state, calls, configuration."""
+# Talks: the clock that routes read.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """The changes of a search as server-sent events."""
+# Talks: waits between two events.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """The gateway's TCP socket."""
+# Talks: the socket.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """HEAD and OPTIONS, for every address."""
+# Talks: ends an answer after its headers.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Outermost middleware: security headers, request counts, a response when a route fails."""
+# Talks: logs and times requests.
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@
 Each problem has a code with a fixed status and title; ``detail`` is one sentence that says what
 to do. The codes with which services refuse a request are problem codes, too.
 """
+# Talks: turns errors of calls into responses.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Queries of the map: all texts of a request at once, judged from where the robot stands."""
+# Talks: asks for several texts at once.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Standing queries: the answers to some texts or an image, again whenever they change."""
+# Talks: waits between two answers.
 
 from __future__ import annotations
 

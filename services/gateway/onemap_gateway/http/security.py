@@ -3,6 +3,7 @@
 A browser lets every page of the web send requests to this machine. The headers ``Host`` and
 ``Origin`` tell those requests from the ones of the gateway's own page (DNS rebinding, CSRF).
 """
+# Talks: reads a request's body, and the clock for the lock-out.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Results that many clients ask for at once: computed once, few at a time."""
+# Talks: computes in tasks, a few at once.
 
 from __future__ import annotations
 

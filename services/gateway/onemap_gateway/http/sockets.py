@@ -1,4 +1,5 @@
 """WebSockets on which only the gateway speaks, after a first message at most."""
+# Talks: notices that a client left.
 
 from __future__ import annotations
 

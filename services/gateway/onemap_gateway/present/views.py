@@ -1,4 +1,5 @@
 """Converts messages of the bus to the replies and overlays that clients get."""
+# Touches files: an archive in memory.
 
 from __future__ import annotations
 

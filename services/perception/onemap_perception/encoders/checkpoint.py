@@ -3,6 +3,7 @@
 Only tensors are read: safetensors, or torch files with ``weights_only``, which refuses
 anything that would run code while loading.
 """
+# Touches files: weights.
 
 from __future__ import annotations
 

@@ -2,6 +2,7 @@
 
 It is trained on the simulator's apartments. See mini/MODEL_CARD.md.
 """
+# Touches files: weights, words, calibration.
 
 from __future__ import annotations
 

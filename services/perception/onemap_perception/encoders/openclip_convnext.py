@@ -4,6 +4,7 @@ Weights come from a folder as the hub lays it out, from a file, or from one of S
 checkpoints (the same tower fine-tuned, the text side frozen); the architecture is
 ``open_clip_config.json`` beside them or one that open_clip has under that name.
 """
+# Touches files: weights.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Calibration of the encoder ``mini``: how a cosine becomes a score."""
+# Touches files: calibration.
 
 from __future__ import annotations
 

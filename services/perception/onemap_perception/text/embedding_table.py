@@ -1,4 +1,5 @@
 """Embeddings of known words, read from ``words.npz``."""
+# Touches files: words.
 
 from __future__ import annotations
 

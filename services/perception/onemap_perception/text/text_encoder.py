@@ -1,4 +1,5 @@
 """Text towers behind a prompt and a cache."""
+# Talks: a cache that threads share.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """The classes that ``mini`` was trained on, and the words it is evaluated with."""
+# Touches files: vocabulary.
 
 from __future__ import annotations
 

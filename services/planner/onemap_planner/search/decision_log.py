@@ -3,6 +3,7 @@
 One file of JSON lines per search. A line has the members of ``GET /v1/searches/{id}``, so that it
 is read as a reply of the gateway is; it is written at once and as a whole.
 """
+# Touches files: the decisions of searches.
 
 from __future__ import annotations
 

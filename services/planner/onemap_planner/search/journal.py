@@ -2,6 +2,7 @@
 
 One JSON file, replaced atomically; without a file no search is active.
 """
+# Touches files: the active search.
 
 from __future__ import annotations
 

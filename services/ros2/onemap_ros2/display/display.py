@@ -1,4 +1,5 @@
 """Publishes what people look at, in a thread, so that a slow mapper delays no command."""
+# Talks: asks the mapper, in a thread.
 
 from __future__ import annotations
 

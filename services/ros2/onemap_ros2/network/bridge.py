@@ -1,4 +1,5 @@
 """The robot's ROS 2 network over zenoh-bridge-ros2dds, which stands between DDS and Zenoh."""
+# Talks: answers the robot's network from its threads.
 
 from __future__ import annotations
 

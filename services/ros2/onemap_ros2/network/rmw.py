@@ -1,4 +1,5 @@
 """The robot's ROS 2 network over rmw_zenoh: a node with its publishers and subscribers."""
+# Talks: the robot's network, with its clock.
 
 from __future__ import annotations
 

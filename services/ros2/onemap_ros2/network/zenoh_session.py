@@ -3,6 +3,7 @@
 A client of the robot's own router, so no DDS and no ROS 2 is needed. It is a session of its own:
 OneMap's bus never carries these keys.
 """
+# Talks: the robot's own Zenoh session.
 
 from __future__ import annotations
 

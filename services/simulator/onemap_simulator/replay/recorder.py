@@ -1,4 +1,5 @@
 """Write recordings in the format that ``Recording`` reads."""
+# Touches files: recordings.
 
 from __future__ import annotations
 

@@ -8,6 +8,7 @@
 Depth is uint16 in units of ``depth_scale_m``, 0 = no return; the camera's axes are
 x right, y down, z forward; the map's z is up and its floor lies near z = 0.
 """
+# Touches files: recordings.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Corrections of a scene file: the YAML beside it, with categories, start, up axis and floor."""
+# Touches files: the YAML beside a scene.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """Scene files as they are read: named meshes in the file's axes, and their corrections."""
+# Touches files: scenes.
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@
 Stateless: each request is complete in itself, so that a gateway that was restarted answers the
 same agent without a new handshake, and nothing has to be remembered of agents that went away.
 """
+# Talks: logs what agents did.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """The tools of an agent: the gateway's calls, each with its role and a reply in words."""
+# Talks: draws in a thread.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """The tools of agents: the Model Context Protocol."""
+# Talks: imports the protocol's SDK in a thread.
 
 from __future__ import annotations
 

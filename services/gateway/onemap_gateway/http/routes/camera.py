@@ -1,4 +1,5 @@
 """The newest camera image."""
+# Talks: encodes in a thread.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """The state, several times a second."""
+# Talks: waits between two states.
 
 from __future__ import annotations
 

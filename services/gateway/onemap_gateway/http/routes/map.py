@@ -1,4 +1,5 @@
 """The map: image, arrays, numbers."""
+# Talks: draws in a thread.
 
 from __future__ import annotations
 
