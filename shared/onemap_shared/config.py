@@ -1,9 +1,9 @@
 """Configuration: one YAML file per deployment, one section per service.
 
 A service reads its own section and the common ones, ``bus`` and ``log``. An
-unknown key is refused with its path and the nearest valid name. Environment
-variables ``ONEMAP__SECTION__KEY=value`` (value in YAML, a secret as it is)
-override the file. No error shows a secret.
+unknown key is refused with the file or variable that has it, its path and what
+to do. Environment variables ``ONEMAP__SECTION__KEY=value`` (value in YAML, a
+secret as it is) override the file. No error shows a secret.
 """
 # Talks: reads files and the environment.
 # Touches files: the configuration.
@@ -29,13 +29,37 @@ S = TypeVar("S", bound=BaseModel)
 
 PREFIX = "ONEMAP__"
 MAX_SHOWN_CHARS = 200  # of a wrong value
+NEAR = 0.6  # likeness of a name to one that is meant
 # What PyYAML raises; ValueError of a date, a number or a character that there is not.
 UNREADABLE = (yaml.YAMLError, ValueError, RecursionError)
 SECTIONS = ("bus", "log", *SERVICES)
+# What becomes of keys that no model has: most were settings of 0.1 that nobody set otherwise.
+GONE = (
+    "most keys of 0.1 are constants since 0.2.0, or follow from what the robot sends, so that "
+    "there is nothing to set: remove it ('onemap config schema' lists all settings)"
+)
 
 
 class ConfigError(Exception):
     """A configuration that cannot be used; the text says where and what to write instead."""
+
+
+class Sections(dict[str, dict[str, Any]]):
+    """The sections of a configuration, and where they come from.
+
+    source: the file, as it was named. variables: those of the environment that override it.
+    """
+
+    def __init__(self, content: Mapping[str, Any], source: str) -> None:
+        super().__init__({name: dict(section or {}) for name, section in content.items()})
+        self.source = source
+        self.variables: list[str] = []
+
+    def origin(self, path: str) -> str:
+        """The file or the variable that sets the key ``path``."""
+        variable = PREFIX + path.replace(".", "__").upper()
+        given = [each for each in self.variables if f"{variable}__".startswith(f"{each}__")]
+        return given[0] if given else self.source
 
 
 Endpoint = Annotated[str, Field(pattern=r"^(tcp|tls|quic|unixsock-stream)/.+$")]
@@ -83,7 +107,7 @@ class LogConfig(Params):
     )
 
 
-def read(path: Path | None, environment: Mapping[str, str] = os.environ) -> dict[str, Any]:
+def read(path: Path | None, environment: Mapping[str, str] = os.environ) -> Sections:
     """All sections of the file (none if ``path`` is None) with the overrides applied."""
     document: Any = {}
     if path is not None:
@@ -101,12 +125,12 @@ def read(path: Path | None, environment: Mapping[str, str] = os.environ) -> dict
         _check_name(name, SECTIONS, f"{source}: section {name!r} is unknown")
         if section is not None and not isinstance(section, dict):
             raise ConfigError(f"{source}: section {name!r} must be a mapping")
-    sections = {name: dict(section or {}) for name, section in document.items()}
+    sections = Sections(document, source)
     _override(sections, environment)
     return sections
 
 
-def _override(sections: dict[str, dict[str, Any]], environment: Mapping[str, str]) -> None:
+def _override(sections: Sections, environment: Mapping[str, str]) -> None:
     for variable, text in sorted(environment.items()):
         if not variable.startswith(PREFIX):
             continue
@@ -121,6 +145,7 @@ def _override(sections: dict[str, dict[str, Any]], environment: Mapping[str, str
             if not isinstance(place, dict):
                 raise ConfigError(f"{variable}: {part!r} is a value, not a section")
         place[parts[-1]] = value
+        sections.variables.append(PREFIX + "__".join(parts).upper())
 
 
 def _parsed(variable: str, text: str) -> Any:
@@ -143,23 +168,18 @@ def _place(problem: Exception) -> str:
     return ": a date or a number in it cannot be read" if isinstance(problem, ValueError) else ""
 
 
-def _check_name(name: object, valid: tuple[str, ...], problem: str) -> None:
-    if name in valid:
-        return
-    raise ConfigError(f"{problem}; {_hint(str(name), valid)}")
-
-
-def _hint(name: str, valid: Sequence[str]) -> str:
-    near = difflib.get_close_matches(name, valid, n=1, cutoff=0.5)
-    return f"did you mean {near[0]!r}?" if near else f"valid are {', '.join(valid)}"
+def _check_name(name: object, valid: Sequence[str], problem: str) -> None:
+    if name not in valid:
+        near = difflib.get_close_matches(str(name), valid, n=1, cutoff=NEAR)
+        hint = f"did you mean {near[0]!r}?" if near else f"valid are {', '.join(valid)}"
+        raise ConfigError(f"{problem}; {hint}")
 
 
 def section(sections: Mapping[str, Any], name: str, model: type[S]) -> S:
     """The section ``name`` as ``model``, or ConfigError with the path of what is wrong."""
-    try:
-        return model.model_validate(sections.get(name, {}))
-    except ValidationError as problem:
-        raise ConfigError("; ".join(_sentences(problem, name, model))) from None
+    if wrong := mistakes(sections, name, model):
+        raise ConfigError("; ".join(wrong))
+    return model.model_validate(sections.get(name, {}))
 
 
 def mistakes(sections: Mapping[str, Any], name: str, model: type[BaseModel]) -> list[str]:
@@ -167,22 +187,25 @@ def mistakes(sections: Mapping[str, Any], name: str, model: type[BaseModel]) -> 
     try:
         model.model_validate(sections.get(name, {}))
     except ValidationError as problem:
-        return _sentences(problem, name, model)
+        return _sentences(problem, name, model, sections)
     return []
 
 
-def _sentences(problem: ValidationError, name: str, model: type[BaseModel]) -> list[str]:
+def _sentences(
+    problem: ValidationError, name: str, model: type[BaseModel], sections: Mapping[str, Any]
+) -> list[str]:
     sentences = []
     for error in problem.errors():
         place = error["loc"]
         names, owners = _follow(model, place[:-1])
         path = ".".join([name, *names, *(str(part) for part in place[-1:])])
+        where = f"{sections.origin(path)}: {path}" if isinstance(sections, Sections) else path
         if error["type"] == "extra_forbidden":
-            sentences.append(f"{path} {_unknown_key(str(place[-1]), owners)}")
+            sentences.append(f"{where} {_unknown_key(str(place[-1]), owners)}")
         else:
             secret = any(is_secret(str(part)) for part in place)
             got = "a secret" if secret else repr(masked(error["input"]))[:MAX_SHOWN_CHARS]
-            sentences.append(f"{path}: {error['msg']} (got {got})")
+            sentences.append(f"{where}: {error['msg']} (got {got})")
     return sentences
 
 
@@ -191,8 +214,10 @@ def _unknown_key(key: str, owners: Sequence[type[BaseModel]]) -> str:
     for owner in owners:
         if issubclass(owner, Params) and key in owner.former_keys:
             return f"is now called {owner.former_keys[key]!r}: rename it"
-    valid = tuple(field for owner in owners for field in owner.model_fields)
-    return f"is unknown; {_hint(key, valid)}"
+    valid = [field for owner in owners for field in owner.model_fields]
+    near = difflib.get_close_matches(key, valid, n=1, cutoff=NEAR)
+    hint = f"did you mean {near[0]!r}? If not" if near else f"there are {', '.join(valid)}"
+    return f"is unknown; {hint}: {GONE}"
 
 
 def _follow(

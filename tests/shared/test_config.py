@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 import pytest
 from pydantic import Field, SecretStr, model_validator
 
-from onemap_shared.config import BusConfig, ConfigError, load, read, section
+from onemap_shared.config import BusConfig, ConfigError, load, mistakes, read, section
 from onemap_shared.params import Params
 
 
@@ -93,6 +93,16 @@ def test_mistakes_are_named_with_their_path(case: str, tmp_path: Path) -> None:
     text, reason = BAD_FILES[case]
     with pytest.raises(ConfigError, match=reason):
         load(write(tmp_path, text), "mapper", Sample)
+
+
+def test_an_unknown_key_is_refused_with_its_origin_and_what_to_do(tmp_path: Path) -> None:
+    file = write(tmp_path, "mapper: {max_weight: 3}")
+    variable = "ONEMAP__MAPPER__FUSION"
+    found = mistakes(read(file, {variable: "{decay: 1}"}), "mapper", Sample)
+    reason = "most keys of 0.1 are constants since 0.2.0"
+    assert found[1].startswith(f"{file}: mapper.max_weight is unknown; there are cell_size_m, ")
+    assert found[0].startswith(f"{variable}: mapper.fusion.decay is unknown; ")
+    assert all(reason in sentence and "remove it" in sentence for sentence in found)
 
 
 def test_a_missing_file_is_one_sentence(tmp_path: Path) -> None:
