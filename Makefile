@@ -11,7 +11,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # With more than four, the real-time services that the tests start would wait for each other.
 PARALLEL := -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
-.PHONY: demo test extras setup-demo setup-dev format check types unit coverage kernels chaos docs docs-pages clean
+.PHONY: demo test extras setup-demo setup-dev format check types unit coverage kernels chaos docs clean
 
 demo: setup-demo
 	$(BIN)/onemap demo $(ARGS)
@@ -74,18 +74,15 @@ coverage: kernels
 chaos: setup-dev
 	$(BIN)/pytest tests/chaos -m chaos --quiet $(ARGS)
 
-# The documents as a site, in site/; broken links fail. mkdocs is in no other extra.
-docs: $(VENV)/.docs
+# The documents as a site, in site/; broken links fail. mkdocs is in no other extra. The page of
+# settings and the tables of messages are written from the code, so all services are needed.
+docs: setup-dev $(VENV)/.docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 	@echo "Look at it: $(BIN)/python -m http.server --directory site"
 
 $(VENV)/.docs: pyproject.toml constraints.txt | $(BIN)/python
 	$(PIP_INSTALL) -c constraints.txt -e '.[docs]'
 	touch $@
-
-# The pages of docs/ that are written from the code; `make test` fails when they are out of date.
-docs-pages: setup-dev
-	$(BIN)/python -m onemap_tools.docs
 
 extras: setup-dev
 	$(BIN)/python deploy/check_extras.py

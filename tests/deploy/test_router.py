@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import runpy
 import subprocess
 import sys
 import threading
@@ -17,6 +18,7 @@ import yaml
 
 from onemap_shared import bus as bus_module
 from onemap_shared import keys
+from onemap_shared.access_control import access_control
 from onemap_shared.bus import open_bus
 from onemap_shared.config import BusConfig
 from onemap_shared.transport import Bus
@@ -40,6 +42,14 @@ REFUSED_S = 2.0  # a client is refused within milliseconds
 def document(name: str) -> dict[str, Any]:
     parsed: dict[str, Any] = json5.loads((DEPLOY / name).read_text(encoding="utf-8"))
     return parsed
+
+
+def test_the_deployed_router_controls_access_as_the_roles_say() -> None:
+    renew = runpy.run_path(str(DEPLOY / "router_access.py"))["with_access_control"]
+    text = (DEPLOY / "router-tls.json5").read_text(encoding="utf-8")
+    assert text == renew(text), "it is out of date: python deploy/router_access.py"
+    assert renew(text.replace('"deny"', '"allow"')) == text
+    assert document("router-tls.json5")["access_control"] == access_control()
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import pytest
 import yaml
 
-from onemap_tools.docs.site import INCLUDED, ROOT, on_page_markdown, site_links
+from onemap_tools.docs.site import INCLUDED, ROOT, SETTINGS, on_page_markdown, site_links
 
 LOADED = re.compile(r"<(?:script|link|img|iframe)\b[^>]*\b(?:src|href)=\"?https?://[^>]*>")
 
@@ -50,7 +50,8 @@ def test_every_page_is_in_the_navigation() -> None:
     settings = yaml.safe_load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
     listed = set(re.findall(r"[\w.]+\.md", str(settings["nav"])))
     pages = {path.name for path in (ROOT / "docs").glob("*.md")}
-    assert listed == pages | {page for page in INCLUDED.values() if page.endswith(".md")}
+    included = {page for page in INCLUDED.values() if page.endswith(".md")}
+    assert listed == pages | included | {SETTINGS}
 
 
 def test_included_files_exist() -> None:
@@ -64,6 +65,8 @@ def test_pages_load_nothing_from_elsewhere(tmp_path: Path) -> None:
     assert built.returncode == 0, built.stderr
     pages = list(tmp_path.rglob("*.html"))
     assert len(pages) > 15
+    assert "ONEMAP__GATEWAY__PORT" in (tmp_path / "settings.html").read_text("utf-8")
+    assert 'id="odometry"' in (tmp_path / "messages.html").read_text("utf-8")
     assert [hit for page in pages for hit in LOADED.findall(page.read_text("utf-8"))] == []
 
 

@@ -1,1 +1,1 @@
-"""Pages of ``docs/`` that are generated from the code: messages and settings."""
+"""The site of the documents, and its pages that are written from the code."""

@@ -1,25 +1,14 @@
-"""``python -m onemap_tools.docs`` writes what is generated in ``docs/`` and ``deploy/``."""
+"""``python -m onemap_tools.docs messages`` (or ``settings``) prints what the site writes of it."""
 
 from __future__ import annotations
 
-from pathlib import Path
+import sys
 
-from onemap_tools.docs.pages import ROOT, generated_pages
-from onemap_tools.docs.router_file import FILE, with_access_control
+from onemap_tools.docs.reference import messages_reference, settings_page
 
-
-def main(folder: Path) -> None:
-    """Write every generated page to ``folder``."""
-    for name, text in generated_pages().items():
-        (folder / name).write_text(text, encoding="utf-8")
-
-
-def write_router(file: Path) -> None:
-    """Renew the access control in the router's configuration."""
-    text = with_access_control(file.read_text(encoding="utf-8"))
-    file.write_text(text, encoding="utf-8")
-
+PAGES = {"messages": messages_reference, "settings": settings_page}
 
 if __name__ == "__main__":
-    main(ROOT / "docs")
-    write_router(ROOT / "deploy" / FILE)
+    if len(sys.argv) != 2 or sys.argv[1] not in PAGES:
+        raise SystemExit(f"usage: python -m onemap_tools.docs {'|'.join(PAGES)}")
+    print(PAGES[sys.argv[1]](), end="")

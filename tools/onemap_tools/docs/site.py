@@ -1,4 +1,4 @@
-"""Hooks of mkdocs: files from outside ``docs/`` as pages, and links that hold on the site.
+"""Hooks of mkdocs: pages from outside ``docs/`` and from the code, and links that hold there.
 
 Documents link to files of the checkout, as they do on a host of repositories. On the site such
 a link leads to the page that is made of the file; of a file without a page the path is shown.
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[3]
+SETTINGS, MESSAGES = "settings.md", "messages.md"  # written from the code; the latter in part
 CARD = "services/perception/onemap_perception/mini"
 INCLUDED = {  # file of the checkout: file of the site
     "deploy/README.md": "deployment.md",
@@ -48,15 +49,22 @@ def site_links(markdown: str, folder: str, included: Mapping[str, str]) -> str:
 
 
 def on_files(files: Any, config: Any) -> Any:
-    """Add the files of ``INCLUDED`` to the site."""
+    """Add the files of ``INCLUDED`` and the page of settings to the site."""
     from mkdocs.structure.files import File
 
+    from onemap_tools.docs.reference import settings_page
+
+    files.append(File.generated(config, SETTINGS, content=settings_page()))
     for source, page in INCLUDED.items():
         files.append(File.generated(config, page, abs_src_path=str(ROOT / source)))
     return files
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Rewrite the links of one page."""
+    """Rewrite the links of one page; add what the code says of messages to theirs."""
+    from onemap_tools.docs.reference import messages_reference
+
+    if page.file.src_uri == MESSAGES:
+        markdown += "\n" + messages_reference()
     source = SOURCES.get(page.file.src_uri, f"docs/{page.file.src_uri}")
     return site_links(markdown, posixpath.dirname(source), INCLUDED)

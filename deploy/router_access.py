@@ -1,14 +1,18 @@
-"""The access control in ``deploy/router-tls.json5``, written from the table of roles."""
+"""Writes the access control of ``router-tls.json5`` from ``ROLES`` in ``onemap_shared/keys.py``.
+
+``python deploy/router_access.py`` renews the file beside it, after a change of keys or roles.
+"""
 
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 from onemap_shared.access_control import access_control
 
-FILE = "router-tls.json5"
-BEGIN = "  // begin of what `make docs-pages` writes from ROLES in onemap_shared/keys.py\n"
+FILE = Path(__file__).with_name("router-tls.json5")
+BEGIN = "  // begin of what `python deploy/router_access.py` writes from ROLES in keys.py\n"
 END = "  // end of what it writes\n"
 
 
@@ -23,10 +27,13 @@ def section_text(section: dict[str, Any]) -> str:
     """The section as JSON5, one rule a line."""
     lines = ["  access_control: {\n"]
     for name, value in section.items():
-        if not isinstance(value, list):
+        if isinstance(value, list):
+            entries = "".join(f"      {json.dumps(entry)},\n" for entry in value)
+            lines.append(f"    {name}: [\n{entries}    ],\n")
+        else:
             lines.append(f"    {name}: {json.dumps(value)},\n")
-            continue
-        lines.append(f"    {name}: [\n")
-        lines += [f"      {json.dumps(entry)},\n" for entry in value]
-        lines.append("    ],\n")
     return "".join([*lines, "  },\n"])
+
+
+if __name__ == "__main__":
+    FILE.write_text(with_access_control(FILE.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,0 +1,162 @@
+"""What is written from the code is complete: messages, their example and fields, settings."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import pytest
+from pydantic import BaseModel, Field
+
+from onemap_shared import keys, wire
+from onemap_shared.config import read
+from onemap_shared.keys import Procedure, Topic
+from onemap_tools.cli.config_report import SectionModels, installed_models
+from onemap_tools.docs import reference
+from onemap_tools.docs.reference import EXAMPLE, ROOT, messages_reference, settings_page
+from onemap_tools.errors import CliError
+from tests.shared.samples import SAMPLES, equal
+from tests.shared.samples import message_types as all_message_types
+
+MESSAGES, SETTINGS = messages_reference(), settings_page()
+
+
+def section(cls: type) -> str:
+    return MESSAGES.split(f"\n### {cls.__name__}\n")[1].split("\n##")[0]
+
+
+def test_every_key_and_every_message_is_listed_once() -> None:
+    assert set(reference.message_types()) == all_message_types()
+    fixed = [v for v in vars(keys).values() if isinstance(v, Topic | Procedure)]
+    assert len(fixed) > 15
+    for entry in fixed:
+        assert f"| `{entry.key.replace('*', '<service>')}` |" in MESSAGES
+    headings = re.findall(r"^### (\w+)$", MESSAGES, re.MULTILINE)
+    assert len(headings) == len(set(headings))
+    assert {"Intrinsics", "GridSpec", "ObjectResult", "Verdict", "Layer"} <= set(headings)
+
+
+@pytest.mark.parametrize("cls", [*reference.message_types()], ids=lambda cls: cls.__name__)
+def test_every_field_has_a_type_and_a_meaning(cls: type) -> None:
+    for field in dataclasses.fields(cls):
+        assert re.search(rf"\| `{field.name}` \| [^|]+ \| [^|]*\| [^|]+ \|", section(cls))
+
+
+def test_shapes_are_those_of_messages() -> None:
+    """As many axes as the samples have; where a length is a number, that length."""
+    for sample in SAMPLES:
+        for field in dataclasses.fields(sample):
+            value = getattr(sample, field.name)
+            if not isinstance(value, np.ndarray):
+                continue
+            row = re.search(
+                rf"\| `{field.name}` \| array of (\w+) \| \(([^)]+)\)", section(type(sample))
+            )
+            assert row is not None, (type(sample), field.name)
+            assert row[1] == value.dtype.name
+            lengths = [part.strip() for part in row[2].split(",") if part.strip()]
+            fixed = zip(lengths, value.shape, strict=True)
+            assert all(int(want) == have for want, have in fixed if want.isdigit())
+
+
+def test_the_example_is_a_packet() -> None:
+    header, body = (
+        bytes.fromhex("".join(line[6:53] for line in dump.strip().splitlines()))
+        for dump in re.findall(r"```text\n(.*?)```", MESSAGES, re.DOTALL)
+    )
+    assert equal(wire.decode(type(EXAMPLE), wire.Packet(header, body)), EXAMPLE)
+
+
+def test_the_page_of_the_wire_has_the_limits_of_the_code() -> None:
+    page = (ROOT / "docs" / "messages.md").read_text(encoding="utf-8")
+    assert f"`onemap.Odometry/{wire.VERSION}`" in page
+    assert f"multiple of {wire.ALIGNMENT} bytes" in page
+    limits = wire.MAX_DIMENSIONS, wire.MAX_HEADER_BYTES, wire.MAX_BODY_BYTES
+    assert "{} axes, {} bytes of header, {} bytes of body".format(*limits) in page
+    assert all(f"`{name}` {dtype.name}" in page for name, dtype in wire.DTYPES.items())
+
+
+@dataclass
+class Box:
+    """A box.
+
+    Closed.
+
+    Attributes:
+        size_m: edge of it,
+            in metres.
+        weight_kg: 0: empty.
+    """
+
+    size_m: float
+    weight_kg: float
+    stamp_ns: int
+
+
+def test_fields_are_described_by_their_docstring_then_by_what_all_share() -> None:
+    common = {"stamp_ns": "a time.", "size_m": "not used."}
+    lines = list(reference._message(Box, common))
+    assert lines[2] == "A box.\n\nClosed."
+    assert lines[-4:-1] == [
+        "| `size_m` | number |  | edge of it, in metres. |",
+        "| `weight_kg` | number |  | 0: empty. |",
+        "| `stamp_ns` | integer |  | a time. |",
+    ]
+    with pytest.raises(ValueError, match=r"Box: .* differ in \['stamp_ns'\]"):
+        list(reference._message(Box, {}))
+
+
+class Tram(BaseModel):
+    """Runs on rails."""
+
+    kind: Literal["tram"] = Field(default="tram", description="Which one.")
+    depot: Path = Field(default=ROOT / "depot", description="Where a|b is < c * d.")
+
+
+class Bus(BaseModel):
+    """Runs on roads."""
+
+    kind: Literal["bus"] = Field(default="bus", description="Which one.")
+    seats: int = Field(ge=1, description="For sitting.")
+
+
+class Line(BaseModel):
+    """How one travels."""
+
+    car: Annotated[Tram | Bus, Field(discriminator="kind", description="It.")] = Tram()
+    night: str | None = Field(default=None, description="Its name at night.")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "## line",
+        "How one travels.",
+        "| `line.car` | one of these, by kind |  | It. |",
+        "| **`line.car with kind tram`** |  |  | Runs on rails. |",
+        "| `line.car.seats`<br>`ONEMAP__LINE__CAR__SEATS` | whole number >= 1 | required "
+        "| For sitting. |",
+        '| `line.car.depot`<br>`ONEMAP__LINE__CAR__DEPOT` | path | `"depot"` '
+        "| Where a\\|b is &lt; c \\* d. |",
+        "| `line.night`<br>`ONEMAP__LINE__NIGHT` | text or none | none | Its name at night. |",
+    ],
+)
+def test_a_key_is_a_row(line: str) -> None:
+    page = settings_page(SectionModels({"line": Line}, {}))  # type: ignore[dict-item]
+    assert line in page.splitlines()
+
+
+def test_every_key_of_the_configuration_is_listed_with_its_variable() -> None:
+    for name, model in installed_models().known.items():
+        assert all(f"`{name}.{key}`" in SETTINGS for key in model.model_fields)
+    assert "`gateway.port`<br>`ONEMAP__GATEWAY__PORT`" in SETTINGS
+    assert read(None, {"ONEMAP__GATEWAY__PORT": "1"}) == {"gateway": {"port": 1}}
+
+
+def test_a_section_that_is_not_installed_is_told() -> None:
+    with pytest.raises(CliError, match="torch"):
+        settings_page(SectionModels({}, {"mapper": "The mapper needs the package 'torch'."}))

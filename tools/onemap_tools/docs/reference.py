@@ -1,0 +1,261 @@
+"""What the code says of itself, as Markdown: every message with its fields, every setting."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import json
+import re
+import typing
+from collections.abc import Iterator, Sequence
+from enum import Enum, IntEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from onemap_shared import keys, messages, wire
+from onemap_shared.config import PREFIX
+from onemap_shared.keys import Procedure, Topic
+from onemap_tools.cli.config_report import SectionModels, installed_models, schema
+from onemap_tools.cli.schema_text import SchemaRow, SchemaText
+from onemap_tools.errors import CliError
+
+ROOT = Path(__file__).resolve().parents[3]
+# Without rotation, at x = 1.5 m, y = -2 m.
+EXAMPLE = messages.Odometry(
+    41,
+    1_700_000_000_000_000_000,
+    np.array([[1.0, 0, 0, 1.5], [0, 1, 0, -2], [0, 0, 1, 0], [0, 0, 0, 1]]),
+    0.5,
+    -0.25,
+)
+SERVICE = "<service>"
+BYTES_PER_LINE = 16
+SCALARS = {int: "integer", float: "number", str: "string", bool: "boolean", bytes: "bytes"}
+ENTRY = re.compile(r"    (\w+): (.*)")  # of the section "Attributes:" of a docstring
+SHAPE = re.compile(r"(\([^)]*\)) (.*)")  # that the description of an array begins with
+
+SETTINGS = """# Settings
+
+Every process reads the same YAML file (`--config FILE`): its own section, `bus` and `log`. What
+the file leaves out has its default. An environment variable overrides a key of the file; its value
+is YAML too. An unknown key is refused, with the nearest valid name.
+
+`onemap config schema` prints this list, `onemap config check --config FILE` reports every mistake,
+`onemap config show --config FILE` prints the values that take effect.
+"""
+
+
+def messages_reference() -> str:
+    """Keys, an example on the wire, and every field of every message."""
+    types = list(message_types())
+    _, common = docstring_parts(messages.__doc__ or "")
+    lines = [*_keys(), *_example(), "## Fields", ""]
+    for cls in types:
+        lines += _message(cls, common)
+    lines += ["## Values of several fields", ""]
+    nested = _nested(types)
+    for cls in nested:
+        lines += _message(cls, common)
+    lines += ["## Enumerations", ""]
+    for kind in _enumerations([*types, *nested]):
+        lines += _enum(kind)
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def topics() -> list[Topic[Any]]:
+    """Every topic, with the heartbeat of any service."""
+    fixed = [value for value in vars(keys).values() if isinstance(value, Topic)]
+    return [t for t in fixed if t is not keys.ALL_HEARTBEATS] + [keys.heartbeat(SERVICE)]
+
+
+def message_types() -> Iterator[type]:
+    """Every type that travels under a key, once, in the order of the keys."""
+    listed = [topic.message for topic in topics()]
+    listed += [cls for p in _procedures() for cls in (p.request, p.reply)]
+    yield from dict.fromkeys(listed)
+
+
+def docstring_parts(docstring: str) -> tuple[str, dict[str, str]]:
+    """A docstring's text, and what its "Attributes:" say of each field, in one line each."""
+    text, _, section = inspect.cleandoc(docstring).partition("Attributes:")
+    fields: dict[str, str] = {}
+    name = ""
+    for line in section.splitlines():
+        if entry := ENTRY.fullmatch(line):
+            name = entry[1]
+            fields[name] = entry[2]
+        elif line.strip() and name:
+            fields[name] += " " + line.strip()
+    return text.strip(), fields
+
+
+def hex_dump(data: bytes) -> Iterator[str]:
+    """Lines of offset, bytes in hexadecimal, and those that are ASCII."""
+    for start in range(0, len(data), BYTES_PER_LINE):
+        part = data[start : start + BYTES_PER_LINE]
+        text = "".join(chr(byte) if 32 <= byte < 127 else "." for byte in part)
+        yield f"{start:04x}  {part.hex(' '):<{3 * BYTES_PER_LINE - 1}}  {text}"
+
+
+def _procedures() -> list[Procedure[Any, Any]]:
+    return [value for value in vars(keys).values() if isinstance(value, Procedure)]
+
+
+def _keys() -> Iterator[str]:
+    yield from ("## Topics", "", "| key | message | delivery | latched |", "|---|---|---|---|")
+    for topic in topics():
+        latched = "yes" if topic.latched else "no"
+        yield f"| `{topic.key}` | {_link(topic.message)} | {topic.delivery.value} | {latched} |"
+    yield from ("", "## Procedures", "")
+    yield from (
+        "| key | request | reply | refused after waiting | asked |",
+        "|---|---|---|---|---|",
+    )
+    for procedure in _procedures():
+        late = f"{procedure.stale_after_s:g} s" if procedure.stale_after_s is not None else "never"
+        yield (
+            f"| `{procedure.key}` | {_link(procedure.request)} | {_link(procedure.reply)} "
+            f"| {late} | {'all' if procedure.to_all else 'one'} |"
+        )
+    token = keys.liveliness(SERVICE, "<instance>")
+    yield ""
+    yield f"A process is alive as long as its liveliness token `{token}` is; a robot needs none."
+    yield ""
+
+
+def _example() -> Iterator[str]:
+    packet = wire.encode(EXAMPLE)
+    yield from ("## An example", "")
+    yield (
+        f"[Odometry](#odometry) with `sequence` {EXAMPLE.sequence}, `stamp_ns` "
+        f"{EXAMPLE.stamp_ns}, `linear_mps` {EXAMPLE.linear_mps}, `angular_radps` "
+        f"{EXAMPLE.angular_radps}, not collided, at x = {EXAMPLE.T_map_body[0, 3]} m, "
+        f"y = {EXAMPLE.T_map_body[1, 3]} m, without rotation. The numbers in front are offsets."
+    )
+    for name, data in (("Header", packet.header), ("Body", packet.body)):
+        yield from ("", f"{name}, {len(data)} bytes:", "", "```text", *hex_dump(data), "```")
+    yield ""
+
+
+def _message(cls: type, common: dict[str, str]) -> Iterator[str]:
+    """A heading, what the message is, and a row for each field.
+
+    ValueError if a field is described nowhere, an array without its shape, or what is no field.
+    """
+    text, own = docstring_parts(cls.__doc__ or "")
+    yield from (f"### {cls.__name__}", "", text.replace("``", "`"), "")
+    fields = dataclasses.fields(cls)
+    wrong = [f.name for f in fields if f.name not in own and f.name not in common]
+    wrong += own.keys() - {field.name for field in fields}
+    if wrong:
+        raise ValueError(f"{cls.__name__}: its fields and 'Attributes:' differ in {wrong}")
+    if not fields:
+        yield from ("No fields.", "")
+        return
+    yield from ("| field | type | shape | meaning |", "|---|---|---|---|")
+    hints = typing.get_type_hints(cls)
+    for field in fields:
+        shape, meaning = "", own.get(field.name) or common[field.name]
+        if _is_array(hints[field.name]):
+            match = SHAPE.fullmatch(meaning)
+            if match is None:
+                raise ValueError(f"an array's description begins with its shape, not {meaning!r}")
+            shape, meaning = match[1], match[2]
+        if field.metadata.get("added"):  # to the message later
+            meaning += f" May be left out: `{json.dumps(field.default)}`."
+        meaning = meaning.replace("``", "`").replace("<", "&lt;")
+        yield f"| `{field.name}` | {_kind(hints[field.name])} | {shape} | {meaning} |"
+    yield ""
+
+
+def _enum(kind: type[Enum]) -> Iterator[str]:
+    yield from (f"### {kind.__name__}", "", (kind.__doc__ or "").replace("``", "`"), "")
+    for member in kind:
+        value = int(member.value) if issubclass(kind, IntEnum) else f'"{member.value}"'
+        yield f"- `{value}`: {member.name.lower().replace('_', ' ')}"
+    yield ""
+
+
+def _is_array(hint: Any) -> bool:
+    return typing.get_origin(hint) is np.ndarray
+
+
+def _kind(hint: Any) -> str:
+    """A field's type as it travels."""
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if _is_array(hint):
+        return f"array of {np.dtype(typing.get_args(arguments[1])[0]).name}"
+    if origin is tuple:
+        many = arguments[-1] is Ellipsis or len(arguments) < 2
+        return f"list of {'' if many else f'{len(arguments)} '}{_kind(arguments[0])}"
+    if origin is dict:
+        return f"map of {_kind(arguments[0])} to {_kind(arguments[1])}"
+    if dataclasses.is_dataclass(hint) or issubclass(hint, Enum):
+        return _link(hint)
+    return SCALARS[hint]
+
+
+def _of_fields(types: Sequence[type]) -> Iterator[type]:
+    """The types of all fields, and what their tuples and maps hold."""
+    for cls in types:
+        for hint in typing.get_type_hints(cls).values():
+            yield from (k for k in (hint, *typing.get_args(hint)) if inspect.isclass(k))
+
+
+def _nested(types: Sequence[type]) -> list[type]:
+    """The dataclasses that are values of fields and no messages, in the order of occurrence."""
+    found: dict[type, None] = {}
+    new = list(types)
+    while new:
+        kinds = dict.fromkeys(k for k in _of_fields(new) if dataclasses.is_dataclass(k))
+        new = [kind for kind in kinds if kind not in found and kind not in types]
+        found |= dict.fromkeys(new)
+    return list(found)
+
+
+def _enumerations(types: Sequence[type]) -> list[type[Enum]]:
+    """Those that fields have, and the layers and occupancy that arrays hold as numbers."""
+    named = [kind for kind in _of_fields(types) if issubclass(kind, Enum)]
+    return list(dict.fromkeys([*named, messages.Occupancy, messages.Layer]))
+
+
+def _link(cls: Any) -> str:
+    return f"[{cls.__name__}](#{cls.__name__.lower()})"
+
+
+def settings_page(models: SectionModels | None = None) -> str:
+    """Every key with its variable, type, default and reason.
+
+    ``models``: of all sections by default; CliError if one of them is not installed.
+    """
+    models = models or installed_models()
+    if models.missing:
+        raise CliError("\n".join(models.missing.values()))
+    lines = [SETTINGS]
+    for row in SchemaText(schema(models)).rows():
+        if row.level == "section":
+            lines += [f"\n## {row.label}", "", _cell(row.reason), ""]
+            lines += ["| key, variable | type and limits | default | reason |", "|---|---|---|---|"]
+        else:
+            lines.append(f"| {' | '.join(_cells(row))} |")
+    return "\n".join(lines) + "\n"
+
+
+def _cells(row: SchemaRow) -> Iterator[str]:
+    if row.level == "key":
+        yield f"`{row.label}`<br>`{PREFIX}{row.label.replace('.', '__').upper()}`"
+    else:
+        yield f"**`{row.label}`**" if row.level == "variant" else f"`{row.label}`"
+    yield _cell(row.kind)
+    default = row.default.removeprefix("default ").replace(f'"{ROOT}/', '"')
+    yield f"`{default}`" if default not in ("", "required", "none") else default
+    yield _cell(row.reason)
+
+
+def _cell(text: str) -> str:
+    """Text that Markdown shows as it is, in a cell of a table."""
+    for character, shown in (("<", "&lt;"), ("|", "\\|"), ("*", "\\*")):
+        text = text.replace(character, shown)
+    return text
