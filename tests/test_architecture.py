@@ -109,7 +109,7 @@ ONLY_IN = {
     "opentelemetry": {"onemap_shared.tracing"},
     "fastapi": {"onemap_gateway.http", "onemap_gateway.service"},
     "starlette": {"onemap_gateway.http"},
-    "mcp": {"onemap_gateway.http.agents.server"},
+    "mcp": {"onemap_gateway.http.mcp_server"},
     "uvicorn": {"onemap_gateway.connections", "onemap_gateway.service"},
     "embreex": {"onemap_simulator.rendering.ray_tracer"},
     "trimesh": {

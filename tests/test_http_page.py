@@ -6,6 +6,8 @@ import importlib
 import pkgutil
 import re
 
+from fastapi import APIRouter
+
 from onemap_gateway.http import routes
 from onemap_shared.messages import FailureCode
 from tests.structure import ROOT
@@ -20,7 +22,10 @@ def addresses() -> set[str]:
         importlib.import_module(f"{routes.__name__}.{found.name}")
         for found in pkgutil.iter_modules(routes.__path__)
     ]
-    paths = {route.path for module in modules for route in module.router.routes}
+    routers = [
+        part for module in modules for part in vars(module).values() if isinstance(part, APIRouter)
+    ]
+    paths = {route.path for router in routers for route in router.routes}
     return {re.sub(r"{\w+_id}", "{id}", path) for path in paths} - UNDOCUMENTED
 
 

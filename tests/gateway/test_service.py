@@ -14,7 +14,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from onemap_gateway.bus.live_state import LiveState
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.http.access import MAX_FAILURES
+from onemap_gateway.http.security import MAX_FAILURES
 from onemap_gateway.service import GatewayWorker, HttpServer, build
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter

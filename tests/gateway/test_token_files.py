@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from onemap_gateway.config import GatewayConfig, Role
-from onemap_gateway.token_files import MAX_TOKEN_CHARS, with_token_files
+from onemap_gateway.config import MAX_TOKEN_CHARS, GatewayConfig, Role, with_token_files
 from onemap_shared.runner import StartError
 
 

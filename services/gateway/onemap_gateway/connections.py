@@ -1,20 +1,24 @@
-"""HTTP connections with limits: how many, how long a request may take to come, how slow a reader.
+"""The TCP socket, and HTTP connections with limits.
 
-uvicorn waits for ever for the first byte of a request, for the rest of its headers, and for a
-client that does not read; each such connection holds a descriptor.
+How many, how long a request may take to come, how slow a reader. uvicorn waits for ever for the
+first byte of a request, for the rest of its headers, and for a client that does not read; each
+such connection holds a descriptor.
 """
-# Talks: ends connections.
+# Talks: opens the socket, ends connections.
 
 from __future__ import annotations
 
 import asyncio
+import errno
 import resource
+import socket
 from http import HTTPStatus
 from typing import Any
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from onemap_gateway.http.problems import HttpProblem, problem_response
+from onemap_shared.runner import StartError
 
 REQUEST_TIMEOUT_S = 10.0  # from the connection, or the last response, to the end of the headers
 READER_TIMEOUT_S = 20.0  # a client that takes nothing for so long is gone
@@ -122,3 +126,28 @@ def connection_limit(configured: int) -> int:
     if allowed == resource.RLIM_INFINITY:
         return configured
     return max(min(configured, allowed - RESERVED_DESCRIPTORS), 1)
+
+
+BACKLOG = 128
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A listening socket; raises ``StartError`` with the reason and what to change."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        listener = socket.create_server((host, port), family=family, backlog=BACKLOG)
+    except OSError as problem:
+        reason = {
+            errno.EADDRINUSE: "another program uses it; stop that, or choose another port with "
+            f"'gateway.port' (ONEMAP__GATEWAY__PORT={port + 1})",
+            errno.EACCES: "ports below 1024 need privileges; choose another with 'gateway.port'",
+            errno.EADDRNOTAVAIL: "this machine has no such address; correct 'gateway.host'",
+        }.get(problem.errno or 0, f"{problem.strerror or problem}; correct 'gateway.host'")
+        raise StartError(
+            f"cannot listen on {host} port {port}: {reason}",
+            temporary=problem.errno == errno.EADDRINUSE,
+        ) from problem
+    # Its connections inherit this; asyncio sets it only on sockets that name their protocol.
+    # Without it a response on a kept connection waits 40 ms for the client's acknowledgement.
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return listener

@@ -13,16 +13,13 @@ import uvicorn
 
 from onemap_gateway.bus.rpc import RpcClient
 from onemap_gateway.bus.state_cache import StateCache
-from onemap_gateway.config import GatewayConfig
-from onemap_gateway.connections import LimitedConnection, connection_limit
-from onemap_gateway.http.access import LockOut
+from onemap_gateway.config import GatewayConfig, with_token_files
+from onemap_gateway.connections import LimitedConnection, connection_limit, listen
 from onemap_gateway.http.app import create_app
 from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.fleet import FleetApp
-from onemap_gateway.http.listener import listen
-from onemap_gateway.http.security import MAX_IMAGE_BODY_BYTES
+from onemap_gateway.http.middleware import FleetApp
+from onemap_gateway.http.security import MAX_IMAGE_BODY_BYTES, LockOut
 from onemap_gateway.present.service_status import hung_for_s
-from onemap_gateway.token_files import with_token_files
 from onemap_shared.services import SERVICES
 from onemap_shared.transport import Bus, Health
 from onemap_shared.watchdog import ThreadCheck

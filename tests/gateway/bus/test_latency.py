@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from onemap_gateway.bus.latency import (
+from onemap_gateway.bus.live_state import (
     BOUNDS_S,
     KEPT_FRAMES,
     RECENT,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from onemap_gateway.config import Role
-from onemap_gateway.http.access import (
+from onemap_gateway.http.security import (
     FAILURE_WINDOW_S,
     LOCK_S,
     MAX_ADDRESSES,

@@ -9,7 +9,7 @@ import anyio
 from fastapi.sse import ServerSentEvent
 
 from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.events import EventIntervals, search_events, supersedes
+from onemap_gateway.http.routes.searches import EventIntervals, search_events, supersedes
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import SearchState
 from tests.gateway.fakes import WAIT_S, FakePlanner, gateway_on, search

@@ -11,7 +11,7 @@ from starlette.testclient import TestClient
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
-from onemap_gateway.http.fleet import FleetApp, split
+from onemap_gateway.http.middleware import FleetApp, split
 
 
 def application(name: str) -> ASGIApp:

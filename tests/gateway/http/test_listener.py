@@ -6,7 +6,7 @@ import socket
 
 import pytest
 
-from onemap_gateway.http.listener import listen
+from onemap_gateway.connections import listen
 from onemap_shared.runner import StartError
 
 

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
-from onemap_gateway.http.problem_docs import PROBLEM_STATUSES, ProblemDetails, problem_responses
-from onemap_gateway.http.problems import MEDIA_TYPE, PROBLEM_TYPES, from_call_error
+from onemap_gateway.http.problems import (
+    MEDIA_TYPE,
+    PROBLEM_STATUSES,
+    PROBLEM_TYPES,
+    ProblemDetails,
+    from_call_error,
+    problem_responses,
+)
 from onemap_shared.transport import NoReply
 
 

@@ -18,9 +18,9 @@ from starlette.testclient import TestClient
 from onemap.events import stream_messages
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.image_streams import MAX_IMAGE_STREAMS
-from onemap_gateway.http.query_events import QueryIntervals, query_events
+from onemap_gateway.http.queries import QueryIntervals, query_events
 from onemap_gateway.http.schemas import QueryRequest
+from onemap_gateway.http.shared_results import MAX_IMAGE_STREAMS
 from onemap_gateway.service import build
 from onemap_shared import keys
 from onemap_shared import messages as m

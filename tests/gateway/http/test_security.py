@@ -16,11 +16,12 @@ from starlette.websockets import WebSocketDisconnect
 from onemap_gateway.config import TOKENS as TOKEN_OF
 from onemap_gateway.config import GatewayConfig, Role
 from onemap_gateway.http import security
-from onemap_gateway.http.access import LOCK_S, MAX_FAILURES
 from onemap_gateway.http.security import (
     IMAGE_PATHS,
     LIVE_PROTOCOL,
+    LOCK_S,
     MAX_BODY_BYTES,
+    MAX_FAILURES,
     MAX_IMAGE_BODY_BYTES,
     ROLE,
     TOKEN_PROTOCOL,

@@ -14,8 +14,8 @@ from websockets.sync.client import connect
 
 from onemap_gateway.config import GatewayConfig
 from onemap_gateway.http import sockets
-from onemap_gateway.http.image_streams import MAX_IMAGE_STREAMS
 from onemap_gateway.http.security import LIVE_PROTOCOL, MAX_IMAGE_BODY_BYTES, TOKEN_PROTOCOL
+from onemap_gateway.http.shared_results import MAX_IMAGE_STREAMS
 from onemap_gateway.service import build
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import MAX_IMAGE_BYTES

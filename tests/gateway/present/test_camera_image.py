@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from onemap_gateway.present.camera_image import BOX, annotate_detections, encode_jpeg
 from onemap_gateway.present.canvas import BLACK
+from onemap_gateway.present.render import BOX, annotate_detections, encode_jpeg
 from tests.gateway.fakes import detections, rgbd
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_gateway.present.json_text import finite, json_text
+from onemap_gateway.present.formats import finite, json_text
 
 NUMBERS = st.floats(allow_nan=True, allow_infinity=True) | st.integers() | st.text() | st.none()
 DOCUMENTS: st.SearchStrategy[Any] = st.recursive(

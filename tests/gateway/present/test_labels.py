@@ -7,7 +7,7 @@ from itertools import combinations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_gateway.present.labels import GAP_PX, overlap_px2, place_labels
+from onemap_gateway.present.canvas import GAP_PX, overlap_px2, place_labels
 
 IMAGE_PX = (400.0, 300.0)
 SIZE_PX = (60.0, 12.0)

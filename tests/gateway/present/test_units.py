@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_gateway.present.units import millimetres, rfc3339
+from onemap_gateway.present.formats import millimetres, rfc3339
 
 
 @pytest.mark.parametrize(

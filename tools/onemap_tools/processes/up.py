@@ -166,7 +166,7 @@ def check_port(names: Collection[str], sections: Mapping[str, Any]) -> None:
     if "gateway" not in names:
         return
     from onemap_gateway.config import GatewayConfig
-    from onemap_gateway.http.listener import listen
+    from onemap_gateway.connections import listen
 
     gateway = section(sections, "gateway", GatewayConfig)
     try:

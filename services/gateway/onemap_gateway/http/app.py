@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 from fastapi import FastAPI, Request
@@ -9,30 +10,19 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
+from onemap_gateway.config import Role
 from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.methods import MethodMiddleware, allowed_methods
-from onemap_gateway.http.middleware import ResponseMiddleware
-from onemap_gateway.http.problem_docs import ProblemDetails, common_statuses, problem_responses
+from onemap_gateway.http.middleware import MethodMiddleware, ResponseMiddleware, allowed_methods
 from onemap_gateway.http.problems import (
     PROBLEM_TYPES,
     HttpProblem,
+    ProblemDetails,
     from_validation_errors,
     problem_response,
+    problem_responses,
 )
-from onemap_gateway.http.routes import (
-    agents,
-    camera,
-    health,
-    live,
-    map,
-    maps,
-    objects,
-    pages,
-    queries,
-    robots,
-    searches,
-)
-from onemap_gateway.http.security import SecurityMiddleware
+from onemap_gateway.http.routes import agents, map, objects, pages, queries, robot, searches
+from onemap_gateway.http.security import READING, SecurityMiddleware, required_role
 
 DESCRIPTION = """
 Ask a robot where things are, and send it to find them.
@@ -80,20 +70,19 @@ def create_app(gateway: GatewayContext) -> FastAPI:
         redirect_slashes=False,
     )
     app.state.gateway = gateway
-    for part in (
-        queries,
-        searches,
-        objects,
-        map,
-        maps,
-        camera,
-        health,
-        robots,
-        live,
-        agents,
-        pages,
+    for router in (
+        queries.router,
+        searches.router,
+        objects.router,
+        map.router,
+        map.maps_router,
+        map.camera_router,
+        robot.router,
+        robot.robots_router,
+        agents.router,
+        pages.router,
     ):
-        app.include_router(part.router)
+        app.include_router(router)
     app.mount("/static/swagger-ui", pages.StaticPages(directory=pages.SWAGGER_UI))
     app.mount("/static", pages.StaticPages(directory=pages.STATIC))
     app.add_exception_handler(HttpProblem, _on_problem)
@@ -125,12 +114,27 @@ def _complete(document: dict[str, Any]) -> None:
     for path, operations in document["paths"].items():
         for method, operation in operations.items():
             responses = operation["responses"]
-            missing = common_statuses(method.upper(), path, responses)
+            missing = _common_statuses(method.upper(), path, responses)
             responses.update({str(k): v for k, v in problem_responses(*missing).items()})
     document["x-problems"] = {
         code: {"status": known.status, "title": known.title}
         for code, known in PROBLEM_TYPES.items()
     }
+
+
+def _common_statuses(method: str, path: str, documented: Collection[str]) -> list[int]:
+    """Statuses of this operation besides the ``documented`` ones of its own route.
+
+    They come from the checks before the route and from failures behind it.
+    """
+    found = [421, 500]
+    if required_role(method, path) is not Role.NOBODY:
+        found += [401, 403, 429]
+    if method not in READING:
+        found += [403, 408, 413, 415]
+    if "503" in documented:
+        found += [502]
+    return sorted({status for status in found if str(status) not in documented})
 
 
 async def _on_problem(_request: Request, problem: Exception) -> Response:

@@ -14,10 +14,9 @@ from starlette.requests import HTTPConnection
 from onemap_gateway.bus.rpc import SERVED_BY, RpcClient
 from onemap_gateway.bus.state_cache import StateCache
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.http.access import LockOut
-from onemap_gateway.http.image_streams import ImageStreams
 from onemap_gateway.http.problems import from_call_error
-from onemap_gateway.http.shared_results import SharedResults
+from onemap_gateway.http.security import LockOut
+from onemap_gateway.http.shared_results import ImageStreams, SharedResults
 from onemap_gateway.present.metrics import RequestCounter
 from onemap_gateway.present.service_status import (
     PipelineFault,

@@ -1,14 +1,23 @@
-"""Queries of the map: all texts of a request at once, judged from where the robot stands."""
-# Talks: asks for several texts at once.
+"""Queries of the map, and standing ones: answers that come again whenever they change."""
+# Talks: asks for several texts at once, and waits between two answers.
 
 from __future__ import annotations
 
+import math
+from collections.abc import AsyncIterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
 import anyio
+from fastapi.sse import ServerSentEvent
+from pydantic import ValidationError
 
 from onemap_gateway.http.context import GatewayContext
-from onemap_gateway.http.problems import HttpProblem
-from onemap_gateway.http.schemas import IMAGE_NAME, QueryRequest
-from onemap_gateway.present.queries import IMAGE_SUBJECT, QueryReply, query_reply
+from onemap_gateway.http.problems import HttpProblem, from_validation_errors
+from onemap_gateway.http.routes.searches import RETRY_MS
+from onemap_gateway.http.schemas import IMAGE_NAME, QueryRequest, StandingRequest
+from onemap_gateway.present.formats import finite
+from onemap_gateway.present.queries import IMAGE_SUBJECT, QueryReply, differ, query_reply
 from onemap_gateway.present.views import with_scores
 from onemap_shared import keys
 from onemap_shared.messages import ImageSimilarityRequest, SearchView, SimilarityRequest
@@ -64,3 +73,116 @@ def robot_xy_m(gateway: GatewayContext) -> tuple[float, ...]:
         return ()
     x_m, y_m = odometry.message.T_map_body[:2, 3]
     return (float(x_m), float(y_m))
+
+
+# What ends by itself: the stream stays open and says why there are no answers now.
+PASSING = frozenset({"empty_map", "unavailable", "timeout", "busy", "encoder_mismatch"})
+ANSWER, PROBLEM = "answer", "problem"
+
+NEVER = -1  # no revision of a map
+
+
+@dataclass(frozen=True, slots=True)
+class QueryIntervals:
+    """Seconds between two looks for a new revision, and between two questions to the map."""
+
+    poll_s: float = 0.1
+    query_s: float = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class QueryChange:
+    """An answer that is new or has changed, or why there is none; ``event`` says which."""
+
+    event: str
+    document: Any  # JSON without NaN
+
+
+def standing_query(
+    texts: Sequence[str], *, negatives: Sequence[str], area_m: str, max_regions: int | str
+) -> QueryRequest:
+    """The request that an address describes; HttpProblem if it is none.
+
+    area_m: x_min,y_min,x_max,y_max in metres; empty for all of the map.
+    """
+    body: dict[str, Any] = {
+        "texts": list(texts), "negatives": list(negatives), "max_regions": max_regions,
+    }  # fmt: skip
+    try:
+        if area_m:
+            body["area_m"] = tuple(float(part) for part in area_m.split(","))
+        return StandingRequest.model_validate(body)
+    except ValidationError as error:
+        raise _refused(error, "query") from None
+    except ValueError:
+        raise HttpProblem(
+            "invalid", "'area_m' is no x_min,y_min,x_max,y_max in metres, as in 0,-2,4,3."
+        ) from None
+
+
+def standing_query_of(message: str | bytes) -> QueryRequest:
+    """The request that a message holds, JSON as the body of a POST; HttpProblem if it is none."""
+    try:
+        return StandingRequest.model_validate_json(message)
+    except ValidationError as error:
+        raise _refused(error, "body") from None
+
+
+def _refused(error: ValidationError, part: str) -> HttpProblem:
+    wrong = [{**each, "loc": (part, *each["loc"])} for each in error.errors()]
+    return from_validation_errors(wrong)
+
+
+async def check_answerable(gateway: GatewayContext, request: QueryRequest) -> None:
+    """HttpProblem if the request will never be answered, as one with an unknown word."""
+    try:
+        await answers(gateway, request)
+    except HttpProblem as problem:
+        if problem.code not in PASSING:
+            raise
+
+
+async def query_changes(
+    gateway: GatewayContext, request: QueryRequest, intervals: QueryIntervals | None = None
+) -> AsyncIterator[QueryChange]:
+    """The answer to each text, or to the image, and again whenever regions or verdict change.
+
+    Asks only after a new revision of the map. While there is no answer, as of an empty map, it
+    goes on and gives a problem; any other problem ends it.
+    """
+    intervals = intervals or QueryIntervals()
+    sent: dict[str, QueryReply] = {}
+    asked_revision: int | None = NEVER
+    asked_s = -math.inf
+    last_problem = ""
+    while not gateway.cache.closing:
+        now_s, revision = gateway.cache.now_s(), gateway.map_revision()
+        if revision != asked_revision and now_s - asked_s >= intervals.query_s:
+            asked_revision, asked_s = revision, now_s
+            try:
+                replies, last_problem = await answers(gateway, request), ""
+            except HttpProblem as problem:
+                replies, asked_revision = [], NEVER  # ask again, though nothing new is announced
+                if problem.detail != last_problem:
+                    last_problem = problem.detail
+                    yield QueryChange(PROBLEM, finite(problem.document))
+                if problem.code not in PASSING:
+                    return
+            for reply in replies:
+                if reply.text not in sent or differ(sent[reply.text], reply):
+                    sent[reply.text] = reply
+                    yield QueryChange(ANSWER, finite(reply.model_dump(mode="json")))
+        await anyio.sleep(intervals.poll_s)
+
+
+async def query_events(
+    gateway: GatewayContext, request: QueryRequest, intervals: QueryIntervals | None = None
+) -> AsyncIterator[ServerSentEvent]:
+    """The changes as server-sent events; the first answer says when to connect again."""
+    retry: int | None = RETRY_MS
+    async for change in query_changes(gateway, request, intervals):
+        answered = change.event == ANSWER
+        yield ServerSentEvent(
+            event=change.event, data=change.document, retry=retry if answered else None
+        )
+        retry = None if answered else retry

@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import re
+from base64 import b64decode
 from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictStr, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    StrictStr,
+    WithJsonSchema,
+    model_validator,
+)
 
-from onemap_gateway.http.image_member import ImageMember
 from onemap_shared.geometry import MAX_COORDINATE_M
 from onemap_shared.messages import (
+    MAX_IMAGE_BYTES,
     MAX_NEGATIVES,
     MAX_OBJECTS,
     MAX_TEXT_CHARS,
@@ -18,8 +28,40 @@ from onemap_shared.messages import (
     SearchOrder,
     SearchRequest,
     SimilarityRequest,
+    check_image,
     check_text,
 )
+
+DATA_URL = "data:image/"
+
+
+def image_bytes(value: object) -> bytes:
+    """The PNG or JPEG that a member of a body holds; ValueError says what is wrong with it."""
+    if not isinstance(value, str):
+        raise ValueError("'image' must be a string: a PNG or JPEG in base64")
+    head, separator, rest = value.partition(";base64,")
+    encoded = rest if separator and head.startswith(DATA_URL) else value
+    try:
+        data = b64decode("".join(encoded.split()), validate=True)
+    except ValueError:
+        raise ValueError("'image' is no base64: send a PNG or JPEG in base64") from None
+    check_image(data)
+    return data
+
+
+ImageMember = Annotated[
+    bytes,
+    BeforeValidator(image_bytes),
+    WithJsonSchema(
+        {
+            "type": "string",
+            "contentEncoding": "base64",
+            "description": "A crop of one thing instead of a text: PNG or JPEG in base64, 16 to "
+            f"4096 pixels a side, at most {MAX_IMAGE_BYTES // 1024} kB.",
+        }
+    ),
+]
+
 
 ObjectName = Annotated[
     StrictStr,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, Field
 
-from onemap_gateway.present.units import DECIMALS, millimetres
+from onemap_gateway.present.formats import DECIMALS, millimetres
 from onemap_shared.messages import ObjectResult, SearchState
 
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from onemap_gateway.bus.live_state import LiveState
+from onemap_gateway.present.formats import DECIMALS
 from onemap_gateway.present.service_status import PipelineFault, assess_services
-from onemap_gateway.present.units import DECIMALS
 from onemap_gateway.present.views import age_s, latency_reports, search_report
 from onemap_shared.geometry import yaw_of
 

@@ -15,8 +15,7 @@ from prometheus_client.core import (
 )
 from prometheus_client.registry import Collector
 
-from onemap_gateway.bus.latency import BOUNDS_S, FrameLatencies
-from onemap_gateway.bus.live_state import LiveState
+from onemap_gateway.bus.live_state import BOUNDS_S, FrameLatencies, LiveState
 from onemap_gateway.present.service_status import ServiceCondition, assess_services
 from onemap_shared.transport import Counters
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from onemap_gateway.present.formats import millimetres, rfc3339
 from onemap_gateway.present.replies import Nanoseconds, Time
-from onemap_gateway.present.units import millimetres, rfc3339
 from onemap_shared.messages import KeptObject, ObjectList
 
 ADDRESS = "/v1/objects"

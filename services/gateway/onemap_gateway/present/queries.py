@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from onemap_gateway.present.formats import millimetres, rfc3339
 from onemap_gateway.present.replies import Time
-from onemap_gateway.present.units import millimetres, rfc3339
 from onemap_gateway.present.views import age_s, finite
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import SimilarityReply, Verdict

@@ -10,10 +10,10 @@ from math import isfinite
 
 import numpy as np
 
-from onemap_gateway.bus.latency import FrameLatencies
-from onemap_gateway.bus.live_state import LatestMessage, LiveState
+from onemap_gateway.bus.live_state import FrameLatencies, LatestMessage, LiveState
 from onemap_gateway.present.choices import choice_report
 from onemap_gateway.present.endings import coverage_report, evidence_report
+from onemap_gateway.present.formats import DECIMALS, millimetres, rfc3339
 from onemap_gateway.present.render import Overlay, on_grid
 from onemap_gateway.present.replies import (
     LatencyReport,
@@ -29,7 +29,6 @@ from onemap_gateway.present.replies import (
     StreamReport,
 )
 from onemap_gateway.present.service_status import PipelineFault, assess_services
-from onemap_gateway.present.units import DECIMALS, millimetres, rfc3339
 from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import (
     Layer,

@@ -10,7 +10,7 @@ import anyio
 import pytest
 
 from onemap_gateway.config import GatewayConfig, Role
-from onemap_gateway.http.agents.tools import TOOLS, ToolResult, call_tool
+from onemap_gateway.http.agent_tools import TOOLS, ToolResult, call_tool
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem
 from onemap_shared import keys

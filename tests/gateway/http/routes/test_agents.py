@@ -17,7 +17,7 @@ from tests.gateway.fakes import client_on
 def test_without_the_sdk_one_sentence_says_what_to_install(
     client: TestClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.delitem(sys.modules, "onemap_gateway.http.agents.server", raising=False)
+    monkeypatch.delitem(sys.modules, "onemap_gateway.http.mcp_server", raising=False)
     monkeypatch.setitem(sys.modules, "mcp", None)
     answer = client.post("/mcp", json=REQUEST)
     assert answer.status_code == 501

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from starlette.testclient import TestClient
 
-from onemap_gateway.present.camera_image import BOX
+from onemap_gateway.present.render import BOX
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway import fakes

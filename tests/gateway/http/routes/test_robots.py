@@ -9,7 +9,7 @@ import pytest
 from pydantic import SecretStr, ValidationError
 
 from onemap_gateway.config import GatewayConfig
-from onemap_gateway.http.access import MAX_FAILURES
+from onemap_gateway.http.security import MAX_FAILURES
 from onemap_gateway.service import GatewayWorker, build
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryRouter

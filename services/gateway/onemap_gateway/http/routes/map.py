@@ -1,5 +1,5 @@
-"""The map: image, arrays, numbers."""
-# Talks: draws in a thread.
+"""The map (image, arrays, numbers), saved maps, and the camera's image."""
+# Talks: draws and encodes in threads.
 
 from __future__ import annotations
 
@@ -10,21 +10,44 @@ from hashlib import sha256
 from typing import Annotated, Any
 
 from anyio import to_thread
-from fastapi import APIRouter, Depends, Query, Response
+from fastapi import APIRouter, Depends, Path, Query, Response
+from pydantic import AfterValidator
 
 from onemap_gateway.http.context import GatewayContext, GatewayDep
-from onemap_gateway.http.problem_docs import BODY, problem_responses
+from onemap_gateway.http.problems import BODY, HttpProblem, problem_responses
 from onemap_gateway.http.queries import image_view
-from onemap_gateway.http.schemas import ComparedImage, ObjectName
+from onemap_gateway.http.schemas import (
+    MAP_NAME,
+    ComparedImage,
+    MapName,
+    MergeRequest,
+    ObjectName,
+    check_map_name,
+)
 from onemap_gateway.http.shared_results import SharedResponse
 from onemap_gateway.present.palette import PALETTES, Theme
-from onemap_gateway.present.render import MAX_SCALE, encode_png, render_map
-from onemap_gateway.present.replies import MapChange, MapInfo
-from onemap_gateway.present.views import build_overlay, map_archive, map_change, map_info
+from onemap_gateway.present.render import (
+    MAX_SCALE,
+    annotate_detections,
+    encode_jpeg,
+    encode_png,
+    render_map,
+)
+from onemap_gateway.present.replies import MapChange, MapInfo, MapListReply, SavedMapReport
+from onemap_gateway.present.views import (
+    build_overlay,
+    map_archive,
+    map_change,
+    map_info,
+    map_list,
+    saved_map_report,
+)
 from onemap_shared import keys
-from onemap_shared.messages import MapClear, SearchView
+from onemap_shared.messages import MapClear, MapFile, MapListRequest, MapMerge, SearchView
 
 router = APIRouter(prefix="/v1", tags=["map"])
+maps_router = APIRouter(prefix="/v1", tags=["maps"])
+camera_router = APIRouter(prefix="/v1", tags=["camera"])
 
 Text = Annotated[
     ObjectName | None, Query(description="Also the similarity to this.", examples=["sofa"])
@@ -164,3 +187,154 @@ async def get_map_arrays(gateway: GatewayDep, text: Text = None) -> Response:
 async def clear_map(gateway: GatewayDep) -> MapChange:
     """Empty the map."""
     return map_change(await gateway.call(keys.MAP_CLEAR, MapClear()))
+
+
+NO_MOTION = MergeRequest()
+FILE_S = 20.0  # a map of hundreds of megabytes on the card of a Jetson
+
+Name = Annotated[
+    str,
+    AfterValidator(check_map_name),
+    Path(
+        description="Begins with a letter or a digit; letters A-Z and a-z, digits, '.', '_' and "
+        "'-', at most 64; no folder.",
+        json_schema_extra={"pattern": f"^{MAP_NAME.pattern}$"},
+        examples=["flat"],
+    ),
+]
+
+
+@maps_router.get("/maps", summary="What was saved?", responses=problem_responses(503))
+async def list_maps(gateway: GatewayDep) -> MapListReply:
+    """The maps in the mapper's map folder, newest first; damaged ones say why."""
+    return map_list(await gateway.call(keys.MAP_LIST, MapListRequest()))
+
+
+@maps_router.get("/maps/{name}", summary="A saved map", responses=problem_responses(404, 422, 503))
+async def get_saved_map(name: Name, gateway: GatewayDep) -> SavedMapReport:
+    """Size, encoder and time of a saved map, without its cells."""
+    (saved,) = (await gateway.call(keys.MAP_LIST, MapListRequest(name))).maps
+    return saved_map_report(saved)
+
+
+@maps_router.put(
+    "/maps/{name}",
+    summary="Save the map",
+    responses={
+        201: {
+            "model": MapChange,
+            "description": "No map had this name.",
+            "headers": {"Location": {"schema": {"type": "string"}}},
+        },
+        **problem_responses(401, 409, 422, 503, 507),
+    },
+)
+async def put_map(name: Name, gateway: GatewayDep, response: Response) -> MapChange:
+    """Write the map to a file in the mapper's map folder; an older one is replaced."""
+    summary = await gateway.call(keys.MAP_SAVE, MapFile(name), FILE_S)
+    if summary.created:
+        response.status_code = 201
+        response.headers["Location"] = f"/v1/maps/{name}"
+    return map_change(summary)
+
+
+@maps_router.delete(
+    "/maps/{name}",
+    summary="Delete a saved map",
+    responses=problem_responses(401, 404, 422, 503, 507),
+)
+async def delete_map(name: Name, gateway: GatewayDep) -> SavedMapReport:
+    """Delete a file of the mapper's map folder and say what it was; the map in use stays."""
+    return saved_map_report(await gateway.call(keys.MAP_DELETE, MapFile(name)))
+
+
+@maps_router.post(
+    "/maps/{name}/load",
+    summary="Load a saved map",
+    responses=problem_responses(401, 404, 409, 422, 503),
+)
+async def load_saved_map(name: Name, gateway: GatewayDep) -> MapChange:
+    """Replace the map by a saved one; refused if another encoder made it."""
+    return map_change(await gateway.call(keys.MAP_LOAD, MapFile(name), FILE_S))
+
+
+@maps_router.post(
+    "/maps/{name}/merge",
+    summary="Merge a saved map into the map in use",
+    responses=problem_responses(*BODY, 401, 404, 409, 422, 503),
+)
+async def merge_saved_map(
+    name: Name, gateway: GatewayDep, request: MergeRequest = NO_MOTION
+) -> MapChange:
+    """Fuse a saved map of the same frame, or of one that lies in it as the body says.
+
+    Features are weighted by the inverse of their variance, so that it does not matter which of both
+    maps came first; found objects that are none of ours are added. Refused if another encoder made
+    it.
+    """
+    merge = MapMerge(name, request.x_m, request.y_m, request.yaw_rad)
+    return map_change(await gateway.call(keys.MAP_MERGE, merge, FILE_S))
+
+
+@maps_router.post(
+    "/map/save",
+    deprecated=True,
+    summary="Save the map",
+    responses=problem_responses(*BODY, 401, 409, 422, 503, 507),
+)
+async def save_map(request: MapName, gateway: GatewayDep) -> MapChange:
+    """As `PUT /v1/maps/{name}`, which replaces it: the next release does not have this address."""
+    return map_change(await gateway.call(keys.MAP_SAVE, MapFile(request.name), FILE_S))
+
+
+@maps_router.post(
+    "/map/load",
+    deprecated=True,
+    summary="Load a map",
+    responses=problem_responses(*BODY, 401, 404, 409, 422, 503),
+)
+async def load_map(request: MapName, gateway: GatewayDep) -> MapChange:
+    """As `POST /v1/maps/{name}/load`, which replaces it: the next release does not have this
+    address.
+    """
+    return map_change(await gateway.call(keys.MAP_LOAD, MapFile(request.name), FILE_S))
+
+
+@camera_router.get(
+    "/camera.jpg",
+    summary="The camera's newest image",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "`X-OneMap-Sequence` is the frame's number, `X-OneMap-Age` its age in "
+            "seconds since it arrived.",
+            "content": {"image/jpeg": {"schema": {"type": "string", "format": "binary"}}},
+        },
+        **problem_responses(422, 503),
+    },
+)
+async def get_camera(
+    gateway: GatewayDep,
+    detections: Annotated[bool, Query(description="Draw what was detected.")] = True,
+) -> Response:
+    """The newest image, with a labelled box around each detection of the last moments."""
+    state, now_s = gateway.cache.state, gateway.cache.now_s()
+    if state.frame is None:
+        raise HttpProblem(
+            "unavailable",
+            "No camera frame has arrived yet: is the robot (simulator, replay or a driver) "
+            "running?",
+            service="robot",
+        )
+    frame = state.frame.message
+    drawn = state.detections_now(now_s) if detections else None
+
+    async def draw() -> tuple[bytes, dict[str, str]]:
+        image = await to_thread.run_sync(annotate_detections, frame.rgb, drawn)
+        data = await to_thread.run_sync(encode_jpeg, image, gateway.config.jpeg_quality)
+        return data, {"X-OneMap-Sequence": str(frame.sequence)}
+
+    version = (state.frame.arrived_s, frame.sequence, drawn.sequence if drawn else None)
+    image = await gateway.images.get(("camera.jpg", detections), version, draw)
+    headers = {**image.headers, "X-OneMap-Age": f"{state.frame.age_s(now_s):.3f}"}
+    return SharedResponse(image.body, media_type="image/jpeg", headers=headers)

@@ -7,8 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Header, Path, Response
 
 from onemap_gateway.http.context import GatewayDep
-from onemap_gateway.http.problem_docs import problem_responses
-from onemap_gateway.http.problems import HttpProblem
+from onemap_gateway.http.problems import HttpProblem, problem_responses
 from onemap_gateway.present.objects import (
     ADDRESS,
     MapObjectReport,

@@ -11,12 +11,11 @@ from fastapi import APIRouter, Depends, Query, WebSocket, WebSocketDisconnect
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from onemap_gateway.http.context import GatewayContext, GatewayDep, get_gateway
-from onemap_gateway.http.problem_docs import BODY, problem_responses
-from onemap_gateway.http.problems import HttpProblem
-from onemap_gateway.http.queries import answers
-from onemap_gateway.http.query_events import (
+from onemap_gateway.http.problems import BODY, HttpProblem, problem_responses
+from onemap_gateway.http.queries import (
     PROBLEM,
     QueryChange,
+    answers,
     check_answerable,
     query_changes,
     query_events,
@@ -25,7 +24,7 @@ from onemap_gateway.http.query_events import (
 )
 from onemap_gateway.http.schemas import QueryRequest, StandingRequest
 from onemap_gateway.http.sockets import GOING_AWAY, REFUSED, accept, first_message, speak
-from onemap_gateway.present.json_text import finite, json_text
+from onemap_gateway.present.formats import finite, json_text
 from onemap_gateway.present.queries import QueryListReply, QueryReply
 
 router = APIRouter(prefix="/v1", tags=["queries"])

@@ -19,10 +19,10 @@ from starlette.responses import Response
 from starlette.types import Message, Receive, Scope, Send
 
 from onemap_gateway.config import GatewayConfig, Role
-from onemap_gateway.http.agents.tools import TOOLS, AgentTool, ToolResult, budget_limits, call_tool
+from onemap_gateway.http.agent_tools import TOOLS, AgentTool, ToolResult, budget_limits, call_tool
 from onemap_gateway.http.context import GatewayContext
 from onemap_gateway.http.problems import HttpProblem
-from onemap_gateway.present.json_text import finite, json_text
+from onemap_gateway.present.formats import finite, json_text
 
 LOG = logging.getLogger("onemap.gateway")
 logging.getLogger("mcp").setLevel(logging.WARNING)  # it reports the start and end of each request

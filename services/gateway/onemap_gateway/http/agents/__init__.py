@@ -1,1 +1,0 @@
-"""The tools that agents use over the Model Context Protocol."""
