@@ -29,8 +29,8 @@ from foxglove.messages import (
 )
 from scipy.spatial.transform import Rotation
 
-from onemap_gateway.present.render import BOX, encode_jpeg
 from onemap_gateway.present.palette import Rgb
+from onemap_gateway.present.render import BOX, encode_jpeg
 from onemap_shared.camera import unproject
 from onemap_shared.geometry import F32, F64, U8
 from onemap_shared.grid import GridSpec

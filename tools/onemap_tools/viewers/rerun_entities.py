@@ -11,8 +11,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import rerun as rr
 
-from onemap_gateway.present.render import BOX, encode_jpeg
 from onemap_gateway.present.palette import DARK
+from onemap_gateway.present.render import BOX, encode_jpeg
 from onemap_shared.camera import unproject_to_map
 from onemap_shared.geometry import F32, U8
 from onemap_shared.messages import (

@@ -10,10 +10,14 @@ from typing import TypeAlias
 import cv2
 import numpy as np
 
-from onemap_gateway.present.render import annotate_detections
 from onemap_gateway.present.canvas import FONT, FONT_SCALE, Canvas, Viewport, ascii_text, draw_text
 from onemap_gateway.present.palette import DARK, Rgb
-from onemap_gateway.present.render import draw_overlay, draw_scale_bar, render_map
+from onemap_gateway.present.render import (
+    annotate_detections,
+    draw_overlay,
+    draw_scale_bar,
+    render_map,
+)
 from onemap_shared.geometry import U8
 from onemap_shared.messages import SearchState, SearchStatus
 from onemap_tools.demo.film.moment import FilmMoment
