@@ -25,7 +25,7 @@ def addresses() -> set[str]:
     routers = [
         part for module in modules for part in vars(module).values() if isinstance(part, APIRouter)
     ]
-    paths = {route.path for router in routers for route in router.routes}
+    paths = {str(route.path) for router in routers for route in router.routes}
     return {re.sub(r"{\w+_id}", "{id}", path) for path in paths} - UNDOCUMENTED
 
 
