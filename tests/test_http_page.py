@@ -7,6 +7,7 @@ import pkgutil
 import re
 
 from fastapi import APIRouter
+from starlette.routing import Route, WebSocketRoute
 
 from onemap_gateway.http import routes
 from onemap_shared.messages import FailureCode
@@ -19,13 +20,14 @@ ADDRESS = re.compile(r"`(?:(?:GET|POST|PUT|DELETE|WS) )?(/[\w./{}]*)`")
 def addresses() -> set[str]:
     """The paths of all routes, every parameter of an id called as on the page."""
     modules = [
-        importlib.import_module(f"{routes.__name__}.{found.name}")
-        for found in pkgutil.iter_modules(routes.__path__)
+        importlib.import_module(f"{routes.__name__}.{module.name}")
+        for module in pkgutil.iter_modules(routes.__path__)
     ]
     routers = [
         part for module in modules for part in vars(module).values() if isinstance(part, APIRouter)
     ]
-    paths = {str(route.path) for router in routers for route in router.routes}
+    found = [route for router in routers for route in router.routes]
+    paths = {route.path for route in found if isinstance(route, Route | WebSocketRoute)}
     return {re.sub(r"{\w+_id}", "{id}", path) for path in paths} - UNDOCUMENTED
 
 
