@@ -16,11 +16,10 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.digest import sha256_of
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.map_file import write
-from onemap_mapper.snapshot import take
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.storage.map_file import write
+from onemap_mapper.storage.snapshot import sha256_of, take
 from onemap_shared import wire
 from onemap_shared.memory_bus import MemoryRouter
 from tests.gateway.fakes import client_on

@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from onemap_mapper import map_file
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame_update import compute_update
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import compute_update
 from onemap_mapper.objects import NO_OBJECTS
 from onemap_mapper.params import ObjectParams
-from onemap_mapper.snapshot import MapFileError, restore, take
+from onemap_mapper.storage import map_file
+from onemap_mapper.storage.snapshot import MapFileError, restore, take
 from tests.chaos.report import Attack
 from tests.chaos.test_wire import mutated
 from tests.mapper import scenes

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.map_file import read, write
-from onemap_mapper.snapshot import MapFileError, MapSnapshot, take
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.storage.map_file import read, write
+from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, take
 from tests.chaos.report import Attack
 from tests.mapper import scenes
 

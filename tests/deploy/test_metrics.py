@@ -11,9 +11,9 @@ import pytest
 import yaml
 
 from onemap_gateway.present.metrics import RequestCounter, exposition
+from onemap_mapper.belief.version import NO_FRAMES
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_history import NO_FRAMES
-from onemap_mapper.map_robot import MapRobot
+from onemap_mapper.robots import MapRobot
 from onemap_perception.telemetry import PerceptionTelemetry
 from onemap_planner.config import PlannerConfig
 from onemap_planner.service import Planner

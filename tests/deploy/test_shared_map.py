@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.map_robot import buses_of
+from onemap_mapper.robots import buses_of
 from onemap_shared import keys
 from onemap_shared.config import BusConfig, read, section
 from onemap_shared.memory_bus import MemoryRouter

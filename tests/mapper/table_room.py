@@ -10,8 +10,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame_update import compute_update
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64

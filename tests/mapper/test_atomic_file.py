@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from onemap_mapper.atomic_file import replacing, sweep
+from onemap_mapper.storage.map_file import replacing, sweep_leftovers
 
 
 def test_a_file_is_replaced_as_a_whole(tmp_path: Path) -> None:
@@ -50,6 +50,6 @@ def test_a_link_under_the_temporary_name_is_not_followed(
 def test_leftovers_of_cut_off_writes_are_swept(tmp_path: Path) -> None:
     for name in (".a.npz.12.part", ".b.part", "keep.part", "c.npz"):
         (tmp_path / name).write_bytes(b"x")
-    assert sweep(tmp_path) == 2
+    assert sweep_leftovers(tmp_path) == 2
     assert sorted(path.name for path in tmp_path.iterdir()) == ["c.npz", "keep.part"]
-    assert sweep(tmp_path / "none") == 0
+    assert sweep_leftovers(tmp_path / "none") == 0

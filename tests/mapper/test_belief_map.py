@@ -10,10 +10,10 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.belief_map import BeliefMap, FieldRejected
-from onemap_mapper.frame_update import compute_update
+from onemap_mapper.belief.map import BeliefMap, FieldRejected
+from onemap_mapper.belief.tiles import MapTooLarge
+from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import MapParams
-from onemap_mapper.tiles import MapTooLarge
 from onemap_shared.messages import FeatureField, Layer, Occupancy
 from tests.mapper import scenes
 from tests.reference import mapping as slow

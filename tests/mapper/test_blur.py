@@ -8,7 +8,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.blur import MIN_WEIGHT, BlurKernel, blur_kernel, blurred
+from onemap_mapper.frame.blur import MIN_WEIGHT, BlurKernel, blur_kernel, blurred
 from onemap_mapper.params import BlurParams
 from tests.reference import mapping as slow
 

@@ -8,17 +8,18 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper import cell_store
-from onemap_mapper.cell_store import (
+from onemap_mapper.belief import cells
+from onemap_mapper.belief.cells import (
     BLOCK,
     EMPTY_BELOW,
     CellStore,
     FeatureShare,
+    fused,
+    gain,
     searched_row,
 )
-from onemap_mapper.fusion import fused, gain
-from onemap_mapper.heights import LEVELS
-from onemap_mapper.keyframes import Views
+from onemap_mapper.belief.view_log import Views
+from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.params import MapParams
 from tests.reference import mapping as slow
 
@@ -35,7 +36,7 @@ def new_store(dtype: torch.dtype = torch.float32, *, compiled: bool = False) -> 
 def test_blocks_equal_one_dense_table(compiled: bool, seed: int) -> None:
     rng = np.random.default_rng(seed)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cell_store, "BLOCK", 7)
+        patch.setattr(cells, "BLOCK", 7)
         store = new_store(compiled=compiled)
         F, c = torch.zeros((40, 3)), torch.zeros(40)
         for revision in range(1, 6):
@@ -180,7 +181,7 @@ def test_more_is_never_taken_than_there_is() -> None:
 def test_removed_slots_are_filled_with_the_last(seed: int) -> None:
     rng = np.random.default_rng(seed)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cell_store, "BLOCK", 7)
+        patch.setattr(cells, "BLOCK", 7)
         store = new_store()
         count = int(rng.integers(1, 25))
         slots = store.add(np.stack([np.arange(count), -np.arange(count)], axis=1))

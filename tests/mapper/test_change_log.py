@@ -6,8 +6,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.change_log import ChangeLog
-from onemap_mapper.tiles import AREA
+from onemap_mapper.belief.tiles import AREA, ChangeLog
 
 
 @given(

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from onemap_mapper import checkpoint_file, map_file
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper import checkpoint_file
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.checkpoint_file import FOLDER, newest, remove_all
-from onemap_mapper.frame_update import compute_update
+from onemap_mapper.frame.update import compute_update
 from onemap_mapper.map_folder import saved_maps
-from onemap_mapper.snapshot import MapSnapshot, take
+from onemap_mapper.storage import map_file
+from onemap_mapper.storage.snapshot import MapSnapshot, take
 from tests.mapper import scenes
 
 

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from onemap_mapper import checkpoint_file
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.checkpoints import Checkpoints, resumed
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.live_map import LiveMap
+from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import CheckpointParams
+from onemap_mapper.storage.live_map import LiveMap
 from tests.mapper import scenes
 
 PARAMS = CheckpointParams()

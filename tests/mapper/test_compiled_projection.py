@@ -8,10 +8,15 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.compiled_projection import project_compiled
-from onemap_mapper.device.cloud import DeviceCloud
+from onemap_mapper.frame.cloud import DeviceCloud
+from onemap_mapper.frame.projection import (
+    MAX_ENTRIES,
+    CellWeights,
+    cell_features,
+    project,
+    project_compiled,
+)
 from onemap_mapper.params import ProjectionParams
-from onemap_mapper.projection import MAX_ENTRIES, CellWeights, cell_features, project
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_shared.grid import GridTooLarge

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.coverage import FloorCoverage, floor_coverage, in_sight, reachable_floor
 from onemap_mapper.params import VerdictParams
+from onemap_mapper.query.verdicts import FloorCoverage, floor_coverage, in_sight, reachable_floor
 from onemap_shared.geometry import U8
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Layer, Occupancy

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.coverage_cache import KEPT_S, CoverageCache
-from onemap_mapper.frame_update import compute_update
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import VerdictParams
+from onemap_mapper.query.verdicts import KEPT_S, CoverageCache
 from tests.mapper import scenes
 
 

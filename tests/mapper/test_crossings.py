@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.submaps import submap_of
+from onemap_mapper.belief.tiles import AREA
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import FrameUpdate, compute_update
-from onemap_mapper.map_scores import KnownScores, MapScores
+from onemap_mapper.frame.update import FrameUpdate, compute_update
 from onemap_mapper.params import MapParams
-from onemap_mapper.replies import search_view, similarity_reply
-from onemap_mapper.similarity import TextQuery
-from onemap_mapper.snapshot import MapSnapshot, restore, take
-from onemap_mapper.submaps.submap import submap_of
-from onemap_mapper.tiles import AREA
+from onemap_mapper.query.replies import search_view, similarity_reply
+from onemap_mapper.query.scores import KnownScores, MapScores
+from onemap_mapper.query.similarity import TextQuery
+from onemap_mapper.storage.snapshot import MapSnapshot, restore, take
 from onemap_shared.geometry import I64
 from onemap_shared.messages import FeatureField, SimilarityRequest
 from tests.mapper import scenes

@@ -7,11 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.digest import ARRAYS, digest_of, sha256_of
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.snapshot import MapSnapshot, take
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.storage.snapshot import ARRAYS, MapSnapshot, digest_of, sha256_of, take
 from tests.mapper import scenes
 
 

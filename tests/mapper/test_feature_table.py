@@ -8,8 +8,8 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper import cell_store
-from onemap_mapper.cell_store import CellStore
+from onemap_mapper.belief import cells
+from onemap_mapper.belief.cells import CellStore
 
 CPU = torch.device("cpu")
 
@@ -27,7 +27,7 @@ def filled(seed: int, dtype: torch.dtype) -> CellStore:
 @settings(max_examples=30, deadline=None)
 def test_a_copy_of_some_cells_reads_as_the_store(seed: int, dtype: torch.dtype) -> None:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cell_store, "BLOCK", 7)
+        patch.setattr(cells, "BLOCK", 7)
         store, rng = filled(seed, dtype), np.random.default_rng(seed)
         copied = np.flatnonzero(rng.random(store.count) < 0.6)
         table, asked = store.copied(copied), copied[rng.random(len(copied)) < 0.7]

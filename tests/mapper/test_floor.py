@@ -7,12 +7,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.floor import floor_points
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.occupancy import occupancy_update
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.cloud import PointCloud
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.occupancy.floor import floor_points
+from onemap_mapper.occupancy.host import occupancy_update
 from onemap_mapper.params import MapParams
-from onemap_mapper.point_cloud import PointCloud
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_shared.messages import Occupancy

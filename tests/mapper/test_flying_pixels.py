@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from onemap_mapper.flying_pixels import flying_pixels
+from onemap_mapper.occupancy.host import ALIKE, NEIGHBOURS, few_alike
 from onemap_shared.camera import Intrinsics, ray_directions
-from onemap_shared.geometry import F32, camera_mount
+from onemap_shared.geometry import F32, Bool, camera_mount
 
 SIZE = (120, 160)
 CAMERA = Intrinsics.from_fov(SIZE[1], SIZE[0], np.deg2rad(79))
+
+
+def flying_pixels(depth_m: F32) -> Bool:
+    return few_alike(depth_m, ALIKE, NEIGHBOURS)
 
 
 def wall_and_box() -> F32:
@@ -58,15 +60,3 @@ def test_nearly_all_flying_pixels_are_dropped_and_nearly_nothing_else() -> None:
     dropped = flying_pixels(depth_m)
     assert dropped[flying].mean() > 0.9
     assert dropped[~flying].mean() < 0.005
-
-
-@given(seed=st.integers(0, 2**16))
-@settings(max_examples=30, deadline=None)
-def test_the_compiled_loop_finds_the_same_pixels(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    shape = tuple(rng.integers(1, 20, 2))
-    depth_m = (rng.integers(0, 12, shape) / 10 + 1.0).astype(np.float32)
-    depth_m[rng.random(shape) < 0.2] = 0
-    np.testing.assert_array_equal(
-        flying_pixels(depth_m, compiled=True), flying_pixels(depth_m, compiled=False)
-    )

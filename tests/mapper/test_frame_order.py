@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.frame_order import (
+from onemap_mapper.robots import (
     NEW_STREAM_FRAMES,
     SAME_PLACE_M,
     FrameOrder,

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper.blur import MIN_WEIGHT
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.point_cloud import PointCloud
+from onemap_mapper.frame.blur import MIN_WEIGHT
+from onemap_mapper.frame.cloud import PointCloud
+from onemap_mapper.frame.update import compute_update
 from onemap_shared.geometry import Bool
 from onemap_shared.messages import FeatureField
 from tests.mapper import scenes

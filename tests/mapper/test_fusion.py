@@ -7,7 +7,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.fusion import fused, gain, with_process_noise
+from onemap_mapper.belief.cells import fused, gain, with_process_noise
 
 
 def fuse_all(features: torch.Tensor, confidences: torch.Tensor) -> tuple[torch.Tensor, ...]:

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper import map_file, snapshot
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.height_answers import extent_band
-from onemap_mapper.map_scores import MapScores
-from onemap_mapper.merge import merge_into
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.merge import merge_into
+from onemap_mapper.belief.submaps import PlanarCorrection
 from onemap_mapper.params import RegionParams
-from onemap_mapper.replies import similarity_reply
-from onemap_mapper.similarity import TextQuery
-from onemap_mapper.submaps.correction import PlanarCorrection
+from onemap_mapper.query.regions import extent_band
+from onemap_mapper.query.replies import similarity_reply
+from onemap_mapper.query.scores import MapScores
+from onemap_mapper.query.similarity import TextQuery
+from onemap_mapper.storage import map_file, snapshot
 from onemap_shared.messages import SimilarityReply, SimilarityRequest
 from tests.mapper import scenes, table_room
 from tests.mapper.table_room import FEATURES, NAMES

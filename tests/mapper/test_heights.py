@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.frame_images import cloud_of, depth_in_metres
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.heights import (
+from onemap_mapper.frame.update import cloud_of, compute_update, depth_in_metres
+from onemap_mapper.occupancy.heights import (
     EDGES_M,
     LEVELS,
     RING_CELLS,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper import image_cache
-from onemap_mapper.image_cache import ImageCache
+from onemap_mapper.query import texts
+from onemap_mapper.query.texts import ImageCache
 from onemap_shared.messages import TextEmbeddings
 from onemap_shared.transport import RequestRejected
 
@@ -52,7 +52,7 @@ def test_a_refused_image_is_asked_again() -> None:
 
 
 def test_the_image_used_longest_ago_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(image_cache, "MAX_IMAGES", 2)
+    monkeypatch.setattr(texts, "MAX_IMAGES", 2)
     embedder = Embedder()
     cache = ImageCache(embedder, torch.device("cpu"))
     for image in (b"a", b"b", b"a", b"c", b"a", b"b"):

@@ -8,11 +8,11 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.submaps import SubmapStore
+from onemap_mapper.belief.view_log import MAX_VIEWS, Keyframes, views_since
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.keyframes import MAX_VIEWS, Keyframes, views_since
-from onemap_mapper.submaps.submap_store import SubmapStore
+from onemap_mapper.frame.update import compute_update
 from onemap_shared.messages import FeatureField, Layer
 from tests.mapper import scenes
 

@@ -15,15 +15,14 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper import live_map, map_file
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.cell_store import CellStore
-from onemap_mapper.digest import sha256_of
-from onemap_mapper.feature_table import FeatureTable
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.live_map import LiveMap
-from onemap_mapper.snapshot import MapFileError, MapSnapshot, restore, take
-from onemap_mapper.view_log import SeenFrom
+from onemap_mapper.belief.cells import CellStore
+from onemap_mapper.belief.features import FeatureTable
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.view_log import SeenFrom
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.storage import live_map, map_file
+from onemap_mapper.storage.live_map import LiveMap
+from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, restore, sha256_of, take
 from onemap_shared.geometry import I64
 from tests.mapper import scenes
 

@@ -15,13 +15,21 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.map_file import ARRAYS, HEIGHTS, SEEN, map_path, read, read_header, write
-from onemap_mapper.npz_writer import NpzWriter
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import compute_update
 from onemap_mapper.objects import NO_OBJECTS, to_bytes
 from onemap_mapper.params import ObjectParams
-from onemap_mapper.snapshot import VERSION, MapFileError, MapSnapshot, restore, take
+from onemap_mapper.storage.map_file import (
+    ARRAYS,
+    HEIGHTS,
+    SEEN,
+    NpzWriter,
+    map_path,
+    read,
+    read_header,
+    write,
+)
+from onemap_mapper.storage.snapshot import VERSION, MapFileError, MapSnapshot, restore, take
 from tests.mapper import scenes
 from tests.mapper.finds import object_find
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.map_file import MapNotFound, map_path, write
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import compute_update
 from onemap_mapper.map_folder import QuotaExceeded, check_quota, delete, saved_map, saved_maps
-from onemap_mapper.snapshot import MapFileError, MapSnapshot, take
+from onemap_mapper.storage.map_file import MapNotFound, map_path, write
+from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot, take
 from onemap_shared.messages import MAX_LISTED_MAPS
 from tests.mapper import scenes
 from tests.mapper.test_map_file import rewritten

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.map_robot import MapRobot
+from onemap_mapper.robots import MapRobot
 from onemap_mapper.service import Mapper, build
 from onemap_shared import keys
 from onemap_shared.memory_bus import MemoryBus, MemoryRouter

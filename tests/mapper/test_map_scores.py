@@ -15,15 +15,16 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper import cell_store, map_scores
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.cell_store import FeatureShare
-from onemap_mapper.feature_table import FeatureTable
-from onemap_mapper.frame_update import FrameUpdate, compute_update
-from onemap_mapper.heights import LEVELS
-from onemap_mapper.map_scores import MapScores, ScoredVersion
-from onemap_mapper.replies import search_view
-from onemap_mapper.similarity import ScoreCache, TextQuery
+from onemap_mapper.belief import cells as cells_module
+from onemap_mapper.belief.cells import FeatureShare
+from onemap_mapper.belief.features import FeatureTable
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import FrameUpdate, compute_update
+from onemap_mapper.occupancy.heights import LEVELS
+from onemap_mapper.query import scores as scores_module
+from onemap_mapper.query.replies import search_view
+from onemap_mapper.query.scores import MapScores, ScoredVersion
+from onemap_mapper.query.similarity import ScoreCache, TextQuery
 from onemap_shared.geometry import F32, I64
 from tests.mapper import scenes
 
@@ -117,8 +118,8 @@ def _interrupted(
 @settings(max_examples=15, deadline=None)
 def test_an_answer_is_that_of_one_revision_whenever_the_map_changes(seed: int, dtype: str) -> None:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cell_store, "BLOCK", 16)  # so that a read has several parts
-        patch.setattr(map_scores, "COPIED_CELLS", 4)
+        patch.setattr(cells_module, "BLOCK", 16)  # so that a read has several parts
+        patch.setattr(scores_module, "COPIED_CELLS", 4)
         changing = ChangingMap(seed, dtype)
         rng = np.random.default_rng(seed + 1)
         lock = Interrupting(changing.change, rng)
@@ -134,8 +135,8 @@ def test_an_answer_is_that_of_one_revision_whenever_the_map_changes(seed: int, d
 @pytest.fixture
 def hasty_threads(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Threads that take turns as often as they can, with reads and writes in many parts."""
-    monkeypatch.setattr(cell_store, "BLOCK", 16)
-    monkeypatch.setattr(map_scores, "COPIED_CELLS", 100)
+    monkeypatch.setattr(cells_module, "BLOCK", 16)
+    monkeypatch.setattr(scores_module, "COPIED_CELLS", 100)
     interval_s = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     yield
@@ -197,7 +198,7 @@ def assert_same(answer: ScoredVersion, expected: ScoredVersion) -> None:
 
 
 def test_the_lock_is_free_while_a_new_text_is_scored(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(map_scores, "COPIED_CELLS", 4)
+    monkeypatch.setattr(scores_module, "COPIED_CELLS", 4)
     changing, lock, held = ChangingMap(0), threading.Lock(), list[tuple[int, bool]]()
     products = FeatureTable.products
 
@@ -212,7 +213,7 @@ def test_the_lock_is_free_while_a_new_text_is_scored(monkeypatch: pytest.MonkeyP
 
 def test_a_map_that_always_changes_is_scored_with_the_lock(monkeypatch: pytest.MonkeyPatch) -> None:
     """As when submaps move; and it is the whole map that is scored again each time."""
-    monkeypatch.setattr(map_scores, "COPIED_CELLS", 0)
+    monkeypatch.setattr(scores_module, "COPIED_CELLS", 0)
     changing = ChangingMap(1)
     entered: list[int] = []
 
@@ -225,7 +226,7 @@ def test_a_map_that_always_changes_is_scored_with_the_lock(monkeypatch: pytest.M
 
     answer = MapScores(changing.belief, Lock()).of(changing.texts)
     changing.check(answer, [0, 1, 2])
-    assert len(entered) == map_scores.ATTEMPTS + 1
+    assert len(entered) == scores_module.ATTEMPTS + 1
     assert answer.version.revision == entered[-1]
 
 

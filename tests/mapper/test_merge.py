@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame_history import FrameHistory
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.merge import merge_into, merged_objects
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.merge import merge_into, merged_objects
+from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection
+from onemap_mapper.belief.version import FrameHistory
+from onemap_mapper.frame.update import compute_update
 from onemap_mapper.objects import NO_OBJECTS, ObjectMemory
 from onemap_mapper.params import ObjectParams
-from onemap_mapper.snapshot import EncoderMismatch, MapFileError, MapSnapshot, take
-from onemap_mapper.submaps.correction import NO_CORRECTION, PlanarCorrection
+from onemap_mapper.storage.snapshot import EncoderMismatch, MapFileError, MapSnapshot, take
 from onemap_shared.messages import PicturedObject
 from tests.gateway.fakes import kept_object
 from tests.mapper import scenes

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame_update import compute_update
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import VerdictParams
-from onemap_mapper.similarity import ScoreCache, TextQuery
+from onemap_mapper.query.similarity import ScoreCache, TextQuery
 from onemap_shared.geometry import F32, F64
 from tests.mapper import scenes, table_room
 from tests.mapper.scenes import Box

@@ -7,8 +7,8 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.cell_store import CellStore
-from onemap_mapper.neutral_cosines import NeutralSums, shares, unit_cosines
+from onemap_mapper.belief.cells import CellStore
+from onemap_mapper.query.similarity import NeutralSums, shares, unit_cosines
 
 CPU = torch.device("cpu")
 WORDS = torch.nn.functional.normalize(torch.randn(5, 8, generator=torch.manual_seed(0)), dim=1)

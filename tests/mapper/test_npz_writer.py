@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from onemap_mapper.npz_writer import NpzWriter
+from onemap_mapper.storage.map_file import NpzWriter
 
 ARRAYS: tuple[NDArray, ...] = (
     np.array("text"),

@@ -5,25 +5,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.occupancy import (
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.cloud import PointCloud
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.occupancy.evidence import (
     MAX_EVIDENCE,
     MIN_EVIDENCE,
     OCCUPIED_THRESHOLD,
     accumulated_evidence,
     cells_within,
     occupancy_states,
-    occupancy_update,
-    ray_samples,
     settled_states,
-    voxel_indices,
     with_lost_tops,
 )
-from onemap_mapper.point_cloud import PointCloud
+from onemap_mapper.occupancy.host import occupancy_update
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F64
 from onemap_shared.grid import GridSpec
@@ -157,16 +155,12 @@ def test_a_tilted_camera_sees_the_same_room() -> None:
     assert state_at(belief, (1.05, 0.0), (0.5, 0.0)) == [Occupancy.OCCUPIED, Occupancy.FREE]
 
 
-@pytest.mark.parametrize("compiled", [True, False])
-def test_depth_more_uncertain_than_a_cell_neither_makes_nor_clears_obstacles(
-    compiled: bool,
-) -> None:
+def test_depth_more_uncertain_than_a_cell_neither_makes_nor_clears_obstacles() -> None:
     room = (Box((-9, -9, -1), (9, 9, 0)), Box((6, -9, 0), (7, 9, 3)))
     depth = scenes.depth_of(room, scenes.pose(), CAMERA, SIZE)
     cloud = PointCloud.of(depth, intrinsics=CAMERA, T_map_camera=scenes.pose())
     near, far = (
-        occupancy_update(cloud, scenes.params(depth_noise_m=noise_m, compiled=compiled))
-        for noise_m in (0.005, 0.0)
+        occupancy_update(cloud, scenes.params(depth_noise_m=noise_m)) for noise_m in (0.005, 0.0)
     )
     places = [(each.cells.numpy() + 0.5) * 0.1 for each in (near, far)]
     for update, xy, reaches in zip((near, far), places, (False, True), strict=True):
@@ -182,61 +176,6 @@ def test_no_depth_gives_no_evidence() -> None:
     cloud = PointCloud.of(dark, intrinsics=CAMERA, T_map_camera=scenes.pose())
     frame = occupancy_update(cloud, PARAMS)
     assert len(frame.cells) == 0
-
-
-@given(seed=st.integers(0, 2**16))
-@settings(max_examples=30, deadline=None)
-def test_ray_samples_lie_on_their_rays_in_empty_space(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    camera = np.array([0.3, -0.2, 1.0], np.float32)
-    ends = rng.uniform((-6, -6, -0.5), (6, 6, 2.5), (5, 3)).astype(np.float32)
-    samples = ray_samples(camera, ends, params=PARAMS)
-    assert (samples[:, 2] < PARAMS.obstacle_max_height_m).all()
-    for sample in samples:
-        ways = np.linalg.norm(sample - camera)
-        lengths = np.linalg.norm(ends - camera, axis=1)
-        offsets = np.linalg.norm(
-            (ends - camera) / lengths[:, None] * ways - (sample - camera), axis=1
-        )
-        ray = int(np.argmin(offsets))
-        assert offsets[ray] < 1e-4
-        assert ways <= min(lengths[ray] - 0.1, PARAMS.clearing_range_m) + 1e-4
-
-
-@given(
-    seed=st.integers(0, 2**16),
-    far_m=st.sampled_from([0.0, 10_000.0]),
-    missing=st.sampled_from([0.0, 0.1, 0.9, 1.0]),
-)
-@settings(max_examples=40, deadline=None)
-def test_the_compiled_update_is_that_of_numpy(seed: int, far_m: float, missing: float) -> None:
-    """With holes and noise, pitch and roll, and 10 km from the origin."""
-    rng = np.random.default_rng(seed)
-    T = scenes.pose(rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(-3, 3), rng.uniform(0.3, 2))
-    depth = scenes.depth_of((*ROOM, *TABLE), T)
-    depth += rng.normal(0, 0.01, depth.shape).astype(np.float32) * depth**2
-    depth[rng.random(depth.shape) < missing] = 0
-    roll = rng.uniform(-0.3, 0.3)
-    T[:3, :3] = T[:3, :3] @ [
-        [np.cos(roll), -np.sin(roll), 0],
-        [np.sin(roll), np.cos(roll), 0],
-        [0, 0, 1],
-    ]
-    T[:2, 3] += far_m
-    cloud = PointCloud.of(depth, intrinsics=scenes.CAMERA, T_map_camera=T)
-    found, expected = (
-        occupancy_update(cloud, scenes.params(compiled=compiled)) for compiled in (True, False)
-    )
-    for name in ("cells", "evidence", "clear", "blind"):
-        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
-
-
-def test_voxels_count_up_from_the_lowest_obstacle() -> None:
-    box = GridSpec(0.1, (-2, 3), (4, 5))
-    points = np.array([[-0.15, 0.35, 0.10], [0.11, 0.72, 0.25], [0.11, 0.72, 1.19]], np.float32)
-    levels = PARAMS.levels
-    expected = [(0 * 5 + 0) * levels, (3 * 5 + 4) * levels + 1, (3 * 5 + 4) * levels + levels - 1]
-    assert voxel_indices(points, box, PARAMS).tolist() == expected
 
 
 @given(

@@ -8,9 +8,8 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_mapper.occupancy import OccupancyUpdate
-from onemap_mapper.occupancy_layers import OccupancyLayers
-from onemap_mapper.tiles import AREA
+from onemap_mapper.belief.tiles import AREA
+from onemap_mapper.occupancy.evidence import OccupancyLayers, OccupancyUpdate
 from onemap_mapper.transfers import CPU
 from onemap_shared.messages import Occupancy
 from tests.mapper import scenes

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from onemap_mapper.outlines import outline
+from onemap_mapper.query.regions import outline
 from onemap_shared.geometry import F32, I64
 from onemap_shared.grid import GridSpec
 

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper.blur import blur_kernel, blurred
-from onemap_mapper.cell_store import CellStore
-from onemap_mapper.compiled_projection import project_compiled
-from onemap_mapper.device.cloud import DeviceCloud
+from onemap_mapper.belief.cells import CellStore
+from onemap_mapper.frame.blur import blur_kernel, blurred
+from onemap_mapper.frame.cloud import DeviceCloud
+from onemap_mapper.frame.projection import cell_features, project, project_compiled
 from onemap_mapper.params import BlurParams, ProjectionParams
-from onemap_mapper.projection import cell_features, project
 from onemap_perception.variance import VarianceParams, observation_variance
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, R_BODY_CAMERA_LEVEL

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.point_cloud import PointCloud
+from onemap_mapper.frame import cloud as cloud_module
+from onemap_mapper.frame.cloud import PointCloud
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import transform
 from tests.mapper import scenes
@@ -36,11 +37,12 @@ def test_a_strided_cloud_is_that_of_the_strided_image() -> None:
 
 @pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize("stride", [1, 2, 3])
-def test_a_cloud_made_of_some_pixels_is_the_strided_cloud(stride: int, compiled: bool) -> None:
+def test_a_cloud_made_of_some_pixels_is_the_strided_cloud(
+    stride: int, compiled: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cloud_module, "AVAILABLE", compiled)
     depth_m = DEPTH_M * (DEPTH_M > 1)  # with pixels without return
-    thin = PointCloud.of(
-        depth_m, intrinsics=CAMERA, T_map_camera=T, stride=stride, compiled=compiled
-    )
+    thin = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T, stride=stride)
     whole = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T).strided(stride)
     np.testing.assert_array_equal(thin.depth_m, whole.depth_m)
     np.testing.assert_array_equal(thin.points_m, whole.points_m)

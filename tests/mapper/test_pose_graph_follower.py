@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import compute_update
+from onemap_mapper.frame.update import compute_update
 from onemap_mapper.pose_graph_follower import PoseGraphFollower
 from onemap_shared.geometry import pose_2d
 from onemap_shared.messages import FeatureField, PoseGraph

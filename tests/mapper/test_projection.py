@@ -8,15 +8,15 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.device.cloud import DeviceCloud
-from onemap_mapper.params import ProjectionParams
-from onemap_mapper.projection import (
+from onemap_mapper.frame.cloud import DeviceCloud
+from onemap_mapper.frame.projection import (
     MAX_ENTRIES,
     MAX_FRAME_CELLS,
     CellWeights,
     cell_features,
     project,
 )
+from onemap_mapper.params import ProjectionParams
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import F32, F64, Bool, transform
 from onemap_shared.grid import GridTooLarge

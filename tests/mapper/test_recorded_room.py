@@ -11,11 +11,10 @@ import cv2
 import numpy as np
 import pytest
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.diagnostics.depth_diagnostics import diagnose_depth
-from onemap_mapper.diagnostics.floor_monitor import FloorMonitor, FloorState
-from onemap_mapper.occupancy import occupancy_update
-from onemap_mapper.point_cloud import PointCloud
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.camera_check import FloorMonitor, FloorState, diagnose_depth
+from onemap_mapper.frame.cloud import PointCloud
+from onemap_mapper.occupancy.host import occupancy_update
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import F32, F64, check_rigid, transform
 from onemap_shared.messages import Occupancy

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.regions import (
+from onemap_mapper.query.regions import (
     TOP_CELLS,
     Regions,
     find_regions,

@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.coverage import floor_coverage
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.map_scores import MapScores
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import compute_update
 from onemap_mapper.params import RegionParams, VerdictParams
-from onemap_mapper.replies import (
+from onemap_mapper.query.replies import (
     judged,
     revision_of,
     search_view,
     similarity_reply,
     summary_of,
 )
-from onemap_mapper.similarity import TextQuery
+from onemap_mapper.query.scores import MapScores
+from onemap_mapper.query.similarity import TextQuery
+from onemap_mapper.query.verdicts import floor_coverage
 from onemap_shared.messages import (
     Layer,
     MapVerdict,

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper import map_file
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import FrameUpdate, compute_update
+from onemap_mapper.frame.update import FrameUpdate, compute_update
 from onemap_mapper.service import Mapper, build
-from onemap_mapper.snapshot import MapSnapshot
+from onemap_mapper.storage import map_file
+from onemap_mapper.storage.snapshot import MapSnapshot
 from onemap_planner.world.assembled_view import after
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d

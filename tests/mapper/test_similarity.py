@@ -12,10 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays as hypothesis_arrays
 
-from onemap_mapper import similarity
-from onemap_mapper.cell_store import CellStore
-from onemap_mapper.neutral_cosines import unit_cosines
-from onemap_mapper.similarity import (
+from onemap_mapper.belief.cells import CellStore
+from onemap_mapper.query import similarity
+from onemap_mapper.query.similarity import (
     CellScores,
     ScoreCache,
     TextQuery,
@@ -25,6 +24,7 @@ from onemap_mapper.similarity import (
     scores,
     scores_of,
     text_query,
+    unit_cosines,
 )
 from onemap_shared.geometry import F32, I64
 from onemap_shared.messages import RANKS, TextEmbeddings

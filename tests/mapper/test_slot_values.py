@@ -6,7 +6,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.slot_values import SlotValues
+from onemap_mapper.belief.features import SlotValues
 
 
 @given(counts=st.lists(st.integers(0, 40), max_size=12))

@@ -9,15 +9,9 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.snapshot import (
-    EncoderMismatch,
-    MapFileError,
-    MapSnapshot,
-    restore,
-    take,
-)
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.storage.snapshot import EncoderMismatch, MapFileError, MapSnapshot, restore, take
 from tests.mapper import scenes
 
 PARAMS = scenes.params()

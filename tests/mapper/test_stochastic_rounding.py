@@ -8,9 +8,9 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_mapper.cell_store import CellStore
-from onemap_mapper.kernels import half_rows
-from onemap_mapper.stochastic_rounding import rounded, seeds
+from onemap_mapper.belief import features
+from onemap_mapper.belief.cells import CellStore
+from onemap_mapper.belief.features import rounded, seeds
 
 CPU = torch.device("cpu")
 
@@ -45,7 +45,7 @@ def test_the_mean_over_many_views_is_the_value() -> None:
         assert (up.double().mean(dim=1) - 0.1).abs().max() < 0.35  # in each view
 
 
-@pytest.mark.skipif(not half_rows.HALF, reason="numba, or float16 in the processor, is missing")
+@pytest.mark.skipif(not features.HALF, reason="numba, or float16 in the processor, is missing")
 @pytest.mark.parametrize("max_prior", [3.0, 300.0])
 def test_the_compiled_loop_rounds_as_torch_does(max_prior: float) -> None:
     """Up to one step of float16 where the last bit of the float32 before it differs."""

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper import text_cache
-from onemap_mapper.text_cache import BATCHES_AT_ONCE, TextCache
+from onemap_mapper.query import texts
+from onemap_mapper.query.texts import BATCHES_AT_ONCE, TextCache
 from onemap_shared.messages import TextEmbeddings
 from onemap_shared.transport import RequestRejected
 
@@ -58,7 +58,7 @@ def test_after_a_change_of_encoder_texts_are_embedded_again() -> None:
 
 
 def test_the_text_used_longest_ago_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(text_cache, "MAX_TEXTS", 2)
+    monkeypatch.setattr(texts, "MAX_TEXTS", 2)
     embedder = Embedder()
     cache = TextCache(embedder, CPU)
     for text in ("sofa", "cup", "sofa", "lamp", "sofa", "cup"):

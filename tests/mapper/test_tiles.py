@@ -8,8 +8,8 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_mapper.grid_params import GridParams
-from onemap_mapper.tiles import AREA, NO_ROW, SIDE, MapTooLarge, TileIndex, TileLayer
+from onemap_mapper.belief.tiles import AREA, NO_ROW, SIDE, MapTooLarge, TileIndex, TileLayer
+from onemap_mapper.params import GridParams
 
 Cell = tuple[int, int]
 CELLS = st.lists(st.tuples(st.integers(-400, 400), st.integers(-400, 400)), min_size=1)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.coverage import FloorCoverage
 from onemap_mapper.params import VerdictParams
-from onemap_mapper.verdicts import area_mask, frontier_worths, judge
+from onemap_mapper.query.verdicts import FloorCoverage, area_mask, frontier_worths, judge
 from onemap_shared.grid import GridSpec
 from onemap_shared.messages import Verdict
 

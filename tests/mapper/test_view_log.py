@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper import view_log
-from onemap_mapper.view_log import ViewLog
+from onemap_mapper.belief import view_log
+from onemap_mapper.belief.view_log import ViewLog
 from onemap_shared.geometry import camera_mount, pose_2d
 from tests.mapper import scenes
 

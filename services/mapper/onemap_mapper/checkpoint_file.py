@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from onemap_mapper import map_file
-from onemap_mapper.snapshot import MapFileError, MapSnapshot
+from onemap_mapper.storage import map_file
+from onemap_mapper.storage.snapshot import MapFileError, MapSnapshot
 
 FOLDER = "checkpoints"  # inside the map folder
 KEPT = 2

@@ -13,11 +13,12 @@ import time
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
-from onemap_mapper import atomic_file, checkpoint_file
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.live_map import LiveMap
+from onemap_mapper import checkpoint_file
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.params import CheckpointParams
-from onemap_mapper.snapshot import MapFileError, restore
+from onemap_mapper.storage.live_map import LiveMap
+from onemap_mapper.storage.map_file import sweep_leftovers
+from onemap_mapper.storage.snapshot import MapFileError, restore
 
 LOG = logging.getLogger("onemap.mapper")
 
@@ -140,7 +141,7 @@ def sweep(folder: Path) -> None:
     """Remove what cut off writes of an earlier mapper left, of maps and of checkpoints."""
     for each in (folder, folder / checkpoint_file.FOLDER):
         try:
-            count = atomic_file.sweep(each)
+            count = sweep_leftovers(each)
         except OSError as problem:
             LOG.warning("cannot remove unfinished files in %s: %s", each, problem.strerror)
             continue

@@ -6,8 +6,8 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
-from onemap_mapper.map_file import SUFFIX, map_path, read_header, require
-from onemap_mapper.snapshot import MapFileError
+from onemap_mapper.storage.map_file import SUFFIX, map_path, read_header, require
+from onemap_mapper.storage.snapshot import MapFileError
 from onemap_shared.messages import MAX_FILE_TEXT_CHARS, MAX_LISTED_MAPS, MapList, SavedMap
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from onemap_mapper.atomic_file import replacing
 from onemap_mapper.objects import NO_OBJECTS, ObjectMemory, from_bytes, to_bytes
+from onemap_mapper.storage.map_file import replacing
 
 FILE_NAME = "objects.bin"  # without the suffix of a map, so it is not listed as one
 SET_ASIDE = "objects.bin.unreadable"

@@ -6,10 +6,10 @@ from __future__ import annotations
 import logging
 import time
 
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.submaps import SubmapStore
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import FrameUpdate
-from onemap_mapper.submaps.submap_store import SubmapStore
+from onemap_mapper.frame.update import FrameUpdate
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import PoseGraph
 

@@ -8,9 +8,9 @@ import time
 from collections.abc import Sequence
 from contextlib import ExitStack
 
+from onemap_mapper import jit
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.kernels import jit
-from onemap_mapper.map_robot import SERVICE
+from onemap_mapper.robots import SERVICE
 from onemap_mapper.warm_up import warm_up
 from onemap_shared.long_start import long_start
 from onemap_shared.transport import Bus

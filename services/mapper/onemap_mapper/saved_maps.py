@@ -7,11 +7,13 @@ import logging
 from collections.abc import Callable
 from dataclasses import replace
 
-from onemap_mapper import map_file, map_folder, merge, snapshot
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper import map_folder
+from onemap_mapper.belief import merge
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.submaps import PlanarCorrection
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.object_keeper import ObjectKeeper
-from onemap_mapper.submaps.correction import PlanarCorrection
+from onemap_mapper.storage import map_file, snapshot
 from onemap_shared import keys
 from onemap_shared.messages import (
     MapFile,

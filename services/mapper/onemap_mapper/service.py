@@ -17,29 +17,30 @@ from uuid import uuid4
 
 import torch
 
-from onemap_mapper import map_file, map_folder, snapshot
-from onemap_mapper.belief_map import BeliefMap, FieldRejected
+from onemap_mapper import map_folder
+from onemap_mapper.belief.map import BeliefMap, FieldRejected
 from onemap_mapper.checkpoints import Checkpoints, resumed, sweep
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.digest import digest_of
-from onemap_mapper.frame_update import FrameUpdate, compute_update
-from onemap_mapper.live_map import LiveMap
-from onemap_mapper.map_robot import AllRobots, MapRobot, buses_of
-from onemap_mapper.map_scores import MapScores
+from onemap_mapper.frame.update import FrameUpdate, compute_update
 from onemap_mapper.object_keeper import ObjectKeeper
 from onemap_mapper.objects import NO_OBJECTS
 from onemap_mapper.pose_graph_follower import PoseGraphFollower
 from onemap_mapper.preparation import prepare
-from onemap_mapper.replies import (
+from onemap_mapper.query.replies import (
+    ViewReplies,
     answered,
     judged,
     search_view,
     similarity_reply,
     summary_of,
 )
+from onemap_mapper.query.scores import MapScores
+from onemap_mapper.query.similarity import TextQuery
+from onemap_mapper.robots import AllRobots, MapRobot, buses_of
 from onemap_mapper.saved_maps import SavedMaps
-from onemap_mapper.similarity import TextQuery
-from onemap_mapper.view_replies import ViewReplies
+from onemap_mapper.storage import map_file, snapshot
+from onemap_mapper.storage.live_map import LiveMap
+from onemap_mapper.storage.snapshot import digest_of
 from onemap_shared import keys, tracing
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import (

@@ -7,8 +7,7 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_mapper.device.cloud import DeviceCloud
-from onemap_mapper.point_cloud import PointCloud
+from onemap_mapper.frame.cloud import DeviceCloud, PointCloud
 from onemap_shared.geometry import F32, F64
 from tests.mapper import scenes
 from tests.mapper.scenes import ROOM, Box

@@ -6,8 +6,7 @@ import numpy as np
 import torch
 from hypothesis import settings
 
-from onemap_mapper.device.heights import device_heights
-from onemap_mapper.heights import cell_heights
+from onemap_mapper.occupancy.heights import cell_heights, device_heights
 from onemap_shared.grid import world_cells
 from tests.mapper import scenes
 from tests.mapper.device.frames import IMAGES, clouds, seen

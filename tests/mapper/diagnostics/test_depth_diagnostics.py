@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.diagnostics.depth_diagnostics import DepthDiagnostics, diagnose_depth
-from onemap_mapper.diagnostics.floor_monitor import CameraPose2D
-from onemap_mapper.point_cloud import PointCloud
+from onemap_mapper.frame.camera_check import CameraPose2D, DepthDiagnostics, diagnose_depth
+from onemap_mapper.frame.cloud import PointCloud
 from onemap_shared.geometry import F32, F64
 from tests.mapper import scenes
 

@@ -8,9 +8,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from onemap_mapper.diagnostics.depth_diagnostics import diagnose_depth
-from onemap_mapper.diagnostics.floor_monitor import FloorMonitor, FloorState
-from onemap_mapper.point_cloud import PointCloud
+from onemap_mapper.frame.camera_check import FloorMonitor, FloorState, diagnose_depth
+from onemap_mapper.frame.cloud import PointCloud
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_simulator.generation.apartment import generate_apartment

@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_mapper.diagnostics.floor_monitor import (
+from onemap_mapper.frame.camera_check import (
     READING_LIFETIME_S,
     CameraPose2D,
     FloorAssessment,
     FloorMonitor,
     FloorState,
+    LevelSurface,
     camera_pose_2d,
 )
-from onemap_mapper.diagnostics.level_surface import LevelSurface
 from onemap_shared.geometry import camera_mount, pose_2d
 
 FLOOR = LevelSurface(0.01, radians(0.5))

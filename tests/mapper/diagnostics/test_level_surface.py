@@ -4,16 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from onemap_mapper.diagnostics.level_surface import (
-    LevelSurface,
-    labels_by_numpy,
-    lowest_level_surface,
-)
-from onemap_mapper.kernels.tile_labels import tile_labels
-from onemap_mapper.point_cloud import PointCloud
+from onemap_mapper.frame import camera_check
+from onemap_mapper.frame.camera_check import LevelSurface, lowest_level_surface
+from onemap_mapper.frame.cloud import PointCloud
 from onemap_shared.camera import Intrinsics, unproject
 from onemap_shared.geometry import F32, F64, camera_mount
 from tests.mapper import scenes
@@ -32,7 +26,10 @@ def depth_of(*boxes: scenes.Box, T_map_camera: F64 | None = None) -> F32:
 def surface_in(depth_m: F32, T_believed: F64 | None = None) -> LevelSurface | None:
     T = scenes.pose() if T_believed is None else T_believed
     cloud = PointCloud.of(depth_m, intrinsics=CAMERA, T_map_camera=T)
-    found, compiled = (lowest_level_surface(cloud, compiled=each) for each in (False, True))
+    compiled = lowest_level_surface(cloud)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(camera_check, "AVAILABLE", False)
+        found = lowest_level_surface(cloud)
     assert (found is None) == (compiled is None)
     if found is not None and compiled is not None:
         assert compiled.height_m == pytest.approx(found.height_m, abs=1e-6)
@@ -136,13 +133,3 @@ def test_impossible_images_and_cameras_are_no_crash(size: tuple[int, int], focal
 def test_a_ceiling_is_no_floor() -> None:
     up = camera_mount(0.0, 1.0, np.radians(-50.0))
     assert surface_in(depth_of(T_map_camera=up), up) is None
-
-
-@given(seed=st.integers(0, 2**16), linked=st.floats(0, 1))
-def test_the_compiled_sets_of_tiles_are_those_of_numpy(seed: int, linked: float) -> None:
-    rng = np.random.default_rng(seed)
-    level = rng.random((9, 13)) < 0.8
-    across = (rng.random((9, 12)) < linked) & level[:, :-1] & level[:, 1:]
-    down = (rng.random((8, 13)) < linked) & level[:-1] & level[1:]
-    found = tile_labels(level, across, down)
-    np.testing.assert_array_equal(found, labels_by_numpy(level, across, down))

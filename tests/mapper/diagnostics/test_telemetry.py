@@ -6,10 +6,8 @@ from math import radians
 
 import pytest
 
-from onemap_mapper.diagnostics.depth_diagnostics import DepthDiagnostics
-from onemap_mapper.diagnostics.floor_monitor import CameraPose2D
-from onemap_mapper.diagnostics.level_surface import LevelSurface
-from onemap_mapper.diagnostics.telemetry import SILENT_AFTER_S, MapperTelemetry
+from onemap_mapper.frame.camera_check import CameraPose2D, DepthDiagnostics, LevelSurface
+from onemap_mapper.robots import SILENT_AFTER_S, MapperTelemetry
 from onemap_shared.transport import Counters
 
 AHEAD = CameraPose2D(0.0, 0.0, 0.0)

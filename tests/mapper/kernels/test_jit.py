@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper.kernels import jit
+from onemap_mapper import jit
 
 MODULE = """
-from onemap_mapper.kernels.jit import compiled
+from onemap_mapper.jit import compiled
 
 @compiled
 def total(values):

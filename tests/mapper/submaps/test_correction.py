@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_mapper.submaps.correction import NO_CORRECTION, PlanarCorrection, correction_at
+from onemap_mapper.belief.submaps import NO_CORRECTION, PlanarCorrection, correction_at
 from onemap_shared.geometry import F64, pose_2d, transform
 from onemap_shared.messages import PoseGraph
 

@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.submaps.correction import NO_CORRECTION, PlanarCorrection
-from onemap_mapper.submaps.submap import Submap, moved_cells, submap_of
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.submaps import (
+    NO_CORRECTION,
+    PlanarCorrection,
+    Submap,
+    moved_cells,
+    submap_of,
+)
+from onemap_mapper.frame.update import compute_update
 from onemap_shared.grid import GridSpec
 from tests.mapper import scenes
 

@@ -11,12 +11,11 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.submaps import SubmapStore, occupancy_of, submap_of
+from onemap_mapper.belief.tiles import MapTooLarge
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.submaps.submap import occupancy_of, submap_of
-from onemap_mapper.submaps.submap_store import SubmapStore
-from onemap_mapper.tiles import MapTooLarge
+from onemap_mapper.frame.update import compute_update
 from onemap_shared.geometry import F16, F64, I64, pose_2d
 from onemap_shared.messages import FeatureField, PoseGraph
 from tests.mapper import scenes

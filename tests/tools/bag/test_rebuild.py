@@ -11,7 +11,7 @@ import pytest
 import torch
 from typer.testing import CliRunner
 
-from onemap_mapper import map_file
+from onemap_mapper.storage import map_file
 from onemap_shared import keys
 from onemap_shared.keys import Topic
 from onemap_shared.messages import (

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper.blur import MIN_WEIGHT
-from onemap_mapper.frame_images import depth_in_metres
-from onemap_mapper.frame_update import compute_update
+from onemap_mapper.frame.blur import MIN_WEIGHT
+from onemap_mapper.frame.update import compute_update, depth_in_metres
 from onemap_shared.camera import unproject_to_map
 from onemap_shared.geometry import camera_mount, pose_2d
 from onemap_tools.bench.dense_update import dense_update

@@ -10,14 +10,13 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.cell_store import FeatureShare
-from onemap_mapper.frame_update import FrameUpdate, compute_update
-from onemap_mapper.heights import LEVELS
-from onemap_mapper.map_scores import MapScores
-from onemap_mapper.replies import search_view
-from onemap_mapper.similarity import TextQuery
-from onemap_mapper.view_replies import ViewReplies
+from onemap_mapper.belief.cells import FeatureShare
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.update import FrameUpdate, compute_update
+from onemap_mapper.occupancy.heights import LEVELS
+from onemap_mapper.query.replies import ViewReplies, search_view
+from onemap_mapper.query.scores import MapScores
+from onemap_mapper.query.similarity import TextQuery
 from onemap_planner.world.assembled_view import AssembledView, after
 from onemap_shared.geometry import F32
 from onemap_shared.messages import (

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.similarity import ScoreCache, TextQuery
+from onemap_mapper.query.similarity import ScoreCache, TextQuery
 from onemap_tools.bench.query_time import CHANNELS, QueryTimeOptions, Unasked, run
 from onemap_tools.bench.query_waits import Dtype, map_of
 

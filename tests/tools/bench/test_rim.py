@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_mapper.blur import blur_kernel, blurred
+from onemap_mapper.frame.blur import blur_kernel, blurred
 from onemap_mapper.params import BlurParams
 from onemap_tools.bench.rim import WAYS, Way, both_renormalised, confidence_weighted, whole
 

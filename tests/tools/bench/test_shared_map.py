@@ -7,7 +7,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
 from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Search
 from onemap_planner.search.state_machine import new_search

@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("foxglove", reason="needs foxglove-sdk: pip install 'onemap[live]'")
 
-from onemap_mapper.diagnostics.telemetry import MapperTelemetry
+from onemap_mapper.robots import MapperTelemetry
 from onemap_perception.telemetry import PerceptionTelemetry
 from onemap_planner.config import PlannerConfig
 from onemap_planner.service import Planner

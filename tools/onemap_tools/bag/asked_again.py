@@ -9,11 +9,11 @@ from math import dist
 
 import torch
 
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.map_scores import MapScores
-from onemap_mapper.replies import similarity_reply
-from onemap_mapper.similarity import TextQuery, text_query
+from onemap_mapper.query.replies import similarity_reply
+from onemap_mapper.query.scores import MapScores
+from onemap_mapper.query.similarity import TextQuery, text_query
 from onemap_shared.messages import AnsweredQuery, SimilarityRequest, TextEmbeddings
 
 SCORE_TOLERANCE = 1e-3  # a product's sum may have another order: with more threads, in a batch

@@ -6,11 +6,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from onemap_mapper.belief_map import BeliefMap, FieldRejected
+from onemap_mapper.belief.map import BeliefMap, FieldRejected
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.digest import sha256_of, versions
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.snapshot import take
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.storage.snapshot import sha256_of, take, versions
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.feature_field import feature_field
 from onemap_perception.variance import VarianceParams

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any
 import torch
 from pydantic import ValidationError
 
-from onemap_mapper import map_file
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.digest import sha256_of
-from onemap_mapper.snapshot import take
+from onemap_mapper.storage import map_file
+from onemap_mapper.storage.snapshot import sha256_of, take
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder

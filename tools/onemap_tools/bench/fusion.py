@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 import torch
 
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper import jit
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_images import depth_in_metres
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.kernels import jit
+from onemap_mapper.frame.update import compute_update, depth_in_metres
 from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_shared.messages import FeatureField

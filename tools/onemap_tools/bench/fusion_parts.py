@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.blur import BlurKernel, blur_kernel, blurred
-from onemap_mapper.diagnostics.depth_diagnostics import diagnose_depth
-from onemap_mapper.frame_images import images_of
-from onemap_mapper.frame_update import compute_update
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.frame.blur import BlurKernel, blur_kernel, blurred
+from onemap_mapper.frame.camera_check import diagnose_depth
+from onemap_mapper.frame.projection import CellWeights, cell_features
+from onemap_mapper.frame.update import compute_update, images_of
 from onemap_mapper.params import MapParams
-from onemap_mapper.projection import CellWeights, cell_features
 from onemap_shared.messages import FeatureField
 from onemap_tools.bench.machine import best_s, wall_clock
 
@@ -50,7 +49,7 @@ def parts_ms(field: FeatureField, params: MapParams) -> dict[str, float]:
         "cloud": lambda: images_of(field, params),
         "heights": lambda: images.heights(update.cells),
         "occupancy": images.occupancy,
-        "diagnostics": lambda: diagnose_depth(images.cloud, compiled=params.compiled),
+        "diagnostics": lambda: diagnose_depth(images.cloud),
         "absorb": lambda: belief.fuse(update),
     }
     return {name: round(best_s(part, 15, clock) * 1e3, 3) for name, part in parts.items()}

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.map_scores import MapScores
-from onemap_mapper.replies import similarity_reply
-from onemap_mapper.similarity import text_query
+from onemap_mapper.query.replies import similarity_reply
+from onemap_mapper.query.scores import MapScores
+from onemap_mapper.query.similarity import text_query
 from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.encoders.protocol import ImageEncoder
 from onemap_perception.errors import BackendError

@@ -13,10 +13,10 @@ from typing import Protocol
 
 import numpy as np
 
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.similarity import TextQuery, text_query
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.query.similarity import TextQuery, text_query
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors.protocol import Detector
 from onemap_perception.encoders.protocol import Encoder

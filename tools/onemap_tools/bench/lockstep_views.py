@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.map_scores import MapScores
-from onemap_mapper.similarity import TextQuery
-from onemap_mapper.view_replies import ViewReplies
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.query.replies import ViewReplies
+from onemap_mapper.query.scores import MapScores
+from onemap_mapper.query.similarity import TextQuery
 from onemap_planner.world.assembled_view import AssembledView, after
 from onemap_shared.messages import NO_VIEW, SearchViewRequest, ViewChangesRequest
 

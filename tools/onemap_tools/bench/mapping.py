@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import compute_update
+from onemap_mapper.frame.update import compute_update
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.feature_field import feature_field
 from onemap_perception.variance import VarianceParams

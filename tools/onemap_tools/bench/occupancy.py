@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.occupancy import occupancy_update
-from onemap_mapper.point_cloud import PointCloud
+from onemap_mapper.frame.cloud import PointCloud
+from onemap_mapper.occupancy.host import occupancy_update
 from onemap_shared.geometry import U8, Bool
 from onemap_shared.messages import Occupancy
 from onemap_simulator.generation.apartment import generate_apartment

@@ -16,13 +16,13 @@ import cv2
 import numpy as np
 
 from onemap_gateway.present.render import encode_png, render_map
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.submaps import SubmapStore
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.map_scores import MapScores
-from onemap_mapper.replies import search_view, similarity_reply
-from onemap_mapper.similarity import text_query
-from onemap_mapper.submaps.submap_store import SubmapStore
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.query.replies import search_view, similarity_reply
+from onemap_mapper.query.scores import MapScores
+from onemap_mapper.query.similarity import text_query
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.feature_field import feature_field
 from onemap_perception.variance import VarianceParams

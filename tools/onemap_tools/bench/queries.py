@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.map_scores import MapScores
-from onemap_mapper.replies import similarity_reply
-from onemap_mapper.similarity import TextQuery, text_query
+from onemap_mapper.query.replies import similarity_reply
+from onemap_mapper.query.scores import MapScores
+from onemap_mapper.query.similarity import TextQuery, text_query
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.encoders.protocol import Encoder

@@ -11,10 +11,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.cell_store import CellStore
+from onemap_mapper.belief.cells import CellStore
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.similarity import ScoreCache, TextQuery
+from onemap_mapper.query.similarity import ScoreCache, TextQuery
 from onemap_tools.bench.machine import Clock, best_s, clock_of, device_facts, machine_limits
 from onemap_tools.bench.query_waits import Dtype, WaitOptions, frame_waits, map_of
 

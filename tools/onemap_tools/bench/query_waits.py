@@ -13,13 +13,13 @@ from typing import Any, Literal
 import numpy as np
 import torch
 
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.cell_store import FeatureShare
+from onemap_mapper.belief.cells import FeatureShare
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.heights import LEVELS
-from onemap_mapper.map_scores import MapScores, ScoredVersion
-from onemap_mapper.replies import similarity_reply
-from onemap_mapper.similarity import TextQuery
+from onemap_mapper.occupancy.heights import LEVELS
+from onemap_mapper.query.replies import similarity_reply
+from onemap_mapper.query.scores import MapScores, ScoredVersion
+from onemap_mapper.query.similarity import TextQuery
 from onemap_shared.messages import SimilarityRequest
 
 FRAMES_HZ = 8.0

@@ -15,11 +15,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from onemap_mapper.blur import BlurKernel, blur_kernel, blurred
-from onemap_mapper.cell_store import CellStore
-from onemap_mapper.frame_images import images_of
+from onemap_mapper.belief.cells import CellStore
+from onemap_mapper.frame.blur import BlurKernel, blur_kernel, blurred
+from onemap_mapper.frame.projection import cell_features
+from onemap_mapper.frame.update import images_of
 from onemap_mapper.params import MapParams
-from onemap_mapper.projection import cell_features
 from onemap_perception.variance import VarianceParams, observation_variance
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64

@@ -12,12 +12,12 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.map_scores import MapScores
-from onemap_mapper.replies import similarity_reply
-from onemap_mapper.similarity import text_query
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.query.replies import similarity_reply
+from onemap_mapper.query.scores import MapScores
+from onemap_mapper.query.similarity import text_query
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.encoders.protocol import Encoder

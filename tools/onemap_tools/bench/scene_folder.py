@@ -9,10 +9,10 @@ from tempfile import TemporaryFile
 from typing import Any
 
 from onemap_gateway.present.render import Overlay, encode_png, render_map
-from onemap_mapper.belief_map import BeliefMap
-from onemap_mapper.map_scores import MapScores
-from onemap_mapper.replies import search_view
-from onemap_mapper.similarity import TextQuery, text_query
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.query.replies import search_view
+from onemap_mapper.query.scores import MapScores
+from onemap_mapper.query.similarity import TextQuery, text_query
 from onemap_perception.encoders.protocol import Encoder
 from onemap_tools.bench.place_labels import PlaceLabel
 from onemap_tools.bench.place_report import within

@@ -11,7 +11,7 @@ import statistics
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
 from onemap_shared.messages import SearchState, TruthRequest
 from onemap_simulator.ground_truth.truth import SceneTruth, truth_reply
 from onemap_simulator.rendering.label_renderer import LabelRenderer

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from onemap_mapper.cell_store import CellStore
+from onemap_mapper.belief.cells import CellStore
 from onemap_mapper.params import MapParams
 from onemap_shared.geometry import F64
 

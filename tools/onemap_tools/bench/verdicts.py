@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
-from onemap_mapper.belief_map import BeliefMap
+from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.coverage import floor_coverage
-from onemap_mapper.frame_update import compute_update
-from onemap_mapper.map_scores import MapScores
-from onemap_mapper.point_cloud import PointCloud
-from onemap_mapper.replies import similarity_reply
-from onemap_mapper.similarity import TextQuery
+from onemap_mapper.frame.cloud import PointCloud
+from onemap_mapper.frame.update import compute_update
+from onemap_mapper.query.replies import similarity_reply
+from onemap_mapper.query.scores import MapScores
+from onemap_mapper.query.similarity import TextQuery
+from onemap_mapper.query.verdicts import floor_coverage
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.encoders.protocol import Encoder

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from onemap_mapper.atomic_file import replacing
+from onemap_mapper.storage.map_file import replacing
 from onemap_perception.config import PerceptionConfig
 from onemap_shared.config import read, section
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from onemap_mapper.replies import NO_GRID
+from onemap_mapper.query.replies import NO_GRID
 from onemap_planner.config import PlannerConfig
 from onemap_shared.messages import SearchView
 from onemap_tools.bench.navigation.choices import Method

@@ -1,0 +1,1 @@
+"""The map: cells, features, tiles, views, submaps."""

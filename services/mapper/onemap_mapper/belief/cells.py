@@ -1,0 +1,426 @@
+"""The belief of every observed cell: its feature and its three confidences.
+
+Cells are packed in order of first observation ("slots"), so memory is proportional to the
+observed area. Features lie in blocks, so that growing never copies them. All that is kept of a
+slot is on the device of the map, so that a frame, which is computed there, brings nothing back.
+Slots are given as numbers on the host or the device.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import inf
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from onemap_mapper import jit
+from onemap_mapper.belief.features import (
+    HALF,
+    FeatureTable,
+    fuse_half_rows,
+    fuse_rows,
+    rounded,
+    seeds,
+)
+from onemap_mapper.belief.view_log import ONE_VIEW, Views
+from onemap_mapper.occupancy.heights import HeightStore
+from onemap_mapper.transfers import Index, to_device, to_host
+from onemap_shared.geometry import F32, I64, Bool
+
+TINY = 1e-38  # below any confidence: the gain of an unobserved cell is 0 / TINY, not NaN
+
+
+def gain(confidence: Tensor, confidence_new: Tensor) -> Tensor:
+    """K = c_new / (c + c_new), (n,) float32 in [0, 1], of confidences (n,); 0 where both are 0.
+
+    Eq. bayes1 in inverse-variance form; c + c_new is Eq. bayes3.
+    """
+    total = confidence + confidence_new
+    return confidence_new / total.clamp(min=TINY)
+
+
+def fused(features: Tensor, features_new: Tensor, K: Tensor) -> Tensor:
+    """F + K (F_new - F) for features (n, D) float32 and gains (n,) (Eq. bayes2)."""
+    return torch.lerp(features, features_new, K[:, None])
+
+
+def with_process_noise(confidence: Tensor, *, rate_per_s: float, elapsed_s: float) -> Tensor:
+    """Confidence (n,) after its variance grew by ``rate_per_s`` for ``elapsed_s`` seconds.
+
+    c / (1 + q t c): the process noise q t, added to the variance 1 / c.
+    """
+    return confidence / (1.0 + rate_per_s * elapsed_s * confidence)
+
+
+BLOCK = 4096  # cells: 12 MB of 768 float32 channels is allocated at a time
+SEARCHED, EXPLORED = 1, 2  # rows of the confidences, after c itself
+GROUP = 64  # slots, whose newest change is kept: a frame's cells lie in some dozens of groups
+RESERVE = 1.25  # times what there was, so that a large map is not copied for every block
+# What remains of a cell is cleared below this share of its confidence: rounding errors of its
+# feature grow with the inverse of what remains, and would become as large as the feature.
+EMPTY_BELOW = {torch.float32: 1e-5, torch.float16: 2e-2}
+
+
+def searched_row(robot: int) -> int:
+    """The row of the confidences that holds 1 / sigma_E^2 of a robot, if there are so many."""
+    return SEARCHED if robot == 0 else EXPLORED + robot
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureShare:
+    """What some frames contribute to cells, on the host.
+
+    cells (n, 2) int64 distinct world cells; features (n, D), their confidence-weighted mean, in
+    any precision; confidence, searched and explored (n,) float64, the sums of c, of that of
+    keyframes since the reset, and of that of all keyframes; heights (n, LEVELS) float32, shares.
+    """
+
+    cells: I64
+    features: Tensor
+    confidence: Tensor
+    searched: Tensor
+    explored: Tensor
+    heights: F32
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the arrays."""
+        tensors = (self.features, self.confidence, self.searched, self.explored)
+        held = sum(each.numel() * each.element_size() for each in tensors)
+        return self.cells.nbytes + self.heights.nbytes + held
+
+    def only(self, chosen: Bool | I64) -> FeatureShare:
+        """The share of some of the cells, by mask (n,) or by index."""
+        index = torch.from_numpy(chosen)
+        parts = (self.features, self.confidence, self.searched, self.explored)
+        features, confidence, searched, explored = (part[index] for part in parts)
+        return FeatureShare(
+            self.cells[chosen], features, confidence, searched, explored, self.heights[chosen]
+        )
+
+
+class CellStore:
+    """The slots of one map; the device, and the dtype of the features, are fixed at construction.
+
+    It has two kinds of readers: those that ask for arrays on the host (``cells``, ``share``), and
+    those that compute on the device.
+    """
+
+    def __init__(
+        self,
+        dimension: int,
+        *,
+        device: torch.device,
+        dtype: torch.dtype,
+        compiled: bool = False,
+        max_prior: float = inf,
+    ) -> None:
+        self.dimension = dimension
+        self.count = 0
+        self.max_prior = max_prior  # what was known counts for at most, when frames are fused
+        self._compiled = jit.usable(wanted=compiled, device=device)
+        self.device, self._device, self._dtype = device, device, dtype
+        self._blocks: list[Tensor] = []
+        # Rows: c, that of keyframes since the reset, that of all keyframes; from the fourth on, the
+        # second for a further robot each, once it has one. In float64, so that what is taken out
+        # again leaves nothing.
+        self._confidence = torch.zeros((3, 0), dtype=torch.float64, device=device)
+        self._cells = torch.zeros((0, 2), dtype=torch.int64, device=device)
+        self._changed_at = self._cells.new_zeros(0)
+        self._group_changed_at = self._cells.new_zeros(0)  # the newest of each group of slots
+        self._heights = HeightStore(device)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes held, with those reserved for growth."""
+        per_slot = (self._confidence, self._cells, self._changed_at, self._group_changed_at)
+        return self._heights.nbytes + sum(held.nbytes for held in (*self._blocks, *per_slot))
+
+    @property
+    def blocks(self) -> tuple[Tensor, ...]:
+        """The tables (BLOCK, D) of features, as they are stored; not to be written."""
+        return tuple(self._blocks)
+
+    @property
+    def cells(self) -> I64:
+        """World cells (count, 2) of the slots, on the host; not to be written."""
+        cells: I64 = to_host(self._cells[: self.count])
+        return cells
+
+    def cells_of(self, slots: Tensor) -> Tensor:
+        """World cells (n, 2) of these slots, on the device."""
+        return self._cells[slots]
+
+    @property
+    def changed_at(self) -> Tensor:
+        """Map revision (count,) int64 at which each slot's feature last changed."""
+        return self._changed_at[: self.count]
+
+    def changed_since(self, revision: int, kept: int) -> I64:
+        """As ``FeatureTable.changed_since``; takes the time of what changed, not of the map."""
+        kept = min(kept, self.count)
+        groups = torch.nonzero(self._group_changed_at > revision)
+        slots = (groups * GROUP + torch.arange(GROUP, device=self._device)).flatten()
+        slots = slots[slots < kept]
+        changed = to_host(slots[self._changed_at[slots] > revision])
+        return np.concatenate([changed, np.arange(kept, self.count)])
+
+    @property
+    def confidence(self) -> Tensor:
+        """c = 1 / sigma^2 (count,) float32 > 0, on the device as all confidences."""
+        return self._confidence[0, : self.count].float()
+
+    @property
+    def searched_confidence(self) -> Tensor:
+        """1 / sigma_E^2 (count,) float32 >= 0, of keyframes since the last reset."""
+        return self._confidence[1, : self.count].float()
+
+    @property
+    def explored_confidence(self) -> Tensor:
+        """c (count,) float32 >= 0 of keyframes only."""
+        return self._confidence[2, : self.count].float()
+
+    def confidences(self, part: slice | Tensor) -> Tensor:
+        """The confidences (3 + further robots, k) float32 of these slots, as above."""
+        return self._confidence[:, part].float()
+
+    @property
+    def all_heights(self) -> Tensor:
+        """Shares (count, LEVELS) of height of all slots; not to be written."""
+        return self._heights.first(self.count)
+
+    def heights(self, slots: Tensor | slice) -> Tensor:
+        """Shares (n, LEVELS) float32 of height of these slots, a copy."""
+        return self._heights.of(slots).clone()
+
+    def add(self, cells: Index) -> Tensor:
+        """New slots (n,) for world cells (n, 2) that have none."""
+        first, self.count = self.count, self.count + len(cells)
+        while len(self._blocks) * BLOCK < self.count:
+            shape = (BLOCK, self.dimension)
+            self._blocks.append(torch.zeros(shape, device=self._device, dtype=self._dtype))
+        if self.count > len(self._cells):
+            self._reserve(max(len(self._blocks) * BLOCK, int(len(self._cells) * RESERVE)))
+        self._cells[first : self.count] = to_device(cells, self._device)
+        return torch.arange(first, self.count, device=self._device)
+
+    def _reserve(self, slots: int) -> None:
+        """Make room for what is kept of so many slots beside their features."""
+        extra, groups = slots - len(self._cells), -(-slots // GROUP) - len(self._group_changed_at)
+        self._cells = torch.cat([self._cells, self._cells.new_zeros((extra, 2))])
+        self._changed_at = torch.cat([self._changed_at, self._changed_at.new_zeros(extra)])
+        older = self._group_changed_at
+        self._group_changed_at = torch.cat([older, older.new_zeros(groups)])
+        grown = self._confidence.new_zeros((len(self._confidence), extra))
+        self._confidence = torch.cat([self._confidence, grown], dim=1)
+        self._heights.reserve(slots)
+
+    def keep_every_view(self) -> None:
+        """Let no view fade from now on, and convert to float32, so that ``take_out`` is exact."""
+        self.max_prior, self._dtype = inf, torch.float32
+        self._blocks = [block.float() for block in self._blocks]
+
+    def fuse(
+        self,
+        slots: Index,
+        features: Tensor,
+        confidence: Tensor,
+        *,
+        revision: int,
+        views: Views = ONE_VIEW,
+        heights: Tensor | None = None,
+    ) -> None:
+        """Fuse an observation, features (n, D) and confidence (n,) float32, into distinct slots.
+
+        The arrays are on the device. views: how often it counts for searched and explored; heights
+        (n, LEVELS): its shares of height, None if they are not known.
+        """
+        slots = to_device(slots, self._device)
+        known = self._confidence[0, slots].clamp(max=self.max_prior)
+        K = gain(known, confidence).float()
+        self._move(slots, features, K)
+        if heights is not None:
+            self._heights.move(slots, heights, K)
+        searched = self._searched_row(views.robot)
+        for row, times in ((0, 1.0), (searched, views.searched), (EXPLORED, views.explored)):
+            if times > 0:
+                self._confidence[row, slots] += times * confidence
+        self._set_changed(slots, revision)
+
+    def _move(self, slots: Tensor, features: Tensor, K: Tensor) -> None:
+        """Move the features of distinct slots by gains K (n,) float32 towards features (n, D)."""
+        seed = seeds(self._confidence[0, slots])
+        for block, chosen, within in self._by_block(slots):
+            table = self._blocks[block]
+            if self._compiled and self._dtype == torch.float32:
+                parts = (table, within, features, chosen, K)
+                fuse_rows(*(part.contiguous().numpy() for part in parts))
+            elif self._compiled and HALF:
+                bits = table.view(torch.int16).numpy().view(np.uint16)
+                rows, gains = features.contiguous().numpy(), K.contiguous().numpy()
+                moves = (rows, chosen.numpy(), gains, seed.contiguous().numpy())
+                fuse_half_rows(bits, within.numpy(), moves)
+            else:
+                mean = fused(table[within].float(), features[chosen], K[chosen])
+                half = self._dtype == torch.float16
+                table[within] = rounded(mean, seed[chosen]) if half else mean
+
+    def share(self, dtype: torch.dtype) -> FeatureShare:
+        """A copy of all content, on the host, with features in ``dtype``."""
+        everything = torch.arange(self.count, device=self._device)
+        features = self.features(everything).cpu().to(dtype)
+        confidence, searched, explored = self._confidence[:, : self.count].clone().cpu()
+        heights = to_host(self.heights(slice(0, self.count)))
+        return FeatureShare(self.cells.copy(), features, confidence, searched, explored, heights)
+
+    def put_in(self, slots: Index, share: FeatureShare, *, revision: int) -> None:
+        """Fuse a share into the slots (n,) of its cells; what was known counts in full."""
+        slots = to_device(slots, self._device)
+        parts = self._sums_of(share)
+        K = gain(self._confidence[0, slots], parts[0]).float()
+        self._move(slots, share.features.to(self._device).float(), K)
+        self._heights.move(slots, to_device(share.heights, self._device), K)
+        for row, part in enumerate(parts):
+            self._confidence[row, slots] += part
+        self._set_changed(slots, revision)
+
+    def take_out(self, slots: Index, share: FeatureShare, *, revision: int) -> Tensor:
+        """Undo ``put_in``; returns (n,) bool: nothing remains of the slot, which is now zero.
+
+        Fusing with the gain -c_s / (c - c_s) gives (c F - c_s F_s) / (c - c_s).
+        """
+        slots = to_device(slots, self._device)
+        taken, *parts = self._sums_of(share)
+        before = self._confidence[0, slots]
+        rest = before - taken
+        empty = rest <= EMPTY_BELOW[self._dtype] * before
+        K = torch.where(empty, 0.0, -taken / rest).float()
+        features = share.features.to(self._device).float()
+        for block, chosen, within in self._by_block(slots):
+            table = self._blocks[block]
+            left = fused(table[within].float(), features[chosen], K[chosen])
+            table[within] = (left * ~empty[chosen, None]).to(self._dtype)
+        self._confidence[0, slots] = torch.where(empty, 0.0, rest)
+        for row, part in enumerate(parts, start=1):
+            left = (self._confidence[row, slots] - part).clamp(min=0.0)
+            self._confidence[row, slots] = torch.where(empty, 0.0, left)
+        self._set_changed(slots, revision)
+        self._heights.move(slots, to_device(share.heights, self._device), K)
+        self._heights.put(slots, self._heights.of(slots) * ~empty[:, None])
+        return empty
+
+    def _sums_of(self, share: FeatureShare) -> tuple[Tensor, Tensor, Tensor]:
+        """The sums of confidence of a share, by row of the confidences."""
+        confidence, searched, explored = (
+            part.to(self._device) for part in (share.confidence, share.searched, share.explored)
+        )
+        return confidence, searched, explored
+
+    def remove(self, slots: Index, *, revision: int) -> Tensor:
+        """Remove distinct slots; returns the slots (k,) that were filled again, with the last ones.
+
+        The other slots keep their numbers.
+        """
+        gone = torch.zeros(self.count, dtype=torch.bool, device=self._device)
+        gone[to_device(slots, self._device)] = True
+        count = self.count - len(slots)
+        to = torch.nonzero(gone[:count]).squeeze(1)
+        last = count + torch.nonzero(~gone[count:]).squeeze(1)
+        features = self.features(last)
+        for block, chosen, within in self._by_block(to):
+            self._blocks[block][within] = features[chosen].to(self._dtype)
+        self._confidence[:, to] = self._confidence[:, last]
+        self._confidence[:, count : self.count] = 0.0
+        self._heights.put(to, self._heights.of(last))
+        self.all_heights[count:] = 0.0
+        self._cells[to] = self._cells[last]
+        self._set_changed(to, revision)
+        self.count = count
+        return to
+
+    def features(self, slots: Index) -> Tensor:
+        """Features (n, D) float32 of these slots, a copy on the device."""
+        slots = to_device(slots, self._device)
+        gathered = torch.empty((len(slots), self.dimension), device=self._device)
+        for block, chosen, within in self._by_block(slots):
+            gathered[chosen] = self._blocks[block][within].float()
+        return gathered
+
+    def table(self) -> FeatureTable:
+        """All features, not copied, with a copy of when they changed."""
+        return replace(self._shared_table(), changed_at=self.changed_at.clone())
+
+    def copied(self, slots: I64) -> FeatureTable:
+        """A copy of the features of ascending slots, as they are stored."""
+        rows = torch.empty((len(slots), self.dimension), device=self._device, dtype=self._dtype)
+        bounds = np.searchsorted(slots, np.arange(len(self._blocks) + 1) * BLOCK)
+        for block, (start, end) in enumerate(pairwise(bounds.tolist())):
+            if start == end:
+                continue
+            within = to_device(slots[start:end] - block * BLOCK, self._device)
+            torch.index_select(self._blocks[block], 0, within, out=rows[start:end])
+        changed_at = self._changed_at[to_device(slots, self._device)]
+        return FeatureTable((rows,), changed_at, self._device, self._compiled, slots, self.count)
+
+    def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
+        """As ``FeatureTable.chunks``."""
+        return self._shared_table().chunks(slots)
+
+    def products(self, slots: I64, vectors: Tensor) -> Tensor:
+        """As ``FeatureTable.products``."""
+        return self._shared_table().products(slots, vectors)
+
+    def _shared_table(self) -> FeatureTable:
+        """All features for as long as nothing changes."""
+        return FeatureTable(self.blocks, self.changed_at, self._device, self._compiled)
+
+    def add_process_noise(self, *, rate_per_s: float, elapsed_s: float) -> None:
+        """Add ``rate_per_s * elapsed_s`` to every variance."""
+        self._confidence = with_process_noise(
+            self._confidence, rate_per_s=rate_per_s, elapsed_s=elapsed_s
+        )
+
+    def doubt(self, slots: Tensor, most: float) -> None:
+        """Let what is known of slots count for ``most`` at most from now on."""
+        self._confidence[0, slots] = self._confidence[0, slots].clamp(max=most)
+
+    def reset_searched(self, robot: int = 0) -> None:
+        """Set sigma_E of a robot to infinity in all slots; features and their confidence stay."""
+        row = self._searched_row(robot)
+        self._confidence[row] = 0.0
+
+    def set_searched_confidence(self, confidence: Tensor) -> None:
+        """Set 1 / sigma_E^2 (count,) of all slots, as loaded from a file."""
+        self._confidence[SEARCHED, : self.count] = confidence.to(self._device)
+
+    def set_explored_confidence(self, confidence: Tensor) -> None:
+        """Set the confidence of keyframes (count,) of all slots, as loaded from a file."""
+        self._confidence[EXPLORED, : self.count] = confidence.to(self._device)
+
+    def _searched_row(self, robot: int) -> int:
+        """The row of 1 / sigma_E^2 of a robot, made where it has none yet."""
+        row = searched_row(robot)
+        missing = row + 1 - len(self._confidence)
+        if missing > 0:
+            rows = self._confidence.new_zeros((missing, self._confidence.shape[1]))
+            self._confidence = torch.cat([self._confidence, rows])
+        return row
+
+    def _set_changed(self, slots: Tensor, revision: int) -> None:
+        self._changed_at[slots] = revision
+        self._group_changed_at[slots // GROUP] = revision
+
+    def _by_block(self, slots: Tensor) -> Iterator[tuple[int, Tensor, Tensor]]:
+        """Per block with some of the slots: its number, their indices, their rows in the block.
+
+        The host learns which blocks there are, and how many slots lie in each.
+        """
+        owner = slots // BLOCK
+        blocks, counts = to_host(torch.stack(torch.unique(owner, return_counts=True))).tolist()
+        order = torch.argsort(owner, stable=True)
+        for block, chosen in zip(blocks, order.split_with_sizes(counts), strict=True):
+            yield block, chosen, slots[chosen] - block * BLOCK

@@ -1,0 +1,336 @@
+"""Reads the features of a map: scalar products with texts, and the features themselves.
+
+A table shares the memory of the map's blocks, so that making one copies nothing, or it is a copy
+of some cells. While frames are fused, rows of a shared one may be half written: whoever reads it
+without the map's lock computes the cells anew that have changed since.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Protocol
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from onemap_mapper.jit import AVAILABLE, compiled, compiled_fast
+from onemap_mapper.transfers import to_device, to_host
+from onemap_shared.geometry import F32, I64, U16
+
+GREATEST = np.finfo(np.float32).max
+
+
+@compiled
+def fuse_rows(
+    table: F32, rows: I64, features: F32, chosen: I64, K: F32
+) -> None:  # pragma: no cover
+    """Move table[rows[k]] (., D) float32 by K[chosen[k]] towards features[chosen[k]].
+
+    As ``torch.lerp``: from whichever end is nearer, so that 0 and 1 give the ends themselves.
+    """
+    for k in range(len(rows)):
+        share = K[chosen[k]]
+        row, new = table[rows[k]], features[chosen[k]]
+        if share < 0.5:
+            for channel in range(len(row)):
+                row[channel] += share * (new[channel] - row[channel])
+        else:
+            rest = np.float32(1) - share
+            for channel in range(len(row)):
+                row[channel] = new[channel] - rest * (new[channel] - row[channel])
+
+
+@compiled
+def all_finite(values: F32) -> bool:  # pragma: no cover
+    """Whether no value of (n, D) float32 is NaN or infinite."""
+    for k in range(len(values)):
+        # A row by its index, and a count as wide as the values: so the loop is made with vectors.
+        row, wrong = values[k], np.int32(0)
+        for channel in range(len(row)):
+            wrong += np.int32(not abs(row[channel]) <= GREATEST)
+        if wrong > 0:
+            return False
+    return True
+
+
+def _processor_converts() -> bool:
+    """Whether the processor converts float16 itself: on x86 all since 2012, and all of ARM's."""
+    from llvmlite import binding
+
+    features = binding.get_host_cpu_features()
+    return bool(features.get("f16c", True))  # named for x86 only
+
+
+def _from_half() -> Any:
+    """A function for compiled code: the 16 bits of a float16 to their float32 value."""
+    from llvmlite import ir
+    from numba import types
+    from numba.core import extending
+
+    def half_value(_context: Any, bits: Any) -> Any:  # noqa: ARG001 (numba passes it by name)
+        def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+            half = builder.bitcast(arguments[0], ir.HalfType())
+            return builder.fpext(half, ir.FloatType())
+
+        return types.float32(types.uint16), generate
+
+    return extending.intrinsic(half_value)
+
+
+def _to_half() -> Any:
+    """A function for compiled code: a float32 and what is added to its bits, to a float16's bits.
+
+    The bits of the mantissa that a float16 does not have are cut off then.
+    """
+    from llvmlite import ir
+    from numba import types
+    from numba.core import extending
+
+    def cut_half(_context: Any, value: Any, added: Any) -> Any:  # noqa: ARG001
+        def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+            word = ir.IntType(32)
+            bits = builder.add(builder.bitcast(arguments[0], word), arguments[1])
+            cut = builder.and_(bits, ir.Constant(word, -(1 << 13)))
+            half = builder.fptrunc(builder.bitcast(cut, ir.FloatType()), ir.HalfType())
+            return builder.bitcast(half, ir.IntType(16))
+
+        return types.uint16(types.float32, types.uint32), generate
+
+    return extending.intrinsic(cut_half)
+
+
+HALF = AVAILABLE and _processor_converts()  # whether the functions below can be used
+_half_value: Any = _from_half() if AVAILABLE else None
+_cut_half: Any = _to_half() if AVAILABLE else None
+
+
+@compiled_fast
+def half_products(table_bits: U16, vector: F32, out: F32) -> None:  # pragma: no cover
+    """out (n,) = table (n, D) times vector (D,) float32; table_bits: the float16 table's bits."""
+    for k in range(len(out)):
+        row = table_bits[k]
+        total = np.float32(0)
+        for channel in range(len(vector)):
+            total += _half_value(row[channel]) * vector[channel]
+        out[k] = total
+
+
+@compiled
+def fuse_half_rows(
+    table_bits: U16, rows: I64, moves: tuple[F32, I64, F32, I64]
+) -> None:  # pragma: no cover
+    """Move table[rows[k]] (., D) as ``fuse_rows``, rounded as ``stochastic_rounding.rounded``.
+
+    table_bits: the float16 table's bits. moves: features (n, D), chosen (k,), K (n,), seed (n,).
+    """
+    features, chosen, K, seed = moves
+    for k in range(len(rows)):
+        share = K[chosen[k]]
+        row, new = table_bits[rows[k]], features[chosen[k]]
+        start = np.uint32(seed[chosen[k]])
+        near, rest = share < np.float32(0.5), np.float32(1) - share
+        for channel in range(len(row)):
+            old = _half_value(row[channel])
+            step = new[channel] - old
+            mean = old + share * step if near else new[channel] - rest * step
+            number = np.uint32(start + np.uint32(channel) * np.uint32(0x9E3779B9))
+            number = np.uint32((number ^ (number >> np.uint32(16))) * np.uint32(0x7FEB352D))
+            number = np.uint32((number ^ (number >> np.uint32(15))) * np.uint32(0x846CA68B))
+            number = np.uint32(number ^ (number >> np.uint32(16)))
+            row[channel] = _cut_half(mean, number >> np.uint32(19))
+
+
+@compiled_fast
+def products(table: F32, vector: F32, out: F32) -> None:  # pragma: no cover
+    """out (n,) = table (n, D) times vector (D,) float32."""
+    for k in range(len(out)):
+        row = table[k]
+        total = np.float32(0)
+        for channel in range(len(vector)):
+            total += row[channel] * vector[channel]
+        out[k] = total
+
+
+CUT_BITS = 13  # of a float32's mantissa, which a float16 does not have
+LOW_32 = 0xFFFFFFFF
+PER_CHANNEL = 0x9E3779B9  # odd, so that all channels differ
+# The hash of Wellons, "lowbias32": each bit of the input changes each of the output.
+FIRST, SECOND = 0x7FEB352D, 0x846CA68B
+
+
+def seeds(confidence: Tensor) -> Tensor:
+    """A number (n,) int64 in 32 bits for each confidence (n,) float64."""
+    bits = confidence.contiguous().view(torch.int64)
+    mixed: Tensor = (bits ^ (bits >> 32)) & LOW_32
+    return mixed
+
+
+def rounded(values: Tensor, seed: Tensor) -> Tensor:
+    """Values (n, D) float32 as float16, rounded up or down by the hash of seed (n,) and channel."""
+    channel = torch.arange(values.shape[1], device=values.device)
+    dither = _hash((seed[:, None] + channel * PER_CHANNEL) & LOW_32) >> (32 - CUT_BITS)
+    bits = values.contiguous().view(torch.int32) + dither.to(torch.int32)
+    cut: Tensor = (bits & -(1 << CUT_BITS)).view(torch.float32)
+    return cut.half()
+
+
+def _hash(number: Tensor) -> Tensor:
+    """32 bits (...) int64 of 32 bits."""
+    number = (number ^ (number >> 16)) * FIRST & LOW_32
+    number = (number ^ (number >> 15)) * SECOND & LOW_32
+    hashed: Tensor = number ^ (number >> 16)
+    return hashed
+
+
+PART = 512  # rows that are multiplied at once: 1.5 MB of 768 float32 channels, in the L2 cache
+FEW_VECTORS = 2  # for which reading a row anew costs less than converting it
+
+
+class CellFeatures(Protocol):
+    """What scores are computed of: the features of a map's slots and when each changed."""
+
+    @property
+    def count(self) -> int:
+        """Slots of the map."""
+        ...
+
+    @property
+    def device(self) -> torch.device:
+        """Where the features are."""
+        ...
+
+    def changed_since(self, revision: int, kept: int) -> I64:
+        """As ``FeatureTable.changed_since``."""
+        ...
+
+    def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
+        """As ``FeatureTable.chunks``."""
+        ...
+
+    def products(self, slots: I64, vectors: Tensor) -> Tensor:
+        """As ``FeatureTable.products``."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureTable:
+    """Features of a map's slots.
+
+    blocks: tables of equally many rows (rows, D), float32 or float16, on ``device``; slots (n,)
+    ascending, those whose features the blocks hold, None: all; changed_at (n,) int64, on
+    ``device`` too, the map's revision at which the feature of each of them last changed; of: slots
+    of the map, if not all.
+    """
+
+    blocks: tuple[Tensor, ...]
+    changed_at: Tensor
+    device: torch.device
+    compiled: bool
+    slots: I64 | None = None
+    of: int = 0
+
+    @property
+    def count(self) -> int:
+        """Slots of the map, with those whose features are not in this table."""
+        return len(self.changed_at) if self.slots is None else self.of
+
+    def changed_since(self, revision: int, kept: int) -> I64:
+        """Ascending slots (n,) that changed after this revision, or are not among the kept first.
+
+        Only those whose features are in this table.
+        """
+        changed = self.changed_at > revision
+        if self.slots is None:
+            kept = min(kept, self.count)
+            older = to_host(torch.nonzero(changed[:kept]).squeeze(1))
+            return np.concatenate([older, np.arange(kept, self.count)])
+        return self.slots[to_host(changed) | (self.slots >= kept)]
+
+    def chunks(self, slots: I64) -> Iterator[tuple[I64, Tensor]]:
+        """The features of ascending slots in parts: their indices, and (k, D) float32, read-only.
+
+        Consecutive slots are not copied, so that a query over a whole map reads the memory once.
+        """
+        for start, part in self._ascending(slots):
+            yield np.arange(start, start + len(part)), part.float()
+
+    def products(self, slots: I64, vectors: Tensor) -> Tensor:
+        """Scalar products (T, n) float32 of vectors (T, D) float32 with ascending slots' features.
+
+        A table of float16 is not converted as a whole: in registers for one or two vectors, for
+        more in parts that stay in the cache.
+        """
+        found = torch.empty((len(vectors), len(slots)), device=self.device)
+        for start, part in self._ascending(slots):
+            _multiply(part, vectors, found[:, start : start + len(part)], self.compiled)
+        return found
+
+    def _ascending(self, slots: I64) -> Iterator[tuple[int, Tensor]]:
+        """The tables of ascending slots in parts, not copied if consecutive; where each begins."""
+        if not self.blocks:
+            return
+        rows = slots if self.slots is None else np.searchsorted(self.slots, slots)
+        size = len(self.blocks[0])
+        bounds = np.searchsorted(rows, np.arange(len(self.blocks) + 1) * size)
+        for block, (start, end) in enumerate(pairwise(bounds.tolist())):
+            if start == end:
+                continue
+            within, table = rows[start:end] - block * size, self.blocks[block]
+            first, last = int(within[0]), int(within[-1])
+            together = last - first + 1 == end - start
+            if together:
+                yield start, table[first : last + 1]
+            else:
+                yield start, table[to_device(within, self.device)]
+
+
+def _multiply(table: Tensor, vectors: Tensor, found: Tensor, compiled: bool) -> None:
+    """found (T, n) float32 = vectors (T, D) float32 times table (n, D)^T, float32 or float16."""
+    half = table.dtype == torch.float16
+    if compiled and len(vectors) <= FEW_VECTORS and (HALF or not half):
+        for vector, out in zip(vectors, found, strict=True):
+            query = vector.contiguous().numpy()
+            if half:
+                bits = table.view(torch.int16).numpy().view(np.uint16)
+                half_products(bits, query, out.numpy())
+            else:
+                products(table.numpy(), query, out.numpy())
+        return
+    rows = PART if table.device.type == "cpu" else len(table)
+    for start in range(0, len(table), rows):
+        part = table[start : start + rows].float()
+        torch.mm(vectors, part.T, out=found[:, start : start + rows])
+
+
+RESERVE = 1.5  # times what is needed, so that growing by a frame's cells rarely copies
+
+
+class SlotValues:
+    """``rows`` float32 numbers for each slot, 0 for new ones."""
+
+    def __init__(self, rows: int, device: torch.device) -> None:
+        self._held = torch.zeros((rows, 0), device=device)
+        self._count = 0
+
+    @property
+    def count(self) -> int:
+        """Slots."""
+        return self._count
+
+    @property
+    def values(self) -> Tensor:
+        """The numbers (rows, count), not copied: writing to them changes these."""
+        return self._held[:, : self._count]
+
+    def resize(self, count: int) -> None:
+        """Make it this many slots; a corrected map may have fewer than before."""
+        if count > self._held.shape[1]:
+            reserved = int(count * RESERVE) if self._count else count
+            held = self._held.new_zeros((len(self._held), reserved))
+            held[:, : self._count] = self.values
+            self._held = held
+        self._held[:, self._count : count] = 0.0
+        self._count = count

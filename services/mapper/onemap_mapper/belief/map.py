@@ -1,0 +1,331 @@
+"""The belief map: per cell a fused feature with its confidence, and the occupancy.
+
+``frame_update.compute_update`` computes a frame's update without the map;
+``BeliefMap.fuse`` fuses it. Only the frame's cells are written.
+
+All that is kept of a cell is on the device of the map, in layers by rows of its tiles and in the
+store by slots, and frames are fused there. The host knows which tiles there are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from onemap_mapper import jit
+from onemap_mapper.belief.cells import CellStore, FeatureShare
+from onemap_mapper.belief.features import all_finite
+from onemap_mapper.belief.tiles import ChangeLog, MapTooLarge, TileIndex, TileLayer
+from onemap_mapper.belief.version import NO_FRAMES, NO_SLOT, FrameHistory, MapVersion
+from onemap_mapper.belief.view_log import NO_VIEW, ViewLog, Views
+from onemap_mapper.frame.update import FrameUpdate
+from onemap_mapper.occupancy.evidence import OccupancyLayers, OccupancyUpdate, cells_within
+from onemap_mapper.params import MapParams
+from onemap_mapper.transfers import Index, to_device, to_host
+from onemap_shared.geometry import F32, F64, U8
+from onemap_shared.grid import GridSpec, world_cells
+
+CHANGE_REACH_CELLS = 2  # 0.2 m: a patch of 27 pixels 3 m away, of 24 x 24 in an image
+
+
+class FieldRejected(ValueError):
+    """The field does not fit this map; the text says why in one sentence."""
+
+
+class BeliefMap:
+    """The map of one encoder; empty until the first update names the encoder.
+
+    Robots that share it are numbered from 0. Not thread-safe: callers that share it between threads
+    hold a lock.
+    """
+
+    def __init__(self, params: MapParams, *, first_revision: int = 0) -> None:
+        self.params = params
+        self.encoder_id = ""
+        self.text_space = ""
+        self.histories: dict[int, FrameHistory] = {}  # by robot
+        self.frames_fused = 0
+        self.revision = first_revision
+        self._keeps_every_view = False
+        self.store = self._new_store(0)
+        self._device = device = params.torch_device
+        self.tiles = TileIndex(params, device)
+        self.slots = TileLayer(torch.int32, NO_SLOT, (), device)
+        self.occupancy = OccupancyLayers(params, device)
+        self.newest_views = NO_VIEW  # that the newest frame counted for
+        self.view_log = ViewLog(device)
+        self.changes = ChangeLog(device)
+
+    def history(self, robot: int = 0) -> FrameHistory:
+        """What is remembered of a robot's frames."""
+        return self.histories.get(robot, NO_FRAMES)
+
+    @property
+    def dimension(self) -> int:
+        """Channels of a feature, 0 while the map is empty."""
+        return self.store.dimension
+
+    @property
+    def grid(self) -> GridSpec:
+        """The bounding box of all tiles."""
+        return self.tiles.grid
+
+    @property
+    def memory_bytes(self) -> int:
+        """Bytes of features and layers, with those reserved for growth."""
+        logs = self.view_log.nbytes + self.changes.nbytes
+        held = self.store.nbytes + self.tiles.nbytes + logs
+        return held + sum(layer.nbytes for layer in self._layers)
+
+    @property
+    def _layers(self) -> tuple[TileLayer, ...]:
+        """What is kept of every cell of a tile."""
+        return (self.slots, *self.occupancy.layers)
+
+    def fuse(self, update: FrameUpdate, views: Views | None = None, *, robot: int = 0) -> None:
+        """Fuse one frame of a robot. Raises ``FieldRejected`` before anything has changed.
+
+        views: what it counts for if another map of the same frames says so.
+        """
+        self._check(update)
+        history = self.history(robot)
+        free = self._assumed_free(update, history.start_m)
+        self.grow(torch.cat([update.cells, update.occupancy.cells, free]))
+        if self.dimension == 0:
+            self.set_encoder(update.encoder_id, update.text_space, update.features.shape[1])
+        self._add_process_noise(update.stamp_ns, history.stamp_ns)
+        self.revision += 1
+        self._doubt_beside(self.fuse_occupancy(update.occupancy))
+        slots = self.slots_of(update.cells)
+        own = history.keyframes.views(update.T_map_camera, self.params)
+        self.newest_views = views or replace(own, robot=robot)
+        self.store.fuse(
+            slots,
+            update.features,
+            update.confidence,
+            revision=self.revision,
+            views=self.newest_views,
+            heights=update.heights,
+        )
+        rows = self.tiles.rows_on_device(update.cells)
+        self.changes.mark(rows)
+        self.view_log.record(
+            rows,
+            update.confidence,
+            T_map_camera=update.T_map_camera,
+            stamp_ns=update.stamp_ns,
+            params=self.params,
+            robot=robot,
+        )
+        self.assume_free(free)
+        self.frames_fused += 1
+        self.histories[robot] = history.after(update, self.newest_views)
+
+    def check_pose(self, T_map_camera: F64) -> None:
+        """Raise ``MapTooLarge`` if the camera is where this map cannot reach.
+
+        Checked before a frame's arrays are made. An empty map may begin within ``max_extent_m``
+        of the origin: one wrong pose would otherwise refuse all right ones that follow.
+        """
+        camera_m, limit_m = T_map_camera[:3, 3], self.params.max_extent_m
+        if self.tiles.count == 0 and np.abs(camera_m[:2]).max() > limit_m:
+            raise MapTooLarge(
+                f"the camera is at ({camera_m[0]:.0f}, {camera_m[1]:.0f}) m, further than "
+                f"max_extent_m, {limit_m:g} m, from the origin: did the pose jump?"
+            )
+        self.tiles.check(world_cells(camera_m, self.params.cell_size_m)[None])
+
+    def set_encoder(self, encoder_id: str, text_space: str, dimension: int) -> None:
+        """Fix the encoder whose features the map holds; only while it is empty."""
+        self.encoder_id, self.text_space = encoder_id, text_space
+        self.store = self._new_store(dimension)
+
+    def grow(self, cells: Index) -> None:
+        """Allocate tiles for world cells (n, 2). Raises ``MapTooLarge`` before any change."""
+        self.tiles.allocate(cells)
+        for layer in self._layers:
+            layer.grow(self.tiles.count)
+        self.view_log.grow(self.tiles.count)
+        self.changes.grow(self.tiles.count)
+
+    def slots_of(self, cells: Index) -> Tensor:
+        """Slots (n,) of distinct world cells (n, 2) inside the tiles, new where there were none."""
+        cells = to_device(cells, self._device)
+        rows = self.tiles.rows_on_device(cells)
+        slots = self.slots.values[rows].long()
+        new = torch.nonzero(slots == NO_SLOT).squeeze(1)
+        if len(new):
+            slots[new] = self.store.add(cells[new])
+            self.slots.values[rows[new]] = slots[new].int()
+        return slots
+
+    def fuse_occupancy(self, frame: OccupancyUpdate) -> Tensor:
+        """Add a frame's evidence to cells inside the tiles.
+
+        Returns the cells (k, 2) in which something stands now that did not, or the other way round.
+        """
+        rows = self.tiles.rows_on_device(frame.cells)
+        different, changed = self.occupancy.add(rows, frame)
+        self.changes.mark(rows[different])
+        return frame.cells[changed]
+
+    def keep_every_view(self) -> None:
+        """Let no view fade from now on, in float32: only so can views be taken out again."""
+        self._keeps_every_view = True
+        self.store.keep_every_view()
+
+    def _doubt_beside(self, changed: Tensor) -> None:
+        """Let features at cells (k, 2) that changed, and beside them, count for little from now on.
+
+        They are those of another thing; beside them, because a patch shows both sides of an edge.
+        """
+        if len(changed) == 0 or self._keeps_every_view:
+            return
+        reach = torch.arange(-CHANGE_REACH_CELLS, CHANGE_REACH_CELLS + 1, device=changed.device)
+        near = (changed[:, None] + torch.cartesian_prod(reach, reach)).flatten(end_dim=1)
+        rows = self.tiles.rows_on_device(near)
+        slots = self.slots.values[rows[rows >= 0]].long()
+        self.store.doubt(slots[slots != NO_SLOT], self.params.changed_confidence)
+
+    def put_in(self, share: FeatureShare) -> None:
+        """Fuse a share of the features. Raises ``MapTooLarge`` before any change."""
+        self.grow(share.cells)
+        self.revision += 1
+        cells = to_device(share.cells, self._device)
+        self.store.put_in(self.slots_of(cells), share, revision=self.revision)
+        self.changes.mark(self.tiles.rows_on_device(cells))
+
+    def take_out(self, share: FeatureShare) -> None:
+        """Undo ``put_in``: cells of which nothing remains are no longer observed."""
+        self.revision += 1
+        rows = self.tiles.rows_on_device(to_device(share.cells, self._device))
+        slots = self.slots.values[rows].long()
+        known = slots != NO_SLOT  # the others were emptied before, up to rounding
+        rows, slots = rows[known], slots[known]
+        empty = self.store.take_out(slots, share.only(to_host(known)), revision=self.revision)
+        self.slots.values[rows[empty]] = NO_SLOT
+        refilled = self.store.remove(slots[empty], revision=self.revision)
+        moved = self.tiles.rows_on_device(self.store.cells_of(refilled))
+        self.slots.values[moved] = refilled.int()
+        self.changes.mark(torch.cat([rows, moved]))
+
+    def set_occupancy(self, rows: Index, evidence: Tensor, clear: Tensor) -> None:
+        """Replace what is known of cells, by rows (n,) of ``tiles``, as ``OccupancyUpdate``."""
+        rows, evidence, clear = (to_device(each, self._device) for each in (rows, evidence, clear))
+        self.changes.mark(rows[self.occupancy.put(rows, evidence, clear)])
+
+    def reset_searched(self, robot: int = 0) -> None:
+        """Reset a robot's sigma_E, as its search begins; features and their variance stay."""
+        self.revision += 1
+        self.histories[robot] = self.history(robot).of_new_search()
+        self.store.reset_searched(robot)
+        self.changes.mark_everything()
+
+    def version(self) -> MapVersion:
+        """A copy of this revision, without its features."""
+        shared = self.shared_version()
+        return replace(
+            shared,
+            tiles=shared.tiles.copy(),
+            slots=shared.slots.copy(),
+            occupancy=shared.occupancy.copy(),
+            assumed=shared.assumed.copy(),
+            clear=shared.clear.copy(),
+            heights=shared.heights.clone(),
+            view_log=shared.view_log.copy(),
+            histories=self.histories.copy(),
+        )
+
+    def layers(self) -> U8:
+        """Bits of ``Layer`` (nx, ny) uint8 over ``grid``."""
+        return self.shared_version().layers()
+
+    def occupancy_grid(self) -> U8:
+        """Values of ``Occupancy`` (nx, ny) uint8 over ``grid``."""
+        return self.shared_version().occupancy_grid()
+
+    def to_grid(self, per_slot: F32) -> F32:
+        """Values (count,) of the observed cells as a grid (nx, ny) float32, NaN elsewhere."""
+        return self.shared_version().to_grid(per_slot)
+
+    def shared_version(self) -> MapVersion:
+        """This revision for as long as nothing changes: it shares the map's memory."""
+        return MapVersion(
+            revision=self.revision,
+            histories=self.histories,
+            encoder_id=self.encoder_id,
+            explored_variance=self.params.explored_variance,
+            tiles=self.tiles,
+            slots=to_host(self.slots.values),
+            occupancy=to_host(self.occupancy.states.values),
+            assumed=to_host(self.occupancy.assumed.values),
+            clear=to_host(self.occupancy.clear.values),
+            confidences=to_host(self.store.confidences(slice(0, self.store.count))),
+            heights=self.store.all_heights,
+            view_log=self.view_log,
+        )
+
+    def _new_store(self, dimension: int) -> CellStore:
+        params = self.params
+        store = CellStore(
+            dimension,
+            device=params.torch_device,
+            dtype=params.torch_dtype,
+            compiled=params.compiled,
+            max_prior=params.max_prior_confidence,
+        )
+        if self._keeps_every_view:
+            store.keep_every_view()
+        return store
+
+    def _check(self, update: FrameUpdate) -> None:
+        if not (self._finite(update.features) and update.confidence.isfinite().all()):
+            raise FieldRejected(
+                "the frame's features or confidences are not finite: their cells would stay NaN; "
+                "check perception's variance and encoder"
+            )
+        if self.dimension == 0:
+            return
+        ours = (self.encoder_id, self.text_space, self.dimension)
+        theirs = (update.encoder_id, update.text_space, update.features.shape[1])
+        if ours != theirs:
+            raise FieldRejected(
+                f"the map holds features of encoder {ours[0]} ({ours[1]}, {ours[2]} channels) but "
+                f"the frame has {theirs[0]} ({theirs[1]}, {theirs[2]} channels): clear the map or "
+                "restart perception with the map's encoder"
+            )
+
+    def _finite(self, features: Tensor) -> bool:
+        if jit.usable(wanted=self.params.compiled, device=features.device):
+            return all_finite(features.numpy())
+        return bool(features.isfinite().all())
+
+    def _add_process_noise(self, stamp_ns: int, before_ns: int) -> None:
+        elapsed_s = (stamp_ns - before_ns) * 1e-9 if before_ns else 0.0
+        if self.params.process_noise_per_s > 0 and elapsed_s > 0:
+            rate_per_s = self.params.process_noise_per_s
+            self.store.add_process_noise(rate_per_s=rate_per_s, elapsed_s=elapsed_s)
+            self.changes.mark_everything()
+
+    def _assumed_free(self, update: FrameUpdate, start_m: F64 | None) -> Tensor:
+        """Cells (n, 2) that count as free though no camera sees their floor.
+
+        Around the camera's first position, ``start_m``; and, while it is there, from there to the
+        nearest floor in view: the floor between both is in no image.
+        """
+        radius_m, none = self.params.initially_free_radius_m, np.zeros((0, 2), np.int64)
+        first = start_m is None
+        start_m = update.camera_m if start_m is None else start_m
+        seen = update.occupancy
+        if radius_m == 0 or np.linalg.norm(update.camera_m[:2] - start_m[:2]) > radius_m:
+            return seen.cells[:0]
+        disc = cells_within(start_m, radius_m, self.params.cell_size_m) if first else none
+        return torch.cat([to_device(disc, self._device), seen.cells[seen.blind]])
+
+    def assume_free(self, cells: Tensor) -> None:
+        """Take floor of world cells (n, 2) inside the tiles for free; no camera sees it."""
+        rows = self.tiles.rows_on_device(cells)
+        self.changes.mark(rows[self.occupancy.assume(rows)])

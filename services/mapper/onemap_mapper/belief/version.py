@@ -1,0 +1,170 @@
+"""A whole revision of a map without its features: what replies say beside scores."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from torch import Tensor
+
+from onemap_mapper.belief.cells import EXPLORED, searched_row
+from onemap_mapper.belief.tiles import TileIndex
+from onemap_mapper.belief.view_log import Keyframes, ViewLog, Views
+from onemap_mapper.frame.update import FrameUpdate
+from onemap_mapper.transfers import to_device, to_host
+from onemap_shared.geometry import F32, F64, I32, U8, Bool
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import Layer, Occupancy
+
+
+@dataclass(frozen=True, slots=True)
+class FrameHistory:
+    """The frames of one robot in one map.
+
+    sequence and stamp_ns: of the newest one, 0 before the first; frames: how many were fused since
+    the map was begun or loaded; start_m and camera_m (3,): the camera's position in the first and
+    in the newest one, map frame, None if it is not known.
+    """
+
+    sequence: int = 0
+    stamp_ns: int = 0
+    frames: int = 0
+    start_m: F64 | None = None
+    camera_m: F64 | None = None
+    keyframes: Keyframes = field(default_factory=Keyframes)
+
+    def after(self, update: FrameUpdate, views: Views) -> FrameHistory:
+        """The history after a frame that counted for so many views."""
+        return FrameHistory(
+            sequence=update.sequence,
+            stamp_ns=update.stamp_ns,
+            frames=self.frames + 1,
+            start_m=update.camera_m if self.start_m is None else self.start_m,
+            camera_m=update.camera_m,
+            keyframes=self.keyframes.after(update.T_map_camera, views),
+        )
+
+    def of_new_search(self) -> FrameHistory:
+        """What is in view when a search begins was not searched yet."""
+        return replace(self, keyframes=self.keyframes.of_new_search())
+
+
+NO_FRAMES = FrameHistory()
+
+
+NO_SLOT = -1
+
+
+def observed_bits(confidences: F32, explored_variance: float, robot: int = 0) -> U8:
+    """Bits of ``Layer`` (n,) of observed cells with these confidences (3 + further robots, n)."""
+    threshold = np.float32(1.0 / explored_variance)
+    count, row = confidences.shape[1], searched_row(robot)
+    explored = confidences[EXPLORED] > threshold
+    known = row < len(confidences)  # else the robot has searched nothing yet
+    searched = confidences[row] > threshold if known else np.zeros(count, bool)
+    bits = np.full(count, Layer.OBSERVED, np.uint8)
+    bits |= explored * np.uint8(Layer.EXPLORED) | searched * np.uint8(Layer.SEARCHED)
+    return bits
+
+
+def floor_bits(assumed: Bool, clear: Bool) -> U8:
+    """Bits of ``Layer`` for what is known of the floor, of masks of the same shape.
+
+    clear: where a camera saw it once, or it is assumed: only counts as free.
+    """
+    seen = clear & ~assumed
+    bits: U8 = assumed * np.uint8(Layer.ASSUMED) | seen * np.uint8(Layer.FLOOR_SEEN)
+    return bits
+
+
+@dataclass(frozen=True, slots=True)
+class MapVersion:
+    """One revision; ``BeliefMap.version`` makes it a copy that no later frame changes.
+
+    By rows (n,) of ``tiles``: slots int32, NO_SLOT where nothing was observed; occupancy, values of
+    ``Occupancy``; assumed: free, though no camera saw the floor; clear: a camera saw the floor
+    once, or it is assumed. By slots: confidences
+    (3 + further robots, count) float32, as ``CellStore.confidences``. A cell is explored below
+    ``explored_variance``. Heights (count, LEVELS) float32, as ``HeightStore.of``, and the view log
+    are on the device of the map, because a reply needs those of few cells.
+
+    It is one robot's: searched is what that one searched, sequence and stamp_ns are of its frames.
+    """
+
+    revision: int
+    histories: Mapping[int, FrameHistory]
+    encoder_id: str
+    explored_variance: float
+    tiles: TileIndex
+    slots: I32
+    occupancy: U8
+    assumed: Bool
+    clear: Bool
+    confidences: F32
+    heights: Tensor
+    view_log: ViewLog
+    robot: int = 0
+
+    @property
+    def sequence(self) -> int:
+        """Of the robot's newest frame."""
+        return self._history.sequence
+
+    @property
+    def stamp_ns(self) -> int:
+        """Capture time of the robot's newest frame; 0: it has none in the map."""
+        return self._history.stamp_ns
+
+    @property
+    def _history(self) -> FrameHistory:
+        return self.histories.get(self.robot, NO_FRAMES)
+
+    def of_robot(self, robot: int) -> MapVersion:
+        """The same revision for another robot."""
+        return replace(self, robot=robot)
+
+    @property
+    def count(self) -> int:
+        """Observed cells."""
+        return len(self.confidences[0])
+
+    @property
+    def grid(self) -> GridSpec:
+        """The bounding box of all tiles."""
+        return self.tiles.grid
+
+    @property
+    def variances(self) -> F32:
+        """1 / c (count,) of the observed cells."""
+        variances: F32 = np.reciprocal(self.confidences[0])
+        return variances
+
+    def heights_of(self, slots: I32) -> F32:
+        """Shares (n, LEVELS) of height of these slots, on the host."""
+        heights = self.heights
+        shares: F32 = to_host(heights[to_device(slots.astype(np.int64), heights.device)])
+        return shares
+
+    def layers(self) -> U8:
+        """Bits of ``Layer`` (nx, ny) uint8 over ``grid``."""
+        bits = observed_bits(self.confidences, self.explored_variance, self.robot)
+        bits = np.append(bits, np.uint8(0))
+        dense: U8 = bits[self._dense(self.slots, NO_SLOT)]
+        assumed, clear = (self._dense(each, False) for each in (self.assumed, self.clear))
+        return dense | floor_bits(assumed, clear)
+
+    def occupancy_grid(self) -> U8:
+        """Values of ``Occupancy`` (nx, ny) uint8 over ``grid``."""
+        dense: U8 = self._dense(self.occupancy, Occupancy.UNKNOWN)
+        return dense
+
+    def to_grid(self, per_slot: F32) -> F32:
+        """Values (count,) of the observed cells as a grid (nx, ny) float32, NaN elsewhere."""
+        padded = np.append(per_slot, np.float32(np.nan))
+        dense: F32 = padded[self._dense(self.slots, NO_SLOT)]
+        return dense
+
+    def _dense(self, values: NDArray, fill: float) -> NDArray:
+        return self.tiles.to_dense(values, fill)

@@ -1,1 +1,0 @@
-"""Diagnosis of depth, floor and frame flow: sentences and metrics for the heartbeat."""

@@ -1,0 +1,268 @@
+"""The pixels of one frame to the weights of its patches in cells, in two passes.
+
+The first pass finds each pixel's cell, in the arithmetic of ``unproject_to_map`` and
+``world_cells``: to the last bit, so that it does not matter which of them located a pixel. The
+second pass sums bilinear weights per (cell, patch), patch by patch, because the pixels between
+four patch centres fall on few cells.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from onemap_mapper.jit import compiled
+from onemap_shared.geometry import F32, I32, I64
+
+NOT_USED = np.int32(-(2**31))  # the cell of a pixel that carries no feature
+
+
+@compiled
+def locate(
+    depth_m: F32, confidence: F32, pixel_to_ray: F32, pose: F32, limits: F32
+) -> tuple[I32, I32]:  # pragma: no cover
+    """World cells ix, iy (H, W) int32 of the pixels; ix ``NOT_USED`` where they carry no feature.
+
+    confidence (H, W): 1 / variance, 0 = do not use; pixel_to_ray: of ``Intrinsics``; pose (3, 4)
+    float32: T_map_camera's upper rows; limits: (farthest z-depth m, greatest height m, edge of a
+    cell m).
+    """
+    height, width = depth_m.shape
+    ix = np.empty((height, width), np.int32)
+    iy = np.empty((height, width), np.int32)
+    from_left, from_top, fx, fy = pixel_to_ray
+    r00, r01, r02, tx = pose[0]
+    r10, r11, r12, ty = pose[1]
+    r20, r21, r22, tz = pose[2]
+    farthest, highest, size = limits
+    columns = np.empty(width, np.float32)
+    for j in range(width):
+        columns[j] = np.float32(j) + from_left
+    for i in range(height):
+        row = np.float32(i) + from_top
+        for j in range(width):
+            d = depth_m[i, j]
+            x = columns[j] * d / fx
+            y = row * d / fy
+            ix[i, j] = np.int32(np.floor((x * r00 + y * r01 + d * r02 + tx) / size))
+            iy[i, j] = np.int32(np.floor((x * r10 + y * r11 + d * r12 + ty) / size))
+            z = x * r20 + y * r21 + d * r22 + tz
+            if not ((d > 0) & (d <= farthest) & (confidence[i, j] > 0) & (z <= highest)):
+                ix[i, j] = NOT_USED
+    return ix, iy
+
+
+@compiled
+def extent(ix: I32, iy: I32) -> tuple[int, int, int, int]:  # pragma: no cover
+    """The lowest and highest cell of ``locate``: low_x, low_y, high_x, high_y; low > high: none."""
+    most = np.int32(2**31 - 1)
+    low_x, low_y, high_x, high_y = most, most, NOT_USED, NOT_USED
+    every_x, every_y = ix.ravel(), iy.ravel()  # one loop over a line is made with vectors
+    for k in range(len(every_x)):
+        x, y = every_x[k], every_y[k]
+        used = x != NOT_USED
+        low_x = min(low_x, x if used else most)
+        low_y = min(low_y, y if used else most)
+        high_x = max(high_x, x)
+        high_y = max(high_y, y if used else NOT_USED)
+    return low_x, low_y, high_x, high_y
+
+
+@compiled
+def gather(
+    cells: tuple[I32, I32],
+    confidence: F32,
+    box: tuple[int, int, int, int],
+    interpolation: tuple[I64, I64, F32, F32],
+    patch_shape: tuple[int, int],
+) -> tuple[I64, F32, I64, I64, F32]:  # pragma: no cover
+    """The rows of W: (cells, confidence, starts, patches, values) of ``CellWeights``.
+
+    cells, confidence, box: of ``locate`` and ``extent``, with at least one used pixel;
+    interpolation: per image row and per column the patch before it (ascending), and the fraction
+    towards the next.
+    """
+    top, left, down, right = interpolation
+    depth = box[3] - box[1] + 1
+    area = (box[2] - box[0] + 1) * depth
+    flat = _flattened(cells, box)
+    pixels = np.zeros(area, np.int32)
+    newest = np.full(area, -1, np.int32)  # entry of each cell in the present patch quad
+    owner = np.empty(4096, np.int32)  # cell of an entry
+    quad = np.empty(4096, np.int32)  # upper left patch of an entry
+    sums = np.empty((4096, 4), np.float32)
+    count = np.int64(0)
+    row = np.int64(0)
+    for row_end in _ends(top):
+        column = np.int64(0)
+        for column_end in _ends(left):
+            most = count + (row_end - row) * (column_end - column)
+            if most > len(owner):
+                owner = _grown(owner, count, 2 * most)
+                quad = _grown(quad, count, 2 * most)
+                sums = _grown_sums(sums, count, 2 * most)
+            quad[count:most] = top[row] * patch_shape[1] + left[column]
+            count = _sum_block(
+                (flat, confidence),
+                (row, row_end, column, column_end, count),
+                (down, right),
+                (pixels, newest),
+                (owner, sums),
+            )
+            column = column_end
+        row = row_end
+    return _rows((owner[:count], quad[:count], sums), pixels, box, patch_shape)
+
+
+@compiled
+def _sum_block(
+    image: tuple[I32, F32],
+    block: tuple[int, int, int, int, int],
+    fractions: tuple[F32, F32],
+    cells: tuple[I32, I32],
+    entries: tuple[I32, F32],
+) -> int:  # pragma: no cover
+    """Add the pixels between four patch centres to new entries; returns the last one's end.
+
+    block: rows and columns of the image, from and to, and the first new entry. A run of pixels of
+    a row in one cell is summed before it is added.
+    """
+    (flat, weight), (down, right) = image, fractions
+    (pixels, newest), (owner, sums) = cells, entries
+    row, row_end, column, column_end, first = block
+    count = first
+    for i in range(row, row_end):
+        of_row, weights = flat[i, column:column_end], weight[i, column:column_end]
+        shares = right[column:column_end]
+        entry, start, cell = np.int64(0), 0, np.int32(-1)
+        whole = beside = np.float32(0)
+        for j in range(len(of_row)):  # one loop, without a search for the end: runs are short
+            if of_row[j] != cell:
+                if cell >= 0:
+                    pixels[cell] += j - start
+                    _add_run(sums[entry], whole, beside, down[i])
+                cell, start = of_row[j], j
+                whole = beside = np.float32(0)
+                if cell >= 0:
+                    entry = np.int64(newest[cell])
+                    if entry < first:
+                        entry = count
+                        newest[cell], owner[entry] = entry, cell
+                        sums[entry, 0] = sums[entry, 1] = sums[entry, 2] = sums[entry, 3] = 0
+                        count += 1
+            whole += weights[j]
+            beside += weights[j] * shares[j]
+        if cell >= 0:
+            pixels[cell] += len(of_row) - start
+            _add_run(sums[entry], whole, beside, down[i])
+    return count
+
+
+@compiled
+def _add_run(sums: F32, whole: float, beside: float, down: float) -> None:  # pragma: no cover
+    """Add a run of pixels to the sums (4,) of an entry: their weight, and times ``right``."""
+    sums[0] += (np.float32(1) - down) * (whole - beside)
+    sums[1] += (np.float32(1) - down) * beside
+    sums[2] += down * (whole - beside)
+    sums[3] += down * beside
+
+
+@compiled
+def _flattened(cells: tuple[I32, I32], box: tuple[int, int, int, int]) -> I32:  # pragma: no cover
+    """Per pixel (H, W) the flat index of its cell in the box, -1 if it is not used."""
+    ix, iy = cells
+    flat = np.empty(ix.shape, np.int32)
+    low_x, low_y = np.int32(box[0]), np.int32(box[1])
+    depth = np.int32(box[3] - box[1] + 1)
+    for i in range(ix.shape[0]):
+        for j in range(ix.shape[1]):
+            index = np.int32(np.int32(ix[i, j] - low_x) * depth + np.int32(iy[i, j] - low_y))
+            flat[i, j] = index if ix[i, j] != NOT_USED else np.int32(-1)
+    return flat
+
+
+@compiled
+def _ends(before: I64) -> I64:  # pragma: no cover
+    """Where each run of equal values of an ascending array ends, exclusive."""
+    changes = np.flatnonzero(before[1:] != before[:-1]) + 1
+    return np.append(changes, len(before))
+
+
+@compiled
+def _grown(values: I32, count: int, capacity: int) -> I32:  # pragma: no cover
+    larger = np.empty(capacity, np.int32)
+    for k in range(count):
+        larger[k] = values[k]
+    return larger
+
+
+@compiled
+def _grown_sums(sums: F32, count: int, capacity: int) -> F32:  # pragma: no cover
+    larger = np.empty((capacity, 4), np.float32)
+    for k in range(count):
+        for corner in range(4):
+            larger[k, corner] = sums[k, corner]
+    return larger
+
+
+@compiled
+def _rows(
+    entries: tuple[I32, I32, F32],
+    pixels: I32,
+    box: tuple[int, int, int, int],
+    patch_shape: tuple[int, int],
+) -> tuple[I64, F32, I64, I64, F32]:  # pragma: no cover
+    """Entries (owner, quad, sums of four patches) as normalised rows, cells ascending."""
+    owner, quad, sums = entries
+    h, w = patch_shape
+    below, beside = w * np.int64(h > 1), np.int64(w > 1)
+    depth = box[3] - box[1] + 1
+    order, bounds = _by_owner(owner, len(pixels))
+    count = np.count_nonzero(pixels)
+    cells = np.empty((count, 2), np.int64)
+    confidence = np.empty(count, np.float32)
+    starts = np.empty(count, np.int64)
+    patches = np.empty(4 * len(owner), np.int64)
+    values = np.empty(4 * len(owner), np.float32)
+    weight = np.zeros(h * w, np.float32)
+    filled = row = np.int64(0)
+    for cell in range(len(pixels)):
+        if pixels[cell] == 0:
+            continue
+        starts[row] = filled
+        total = np.float32(0)
+        for k in range(bounds[cell], bounds[cell + 1]):
+            entry = order[k]
+            for corner in range(4):
+                value = sums[entry, corner]
+                if value <= 0:
+                    continue
+                patch = quad[entry] + (corner >> 1) * below + (corner & 1) * beside
+                if weight[patch] == 0:
+                    patches[filled] = patch
+                    filled += 1
+                weight[patch] += value
+                total += value
+        for k in range(starts[row], filled):
+            values[k] = weight[patches[k]] / total
+            weight[patches[k]] = 0
+        cells[row, 0] = cell // depth + box[0]
+        cells[row, 1] = cell % depth + box[1]
+        confidence[row] = total / np.float32(pixels[cell])
+        row += 1
+    return cells, confidence, starts, patches[:filled], values[:filled]
+
+
+@compiled
+def _by_owner(owner: I32, cells: int) -> tuple[I32, I64]:  # pragma: no cover
+    """Entries ordered by their cell, and where each cell's begin (cells + 1)."""
+    bounds = np.zeros(cells + 1, np.int64)
+    for cell in owner:
+        bounds[cell + 1] += 1
+    for cell in range(cells):
+        bounds[cell + 1] += bounds[cell]
+    place = bounds.copy()
+    order = np.empty(len(owner), np.int32)
+    for entry, cell in enumerate(owner):
+        order[place[cell]] = entry
+        place[cell] += 1
+    return order, bounds

@@ -1,0 +1,1 @@
+"""Free and occupied cells from depth: evidence, floor, edges, heights."""

@@ -1,0 +1,299 @@
+"""Occupancy from depth: free, occupied and unknown cells.
+
+Each cell is a column of voxels over the heights of the robot's body. A point is evidence for its
+voxel; a ray that passes through a voxel and ends behind it is evidence against it. So a ray over a
+coffee table does not clear the table, and the floor seen under a table does not either. One more
+voxel lies below the floor: a drop fills it, floor that is seen empties it. A cell is free once its
+floor was seen and no voxel of its column is occupied; a ray that passes just above a cell does not
+show that there is floor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from onemap_mapper import jit
+from onemap_mapper.belief.tiles import TileLayer
+from onemap_mapper.jit import compiled
+from onemap_mapper.params import OccupancyParams
+from onemap_mapper.transfers import CPU, to_device
+from onemap_shared.geometry import F64, I64, U8, Bool
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import Occupancy
+
+I8 = NDArray[np.int8]
+
+# Evidence is a log-odds in steps of about 0.4, an int8 per voxel.
+HIT = 4  # MIN_HITS points or more: an unobserved voxel becomes occupied at once
+SINGLE_HIT = 2  # one point: a far leg or table edge, or noise, so two frames are needed
+LOW_HIT = 2  # too high for floor, too low for an obstacle: the edge of a tray, or a tilted floor
+DROP_HIT = 2  # a drop needs two frames: an error of the pitch lowers all floor of one frame
+MISS = 1  # four frames erase what was hit in one frame, twelve what was hit in many
+MAX_EVIDENCE = 12  # bounded, so that a removed obstacle disappears within twelve frames
+MIN_EVIDENCE = -4  # and a new one appears within two
+OCCUPIED_THRESHOLD = 3
+SETTLED_EVIDENCE = 10  # three frames of an unobserved cell, four of a free one: no passer-by
+MIN_HITS = 2
+
+
+@dataclass(frozen=True, slots=True)
+class OccupancyUpdate:
+    """The evidence of one frame, per cell, on the device of the map.
+
+    cells (n, 2) int64 world cells; evidence (n, levels + 1) int8 to add, the last for the voxel
+    below the floor; clear (n,) bool: the floor was seen; blind (n,) bool: the cell lies between
+    the camera and the nearest floor in view.
+    """
+
+    cells: Tensor
+    evidence: Tensor
+    clear: Tensor
+    blind: Tensor
+
+    @classmethod
+    def of_arrays(
+        cls, cells: I64, evidence: I8, clear: Bool, blind: Bool, *, device: torch.device = CPU
+    ) -> OccupancyUpdate:
+        """The evidence that arrays on the host hold."""
+        return cls(*(to_device(each, device) for each in (cells, evidence, clear, blind)))
+
+
+def accumulated_evidence(evidence: Tensor, added: Tensor) -> Tensor:
+    """The sum of evidence and added (n, levels + 1) int8, within MIN_EVIDENCE and MAX_EVIDENCE.
+
+    What has lost its top fades, see ``with_lost_tops``.
+    """
+    total = evidence.short() + with_lost_tops(evidence, added)
+    return total.clamp_(MIN_EVIDENCE, MAX_EVIDENCE).to(torch.int8)
+
+
+def with_lost_tops(evidence: Tensor, added: Tensor) -> Tensor:
+    """What is added to evidence, both (n, levels + 1) int8, where a thing has lost its top.
+
+    A camera does not see the floor at its feet: when somebody who stood there has gone, its rays
+    pass through the upper voxels only. So in a column that no point lies in, voxels with evidence
+    that no ray met lose as much as those with evidence above them that were seen through. A chair
+    before which the camera looks over the seat loses none, because nothing stood above it.
+    """
+    column, seen = evidence[:, :-1], added[:, :-1]
+    lost = torch.where(column > 0, seen, torch.zeros_like(seen)).clamp_max(0)
+    above = lost.flip(1).cummin(dim=1).values.flip(1)  # the most that any voxel from here up lost
+    hidden = (column > 0) & (seen == 0) & (seen <= 0).all(dim=1, keepdim=True)
+    return torch.cat([torch.where(hidden, above, seen), added[:, -1:]], dim=1)
+
+
+def unseen_gone(before: Tensor, added: Tensor, after: Tensor) -> Tensor:
+    """Mask (n,): an obstacle went that no ray went through, see ``with_lost_tops``.
+
+    Evidence (n, levels + 1) before and after, and what a frame added. The lower part of somebody
+    who has gone, or of a chest that they stood beside, in whose cell they were as well.
+    """
+    gone = (before >= OCCUPIED_THRESHOLD) & (after < OCCUPIED_THRESHOLD)
+    return (gone & (added == 0))[:, :-1].any(dim=1)
+
+
+def occupancy_states(evidence: Tensor, clear: Tensor) -> Tensor:
+    """Values of ``Occupancy`` (n,) uint8 from evidence (n, levels + 1) and clear (n,)."""
+    states = torch.full_like(clear, int(Occupancy.UNKNOWN), dtype=torch.uint8)
+    states.masked_fill_(clear, int(Occupancy.FREE))
+    occupied = evidence.amax(dim=1) >= OCCUPIED_THRESHOLD
+    return states.masked_fill_(occupied, int(Occupancy.OCCUPIED))
+
+
+def settled_states(before: Tensor, evidence: Tensor, states: Tensor) -> Tensor:
+    """What of ``Occupancy`` (n,) cells have lasted in, from what they had before.
+
+    A cell is free as soon as its state is; what stands in it is taken for lasting once its
+    evidence (n, levels + 1) has grown to ``SETTLED_EVIDENCE``: somebody who walks by leaves sooner.
+    """
+    after = before.masked_fill(states == Occupancy.FREE, int(Occupancy.FREE))
+    lasting = evidence.amax(dim=1) >= SETTLED_EVIDENCE
+    return after.masked_fill_(lasting, int(Occupancy.OCCUPIED))
+
+
+def cells_within(centre_m: F64, radius_m: float, cell_size_m: float) -> I64:
+    """World cells (n, 2) whose centre lies within ``radius_m`` of a point (x, y, ...)."""
+    x, y = float(centre_m[0]), float(centre_m[1])
+    box = GridSpec.covering(cell_size_m, (x - radius_m, y - radius_m), (x + radius_m, y + radius_m))
+    cells = np.argwhere(np.ones(box.shape, bool))
+    inside = np.linalg.norm(box.centres(cells) - (x, y), axis=1) <= radius_m
+    chosen: I64 = cells[inside] + np.asarray(box.origin_cell)
+    return chosen
+
+
+Layers = tuple[I8, Bool, Bool, U8]  # evidence (rows, levels + 1), clear, assumed, states (rows,)
+Limits = tuple[int, int, int, int]  # of evidence: least, greatest, of occupied, of what lasts
+States = tuple[int, int, int]  # values of Occupancy: unknown, free, occupied
+
+
+@compiled
+def _add_to_column(evidence: I8, added: I8, limits: Limits) -> tuple[int, bool]:  # pragma: no cover
+    """Add to the evidence (levels + 1,) of a cell, as ``accumulated_evidence``.
+
+    Returns the highest after, and ``unseen_gone``. The last voxel, below the floor, is no part of
+    what may lose its top.
+    """
+    least, greatest, occupied_from, _ = limits
+    below_floor = len(evidence) - 1
+    hit = False
+    for level in range(below_floor):
+        hit |= added[level] > 0
+    highest, lost, gone = least, 0, False
+    for level in range(below_floor, -1, -1):
+        before, more = np.int64(evidence[level]), np.int64(added[level])
+        if level < below_floor and before > 0:
+            if more < 0:
+                lost = min(lost, more)
+            elif more == 0 and not hit:
+                more = lost
+                gone |= before >= occupied_from > before + more
+        total = min(max(before + more, least), greatest)
+        evidence[level] = total
+        highest = max(highest, total)
+    return highest, gone
+
+
+@compiled
+def add_evidence(
+    layers: Layers, settled: U8, frame: tuple[I64, I8, Bool], limits: Limits, states: States
+) -> tuple[Bool, Bool]:  # pragma: no cover
+    """Add a frame's evidence, as ``OccupancyLayers.add`` does in torch.
+
+    settled (rows,): of the states, what lasted; frame: distinct rows (n,), evidence (n, levels + 1)
+    and clear (n,). Returns (n,) twice: which rows look different now, and in which something stands
+    that did not, or the other way round.
+    """
+    evidence, clear, assumed, occupancy = layers
+    rows, added, cleared = frame
+    _, _, occupied_from, settled_from = limits
+    unknown, free, occupied = np.uint8(states[0]), np.uint8(states[1]), np.uint8(states[2])
+    different, changed = np.empty(len(rows), np.bool_), np.empty(len(rows), np.bool_)
+    for k in range(len(rows)):
+        row = rows[k]
+        highest, gone = _add_to_column(evidence[row], added[k], limits)
+        newly_clear = cleared[k] & (not clear[row])
+        clear[row] |= cleared[k]
+        now_assumed = (assumed[row] | (gone & clear[row])) & (not cleared[k])
+        state = free if clear[row] else unknown
+        state = occupied if highest >= occupied_from else state
+        different[k] = (state != occupancy[row]) | (now_assumed != assumed[row]) | newly_clear
+        assumed[row], occupancy[row] = now_assumed, state
+        before = settled[row]
+        after = free if state == free else before
+        after = occupied if highest >= settled_from else after
+        settled[row] = after
+        changed[k] = (before != unknown) & (after != before)
+    return different, changed
+
+
+@compiled
+def assume_floor(
+    layers: Layers, rows: I64, limits: Limits, states: States
+) -> Bool:  # pragma: no cover
+    """Take floor for free that no camera saw, rows (n,); returns which look different now (n,).
+
+    As ``OccupancyLayers.assume`` does in torch; a row may come twice.
+    """
+    evidence, clear, assumed, occupancy = layers
+    different = np.empty(len(rows), np.bool_)
+    for k in range(len(rows)):
+        row = rows[k]
+        highest = limits[0]
+        for level in range(evidence.shape[1]):
+            highest = max(highest, np.int64(evidence[row, level]))
+        state = np.uint8(states[2] if highest >= limits[2] else states[1])
+        now_assumed = assumed[row] | (not clear[row])
+        different[k] = (state != occupancy[row]) | (now_assumed != assumed[row])
+        assumed[row], clear[row], occupancy[row] = now_assumed, True, state
+    return different
+
+
+LIMITS = (MIN_EVIDENCE, MAX_EVIDENCE, OCCUPIED_THRESHOLD, SETTLED_EVIDENCE)
+STATES = (int(Occupancy.UNKNOWN), int(Occupancy.FREE), int(Occupancy.OCCUPIED))
+
+
+class OccupancyLayers:
+    """Layers of one map, on its device, by rows of its tiles; what changes them names the rows.
+
+    evidence (rows, levels + 1) int8 and clear (rows,) bool as in ``OccupancyUpdate``; assumed
+    (rows,) bool: clear, though no camera saw the floor, or not since something stood there that
+    no ray went through; states (rows,) uint8, values of
+    ``Occupancy``, and of them in settled (rows,) what lasted.
+    """
+
+    def __init__(self, params: OccupancyParams, device: torch.device) -> None:
+        self._compiled = jit.usable(wanted=params.compiled, device=device)
+        self.evidence = TileLayer(torch.int8, 0, (params.levels + 1,), device)
+        self.clear = TileLayer(torch.bool, 0, (), device)
+        self.assumed = TileLayer(torch.bool, 0, (), device)
+        self.states = TileLayer(torch.uint8, Occupancy.UNKNOWN, (), device)
+        self.settled = TileLayer(torch.uint8, Occupancy.UNKNOWN, (), device)
+
+    @property
+    def layers(self) -> tuple[TileLayer, ...]:
+        """All of them, to be grown and measured."""
+        return (self.evidence, self.clear, self.assumed, self.states, self.settled)
+
+    @property
+    def known_rows(self) -> Tensor:
+        """Ascending rows (n,) with any evidence, or with floor."""
+        known = self.clear.values | self.evidence.values.any(dim=1)
+        return torch.nonzero(known).squeeze(1)
+
+    def add(self, rows: Tensor, frame: OccupancyUpdate) -> tuple[Tensor, Tensor]:
+        """Add a frame's evidence to cells, by their distinct rows (n,).
+
+        Returns (n,) bool twice: which cells look different now, and in which something stands that
+        did not, or the other way round.
+        """
+        if self._compiled:
+            arrays = (rows.numpy(), frame.evidence.contiguous().numpy(), frame.clear.numpy())
+            settled = self.settled.values.numpy()
+            masks = add_evidence(self._arrays(), settled, arrays, LIMITS, STATES)
+            return torch.from_numpy(masks[0]), torch.from_numpy(masks[1])
+        had = self.evidence.values[rows]
+        evidence = accumulated_evidence(had, frame.evidence)
+        clear = self.clear.values[rows] | frame.clear
+        unseen = clear & unseen_gone(had, frame.evidence, evidence)
+        assumed = (self.assumed.values[rows] | unseen) & ~frame.clear
+        different, states = self._put(rows, evidence, clear, assumed)
+        before = self.settled.values[rows]
+        self.settled.values[rows] = after = settled_states(before, evidence, states)
+        return different, (before != Occupancy.UNKNOWN) & (after != before)
+
+    def assume(self, rows: Tensor) -> Tensor:
+        """Take floor for free, by rows (n,); returns which cells look different now (n,) bool."""
+        if self._compiled:
+            return torch.from_numpy(assume_floor(self._arrays(), rows.numpy(), LIMITS, STATES))
+        evidence, clear = self.evidence.values[rows], self.clear.values[rows]
+        assumed = self.assumed.values[rows] | ~clear
+        return self._put(rows, evidence, torch.ones_like(clear), assumed)[0]
+
+    def put(self, rows: Tensor, evidence: Tensor, clear: Tensor) -> Tensor:
+        """Replace what is known of cells, by rows (n,); returns which look different now (n,)."""
+        return self._put(rows, evidence, clear, self.assumed.values[rows] & clear)[0]
+
+    def _put(
+        self, rows: Tensor, evidence: Tensor, clear: Tensor, assumed: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """Set what is known of cells; which look different now (n,) bool, and their states (n,)."""
+        states = occupancy_states(evidence, clear)
+        different = self.states.values[rows] != states
+        different |= self.assumed.values[rows] != assumed
+        different |= self.clear.values[rows] != clear
+        self.evidence.values[rows] = evidence
+        self.clear.values[rows] = clear
+        self.assumed.values[rows] = assumed
+        self.states.values[rows] = states
+        return different, states
+
+    def _arrays(self) -> Layers:
+        evidence, clear, assumed, states = (
+            layer.values.numpy() for layer in (self.evidence, self.clear, self.assumed, self.states)
+        )
+        return evidence, clear, assumed, states

@@ -1,0 +1,209 @@
+"""At which heights the content of a cell lies, and from it where in height a match lies.
+
+A cell is a column from the floor to the highest pixel with a feature, and one feature is kept for
+all of it. Beside it lie the shares of its confidence by level of height. They are fused, moved,
+saved and cleared as further channels of the feature, so that they always belong to it.
+
+What a text matches lies at the heights that are more frequent in the matching cells than beside
+them: under a table top that all cells of the table share, or on it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from scipy import ndimage
+from torch import Tensor
+
+from onemap_mapper.frame.cloud import DeviceCloud, PointCloud, cells_of, divided
+from onemap_mapper.jit import compiled
+from onemap_mapper.params import ProjectionParams
+from onemap_mapper.transfers import CPU, to_host
+from onemap_shared.geometry import F32, F64, I32, I64, Bool
+
+
+@compiled
+def height_sums(
+    image: tuple[F32, F32, F32],
+    row_of: I32,
+    origin: tuple[int, int],
+    limits: tuple[float, float, float, float, float],
+    shape: tuple[int, int],
+) -> F32:  # pragma: no cover
+    """Sums (rows, levels) float32 of the confidence of points.
+
+    image: z-depth (H, W) and points (H, W, 3) in metres, and confidence (H, W), 0 = do not use;
+    row_of (nx, ny): the row of each cell of a box that begins at world cell ``origin``, -1 =
+    none; limits: (edge of a cell, upper end of the lowest level, height of a level, farthest depth,
+    greatest height) m; shape: rows and levels.
+    """
+    depth_m, points_m, confidence = image
+    sums = np.zeros(shape, np.float32)
+    size, lowest, thickness = limits[:3]
+    farthest, highest = np.float32(limits[3]), np.float32(limits[4])
+    for i in range(points_m.shape[0]):
+        for j in range(points_m.shape[1]):
+            depth, z = depth_m[i, j], points_m[i, j, 2]
+            if not ((depth > 0) & (depth <= farthest) & (z <= highest) & (confidence[i, j] > 0)):
+                continue
+            ix = int(np.floor(np.float64(points_m[i, j, 0]) / size)) - origin[0]
+            iy = int(np.floor(np.float64(points_m[i, j, 1]) / size)) - origin[1]
+            if ix < 0 or iy < 0 or ix >= row_of.shape[0] or iy >= row_of.shape[1]:
+                continue
+            row = row_of[ix, iy]
+            if row < 0:
+                continue
+            above = np.float64(z) - lowest
+            level = min(max(int(np.floor(above / thickness)) + 1, 0), shape[1] - 1)
+            sums[row, level] += confidence[i, j]
+    return sums
+
+
+LEVELS = 12  # 48 bytes per cell: 1.6 % of a cell of 768 float32 channels
+LOWEST_M = 0.1  # up to here is the floor, with the errors of its depth and of the pose
+THICKNESS_M = 0.2  # of the levels above it; the last one has all that is higher
+EDGES_M: F64 = np.append(0.0, LOWEST_M + THICKNESS_M * np.arange(LEVELS))
+RING_CELLS = 3  # around a region, with which it is compared: 0.3 m, beyond the blur
+MIN_EXCESS = 0.15  # a region that differs less from its surroundings has their heights
+MIN_SHARE = 0.7  # of what counts lies in the answer; the rest are stray pixels and blur
+
+
+def cell_heights(cloud: PointCloud, variance: F32, cells: I64, params: ProjectionParams) -> F32:
+    """Shares (n, LEVELS) float32 of the confidence of a frame's pixels in cells (n, 2).
+
+    cloud: the points of the frame, thinned; variance: of its pixels, alike, infinity = do not use.
+    A row sums to 1, or is zero where no pixel that was read falls into the cell.
+    """
+    if len(cells) == 0:
+        return np.zeros((0, LEVELS), np.float32)
+    confidence = np.divide(np.float32(1), variance, dtype=np.float32)
+    low = cells.min(axis=0)
+    row_of = np.full(tuple(cells.max(axis=0) - low + 1), -1, np.int32)
+    row_of[tuple((cells - low).T)] = np.arange(len(cells))
+    farthest_m, highest_m = params.max_feature_range_m, params.max_feature_height_m
+    image = (cloud.depth_m, cloud.points_m, confidence)
+    limits = (params.cell_size_m, LOWEST_M, THICKNESS_M, farthest_m, highest_m)
+    sums = height_sums(image, row_of, (int(low[0]), int(low[1])), limits, (len(cells), LEVELS))
+    total = sums.sum(axis=1, keepdims=True)
+    shares: F32 = np.divide(sums, total, out=np.zeros_like(sums), where=total > 0)
+    return shares
+
+
+class HeightStore:
+    """The shares of height of every slot of a map, beside its features and on their device."""
+
+    def __init__(self, device: torch.device = CPU) -> None:
+        self._shares = torch.zeros((0, LEVELS), device=device)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes held, with those reserved for growth."""
+        return self._shares.nbytes
+
+    def reserve(self, slots: int) -> None:
+        """Make room for this many slots."""
+        if slots > len(self._shares):
+            extra = self._shares.new_zeros((slots - len(self._shares), LEVELS))
+            self._shares = torch.cat([self._shares, extra])
+
+    def first(self, count: int) -> Tensor:
+        """The shares (count, LEVELS) of the first slots, not copied."""
+        return self._shares[:count]
+
+    def of(self, slots: Tensor | slice) -> Tensor:
+        """The shares (n, LEVELS) of these slots."""
+        return self._shares[slots]
+
+    def move(self, slots: Tensor, shares: Tensor, K: Tensor) -> None:
+        """Move distinct slots by gains K (n,) towards shares (n, LEVELS), as features are."""
+        known = self._shares[slots]
+        self._shares[slots] = (known + K[:, None] * (shares - known)).clamp_(min=0.0)
+
+    def put(self, slots: Tensor, shares: Tensor) -> None:
+        """Set the shares (n, LEVELS) of distinct slots."""
+        self._shares[slots] = shares
+
+
+def surroundings(regions: Bool, cells: I64) -> I64:
+    """Cells (n, 2) of a grid around the cells (k, 2) of one region, in none of the ``regions``.
+
+    regions (nx, ny): the cells of all regions.
+    """
+    low = np.maximum(cells.min(axis=0) - RING_CELLS, 0)
+    high = np.minimum(cells.max(axis=0) + RING_CELLS + 1, regions.shape)
+    own = np.zeros(tuple(high - low), bool)
+    own[tuple((cells - low).T)] = True
+    near = ndimage.binary_dilation(own, np.ones((3, 3), bool), iterations=RING_CELLS)
+    near &= ~regions[low[0] : high[0], low[1] : high[1]]
+    ring: I64 = np.argwhere(near) + low
+    return ring
+
+
+def height_band(inside: F32, weights: F32, around: F32) -> F32:
+    """Lowest and highest height (2,) in metres of a match; NaN: nothing is known of its heights.
+
+    inside (k, LEVELS): shares of its cells, which match by weights (k,) >= 0; around (m, LEVELS):
+    shares of the cells beside it.
+    """
+    own = _mean_shares(inside, weights)
+    if own.sum() == 0:
+        return np.full(2, np.nan, np.float32)
+    excess = np.maximum(own - _mean_shares(around, np.ones(len(around), np.float32)), 0.0)
+    low, high = _run(excess if excess.sum() >= MIN_EXCESS else own)
+    return EDGES_M[[low, high]].astype(np.float32)
+
+
+def _mean_shares(shares: F32, weights: F32) -> F64:
+    """The weighted mean (LEVELS,) of shares (k, LEVELS), each first made to sum to 1."""
+    total = shares.sum(axis=1, dtype=np.float64)
+    known = total > 0
+    weight = np.where(known, weights, 0.0)
+    if weight.sum() == 0:
+        return np.zeros(LEVELS)
+    mean: F64 = weight[known] / total[known] @ shares[known] / weight.sum()
+    return mean
+
+
+def _run(values: F64) -> tuple[int, int]:
+    """First level and end of the levels around the largest that have ``MIN_SHARE`` of all."""
+    low = int(values.argmax())
+    high = low + 1
+    while values[low:high].sum() < MIN_SHARE * values.sum():
+        below = values[low - 1] if low > 0 else -1.0
+        above = values[high] if high < LEVELS else -1.0
+        low, high = (low - 1, high) if below > above else (low, high + 1)
+    return low, high
+
+
+def device_heights(
+    cloud: DeviceCloud, variance: Tensor, cells: Tensor, params: ProjectionParams
+) -> Tensor:
+    """Shares (n, LEVELS) float32 of the confidence of a frame's pixels in cells (n, 2).
+
+    The host learns the bounds of the cells.
+    """
+    sums = torch.zeros((len(cells) + 1, LEVELS), device=cells.device)  # the last one: no cell
+    if len(cells) == 0:
+        return sums[:-1]
+    used = (cloud.depth_m > 0) & (cloud.depth_m <= params.max_feature_range_m)
+    used &= (cloud.z_m <= params.max_feature_height_m) & (variance < torch.inf)
+    points, confidence = cloud.points(used), variance[used].reciprocal()
+    above = divided(points[:, 2].double() - LOWEST_M, THICKNESS_M).floor().long() + 1
+    row = _rows(cells_of(points, params.cell_size_m), cells)
+    flat = row * LEVELS + above.clamp(0, LEVELS - 1)
+    sums.view(-1).index_add_(0, flat, confidence)
+    total = sums[:-1].sum(dim=1, keepdim=True)
+    return torch.where(total > 0, sums[:-1] / total, 0.0)
+
+
+def _rows(places: Tensor, cells: Tensor) -> Tensor:
+    """Indices (n,) among distinct cells (m, 2) of places (n, 2), m for those that are none."""
+    low, high = to_host(torch.stack([cells.amin(dim=0), cells.amax(dim=0)])).tolist()
+    nx, ny = (top - bottom + 1 for bottom, top in zip(low, high, strict=True))
+    row_of = torch.full((nx * ny + 1,), len(cells), device=cells.device)
+    row_of[(cells[:, 0] - low[0]) * ny + cells[:, 1] - low[1]] = torch.arange(
+        len(cells), device=cells.device
+    )
+    x, y = places[:, 0] - low[0], places[:, 1] - low[1]
+    inside = (x >= 0) & (x < nx) & (y >= 0) & (y < ny)
+    return row_of[torch.where(inside, x * ny + y, nx * ny)]

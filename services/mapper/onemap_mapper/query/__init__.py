@@ -1,0 +1,1 @@
+"""Answers about the map: similarity, regions, verdicts."""

@@ -1,0 +1,278 @@
+"""Replies and announcements: messages made from the state of the map."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.tiles import AREA
+from onemap_mapper.belief.version import MapVersion
+from onemap_mapper.params import RegionParams, VerdictParams
+from onemap_mapper.query.regions import (
+    NO_REGIONS,
+    Regions,
+    find_regions,
+    outline,
+    region_bands,
+    region_threshold,
+    scoring_at_least,
+)
+from onemap_mapper.query.scores import KnownScores, MapScores, ScoredChanges, ScoredVersion
+from onemap_mapper.query.similarity import TextQuery, against, ranks
+from onemap_mapper.query.verdicts import FloorCoverage, area_mask, frontier_worths, judge
+from onemap_shared.geometry import F32, U8
+from onemap_shared.messages import (
+    NO_VIEW,
+    AnsweredQuery,
+    MapRevision,
+    MapSummary,
+    SearchView,
+    SimilarityReply,
+    SimilarityRequest,
+    ViewChanges,
+    ViewChangesRequest,
+    ViewKey,
+)
+
+NO_GRID: F32 = np.zeros((0, 0), np.float32)
+NO_RANKS: U8 = np.zeros((0, 0), np.uint8)
+
+
+def similarity_reply(
+    scored: ScoredVersion, *, request: SimilarityRequest, params: RegionParams
+) -> SimilarityReply:
+    """Ranked regions that score at least the query's ``min_score``, and the grid if requested.
+
+    scored: a map that is not empty, with the scores of the text, then those of its negatives.
+    The verdict is left to ``judged``.
+    """
+    version, (own, *negatives) = scored.version, scored.texts
+    query = own.query
+    grid_scores = version.to_grid(against(own, negatives).scores if negatives else own.scores)
+    if (inside := area_mask(version.grid, request.area_m)) is not None:
+        grid_scores = np.where(inside, grid_scores, np.float32(np.nan))
+    regions = _regions_of(version, grid_scores, request, params, calibrated=query.calibrated)
+    best_score = min(float(regions.scores[0]), 1.0) if len(regions.scores) else 0.0  # rounding
+    regions = scoring_at_least(regions, query.min_score)
+    outlines = [outline(cells, version.grid) for cells in regions.cells]
+    rows = [version.tiles.rows(cells + version.grid.origin_cell) for cells in regions.cells]
+    log = version.view_log
+    return SimilarityReply(
+        text=request.text,
+        revision=version.revision,
+        stamp_ns=version.stamp_ns,
+        encoder_id=version.encoder_id,
+        centres_m=regions.centres_m,
+        extents_m=regions.extents_m,
+        scores=regions.scores,
+        variances=regions.variances,
+        grid=version.grid,
+        scores_grid=grid_scores if request.include_grid else NO_GRID,
+        best_score=best_score,
+        floor=query.min_score,
+        nearest=query.nearest,
+        outline_points_m=np.concatenate([np.zeros((0, 2), np.float32), *outlines]),
+        outline_owner=np.repeat(
+            np.arange(len(outlines), dtype=np.int32), [len(corners) for corners in outlines]
+        ),
+        last_seen_ns=np.array([log.last_seen_ns(each) for each in rows], np.int64),
+        heights_m=region_bands(version, regions.cells, grid_scores),
+        best_views=np.array([log.best_view(each) for each in rows], np.float32).reshape(-1, 3),
+        calibrated=query.calibrated,
+    )
+
+
+def _regions_of(
+    version: MapVersion,
+    grid_scores: F32,
+    request: SimilarityRequest,
+    params: RegionParams,
+    *,
+    calibrated: bool,
+) -> Regions:
+    """The regions of scores (nx, ny), none where they are all NaN."""
+    values = grid_scores[np.isfinite(grid_scores)]
+    if values.size == 0:
+        return NO_REGIONS
+    limit = region_threshold(
+        values,
+        best_share=params.region_best_share,
+        top_share=None if calibrated else params.region_top_share,
+    )
+    return find_regions(
+        grid_scores,
+        version.to_grid(version.variances),
+        version.grid,
+        limit=max(limit, float(np.finfo(np.float32).tiny)),
+        max_regions=request.max_regions,
+    )
+
+
+def judged(
+    reply: SimilarityReply,
+    request: SimilarityRequest,
+    coverage: FloorCoverage,
+    scored: ScoredVersion,
+    params: VerdictParams,
+) -> SimilarityReply:
+    """The reply with its verdict; ``scored`` is what the reply was made of."""
+    cosines = scored.version.to_grid(scored.texts[0].cosines)
+    worths = frontier_worths(coverage, cosines, reply.grid, robot_xy_m=request.robot_xy_m)
+    verdict = judge(reply.best_score, coverage, worths=worths, params=params)
+    return replace(reply, verdict=verdict)
+
+
+def answered(request: SimilarityRequest, reply: SimilarityReply) -> AnsweredQuery:
+    """What was asked and answered, for recordings."""
+    x_y = tuple(map(float, reply.centres_m[0])) if len(reply.centres_m) else ()
+    return AnsweredQuery(
+        text=request.text,
+        negatives=request.negatives,
+        area_m=request.area_m,
+        revision=reply.revision,
+        stamp_ns=reply.stamp_ns,
+        encoder_id=reply.encoder_id,
+        verdict=reply.verdict.verdict,
+        best_score=reply.best_score,
+        centre_m=x_y,
+    )
+
+
+def search_view(scored: ScoredVersion, *, text: str) -> SearchView:
+    """All layers over the map's bounding box, with the similarity if the text has scores.
+
+    scored: with the scores of the text, then those of its rivals; ``rival`` holds each cell's best
+    score over these.
+    """
+    version, similarity, rival, guidance = scored.version, NO_GRID, NO_GRID, NO_RANKS
+    calibrated = True
+    if scored.texts:
+        own, *others = scored.texts
+        calibrated = own.query.calibrated
+        similarity = version.to_grid(own.scores)
+        guidance = np.nan_to_num(version.to_grid(ranks(own.cosines).astype(np.float32)))
+        guidance = guidance.astype(np.uint8)
+        if others:
+            rival = version.to_grid(np.max([other.scores for other in others], axis=0))
+    elif text:  # a map without features: nothing was observed
+        similarity = np.full(version.grid.shape, np.nan, np.float32)
+    return SearchView(
+        text=text,
+        revision=version.revision,
+        sequence=version.sequence,
+        stamp_ns=version.stamp_ns,
+        grid=version.grid,
+        occupancy=version.occupancy_grid(),
+        layers=version.layers(),
+        similarity=similarity,
+        rival=rival,
+        guidance=guidance,
+        calibrated=calibrated,
+    )
+
+
+def revision_of(
+    belief: BeliefMap, *, update_ms: float, rate_hz: float, objects_version: int, robot: int = 0
+) -> MapRevision:
+    """The state of the map for a robot, published after every change."""
+    history = belief.history(robot)
+    return MapRevision(
+        revision=belief.revision,
+        sequence=history.sequence,
+        stamp_ns=history.stamp_ns,
+        encoder_id=belief.encoder_id,
+        text_space=belief.text_space,
+        frames_fused=belief.frames_fused,
+        cells_observed=belief.store.count,
+        memory_bytes=belief.memory_bytes,
+        update_ms=update_ms,
+        rate_hz=rate_hz,
+        objects_version=objects_version,
+    )
+
+
+def summary_of(belief: BeliefMap) -> MapSummary:
+    """Size and encoder of the map; the service adds the file's path and size."""
+    return MapSummary(
+        path="",
+        encoder_id=belief.encoder_id,
+        text_space=belief.text_space,
+        cell_size_m=belief.params.cell_size_m,
+        cells_observed=belief.store.count,
+        frames_fused=belief.frames_fused,
+    )
+
+
+LAYERS_ONLY = "layers"  # the query of a view without scores
+
+
+class ViewReplies:
+    """Answers one map's requests for changes. It keeps nothing of its callers.
+
+    map_id: of this map in this process; no other one had it.
+    """
+
+    def __init__(self, scores: MapScores, map_id: str) -> None:
+        self._scores, self._map_id = scores, map_id
+
+    def reply(
+        self, request: ViewChangesRequest, queries: Sequence[TextQuery], robot: int = 0
+    ) -> ViewChanges:
+        """The changes for a robot since the state that its request names, or everything.
+
+        queries: the text, then those of its rivals that are known; none in an empty map.
+        """
+        scored = self._scores.changes(queries, self._known(request.have), robot)
+        cells, query = scored.cells, _query_key(scored.serials)
+        tiles, first = np.unique(cells.rows // AREA, return_index=True)
+        changed = np.zeros((len(tiles), AREA), bool)
+        owner = np.repeat(np.arange(len(tiles)), np.diff(np.append(first, len(cells.rows))))
+        changed[owner, cells.rows % AREA] = True
+        since = cells.since
+        return ViewChanges(
+            text=request.text,
+            base=NO_VIEW if since is None else ViewKey(self._map_id, query, since),
+            key=ViewKey(self._map_id, query, cells.number),
+            revision=cells.revision,
+            sequence=cells.sequence,
+            stamp_ns=cells.stamp_ns,
+            grid=cells.grid,
+            tiles=cells.places[tiles].astype(np.int32),
+            cells=np.packbits(changed, axis=1),
+            occupancy=cells.occupancy,
+            layers=cells.layers,
+            values=_values(scored),
+            rank_limits=scored.rank_limits,
+            calibrated=scored.texts[0].query.calibrated if scored.texts else True,
+        )
+
+    def _known(self, have: ViewKey) -> KnownScores:
+        """What a caller holds, as this map counts; nothing that fits if it is of another one."""
+        serials = _serials(have.query) if have.map_id == self._map_id else None
+        return KnownScores((-1,), -1) if serials is None else KnownScores(serials, have.number)
+
+
+def _query_key(serials: tuple[int, ...]) -> str:
+    return ".".join(map(str, serials)) if serials else LAYERS_ONLY
+
+
+def _serials(query: str) -> tuple[int, ...] | None:
+    """The serials of a query's key, None if it is no such key."""
+    if query == LAYERS_ONLY:
+        return ()
+    parts = query.split(".")
+    return tuple(map(int, parts)) if all(part.isdecimal() for part in parts) else None
+
+
+def _values(scored: ScoredChanges) -> F32:
+    """Score, cosine and the best rival's score (p, m) of the observed ones of the cells."""
+    if not scored.texts:
+        return np.zeros((0, 0), np.float32)
+    own, *rivals = scored.texts
+    rows = [own.scores, own.cosines]
+    if rivals:
+        rows.append(np.max([rival.scores for rival in rivals], axis=0))
+    return np.stack(rows)

@@ -1,0 +1,433 @@
+"""Similarity of each observed cell to a text.
+
+The cosine of text and cell feature becomes a score as the encoder's calibration defines: the
+probability of the text against the neutral words that compete with it, or (1 + cosine) / 2 for
+an encoder without calibration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from cachetools import LRUCache
+from torch import Tensor
+
+from onemap_mapper.belief.features import CellFeatures, SlotValues
+from onemap_shared.geometry import F32, I64, U8
+from onemap_shared.messages import RANKS, TextEmbeddings
+
+LEAST_NORM = 1e-12  # shorter features have no direction: their cosines are 0
+NOTHING_KNOWN = (-1, 0)  # before any revision, of no cell
+MAX_SETS = 32  # of competing words: most texts of an encoder share one; 4 bytes per cell each
+
+
+class NeutralSums:
+    """log(sum(exp(temperature cosine))) (count,) float32 of all slots of one map, per set of words.
+
+    words (m, D) float32 unit rows: all that may compete.
+    """
+
+    def __init__(self, words: Tensor, temperature: float) -> None:
+        self.words, self.temperature = words, temperature
+        self._sums: LRUCache[bytes, tuple[Tensor, SlotValues]] = LRUCache(MAX_SETS)  # with excluded
+        self._revision, self._count = -1, 0
+
+    def fits(self, words: Tensor, temperature: float) -> bool:
+        """Whether these sums are those of these words at this temperature."""
+        return self.temperature == temperature and torch.equal(self.words, words)
+
+    def known(self, excluded: Tensor) -> tuple[int, int]:
+        """Of which revision, and of how many first slots, there are sums; -1 and 0: of none."""
+        kept = _key(excluded) in self._sums
+        return (self._revision, self._count) if kept else NOTHING_KNOWN
+
+    def of(self, store: CellFeatures, revision: int, excluded: Tensor) -> Tensor:
+        """The sums at this revision of the map; only changed cells are computed again.
+
+        They are valid until the next call.
+        excluded (m,): 0 for words that compete, -inf for those that do not.
+        """
+        if revision != self._revision or store.count != self._count:
+            self._update(store)
+            self._revision, self._count = revision, store.count
+        key = _key(excluded)
+        if key not in self._sums:
+            sums = SlotValues(1, self.words.device)
+            sums.resize(store.count)
+            self._fill({key: (excluded, sums)}, store, np.arange(store.count))
+            self._sums[key] = (excluded, sums)
+        return self._sums[key][1].values[0]
+
+    def _update(self, store: CellFeatures) -> None:
+        """Follow the map: grow or shrink with it, and compute what changed."""
+        if not self._sums:
+            return
+        stale = store.changed_since(self._revision, self._count)
+        for _, sums in self._sums.values():
+            sums.resize(store.count)
+        self._fill(self._sums, store, stale)
+
+    def _fill(
+        self, sets: Mapping[bytes, tuple[Tensor, SlotValues]], store: CellFeatures, slots: I64
+    ) -> None:
+        """Compute the sums of these slots for these sets of words."""
+        for chosen, features in store.chunks(slots):
+            weighed = self.temperature * unit_cosines(features, self.words)
+            index = torch.from_numpy(slots[chosen]).to(weighed.device)
+            for excluded, sums in sets.values():
+                sums.values[0, index] = torch.logsumexp(weighed + excluded, dim=1)
+
+
+def _key(excluded: Tensor) -> bytes:
+    return excluded.cpu().numpy().tobytes()
+
+
+def unit_cosines(features: Tensor, words: Tensor) -> Tensor:
+    """Cosines (n, m) of cell features (n, D) of any length with unit rows (m, D)."""
+    norms = torch.linalg.vector_norm(features, dim=1, keepdim=True)
+    cosine: Tensor = features @ words.T / norms.clamp(min=LEAST_NORM)
+    return cosine
+
+
+def shares(own: Tensor, sums: Tensor, temperature: float) -> Tensor:
+    """Softmax shares (n,) of a text's cosines (n,) against the sums (n,) of competing words."""
+    share: Tensor = torch.sigmoid(temperature * own - sums)
+    return share
+
+
+MAX_TEXTS = 32  # whose scores are kept; 2 MB each for a map of 250,000 cells
+RANKED_CELLS = 4096  # a rank among so many is right to a percent or two
+
+
+@dataclass(frozen=True, slots=True)
+class TextQuery:
+    """One embedded text. concepts (1 + m, D) float32 unit rows: the text, then competing words.
+
+    neutral (M, D): all words that may compete; excluded (M,): 0 for those m, -inf for the others.
+    Both are None if the query does not say.
+    min_score: a best score below this means that the map holds no such thing, 0 = not calibrated;
+    nearest: words of the encoder next to a text that it does not contain.
+    """
+
+    text: str
+    concepts: Tensor
+    temperature: float
+    min_score: float = 0.0
+    nearest: tuple[str, ...] = ()
+    neutral: Tensor | None = None
+    excluded: Tensor | None = None
+
+    @property
+    def calibrated(self) -> bool:
+        """Whether scores are probabilities."""
+        return len(self.concepts) > 1
+
+    def scores_as(self, other: TextQuery) -> bool:
+        """Whether both give every cell the same score: robots of one map embed a text each for
+        itself."""
+        if self is other:
+            return True
+        if (self.text, self.temperature) != (other.text, other.temperature):
+            return False
+        ours, theirs = ((query.concepts, query.neutral, query.excluded) for query in (self, other))
+        return all(_same(a, b) for a, b in zip(ours, theirs, strict=True))
+
+
+def _same(a: Tensor | None, b: Tensor | None) -> bool:
+    return a is b if a is None or b is None else torch.equal(a, b)
+
+
+def text_query(embeddings: TextEmbeddings, index: int, device: torch.device) -> TextQuery:
+    """The query of one of the texts of a reply from perception."""
+    competing = embeddings.neutral[embeddings.neutral_mask[index] > 0]
+    concepts = np.concatenate([embeddings.embeddings[index : index + 1], competing])
+    return TextQuery(
+        embeddings.texts[index],
+        torch.from_numpy(concepts).to(device),
+        embeddings.temperature,
+        embeddings.floor,
+        embeddings.nearest[index] if embeddings.nearest else (),
+        torch.tensor(embeddings.neutral, device=device),
+        torch.tensor(np.where(embeddings.neutral_mask[index] > 0, 0.0, -np.inf)).float().to(device),
+    )
+
+
+def scores(features: Tensor, query: TextQuery) -> Tensor:
+    """Scores (n,) float32 in [0, 1] of cell features (n, D) float32, of any length."""
+    return scores_of(cosines(features, query), query)
+
+
+def cosines(features: Tensor, query: TextQuery) -> Tensor:
+    """Cosines (n, 1 + m) of cell features (n, D) with the text and its competing words."""
+    return unit_cosines(features, query.concepts)
+
+
+def scores_of(cosine: Tensor, query: TextQuery) -> Tensor:
+    """Scores (n,) float32 of cosines (n, 1 + m)."""
+    if not query.calibrated:
+        halves: Tensor = (1.0 + cosine[:, 0]) / 2.0
+        return halves.clamp(0.0, 1.0)
+    shares: Tensor = torch.softmax(query.temperature * cosine, dim=1)[:, 0]
+    return shares
+
+
+def against(text: CellScores, negatives: Sequence[CellScores]) -> CellScores:
+    """The scores of a text where other texts compete with it, besides the neutral words.
+
+    With z the sum of exp(t cos) over the neutral words, a score is s = exp(t c) / (exp(t c) + z),
+    so that each negative n adds exp(t (c_n - c)) to 1 / s. Without calibration a cell that is more
+    like a negative scores 0.
+    """
+    values, own = text.scores.astype(np.float64), text.cosines.astype(np.float64)
+    if not text.query.calibrated:
+        rival = np.max([other.cosines for other in negatives], axis=0, initial=-np.inf)
+        return replace(text, scores=np.where(rival > own, 0.0, values).astype(np.float32))
+    with np.errstate(divide="ignore", over="ignore"):
+        odds = 1.0 / values
+        for other in negatives:
+            odds += np.exp(text.query.temperature * (other.cosines - own))
+        return replace(text, scores=(1.0 / odds).astype(np.float32))
+
+
+def ranks(values: F32) -> U8:
+    """Rank (n,) of each value among all: 1 for the lowest, 255 for the highest; ties are equal.
+
+    What a score cannot tell where it is 0 almost everywhere, its rank can: which of the cells
+    that do not show the object are most like it.
+    """
+    if values.size == 0:
+        return np.zeros(0, np.uint8)
+    ordered = np.sort(values[:: max(1, values.size // RANKED_CELLS)])
+    below = np.searchsorted(ordered, values, side="left")
+    share = below / max(len(ordered) - 1, 1)
+    return (1 + np.minimum(share, 1.0) * 254).astype(np.uint8)
+
+
+def rank_limits(values: F32) -> F32:
+    """Limits (RANKS - 1,) float32, ascending, between the ranks of values (n,): see ``ranked``.
+
+    A value's rank is a function of how many of the sample lie below it; each limit is the highest
+    sample below which it does not exceed a rank.
+    """
+    ordered = np.sort(values[:: max(1, values.size // RANKED_CELLS)])
+    below = np.arange(len(ordered) + 1)
+    rank = (1 + np.minimum(below / max(len(ordered) - 1, 1), 1.0) * 254).astype(np.uint8)
+    needed = np.searchsorted(rank, np.arange(2, RANKS + 1))  # samples below a value of this rank
+    limits: F32 = np.append(ordered, np.float32(np.inf))[needed - 1]
+    return limits
+
+
+@dataclass(frozen=True, slots=True)
+class CellScores:
+    """Scores and cosines, (count,) float32 each, of one query at a revision of the map."""
+
+    query: TextQuery
+    revision: int
+    scores: F32
+    cosines: F32
+
+
+class KeptScores:
+    """The scores and cosines of one query, kept up to date.
+
+    serial: of the query among all that a cache was asked for; another one begins anew.
+    """
+
+    def __init__(self, query: TextQuery, serial: int) -> None:
+        self.query, self.serial = query, serial
+        self.revision = NOTHING_KNOWN[0]
+        self._both = SlotValues(2, torch.device("cpu"))
+
+    @property
+    def known(self) -> tuple[int, int]:
+        """Of which revision of the map, and of how many first slots, they are."""
+        return self.revision, self._both.count
+
+    @property
+    def scores(self) -> F32:
+        """Scores (count,), not copied: valid until the next update."""
+        values: F32 = self._both.values[0].numpy()
+        return values
+
+    @property
+    def cosines(self) -> F32:
+        """Cosines (count,), not copied: valid until the next update."""
+        values: F32 = self._both.values[1].numpy()
+        return values
+
+    def update(self, slots: I64 | slice, scores: Tensor, cosines: Tensor, of: Revision) -> None:
+        """Set scores and cosines (n,) of these slots; with them all are those of a revision."""
+        self._both.resize(of.count)
+        self.scores[slots], self.cosines[slots] = scores.cpu().numpy(), cosines.cpu().numpy()
+        self.revision = of.number
+
+    def copied(self) -> CellScores:
+        """Scores and cosines that no update changes."""
+        return CellScores(self.query, self.revision, self.scores.copy(), self.cosines.copy())
+
+
+@dataclass(frozen=True, slots=True)
+class Revision:
+    """A revision of a map, and how many slots it has."""
+
+    number: int
+    count: int
+
+
+class ScoreCache:
+    """Scores of one map for the most recent texts; only changed cells are computed again.
+
+    Not thread-safe. The map may change while scores are computed, if they are computed again at a
+    later revision before they are used: what changed meanwhile is computed anew then.
+    """
+
+    def __init__(self) -> None:
+        self._entries: LRUCache[str, KeptScores] = LRUCache(MAX_TEXTS)
+        self._serial = 0  # of the newest query
+        self._neutral: NeutralSums | None = None
+        self._norms = SlotNorms()
+
+    def scores(self, query: TextQuery, store: CellFeatures, revision: int) -> F32:
+        """Scores (count,) float32 of all slots at this revision of the map."""
+        return self.cell_scores(query, store, revision).scores
+
+    def cell_scores(self, query: TextQuery, store: CellFeatures, revision: int) -> CellScores:
+        """Scores and cosines of all slots at this revision of the map."""
+        return self.scores_of_all([query], store, revision)[0]
+
+    def scores_of_all(
+        self, queries: Sequence[TextQuery], store: CellFeatures, revision: int
+    ) -> list[CellScores]:
+        """Scores and cosines for each query; those that were asked for together read the map once.
+
+        At most ``MAX_TEXTS`` of them are kept.
+        """
+        return [kept.copied() for kept in self.updated(queries, store, revision)]
+
+    def updated(
+        self, queries: Sequence[TextQuery], store: CellFeatures, revision: int
+    ) -> list[KeptScores]:
+        """As ``scores_of_all``, but not copied: valid until the next call."""
+        found = [self._entry(query) for query in queries]
+        for known, group in self._groups(queries).items():
+            self._update([found[k] for k in group], store, revision, known)
+        return found
+
+    def serials(self, queries: Sequence[TextQuery]) -> tuple[int, ...]:
+        """Of the kept scores of the queries, 0 for none: the same as long as they are updated."""
+        entries = [self._entries.get(query.text) for query in queries]
+        return tuple(
+            0 if kept is None or not kept.query.scores_as(query) else kept.serial
+            for query, kept in zip(queries, entries, strict=True)
+        )
+
+    def _entry(self, query: TextQuery) -> KeptScores:
+        kept = self._entries.get(query.text)
+        if kept is None or not kept.query.scores_as(query):
+            self._serial += 1
+            kept = KeptScores(query, self._serial)
+        self._entries[query.text] = kept
+        return kept
+
+    def stale(self, queries: Sequence[TextQuery], store: CellFeatures) -> I64:
+        """Ascending slots (n,) whose features scores of the queries, at present, would read."""
+        states = {self._norms.known} if queries else set()
+        for known, group in self._groups(queries).items():
+            states.add(known)
+            if len(store.changed_since(*known)):
+                states |= {self._sums_known(queries[k]) for k in group if queries[k].calibrated}
+        if not states:
+            return np.zeros(0, np.int64)
+        revisions, counts = zip(*states, strict=True)
+        return store.changed_since(min(revisions), min(counts))
+
+    def _sums_known(self, query: TextQuery) -> tuple[int, int]:
+        """As ``_known``, of the sums of its competing words."""
+        words, excluded = _competing(query)
+        if self._neutral is None or not self._neutral.fits(words, query.temperature):
+            return NOTHING_KNOWN
+        return self._neutral.known(excluded)
+
+    def _known(self, query: TextQuery) -> tuple[int, int]:
+        """Of which revision, and of how many first slots, the query's scores are kept."""
+        kept = self._entries.get(query.text)
+        return NOTHING_KNOWN if kept is None or not kept.query.scores_as(query) else kept.known
+
+    def _groups(self, queries: Sequence[TextQuery]) -> dict[tuple[int, int], list[int]]:
+        """Indices of the queries by the revision and the number of cells of their kept scores."""
+        groups: dict[tuple[int, int], list[int]] = {}
+        for k, query in enumerate(queries):
+            groups.setdefault(self._known(query), []).append(k)
+        return groups
+
+    def _update(
+        self,
+        entries: Sequence[KeptScores],
+        store: CellFeatures,
+        revision: int,
+        known: tuple[int, int],
+    ) -> None:
+        """Compute the scores of the cells that changed since what is known of all these entries."""
+        slots = store.changed_since(*known)
+        # A slice where all are computed: picking 250,000 by index takes as long as scoring them.
+        place: I64 | slice = slice(None) if len(slots) == store.count else slots
+        where = place if isinstance(place, slice) else torch.from_numpy(place).to(store.device)
+        texts = torch.stack([entry.query.concepts[0] for entry in entries])
+        cosine = store.products(slots, texts)
+        cosine /= self._norms.of(store, revision)[where]  # in place: 32 MB for 32 texts
+        for entry, own in zip(entries, cosine, strict=True):
+            query = entry.query
+            if query.calibrated and len(slots):
+                sums = self._sums(query, store, revision)[where]
+                values = shares(own, sums, query.temperature)
+            else:
+                values = scores_of(own[:, None], query)
+            entry.update(place, values, own, Revision(revision, store.count))
+
+    def _sums(self, query: TextQuery, store: CellFeatures, revision: int) -> Tensor:
+        """What the words that compete with a text weigh in each cell (count,)."""
+        words, excluded = _competing(query)
+        if self._neutral is None or not self._neutral.fits(words, query.temperature):
+            self._neutral = NeutralSums(words, query.temperature)
+        return self._neutral.of(store, revision, excluded)
+
+
+def _competing(query: TextQuery) -> tuple[Tensor, Tensor]:
+    """The words that may compete with a text, and which of them do not, as in ``TextQuery``."""
+    if query.neutral is None or query.excluded is None:
+        words = query.concepts[1:]
+        return words, words.new_zeros(len(words))
+    return query.neutral, query.excluded
+
+
+class SlotNorms:
+    """Lengths (count,) float32 of the features of all slots of one map, kept up to date."""
+
+    def __init__(self) -> None:
+        self._norms: SlotValues | None = None
+        self._revision = NOTHING_KNOWN[0]
+
+    @property
+    def known(self) -> tuple[int, int]:
+        """Of which revision, and of how many first slots, the lengths are."""
+        return self._revision, 0 if self._norms is None else self._norms.count
+
+    def of(self, store: CellFeatures, revision: int) -> Tensor:
+        """The lengths at this revision, at least ``LEAST_NORM``; only changed ones are computed.
+
+        They are valid until the next call.
+        """
+        if self._norms is None:
+            self._norms = SlotValues(1, store.device)
+        if (revision, store.count) != self.known:
+            stale = store.changed_since(*self.known)
+            self._norms.resize(store.count)
+            for chosen, features in store.chunks(stale):
+                lengths = torch.linalg.vector_norm(features, dim=1)
+                index = torch.from_numpy(stale[chosen]).to(store.device)
+                self._norms.values[0, index] = lengths.clamp(min=LEAST_NORM)
+            self._revision = revision
+        return self._norms.values[0]

@@ -1,0 +1,255 @@
+"""The verdict of an answer: found, not here, or not looked yet. docs/queries.md has the rule."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from cachetools import LRUCache
+from scipy import ndimage
+
+from onemap_mapper.belief.version import MapVersion
+from onemap_mapper.params import VerdictParams
+from onemap_shared.geometry import F32, F64, I64, U8, Bool
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import Layer, MapVerdict, Occupancy, Verdict
+
+SURFACE_M = 0.3  # from the floor in front of it: the depth of a shelf's front
+MIN_BORDER_M = 0.4  # shorter borders are gaps that the robot cannot pass
+RAYS = 72  # 5 degrees: 0.26 m apart at 3 m, so that a door is three rays wide
+EIGHT_NEIGHBOURS = np.ones((3, 3), bool)
+
+
+@dataclass(frozen=True, slots=True)
+class FloorCoverage:
+    """What was looked at of the reachable area, square metres.
+
+    frontiers_m (n, 2) x, y in metres of the middles of the borders behind which nobody looked, and
+    unseen_m2 (n,) the unknown area in sight from each. reachable (nx, ny): the reachable floor.
+    """
+
+    looked_m2: float
+    not_looked_m2: float
+    frontiers_m: F64
+    unseen_m2: F64
+    reachable: Bool
+
+    @property
+    def share(self) -> float:
+        """Share of the area that was looked at, 0 to 1; 0 if there is none."""
+        total_m2 = self.looked_m2 + self.not_looked_m2
+        return self.looked_m2 / total_m2 if total_m2 > 0 else 0.0
+
+
+def floor_coverage(
+    occupancy: U8,
+    layers: U8,
+    grid: GridSpec,
+    *,
+    robot_xy_m: tuple[float, ...],
+    area: Bool | None,
+    params: VerdictParams,
+) -> FloorCoverage:
+    """The coverage of a map, occupancy and layers (nx, ny), of which only ``area`` (nx, ny) counts.
+
+    robot_xy_m: x, y in metres, empty: unknown; then the largest floor counts as reachable.
+    """
+    cell_m = grid.cell_size_m
+    floor = reachable_floor(occupancy, grid, robot_xy_m)
+    near = ndimage.binary_dilation(floor, EIGHT_NEIGHBOURS, round(SURFACE_M / cell_m))
+    seen = (layers & Layer.OBSERVED > 0) | (occupancy == Occupancy.OCCUPIED)
+    counted = floor | (near & seen & (occupancy != Occupancy.FREE))
+    looked = counted & (layers & Layer.EXPLORED > 0)
+    reach = round(params.frontier_view_m / cell_m)
+    padded = np.pad(occupancy, reach, constant_values=Occupancy.UNKNOWN)
+    frontiers, unseen_m2, beyond = _frontiers(padded, np.pad(floor, reach), cell_m, params)
+    inside = np.ones(grid.shape, bool) if area is None else area
+    padded_area = np.pad(inside, reach, constant_values=area is None)
+    chosen = padded_area[tuple(frontiers.T)]
+    not_looked = (counted & ~looked & inside).sum() + (beyond & padded_area).sum()
+    return FloorCoverage(
+        looked_m2=float((looked & inside).sum()) * cell_m**2,
+        not_looked_m2=float(not_looked) * cell_m**2,
+        frontiers_m=grid.centres(frontiers[chosen] - reach),
+        unseen_m2=unseen_m2[chosen],
+        reachable=floor,
+    )
+
+
+def reachable_floor(occupancy: U8, grid: GridSpec, robot_xy_m: tuple[float, ...]) -> Bool:
+    """Free cells (nx, ny) connected with the one nearest to the robot, or the largest part."""
+    free: Bool = occupancy == Occupancy.FREE
+    if not free.any():
+        return free
+    parts, _ = ndimage.label(free, EIGHT_NEIGHBOURS)
+    if robot_xy_m:
+        chosen = parts[_nearest(free, grid, robot_xy_m)]
+    else:
+        chosen = np.bincount(parts[free]).argmax()
+    floor: Bool = parts == chosen
+    return floor
+
+
+def _nearest(free: Bool, grid: GridSpec, xy_m: tuple[float, ...]) -> tuple[int, int]:
+    """The free cell nearest to a place; there must be one."""
+    place = grid.cells(np.asarray(xy_m))
+    if grid.contains(place) and free[tuple(place)]:
+        return int(place[0]), int(place[1])
+    cells = np.argwhere(free)
+    x, y = cells[((cells - place) ** 2).sum(axis=1).argmin()]
+    return int(x), int(y)
+
+
+def _frontiers(
+    occupancy: U8, floor: Bool, cell_m: float, params: VerdictParams
+) -> tuple[I64, F64, Bool]:
+    """Middles (n, 2) of the borders to the unknown, the area in sight of each, and these cells.
+
+    The grid (nx, ny) is padded by the distance that counts as in sight.
+
+    Borders from which less than ``frontier_min_m2`` of it is in sight are left out: pockets behind
+    furniture and the camera's blind spots.
+    """
+    unknown = occupancy == Occupancy.UNKNOWN
+    border = floor & ndimage.binary_dilation(unknown)
+    parts, _ = ndimage.label(border, EIGHT_NEIGHBOURS)
+    reach = round(params.frontier_view_m / cell_m)
+    middles, areas_m2, beyond = [], [], np.zeros_like(floor)
+    for number, box in enumerate(ndimage.find_objects(parts), 1):
+        cells = np.argwhere(parts[box] == number) + [side.start for side in box]
+        for middle in _middles(cells, cell_m):
+            around = tuple(slice(int(i) - reach, int(i) + reach + 1) for i in middle)
+            hidden = in_sight(occupancy[around]) & unknown[around]
+            area_m2 = float(hidden.sum()) * cell_m**2
+            if area_m2 >= params.frontier_min_m2:
+                middles.append(middle)
+                areas_m2.append(area_m2)
+                beyond[around] |= hidden
+    return np.array(middles, np.int64).reshape(-1, 2), np.array(areas_m2), beyond
+
+
+def _middles(cells: I64, cell_m: float) -> list[I64]:
+    """Cells in the middle of pieces of a border (K, 2) of at most 2 m; none of a short one."""
+    extent = np.ptp(cells, axis=0) + 1
+    if extent.max() * cell_m < MIN_BORDER_M:
+        return []
+    along = cells[np.argsort(cells[:, int(extent.argmax())], kind="stable")]
+    pieces = np.array_split(along, int(np.ceil(len(cells) * cell_m / 2.0)))
+    return [p[np.linalg.norm(p - p.mean(axis=0), axis=1).argmin()] for p in pieces]
+
+
+def in_sight(occupancy: U8) -> Bool:
+    """Cells (2 r + 1, 2 r + 1) within r of the middle one that no occupied cell hides from it."""
+    reach = len(occupancy) // 2
+    angles = 2 * np.pi * np.arange(RAYS) / RAYS
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    steps = np.arange(1, reach + 1)
+    x, y = np.moveaxis(reach + np.rint(directions[:, None] * steps[:, None]).astype(int), -1, 0)
+    clear = ~np.maximum.accumulate(occupancy[x, y] == Occupancy.OCCUPIED, axis=1)
+    seen = np.zeros(occupancy.shape, bool)
+    seen[x[clear], y[clear]] = True
+    closed: Bool = ndimage.binary_closing(seen, EIGHT_NEIGHBOURS)  # gaps between rays
+    return closed
+
+
+HINT_M = 1.5  # around a frontier, whose likeness to the object says what may be beyond
+VIEW_SCALE_M2 = 5.0  # of unknown area in sight for 63 percent of its worth: a door shows 5 and more
+WORTH_PER_M = 0.04  # that a frontier loses per metre to it, as in a search
+
+
+def judge(
+    best_score: float,
+    coverage: FloorCoverage,
+    *,
+    worths: F64,
+    params: VerdictParams,
+) -> MapVerdict:
+    """The verdict about an object of which the best region has this score.
+
+    worths (n,): of looking behind each frontier of the coverage.
+    """
+    if best_score >= params.found_score:
+        verdict = Verdict.FOUND
+    elif coverage.share >= params.looked_share:
+        verdict = Verdict.NOT_HERE
+    else:
+        verdict = Verdict.NOT_LOOKED_YET
+    frontier_m: tuple[float, ...] = ()
+    if len(worths):
+        x_m, y_m = coverage.frontiers_m[int(worths.argmax())]
+        frontier_m = (float(x_m), float(y_m))
+    return MapVerdict(
+        verdict,
+        looked_m2=coverage.looked_m2,
+        not_looked_m2=coverage.not_looked_m2,
+        frontiers=len(worths),
+        frontier_m=frontier_m,
+    )
+
+
+def frontier_worths(
+    coverage: FloorCoverage, cosines: F32, grid: GridSpec, *, robot_xy_m: tuple[float, ...]
+) -> F64:
+    """What looking behind each frontier (n,) is worth.
+
+    More unknown area in sight, surroundings more like the object and a shorter way, as the crow
+    flies, make it worth more. cosines (nx, ny): of the object, NaN where nothing was observed.
+    """
+    observed = np.sort(cosines[np.isfinite(cosines)])
+    worths = 1.0 - np.exp(-coverage.unseen_m2 / VIEW_SCALE_M2)
+    reach = round(HINT_M / grid.cell_size_m)
+    for index, place in enumerate(coverage.frontiers_m):
+        x, y = grid.cells(place)
+        around = cosines[max(x - reach, 0) : x + reach + 1, max(y - reach, 0) : y + reach + 1]
+        if np.isfinite(around).any():
+            rank = np.searchsorted(observed, np.nanmean(around)) / len(observed)
+            worths[index] *= 0.5 + rank
+        if robot_xy_m:
+            worths[index] -= WORTH_PER_M * np.linalg.norm(place - np.asarray(robot_xy_m))
+    return worths
+
+
+def area_mask(grid: GridSpec, area_m: tuple[float, ...]) -> Bool | None:
+    """Cells (nx, ny) whose centres lie in x_min, y_min, x_max, y_max; None for an empty area."""
+    if not area_m:
+        return None
+    x_min, y_min, x_max, y_max = area_m
+    nx, ny = grid.shape
+    x = grid.centres(np.stack([np.arange(nx), np.zeros(nx, np.int64)], axis=1))[:, 0]
+    y = grid.centres(np.stack([np.zeros(ny, np.int64), np.arange(ny)], axis=1))[:, 1]
+    inside: Bool = ((x >= x_min) & (x <= x_max))[:, None] & ((y >= y_min) & (y <= y_max))
+    return inside
+
+
+KEPT_S = 1.0  # in which a robot drives half a metre
+MAX_AREAS = 32
+
+Clock = Callable[[], float]
+
+
+class CoverageCache:
+    """The coverage of one map by area. Not thread-safe; ``clock_s``: seconds, monotonic."""
+
+    def __init__(self, params: VerdictParams, clock_s: Clock) -> None:
+        self._params, self._clock_s = params, clock_s
+        self._kept: LRUCache[tuple[float, ...], tuple[float, FloorCoverage]] = LRUCache(MAX_AREAS)
+
+    def coverage(
+        self, version: MapVersion, area_m: tuple[float, ...], robot_xy_m: tuple[float, ...]
+    ) -> FloorCoverage:
+        """The coverage of an area, of this version or of one of the last second."""
+        made_s, kept = self._kept.get(area_m, (0.0, None))
+        if kept is not None and self._clock_s() - made_s < KEPT_S:
+            return kept
+        grid = version.grid
+        found = floor_coverage(
+            version.occupancy_grid(),
+            version.layers(),
+            grid,
+            robot_xy_m=robot_xy_m,
+            area=area_mask(grid, area_m),
+            params=self._params,
+        )
+        self._kept[area_m] = (self._clock_s(), found)
+        return found

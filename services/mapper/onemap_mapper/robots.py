@@ -1,0 +1,347 @@
+"""One robot of a map on the bus: its keys, the order of its frames, and what is said of them.
+
+Several robots may share a map. What one of them sends late, or not at all, concerns that robot.
+"""
+# Talks: a robot of the map on the bus.
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias, TypeVar
+
+import numpy as np
+
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.version import FrameHistory
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.frame.camera_check import DepthDiagnostics, FloorMonitor, FloorState
+from onemap_mapper.query.replies import revision_of
+from onemap_mapper.query.texts import MapQueries
+from onemap_mapper.query.verdicts import CoverageCache
+from onemap_shared import keys
+from onemap_shared.geometry import F64
+from onemap_shared.keys import Procedure
+from onemap_shared.messages import (
+    AnsweredQuery,
+    FeatureField,
+    FrameReceipt,
+    Heartbeat,
+    PoseGraph,
+)
+from onemap_shared.rates import RateMeter
+from onemap_shared.runner import HEARTBEAT_S, StartError
+from onemap_shared.transport import Bus, Counters, Health
+
+SILENT_AFTER_S = 5.0  # without a frame for this long the map is not up to date
+
+
+@dataclass(slots=True)
+class MapperTelemetry:
+    """What happened to the frames so far. Times are monotonic seconds. Not thread-safe."""
+
+    rejected: int = 0
+    late: int = 0
+    rejection: str = ""  # why the newest frame was rejected, empty if it was fused
+    update_ms: float = 0.0
+    depth: DepthDiagnostics | None = None
+    _floor: FloorMonitor = field(default_factory=FloorMonitor)
+    _fused: RateMeter = field(default_factory=RateMeter)
+
+    def record_fused(self, *, now_s: float, update_ms: float, depth: DepthDiagnostics) -> None:
+        """Count a frame that went into the map."""
+        self.rejection, self.update_ms, self.depth = "", update_ms, depth
+        self._fused = self._fused.with_event(now_s)
+        if depth.surface is not None:
+            self._floor = self._floor.with_surface(depth.surface, depth.viewpoint, now_s)
+
+    def record_rejected(self, reason: str) -> None:
+        """Count a frame that did not."""
+        self.rejected += 1
+        self.rejection = reason
+
+    def reset_floor(self) -> None:
+        """Drop all readings of the floor: a new map may have another frame."""
+        self._floor = FloorMonitor()
+
+    def rate_hz(self, now_s: float) -> float:
+        """Frames fused per second."""
+        return self._fused.rate_hz(now_s)
+
+    def ready(self, now_s: float) -> bool:
+        """Whether frames reach the map."""
+        return not self.rejection and self._silent_s(now_s) <= SILENT_AFTER_S
+
+    def metrics(self, now_s: float, counters: Counters) -> dict[str, float]:
+        """Numbers for the heartbeat; those of the depth once there was a frame."""
+        numbers = {
+            "update_ms": self.update_ms,
+            "rate_hz": self.rate_hz(now_s),
+            "frames_missed": float(counters.missed),
+            "frames_refused": float(counters.refused + self.rejected),
+            "frames_late": float(self.late),
+        }
+        if self.depth is not None:
+            numbers["depth_valid_fraction"] = self.depth.valid_fraction
+            numbers["near_fraction"] = self.depth.near_fraction
+            numbers |= self._floor_metrics(now_s)
+        return numbers
+
+    def _floor_metrics(self, now_s: float) -> dict[str, float]:
+        """How many viewpoints saw a level surface; height, tilt and ``floor_wrong`` only once
+        there are enough of them to tell."""
+        assessment = self._floor.assessment(now_s)
+        numbers = {"floor_viewpoints": float(assessment.viewpoints)}
+        if assessment.state is not FloorState.UNKNOWN:
+            numbers["floor_height_m"] = assessment.height_m
+            numbers["floor_tilt_deg"] = math.degrees(assessment.tilt_rad)
+            numbers["floor_wrong"] = float(assessment.state is FloorState.INCONSISTENT)
+        return numbers
+
+    def problem(self, now_s: float) -> str:
+        """What is wrong, in one sentence; empty if nothing is."""
+        if self.rejection:
+            return self.rejection
+        silent_s = self._silent_s(now_s)
+        if math.isinf(silent_s):
+            return "no frame has arrived yet: is perception running?"
+        if silent_s > SILENT_AFTER_S:
+            return f"no frame for {silent_s:.0f} s: is perception running?"
+        depth_problem = self.depth.problem if self.depth else ""
+        return depth_problem or self._floor.assessment(now_s).problem
+
+    def _silent_s(self, now_s: float) -> float:
+        return self._fused.silent_s(now_s, since_s=-math.inf)
+
+
+# A frame that is older than the map by this and more is no late one: the clock was set back or
+# another recording began.
+CLOCK_JUMP_NS = 10 * 10**9
+# Frames that seem late, each with a higher sequence than the one before, after which they are the
+# stream of a robot that began to count anew.
+NEW_STREAM_FRAMES = 3
+# A robot that was only started again stands where it was, up to what its localisation errs by and
+# the way between the last frame that came and its end.
+SAME_PLACE_M = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class FrameStamp:
+    """The sequence of a frame and its time of capture."""
+
+    sequence: int
+    stamp_ns: int
+
+
+@dataclass(slots=True)
+class FrameOrder:
+    """Tells late frames. Holds the last one, and how many came in a row."""
+
+    _last: int = -1
+    _run: int = 0
+
+    def is_late(self, frame: FrameStamp, newest: FrameStamp) -> bool:
+        """Whether a frame was captured before the newest one of the map, stamp 0 for no frame."""
+        back_ns = newest.stamp_ns - frame.stamp_ns
+        late = frame.sequence <= newest.sequence and 0 < back_ns < CLOCK_JUMP_NS
+        self._run = (self._run if frame.sequence > self._last else 0) + 1 if late else 0
+        self._last = frame.sequence if late else -1
+        return late and self._run < NEW_STREAM_FRAMES
+
+
+@dataclass(slots=True)
+class OriginCheck:
+    """Follows the frames of one robot that shares a map. Holds how far off its stream began.
+
+    A robot whose poses begin anew mostly stands elsewhere, by its poses, than it did. Where it does
+    not, or where it was carried, nothing tells.
+    """
+
+    _last: int = -1
+    _far_m: float = 0.0
+
+    def distance_m(self, sequence: int, camera_m: F64, newest_camera_m: F64 | None) -> float:
+        """Metres from the robot's newest frame in the map to where it began to count anew.
+
+        0 if it did not, or within ``SAME_PLACE_M``, or if the map holds none of its frames (None).
+        It stays until the robot begins anew in place, or the map does.
+        """
+        if newest_camera_m is None:
+            self._far_m = 0.0
+        elif sequence < self._last:
+            away_m = float(np.linalg.norm(camera_m - newest_camera_m))
+            self._far_m = away_m if away_m > SAME_PLACE_M else 0.0
+        self._last = sequence
+        return self._far_m
+
+
+Q = TypeVar("Q")
+R = TypeVar("R")
+Space: TypeAlias = Callable[[], tuple[str, int]]  # text space of the map, and its channels
+SERVICE = "mapper"
+
+
+class MapRobot:
+    """A robot by its number in the map, 0 for the one under whose keys the mapper runs.
+
+    arrived: set with each of its fields; space: of the map. One thread takes and judges fields;
+    queries and coverages are for any. Its own perception embeds its queries: that of another robot
+    may be away.
+    """
+
+    def __init__(
+        self,
+        number: int,
+        bus: Bus,
+        config: MapperConfig,
+        arrived: threading.Event,
+        space: Space,
+    ) -> None:
+        self.number, self.bus = number, bus
+        self.encoder_seen = ""
+        self.telemetry = MapperTelemetry()
+        self.queries = MapQueries(bus, config.torch_device, space)
+        self.coverages = CoverageCache(config, time.monotonic)
+        self._config = config
+        self._order, self._origin = FrameOrder(), OriginCheck()
+        self._fields = bus.subscribe(keys.FIELD, arrived=arrived)
+        self._graphs = bus.subscribe(keys.ROBOT_POSE_GRAPH)
+        self._receipts = bus.publish(keys.FIELD_RECEIPTS)
+        self._revisions = bus.publish(keys.MAP_REVISION)
+        self._answered = bus.publish(keys.MAP_QUERIES)
+        self._heartbeats = bus.publish(keys.heartbeat(SERVICE)) if number else None
+        self._beat_due_s = 0.0
+
+    def take_field(self) -> FeatureField | None:
+        """The newest field, if one has arrived; its sender is told."""
+        field = self._fields.take(0.0)
+        if field is None:
+            return None
+        self._receipts.put(FrameReceipt(field.sequence, field.stamp_ns))
+        if field.encoder_id != self.encoder_seen:
+            self.encoder_seen = field.encoder_id
+            self.queries.clear()
+        return field
+
+    def take_graph(self) -> PoseGraph | None:
+        """The newest pose graph, if one has arrived."""
+        return self._graphs.take(0.0)
+
+    def is_late(self, field: FeatureField, history: FrameHistory) -> bool:
+        """Whether a field is older than the robot's newest frame in the map; counts it."""
+        newest = FrameStamp(history.sequence, history.stamp_ns)
+        late = self._order.is_late(FrameStamp(field.sequence, field.stamp_ns), newest)
+        self.telemetry.late += late
+        return late
+
+    def origin_problem(self, field: FeatureField, history: FrameHistory) -> str:
+        """Why a field may be in another frame than the map, in one sentence; empty if it is not."""
+        far_m = self._origin.distance_m(field.sequence, field.T_map_camera[:3, 3], history.camera_m)
+        if not far_m:
+            return ""
+        return (
+            f"robot {self.bus.namespace or self.number} counts its frames anew {far_m:.1f} m from "
+            "where it was: its poses may be in another frame than the shared map, so they are left "
+            "out of it; clear the map, or restart the mapper if the poses are right"
+        )
+
+    def announce(self, belief: BeliefMap, objects_version: int) -> None:
+        """Publish the revision of the map; the caller holds the map's lock."""
+        self._revisions.put(
+            revision_of(
+                belief,
+                update_ms=self.telemetry.update_ms,
+                rate_hz=self.telemetry.rate_hz(time.monotonic()),
+                objects_version=objects_version,
+                robot=self.number,
+            )
+        )
+
+    def answered(self, query: AnsweredQuery) -> None:
+        """Publish what was asked and answered."""
+        self._answered.put(query)
+
+    def replaced(self) -> None:
+        """Forget what was computed from the map: it is another one."""
+        self.coverages = CoverageCache(self._config, time.monotonic)
+        self.telemetry.reset_floor()
+
+    def metrics(self, history: FrameHistory, now_s: float) -> dict[str, float]:
+        """Numbers of its frames for the heartbeat."""
+        numbers = {"robot_frames_fused": float(history.frames)}
+        if history.stamp_ns:
+            numbers["map_age_s"] = (time.time_ns() - history.stamp_ns) * 1e-9
+        return numbers | self.telemetry.metrics(now_s, self._fields.counters)
+
+    def beat(self, progress: int, health: Callable[[], Health]) -> None:
+        """Publish a further robot's heartbeat if it is due; the runner sees to the first one's."""
+        now_s = time.monotonic()
+        if self._heartbeats is None or now_s < self._beat_due_s:
+            return
+        self._beat_due_s = now_s + HEARTBEAT_S
+        found = health()
+        self._heartbeats.put(
+            Heartbeat(
+                service=SERVICE,
+                instance=self.bus.instance,
+                stamp_ns=time.time_ns(),
+                progress=progress,
+                ready=found.ready,
+                problem=found.problem,
+                metrics={**self.bus.metrics(), **(found.metrics or {})},
+            )
+        )
+
+    def close(self, progress: int) -> None:
+        """Leave the keys of a further robot; the runner leaves those of the first one."""
+        if self._heartbeats is None:
+            return
+        self._beat_due_s = 0.0
+        self.beat(progress, lambda: Health(ready=False, problem="it is stopping"))
+        self.bus.close()
+
+
+class AllRobots:
+    """Serves procedures that are the same for all robots of a map, one request at a time."""
+
+    def __init__(self, robots: tuple[MapRobot, ...]) -> None:
+        self._robots = robots
+
+    def serve(self, procedure: Procedure[Q, R], handler: Callable[[Q], R]) -> None:
+        """Serve under the keys of every robot."""
+        turn = threading.Lock()
+
+        def in_turn(request: Q) -> R:
+            with turn:
+                return handler(request)
+
+        for robot in self._robots:
+            robot.bus.serve(procedure, in_turn)
+
+
+def buses_of(bus: Bus, robots: Sequence[str]) -> tuple[Bus, ...]:
+    """``bus``, then one under the keys of each further robot of the map, by its namespace.
+
+    Raises StartError if another mapper runs under the keys of one of them.
+    """
+    buses = [bus]
+    for namespace in robots:
+        if namespace == bus.namespace:
+            continue
+        sibling = bus.sibling(namespace)
+        try:
+            others = sibling.claim()
+        except ConnectionError as problem:
+            raise StartError(str(problem), temporary=True) from problem
+        if others:
+            sibling.close()
+            raise StartError(
+                f"{', '.join(others)} runs under the keys of {namespace}, which mapper.robots "
+                "names: stop it first, a shared map has one mapper",
+                temporary=True,
+            )
+        buses.append(sibling)
+    return tuple(buses)

@@ -1,0 +1,474 @@
+"""Maps on disk: one .npz file without pickle, described in docs/formats.md.
+
+A file is written under a temporary name and renamed, so a crash leaves the previous one. A file
+that does not fit is rejected with one sentence, and nothing has changed.
+"""
+# Touches files: what is written in one piece.
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import secrets
+import struct
+import tokenize
+import zipfile
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, fields
+from math import prod
+from pathlib import Path
+from types import TracebackType
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.lib.npyio import NpzFile
+from numpy.typing import DTypeLike, NDArray
+
+from onemap_mapper.belief.view_log import SeenFrom
+from onemap_mapper.objects import NO_OBJECTS, from_bytes, to_bytes
+from onemap_mapper.occupancy.evidence import MAX_EVIDENCE, MIN_EVIDENCE
+from onemap_mapper.occupancy.heights import LEVELS
+from onemap_mapper.storage.snapshot import (
+    ASSUMED,
+    FORMAT,
+    VERSION,
+    VERSION_WITHOUT_DROPS,
+    MapFileError,
+    MapHeader,
+    MapSnapshot,
+)
+from onemap_shared.geometry import MAX_COORDINATE_M
+from onemap_shared.grid import MAX_CELLS
+from onemap_shared.messages import MAX_FILE_TEXT_CHARS
+
+LEFTOVERS = ".*.part"
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[BinaryIO]:
+    """A file to write; at the end it takes the place of ``path`` as a whole, or not at all.
+
+    It is made under a name that nobody can guess and opened only if it is new, so that no link
+    put there is followed. File and folder are synchronised: the new file outlives a loss of power.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}.part")
+    try:
+        with temporary.open("xb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+        _sync_folder(path.parent)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def sweep_leftovers(folder: Path) -> int:
+    """Remove what writes that were cut off left in a folder; returns how many. Raises OSError."""
+    leftovers = list(folder.glob(LEFTOVERS))
+    for path in leftovers:
+        path.unlink(missing_ok=True)
+    return len(leftovers)
+
+
+def _sync_folder(folder: Path) -> None:
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+class NpzWriter:
+    """Writes uncompressed arrays into a file; a context manager that completes the archive."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._zip = zipfile.ZipFile(file, "w", zipfile.ZIP_STORED)
+
+    def __enter__(self) -> NpzWriter:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        problem: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._zip.close()
+
+    def add(self, name: str, array: NDArray) -> None:
+        """Write a whole array."""
+        self.add_parts(name, array.shape, array.dtype, [array])
+
+    def add_parts(
+        self, name: str, shape: tuple[int, ...], dtype: DTypeLike, parts: Iterable[NDArray]
+    ) -> None:
+        """Write an array of this shape from its consecutive parts along the first axis.
+
+        Raises ValueError if they are not exactly that array.
+        """
+        dtype, written = np.dtype(dtype), 0
+        start = {"shape": shape, "fortran_order": False, "descr": dtype.str}
+        with self._zip.open(f"{name}.npy", "w", force_zip64=True) as entry:
+            np.lib.format.write_array_header_1_0(entry, start)
+            for part in parts:
+                if part.dtype != dtype:
+                    raise ValueError(f"{name} is {dtype}, but a part of it is {part.dtype}")
+                entry.write(np.ascontiguousarray(part).data)
+                written += part.size
+        if written != np.prod(shape, dtype=np.int64):
+            raise ValueError(f"{name} is {shape}, but its parts hold {written} values")
+
+
+MAX_HEADER_BYTES = 64_000  # of the array with the JSON: ours have 2 kB
+MAX_DIMENSION = 16_384  # channels of a feature; encoders have up to 1536
+MAX_LEVELS = 1_000  # of a column: 11 at the default cell size
+MAX_OBJECT_BYTES = 2**27  # of the found objects: 200 pictures of 256 kB and their texts
+MAX_CONFIDENCE = 1e30  # sums of it stay finite in float32
+MAX_HEIGHT_SHARE = 1.1  # 1, with what rounding leaves after submaps moved
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """An array as the file declares it, before its data are read.
+
+    stored_bytes: of data in the archive; compressed: whether they are packed there.
+    """
+
+    dtype: str
+    shape: tuple[int, ...]
+    stored_bytes: int
+    compressed: bool
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that the array takes in memory."""
+        return prod(self.shape) * np.dtype(self.dtype).itemsize
+
+
+def check_identity(raw: object, name: str) -> None:
+    """Raise ``MapFileError`` unless a header is that of a map that can be read."""
+    if not isinstance(raw, dict) or raw.get("format") != FORMAT:
+        raise MapFileError(f"{name} is not a map of OneMap")
+    if raw.get("version") not in (VERSION_WITHOUT_DROPS, VERSION):
+        raise MapFileError(
+            f"{name} has format version {str(raw.get('version'))[:40]}; this program reads "
+            f"{VERSION_WITHOUT_DROPS} and {VERSION}"
+        )
+
+
+def check_header(header: MapHeader, name: str) -> None:
+    """Raise ``MapFileError`` unless every field has its type and fits into a message."""
+    for field in fields(MapHeader):
+        value = getattr(header, field.name)
+        fits = {
+            "str": isinstance(value, str) and _fits_a_message(value),
+            "int": type(value) is int and 0 <= value < 2**63,
+            "float": isinstance(value, float) and 0 <= value < 1e6,
+        }
+        if not fits[str(field.type)]:
+            raise MapFileError(f"{name} is damaged: {field.name} is {str(value)[:80]!a}")
+    if header.dimension > MAX_DIMENSION:
+        raise MapFileError(
+            f"{name} has features of {header.dimension} channels; the limit is {MAX_DIMENSION}"
+        )
+    if header.dimension and not (header.encoder_id and header.text_space):
+        raise MapFileError(f"{name} is damaged: it does not say which encoder made its features")
+
+
+def _fits_a_message(text: str) -> bool:
+    return len(text) <= MAX_FILE_TEXT_CHARS and text.isprintable()  # no lone surrogates either
+
+
+def check_arrays(
+    declared: Mapping[str, Declared], header: MapHeader, name: str, max_cells: int
+) -> None:
+    """Raise ``MapFileError`` unless the arrays fit together, into the file and into a map."""
+    for part, array in declared.items():
+        if array.compressed:
+            raise MapFileError(f"{name} is damaged: {part} is compressed; maps are not compressed")
+        if array.nbytes > array.stored_bytes:
+            raise MapFileError(
+                f"{name} is damaged: {part} takes {array.nbytes} bytes, but the file holds "
+                f"{array.stored_bytes}"
+            )
+    (n,), (m,) = declared["cells"].shape[:1] or (0,), declared["driving_cells"].shape[:1] or (0,)
+    if max(n, m) > max_cells:
+        raise MapFileError(
+            f"{name} has {max(n, m)} cells; max_extent_m and cell_size_m allow {max_cells}"
+        )
+    for part, (dtype, shape) in _layout(declared, header, n, m).items():
+        array = declared[part]
+        if (array.dtype, array.shape) != (dtype, shape):
+            raise MapFileError(
+                f"{name} is damaged: {part} is {array.dtype} {array.shape}, expected {dtype} "
+                f"{shape}"
+            )
+    if declared["evidence"].shape[1] > MAX_LEVELS:
+        raise MapFileError(f"{name} is damaged: columns of {declared['evidence'].shape[1]} levels")
+
+
+def _layout(
+    declared: Mapping[str, Declared], header: MapHeader, n: int, m: int
+) -> dict[str, tuple[str, tuple[int, ...]]]:
+    """Type and shape of each array of a map of n cells, and m with evidence of obstacles."""
+    half = declared["features"].dtype == "float16"
+    layout: dict[str, tuple[str, tuple[int, ...]]] = {
+        "cells": ("int32", (n, 2)),
+        "features": ("float16" if half else "float32", (n, header.dimension)),
+        "confidence": ("float32", (n,)),
+        "searched": ("float32", (n,)),
+        "driving_cells": ("int32", (m, 2)),
+        "evidence": ("int8", (m, *declared["evidence"].shape[-1:])),
+        "clear": ("uint8", (m,)),
+    }
+    added: dict[str, tuple[str, tuple[int, ...]]] = {
+        "explored": ("float32", (n,)),
+        "heights": ("float32", (n, LEVELS)),
+        "best_view": ("int32", (n,)),
+        "view_confidence": ("float32", (n,)),
+        "last_seen_ns": ("int64", (n,)),
+    }
+    layout |= {part: form for part, form in added.items() if part in declared}
+    if "view_poses" in declared:
+        views = min(*declared["view_poses"].shape[:1], n)  # each is the best one of some cell
+        layout["view_poses"] = ("float64", (views, 3))
+    return layout
+
+
+def features_problem(features: NDArray) -> str:
+    """Which features (k, D) no map can hold; empty if there are none."""
+    return "" if np.isfinite(features).all() else "features that are not finite"
+
+
+def values_problem(snapshot: MapSnapshot) -> str:
+    """Which other values of a map no map can hold; empty if there are none."""
+    for part in ("confidence", "searched", "explored"):
+        values = getattr(snapshot, part)
+        if (
+            values is not None and not ((values >= 0) & (values <= MAX_CONFIDENCE)).all()
+        ):  # also refuses NaN
+            return f"{part} outside of 0 to {MAX_CONFIDENCE:g}"
+    evidence = snapshot.evidence
+    if evidence.size and not (evidence.min() >= MIN_EVIDENCE and evidence.max() <= MAX_EVIDENCE):
+        return f"evidence outside of {MIN_EVIDENCE} to {MAX_EVIDENCE}"
+    if snapshot.clear.size and snapshot.clear.max() > ASSUMED:
+        return f"clear that is none of 0 to {ASSUMED}"
+    for part in ("cells", "driving_cells"):
+        cells = getattr(snapshot, part)
+        if len(np.unique(cells, axis=0)) != len(cells):
+            return f"{part} that are there twice"
+    return _heights_problem(snapshot.heights) or _seen_problem(snapshot.seen)
+
+
+def _heights_problem(heights: NDArray | None) -> str:
+    """What of the shares of height no map can hold; empty if there is nothing."""
+    if heights is None or ((heights >= 0) & (heights <= MAX_HEIGHT_SHARE)).all():
+        return ""
+    return f"shares of height outside of 0 to {MAX_HEIGHT_SHARE:g}"
+
+
+def _seen_problem(seen: SeenFrom | None) -> str:
+    """What of the views no map can hold; empty if there is nothing."""
+    if seen is None:
+        return ""
+    if not (np.abs(seen.poses) <= MAX_COORDINATE_M).all():  # also refuses NaN
+        return "views from places that no map has"
+    if seen.best.size and not -1 <= seen.best.min() <= seen.best.max() < len(seen.poses):
+        return "cells with views that are not there"
+    if not ((seen.confidence >= 0) & (seen.confidence <= MAX_CONFIDENCE)).all():
+        return f"view_confidence outside of 0 to {MAX_CONFIDENCE:g}"
+    return "times before 1970" if seen.last_seen_ns.min(initial=0) < 0 else ""
+
+
+SUFFIX = ".npz"
+NAME = re.compile(r"[A-Za-z0-9._-]+")
+HEADER, MEMBER = "header", ".npy"
+MAX_REASON_CHARS = 200
+UNREADABLE = (  # what zipfile, NumPy, JSON and msgpack raise on files of any content
+    ArithmeticError,
+    AttributeError,
+    EOFError,
+    LookupError,
+    MemoryError,
+    OSError,
+    RuntimeError,  # also RecursionError and NotImplementedError
+    SyntaxError,
+    TypeError,
+    ValueError,
+    struct.error,
+    tokenize.TokenError,  # of an array's header
+    zipfile.BadZipFile,
+    zlib.error,
+)
+ARRAYS = (
+    "cells",
+    "features",
+    "confidence",
+    "searched",
+    "driving_cells",
+    "evidence",
+    "clear",
+)
+OBJECTS = "objects"  # only in files of maps with found objects
+# Arrays that files of earlier releases do not have; earlier releases leave them unread.
+EXPLORED = "explored"
+HEIGHTS = "heights"
+SEEN = ("view_poses", "best_view", "view_confidence", "last_seen_ns")  # all of them, or none
+ADDED = (EXPLORED, HEIGHTS, *SEEN)
+
+
+class MapNotFound(MapFileError):
+    """There is no file with this name."""
+
+
+def map_path(folder: Path, name: str) -> Path:
+    """The path of a map's file, always directly inside ``folder``."""
+    if not NAME.fullmatch(name) or name.startswith("."):
+        raise MapFileError(
+            f"map name {name[:80]!r} is not allowed: use letters, digits, dot, dash, underscore"
+        )
+    return folder / (name if name.endswith(SUFFIX) else name + SUFFIX)
+
+
+def write(snapshot: MapSnapshot, path: Path, feature_parts: Iterable[NDArray] | None = None) -> int:
+    """Write the file atomically; returns its size in bytes. Raises OSError, MapFileError.
+
+    feature_parts: consecutive rows (k, D) of all features, where the snapshot has (0, D); its
+    confidences are read after them.
+    """
+    check_header(snapshot.header, "the map in memory")
+    with replacing(path) as file, NpzWriter(file) as archive:
+        archive.add(HEADER, np.array(json.dumps(asdict(snapshot.header))))
+        shape = (len(snapshot.cells), snapshot.header.dimension)
+        parts = [snapshot.features] if feature_parts is None else feature_parts
+        archive.add_parts("features", shape, snapshot.features.dtype, map(_finite, parts))
+        if problem := values_problem(snapshot):
+            raise _unreadable(problem)
+        for name, array in _arrays(snapshot).items():
+            archive.add(name, array)
+    return path.stat().st_size
+
+
+def _arrays(snapshot: MapSnapshot) -> dict[str, NDArray]:
+    """The arrays of a file by name, without its features."""
+    arrays = {name: getattr(snapshot, name) for name in ARRAYS if name != "features"}
+    if snapshot.objects.objects:
+        arrays[OBJECTS] = np.frombuffer(to_bytes(snapshot.objects), np.uint8)
+    if snapshot.explored is not None:
+        arrays[EXPLORED] = snapshot.explored
+    if snapshot.heights is not None:
+        arrays[HEIGHTS] = snapshot.heights
+    if (seen := snapshot.seen) is not None:
+        parts = (seen.poses, seen.best, seen.confidence, seen.last_seen_ns)
+        arrays |= dict(zip(SEEN, parts, strict=True))
+    return arrays
+
+
+def _finite(features: NDArray) -> NDArray:
+    if problem := features_problem(features):
+        raise _unreadable(problem)
+    return features
+
+
+def _unreadable(problem: str) -> MapFileError:
+    return MapFileError(
+        f"the map in memory holds {problem}, so no file of it could be read: clear it"
+    )
+
+
+def read(path: Path, *, max_cells: int = MAX_CELLS) -> MapSnapshot:
+    """The checked content of a file; raises ``MapNotFound`` or another ``MapFileError``.
+
+    Nothing is read that is larger than a map of ``max_cells`` or than the file.
+    """
+    require(path)
+    with _opened(path) as archive:
+        header = _header(archive, path)
+        check_arrays(_declared(archive), header, path.name, max_cells)
+        arrays = {name: archive[name] for name in _names(archive)}
+        objects = from_bytes(_object_bytes(archive)) if OBJECTS in archive else NO_OBJECTS
+        seen = [arrays.pop(name) for name in SEEN if name in arrays]
+        snapshot = MapSnapshot(
+            header, **arrays, objects=objects, seen=SeenFrom(*seen) if seen else None
+        )
+        problem = features_problem(snapshot.features)
+        problem = problem or values_problem(snapshot)
+    if problem:
+        raise MapFileError(f"{path.name} is damaged: it holds {problem}")
+    return snapshot
+
+
+def read_header(path: Path) -> tuple[MapHeader, int]:
+    """The checked header of a file and the number of its cells; its arrays are not read."""
+    with _opened(path) as archive:
+        header = _header(archive, path)
+        return header, _declared_array(archive, "cells").shape[0]
+
+
+def require(path: Path) -> None:
+    """Raise ``MapNotFound`` unless there is such a file."""
+    if not path.is_file():
+        raise MapNotFound(
+            f"there is no map {path.name} in {path.parent} on the mapper's machine: save one with "
+            "'onemap map save', or correct the name"
+        )
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """The archive of a file; what goes wrong with it becomes a ``MapFileError``."""
+    try:
+        with path.open("rb") as file, NpzFile(file, allow_pickle=False) as archive:
+            yield archive  # np.load would read a single array at once, whatever its size
+    except MapFileError:
+        raise
+    except UNREADABLE as problem:
+        reason = str(problem)[:MAX_REASON_CHARS] or type(problem).__name__
+        raise MapFileError(f"{path.name} is damaged or not a map: {reason}") from problem
+
+
+def _header(archive: Any, path: Path) -> MapHeader:
+    stored = archive.zip.getinfo(HEADER + MEMBER).file_size
+    declared = _declared_array(archive, HEADER)
+    if max(stored, declared.nbytes) > MAX_HEADER_BYTES:
+        raise MapFileError(f"{path.name} is damaged: its header has {stored} bytes")
+    raw = json.loads(str(archive[HEADER]))
+    check_identity(raw, path.name)
+    header = MapHeader(**raw)
+    check_header(header, path.name)
+    return header
+
+
+def _declared(archive: Any) -> dict[str, Declared]:
+    return {name: _declared_array(archive, name) for name in _names(archive)}
+
+
+def _names(archive: Any) -> tuple[str, ...]:
+    return (*ARRAYS, *(name for name in ADDED if name in archive))
+
+
+def _declared_array(archive: Any, name: str) -> Declared:
+    """Type and shape of an array from the first bytes of its entry."""
+    entry = archive.zip.getinfo(name + MEMBER)
+    with archive.zip.open(entry) as file:
+        version = np.lib.format.read_magic(file)
+        read_start = {
+            (1, 0): np.lib.format.read_array_header_1_0,
+            (2, 0): np.lib.format.read_array_header_2_0,
+        }[version]
+        shape, _, dtype = read_start(file)
+        compressed = entry.compress_type != zipfile.ZIP_STORED
+        return Declared(str(dtype), shape, entry.file_size - file.tell(), compressed)
+
+
+def _object_bytes(archive: Any) -> bytes:
+    declared = _declared_array(archive, OBJECTS)
+    if declared.compressed or declared.nbytes > MAX_OBJECT_BYTES:
+        raise ValueError(f"its objects take {declared.nbytes} bytes")
+    data: bytes = archive[OBJECTS].tobytes()
+    return data

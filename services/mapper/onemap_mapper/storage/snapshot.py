@@ -1,0 +1,261 @@
+"""A detached copy of a map, as it is saved, and the map restored from one."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from onemap_mapper.belief.map import BeliefMap
+from onemap_mapper.belief.tiles import MapTooLarge
+from onemap_mapper.belief.version import FrameHistory
+from onemap_mapper.belief.view_log import SeenFrom
+from onemap_mapper.config import MapperConfig
+from onemap_mapper.objects import NO_OBJECTS, ObjectMemory
+from onemap_mapper.occupancy.evidence import OccupancyUpdate
+from onemap_mapper.occupancy.heights import LEVELS
+from onemap_mapper.params import MapParams
+from onemap_mapper.transfers import to_device, to_host
+from onemap_shared.messages import MapDigest
+
+FORMAT, VERSION = "onemap-map", 2
+VERSION_WITHOUT_DROPS = 1  # its columns have no voxel below the floor
+ASSUMED = 2  # of ``clear``: free floor that no camera saw; 1: it was seen
+
+
+class MapFileError(ValueError):
+    """A map file that cannot be used; the text says why in one sentence."""
+
+
+class EncoderMismatch(MapFileError):
+    """The map was made with another encoder than the one in use."""
+
+
+@dataclass(frozen=True, slots=True)
+class MapHeader:
+    """The header of a map file, described in docs/formats.md."""
+
+    format: str
+    version: int
+    encoder_id: str
+    text_space: str
+    dimension: int
+    cell_size_m: float
+    obstacle_min_height_m: float
+    obstacle_max_height_m: float
+    frames_fused: int
+    sequence: int
+    stamp_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class MapSnapshot:
+    """A copy of a map, detached from it.
+
+    cells (n, 2) int32 world cells with features (n, D), confidence and searched (n,) float32;
+    driving_cells (m, 2) int32 with evidence (m, levels + 1) int8 and clear (m,) uint8,
+    0, 1 or ``ASSUMED``.
+    objects: what was found. explored (n,) float32: confidence of keyframes; None in a file of
+    a release that counted all frames. heights (n, LEVELS) float32: shares of height; seen: from
+    where the cells were seen best, and when last; None in files of releases without them.
+    """
+
+    header: MapHeader
+    cells: NDArray[np.int32]
+    features: NDArray
+    confidence: NDArray[np.float32]
+    searched: NDArray[np.float32]
+    driving_cells: NDArray[np.int32]
+    evidence: NDArray[np.int8]
+    clear: NDArray[np.uint8]
+    objects: ObjectMemory = NO_OBJECTS
+    explored: NDArray[np.float32] | None = None
+    heights: NDArray[np.float32] | None = None
+    seen: SeenFrom | None = None
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the arrays with all features, nearly the size of the file."""
+        features = len(self.cells) * self.header.dimension * self.features.itemsize
+        cells = (self.cells, self.confidence, self.searched, self.explored, self.heights, self.seen)
+        driving = (self.driving_cells, self.evidence, self.clear)
+        arrays = (array for array in (*cells, *driving) if array is not None)
+        return features + sum(array.nbytes for array in arrays)
+
+    def known_heights(self) -> NDArray[np.float32]:
+        """Shares (n, LEVELS) of height, 0 where they are not known."""
+        if self.heights is not None:
+            return self.heights
+        return np.zeros((len(self.cells), LEVELS), np.float32)
+
+
+def take(belief: BeliefMap, objects: ObjectMemory = NO_OBJECTS) -> MapSnapshot:
+    """A copy of the map's content, with the objects that were found."""
+    features = _features(belief, slice(0, belief.store.count))
+    return replace(outline(belief), features=features, objects=objects)
+
+
+def _features(belief: BeliefMap, part: slice) -> NDArray:
+    """A copy of the features (k, D) of consecutive slots, in the precision of the map."""
+    features: NDArray = to_host(belief.store.features(np.arange(part.start, part.stop)))
+    return features.astype(feature_dtype(belief), copy=False)
+
+
+def feature_dtype(belief: BeliefMap) -> type[np.float16] | type[np.float32]:
+    """Of features as they are saved."""
+    return np.float16 if belief.params.torch_dtype == torch.float16 else np.float32
+
+
+def outline(belief: BeliefMap) -> MapSnapshot:
+    """A copy of the map's content without its features (0, D), which are nearly all of it."""
+    store, params = belief.store, belief.params
+    rows = belief.occupancy.known_rows
+    clear, assumed = (
+        to_host(belief.occupancy.clear.values[rows]),
+        to_host(belief.occupancy.assumed.values[rows]),
+    )
+    header = MapHeader(
+        format=FORMAT,
+        version=VERSION,
+        encoder_id=belief.encoder_id,
+        text_space=belief.text_space,
+        dimension=belief.dimension,
+        cell_size_m=params.cell_size_m,
+        obstacle_min_height_m=params.obstacle_min_height_m,
+        obstacle_max_height_m=params.obstacle_max_height_m,
+        frames_fused=belief.frames_fused,
+        sequence=belief.history().sequence,
+        stamp_ns=belief.history().stamp_ns,
+    )
+    return MapSnapshot(
+        header=header,
+        cells=store.cells.astype(np.int32),
+        features=np.zeros((0, belief.dimension), feature_dtype(belief)),
+        confidence=to_host(store.confidence),
+        searched=to_host(store.searched_confidence),
+        driving_cells=belief.tiles.cells(to_host(rows)).astype(np.int32),
+        evidence=to_host(belief.occupancy.evidence.values[rows]),
+        clear=clear * np.uint8(1) + assumed,
+        explored=to_host(store.explored_confidence),
+        heights=to_host(store.heights(slice(0, store.count))),
+        seen=belief.view_log.taken(belief.tiles.rows(store.cells)),
+    )
+
+
+def restore(
+    snapshot: MapSnapshot, params: MapParams, *, encoder_id: str, first_revision: int
+) -> BeliefMap:
+    """A new map with the snapshot's content; its found objects are kept elsewhere.
+
+    ``encoder_id`` is the encoder in use, empty if none is known yet. Raises ``EncoderMismatch``
+    if the map was made by another one, ``MapFileError`` if it has another grid.
+    """
+    header = snapshot.header
+    _check_header(header, params, encoder_id)
+    evidence = _evidence(snapshot, params)
+    belief = BeliefMap(params, first_revision=first_revision)
+    cells, driving_cells = snapshot.cells.astype(np.int64), snapshot.driving_cells.astype(np.int64)
+    try:
+        belief.grow(np.concatenate([cells, driving_cells]))
+    except MapTooLarge as problem:
+        raise MapFileError(f"the map is larger than max_extent_m allows: {problem}") from problem
+    assumed = snapshot.clear == ASSUMED
+    clear = (snapshot.clear > 0) & ~assumed
+    driving = (driving_cells, evidence, clear, assumed)
+    occupancy = OccupancyUpdate.of_arrays(*driving, device=params.torch_device)
+    belief.fuse_occupancy(occupancy)
+    belief.assume_free(occupancy.cells[occupancy.blind])
+    if header.dimension > 0:
+        belief.set_encoder(header.encoder_id, header.text_space, header.dimension)
+        arrays = (snapshot.confidence, snapshot.searched, snapshot.features)
+        confidence, searched, features = (to_device(x, params.torch_device) for x in arrays)
+        slots = belief.slots_of(cells)
+        belief.store.fuse(
+            slots,
+            features.float(),
+            confidence,
+            revision=first_revision,
+            heights=to_device(snapshot.known_heights(), params.torch_device),
+        )
+        belief.store.set_searched_confidence(searched)
+        if snapshot.explored is not None:
+            belief.store.set_explored_confidence(torch.from_numpy(snapshot.explored))
+        if snapshot.seen is not None:
+            belief.view_log.put_in(belief.tiles.rows(cells), snapshot.seen)
+    belief.frames_fused = header.frames_fused
+    belief.histories[0] = FrameHistory(header.sequence, header.stamp_ns)
+    return belief
+
+
+def _check_header(header: MapHeader, params: MapParams, encoder_id: str) -> None:
+    """Raise unless the map is of the encoder in use and of the configured grid."""
+    if encoder_id and header.encoder_id and header.encoder_id != encoder_id:
+        raise EncoderMismatch(
+            f"the map was made with encoder {header.encoder_id}, but {encoder_id} is running"
+        )
+    ours = (params.cell_size_m, params.obstacle_min_height_m, params.obstacle_max_height_m)
+    theirs = (header.cell_size_m, header.obstacle_min_height_m, header.obstacle_max_height_m)
+    if ours != theirs:
+        raise MapFileError(
+            f"the map has cell size and obstacle heights {theirs} m, the configuration {ours} m"
+        )
+
+
+def _evidence(snapshot: MapSnapshot, params: MapParams) -> NDArray[np.int8]:
+    """Evidence (m, levels + 1) of the columns; an old file has no level for drops."""
+    evidence = snapshot.evidence
+    if snapshot.header.version == VERSION_WITHOUT_DROPS:
+        evidence = np.pad(evidence, ((0, 0), (0, 1)))
+    if evidence.shape[1] != params.levels + 1:
+        raise MapFileError(
+            f"the map's columns have {evidence.shape[1]} levels, ours {params.levels + 1}: the "
+            "file is damaged"
+        )
+    return evidence
+
+
+ARRAYS = (
+    "cells",
+    "features",
+    "confidence",
+    "searched",
+    "explored",
+    "driving_cells",
+    "evidence",
+    "clear",
+)
+
+
+def sha256_of(snapshot: MapSnapshot) -> str:
+    """Of the header and of every array with its dtype and shape; found objects do not count."""
+    digest = hashlib.sha256(json.dumps(asdict(snapshot.header), sort_keys=True).encode())
+    for name in ARRAYS:
+        array = np.ascontiguousarray(getattr(snapshot, name))
+        digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
+        digest.update(array.reshape(-1).view(np.uint8).data)
+    return digest.hexdigest()
+
+
+def digest_of(snapshot: MapSnapshot, *, revision: int, config: MapperConfig) -> MapDigest:
+    """The digest of a map, with what is needed to compute the same map again."""
+    header = snapshot.header
+    return MapDigest(
+        revision=revision,
+        sequence=header.sequence,
+        stamp_ns=header.stamp_ns,
+        encoder_id=header.encoder_id,
+        frames_fused=header.frames_fused,
+        sha256=sha256_of(snapshot),
+        settings=config.model_dump_json(exclude={"map_folder"}),
+        versions=versions(),
+    )
+
+
+def versions() -> str:
+    """The libraries and the processor that a map's last bits depend on."""
+    return f"torch {torch.__version__}, numpy {np.__version__}, {platform.machine()}"
