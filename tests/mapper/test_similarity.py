@@ -27,8 +27,7 @@ from onemap_mapper.query.similarity import (
     unit_cosines,
 )
 from onemap_shared.geometry import F32, I64
-from onemap_shared.messages import RANKS, TextEmbeddings
-from onemap_shared.ranks import ranked
+from onemap_shared.messages import RANKS, TextEmbeddings, ranked
 
 CPU = torch.device("cpu")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from onemap_shared.ranks import ranked
+from onemap_shared.messages import ranked
 
 
 def test_a_rank_counts_the_limits_below() -> None:

@@ -9,13 +9,13 @@ import numpy as np
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F16, F32, F64, I32, I64, U8, U16, Bool, check_rigid
 from onemap_shared.messages.checks import (
+    check_image,
     check_picture,
     clean_texts,
     expect,
     expect_finite,
     expect_share,
 )
-from onemap_shared.messages.images import check_image
 
 # Texts of an encoder without neutral words mean the same from this cosine on. Not measured (no
 # weights are at hand); chosen high, so that paraphrases rather fail to compete than block.

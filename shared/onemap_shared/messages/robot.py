@@ -1,4 +1,7 @@
-"""Messages of a robot: RGB-D frames, odometry, corrected poses, velocity commands."""
+"""Messages of a robot and of every process.
+
+RGB-D frames, odometry, corrected poses, velocity commands; heartbeats and receipts; ground truth.
+"""
 
 from __future__ import annotations
 
@@ -154,3 +157,82 @@ class VelocityCommand:
     def moves(self) -> bool:
         """Whether it is not a stop."""
         return self.velocity != Velocity2d()
+
+
+@dataclass(frozen=True, slots=True)
+class Heartbeat:
+    """One a second from every service.
+
+    Attributes:
+        service: its name, as in the key.
+        instance: which process of that service.
+        stamp_ns: when it was sent, in nanoseconds of that machine's wall clock.
+        progress: a count that stops when the service's loop hangs.
+        ready: whether the service does its work.
+        problem: one sentence if something is wrong, else empty.
+        metrics: name to number, shown at /metrics as onemap_<service>_<name>.
+    """
+
+    service: str
+    instance: str
+    stamp_ns: int
+    progress: int
+    ready: bool
+    problem: str = ""
+    metrics: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class FrameReceipt:
+    """A stage took this frame and begins to work on it: its sender may send another.
+
+    Attributes:
+        sequence: of the frame.
+        stamp_ns: of the frame.
+    """
+
+    sequence: int
+    stamp_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class TruthRequest:
+    """Simulator only: request for the true distance of a point to the nearest such object.
+
+    Attributes:
+        name: category of the object.
+        x_m: of the point, in the map frame.
+        y_m: of the point, in the map frame.
+    """
+
+    name: str
+    x_m: float
+    y_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """Ground truth for the summary of a demo; never read by perception, mapper or planner.
+
+    Attributes:
+        scene: name of the scene.
+        instances: number of such objects.
+        distance_m: straight line from the point to the surface of the nearest; infinity if there
+            is none.
+        shortest_path_m: along the floor for this robot to the nearest point that counts as
+            success, 0 if the point itself does; infinity if there is none.
+        categories: every category of the scene.
+        nearest: category of the object nearest to the point, without walls, floors, ceilings,
+            doors and windows; empty if there is none or it has no name.
+        names_complete: whether every object of the scene has a name. If not, an object whose
+            name is not among the categories may still be there, and a search for it cannot be
+            evaluated.
+    """
+
+    scene: str
+    instances: int
+    distance_m: float
+    shortest_path_m: float
+    categories: tuple[str, ...]
+    nearest: str
+    names_complete: bool

@@ -1,4 +1,4 @@
-"""Messages of the planner: searches, their status, the planned path."""
+"""Messages of the planner: searches, why it drives where, how it ended, the planned path."""
 
 from __future__ import annotations
 
@@ -10,8 +10,116 @@ import numpy as np
 
 from onemap_shared.geometry import F32, MAX_COORDINATE_M
 from onemap_shared.messages.checks import ADDED, clean_texts, expect, expect_finite
-from onemap_shared.messages.choice import NO_CHOICE, GoalChoice
-from onemap_shared.messages.outcome import NO_COVERAGE, Coverage, FailureCode
+
+MAX_GOAL_OPTIONS = 5  # of one choice: the best, and the chosen one
+
+
+@dataclass(frozen=True, slots=True)
+class GoalOption:
+    """A goal that was weighed.
+
+    Attributes:
+        kind: frontier, region, detection, go_to or look_at.
+        xy_m: x, y in the map frame of what the robot would look at.
+        score: similarity expected there, in [0, 1]; 0 for a place.
+        travel_m: metres of way to where it would stand.
+        utility: what goals are ranked by, in units of similarity: score and size less the way.
+        chosen: whether the robot drives there.
+    """
+
+    kind: str
+    xy_m: tuple[float, float]
+    score: float
+    travel_m: float
+    utility: float
+    chosen: bool
+
+    def __post_init__(self) -> None:
+        numbers = (*self.xy_m, self.score, self.travel_m, self.utility)
+        if not all(isfinite(number) for number in numbers):
+            raise ValueError(f"a weighed goal has the numbers {numbers}; all must be finite")
+
+
+@dataclass(frozen=True, slots=True)
+class GoalChoice:
+    """A decision of the planner where to drive.
+
+    Attributes:
+        number: counts the decisions of a search, from 1; 0 before the first.
+        sentence: why the chosen goal won; empty while the robot has no goal.
+        options: at most 5 of the goals that were weighed, best first, the chosen one among them.
+        left_out: number of goals that were weighed and are not in ``options``.
+    """
+
+    number: int = 0
+    sentence: str = ""
+    options: tuple[GoalOption, ...] = ()
+    left_out: int = 0
+
+    def __post_init__(self) -> None:
+        if len(self.options) > MAX_GOAL_OPTIONS:
+            raise ValueError(
+                f"a choice has {len(self.options)} options; at most {MAX_GOAL_OPTIONS} are allowed"
+            )
+
+
+NO_CHOICE = GoalChoice()
+
+
+class FailureCode(str, Enum):
+    """Why a search failed: the closed list; empty for what did not fail."""
+
+    NONE = ""
+    TIME_LIMIT = "time_limit"
+    DISTANCE_LIMIT = "distance_limit"
+    STUCK = "stuck"
+    NO_INPUT = "no_input"
+    UNREACHABLE = "unreachable"
+    UNKNOWN_WORD = "unknown_word"
+    MAP_REFUSED = "map_refused"
+
+    def __str__(self) -> str:
+        return self.value
+
+    @property
+    def sentence(self) -> str:
+        """What it means, whatever the search; empty for none."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    FailureCode.NONE: "",
+    FailureCode.TIME_LIMIT: "The time limit of the search, or of one object, was reached.",
+    FailureCode.DISTANCE_LIMIT: "The robot drove as far as the search allows.",
+    FailureCode.STUCK: "The robot cannot get away from where it stands.",
+    FailureCode.NO_INPUT: "Odometry or map were missing, or too old to act on, for too long.",
+    FailureCode.UNREACHABLE: "No way leads to the place, or to a view of it.",
+    FailureCode.UNKNOWN_WORD: "The encoder of the map does not know the word.",
+    FailureCode.MAP_REFUSED: "The map cannot answer for this name.",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """What a search that found nothing has looked at.
+
+    Attributes:
+        explored_m2: free floor that was seen well enough, in square metres.
+        free_m2: free floor that was seen at all.
+        unreachable_m2: free floor with room for the robot that no path leads to.
+        best_match_m: x, y of where the map resembles the object most; empty without features.
+        best_score: similarity there, in [0, 1].
+    """
+
+    explored_m2: float = 0.0
+    free_m2: float = 0.0
+    unreachable_m2: float = 0.0
+    best_match_m: tuple[float, ...] = ()
+    best_score: float = 0.0
+
+
+NO_COVERAGE = Coverage()
+
 
 MAX_OBJECTS = 20  # objects of one search
 MOTIONS = ("", "drive", "rotate", "reverse", "rest")  # of a planned path; empty: not known

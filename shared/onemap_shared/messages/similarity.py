@@ -1,16 +1,55 @@
-"""Where something is on the map: the request for the regions that look like a text, the reply."""
+"""Where something is on the map: requests for regions that look like a text, replies, verdict."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import Enum
 
 import numpy as np
 
 from onemap_shared.geometry import F32, I32, I64, MAX_COORDINATE_M
 from onemap_shared.grid import GridSpec
-from onemap_shared.messages.checks import ADDED, clean_texts, expect, expect_share
-from onemap_shared.messages.images import check_image
-from onemap_shared.messages.verdict import NO_VERDICT, MapVerdict, Verdict
+from onemap_shared.messages.checks import ADDED, check_image, clean_texts, expect, expect_share
+
+
+class Verdict(str, Enum):
+    """Whether an object is on the map; docs/queries.md has the rule."""
+
+    FOUND = "found"
+    NOT_HERE = "not_here"
+    NOT_LOOKED_YET = "not_looked_yet"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True, slots=True)
+class MapVerdict:
+    """The verdict about one object, and how much of the reachable area was looked at.
+
+    Attributes:
+        verdict: one of the three.
+        looked_m2: of the reachable area, in square metres.
+        not_looked_m2: seen from too far or too briefly, or hidden behind a frontier.
+        frontiers: borders of the known floor behind which nobody looked.
+        frontier_m: x, y of the one to look behind next; empty if there is none.
+    """
+
+    verdict: Verdict = Verdict.NOT_LOOKED_YET
+    looked_m2: float = 0.0
+    not_looked_m2: float = 0.0
+    frontiers: int = 0
+    frontier_m: tuple[float, ...] = ()
+
+    @property
+    def looked_share(self) -> float:
+        """Share of the area that was looked at, 0 to 1; 0 if there is none."""
+        total_m2 = self.looked_m2 + self.not_looked_m2
+        return self.looked_m2 / total_m2 if total_m2 > 0 else 0.0
+
+
+NO_VERDICT = MapVerdict()
+
 
 MAX_NEGATIVES = 10  # texts that compete with one text
 
@@ -36,19 +75,20 @@ class SimilarityRequest:
     robot_xy_m: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        clean_texts(self, "text")
-        clean_texts(self, "negatives", "negative")
+        _check_query(self)
         if not 1 <= self.max_regions <= 100:
             raise ValueError(f"max_regions is {self.max_regions}; it must lie in [1, 100]")
-        if len(self.negatives) > MAX_NEGATIVES:
-            raise ValueError(f"{len(self.negatives)} negatives; at most {MAX_NEGATIVES} compete")
-        _check_area(self.area_m)
         if len(self.robot_xy_m) not in (0, 2) or not np.isfinite(self.robot_xy_m).all():
             raise ValueError(f"robot_xy_m is {self.robot_xy_m}; give x, y in metres, or nothing")
 
 
-def _check_area(area_m: tuple[float, ...]) -> None:
-    """Raise ValueError unless it is empty or x_min < x_max and y_min < y_max, not too far away."""
+def _check_query(query: SimilarityRequest | AnsweredQuery) -> None:
+    """Check texts and area, x_min < x_max and y_min < y_max not too far away; cleans the texts."""
+    clean_texts(query, "text")
+    clean_texts(query, "negatives", "negative")
+    if len(query.negatives) > MAX_NEGATIVES:
+        raise ValueError(f"{len(query.negatives)} negatives; at most {MAX_NEGATIVES} compete")
+    area_m = query.area_m
     if not area_m:
         return
     if len(area_m) != 4 or not np.abs(area_m).max() <= MAX_COORDINATE_M:  # also refuses NaN
@@ -103,11 +143,7 @@ class AnsweredQuery:
     centre_m: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        clean_texts(self, "text")
-        clean_texts(self, "negatives", "negative")
-        if len(self.negatives) > MAX_NEGATIVES:
-            raise ValueError(f"{len(self.negatives)} negatives; at most {MAX_NEGATIVES} compete")
-        _check_area(self.area_m)
+        _check_query(self)
         expect_share(self.best_score, "best_score")
         if len(self.centre_m) not in (0, 2) or not np.isfinite(self.centre_m).all():
             raise ValueError(f"centre_m is {self.centre_m}; give x, y in metres, or nothing")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from onemap_shared.messages import MAX_IMAGE_BYTES
-from onemap_shared.messages.images import image_size_px
+from onemap_shared.messages.checks import image_size_px
 from onemap_shared.transport import RequestRejected
 from tests.gateway.fakes import decoded
 from tests.gateway.static.axe import violations

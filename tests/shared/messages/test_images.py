@@ -14,7 +14,7 @@ from onemap_shared.messages import (
     ImageSimilarityRequest,
     SimilarityRequest,
 )
-from onemap_shared.messages.images import check_image, image_size_px
+from onemap_shared.messages.checks import check_image, image_size_px
 from tests.shared.messages.broken import assert_refused
 
 

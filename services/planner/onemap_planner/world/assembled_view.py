@@ -21,8 +21,8 @@ from onemap_shared.messages import (
     SearchView,
     ViewChanges,
     ViewKey,
+    ranked,
 )
-from onemap_shared.ranks import ranked
 
 SHAPE = (TILE_CELLS, TILE_CELLS)
 SIMILARITY, COSINE, RIVAL = range(3)  # rows of the values of a message and of a tile
