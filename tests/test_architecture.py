@@ -96,7 +96,7 @@ FILE_CALLS = {
     "write_text",
 }
 ONLY_IN = {
-    "zenoh": {"onemap_shared.bus", "onemap_shared.membership", "onemap_ros2.network"},
+    "zenoh": {"onemap_shared.bus", "onemap_ros2.network"},
     "msgpack": {"onemap_shared.wire"},
     "mcap": {"onemap_tools.bag.bag_file"},
     "foxglove": {
@@ -233,7 +233,7 @@ BREACHES = {
     "zenoh outside the bus": (
         "services/mapper/onemap_mapper/service.py",
         "import zenoh",
-        "only onemap_ros2.network, onemap_shared.bus, onemap_shared.membership may",
+        "only onemap_ros2.network, onemap_shared.bus may",
     ),
     "msgpack outside the wire": (
         "shared/onemap_shared/x.py",

@@ -21,7 +21,6 @@ import yaml
 from pydantic import BaseModel, Field, ValidationError
 
 from onemap_shared.keys import NAMESPACE
-from onemap_shared.link import LinkParams
 from onemap_shared.params import Params, is_secret, masked
 from onemap_shared.services import SERVICES
 
@@ -65,6 +64,26 @@ class Sections(dict[str, dict[str, Any]]):
 Endpoint = Annotated[str, Field(pattern=r"^(tcp|tls|quic|unixsock-stream)/.+$")]
 
 
+class LinkParams(Params):
+    """How this process sends frames and fields; receivers need no setting."""
+
+    compression: Literal["none", "lossless", "lossy"] = Field(
+        default="none",
+        description="Of frames and fields. none: on loopback or a wired network the time for it "
+        "is lost. lossless changes no value. lossy: colour as JPEG, which needs OpenCV at both "
+        "ends, features and variances in 8 bits; a frame takes a fifth of its bytes, a field a "
+        "quarter. Depth never loses anything.",
+    )
+    window: int = Field(
+        default=0,
+        ge=0,
+        le=16,
+        description="Frames, and fields, that may be under way without the receiver's receipt; "
+        "the newest waits for one and replaces older ones, so that no queue grows on a slow link. "
+        "1 keeps them freshest, 2 uses a link with a long delay better; 0: no limit.",
+    )
+
+
 class BusConfig(Params):
     """Where the router is."""
 
@@ -97,13 +116,6 @@ class LogConfig(Params):
         pattern=r"^(https?://[^\s]+)?$",
         description="Where an OpenTelemetry collector takes spans of frames (OTLP over HTTP), for "
         "example http://127.0.0.1:4318/v1/traces; empty: no traces, nothing is sent.",
-    )
-    traced_share: float = Field(
-        default=0.1,
-        ge=0,
-        le=1,
-        description="Share of the frames that are traced, the same ones by all services: 1 in 10 "
-        "is one a second, enough for a distribution after a minute.",
     )
 
 

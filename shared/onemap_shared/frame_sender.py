@@ -6,20 +6,88 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
-from onemap_shared.compression import Codec, opencv
+from onemap_shared.compression import Codec, Compression, opencv
+from onemap_shared.config import LinkParams
 from onemap_shared.keys import Topic
-from onemap_shared.link import LinkParams, SendWindow, compressions
-from onemap_shared.messages import FrameReceipt
+from onemap_shared.messages import FeatureField, FrameReceipt, RgbdFrame
 from onemap_shared.wire import Packet, WireError, decode, encode
 
 LOG = logging.getLogger("onemap.bus")
 
 M = TypeVar("M")
 
+# With 95 the best places of a query stay so in 93 of 100 cases, with 80 in 87.
+JPEG_QUALITY = 95
 CLOSING_S = 1.0  # for the frame that is being sent
+# A frame whose receipt has not come by then counts as lost: the goal for the age of the map is
+# 0.4 s, and 384 kB, an uncompressed frame, take 0.3 s on 10 Mbit/s.
+OVERDUE_S = 1.0
+
+
+def compressions(message: type, how: str) -> Mapping[str, Compression]:
+    """The arrays of a message type that ``bus.link.compression`` compresses, by name."""
+    delta = Compression(Codec.DELTA)
+    chosen = {
+        ("lossless", RgbdFrame): {"rgb": delta, "depth_mm": delta},
+        ("lossless", FeatureField): {"depth_mm": delta},
+        ("lossy", RgbdFrame): {"rgb": Compression(Codec.JPEG, JPEG_QUALITY), "depth_mm": delta},
+        ("lossy", FeatureField): {
+            "features": Compression(Codec.INT8),
+            "variance": Compression(Codec.LOG8),
+            "depth_mm": delta,
+        },
+    }
+    return chosen.get((how, message), {})
+
+
+@dataclass(frozen=True, slots=True)
+class SendWindow:
+    """Which frames are under way. Immutable; times are seconds of one monotonic clock.
+
+    size: frames that may be under way; 0: any number. under_way: sequence and time of sending,
+    oldest first. heard: whether any receipt ever came; before, nothing is held back, because the
+    receiver may be of a release that sends none. answer_s: from sending to the newest receipt.
+    overdue: frames whose receipt did not come in time.
+    """
+
+    size: int
+    under_way: tuple[tuple[int, float], ...] = ()
+    heard: bool = False
+    answer_s: float = 0.0
+    overdue: int = 0
+
+    def free_at(self) -> float:
+        """When the next frame may be sent, if no receipt comes before."""
+        if self.size == 0 or not self.heard or len(self.under_way) < self.size:
+            return float("-inf")
+        return self.under_way[-self.size][1] + OVERDUE_S
+
+    def with_sent(self, sequence: int, now_s: float) -> SendWindow:
+        """The window after a frame was sent; those overdue by now are given up."""
+        waiting = tuple(each for each in self.under_way if now_s - each[1] < OVERDUE_S)
+        lost = len(self.under_way) - len(waiting) if self.heard else 0
+        return replace(self, under_way=(*waiting, (sequence, now_s)), overdue=self.overdue + lost)
+
+    def with_receipt(self, sequence: int, now_s: float) -> SendWindow:
+        """The window after the receipt of a frame, which is one of all that were sent before.
+
+        The receiver takes the newest frame and skips the others, so they are not under way either.
+        A receipt of a frame that is not under way changes nothing but ``heard``.
+        """
+        places = [i for i, (number, _) in enumerate(self.under_way) if number == sequence]
+        if not places:
+            return replace(self, heard=True)
+        last = places[-1]
+        return replace(
+            self,
+            heard=True,
+            under_way=self.under_way[last + 1 :],
+            answer_s=now_s - self.under_way[last][1],
+        )
 
 
 class FrameSender(Generic[M]):
@@ -39,7 +107,7 @@ class FrameSender(Generic[M]):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._topic, self._send, self._clock = topic, send, clock
-        self._compressions = compressions(topic.message, params)
+        self._compressions = compressions(topic.message, params.compression)
         if any(each.codec is Codec.JPEG for each in self._compressions.values()):
             opencv()
         self._changed = threading.Condition()

@@ -4,6 +4,8 @@ Calls the worker's ``step`` in a loop and publishes its health once a second. Wh
 dies, or the loop hangs, the process ends: the supervisor's restart is the recovery.
 """
 # Talks: the process around a worker.
+# Talks: publishes from a thread.
+# Talks: a filter of the log.
 
 from __future__ import annotations
 
@@ -17,7 +19,8 @@ import sys
 import threading
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -31,7 +34,6 @@ from onemap_shared.bus import ZenohBus, open_bus
 from onemap_shared.compression import CompressionError
 from onemap_shared.config import BusConfig, ConfigError, LogConfig, load
 from onemap_shared.keys import heartbeat
-from onemap_shared.log_limit import LogLimit
 from onemap_shared.messages import Heartbeat
 from onemap_shared.services import SOLE, role_of
 from onemap_shared.transport import Bus, Health, Worker
@@ -310,3 +312,94 @@ def _stop_on_dead_threads(stop: threading.Event) -> threading.Event:
 
     threading.excepthook = handle
     return crashed
+
+
+START_S = "start_s"  # metric: seconds that the start has taken so far; absent once it is over
+MORE_TIME_US = 30_000_000  # asked of systemd with every heartbeat, beyond TimeoutStartSec
+
+
+@contextmanager
+def long_start(bus: Bus, service: str, what: str) -> Iterator[None]:
+    """Publish once a second until the block ends that the service is not ready, and why.
+
+    what: one sentence. The heartbeats' progress counts them: the main loop has not begun yet.
+    systemd is asked for more time, so that it does not end what advances.
+    """
+    done = threading.Event()
+    publisher = bus.publish(heartbeat(service))
+    systemd = sdnotify.SystemdNotifier()
+    began_s = time.monotonic()
+
+    def beat(count: int) -> None:
+        systemd.notify(f"EXTEND_TIMEOUT_USEC={MORE_TIME_US}\nSTATUS={what}")
+        publisher.put(
+            Heartbeat(
+                service=service,
+                instance=bus.instance,
+                stamp_ns=time.time_ns(),
+                progress=count,
+                ready=False,
+                problem=what,
+                metrics={START_S: time.monotonic() - began_s},
+            )
+        )
+
+    def run() -> None:
+        count = 1
+        while not done.wait(HEARTBEAT_S):
+            count += 1
+            beat(count)
+
+    beat(1)
+    thread = threading.Thread(target=run, name="long-start", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+def is_starting(beat: Heartbeat) -> bool:
+    """Whether a heartbeat says that the service's start goes on."""
+    return START_S in beat.metrics
+
+
+PERIOD_S = 10.0  # between two lines of one kind
+MAX_KINDS = 256  # of which the last line is remembered
+MAX_CHARS = 1000  # of one line, without its traceback
+
+
+class LogLimit(logging.Filter):
+    """One line every ``PERIOD_S`` of each kind of warning and failure, with how many were left out.
+
+    A kind is a logger with an unformatted text. Errors without a traceback always pass: they are
+    about this process and rare, and two of them may share a text.
+    """
+
+    def __init__(self, clock_s: Callable[[], float] = time.monotonic) -> None:
+        super().__init__()
+        self._clock_s = clock_s
+        self._last_s: dict[tuple[str, str], float] = {}
+        self._left_out: dict[tuple[str, str], int] = {}
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether to log; cuts the text, and adds the number of lines that were left out."""
+        text = record.getMessage()
+        if record.levelno == logging.WARNING or (
+            record.levelno == logging.ERROR and record.exc_info
+        ):
+            kind, now_s = (record.name, str(record.msg)), self._clock_s()
+            if now_s - self._last_s.get(kind, -PERIOD_S) < PERIOD_S:
+                self._left_out[kind] = self._left_out.get(kind, 0) + 1
+                return False
+            self._last_s.pop(kind, None)
+            self._last_s[kind] = now_s
+            while len(self._last_s) > MAX_KINDS:
+                oldest = next(iter(self._last_s))
+                del self._last_s[oldest]
+                self._left_out.pop(oldest, None)
+            left_out = self._left_out.pop(kind, 0)
+            text = text[:MAX_CHARS] + (f" (and {left_out} more before)" if left_out else "")
+        record.msg, record.args = text[: MAX_CHARS + 50], ()
+        return True

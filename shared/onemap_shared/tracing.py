@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from opentelemetry.sdk.trace import SpanProcessor
 
 NAMESPACE = b"onemap frame"
+# Share of the frames that are traced, the same ones by all services: 1 in 10 is one a second,
+# enough for a distribution after a minute.
+TRACED_SHARE = 0.1
 SEND_S = 1.0  # for a batch, with its repetitions: what a stop waits for a collector that is gone
 DRIVE = "image to command"  # the span that holds the others
 
@@ -110,7 +113,7 @@ def start(config: LogConfig, service: str) -> None:
             f"log.traces is set and needs the package {missing.name!r}: pip install 'onemap[otel]'"
         ) from missing
     exporter = OTLPSpanExporter(endpoint=config.traces, timeout=SEND_S)
-    use(FrameTracer(service, config.traced_share, BatchSpanProcessor(exporter)))
+    use(FrameTracer(service, TRACED_SHARE, BatchSpanProcessor(exporter)))
 
 
 def use(tracer: FrameTracer | None) -> None:

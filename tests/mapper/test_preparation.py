@@ -9,8 +9,8 @@ import pytest
 from onemap_mapper import preparation as module
 from onemap_mapper.config import MapperConfig
 from onemap_shared import keys
-from onemap_shared.long_start import is_starting
 from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.runner import is_starting
 
 
 def doubled(value: float) -> float:

@@ -19,8 +19,7 @@ import pytest
 from onemap_shared import keys
 from onemap_shared import messages as m
 from onemap_shared.bus import open_bus, run_router
-from onemap_shared.config import BusConfig
-from onemap_shared.link import LinkParams
+from onemap_shared.config import BusConfig, LinkParams
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.transport import Bus, NoReply, QueryTimeout, RemoteError, RequestRejected
 from tests.shared.messages.broken import sample
@@ -396,7 +395,7 @@ def test_a_procedure_may_serve_several_requests_at_once(buses: tuple[Bus, Bus]) 
 
 
 def test_frames_wait_for_receipts_and_travel_compressed(router: Router) -> None:
-    link = LinkParams(color="lossless", depth="lossless", window=1)
+    link = LinkParams(compression="lossless", window=1)
     robot, perception = join(router, "robot", link=link), join(router, "perception")
     frames = perception.subscribe(keys.ROBOT_RGBD)
     receipts = perception.publish(keys.RGBD_RECEIPTS)

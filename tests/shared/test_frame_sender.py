@@ -11,8 +11,8 @@ import pytest
 
 from onemap_shared import frame_sender, keys
 from onemap_shared.compression import CompressionError
+from onemap_shared.config import LinkParams
 from onemap_shared.frame_sender import FrameSender
-from onemap_shared.link import LinkParams
 from onemap_shared.messages import FrameReceipt, RgbdFrame
 from onemap_shared.wire import Packet, decode, encode
 from tests.shared.samples import SAMPLES
@@ -70,7 +70,7 @@ def test_of_the_frames_that_wait_the_newest_is_sent(opened: Opened) -> None:
 def test_a_lost_frame_does_not_stop_the_stream(
     opened: Opened, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("onemap_shared.link.OVERDUE_S", 0.05)
+    monkeypatch.setattr("onemap_shared.frame_sender.OVERDUE_S", 0.05)
     sender, sent = opened(LinkParams(window=1))
     sender.put(frame(1))
     assert sent.get(timeout=WAIT_S) == 1
@@ -90,7 +90,7 @@ def test_sent_bytes_are_counted() -> None:
     def send(packet: Packet) -> None:
         sizes.put(len(packet.header) + len(packet.body))
 
-    params = LinkParams(color="lossless", depth="lossless")
+    params = LinkParams(compression="lossless")
     sender = FrameSender(keys.ROBOT_RGBD, params, send)
     sender.put(image)
     size = sizes.get(timeout=WAIT_S)
@@ -145,4 +145,4 @@ def test_jpeg_without_opencv_is_refused_at_once(monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(frame_sender, "opencv", absent)
     with pytest.raises(CompressionError, match="needs OpenCV"):
-        FrameSender(keys.ROBOT_RGBD, LinkParams(color="jpeg"), lambda packet: None)
+        FrameSender(keys.ROBOT_RGBD, LinkParams(compression="lossy"), lambda packet: None)

@@ -3,14 +3,11 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import ValidationError
 
-from onemap_shared.compression import Codec
-from onemap_shared.link import OVERDUE_S, LinkParams, SendWindow, compressions
+from onemap_shared.frame_sender import OVERDUE_S, SendWindow, compressions
 from onemap_shared.messages import FeatureField, Odometry, RgbdFrame
 
 NEVER = float("-inf")
-THIN = LinkParams(color="jpeg", jpeg_quality=70, depth="lossless", features="int8", variance="log8")
 
 
 def heard(size: int) -> SendWindow:
@@ -18,33 +15,24 @@ def heard(size: int) -> SendWindow:
     return SendWindow(size).with_sent(0, 0.0).with_receipt(0, 0.1)
 
 
-def test_nothing_is_compressed_by_default() -> None:
-    for message in (RgbdFrame, FeatureField, Odometry):
-        assert compressions(message, LinkParams()) == {}
-
-
-def test_every_large_array_has_its_codec() -> None:
-    frame, field = compressions(RgbdFrame, THIN), compressions(FeatureField, THIN)
-    assert {name: each.codec for name, each in frame.items()} == {
-        "rgb": Codec.JPEG,
-        "depth_mm": Codec.DELTA,
-    }
-    assert frame["rgb"].quality == 70
-    assert {name: each.codec for name, each in field.items()} == {
-        "features": Codec.INT8,
-        "variance": Codec.LOG8,
-        "depth_mm": Codec.DELTA,
-    }
-    assert compressions(Odometry, THIN) == {}
-    assert compressions(RgbdFrame, LinkParams(color="lossless"))["rgb"].codec is Codec.DELTA
-
-
 @pytest.mark.parametrize(
-    "wrong", [{"color": "webp"}, {"jpeg_quality": 0}, {"window": -1}, {"depth": "jpeg"}]
+    ("how", "frame", "field"),
+    [
+        ("none", {}, {}),
+        ("lossless", {"rgb": "DELTA", "depth_mm": "DELTA"}, {"depth_mm": "DELTA"}),
+        (
+            "lossy",
+            {"rgb": "JPEG", "depth_mm": "DELTA"},
+            {"features": "INT8", "variance": "LOG8", "depth_mm": "DELTA"},
+        ),
+    ],
 )
-def test_wrong_settings_are_refused(wrong: dict[str, object]) -> None:
-    with pytest.raises(ValidationError):
-        LinkParams.model_validate(wrong)
+def test_every_large_array_has_its_codec(
+    how: str, frame: dict[str, str], field: dict[str, str]
+) -> None:
+    for message, expected in ((RgbdFrame, frame), (FeatureField, field), (Odometry, {})):
+        chosen = compressions(message, how)
+        assert {name: each.codec.name for name, each in chosen.items()} == expected
 
 
 def test_a_full_window_waits_for_a_receipt() -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from onemap_shared.log_limit import MAX_CHARS, MAX_KINDS, PERIOD_S, LogLimit
+from onemap_shared.runner import MAX_CHARS, MAX_KINDS, PERIOD_S, LogLimit
 
 LOG = logging.Logger("onemap.test_log_limit", logging.INFO)  # of this module alone
 

@@ -7,18 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from onemap_shared import keys
-from onemap_shared import long_start as module
-from onemap_shared.long_start import is_starting, long_start
+from onemap_shared import keys, runner
 from onemap_shared.memory_bus import MemoryRouter
 from onemap_shared.messages import Heartbeat
+from onemap_shared.runner import is_starting, long_start
 
 PATIENCE_S = 60.0
 WHAT = "compiling the map's kernels"
 
 
 def test_a_long_start_says_what_it_does_and_advances(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "HEARTBEAT_S", 0.01)
+    monkeypatch.setattr(runner, "HEARTBEAT_S", 0.01)
     router = MemoryRouter()
     beats = router.bus("gateway").subscribe(keys.heartbeat("mapper"), 8)
     with long_start(router.bus("mapper"), "mapper", WHAT):

@@ -125,14 +125,15 @@ class CollectorHandler(BaseHTTPRequestHandler):
         """Nothing to the test's output."""
 
 
-def test_a_collector_gets_the_spans() -> None:
+def test_a_collector_gets_the_spans(monkeypatch: pytest.MonkeyPatch) -> None:
     trace_service = pytest.importorskip(
         "opentelemetry.proto.collector.trace.v1.trace_service_pb2",
         reason="needs the OTLP exporter: pip install 'onemap[otel]'",
     )
     collector = Collector()
     url = f"http://127.0.0.1:{collector.server_port}/v1/traces"
-    tracing.start(LogConfig(traces=url, traced_share=1.0), "perception")
+    monkeypatch.setattr(tracing, "TRACED_SHARE", 1.0)
+    tracing.start(LogConfig(traces=url), "perception")
     tracing.stage("encode", FRAME_NS, 0.08)
     tracing.use(None)  # sends what is left
     collector.close()

@@ -12,7 +12,7 @@ from onemap_mapper import jit
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.robots import SERVICE
 from onemap_mapper.warm_up import warm_up
-from onemap_shared.long_start import long_start
+from onemap_shared.runner import long_start
 from onemap_shared.transport import Bus
 
 LOG = logging.getLogger("onemap.mapper")

@@ -53,7 +53,6 @@ def test_the_environment_overrides_the_file(
         "format": "human",
         "level": "debug",
         "traces": "",
-        "traced_share": 0.1,
     }
     assert "simulator" not in sections  # this file is of a real robot
     assert "hunter2" not in shown.output

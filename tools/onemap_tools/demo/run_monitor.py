@@ -13,9 +13,9 @@ from onemap_shared.keys import (
     ROBOT_TRUTH,
     heartbeat,
 )
-from onemap_shared.long_start import is_starting
 from onemap_shared.messages import MapRevision, SearchView, SearchViewRequest, Truth, TruthRequest
 from onemap_shared.rates import mean_rate_hz
+from onemap_shared.runner import is_starting
 from onemap_shared.trail import PointM, extended
 from onemap_shared.transport import Bus, CallError, Subscription
 from onemap_tools.progress import MapUpdates

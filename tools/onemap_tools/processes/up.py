@@ -13,9 +13,8 @@ from rich.console import Console
 
 from onemap_shared.config import BusConfig, read, section
 from onemap_shared.keys import heartbeat
-from onemap_shared.long_start import is_starting
 from onemap_shared.messages import Heartbeat
-from onemap_shared.runner import StartError
+from onemap_shared.runner import StartError, is_starting
 from onemap_shared.services import ROBOTS, SIMULATED
 from onemap_shared.transport import Bus, Subscription
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from onemap_perception.encoders.mini import MiniParams
-from onemap_shared.link import LinkParams
+from onemap_shared.config import LinkParams
 from onemap_tools.bench.transport import benchmark as bench
 from onemap_tools.bench.transport.benchmark import (
     COMPRESSED,

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import psutil
 
-from onemap_shared.link import LinkParams
+from onemap_shared.config import LinkParams
 from onemap_tools.bench.transport.link_shape import LinkShape
 from onemap_tools.bench.transport.network import (
     ADDRESSES,
@@ -45,7 +45,7 @@ class Setting:
     channels: int = 0
 
 
-COMPRESSED = LinkParams(color="jpeg", depth="lossless", features="int8", variance="log8")
+COMPRESSED = LinkParams(compression="lossy")
 THIN = COMPRESSED.model_copy(update={"window": 2})
 SETTINGS: Mapping[str, Setting] = {
     "raw": Setting(LinkParams()),

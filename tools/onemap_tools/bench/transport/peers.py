@@ -17,8 +17,7 @@ from typing import Any
 
 from onemap_shared import keys
 from onemap_shared.bus import ZenohBus, open_bus
-from onemap_shared.config import BusConfig
-from onemap_shared.link import LinkParams
+from onemap_shared.config import BusConfig, LinkParams
 from onemap_shared.messages import FeatureField, FrameReceipt, RgbdFrame
 from onemap_tools.bench.transport.streams import Stream, load_stream
 

@@ -13,8 +13,9 @@ from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_perception.feature_field import feature_field
 from onemap_perception.variance import VarianceParams
+from onemap_shared.config import LinkParams
+from onemap_shared.frame_sender import compressions
 from onemap_shared.geometry import F16, F32, U8, U16
-from onemap_shared.link import LinkParams, compressions
 from onemap_shared.messages import FeatureField, RgbdFrame
 from onemap_shared.wire import encode
 from onemap_simulator.generation.apartment import generate_apartment
@@ -111,6 +112,6 @@ def sizes_kb(stream: Stream, params: LinkParams) -> tuple[float, float]:
 
 
 def _mean_kb(messages: Sequence[RgbdFrame | FeatureField], params: LinkParams) -> float:
-    how = compressions(type(messages[0]), params)
+    how = compressions(type(messages[0]), params.compression)
     packets = [encode(message, how) for message in messages]
     return float(np.mean([len(each.header) + len(each.body) for each in packets])) / 1e3
