@@ -17,7 +17,7 @@ from onemap_mapper.frame.update import FrameUpdate, compute_update
 from onemap_mapper.service import Mapper, build
 from onemap_mapper.storage import map_file
 from onemap_mapper.storage.snapshot import MapSnapshot
-from onemap_planner.world.assembled_view import after
+from onemap_planner.world.map_view import after
 from onemap_shared import keys
 from onemap_shared.geometry import pose_2d
 from onemap_shared.memory_bus import MemoryBus, MemoryRouter

@@ -1,4 +1,4 @@
-"""The planner's layers, read from its imports: nothing imports upwards, and chains stay short."""
+"""The planner's layers, read from its imports: nothing imports upwards, or in circles."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ PACKAGE = "onemap_planner"
 # From low to high. Each layer imports itself and those before it. Modules directly in the
 # package (threads, bus, configuration) are the highest.
 ORDER = ("world", "motion", "search", "policy", "service")
-MAX_FLOORS = 10  # modules on the longest chain of imports inside the package
 
 
 def layer(name: str) -> int:
@@ -51,5 +50,5 @@ def test_an_upward_import_is_seen(name: str, code: str) -> None:
     assert len(upward(Module(f"{PACKAGE}.{name}", Path("x.py"), ast.parse(code)))) == 1
 
 
-def test_chains_of_imports_stay_short() -> None:
-    assert floors(PACKAGE, modules(ROOT)) <= MAX_FLOORS
+def test_no_imports_go_in_circles() -> None:
+    assert floors(PACKAGE, modules(ROOT)) > 1  # raises if there is a circle

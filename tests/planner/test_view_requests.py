@@ -7,9 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from onemap_planner.view_requests import KEPT_VIEWS, ViewRequests
-from onemap_planner.world.assembled_view import AssembledView, ChangesDoNotFit, after
-from onemap_planner.world.map_view import map_view_around
+from onemap_planner.mapper_calls import KEPT_VIEWS, ViewRequests
+from onemap_planner.world.map_view import AssembledView, ChangesDoNotFit, after, map_view_around
 from onemap_shared import keys
 from onemap_shared.grid import GridSpec
 from onemap_shared.memory_bus import MemoryRouter

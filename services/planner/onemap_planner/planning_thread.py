@@ -13,8 +13,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from onemap_planner.find_outbox import FindOutbox
 from onemap_planner.inputs import LatestInputs
+from onemap_planner.mapper_calls import FindOutbox, ViewRequests
 from onemap_planner.motion.velocity_controller import Plan
 from onemap_planner.path_message import planned_path
 from onemap_planner.policy.competition import rival_names
@@ -26,7 +26,6 @@ from onemap_planner.registry import SearchRegistry
 from onemap_planner.search.events import EventStamp, TargetFailed
 from onemap_planner.search.phases import Search, Starting
 from onemap_planner.search.state_machine import transition
-from onemap_planner.view_requests import ViewRequests
 from onemap_planner.world.map_view import PlanningView, outside_reason
 from onemap_shared import keys, tracing
 from onemap_shared.geometry import Velocity2d

@@ -15,10 +15,10 @@ from onemap_planner.motion.collision_monitor import (
     CORNER_M,
     SLACK_M,
     ControlTimes,
+    edge_distance,
     monitored,
     stopping_path,
 )
-from onemap_planner.motion.edge_distances import edge_distance
 from onemap_planner.motion.motions import STOP, Pose2d, moved
 from onemap_planner.motion.pure_pursuit import DriveParams, limit_acceleration
 from onemap_planner.world.costmap import Costmap, with_appeared

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_planner.motion.path import cost_to_go_from
-from onemap_planner.motion.way_lengths import BEYOND_FACTOR, COARSE_M, way_lengths
+from onemap_planner.motion.path import BEYOND_FACTOR, COARSE_M, cost_to_go_from, way_lengths
 from onemap_shared.geometry import Bool
 from onemap_shared.grid import GridSpec
 

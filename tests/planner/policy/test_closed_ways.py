@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Pose2d
-from onemap_planner.policy.closed_ways import looks_at_closed_ways
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.explore import explore
 from onemap_planner.policy.goals import GoalKind
 from onemap_planner.policy.state import MAX_LOOKS, PlannerState, blacklist
+from onemap_planner.policy.ways import looks_at_closed_ways
 from onemap_planner.search.events import Exhausted
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import SEARCH

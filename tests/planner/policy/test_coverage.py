@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.policy.coverage import coverage_of
+from onemap_planner.policy.context import coverage_of
 from tests.planner.one_room import context
 
 

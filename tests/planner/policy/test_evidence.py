@@ -10,7 +10,6 @@ from onemap_planner.motion.progress import ProgressMonitor
 from onemap_planner.policy.competition import FoundObject
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.evidence import update_candidates
-from onemap_planner.policy.recovery import handle_stuck
 from onemap_planner.policy.state import (
     MAX_LOOKS,
     Doubt,
@@ -18,6 +17,7 @@ from onemap_planner.policy.state import (
     TargetState,
     reject_candidate,
 )
+from onemap_planner.policy.step import handle_stuck
 from onemap_planner.search.phases import Approaching
 from onemap_planner.world.map_view import WorldCells
 from onemap_shared.messages import Detections, Occupancy

@@ -5,9 +5,8 @@ from dataclasses import replace
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.context import build_context
 from onemap_planner.policy.drive_to_place import drive_to_place
-from onemap_planner.policy.explanation import explain
 from onemap_planner.policy.explore import explore, with_candidate_choice
-from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
+from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility, explain
 from onemap_planner.policy.state import PlannerState, blacklist
 from onemap_planner.search.phases import Destination
 from onemap_shared.messages import MAX_GOAL_OPTIONS, SearchKind

@@ -13,8 +13,8 @@ from onemap_planner.policy.goals import Goal, GoalKind
 from onemap_planner.policy.state import PlannerState, TargetState, blacklist, reject_candidate
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.events import CandidateSelected, Event, Exhausted
-from onemap_planner.world.acceptance import ViewpointTally
-from onemap_planner.world.undetected import UndetectedViews
+from onemap_planner.world.candidates import ViewpointTally
+from onemap_planner.world.regions import UndetectedViews
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import POSE, SEARCH, candidate, context, planner_state
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Drive, Pose2d, Rest
-from onemap_planner.policy import follow_goal as module
+from onemap_planner.policy import explore as module
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.follow_goal import can_follow, follow_goal, follow_window
+from onemap_planner.policy.explore import can_follow, follow_goal, follow_window
 from onemap_planner.policy.state import ActiveGoal, Observation
 from onemap_planner.search.phases import Exploring, Finished
 from onemap_shared.geometry import F64, Velocity2d

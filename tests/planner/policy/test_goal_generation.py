@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from onemap_planner.policy.goal_generation import frontier_goals, region_goals
+from onemap_planner.policy.goals import frontier_goals, region_goals
 from onemap_planner.world.frontiers import find_frontiers
 from onemap_planner.world.regions import SimilarRegion
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, costmap_and_cost_to_go, drawn_map

@@ -10,7 +10,7 @@ import pytest
 
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.near_views import map_rank, object_probability, with_near_view
+from onemap_planner.policy.evidence import map_rank, object_probability, with_near_view
 from onemap_planner.world.candidates import ObjectCandidate
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import candidate, context

@@ -10,15 +10,15 @@ import pytest
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.context import PlanningContext, build_context
 from onemap_planner.policy.goals import Goal, GoalKind, GoalParams
-from onemap_planner.policy.place_goals import (
+from onemap_planner.policy.place_params import PlaceParams
+from onemap_planner.policy.ways import (
     MAX_UNREACHED,
     UnreachedPlace,
     nearest_reachable_m,
     place_goals,
+    visit_counts,
     ways_to_unreached,
 )
-from onemap_planner.policy.place_params import PlaceParams
-from onemap_planner.policy.unknown_way import visit_counts
 from onemap_planner.search.phases import Destination
 from onemap_shared.messages import SearchKind
 from tests.planner.drawn_maps import NO_POINTS, POINT_ROBOT, drawn_map, search_view_of

@@ -7,14 +7,13 @@ import pytest
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.motion.progress import ProgressMonitor
 from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
-from onemap_planner.policy.recovery import handle_stuck, is_trapped
 from onemap_planner.policy.state import (
     ActiveGoal,
     Observation,
     PlannerState,
     TargetState,
 )
-from onemap_planner.policy.step import step
+from onemap_planner.policy.step import handle_stuck, is_trapped, step
 from onemap_planner.search.events import Rejected, SearchFailed
 from onemap_planner.search.phases import Approaching, Exploring, Finished, Phase
 from onemap_shared.geometry import Velocity2d

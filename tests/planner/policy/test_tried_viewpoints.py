@@ -11,8 +11,7 @@ from onemap_planner.policy.goals import Goal, GoalKind, GoalUtility
 from onemap_planner.policy.state import Doubt, PlannerState, blacklist
 from onemap_planner.policy.tried_viewpoints import next_viewpoint
 from onemap_planner.policy.viewpoints import TRIED_M
-from onemap_planner.world.acceptance import SAME_SIDE_M, ViewpointTally
-from onemap_planner.world.candidates import ObjectCandidate
+from onemap_planner.world.candidates import SAME_SIDE_M, ObjectCandidate, ViewpointTally
 from tests.planner.drawn_maps import PARAMS
 from tests.planner.one_room import candidate, context, planner_state
 

@@ -9,9 +9,9 @@ import pytest
 
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.undetected_views import with_frame
+from onemap_planner.policy.evidence import with_frame
 from onemap_planner.world.map_view import WorldCells
-from onemap_planner.world.undetected import MISSED, UndetectedViews, discounted
+from onemap_planner.world.regions import MISSED, UndetectedViews, discounted
 from onemap_shared.geometry import F32
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 

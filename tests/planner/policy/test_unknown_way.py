@@ -9,7 +9,7 @@ import pytest
 
 from onemap_planner.motion.motions import Pose2d
 from onemap_planner.policy.context import PlanningContext, build_context
-from onemap_planner.policy.unknown_way import FrontierOnWay, frontier_on_way, visit_counts
+from onemap_planner.policy.ways import FrontierOnWay, frontier_on_way, visit_counts
 from tests.planner.drawn_maps import NO_POINTS, POINT_ROBOT, drawn_map, search_view_of
 
 # Rows run along x, characters along y; cells of 0.5 m. A wall at x = 3 has a door at y = 4.5.

@@ -16,8 +16,7 @@ from onemap_planner.policy.verify import approach, confirm
 from onemap_planner.policy.viewpoints import find_viewpoint
 from onemap_planner.search.events import CandidateSelected, Confirmed, Event, Rejected
 from onemap_planner.search.phases import Approaching, Confirming
-from onemap_planner.world.acceptance import ViewpointTally
-from onemap_planner.world.candidates import ObjectCandidate, Sighting
+from onemap_planner.world.candidates import ObjectCandidate, Sighting, ViewpointTally
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import POSE, candidate, context, planner_state
 

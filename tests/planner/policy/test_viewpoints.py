@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from onemap_planner.motion.motions import Pose2d
-from onemap_planner.policy.bands import Bands
 from onemap_planner.policy.context import build_context
 from onemap_planner.policy.viewpoints import (
     TRIED_M,
+    Bands,
     SightTarget,
     Viewpoints,
     _occupied_only,
@@ -18,8 +18,7 @@ from onemap_planner.policy.viewpoints import (
     least_occluded,
     viewpoints_around,
 )
-from onemap_planner.world.acceptance import SAME_SIDE_M
-from onemap_planner.world.candidates import Sighting
+from onemap_planner.world.candidates import SAME_SIDE_M, Sighting
 from onemap_shared.geometry import I64
 from onemap_simulator.rendering.rgbd_camera import CameraParams
 from tests.planner.drawn_maps import (

@@ -7,7 +7,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from onemap_planner.search.cheapest_order import (
+from onemap_planner.search.turns import (
     MAX_EXACT,
     OrderCosts,
     cheapest_order,

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_planner.world.acceptance import (
+from onemap_planner.world.candidates import (
     SAME_SIDE_M,
     AcceptanceParams,
     ViewpointTally,

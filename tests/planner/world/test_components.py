@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from onemap_planner.world.components import components
+from onemap_planner.world.map_view import components
 
 masks = arrays(bool, st.tuples(st.integers(1, 8), st.integers(1, 8)))
 

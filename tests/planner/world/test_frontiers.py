@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_planner.world.frontier import Frontier
-from onemap_planner.world.frontiers import find_frontiers
+from onemap_planner.world.frontiers import Frontier, find_frontiers
 from onemap_shared.geometry import F32
 from tests.planner.drawn_maps import PARAMS, costmap_of, drawn_map
 

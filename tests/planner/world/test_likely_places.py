@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from onemap_planner.world.likely_places import MAX_PLACES, likely_places
 from onemap_planner.world.map_view import MapView
+from onemap_planner.world.regions import MAX_PLACES, likely_places
 from tests.planner.drawn_maps import drawn_map
 
 ROOM = drawn_map(*["." * 20] * 20)

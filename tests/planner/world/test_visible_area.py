@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from onemap_planner.world.visible_area import area_in_view
+from onemap_planner.world.frontiers import area_in_view
 from onemap_shared.messages import Occupancy
 from tests.planner.drawn_maps import drawn_map
 

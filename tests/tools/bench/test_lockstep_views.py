@@ -17,7 +17,7 @@ from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.query.replies import ViewReplies, search_view
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
-from onemap_planner.world.assembled_view import AssembledView, after
+from onemap_planner.world.map_view import AssembledView, after
 from onemap_shared.geometry import F32
 from onemap_shared.messages import (
     NO_VIEW,

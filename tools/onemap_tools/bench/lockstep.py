@@ -37,8 +37,7 @@ from onemap_planner.policy.step import step
 from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Destination, Search, Starting
 from onemap_planner.search.state_machine import new_search
-from onemap_planner.world.assembled_view import AssembledView
-from onemap_planner.world.map_view import PlanningView
+from onemap_planner.world.map_view import AssembledView, PlanningView
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, yaw_of
 from onemap_shared.messages import (
     Detections,

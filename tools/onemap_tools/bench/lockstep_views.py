@@ -8,7 +8,7 @@ from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.query.replies import ViewReplies
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
-from onemap_planner.world.assembled_view import AssembledView, after
+from onemap_planner.world.map_view import AssembledView, after
 from onemap_shared.messages import NO_VIEW, SearchViewRequest, ViewChangesRequest
 
 

@@ -23,8 +23,7 @@ from onemap_mapper.occupancy.heights import LEVELS
 from onemap_mapper.query.replies import ViewReplies, search_view
 from onemap_mapper.query.scores import MapScores
 from onemap_mapper.query.similarity import TextQuery
-from onemap_planner.world.assembled_view import AssembledView, after
-from onemap_planner.world.map_view import PlanningView, map_view_around
+from onemap_planner.world.map_view import AssembledView, PlanningView, after, map_view_around
 from onemap_shared.geometry import F32, F64, I64
 from onemap_shared.messages import (
     NO_VIEW,

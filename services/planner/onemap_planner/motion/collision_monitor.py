@@ -15,19 +15,71 @@ from enum import Enum
 
 import numpy as np
 
-from onemap_planner.motion.edge_distances import edge_distance, edge_distances
 from onemap_planner.motion.motions import STOP, Pose2d
 from onemap_planner.motion.pure_pursuit import DriveParams, limit_acceleration
-from onemap_planner.motion.walkers import Walkers
 from onemap_planner.world.costmap import Costmap
 from onemap_shared.geometry import F64, Bool, Velocity2d
+
+
+def edge_distance(points: F64, centres: F64, cell_size_m: float) -> F64:
+    """Distance (N,) of each point to the nearest edge of square cells; infinity without cells."""
+    if len(centres) == 0:
+        return np.full(len(points), np.inf)
+    nearest: F64 = edge_distances(points, centres, cell_size_m).min(axis=1)
+    return nearest
+
+
+def edge_distances(points: F64, centres: F64, cell_size_m: float) -> F64:
+    """Distances (N, M) of N points to the edges of M square cells; 0 inside."""
+    apart = np.abs(points[:, None] - centres[None]) - cell_size_m / 2
+    distances: F64 = np.linalg.norm(np.maximum(apart, 0.0), axis=2)
+    return distances
+
+
+NOT_WORSE_M = 1e-6  # rounding of distances
+
+
+@dataclass(frozen=True, slots=True)
+class Walkers:
+    """Where somebody appeared, and how near the robot may come.
+
+    cells_xy (n, 2): centres in metres; seen_s: age of what the map shows, seconds; here_m: from the
+    robot's centre to the nearest cell: who is too near already does not hold it there.
+    """
+
+    cells_xy: F64
+    cell_size_m: float
+    radius_m: float
+    speed_mps: float
+    seen_s: float
+    here_m: float
+
+    @classmethod
+    def of(cls, pose: Pose2d, costmap: Costmap, params: DriveParams, seen_s: float) -> Walkers:
+        """Those of a costmap; nobody if ``walker_mps`` is 0."""
+        cells = costmap.grid.centres(np.argwhere(costmap.appeared))
+        cells = cells if params.walker_mps > 0 else cells[:0]
+        size_m = costmap.grid.cell_size_m
+        here_m = float(edge_distance(np.array([pose.xy]), cells, size_m)[0])
+        return cls(cells, size_m, costmap.params.radius_m, params.walker_mps, seen_s, here_m)
+
+    def allow(self, points: F64, step_s: float) -> bool:
+        """Whether nobody can have come to the robot's disc on a path (N, 2), a point a step.
+
+        Nor on one that leads away from who is near, however near.
+        """
+        if len(self.cells_xy) == 0:
+            return True
+        come_m = self.speed_mps * (self.seen_s + step_s * np.arange(1, len(points) + 1))
+        away_m = edge_distance(points, self.cells_xy, self.cell_size_m)
+        return bool((away_m >= np.minimum(self.radius_m + come_m, self.here_m - NOT_WORSE_M)).all())
+
 
 FRACTIONS = (0.75, 0.5, 0.25)  # of the commanded speed that are tried, on the same arc
 STEP_S = 0.05  # of the predicted path: at 0.7 m/s 35 mm, a third of a cell
 CORNER_M = 0.02  # by which a path cuts corners: of known cells, and creeping of obstacles
 PASSING = 0.5  # metres that an obstacle comes nearer per metre, at most: 30 degrees off its side
 SLACK_M = 0.005  # of rounding and tracking: navigable cells lie a radius from obstacles as a whole
-NOT_WORSE_M = 1e-6  # rounding of distances
 
 
 class MonitorAction(Enum):

@@ -8,8 +8,9 @@ import numpy as np
 
 from onemap_planner.motion.motions import Drive, Pose2d
 from onemap_planner.motion.path import CostToGo, cost_to_go_from, smooth_path
-from onemap_planner.world.appeared import NOTHING, Appeared
 from onemap_planner.world.costmap import (
+    NOTHING,
+    Appeared,
     Costmap,
     CostmapParams,
     build_costmap,
@@ -19,7 +20,7 @@ from onemap_planner.world.costmap import (
 )
 from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
 from onemap_shared.geometry import F64, Bool
-from onemap_shared.messages import Occupancy
+from onemap_shared.messages import Coverage, Occupancy
 
 SURROUNDINGS_M = 1.0  # radius of the circle of `known_fraction_around`
 
@@ -114,3 +115,20 @@ def _cost_to_go(costmap: Costmap, pose: Pose2d) -> CostToGo:
     here = costmap.grid.cells(np.asarray(pose.xy))
     size = costmap.grid.cell_size_m
     return cost_to_go_from(costmap.cost, (int(here[0]), int(here[1])), cell_size_m=size)
+
+
+def coverage_of(context: PlanningContext) -> Coverage:
+    """The coverage of the map as it is now."""
+    map_view = context.map_view
+    free = map_view.occupancy == Occupancy.FREE
+    similarity = np.nan_to_num(map_view.similarity, nan=-1.0)
+    best = np.unravel_index(int(np.argmax(similarity)), similarity.shape)
+    score = float(similarity[best])
+    x, y = map_view.grid.centres(np.array(best))
+    return Coverage(
+        explored_m2=float((free & map_view.explored).sum()) * map_view.cell_area_m2,
+        free_m2=float(free.sum()) * map_view.cell_area_m2,
+        unreachable_m2=context.unreachable_m2(),
+        best_match_m=(float(x), float(y)) if score >= 0 else (),
+        best_score=max(score, 0.0),
+    )

@@ -10,10 +10,8 @@ import numpy as np
 from onemap_planner.motion.motions import Motion, Pose2d, Rest
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.explanation import explain_goal
-from onemap_planner.policy.goals import Goal, GoalKind
+from onemap_planner.policy.goals import Goal, GoalKind, explain_goal
 from onemap_planner.policy.params import PlannerParams
-from onemap_planner.policy.place_goals import nearest_reachable_m, place_goals
 from onemap_planner.policy.state import (
     ActiveGoal,
     PlannerState,
@@ -21,7 +19,7 @@ from onemap_planner.policy.state import (
     is_blacklisted,
     is_new_goal,
 )
-from onemap_planner.policy.unknown_way import visit_counts
+from onemap_planner.policy.ways import nearest_reachable_m, place_goals, visit_counts
 from onemap_planner.search.events import DestinationReached, Event, Exhausted
 from onemap_planner.search.phases import Destination
 from onemap_shared.messages import SearchKind, subject_of

@@ -1,18 +1,35 @@
-"""Goals: where to go next and why; selection by utility, with hysteresis."""
+"""Goals: where to go next and why; selection by utility, with hysteresis, and its reasons."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
+from math import isfinite
 from typing import ClassVar
 
 import numpy as np
 from pydantic import Field, PositiveFloat
+from scipy import ndimage
 
-from onemap_planner.world.frontier import Frontier
+from onemap_planner.motion.path import CostToGo, line_is_clear
+from onemap_planner.policy.context import PlanningContext
+from onemap_planner.policy.viewpoints import (
+    SightTarget,
+    first_visible,
+    least_occluded,
+    reachable,
+    viewpoints_around,
+)
+from onemap_planner.search.phases import Search
+from onemap_planner.world.candidates import ObjectCandidate
+from onemap_planner.world.costmap import Costmap
+from onemap_planner.world.frontiers import Frontier
 from onemap_planner.world.map_view import WorldCells
 from onemap_planner.world.regions import SimilarRegion
+from onemap_shared.geometry import F64, I64
+from onemap_shared.grid import GridSpec
+from onemap_shared.messages import MAX_GOAL_OPTIONS, GoalChoice, GoalOption
 from onemap_shared.params import Params
 
 GROWTH_CELLS = 2  # by which a border recedes between two plans: 0.2 m at most
@@ -204,3 +221,220 @@ def spent_before_s(
 
 def _about_the_same(a: Goal, b: Goal, params: GoalParams) -> bool:
     return a.kind is b.kind and a.looks_at(b.look_xy, params.same_goal_m)
+
+
+MAX_FRONTIER_CELLS = 5  # lines of sight tried per frontier, from its middle outwards
+
+
+def frontier_goals(
+    frontiers: tuple[Frontier, ...], costmap: Costmap, cost_to_go: CostToGo, *, params: GoalParams
+) -> list[Goal]:
+    """A goal for each frontier with a reachable viewpoint."""
+    reachable_mask = reachable(costmap, cost_to_go)
+    if not reachable_mask.any():
+        return []
+    size = costmap.grid.cell_size_m
+    away, nearest = ndimage.distance_transform_edt(~reachable_mask, return_indices=True)
+    visible: list[tuple[Frontier, I64]] = []
+    for frontier in frontiers:
+        cells = frontier.cells
+        near = away[cells[:, 0], cells[:, 1]] * size <= params.viewpoint_within_m
+        viewpoint = _frontier_viewpoint(cells[near], nearest, costmap)
+        if viewpoint is not None:
+            visible.append((frontier, viewpoint))
+    ways_m = cost_to_go.lengths_m(np.array([cell for _, cell in visible]).reshape(-1, 2))
+    return [
+        _frontier_goal(frontier, viewpoint, travel_m, costmap.grid, params)
+        for (frontier, viewpoint), travel_m in zip(visible, ways_m.tolist(), strict=True)
+    ]
+
+
+def _frontier_goal(
+    frontier: Frontier,
+    viewpoint: I64,
+    travel_m: float,
+    grid: GridSpec,
+    params: GoalParams,
+) -> Goal:
+    length_m = len(frontier.cells) * grid.cell_size_m
+    utility = GoalUtility.of(frontier.score, travel_m, params, length_m=length_m)
+    what = "unknown space" if frontier.unknown else "a place seen only from afar"
+    reason = (
+        f"frontier: {what} {travel_m:.1f} m away, similarity {frontier.score:.2f} expected beyond"
+    )
+    look_xy = _pair(frontier.beyond_xy)
+    viewpoint_xy, cells = _pair(grid.centres(viewpoint)), _world_cells(frontier.cells, grid)
+    return Goal(GoalKind.FRONTIER, viewpoint_xy, look_xy, utility, reason, cells)
+
+
+def region_goals(
+    regions: tuple[SimilarRegion, ...],
+    costmap: Costmap,
+    cost_to_go: CostToGo,
+    *,
+    tried_xy: F64,
+    params: GoalParams,
+) -> list[Goal]:
+    """A goal for each region that has a viewpoint not tried before (T, 2), metres."""
+    goals = []
+    band_m = (params.view_nearest_m, params.view_farthest_m)
+    tried = costmap.grid.cells(tried_xy)
+    for region in regions:
+        target = SightTarget(region.cells)
+        around = viewpoints_around(target, costmap, cost_to_go, band_m=band_m, tried=tried)
+        viewpoint = first_visible(around)
+        if viewpoint is None:
+            viewpoint = least_occluded(around)
+        if viewpoint is None:
+            continue
+        utility = GoalUtility.of(region.score, _travel_m(cost_to_go, viewpoint), params)
+        reason = f"region: similarity {region.score:.2f} on the map, {utility.travel_m:.1f} m away"
+        cells = _world_cells(region.cells, costmap.grid)
+        look_xy = _pair(region.peak_xy)
+        goals.append(
+            Goal(GoalKind.REGION, _xy(costmap, viewpoint), look_xy, utility, reason, cells)
+        )
+    return goals
+
+
+def detection_goals(
+    candidates: Iterable[tuple[ObjectCandidate, float]],
+    context: PlanningContext,
+    *,
+    viewpoint_of: Callable[[ObjectCandidate], tuple[float, float] | None],
+    params: GoalParams,
+) -> list[Goal]:
+    """A closer look at each candidate that is not sure enough to be approached.
+
+    candidates: each with its score, in units of similarity. viewpoint_of: from where to look at
+    one, metres, if there is such a place.
+    """
+    goals = []
+    for candidate, score in candidates:
+        viewpoint_xy = viewpoint_of(candidate)
+        if viewpoint_xy is None:
+            continue
+        cell = context.costmap.grid.cells(np.asarray(viewpoint_xy))
+        utility = GoalUtility.of(score, _travel_m(context.cost_to_go, cell), params)
+        kind = "similarity" if candidate.supported else "the map does not agree, probability"
+        reason = (
+            f"detection: seen {candidate.sightings} times, {kind} {score:.2f}, "
+            f"a closer look {utility.travel_m:.1f} m away"
+        )
+        there = candidate.xyz[:2]
+        goals.append(
+            Goal(GoalKind.DETECTION, viewpoint_xy, there, utility, reason, candidate.cells)
+        )
+    return goals
+
+
+def _frontier_viewpoint(cells: I64, nearest: I64, costmap: Costmap) -> I64 | None:
+    """The reachable cell nearest to the middle of the frontier and in sight of it."""
+    if len(cells) == 0:
+        return None
+    away = np.hypot(*(cells - cells.mean(axis=0)).T)
+    for cell in cells[np.argsort(away, kind="stable")][:MAX_FRONTIER_CELLS]:
+        viewpoint: I64 = nearest[:, cell[0], cell[1]].astype(np.int64)
+        if line_is_clear(~costmap.occupied, viewpoint, cell):
+            return viewpoint
+    return None
+
+
+def _travel_m(cost_to_go: CostToGo, cell: I64) -> float:
+    """Metres of path: its cost would make a way along a wall count up to fourfold."""
+    return float(cost_to_go.lengths_m(cell[None])[0])
+
+
+def _world_cells(cells: I64, grid: GridSpec) -> WorldCells:
+    """World cells of grid indices (K, 2)."""
+    return frozenset(map(tuple, (cells + np.asarray(grid.origin_cell)).tolist()))
+
+
+def _xy(costmap: Costmap, cell: I64) -> tuple[float, float]:
+    return _pair(costmap.grid.centres(cell))
+
+
+def _pair(xy: F64) -> tuple[float, float]:
+    return float(xy[0]), float(xy[1])
+
+
+LEAST_GAIN = 0.005  # of utility that is named as a reason: half of what is printed
+
+
+def explain_goal(search: Search, goal: Goal, options: Sequence[Goal], params: GoalParams) -> Search:
+    """The search with the reasons for a goal that was chosen anew among the options."""
+    return _numbered(search, explain(goal, options, params))
+
+
+def explain_candidate(search: Search, goal: Goal, sightings: int, enough: int) -> Search:
+    """The search with the reasons for walking up to a candidate."""
+    sentence = (
+        f"detected {sightings} times where the map agrees, {enough} are enough: it comes before "
+        "every other goal"
+    )
+    return _numbered(search, GoalChoice(0, sentence, _options([goal], goal)))
+
+
+def explain(goal: Goal, options: Sequence[Goal], params: GoalParams) -> GoalChoice:
+    """The choice of ``goal`` among these options, numbered 0."""
+    finite = [option for option in options if isfinite(option.utility.travel_m)]
+    ranked = sorted(finite, key=lambda option: (-option.utility.total, option.look_xy))
+    shown = ranked[:MAX_GOAL_OPTIONS]
+    if goal in ranked and goal not in shown:
+        shown[-1] = goal
+    others = [option for option in ranked if option != goal]
+    sentence = _sentence(goal, others[0] if others else None, params)
+    return GoalChoice(0, sentence, _options(shown, goal), len(ranked) - len(shown))
+
+
+def _numbered(search: Search, choice: GoalChoice) -> Search:
+    return replace(search, choice=replace(choice, number=search.choice.number + 1))
+
+
+def _options(goals: Sequence[Goal], chosen: Goal) -> tuple[GoalOption, ...]:
+    return tuple(
+        GoalOption(
+            kind=str(goal.kind),
+            xy_m=(float(goal.look_xy[0]), float(goal.look_xy[1])),
+            score=float(goal.utility.score),
+            travel_m=float(goal.utility.travel_m),
+            utility=float(goal.utility.total),
+            chosen=goal == chosen,
+        )
+        for goal in goals
+    )
+
+
+def _sentence(goal: Goal, rival: Goal | None, params: GoalParams) -> str:
+    """Why the goal won against the best of the others."""
+    if rival is None:
+        return f"the only goal: {goal.reason}"
+    ahead = goal.utility.total - rival.utility.total
+    other = f"the {rival.kind} at ({rival.look_xy[0]:.1f}, {rival.look_xy[1]:.1f})"
+    if ahead < 0:
+        return (
+            f"kept although {other} has {-ahead:.2f} more utility: the robot turns away from its "
+            f"goal only for {100 * params.hysteresis:.0f} % more"
+        )
+    gains = _gains(goal.utility, rival.utility)
+    why = f": {' and '.join(gains)}" if gains else ""
+    return f"utility {goal.utility.total:.2f}, {ahead:.2f} more than {other}{why}"
+
+
+def _gains(ours: GoalUtility, theirs: GoalUtility) -> list[str]:
+    """What speaks for one goal against another, the weightiest first."""
+    share = (ours.travel_share + theirs.travel_share) / 2
+    value = (ours.score + ours.size_bonus + theirs.score + theirs.size_bonus) / 2
+    parts = (
+        (
+            (ours.score - theirs.score) * share,
+            f"it is more similar ({ours.score:.2f} against {theirs.score:.2f})",
+        ),
+        ((ours.size_bonus - theirs.size_bonus) * share, "it opens a wider view"),
+        (
+            (ours.travel_share - theirs.travel_share) * value,
+            f"its way is shorter ({ours.travel_m:.1f} m against {theirs.travel_m:.1f} m)",
+        ),
+    )
+    ranked = sorted((part for part in parts if part[0] >= LEAST_GAIN), key=lambda p: -p[0])
+    return [text for _, text in ranked]

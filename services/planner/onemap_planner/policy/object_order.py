@@ -12,22 +12,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from onemap_planner.motion.way_lengths import way_lengths
+from onemap_planner.motion.path import way_lengths
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import GoalKind
 from onemap_planner.policy.order_params import ObjectOrderParams
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import MAX_LOOKS, PlannerState, TargetState
 from onemap_planner.policy.viewpoints import reachable
-from onemap_planner.search.cheapest_order import cheapest_order, order_costs
 from onemap_planner.search.events import Reordered
-from onemap_planner.search.turns import waiting
-from onemap_planner.world.likely_places import (
+from onemap_planner.search.turns import cheapest_order, order_costs, waiting
+from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
+from onemap_planner.world.regions import (
     LikelyPlace,
     likely_places,
     similar_cells,
 )
-from onemap_planner.world.map_view import MapView, PlanningView, map_view_around
 from onemap_shared.geometry import Bool
 from onemap_shared.messages import SearchOrder
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from pydantic import Field, PositiveFloat
 
-from onemap_planner.world.likely_places import LikelyPlace
+from onemap_planner.world.regions import LikelyPlace
 from onemap_shared.params import Params
 
 

@@ -10,15 +10,14 @@ from pydantic import Field, PositiveFloat, PositiveInt
 from onemap_planner.motion.progress import RecoveryParams
 from onemap_planner.motion.pure_pursuit import DriveParams
 from onemap_planner.motion.staleness import StalenessParams
-from onemap_planner.policy.bands import Bands
 from onemap_planner.policy.dead_ends import DeadEndParams
 from onemap_planner.policy.goals import GoalParams
 from onemap_planner.policy.order_params import ObjectOrderParams
 from onemap_planner.policy.place_params import PlaceParams
-from onemap_planner.world.acceptance import AcceptanceParams
-from onemap_planner.world.candidates import ConsensusParams
+from onemap_planner.policy.viewpoints import Bands
+from onemap_planner.world.candidates import AcceptanceParams, ConsensusParams
 from onemap_planner.world.costmap import CostmapParams
-from onemap_planner.world.frontier import FrontierParams
+from onemap_planner.world.frontiers import FrontierParams
 from onemap_planner.world.regions import SimilarRegionParams
 from onemap_shared.params import Params
 

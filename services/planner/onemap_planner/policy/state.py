@@ -13,11 +13,10 @@ from onemap_planner.policy.dead_ends import DeadEnd
 from onemap_planner.policy.goals import Goal, GoalCandidates, GoalKind, LeftGoal
 from onemap_planner.policy.order_params import OrderMemory
 from onemap_planner.search.phases import Search
-from onemap_planner.world.appeared import NOTHING, Appeared
 from onemap_planner.world.candidates import ConsensusParams, ObjectCandidate
-from onemap_planner.world.costmap import Costmap
+from onemap_planner.world.costmap import NOTHING, Appeared, Costmap
 from onemap_planner.world.map_view import PlanningView, WorldCells
-from onemap_planner.world.undetected import UndetectedViews
+from onemap_planner.world.regions import UndetectedViews
 from onemap_shared.geometry import F64, Velocity2d
 from onemap_shared.messages import Detections, ObjectFind
 from onemap_shared.trail import extended

@@ -10,19 +10,23 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from onemap_planner.motion.motions import Motion, Pose2d, Rest, Reverse, Rotate
+from onemap_planner.motion.progress import MotionSample, ProgressMonitor
 from onemap_planner.policy.competition import with_found_object
 from onemap_planner.policy.context import PlanningContext, across_gaps, build_context, with_change
 from onemap_planner.policy.drive_to_place import drive_to_place
-from onemap_planner.policy.evidence import update_candidates
-from onemap_planner.policy.explore import explore, select_candidate, with_candidate_choice
-from onemap_planner.policy.finds import finds_of
-from onemap_planner.policy.follow_goal import can_follow, follow_goal, follow_window
+from onemap_planner.policy.evidence import finds_of, update_candidates
+from onemap_planner.policy.explore import (
+    can_follow,
+    explore,
+    follow_goal,
+    follow_window,
+    select_candidate,
+    with_candidate_choice,
+)
 from onemap_planner.policy.goals import GoalCandidates
-from onemap_planner.policy.limits import limit_reached
 from onemap_planner.policy.object_order import revise_order, take_in_view, with_turn
 from onemap_planner.policy.order_params import OrderMemory
 from onemap_planner.policy.params import PlannerParams
-from onemap_planner.policy.recovery import check_progress, handle_stuck, is_trapped, stuck_failure
 from onemap_planner.policy.reopening import without_changed
 from onemap_planner.policy.state import (
     Decision,
@@ -30,6 +34,10 @@ from onemap_planner.policy.state import (
     PlannerState,
     TargetState,
     at_object,
+    blacklist,
+    latest_candidate,
+    reject_candidate,
+    with_doubt,
     with_more_time,
     with_pose,
 )
@@ -42,9 +50,11 @@ from onemap_planner.search.events import (
     Exhausted,
     MapReady,
     MapRestarted,
+    Rejected,
     Reordered,
     Rotated,
     SearchFailed,
+    TargetFailed,
 )
 from onemap_planner.search.phases import (
     Approaching,
@@ -54,10 +64,98 @@ from onemap_planner.search.phases import (
     LookingAround,
     Starting,
 )
-from onemap_planner.search.state_machine import transition
+from onemap_planner.search.state_machine import driven_m, elapsed_s, transition
 from onemap_planner.world.map_view import PlanningView, known_area_m2
 from onemap_shared.geometry import F64, wrap_angle
 from onemap_shared.messages import FailureCode
+
+
+def check_progress(
+    state: PlannerState, observation: Observation, params: PlannerParams
+) -> tuple[PlannerState, bool]:
+    """The state with its progress monitor updated, and whether the robot got stuck just now."""
+    assert observation.pose is not None
+    if state.progress is None:
+        progress = ProgressMonitor(observation.pose, state.active_time_s)
+        return replace(state, progress=progress), False
+    sample = MotionSample(
+        observation.pose,
+        observation.command,
+        observation.collided,
+        state.active_time_s,
+        observation.blocked,
+    )
+    progress = state.progress.update(
+        sample, params.recovery, front_m=params.costmap.min_clearance_m
+    )
+    stuck = progress.backing_from is not None and state.progress.backing_from is None
+    return replace(state, progress=progress), stuck
+
+
+def handle_stuck(
+    state: PlannerState, params: PlannerParams
+) -> tuple[PlannerState, tuple[Event, ...]]:
+    """Stuck ``max_stuck_count`` times in one place: give up the goal; twice as often: fail."""
+    assert state.progress is not None
+    stuck_count = state.progress.stuck_count
+    if stuck_count >= 2 * params.recovery.max_stuck_count:
+        return state, (stuck_failure(state),)
+    if stuck_count % params.recovery.max_stuck_count:
+        return state, ()
+    match state.search.phase:
+        case Approaching(candidate) | Confirming(candidate, _):
+            latest = latest_candidate(state, candidate, params.consensus)
+            # The way failed, not the candidate: detected from elsewhere, it is taken up again.
+            state = with_doubt(state, latest, state.progress.moved_at.xy)
+            return reject_candidate(state, latest), (Rejected(),)
+        case _ if state.target_state.active_goal is not None:
+            return blacklist(state, state.target_state.active_goal.goal, reached=False), ()
+        case _:
+            return state, ()
+
+
+def is_trapped(state: PlannerState, pose: Pose2d, params: PlannerParams) -> bool:
+    """Whether the robot is still near the place where it got stuck too often."""
+    progress = state.progress
+    return (
+        progress is not None
+        and progress.stuck_at is not None
+        and progress.stuck_count >= params.recovery.max_stuck_count
+        and pose.distance_to(progress.stuck_at.xy) < params.recovery.stuck_radius_m
+    )
+
+
+def stuck_failure(state: PlannerState) -> SearchFailed:
+    """The event that ends the search of a robot that is stuck."""
+    assert state.progress is not None
+    x, y = state.progress.moved_at.xy
+    return SearchFailed(f"the robot is stuck at ({x:.1f}, {y:.1f})", FailureCode.STUCK)
+
+
+def limit_reached(
+    state: PlannerState, observation: Observation, params: PlannerParams
+) -> Event | None:
+    """The event that ends the search, or the object, whose limit is reached; None without."""
+    search, budget = state.search, state.search.budget
+    driven = driven_m(search, observation.odometer_m)
+    if budget.max_distance_m and driven >= budget.max_distance_m:
+        return SearchFailed(
+            f"drove {driven:.1f} m, and this search may drive {budget.max_distance_m:g} m",
+            FailureCode.DISTANCE_LIMIT,
+        )
+    if budget.max_time_s and elapsed_s(search, observation.now_s) >= budget.max_time_s:
+        return SearchFailed(
+            f"not done within {budget.max_time_s:g} s, the limit for this search",
+            FailureCode.TIME_LIMIT,
+        )
+    limit_s = params.explore.object_limit_s
+    if state.active_time_s - search.target_start.since_active_time_s > limit_s:
+        missed = "not found" if search.target else "not reached"
+        return TargetFailed(
+            f"{missed} within {limit_s:.0f} s, the limit for one object", FailureCode.TIME_LIMIT
+        )
+    return None
+
 
 MAX_STEP_PERIOD_S = 1.0  # active time counted for one step: a longer pause was no searching
 MAP_RESTART_FRACTION = 0.5  # a map whose known area falls below this part was begun again

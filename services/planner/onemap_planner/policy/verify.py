@@ -9,7 +9,7 @@ import numpy as np
 from onemap_planner.motion.motions import Drive, Motion, Rest
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.near_views import object_probability
+from onemap_planner.policy.evidence import object_probability
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import (
     MAX_LOOKS,

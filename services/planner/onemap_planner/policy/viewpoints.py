@@ -4,18 +4,60 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
+from math import isfinite, radians, tan
 
 import numpy as np
 from scipy import ndimage
 
 from onemap_planner.motion.path import CostToGo, line_is_clear, segment_cells
-from onemap_planner.policy.bands import Bands
 from onemap_planner.policy.context import PlanningContext, across_gaps
-from onemap_planner.world.acceptance import SAME_SIDE_M
-from onemap_planner.world.candidates import ObjectCandidate
-from onemap_planner.world.components import CONNECTIVITY_8
+from onemap_planner.world.candidates import SAME_SIDE_M, ObjectCandidate
 from onemap_planner.world.costmap import Costmap
+from onemap_planner.world.map_view import CONNECTIVITY_8
 from onemap_shared.geometry import F64, I64, Bool
+
+BEYOND_M = 0.1  # width of the bands beyond the farthest: a cell of the default size
+LEAST_BAND_M = 0.2  # that its height leaves of a band: two cells of the default size
+
+
+@dataclass(frozen=True, slots=True)
+class Bands:
+    """Distances from a target's surface to look at it from, tried in this order.
+
+    distances_m: nearest and farthest of each; limit_m: farthest, where none of these can be
+    reached; camera_m: height of the camera above the floor; down_deg, up_deg: how far below and
+    above the horizontal its image reaches.
+    """
+
+    distances_m: tuple[tuple[float, float], ...]
+    limit_m: float
+    camera_m: float
+    down_deg: float
+    up_deg: float
+
+    def at(self, height_m: float) -> tuple[tuple[float, float], ...]:
+        """The bands for a target at this height, NaN if it is not known.
+
+        Nearer than where the camera has that height in its image, it looks over the target, or
+        under it: such places are left out, but for the farthest ones.
+        """
+        if not isfinite(height_m):
+            return self.distances_m
+        below_m = self.camera_m - height_m
+        shown_m = abs(below_m) / tan(radians(self.down_deg if below_m > 0 else self.up_deg))
+        return tuple(
+            (max(nearest_m, min(shown_m, farthest_m - LEAST_BAND_M)), farthest_m)
+            for nearest_m, farthest_m in self.distances_m
+        )
+
+    @property
+    def beyond_m(self) -> tuple[tuple[float, float], ...]:
+        """The bands from the farthest distance up to the limit, the nearest first."""
+        _, farthest_m = self.distances_m[-1]
+        edges_m = [*np.arange(farthest_m, self.limit_m, BEYOND_M).tolist(), self.limit_m]
+        return tuple(pairwise(edges_m))
+
 
 MAX_TRIES = 80  # lines of sight tried per target, cheapest viewpoints first
 TRIED_M = 0.7  # a viewpoint nearer than this to a tried one shows nothing new

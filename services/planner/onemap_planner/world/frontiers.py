@@ -7,19 +7,126 @@ the floor behind a door was seen, and only this border leads the robot through t
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from pydantic import Field, PositiveFloat
 from scipy import ndimage, sparse
 from scipy.sparse.csgraph import dijkstra
 
-from onemap_planner.world.components import CONNECTIVITY_8, components
 from onemap_planner.world.costmap import Costmap
-from onemap_planner.world.frontier import Frontier, FrontierParams
-from onemap_planner.world.map_view import MapView
-from onemap_planner.world.visible_area import area_in_view
+from onemap_planner.world.map_view import CONNECTIVITY_8, MapView, components
 from onemap_shared.geometry import F64, I64, Bool
 from onemap_shared.messages import Occupancy
+from onemap_shared.params import Params
+
+
+class FrontierParams(Params):
+    """What counts as a frontier."""
+
+    min_length_m: PositiveFloat = Field(
+        default=0.4, description="Metres; shorter borders are gaps that the robot cannot pass."
+    )
+    max_length_m: PositiveFloat = Field(
+        default=2.5,
+        description="Metres; longer borders are cut, so that each piece has a middle near it.",
+    )
+    min_beyond_m2: PositiveFloat = Field(
+        default=0.15, description="Square metres; smaller unknown or unexplored spots are noise."
+    )
+    blind_spot_m2: PositiveFloat = Field(
+        default=3.0,
+        description="Square metres of unknown floor amid known floor that are no frontier: a "
+        "camera at 1 m does not see a circle of 1.1 m around the robot.",
+    )
+    unknown_prior: float = Field(
+        default=0.2,
+        ge=0,
+        le=1,
+        description="Similarity expected in ``view_scale_m2`` of unknown space: above the usual "
+        "0.1 of other objects, so that the unknown is preferred to a second look at them.",
+    )
+    most_expected: float = Field(
+        default=0.6,
+        ge=0,
+        le=1,
+        description="Similarity that no unknown space exceeds, however large: what is clearly "
+        "like the object comes first.",
+    )
+    view_m: PositiveFloat = Field(
+        default=4.0,
+        description="Metres of unknown space in view from a frontier that count for what it may "
+        "show: the depth of a room.",
+    )
+    view_scale_m2: PositiveFloat = Field(
+        default=16.0,
+        description="Square metres of unknown space in view for which the prior is expected: a "
+        "room. More counts in proportion: a pocket behind a chair shows 0.3.",
+    )
+    hint_m: PositiveFloat = Field(
+        default=2.5,
+        description="Metres around a frontier, to each side, whose likeness to the object says "
+        "what may be beyond: a small room.",
+    )
+    hint_weight: float = Field(
+        default=1.0,
+        ge=0,
+        le=1,
+        description="Part of the prior that the surroundings may add or take: with 1, between "
+        "nothing beside what is least like the object and twice the prior beside what is most "
+        "like it.",
+    )
+    blind_radius_m: PositiveFloat = Field(
+        default=1.2,
+        description="Metres around the robot's way within which unknown floor tells nothing: a "
+        "camera at 1 m sees the floor from 1.1 m on, but what stands there it saw above it.",
+    )
+    decay_per_m: PositiveFloat = Field(
+        default=0.3,
+        description="Similarity that a cell beyond the border loses per metre of way from it: a "
+        "certain match counts for 2.7 m, one below the prior of the unknown sooner.",
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Frontier:
+    """A segment of a border.
+
+    cells (K, 2) int64: free cells on this side; beyond_xy (2,) metres: middle of what lies
+    directly beyond; score in [0, 1]: the highest similarity in O - E reachable there, less
+    the way to it, and for a border of the unknown at least what the unknown area in view lets
+    expect; ``unknown`` names the kind of border.
+    """
+
+    cells: I64
+    beyond_xy: F64
+    score: float
+    unknown: bool
+
+
+RAYS = 48  # 7.5 degrees: a door of 0.8 m at 3 m is two rays wide
+
+
+def area_in_view(map_view: MapView, wanted: Bool, viewpoints: I64, range_m: float) -> F64:
+    """Area (V,) in square metres of wanted cells within ``range_m`` in sight of cells (V, 2).
+
+    wanted (nx, ny): cells that count; outside the grid all do. Rays run in all directions through
+    free and unknown cells and end at occupied ones.
+    """
+    steps = np.arange(1, int(range_m / map_view.grid.cell_size_m) + 1)
+    angles = 2 * np.pi * np.arange(RAYS) / RAYS
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    offsets = np.rint(directions[:, None] * steps[:, None]).astype(np.int64)
+    cells = viewpoints[:, None, None] + offsets  # (V, RAYS, steps, 2)
+    inside = map_view.grid.contains(cells)
+    limit = np.asarray(map_view.grid.shape) - 1
+    x, y = np.moveaxis(np.clip(cells, 0, limit), -1, 0)
+    occupied = inside & (map_view.occupancy[x, y] == Occupancy.OCCUPIED)
+    in_sight = ~np.maximum.accumulate(occupied, axis=-1)
+    ring_m2 = 2 * np.pi / RAYS * steps * map_view.cell_area_m2  # of one ray's step
+    area: F64 = ((in_sight & (wanted[x, y] | ~inside)) * ring_m2).sum(axis=(-2, -1))
+    return area
+
 
 LEAST_SIMILARITY = 0.05  # less is worth no metre of way
 CONNECTIVITY_4 = ndimage.generate_binary_structure(2, 1)

@@ -1,21 +1,14 @@
-"""Regions of high similarity among the observed cells (O).
-
-The paper takes E - C. What was seen only from afar is as good a reason to go there, once a
-viewpoint of it can be reached; and what is in C may have been too far for the detector. Views
-in which it had to find the object and did not lower the similarity (``world/undetected``), and
-each region is looked at a few times only.
-"""
+"""What the map takes for the object: regions to look at, likely places, and what was refuted."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from pydantic import Field, PositiveFloat, PositiveInt
 
-from onemap_planner.world.components import components
-from onemap_planner.world.map_view import MapView
-from onemap_shared.geometry import F64, I64
+from onemap_planner.world.map_view import MapView, WorldCells, components
+from onemap_shared.geometry import F32, F64, I64, Bool
 from onemap_shared.params import Params
 
 
@@ -77,3 +70,69 @@ def _clusters(
         peak = cells[int(np.argmax(scores))]
         regions.append(SimilarRegion(cells, map_view.grid.centres(peak), float(scores.max())))
     return tuple(sorted(regions, key=lambda region: -region.score))
+
+
+MAX_PLACES = 3  # of one object, the most likely
+REFUTED_SHARE = 0.5  # of a place's cells: it grows by a few whenever the map changes
+
+
+@dataclass(frozen=True, slots=True)
+class LikelyPlace:
+    """xy: of its most similar cell, metres; probability: that the object is there; cells: all."""
+
+    xy: tuple[float, float]
+    probability: float
+    cells: WorldCells
+
+
+def similar_cells(map_view: MapView, threshold: float) -> Bool:
+    """Mask (nx, ny) of the cells that look like the object, and more like no other name."""
+    mask: Bool = np.nan_to_num(map_view.similarity, nan=0.0) >= threshold
+    mask &= map_view.margin >= 0
+    return mask
+
+
+def likely_places(
+    map_view: MapView, among: Bool, *, threshold: float, refuted: WorldCells
+) -> tuple[LikelyPlace, ...]:
+    """The most similar components of the mask (nx, ny), the best ``MAX_PLACES``.
+
+    refuted: cells where the object was looked for in vain.
+    """
+    places = []
+    for cells in components(similar_cells(map_view, threshold) & among):
+        world = map_view.world_cells(cells)
+        if len(world & refuted) >= REFUTED_SHARE * len(world):
+            continue
+        scores = map_view.similarity[cells[:, 0], cells[:, 1]]
+        x, y = map_view.grid.centres(cells[int(np.argmax(scores))])
+        places.append(LikelyPlace((float(x), float(y)), min(float(scores.max()), 1.0), world))
+    return tuple(sorted(places, key=lambda place: (-place.probability, place.xy))[:MAX_PLACES])
+
+
+MISSED = 0.5  # probability that a detector misses an object in such a view: it misses 0.3 of the
+# single frames (``AcceptanceParams.detected``), and misses of one object come together
+
+
+@dataclass(frozen=True, slots=True)
+class UndetectedViews:
+    """How many views of similar cells had no detection.
+
+    counts: by world cells; seen_from: x, y (metres) and yaw of the last view that counted.
+    """
+
+    counts: dict[tuple[int, int], int] = field(default_factory=dict)
+    seen_from: tuple[float, float, float] | None = None
+
+
+def discounted(map_view: MapView, views: UndetectedViews) -> MapView:
+    """The map view whose similarity is lower by ``MISSED`` for each view without a detection."""
+    if not views.counts:
+        return map_view
+    cells = np.array(list(views.counts), np.int64) - np.asarray(map_view.grid.origin_cell)
+    inside = map_view.grid.contains(cells)
+    x, y = cells[inside].T
+    left = MISSED ** np.array(list(views.counts.values()))[inside]
+    similarity: F32 = map_view.similarity.copy()
+    similarity[x, y] *= left.astype(np.float32)
+    return replace(map_view, similarity=similarity)

@@ -15,8 +15,7 @@ import numpy as np
 from onemap_planner.motion.motions import Motion, Rest
 from onemap_planner.motion.pure_pursuit import arrived
 from onemap_planner.policy.context import PlanningContext
-from onemap_planner.policy.goal_generation import frontier_goals
-from onemap_planner.policy.goals import Goal, GoalCandidates
+from onemap_planner.policy.goals import Goal, GoalCandidates, frontier_goals
 from onemap_planner.policy.params import PlannerParams
 from onemap_planner.policy.state import (
     ActiveGoal,

@@ -1,7 +1,4 @@
-"""Goals of a drive to a place: where to stand, from where to see it, or what to explore first.
-
-A search drives to a place too, where it saw the object beyond the known floor.
-"""
+"""Ways through the unknown: to a place, and to floor that something cuts off."""
 
 from __future__ import annotations
 
@@ -9,12 +6,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import ndimage
 
-from onemap_planner.motion.path import line_is_clear
+from onemap_planner.motion.path import CostToGo, cost_to_go_from, cost_to_go_from_any, line_is_clear
 from onemap_planner.policy.context import PlanningContext
 from onemap_planner.policy.goals import Goal, GoalKind, GoalParams, GoalUtility
 from onemap_planner.policy.place_params import PlaceParams
-from onemap_planner.policy.unknown_way import frontier_on_way
 from onemap_planner.policy.viewpoints import (
     BLUR_CELLS,
     SightTarget,
@@ -25,9 +22,114 @@ from onemap_planner.policy.viewpoints import (
     viewpoints_around,
 )
 from onemap_planner.search.phases import Destination
-from onemap_planner.world.costmap import distance_cells
-from onemap_shared.geometry import I64
-from onemap_shared.messages import SearchKind, subject_of
+from onemap_planner.world.costmap import IMPASSABLE, RETURN_FACTOR, distance_cells
+from onemap_planner.world.map_view import components
+from onemap_shared.geometry import F64, I64, Bool
+from onemap_shared.messages import Occupancy, SearchKind, subject_of
+
+PAD_CELLS = 10  # unknown cells around the map, so that a way may lead around what is known
+LOOK_AHEAD_M = 0.5  # the robot faces the way this far beyond the last known cell
+SAME_WAY_M = 0.1  # cells whose way is at most this much longer lie on the best one
+
+
+@dataclass(frozen=True, slots=True)
+class FrontierOnWay:
+    """Where a way leaves the known floor.
+
+    cell (2,): the last known one; ahead (2,): on the way beyond it, inside the grid; left_m: cost
+    of the rest of the way.
+    """
+
+    cell: I64
+    ahead: I64
+    left_m: float
+
+
+def frontier_on_way(
+    xy: tuple[float, float],
+    context: PlanningContext,
+    closed: Bool,
+    *,
+    within_m: float,
+    unknown_cost: float,
+) -> FrontierOnWay | None:
+    """The frontier on the cheapest way to ``within_m`` of a place (metres).
+
+    None if no way leads there, or if it leads over known floor only. closed (nx, ny): floor that
+    the robot could not see into, impassable unless it is known to be free.
+    """
+    way = _way_from(np.asarray(xy), context, closed, within_m, unknown_cost)
+    if way is None:
+        return None
+    grid = context.costmap.grid
+    left_m = way.cost_m[PAD_CELLS:-PAD_CELLS, PAD_CELLS:-PAD_CELLS]
+    total_m = np.where(_candidates(context), context.cost_to_go.cost_m + left_m, np.inf)
+    if not np.isfinite(total_m).any():
+        return None
+    on_way = total_m <= total_m.min() + SAME_WAY_M
+    cell = np.array(np.unravel_index(np.argmin(np.where(on_way, left_m, np.inf)), left_m.shape))
+    if left_m[tuple(cell)] == 0:
+        return None
+    padded = cell + PAD_CELLS
+    steps = way.path_to((int(padded[0]), int(padded[1])))[::-1] - PAD_CELLS
+    ahead = steps[min(int(LOOK_AHEAD_M / grid.cell_size_m), len(steps) - 1)]
+    inside = np.clip(ahead, 0, np.array(grid.shape) - 1)
+    return FrontierOnWay(cell, inside, float(left_m[tuple(cell)]))
+
+
+def visit_counts(context: PlanningContext, visited_xy: F64, radius_m: float) -> I64:
+    """(nx, ny): how many of the points (V, 2), metres, lie within the radius of each cell."""
+    grid = context.costmap.grid
+    counts = np.zeros(grid.shape, np.int64)
+    for cell in grid.cells(visited_xy.reshape(-1, 2)):
+        counts += distance_cells(grid, cell) * grid.cell_size_m <= radius_m
+    return counts
+
+
+def _candidates(context: PlanningContext) -> Bool:
+    """Mask (nx, ny) of where the known part of a way may end.
+
+    Reachable floor that the camera saw, and where the robot stands. Floor that is free only
+    because the robot stands on it would let it creep into the unknown.
+    """
+    mask: Bool = context.costmap.navigable & (context.map_view.occupancy == Occupancy.FREE)
+    mask[tuple(context.costmap.grid.cells(np.asarray(context.pose.xy)))] = True
+    return mask
+
+
+def _way_from(
+    xy: F64, context: PlanningContext, closed: Bool, within_m: float, unknown_cost: float
+) -> CostToGo | None:
+    """Costs and ways (nx + 2 pad, ny + 2 pad) from the place; None if nothing leads there."""
+    costmap = context.costmap
+    unknown = ~costmap.navigable & ~costmap.occupied & ~closed
+    unknown &= costmap.clearance_m >= context.params.min_clearance_m
+    cost = np.where(unknown, unknown_cost, IMPASSABLE)
+    cost = np.where(costmap.passable, costmap.cost, cost)
+    cost[closed & ~_candidates(context)] = IMPASSABLE  # the robot's own trail too
+    cost = np.pad(cost, PAD_CELLS, constant_values=unknown_cost)
+    ends = _ends(xy, context, cost > 0, within_m)
+    if len(ends) == 0:
+        return None
+    return cost_to_go_from_any(cost, ends, cell_size_m=costmap.grid.cell_size_m)
+
+
+def _ends(xy: F64, context: PlanningContext, passable: Bool, within_m: float) -> I64:
+    """Cells (N, 2) of the padded grid: the place's own if it is passable, else the nearest ones.
+
+    None farther than ``within_m``; but a place beyond the padding stands for the nearest cell of
+    its rim.
+    """
+    grid = context.costmap.grid
+    place = np.asarray(grid.cells(xy)) + PAD_CELLS
+    nearest = np.clip(place, 0, np.array(passable.shape) - 1)
+    if passable[tuple(nearest)]:
+        return nearest[None]
+    cells = np.argwhere(passable)
+    away_m = np.hypot(*(cells - place).T) * grid.cell_size_m
+    ends: I64 = cells[away_m <= min(float(away_m.min()) + grid.cell_size_m, within_m)]
+    return ends
+
 
 MAX_VISITS = 2  # after the second one, floor that could not be seen counts as impassable
 MAX_UNREACHED = 2  # places whose ways are planned, the most similar ones: each costs a path
@@ -219,3 +321,89 @@ def _utility(viewpoint_xy: tuple[float, float], context: PlanningContext) -> Goa
 def _xy(cell: I64, context: PlanningContext) -> tuple[float, float]:
     x, y = context.costmap.grid.centres(cell)
     return float(x), float(y)
+
+
+LEAST_CLOSED_M2 = 1.0  # less floor out of reach is the rim of furniture
+
+
+def looks_at_closed_ways(
+    context: PlanningContext, tried_xy: F64, params: PlaceParams
+) -> Iterator[Goal]:
+    """Views of what closes the ways to floor that no path leads to, the largest part first.
+
+    From where the camera sees the floor there, so that the map follows what it shows; tried_xy
+    (T, 2): metres, where the robot looked from before.
+    """
+    parts = components(context.cut_off())
+    size_m2 = context.map_view.cell_area_m2
+    tried = context.costmap.grid.cells(tried_xy)
+    for part in sorted(parts, key=len, reverse=True):
+        if len(part) * size_m2 < LEAST_CLOSED_M2:
+            return
+        obstacle = _closing_obstacle(context, part)
+        goal = _look_at(obstacle, context, tried, params) if len(obstacle) else None
+        if goal is not None:
+            yield goal
+
+
+def _look_at(
+    obstacle: I64, context: PlanningContext, tried: I64, params: PlaceParams
+) -> Goal | None:
+    """The nearest view of an obstacle's cells (K, 2), not from tried ones (T, 2); None without."""
+    grid = context.costmap.grid
+    around = viewpoints_around(
+        SightTarget(obstacle),
+        context.costmap,
+        context.cost_to_go,
+        band_m=(context.params.escape_radius_m, params.view_farthest_m),
+        tried=tried,
+    )
+    cell = first_visible(around)
+    if cell is None:
+        return None
+    (x, y), (look_x, look_y) = grid.centres(cell), grid.centres(obstacle).mean(axis=0)
+    travel_m = float(context.cost_to_go.cost_m[tuple(cell)])
+    return Goal(
+        GoalKind.LOOK_AT,
+        (float(x), float(y)),
+        (float(look_x), float(look_y)),
+        GoalUtility.of_place(travel_m),
+        "what stands where floor was seen once, in the only way to the floor behind it",
+    )
+
+
+def _closing_obstacle(context: PlanningContext, beyond: I64) -> I64:
+    """Cells (K, 2) of the first obstacle on the way to the cells (N, 2) beyond; empty if there is
+    no way, over floor that was seen once."""
+    costmap = context.costmap
+    size = costmap.grid.cell_size_m
+    here = costmap.grid.cells(np.asarray(context.pose.xy))
+    cost = _cost_without_passers_by(context)
+    way = cost_to_go_from(cost, (int(here[0]), int(here[1])), cell_size_m=size)
+    nearest = beyond[np.argmin(way.cost_m[tuple(beyond.T)])]
+    if not np.isfinite(way.cost_m[tuple(nearest)]):
+        return beyond[:0]
+    path = way.path_to((int(nearest[0]), int(nearest[1])))
+    passable = costmap.passable[tuple(path.T)]
+    first = int(np.argmin(passable))
+    closed = path[first : first + max(int(np.argmax(passable[first:])), 1)]
+    occupied = np.argwhere(costmap.occupied & context.map_view.floor_seen)
+    away = np.hypot(*(occupied[:, None] - closed[None]).transpose(2, 0, 1)).min(axis=1, initial=1e9)
+    obstacle: I64 = occupied[away * size <= context.params.min_clearance_m + size / 2]
+    return obstacle
+
+
+def _cost_without_passers_by(context: PlanningContext) -> F64:
+    """Costs (nx, ny) as if nothing stood where floor was seen once; dear where something does."""
+    costmap, size = context.costmap, context.costmap.grid.cell_size_m
+    seen = context.map_view.floor_seen
+    lasting: Bool = costmap.occupied & ~seen
+    away_m = np.full(seen.shape, np.inf)
+    if lasting.any():
+        away_m = ndimage.distance_transform_edt(~lasting) * size - size / 2
+    open_once = (seen | costmap.free) & (away_m >= context.params.min_clearance_m)
+    dear = RETURN_FACTOR * context.params.dearest
+    cost: F64 = np.where(
+        costmap.passable, costmap.cost, np.where(open_once, dear, IMPASSABLE)
+    ).astype(np.float64)
+    return cost
