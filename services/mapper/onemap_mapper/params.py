@@ -223,8 +223,8 @@ class VerdictParams(Params):
         ge=0,
         le=1,
         description="Score of the best region from which the answer is found: above mini's floor, "
-        "0.25, where one unrelated word in twenty is answered; 'onemap bench verdicts' measures "
-        "it. An encoder without calibration scores every text above 0.5: raise it.",
+        "0.25, where one unrelated word in twenty is answered. "
+        "An encoder without calibration scores every text above 0.5: raise it.",
     )
     looked_share: float = Field(
         default=0.85,
@@ -316,7 +316,7 @@ class MapParams(OccupancyParams, BlurParams, ProjectionParams):
         default="float16",
         description="How features are stored; sums are always float32. float16 halves the memory "
         "and its traffic. It is rounded up or down by chance, so that small changes add up: over "
-        "a simulated hour ('onemap bench storage') no cosine with a thing that a cell shows or "
+        "a simulated hour no cosine with a thing that a cell shows or "
         "showed was off by 0.001. float32 for comparisons to the last digit.",
     )
     max_prior_confidence: float = Field(

@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from onemap_tools.bench import claims, fusion, perception, pose_graph, queries
-from onemap_tools.bench.claims import EpisodeParams, EpisodeResult
+from onemap_tools.bench import fusion, perception, queries
 from onemap_tools.bench.navigation import benchmark
 from onemap_tools.bench.navigation.benchmark import NavigationOptions
 from onemap_tools.bench.navigation.choices import Apartments, Features, Method
@@ -59,24 +58,6 @@ def test_perception_measures_what_is_asked_for(monkeypatch: pytest.MonkeyPatch) 
         compiled=True,
         devices=("cpu",),
     )
-
-
-def test_claims_searches_once_per_seed(monkeypatch: pytest.MonkeyPatch) -> None:
-    searched: list[tuple[int, str, tuple[str, ...], float]] = []
-
-    def run_all(episodes: list[EpisodeParams], workers: int) -> list[EpisodeResult]:
-        for each in episodes:
-            simulator = each.config.simulator
-            searched.append((simulator.seed, simulator.style, each.objects, each.limit_s))
-        return [EpisodeResult(seed, (), (), 1.0, 1.0) for seed, *_ in searched]
-
-    monkeypatch.setattr(claims, "run_all", run_all)
-    options = ("--seeds", "4,6", "--style", "held out", "--objects", "bed, sofa", "--limit", "60")
-    code, text = bench("claims", *options, "--json")
-    assert code == 0, text
-    objects = ("bed", "sofa")
-    assert searched == [(4, "held out", objects, 60.0), (6, "held out", objects, 60.0)]
-    assert json.loads(text.splitlines()[-1])["seeds"] == [4, 6]
 
 
 def test_queries_maps_as_many_apartments_as_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -137,8 +118,7 @@ def test_navigation_runs_what_is_asked_for(monkeypatch: pytest.MonkeyPatch, tmp_
         (("fusion", "--frames", "0"), "--frames"),
         (("perception", "--size", "640"), "size is '640'; write it like 640x480"),
         (("perception", "--frames", "0"), "--frames"),
-        (("claims", "--seeds", "three"), "--seeds is 'three'; write 1-10 or 3,5,8"),
-        (("claims", "--style", "baroque"), "'baroque' is not one of"),
+        (("navigation", "--style", "baroque"), "'baroque' is not one of"),
         (("queries", "--apartments", "1"), "--apartments"),
         (("navigation", "--method", "luck"), "'luck' is not one of"),
     ],
@@ -157,20 +137,3 @@ def test_a_missing_package_is_named_with_its_extra(monkeypatch: pytest.MonkeyPat
     code, text = bench("fusion")
     assert code == 2
     assert "needs the package 'torch': pip install 'onemap[mapper]'" in text
-
-
-def test_pose_graph_takes_seeds_and_drift(monkeypatch: pytest.MonkeyPatch) -> None:
-    row = {"wrong_occupied": 0.5, "wrong_free": 0.25, "similarity_error_m": 1.0}
-    cost = ("way_m", "end_error_m", "submaps", "submap_kb", "moved", "ms_per_moved")
-
-    def run(params: pose_graph.PoseGraphBenchParams) -> dict[str, Any]:
-        assert (params.seeds, params.drift, params.yaw_deg_per_m) == ((2, 3), 0.01, 0.5)
-        return {"rows": [{"map": "corrected", **row}], **dict.fromkeys(cost, 7)}
-
-    monkeypatch.setattr(pose_graph, "run", run)
-    options = ("--seeds", "2-3", "--drift", "0.01", "--yaw-drift", "0.5")
-    code, text = bench("pose-graph", *options)
-    assert code == 0
-    assert "50.0 %" in text.splitlines()[1]
-    code, text = bench("pose-graph", *options, "--json")
-    assert json.loads(text.splitlines()[-1])["way_m"] == 7

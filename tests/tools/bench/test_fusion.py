@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import torch
 
-from onemap_mapper.frame.blur import MIN_WEIGHT
-from onemap_mapper.frame.update import compute_update, depth_in_metres
 from onemap_shared.camera import unproject_to_map
 from onemap_shared.geometry import camera_mount, pose_2d
-from onemap_tools.bench.dense_update import dense_update
 from onemap_tools.bench.fusion import (
     CAMERA,
     ROOM_HIGH,
@@ -19,7 +15,6 @@ from onemap_tools.bench.fusion import (
     room_depth,
     run,
 )
-from tests.mapper import scenes
 
 
 @pytest.mark.parametrize("yaw_rad", [0.0, 1.0, 2.5])
@@ -42,23 +37,3 @@ def test_times_and_memory_are_measured() -> None:
     assert all(part_ms > 0 for part_ms in result["parts_ms"].values())
     assert result["moved_bytes"] > 640 * 480 * 6 + 24 * 24 * 768 * 2
     assert min(result["copy_gb_s"], result["matrix_gflops"], result["cpu_min_over_least"]) > 0
-
-
-@pytest.mark.parametrize("half_width", [0, 2])
-def test_the_equations_as_they_read_give_the_same_map(half_width: int) -> None:
-    field = scenes.field(0, scenes.pose(0.31, -0.17, 0.4))
-    params = scenes.params(blur_half_width_cells=half_width, depth_factor=0.03)
-    features, confidence = dense_update(field, torch.from_numpy(depth_in_metres(field)), params)
-    update = compute_update(field, params)
-    cells = update.cells.numpy()
-    low = cells.min(axis=0)
-    shape = cells.max(axis=0) - low + 1
-    margin = (np.array(shape) - features.shape[:2]) // 2  # cells that only the blur reaches
-    place = cells - low - margin
-    inside = ((place >= 0) & (place < features.shape[:2])).all(axis=1)
-    assert inside.sum() > 100
-    x, y = place[inside].T
-    atol = 25 * MIN_WEIGHT * 4  # what the sparse blur leaves out
-    chosen = torch.from_numpy(inside)
-    torch.testing.assert_close(update.confidence[chosen], confidence[x, y], rtol=0, atol=atol)
-    torch.testing.assert_close(update.features[chosen], features[x, y], rtol=0, atol=atol)

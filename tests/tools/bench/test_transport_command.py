@@ -1,4 +1,4 @@
-"""``onemap bench transport`` and ``link-loss`` at the command line."""
+"""``onemap bench transport`` at the command line."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from onemap_tools.bench.transport import benchmark, link_loss, streams
+from onemap_tools.bench.transport import benchmark, streams
 from onemap_tools.bench.transport.link_shape import LinkShape
 from onemap_tools.cli.app import app
 
@@ -75,11 +75,3 @@ def test_a_link_that_cannot_be_emulated_ends_with_a_sentence(
 def test_wrong_options_are_refused(asked: Asked, wrong: tuple[str, str]) -> None:
     code, _ = bench("transport", *wrong)
     assert code == 2
-
-
-def test_link_loss_prints_every_variant(monkeypatch: pytest.MonkeyPatch) -> None:
-    rows = [{"variant": "int8", "rank_correlation": 1.0}]
-    monkeypatch.setattr(link_loss, "run", lambda encoder, size, images: iter(rows))
-    code, text = bench("link-loss", "--images", "2", "--json")
-    assert code == 0
-    assert json.loads(text.splitlines()[-1]) == {"benchmark": "link-loss", "results": rows}

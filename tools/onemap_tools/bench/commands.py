@@ -13,10 +13,7 @@ from onemap_tools.bench.clients_command import app as clients_app
 from onemap_tools.bench.foreign_command import app as foreign_app
 from onemap_tools.bench.fusion_command import app as fusion_app
 from onemap_tools.bench.habitat.command import app as habitat_app
-from onemap_tools.bench.image_queries_command import image_queries
-from onemap_tools.bench.map_image_command import map_image
 from onemap_tools.bench.navigation.choices import Apartments, Errors, Features, Method, ObjectOrder
-from onemap_tools.bench.occupancy_command import occupancy
 from onemap_tools.bench.options import (
     Beside,
     FeaturesOption,
@@ -34,15 +31,8 @@ from onemap_tools.bench.options import (
     Stairwells,
     Threads,
 )
-from onemap_tools.bench.pose_graph_command import pose_graph
 from onemap_tools.bench.query_command import app as query_app
-from onemap_tools.bench.rim_command import rim
-from onemap_tools.bench.ros2_command import app as ros2_app
-from onemap_tools.bench.shared_map_command import shared_map
-from onemap_tools.bench.storage_command import storage
 from onemap_tools.bench.transport_command import app as transport_app
-from onemap_tools.bench.verdicts_command import verdicts
-from onemap_tools.bench.view_command import view
 from onemap_tools.cli.options import Config, Json
 from onemap_tools.cli.terminal import print_json
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK
@@ -50,11 +40,8 @@ from onemap_tools.errors import EXIT_FAILED, EXIT_OK
 PANEL = "Look deeper"
 app = typer.Typer(no_args_is_help=True, help="Measure on this machine.")
 app.add_typer(habitat_app)  # without a name of its own: a command beside the others
-for group in (clients_app, foreign_app, fusion_app, query_app, ros2_app, transport_app):
+for group in (clients_app, foreign_app, fusion_app, query_app, transport_app):
     app.add_typer(group)
-MAP_QUALITY = (image_queries, occupancy, pose_graph, rim, shared_map, verdicts)
-for command in (*MAP_QUALITY, map_image, storage, view):
-    app.command()(command)
 
 
 class Backend(str, Enum):
@@ -167,45 +154,6 @@ def _report_results(document: dict[str, Any], as_json: bool) -> int:
         for result in results:
             print("  ".join(f"{name} {value}" for name, value in result.items()))
     return EXIT_FAILED if any("problem" in result for result in results) else EXIT_OK
-
-
-@app.command()
-def claims(
-    *,
-    seeds: Annotated[str, typer.Option(help="1-10 or 3,5,8")] = "1-10",
-    style: Annotated[SearchStyle, typer.Option(help="Of the apartments.")] = SearchStyle.TRAINING,
-    objects: Annotated[
-        str, typer.Option(help="Separated by commas; the last is absent from some apartments.")
-    ] = "bed,sofa,television,refrigerator,toilet,bookcase",
-    limit: Annotated[float, typer.Option(help="Simulated seconds per search.")] = 900.0,
-    workers: Annotated[int, typer.Option(min=1, help="Searches at once, a core each.")] = 1,
-    config: Config = None,
-    as_json: Json = False,
-) -> None:
-    """What simulated searches claim to have found, and what really stands there.
-
-    One search per seed in a generated apartment, in simulated time, for the same
-    objects, including those that the apartment does not hold. The simulator's
-    ground truth judges every claim; for a wrong one the report names the object
-    nearest to the claimed place.
-    """
-    with cli_errors("demo"):
-        from onemap_tools.bench import claims as bench
-
-        names = tuple(name.strip() for name in objects.split(","))
-        episodes = [
-            bench.EpisodeParams(bench.read_sections(config, seed, style.value), names, limit)
-            for seed in bench.parse_seeds(seeds)
-        ]
-        results = []
-        for result in bench.run_all(episodes, workers):
-            results.append(result)
-            typer.echo(bench.episode_line(result), err=True)
-    summary = bench.summarise(results, names)
-    for name in ("sought", "there", "found", "claimed_wrongly", "absent_and_not_claimed", "spl"):
-        typer.echo(f"{name:24} {summary[name]}", err=True)
-    if as_json:
-        print_json(summary)
 
 
 @app.command()
@@ -334,9 +282,6 @@ def navigation(
     a random start for objects that the seed draws from what the apartment has.
     The simulator's ground truth judges success as Habitat does; intervals are
     95 % bootstrap intervals. The same command gives the same result but for wall_s.
-
-    onemap_processes is onemap over the real services in real time, with --features
-    mini: a check of the simulated time, on a machine that does nothing else.
     """
     with cli_errors("demo"):
         from onemap_shared.messages import SearchOrder

@@ -14,14 +14,12 @@ import torch
 from onemap_mapper import jit
 from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
-from onemap_mapper.frame.update import compute_update, depth_in_metres
+from onemap_mapper.frame.update import compute_update
 from onemap_shared.camera import Intrinsics, ray_directions
 from onemap_shared.geometry import F32, F64, camera_mount, pose_2d
 from onemap_shared.messages import FeatureField
-from onemap_tools.bench.dense_update import dense_update
 from onemap_tools.bench.fusion_parts import fusion_work, parts_ms
 from onemap_tools.bench.machine import (
-    best_s,
     clock_of,
     device_facts,
     machine_limits,
@@ -44,7 +42,6 @@ class FusionBenchOptions:
     threads: int = 1
     half_width: int = 3  # of the blur, in cells
     compiled: bool = True
-    dense: bool = False  # also the update as the equations read
     seed: int = 0
 
 
@@ -93,8 +90,7 @@ def run(options: FusionBenchOptions) -> dict[str, Any]:
         "load_average": round(os.getloadavg()[0], 2),
     }
     peak_bytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-    result["peak_process_bytes"] = peak_bytes
-    return result | (_dense(field, params, float(cpu_ms.min())) if options.dense else {})
+    return {**result, "peak_process_bytes": peak_bytes}
 
 
 def _fuse(options: FusionBenchOptions, params: MapperConfig) -> tuple[BeliefMap, F64]:
@@ -112,16 +108,6 @@ def _fuse(options: FusionBenchOptions, params: MapperConfig) -> tuple[BeliefMap,
         cpu = time.process_time() - cpu_started
         times[sequence] = observed - started, ended - observed, cpu
     return belief, times * 1e3
-
-
-def _dense(field: FeatureField, params: MapperConfig, cpu_ms: float) -> dict[str, Any]:
-    """Processor time of the update as the equations read, and how many times the mapper's."""
-    depth_m = torch.from_numpy(depth_in_metres(field))
-    dense_s = best_s(lambda: dense_update(field, depth_m, params), 2, time.process_time)
-    return {
-        "dense_cpu_min_ms": round(dense_s * 1e3, 1),
-        "dense_over_cpu_min": round(dense_s * 1e3 / cpu_ms),
-    }
 
 
 def simulated_field(sequence: int, rng: np.random.Generator) -> FeatureField:

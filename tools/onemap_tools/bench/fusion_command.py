@@ -21,7 +21,6 @@ def fusion(
     threads: Annotated[int, typer.Option(min=1, help="CPU threads of torch.")] = 1,
     blur: Annotated[int, typer.Option(min=0, max=10, help="Cells to each side; 0: none.")] = 3,
     compiled: Annotated[bool, typer.Option(help="As mapper.compiled.")] = True,
-    dense: Annotated[bool, typer.Option(help="Time the equations as they read too.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of the features.")] = 0,
     as_json: Json = False,
 ) -> None:
@@ -36,9 +35,7 @@ def fusion(
 
     parts_ms are the best times of the parts. moved_bytes and operations are what a
     frame needs at least, copy_gb_s and matrix_gflops what this machine does, both
-    measured in this run, least_ms the longer of both times. --dense times the
-    equations as they read in the same run: every pixel gets a feature, and no
-    occupancy is made (dense_over_cpu_min: how many times the mapper's processor time).
+    measured in this run, least_ms the longer of both times.
     """
     with cli_errors("mapper"):
         from onemap_tools.bench.fusion import FusionBenchOptions, run
@@ -49,7 +46,6 @@ def fusion(
             threads=threads,
             half_width=blur,
             compiled=compiled,
-            dense=dense,
             seed=seed,
         )
         result = run(options)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -38,6 +39,7 @@ from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Destination, Search, Starting
 from onemap_planner.search.state_machine import new_search
 from onemap_planner.world.map_view import AssembledView, PlanningView
+from onemap_shared.config import read, section
 from onemap_shared.geometry import F64, Velocity2d, pose_2d, yaw_of
 from onemap_shared.messages import (
     Detections,
@@ -63,6 +65,18 @@ class SystemConfig:
     perception: PerceptionConfig = field(default_factory=PerceptionConfig)
     mapper: MapperConfig = field(default_factory=MapperConfig)
     planner: PlannerConfig = field(default_factory=PlannerConfig)
+
+    @classmethod
+    def read(cls, config: Path | None, seed: int, style: str) -> SystemConfig:
+        """The sections of a configuration file, in the apartment of a seed and style."""
+        sections = read(config)
+        simulator = {**sections.get("simulator", {}), "seed": seed, "style": style}
+        return cls(
+            simulator=section({"simulator": simulator}, "simulator", SimulatorConfig),
+            perception=section(sections, "perception", PerceptionConfig),
+            mapper=section(sections, "mapper", MapperConfig),
+            planner=section(sections, "planner", PlannerConfig),
+        )
 
 
 class PerceptionPipeline:
@@ -150,7 +164,7 @@ class LockstepSimulation:
         self.robot: Robot = (
             SimulatedRobot(scene, config.simulator, renderer) if isinstance(scene, Scene) else scene
         )
-        self.belief, self._number = BeliefMap(config.mapper), 0
+        self.belief = BeliefMap(config.mapper)
         self.state: PlannerState | None = None
         self._config, self._perception = config, perception
         self._method, self._watch = method, watch
@@ -169,11 +183,6 @@ class LockstepSimulation:
     def now_s(self) -> float:
         """Simulated seconds since the start."""
         return self._clock.now_s
-
-    def share(self, belief: BeliefMap, number: int) -> None:
-        """Go on with a map that other robots fuse into as well, as the robot of this number."""
-        self.belief, self._number = belief, number
-        self._views = LockstepViews(belief, number)
 
     def search(
         self, objects: tuple[str, ...], limit_s: float, order: SearchOrder = SearchOrder.GIVEN
@@ -234,7 +243,7 @@ class LockstepSimulation:
         field = self._perception.field(frame)
         if self._map_of != search.index:
             self._begin_object(search.index)
-        self.belief.fuse(compute_update(field, self.belief.params), robot=self._number)
+        self.belief.fuse(compute_update(field, self.belief.params))
         self._seen_s = seconds_of(frame.stamp_ns)
         if not search.target:
             return
@@ -252,7 +261,7 @@ class LockstepSimulation:
             self._method.value_map.clear()
         if self._method.forgets and self.state is not None and index > 0:
             self.belief = BeliefMap(self._config.mapper, first_revision=self.belief.revision)
-            self._views = LockstepViews(self.belief, self._number)
+            self._views = LockstepViews(self.belief)
             self.state = replace(
                 self.state, blacklisted_frontiers=(), found_objects=(), trail=(), known_m2=0.0
             )
@@ -291,7 +300,7 @@ class LockstepSimulation:
             return self._views.view(SearchViewRequest(), [])
         target_key = (search.search_id, search.index)
         if isinstance(search.phase, Starting) and self._reset_for != target_key:
-            self.belief.reset_searched(self._number)
+            self.belief.reset_searched()
             self._reset_for = target_key
         return self._changed(self._view_of(search.target, state), self._method.value_map)
 

@@ -13,10 +13,9 @@ from onemap_shared.messages import NO_VIEW, SearchViewRequest, ViewChangesReques
 
 
 class LockstepViews:
-    """A robot's views of one map, by what was asked for."""
+    """Views of one map, by what was asked for."""
 
-    def __init__(self, belief: BeliefMap, robot: int = 0) -> None:
-        self._robot = robot
+    def __init__(self, belief: BeliefMap) -> None:
         self._replies = ViewReplies(MapScores(belief), "lockstep")
         self._kept: dict[SearchViewRequest, AssembledView] = {}
 
@@ -25,6 +24,6 @@ class LockstepViews:
         kept = self._kept.get(request)
         have = NO_VIEW if kept is None else kept.key
         question = ViewChangesRequest(request.text, request.rivals, have)
-        made = after(kept, self._replies.reply(question, queries, self._robot))
+        made = after(kept, self._replies.reply(question, queries))
         self._kept[request] = made
         return made

@@ -1,4 +1,4 @@
-"""``onemap bench transport`` and ``onemap bench link-loss``."""
+"""``onemap bench transport``."""
 
 from __future__ import annotations
 
@@ -86,30 +86,3 @@ def transport(
                 typer.echo("  ".join(f"{name} {value}" for name, value in row.items()), err=as_json)
     if as_json:
         print_json({"benchmark": "transport", "link_mbit_s": link, "results": rows})
-
-
-@app.command("link-loss")
-def link_loss(
-    *,
-    size: Size = "320x240",
-    images: Annotated[int, typer.Option(min=1, help="Of a generated apartment.")] = 16,
-    as_json: Json = False,
-) -> None:
-    """What compression costs: how cosines and the order of places change.
-
-    Images of an apartment are compressed, encoded by mini, and compared with the
-    same without: the cosines of all patches with the names of mini's classes, their
-    rank correlation (mean and least of the names), and how many of the best twentieth
-    of the patches stay among the best. log8 is compared by the variances themselves.
-    """
-    with cli_errors("demo"):
-        from onemap_perception.encoders.mini import MiniParams
-        from onemap_tools.bench.perception import parse_size
-        from onemap_tools.bench.transport import link_loss as bench
-
-        rows = []
-        for row in bench.run(MiniParams(), parse_size(size), images):
-            rows.append(row)
-            typer.echo("  ".join(f"{name} {value}" for name, value in row.items()), err=as_json)
-    if as_json:
-        print_json({"benchmark": "link-loss", "results": rows})

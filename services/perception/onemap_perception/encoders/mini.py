@@ -31,7 +31,7 @@ from onemap_shared.messages import TextEmbeddings, expect
 
 STRIDE = 8
 # Of a crop as it is fed in, the longer side: things in a frame of 320 pixels are about as large.
-# Chosen on even seeds; 'onemap bench image-queries' measures what it finds.
+# Chosen on even seeds (docs/benchmarks.md).
 CROP_SIDE_PX = 160
 SHIPPED = Path(__file__).parents[1] / "mini"
 NETWORK_FILE = "mini.onnx"

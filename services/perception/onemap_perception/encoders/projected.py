@@ -34,7 +34,7 @@ class ChannelParams(Params):
         le=8192,
         description="Project features and texts to so many channels, at least 2, fitted at start "
         "on the embeddings of 826 everyday words; the map shrinks as the messages do. 128 of "
-        "mini's 384 keep the order of places, as 'onemap bench link-loss' measures. 0: all.",
+        "mini's 384 keep the order of places. 0: all.",
     )
 
 

@@ -10,7 +10,6 @@ import pytest
 
 from onemap_perception.encoders.mini import SHIPPED
 from onemap_shared.messages import SearchState
-from onemap_tools.bench.claims import read_sections, timed_out_result
 from onemap_tools.bench.habitat import habitat_world
 from onemap_tools.bench.habitat.choices import SuccessRule
 from onemap_tools.bench.habitat.coordinates import habitat_rotation
@@ -24,8 +23,9 @@ from onemap_tools.bench.habitat.episode_run import (
 )
 from onemap_tools.bench.habitat.habitat_world import HabitatWorld
 from onemap_tools.bench.habitat.params import HabitatRobotParams
-from onemap_tools.bench.lockstep import PerceptionPipeline
+from onemap_tools.bench.lockstep import PerceptionPipeline, SystemConfig
 from onemap_tools.bench.navigation.choices import Method
+from onemap_tools.bench.navigation.episode_run import not_sought
 from onemap_tools.bench.navigation.records import EpisodeRecord, Failure
 from onemap_tools.bench.navigation.simulated_detector import (
     SimulatedDetector,
@@ -49,7 +49,7 @@ def setup(tmp_path: Path) -> HabitatSetup:
     for name in (SCENE, "hm3d/annotations.json"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()
-    config = read_sections(None, 1, "training")
+    config = SystemConfig.read(None, 1, "training")
     return HabitatSetup(config, Method.ONEMAP, SuccessRule.PAPER, tmp_path, 40.0, CAMERA)
 
 
@@ -107,7 +107,7 @@ def test_categories_become_english_words() -> None:
 
 
 def test_what_was_not_sought_has_no_length() -> None:
-    summary = unjudged(timed_out_result("bed"))
+    summary = unjudged(not_sought("bed"))
     assert (summary.outcome, summary.success) == (SearchState.NOT_FOUND.value, False)
     assert not np.isfinite([summary.shortest_path_m, summary.goal_distance_m]).any()
 

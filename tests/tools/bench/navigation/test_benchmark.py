@@ -66,9 +66,6 @@ def test_stairwells_are_an_option_of_simulated_time_and_told_with_the_result() -
     whole = table_lines({**result, "edges_crossed": 0})
     assert "wheels over an edge, all episodes      0" in whole
     assert "stairwells_per_episode" not in OPTIONS.document()
-    in_processes = replace(options, method=Method.ONEMAP_PROCESSES, features=Features.MINI)
-    with pytest.raises(ValueError, match="--stairwells are openings"):
-        in_processes.setups()
 
 
 @pytest.mark.slow

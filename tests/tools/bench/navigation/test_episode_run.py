@@ -10,7 +10,7 @@ import pytest
 
 from onemap_shared.geometry import pose_2d
 from onemap_shared.messages import ObjectResult, SearchOrder, SearchState
-from onemap_tools.bench.claims import read_sections
+from onemap_tools.bench.lockstep import SystemConfig
 from onemap_tools.bench.navigation.choices import Errors, Features, Method
 from onemap_tools.bench.navigation.episode_run import (
     SIMULATED_CAMERA_PX,
@@ -47,7 +47,7 @@ LATE = replace(MISSED, outcome="failed", reason="not found within 300 s, the lim
 def setup(
     method: Method, features: Features = Features.SIMULATED, limit_s: float = 20.0
 ) -> EpisodeSetup:
-    return EpisodeSetup(0, read_sections(None, 2, "training"), method, features, 2, limit_s)
+    return EpisodeSetup(0, SystemConfig.read(None, 2, "training"), method, features, 2, limit_s)
 
 
 @pytest.mark.parametrize(

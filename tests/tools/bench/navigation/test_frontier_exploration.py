@@ -15,8 +15,6 @@ from onemap_tools.bench.navigation.frontier_exploration import (
     NEAREST_FRONTIER,
     FrontierExploration,
     frontier_value,
-    information_gain,
-    unknown_in_view_m2,
 )
 from tests.planner.drawn_maps import NO_POINTS, PARAMS, drawn_map, search_view_of
 from tests.planner.one_room import POSE, SEARCH, candidate, context, planner_state
@@ -79,18 +77,6 @@ def test_without_a_frontier_everything_is_tried_once_more_before_it_ends() -> No
     _, _, event, _ = NEAREST_FRONTIER(late, context(), PARAMS)
     assert isinstance(event, Exhausted)
     assert "no frontier is left on" in event.reason
-
-
-def test_more_unknown_in_view_is_worth_a_longer_way() -> None:
-    wall, room, door = "#" * 16, "#.......#      #", "#.......       #"
-    one_door = seen(wall, *[room] * 3, *[door] * 2, *[room] * 6, wall)
-    x_m, y_m = one_door.pose.xy
-    in_corner = unknown_in_view_m2(np.array([0.75, 0.75]), one_door.map_view)
-    before_door = unknown_in_view_m2(np.array([2.5, 3.5]), one_door.map_view)
-    assert 0 <= in_corner < 1.0 < before_door < 12.0
-    near = Goal(GoalKind.FRONTIER, (x_m, y_m), (x_m, y_m), utility(0.0), "")
-    far = replace(near, utility=utility(5.0))
-    assert information_gain(near, one_door) > information_gain(far, one_door) > 0
 
 
 def test_the_value_of_a_frontier_is_the_highest_near_it() -> None:

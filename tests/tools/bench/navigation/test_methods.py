@@ -41,7 +41,7 @@ def test_a_value_map_is_each_episode_s_own() -> None:
     assert first.forgets
     assert first.value_map is not None
     assert first.value_map is not second.value_map
-    assert search_method(Method.INFORMATION_GAIN, 0.1).exploration is not explore
+    assert search_method(Method.VLFM, 0.1).exploration is not explore
 
 
 def test_without_similarity_no_cell_is_better_than_another() -> None:

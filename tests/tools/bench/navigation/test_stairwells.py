@@ -16,7 +16,7 @@ from onemap_simulator.ground_truth.truth import SceneTruth
 from onemap_simulator.parts import scene_truth
 from onemap_simulator.physics.collision import CollisionMap
 from onemap_simulator.scene.scene import Scene
-from onemap_tools.bench.claims import read_sections
+from onemap_tools.bench.lockstep import SystemConfig
 from onemap_tools.bench.navigation.choices import Features, Method
 from onemap_tools.bench.navigation.episode_run import EpisodeSetup, run_episode
 from onemap_tools.bench.navigation.episodes import NavigationEpisode, draw_episode
@@ -73,7 +73,7 @@ def test_the_same_seed_draws_the_same_openings() -> None:
 
 @pytest.mark.slow
 def test_an_episode_records_its_stairwells() -> None:
-    sections = read_sections(None, 2, "training")
+    sections = SystemConfig.read(None, 2, "training")
     setup = EpisodeSetup(
         0, sections, Method.ORACLE, Features.SIMULATED, objects=3, limit_s=60.0, stairwells=2
     )

@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from onemap_tools.bench.claims import read_sections
 from onemap_tools.bench.habitat.choices import SuccessRule
 from onemap_tools.bench.habitat.episode_files import EpisodeSet, read_episodes
 from onemap_tools.bench.habitat.episode_run import EpisodeRun, HabitatSetup
 from onemap_tools.bench.habitat.habitat_world import HabitatWorld
 from onemap_tools.bench.habitat.tables import paper_tables
-from onemap_tools.bench.lockstep import PerceptionPipeline
+from onemap_tools.bench.lockstep import PerceptionPipeline, SystemConfig
 from onemap_tools.bench.navigation.choices import Method
 from onemap_tools.bench.navigation.metrics import summary
 from onemap_tools.bench.navigation.records import EpisodeRecord, episode_record
@@ -23,7 +22,6 @@ from onemap_tools.bench.navigation.results_folder import ResultsFolder
 Report = Callable[[EpisodeRecord], None]
 TABLES_FILE = "tables.md"
 BOOTSTRAP_SEED = 0
-IN_APARTMENTS = (Method.ORACLE, Method.ONEMAP_PROCESSES)  # need the simulator's ground truth
 NO_APARTMENT = (0, "training")  # seed and style of the simulator, which does not run here
 
 
@@ -43,11 +41,11 @@ class HabitatOptions:
 
     def setup(self) -> HabitatSetup:
         """How each episode is run; ValueError for a method that Habitat's episodes do not have."""
-        if self.method in IN_APARTMENTS:
+        if self.method is Method.ORACLE:  # needs the simulator's ground truth
             raise ValueError(
                 f"--method {self.method.value} runs in generated apartments only: choose another"
             )
-        config = read_sections(self.config, *NO_APARTMENT)
+        config = SystemConfig.read(self.config, *NO_APARTMENT)
         return HabitatSetup(config, self.method, self.rule, self.scenes, self.limit_s)
 
     def document(self, setup: HabitatSetup) -> dict[str, Any]:

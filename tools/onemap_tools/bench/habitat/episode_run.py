@@ -12,7 +12,6 @@ import numpy as np
 from onemap_planner.search.phases import Search
 from onemap_shared.geometry import yaw_of
 from onemap_shared.messages import Detections, ObjectResult, RgbdFrame
-from onemap_tools.bench.claims import timed_out_result
 from onemap_tools.bench.habitat.choices import SuccessRule
 from onemap_tools.bench.habitat.coordinates import Point, to_habitat
 from onemap_tools.bench.habitat.episode_layout import CategoryGoals, HabitatEpisode, goals_of
@@ -28,6 +27,7 @@ from onemap_tools.bench.navigation.episode_run import (
     OVERALL_LIMIT,
     RGBD_HZ,
     FrameCounts,
+    not_sought,
     object_record,
 )
 from onemap_tools.bench.navigation.methods import planner_config, search_method
@@ -135,7 +135,7 @@ class EpisodeRun:
 
     def _judged(self, search: Search) -> list[ObjectSummary]:
         results = search.results
-        missing = [timed_out_result(word) for word in self.words[len(results) :]]
+        missing = [not_sought(word) for word in self.words[len(results) :]]
         return [
             self._judge(index, result) if result.end_xy_m else unjudged(result)
             for index, result in enumerate((*results, *missing))

@@ -13,7 +13,6 @@ from typing import Any
 import torch
 
 from onemap_shared.messages import SearchOrder
-from onemap_tools.bench.claims import read_sections
 from onemap_tools.bench.lockstep import SystemConfig
 from onemap_tools.bench.navigation.choices import Apartments, Errors, Features, Method
 from onemap_tools.bench.navigation.comparison import comparison
@@ -23,7 +22,6 @@ from onemap_tools.bench.navigation.errors import with_errors
 from onemap_tools.bench.navigation.metrics import estimates, summary
 from onemap_tools.bench.navigation.page import picture_name
 from onemap_tools.bench.navigation.picture import episode_picture
-from onemap_tools.bench.navigation.process_run import run_in_processes
 from onemap_tools.bench.navigation.records import EpisodeRecord, episode_record
 from onemap_tools.bench.navigation.results_folder import ResultsFolder, read_beside
 from onemap_tools.cli.floor_plan import write_png
@@ -60,18 +58,8 @@ class NavigationOptions:
             )
 
     def setups(self) -> tuple[EpisodeSetup, ...]:
-        """One per episode; ValueError if method and features do not go together."""
-        in_processes = self.method is Method.ONEMAP_PROCESSES
-        if in_processes and self.features is not Features.MINI:
-            raise ValueError(
-                f"--method {self.method.value} runs the real perception: give --features mini"
-            )
+        """One per episode."""
         seeds = apartment_seeds(self.seed, self.episodes, self.apartments)
-        if in_processes and self.stairwells:
-            raise ValueError(
-                f"--stairwells are openings in the apartments of simulated time, which the "
-                f"services of --method {self.method.value} do not know: leave one of both out"
-            )
         return tuple(
             EpisodeSetup(
                 index,
@@ -110,7 +98,7 @@ class NavigationOptions:
 
     def _sections(self, seed: int) -> SystemConfig:
         """The configuration in an apartment, with the errors."""
-        config = read_sections(self.config, seed, self.style)
+        config = SystemConfig.read(self.config, seed, self.style)
         return replace(config, simulator=with_errors(config.simulator, self.errors))
 
 
@@ -184,8 +172,7 @@ def timed_episode(setup: EpisodeSetup, pictures: Path | None) -> EpisodeRecord:
     """Run an episode on one core, with its time in seconds, and write its picture."""
     torch.set_num_threads(1)
     started_s = time.perf_counter()
-    in_processes = setup.method is Method.ONEMAP_PROCESSES
-    record = run_in_processes(setup) if in_processes else run_episode(setup)
+    record = run_episode(setup)
     if pictures is not None:
         simulator = setup.config.simulator
         image = episode_picture(record, simulator.style, simulator.robot)

@@ -13,9 +13,7 @@ class Method(str, Enum):
     ONEMAP_NO_CONSENSUS = "onemap_no_consensus"
     VLFM = "vlfm"
     NEAREST_FRONTIER = "nearest_frontier"
-    INFORMATION_GAIN = "information_gain"
     ORACLE = "oracle"
-    ONEMAP_PROCESSES = "onemap_processes"
 
 
 class Features(str, Enum):

@@ -27,13 +27,7 @@ from onemap_planner.policy.state import (
 from onemap_planner.search.events import Event, Exhausted
 from onemap_planner.world.costmap import distance_cells
 from onemap_planner.world.frontiers import find_frontiers
-from onemap_planner.world.map_view import MapView
-from onemap_shared.geometry import F64
-from onemap_shared.messages import Occupancy
 
-DISCOUNT_PER_M = 0.2  # lambda, as proposed there
-VIEW_M = 4.0  # radius of what a visit would show well
-RAYS = 48  # 7.5 degrees: a door at 3 m is two rays wide
 VALUE_RADIUS_M = 0.5  # as the authors' code
 
 Step = tuple[PlannerState, Motion, Event | None, GoalCandidates]
@@ -97,15 +91,6 @@ def nearness(goal: Goal, _: PlanningContext) -> float:
     return -goal.utility.travel_m
 
 
-def information_gain(goal: Goal, context: PlanningContext) -> float:
-    """Rank by the unknown area in view from the goal, square metres, discounted by the path.
-
-    A(q) exp(-lambda L) of Gonzalez-Banos and Latombe (2002).
-    """
-    area_m2 = unknown_in_view_m2(np.asarray(goal.viewpoint_xy), context.map_view)
-    return area_m2 * float(np.exp(-DISCOUNT_PER_M * goal.utility.travel_m))
-
-
 def frontier_value(goal: Goal, context: PlanningContext) -> float:
     """Rank by the highest value within ``VALUE_RADIUS_M`` of the frontier, as VLFM; 0: none."""
     grid = context.map_view.grid
@@ -114,22 +99,7 @@ def frontier_value(goal: Goal, context: PlanningContext) -> float:
     return float(np.nan_to_num(values, nan=0.0).max(initial=0.0))
 
 
-def unknown_in_view_m2(place: F64, map_view: MapView) -> float:
-    """Unknown area within ``VIEW_M`` and in sight of a place (2,) metres, square metres."""
-    grid = map_view.grid
-    steps = np.arange(1, int(VIEW_M / grid.cell_size_m) + 1)
-    angles = np.linspace(0, 2 * np.pi, RAYS, endpoint=False)
-    directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    cells = grid.cells(place) + np.rint(directions[:, None] * steps[:, None]).astype(np.int64)
-    x, y = np.moveaxis(np.clip(cells, 0, np.asarray(grid.shape) - 1), -1, 0)
-    states = np.where(grid.contains(cells), map_view.occupancy[x, y], Occupancy.UNKNOWN)
-    in_sight = ~np.logical_or.accumulate(states == Occupancy.OCCUPIED, axis=1)
-    ring_m2 = 2 * np.pi / RAYS * steps * map_view.cell_area_m2  # of one step of a ray
-    return float(((in_sight & (states == Occupancy.UNKNOWN)) * ring_m2).sum())
-
-
 NEAREST_FRONTIER = FrontierExploration(nearness, margin=float("inf"))
-INFORMATION_GAIN = FrontierExploration(information_gain, margin=0.5)  # m2: a gain is noisy
 VLFM = FrontierExploration(frontier_value, margin=0.005)  # 0.01 of the cosine, as the authors'
 
 

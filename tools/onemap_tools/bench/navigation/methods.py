@@ -12,7 +12,6 @@ from onemap_planner.config import PlannerConfig
 from onemap_shared.messages import SearchView
 from onemap_tools.bench.navigation.choices import Method
 from onemap_tools.bench.navigation.frontier_exploration import (
-    INFORMATION_GAIN,
     NEAREST_FRONTIER,
     VLFM,
 )
@@ -21,9 +20,7 @@ from onemap_tools.bench.search_method import SearchMethod
 
 # Without consensus: any cell of a detection counts.
 ANY_DETECTION = {"consensus": {"percentile": 0.0, "floor": 0.0}}
-NO_CONSENSUS = frozenset(
-    {Method.ONEMAP_NO_CONSENSUS, Method.VLFM, Method.NEAREST_FRONTIER, Method.INFORMATION_GAIN}
-)
+NO_CONSENSUS = frozenset({Method.ONEMAP_NO_CONSENSUS, Method.VLFM, Method.NEAREST_FRONTIER})
 
 
 def search_method(method: Method, cell_size_m: float) -> SearchMethod:
@@ -35,8 +32,6 @@ def search_method(method: Method, cell_size_m: float) -> SearchMethod:
             return SearchMethod(view=without_rivals)
         case Method.NEAREST_FRONTIER:
             return SearchMethod(exploration=NEAREST_FRONTIER, view=without_similarity)
-        case Method.INFORMATION_GAIN:
-            return SearchMethod(exploration=INFORMATION_GAIN, view=without_similarity)
         case Method.VLFM:
             values = ConfidenceValueMap(cell_size_m)
             return SearchMethod(exploration=VLFM, value_map=values, forgets=True)

@@ -21,7 +21,6 @@ class Failure(str, Enum):
     NEVER_IN_VIEW = "never in view"
     NOT_DETECTED = "in view, not detected"
     NOT_ACCEPTED = "detected, not accepted"
-    NOT_FOUND = "not found"  # over the real processes, where nobody counts what was in view
 
 
 @dataclass(frozen=True, slots=True)
