@@ -16,7 +16,7 @@ from onemap.choices import Choice
 from onemap.endings import FindEvidence, SearchCoverage
 
 Document = Mapping[str, Any]
-FINAL_STATES = ("found", "not_found", "failed", "cancelled", "arrived")
+FINAL_STATES = ("found", "not_found", "failed", "cancelled", "arrived", "interrupted")
 
 
 @dataclass(frozen=True, slots=True)

@@ -183,10 +183,11 @@ class System:
                 env={k: v for k, v in self.environment.items() if not k.startswith("COVERAGE_")},
             )
 
-    def onemap(self, *arguments: str) -> subprocess.CompletedProcess[str]:
+    def onemap(self, *arguments: str, config: bool = True) -> subprocess.CompletedProcess[str]:
         """Run an ``onemap`` command with this system's configuration."""
+        configured = ("--config", str(self.configuration)) if config else ()
         return subprocess.run(
-            onemap_command(*arguments, "--config", str(self.configuration)),
+            onemap_command(*arguments, *configured),
             env=self.environment,
             capture_output=True,
             text=True,

@@ -44,7 +44,7 @@ class SimulatedServices:
 
     def __init__(self, config: PlannerConfig) -> None:
         self.router = MemoryRouter()
-        self.robot, self.mapper, self.caller = (self.router.bus(name) for name in "rmc")
+        self.robot, self.mapper, self.caller = map(self.router.bus, ("robot", "mapper", "caller"))
         self.odometry = self.robot.publish(keys.ROBOT_ODOMETRY)
         self.revisions = self.mapper.publish(keys.MAP_REVISION)
         self.commands = self.robot.subscribe(keys.ROBOT_CMD_VEL, capacity=1000)
@@ -61,8 +61,19 @@ class SimulatedServices:
         self.perception = self.router.bus("p")
         self.perception.serve(keys.EMBED_TEXT, self._embed)
         self.config = config
-        self.planner = Planner(self.router.bus("planner"), config)
         self.count = 0
+        self.start_planner()
+
+    def start_planner(self, map_id: str = "m1") -> None:
+        """A planner that is told this id of the map, which this mapper does not say."""
+        self.planner_bus = self.router.bus("planner")
+        self.planner = Planner(self.planner_bus, self.config)
+        self.planner._planning_thread._views.map_id = map_id
+
+    def kill_planner(self) -> None:
+        """Nothing is tidied up."""
+        self.planner._planning_thread.close()
+        self.planner_bus.close()
 
     def _view(self, request: SearchViewRequest) -> SearchView:
         self.asked.append(request.text)

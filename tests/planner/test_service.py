@@ -127,12 +127,12 @@ def test_alone_a_cancel_of_another_search_stops_nothing(services: SimulatedServi
 def test_it_stops_while_two_of_a_role_send(services: SimulatedServices, role: str) -> None:
     services.start("sofa")
     services.until(lambda: any(map(moves, services.sent_commands())))
-    pair = [services.router.bus(role) for _ in range(2)]
+    another = services.router.bus(role)
     services.until(lambda: f"2 processes are the {role}" in services.get().reason)
     services.sent_commands()
     services.frame()
     assert not any(map(moves, services.sent_commands()))
-    pair[1].close()
+    another.close()
     services.until(lambda: any(map(moves, services.sent_commands())))
 
 
@@ -188,14 +188,54 @@ def test_a_killed_planner_goes_on_with_its_search(tmp_path: Path) -> None:
     services = SimulatedServices(config)
     started = services.start("sofa", "bed")
     services.until(lambda: (tmp_path / FILE_NAME).exists() and bool(services.resets))
-    services.planner._planning_thread.close()  # killed: nothing is tidied up
-    services.planner = Planner(services.router.bus("planner"), config)
+    services.kill_planner()
+    services.start_planner()
     assert services.get().search_id == started.search_id
     services.sent_commands()
     services.until(lambda: any(map(moves, services.sent_commands())))
     assert services.resets == [started.search_id]  # what was searched stays searched
     services.caller.call(keys.SEARCH_CANCEL, SearchId())
     services.until(lambda: not (tmp_path / FILE_NAME).exists())
+    services.planner.close()
+
+
+@pytest.mark.parametrize("end", ["told", "killed", "crashed"])
+@pytest.mark.parametrize("other", ["", "robot", "map"])
+def test_only_a_planner_that_was_away_alone_moves_the_robot_again(
+    tmp_path: Path, end: str, other: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    services = SimulatedServices(PlannerConfig(state_dir=tmp_path))
+    started = services.start("sofa", "bed")
+    services.until(lambda: any(map(moves, services.sent_commands())))
+    services.frame()
+    if end == "crashed":
+        monkeypatch.setattr(services.planner, "_control", lambda _: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            services.until(lambda: False)
+    if end != "killed":
+        services.planner.close()
+    services.kill_planner()
+    if other == "robot":
+        services.robot.close()
+        services.router.bus("robot")
+    services.sent_commands()
+    services.start_planner("m2" if other == "map" else "m1")
+    goes_on = end != "told" and not other
+    if goes_on:
+        services.until(lambda: any(map(moves, services.sent_commands())))
+    else:
+        services.until(lambda: not services.get().active)
+        for _ in range(20):
+            services.frame()
+        assert not any(map(moves, services.sent_commands()))
+    status = services.get()
+    assert (status.search_id, status.active) == (started.search_id, goes_on)
+    if not goes_on:
+        assert [each.outcome for each in status.results] == [SearchState.INTERRUPTED]
+        assert status.reason.startswith("interrupted at 20")
+        assert (tmp_path / FILE_NAME).exists()  # shown until another search begins
+        services.start("bed")
+        services.until(lambda: any(map(moves, services.sent_commands())))
     services.planner.close()
 
 
@@ -254,8 +294,8 @@ def test_by_default_a_search_outlives_the_planner(
     services = SimulatedServices(PlannerConfig())
     started = services.start("sofa")
     services.until(lambda: bool(services.resets))
-    services.planner._planning_thread.close()  # killed: nothing is tidied up
-    services.planner = Planner(services.router.bus("planner"), PlannerConfig())
+    services.kill_planner()
+    services.start_planner()
     assert services.get().search_id == started.search_id
     services.planner.close()
 
@@ -319,8 +359,8 @@ def test_a_restarted_planner_goes_on_with_its_drive(tmp_path: Path) -> None:
     services = SimulatedServices(config)
     started = services.go_to(3.0, 2.0)
     services.until((tmp_path / FILE_NAME).exists)
-    services.planner._planning_thread.close()  # killed: nothing is tidied up
-    services.planner = Planner(services.router.bus("planner"), config)
+    services.kill_planner()
+    services.start_planner()
     again = services.get()
     assert (again.search_id, again.place_m) == (started.search_id, (3.0, 2.0))
     services.planner.close()

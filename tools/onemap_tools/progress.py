@@ -21,6 +21,7 @@ COLOURS = {
     "not_found": "yellow",
     "failed": "red",
     "cancelled": "yellow",
+    "interrupted": "yellow",
 }
 BAR_WIDTH = 40
 

@@ -14,10 +14,9 @@ class PlannerConfig(PlannerParams):
 
     state_dir: Path | None = Field(
         default=Path("searches"),
-        description="Folder for the journal of the active search, from which a restarted planner "
-        "resumes it, and for the decisions of the last 50 searches, which 'onemap search replay' "
-        "shows; by default beside the mapper's 'maps'. None: the search is lost, and nothing is "
-        "recorded.",
+        description="Folder for the journal of the active search, with which a planner that was "
+        "away alone goes on, and for the decisions of the last 50 searches, which 'onemap search "
+        "replay' shows. None: the search is lost, and nothing is recorded.",
     )
     plan_hz: PositiveFloat = Field(
         default=4.0, description="Plans per second: as often as the map changes."

@@ -34,7 +34,8 @@ class LatestInputs:
     map_rate: of new frames in the map; map_version: (revision, frames fused) of the newest map;
     map_count: different maps so far; exchange_count: of these, those that took the place of
     another in a running mapper; loop and delay: how long commands and odometry travel; mixed: why
-    messages of several robots or mappers come, empty if they do not.
+    messages of several robots or mappers come, empty if they do not; held: why a search of before
+    the planner's restart does not go on yet.
     """
 
     pose: Pose2d | None = None
@@ -49,6 +50,7 @@ class LatestInputs:
     loop: LoopMonitor = field(default_factory=LoopMonitor)
     delay: OdometryDelay = field(default_factory=OdometryDelay)
     mixed: str = ""
+    held: str = ""
 
     def ages(self, now_s: float) -> InputAges:
         """Ages of odometry and map at ``now_s``."""
@@ -61,7 +63,7 @@ class LatestInputs:
     def stale_reason(self, now_s: float, params: StalenessParams) -> str:
         """Why the robot must stop; empty if it may move."""
         stale = stale_reason(self.ages(now_s), params)
-        return self.mixed or stale or self._late_reason(now_s, params)
+        return self.mixed or self.held or stale or self._late_reason(now_s, params)
 
     def for_controller(
         self, search_id: str, now_s: float, params: StalenessParams

@@ -28,6 +28,7 @@ class ViewRequests:
     def __init__(self, bus: Bus, timeout_s: float) -> None:
         self._bus, self._timeout_s = bus, timeout_s
         self.whole = self.changed = 0  # views that came as a whole, and as what changed
+        self.map_id = ""  # of the newest view's map; empty before the first, and if no mapper says
         self._kept: dict[SearchViewRequest, AssembledView] = {}  # the newest last
 
     def view(self, request: SearchViewRequest) -> PlanningView:
@@ -69,6 +70,7 @@ class ViewRequests:
         have: ViewKey = NO_VIEW if kept is None else kept.key
         question = ViewChangesRequest(request.text, request.rivals, have)
         changes = self._bus.call(keys.MAP_VIEW_CHANGES, question, self._timeout_s)
+        self.map_id = changes.key.map_id
         made = after(kept, changes)
         self.whole += changes.base == NO_VIEW
         self.changed += changes.base != NO_VIEW

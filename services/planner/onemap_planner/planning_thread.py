@@ -108,6 +108,11 @@ class PlanningThread:
         return self._thread.is_alive()
 
     @property
+    def map_id(self) -> str:
+        """Id of the map that the newest view is of; empty before the first."""
+        return self._views.map_id
+
+    @property
     def detection_counters(self) -> Counters:
         """Counters of the detections."""
         return self._detections.counters
@@ -156,6 +161,8 @@ class PlanningThread:
             stale_reason = f"the map has not answered for {VIEW_TIMEOUT_S:g} s"
         except CallError:
             stale_reason = "the mapper is not there"
+        if self._now().inputs.held:
+            return
         other_view = None if view is None else self._request_other_view(state)
         now, now_s = self._now(), time.monotonic()
         if view is not None and now.inputs.pose is not None:

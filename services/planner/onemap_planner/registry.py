@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from onemap_planner.policy.competition import NO_SYNONYMS, Synonyms
 from onemap_planner.policy.state import PlannerState
-from onemap_planner.search.events import Cancelled, EventStamp
+from onemap_planner.search.events import Cancelled, EventStamp, Interrupted
 from onemap_planner.search.phases import Search
 from onemap_planner.search.state_machine import transition
 from onemap_shared.transport import RequestRejected
@@ -84,6 +84,13 @@ class SearchRegistry:
                 search = self._stamped(transition(search, Cancelled(), stamp))
                 self._state = replace(self._state, search=search)
             return search
+
+    def interrupt(self, reason: str, stamp: EventStamp, ended_ns: int) -> None:
+        """End the active search, if there is one, as interrupted at ``ended_ns``."""
+        with self._lock:
+            if self._state is not None and self._state.search.active:
+                search = transition(self._state.search, Interrupted(reason), stamp)
+                self._state = replace(self._state, search=replace(search, ended_ns=ended_ns))
 
     def find(self, search_id: str) -> Search:
         """The search of this id, the newest for an empty id."""

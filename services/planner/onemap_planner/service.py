@@ -5,6 +5,10 @@ from __future__ import annotations
 import logging
 import math
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
 
 from onemap_planner.config import PlannerConfig
 from onemap_planner.inputs import (
@@ -19,7 +23,9 @@ from onemap_planner.motion.velocity_controller import VelocityController
 from onemap_planner.planning_thread import PlanningThread, ThreadInputs
 from onemap_planner.registry import SearchRegistry
 from onemap_planner.search import decision_log, journal
+from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import Search
+from onemap_planner.search.resumption import Surroundings, interrupted_reason, interruption
 from onemap_planner.search.state_machine import status
 from onemap_planner.search_commands import SearchCommands
 from onemap_shared import keys, tracing
@@ -29,6 +35,7 @@ from onemap_shared.messages import (
     VelocityCommand,
 )
 from onemap_shared.rates import RateMeter
+from onemap_shared.services import DRIVER, role_of
 from onemap_shared.transport import (
     Bus,
     Counters,
@@ -40,6 +47,8 @@ from onemap_shared.watchdog import ThreadCheck
 LOG = logging.getLogger("onemap.planner")
 
 STATUS_PERIOD_S = 1.0
+HELD = "the planner was restarted and makes sure that nothing else was"
+BOOT_ID = Path("/proc/sys/kernel/random/boot_id")  # of Linux; elsewhere no search goes on
 IDLE_AGE_S = 5.0  # without a search, inputs older than this are reported as a problem
 
 
@@ -53,8 +62,11 @@ class Planner:
         self._revisions = bus.subscribe(keys.MAP_REVISION)
         self._commands = bus.publish(keys.ROBOT_CMD_VEL)
         self._states = bus.publish(keys.SEARCH_STATE)
-        self._registry = SearchRegistry(_restored(config, now_s))
-        self._inputs = LatestInputs(loop=LoopMonitor(bus.instance))
+        self._boot_id = BOOT_ID.read_text().strip() if BOOT_ID.exists() else ""
+        self._recorded = _recorded(config, now_s)  # until it is known whether its search goes on
+        self._registry = SearchRegistry(self._recorded.search if self._recorded else None)
+        held = HELD if self._recorded else ""
+        self._inputs = LatestInputs(loop=LoopMonitor(bus.instance), held=held)
         self._controller = VelocityController()
         self._sent = self._refused = 0
         self._driven_ns = 0  # the frame on which the newest command rests
@@ -70,10 +82,13 @@ class Planner:
             now=self._thread_inputs,
         )
         self._check_planning = ThreadCheck("the planning thread")
+        self._whole_steps = True  # the last step did not raise
+        self._decide()
         SearchCommands(bus, self._registry, inputs=lambda: self._inputs, status_of=self._status)
 
     def step(self, timeout_s: float) -> None:
         """Take inputs until the next command is due, then send it."""
+        self._whole_steps = False
         if not self._planning_thread.alive:
             raise RuntimeError("the planning thread died")
         self._check_planning(self._planning_thread.turns, time.monotonic())
@@ -94,9 +109,11 @@ class Planner:
             self._next_control_s = max(self._next_control_s + 1.0 / self._config.control_hz, now_s)
             self._control_rate = self._control_rate.with_event(now_s)
             self._inputs = with_members(self._inputs, self._bus.members())
+            self._decide()
             self._control(now_s)
             self._publish_status(now_s)
             self._log_refused()
+        self._whole_steps = True
 
     def health(self) -> Health:
         """Readiness and the metrics of planning and control; not ready while inputs are stale."""
@@ -131,12 +148,63 @@ class Planner:
         return Health(ready=not problem, problem=problem, metrics=known)
 
     def close(self) -> None:
-        """Stop the planning thread and, if the robot may be moving, the robot."""
+        """Stop the planning thread and, if the robot may be moving, the robot.
+
+        Who stops a planner ends its search; one that crashed may go on with it.
+        """
+        told = self._whole_steps and self._planning_thread.alive
         self._planning_thread.close()
         state = self._registry.state
         if state is not None and state.search.active:
             self._send(Velocity2d())
             self._write_journal(state.search, time.monotonic())
+            if told and self._recorded is None:
+                xy = self._inputs.pose.xy if self._inputs.pose else None
+                stamp = EventStamp(time.monotonic(), 0.0, xy, self._inputs.odometer_m)
+                self._interrupt(state.search, "the planner was stopped", stamp, time.time_ns())
+                self._publish_status(time.monotonic())
+
+    def _decide(self) -> None:
+        """End the search of before the restart, or let it go on, once it is known which."""
+        recorded, state = self._recorded, self._registry.state
+        if recorded is None or state is None:
+            return
+        if state.search.active and state.search.search_id == recorded.search.search_id:
+            now = self._surroundings()
+            why = recorded.interrupted or interruption(recorded.around, now)
+            if not why and not now.known:
+                return
+            if why:
+                stamp = EventStamp(recorded.loaded_s, 0.0, recorded.around.xy_m, 0.0)
+                self._interrupt(recorded.search, why, stamp, recorded.written_ns)
+            else:
+                LOG.info("search %s goes on for %s", state.search.search_id, state.search.subject)
+        self._recorded = None
+        self._inputs = replace(self._inputs, held="")
+
+    def _interrupt(self, search: Search, why: str, stamp: EventStamp, at_ns: int) -> None:
+        """End the active search where it cannot or should not go on, on disk too."""
+        self._registry.interrupt(interrupted_reason(search, why, at_ns), stamp, at_ns)
+        LOG.warning("search %s for %s is interrupted: %s", search.search_id, search.subject, why)
+        if self._config.state_dir is not None:
+            with self._reporting(self._config.state_dir):
+                journal.mark_interrupted(self._config.state_dir, why)
+
+    def _surroundings(self) -> Surroundings:
+        """What the search rests on now; beside another planner the robot counts as not known."""
+        others = self._bus.members() - {("planner", self._bus.instance)}
+        robots = [" ".join(each) for each in others if role_of(each[0]) == DRIVER]
+        sole = len(robots) == 1 and not any(service == "planner" for service, _ in others)
+        inputs = self._inputs
+        return Surroundings(
+            namespace=self._bus.namespace,
+            boot_id=self._boot_id,
+            boot_s=time.clock_gettime(time.CLOCK_BOOTTIME) if self._boot_id else 0.0,
+            robot=robots[0] if sole else "",
+            map_id=self._planning_thread.map_id,
+            odometry=inputs.odometry.sequence if inputs.odometry else -1,
+            xy_m=inputs.pose.xy if inputs.pose else None,
+        )
 
     def _control(self, now_s: float) -> None:
         state = self._registry.state
@@ -240,10 +308,22 @@ class Planner:
 
     def _write_journal(self, search: Search, now_s: float) -> None:
         folder = self._config.state_dir
-        if folder is None:
-            return
+        if folder is None or (self._recorded is not None and search.active):
+            return  # what was recorded stays as it is until it is known whether it goes on
+        with self._reporting(folder):
+            journal.save(
+                folder,
+                search,
+                self._surroundings(),
+                now_s=now_s,
+                now_ns=time.time_ns(),
+                odometer_m=self._inputs.odometer_m,
+            )
+
+    @contextmanager
+    def _reporting(self, folder: Path) -> Iterator[None]:
         try:
-            journal.save(folder, search, now_s=now_s, odometer_m=self._inputs.odometer_m)
+            yield
         except OSError as problem:
             self._report(f"cannot record the search in {folder}: {problem}")
 
@@ -254,18 +334,15 @@ class Planner:
             self._reported.add(problem)
 
 
-def _restored(config: PlannerConfig, now_s: float) -> Search | None:
+def _recorded(config: PlannerConfig, now_s: float) -> journal.Recorded | None:
     if config.state_dir is None:
         return None
     try:
-        search = journal.load(config.state_dir, now_s)
+        return journal.load(config.state_dir, now_s)
     except journal.JournalError as problem:
         aside = journal.set_aside(config.state_dir)
         LOG.error("the search that was active is lost: %s; %s", problem, aside)
         return None
-    if search is not None:
-        LOG.info("resuming search %s for %s", search.search_id, search.subject)
-    return search
 
 
 def build(bus: Bus, config: PlannerConfig) -> Worker:

@@ -147,7 +147,10 @@ class SearchOrder(str, Enum):
 
 
 class SearchState(str, Enum):
-    """States of a search; the last five are final, ``arrived`` only of a drive to a place."""
+    """States of a search; the last six are final.
+
+    ``arrived``: only of a drive to a place; ``interrupted``: the planner was stopped or restarted.
+    """
 
     EXPLORING = "exploring"
     APPROACHING = "approaching"
@@ -157,6 +160,7 @@ class SearchState(str, Enum):
     FAILED = "failed"
     CANCELLED = "cancelled"
     ARRIVED = "arrived"
+    INTERRUPTED = "interrupted"
 
     def __str__(self) -> str:
         return self.value
@@ -169,6 +173,7 @@ FINAL_STATES = frozenset(
         SearchState.FAILED,
         SearchState.CANCELLED,
         SearchState.ARRIVED,
+        SearchState.INTERRUPTED,
     }
 )
 

@@ -68,6 +68,20 @@ def test_a_drive_can_be_stopped(page: Page, robot: Robot) -> None:
     page.wait_for("document.getElementById('search-state').innerText === 'cancelled'")
 
 
+def test_an_interrupted_search_can_be_started_again(page: Page, robot: Robot) -> None:
+    open_page(page, robot)
+    start_search(page)
+    assert page.evaluate("document.getElementById('again').hidden")
+    robot.planner.move(SearchState.INTERRUPTED, "interrupted at 12:00: the planner was stopped")
+    page.wait_for("!document.getElementById('again').hidden")
+    page.click("#again")
+    page.wait_for("document.body.classList.contains('searching')")
+    assert robot.planner.status is not None
+    assert robot.planner.status.objects == ("sofa", "kettle")
+    assert page.evaluate("document.getElementById('again').hidden")
+    assert page.errors == []
+
+
 def test_a_drag_moves_the_map_and_opens_nothing(page: Page, robot: Robot) -> None:
     place = open_page(page, robot)
     page.drag(place, (place[0] + 80, place[1]))

@@ -9,15 +9,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from onemap_planner.search import decision_log
-from onemap_planner.search.events import Cancelled, EventStamp, Exhausted, Reordered
+from onemap_planner.search import decision_log, journal
+from onemap_planner.search.events import Cancelled, EventStamp, Exhausted, Interrupted, Reordered
 from onemap_planner.search.journal import (
     FILE_NAME,
     MAX_FILE_BYTES,
     SET_ASIDE,
     JournalError,
-    load,
-    save,
+    mark_interrupted,
     set_aside,
 )
 from onemap_planner.search.phases import (
@@ -25,14 +24,39 @@ from onemap_planner.search.phases import (
     Destination,
     Driving,
     Exploring,
+    Search,
     Starting,
     TargetStart,
 )
+from onemap_planner.search.resumption import Surroundings
 from onemap_planner.search.state_machine import new_search, status, transition
 from onemap_shared.messages import Coverage, SearchKind, SearchOrder, SearchState
 
 THEN = EventStamp(5.0, 4.0, (0.5, -1.0), 10.0)
 NOW = EventStamp(9.0, 8.0, (1.0, 1.0), 14.0)
+AROUND = Surroundings("r1", "b1", 50.0, "ros2 i1", "m1", 7, (1.0, 2.0))
+
+
+def save(folder: Path, search: Search, *, now_s: float, odometer_m: float) -> None:
+    journal.save(folder, search, AROUND, now_s=now_s, now_ns=10**18, odometer_m=odometer_m)
+
+
+def load(folder: Path, now_s: float) -> Search | None:
+    recorded = journal.load(folder, now_s)
+    return None if recorded is None else recorded.search
+
+
+def test_what_a_search_rests_on_and_why_it_has_ended_are_kept(tmp_path: Path) -> None:
+    search = new_search("id", ("cup",), THEN, 7)
+    save(tmp_path, search, now_s=6.0, odometer_m=11.0)
+    recorded = journal.load(tmp_path, now_s=1000.0)
+    assert recorded is not None
+    assert (recorded.around, recorded.written_ns, recorded.interrupted) == (AROUND, 10**18, "")
+    mark_interrupted(tmp_path, "the planner was stopped")
+    save(tmp_path, transition(search, Interrupted("x"), NOW), now_s=9.0, odometer_m=14.0)
+    recorded = journal.load(tmp_path, now_s=1000.0)
+    assert recorded is not None
+    assert (recorded.search.active, recorded.interrupted) == (True, "the planner was stopped")
 
 
 def test_the_search_goes_on_at_its_object(tmp_path: Path) -> None:
@@ -78,8 +102,10 @@ WRITTEN_BY_RELEASE_1 = """{"schema": 1, "search_id": "abc", "objects": ["the sof
 
 def test_a_journal_of_an_earlier_release_is_read(tmp_path: Path) -> None:
     (tmp_path / FILE_NAME).write_text(WRITTEN_BY_RELEASE_1)
-    restored = load(tmp_path, now_s=50.0)
-    assert restored is not None
+    recorded = journal.load(tmp_path, now_s=50.0)
+    assert recorded is not None
+    assert recorded.around == Surroundings()
+    restored = recorded.search
     assert (restored.search_id, restored.target, restored.index) == ("abc", "cup", 1)
     (result,) = restored.results
     assert (result.name, result.outcome, result.score) == ("the sofa", SearchState.FOUND, 0.7)
@@ -156,6 +182,10 @@ def changed(**changes: Any) -> str:
         ),
         changed(paused=["x"]),
         changed(objects=5),
+        changed(around=[]),
+        changed(around={"boot_s": "x"}),
+        changed(written_ns=-1),
+        changed(interrupted="\ud800"),
         " " * (MAX_FILE_BYTES + 1),
     ],
 )
@@ -177,6 +207,7 @@ VALUES = st.recursive(
     max_leaves=4,
 )
 MEMBERS = (*json.loads(WRITTEN_BY_RELEASE_1), "kind", "place_m", "order", "index", "done", "paused")
+MEMBERS += ("around", "written_ns", "interrupted")
 
 
 @given(

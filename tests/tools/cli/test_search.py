@@ -13,7 +13,7 @@ import pytest
 from rich.console import Console
 
 from onemap import Client
-from onemap_tools.cli.search import all_found, arrived, drive, search
+from onemap_tools.cli.search import again, all_found, arrived, drive, search
 
 RESULT: dict[str, Any] = {
     "name": "sofa",
@@ -178,3 +178,20 @@ def test_the_order_is_asked_for_only_if_it_is_any(any_order: bool, body: dict[st
     client = Client(transport=httpx.MockTransport(handle))
     search(client, ("sofa", "bed"), console(), any_order=any_order)
     assert sent == [{"objects": ["sofa", "bed"], **body}]
+
+
+@pytest.mark.parametrize(
+    ("what", "command"),
+    [
+        ({"objects": ["sofa", "teddy bear"], "order": "given"}, "onemap search 'teddy bear'"),
+        ({"objects": ["bed", "sofa"], "order": "any"}, "onemap search --any-order bed"),
+        ({"kind": "go_to", "place_m": [1.0, -2.5]}, "onemap go 1.0 -2.5"),
+        ({"kind": "look_at", "place_m": [1.0, 2.5]}, "onemap go --look 1.0 2.5"),
+    ],
+)
+def test_an_interrupted_search_is_offered_for_what_it_did_not_find(
+    what: dict[str, Any], command: str
+) -> None:
+    find = {**report("interrupted", RESULT), "kind": "find", "place_m": None, "order": "given"}
+    assert again(find | what).endswith(f"Search again: {command}")
+    assert again(find | what | {"state": "cancelled"}) == ""

@@ -184,11 +184,14 @@ def status(
             print_json({"service": service, "ready": True})
         return
     from onemap_tools.cli.gateway_report import describe_status
+    from onemap_tools.cli.search import interrupted
     from onemap_tools.gateway import gateway_client
 
     with gateway_client(url, token) as gateway:
-        document = dict(gateway.status().document)
+        document, offered = dict(gateway.status().document), interrupted(gateway)
     describe_status(document, result_console(as_json))
+    if offered:
+        result_console(as_json).print(offered, soft_wrap=True)
     if as_json:
         print_json(document)
     raise typer.Exit(EXIT_OK if document["ready"] else EXIT_FAILED)

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from onemap import QueryEvent, QueryInterrupted
-from onemap_tools.cli.search import all_found
+from onemap_tools.cli.search import again, all_found
 from onemap_tools.cli.terminal import print_json, progress_console, result_console
 
 COLOURS = {"ok": "green", "degraded": "yellow", "down": "red"}
@@ -32,13 +32,14 @@ def describe_search(report: dict[str, Any], console: Console) -> None:
         )
     console.print(table)
     if not all_found(report):
-        console.print(report["reason"])
+        console.print(again(report) or report["reason"], soft_wrap=True)
 
 
 def describe_drive(report: dict[str, Any]) -> Text:
     """How a drive to a place ended, in a line."""
     driven = f"{report['elapsed_s']:.0f} s, {report['path_length_m']:.1f} m"
-    return Text(f"{report['state'].capitalize()}: {report['reason']} ({driven}).")
+    ended = f"{report['state'].capitalize()}: {report['reason']} ({driven})."
+    return Text(again(report) or ended)
 
 
 def describe_query(reply: dict[str, Any], console: Console) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -10,7 +11,7 @@ from typing import Any
 from rich.console import Console
 
 from onemap import NO_LIMITS, Client, OneMapError, RemoteSearch, SearchLimits
-from onemap_shared.messages import SearchState
+from onemap_shared.messages import SearchKind, SearchOrder, SearchState
 from onemap_tools.errors import EXIT_FAILED, EXIT_INTERRUPTED, EXIT_OK
 from onemap_tools.gateway import SearchHandle
 from onemap_tools.processes.interrupts import interruptible
@@ -96,3 +97,25 @@ def all_found(report: dict[str, Any]) -> bool:
 def arrived(report: dict[str, Any]) -> bool:
     """Whether a drive has reached its place, or a view of it."""
     return bool(report["state"] == SearchState.ARRIVED.value)
+
+
+def again(report: dict[str, Any]) -> str:
+    """How to start an interrupted search again, in a sentence; empty for any other."""
+    if report.get("state") != SearchState.INTERRUPTED.value:
+        return ""
+    if report["place_m"]:
+        look = ["--look"] if report["kind"] == SearchKind.LOOK_AT.value else []
+        words = ["go", *look, *map(str, report["place_m"])]
+    else:
+        found = {r["name"] for r in report["results"] if r["outcome"] == SearchState.FOUND.value}
+        any_order = ["--any-order"] if report["order"] == SearchOrder.ANY.value else []
+        words = ["search", *any_order, *(n for n in report["objects"] if n not in found)]
+    return f"The last search was {report['reason']}. Search again: {shlex.join(['onemap', *words])}"
+
+
+def interrupted(gateway: Client) -> str:
+    """``again`` for the newest search; empty if there is none, or the planner does not answer."""
+    try:
+        return again(dict(gateway.searches.get().latest.document))
+    except OneMapError:
+        return ""

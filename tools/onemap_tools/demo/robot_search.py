@@ -48,8 +48,8 @@ class RobotSearch:
 
     @property
     def failure(self) -> str:
-        """Why a search as a whole failed or was cancelled; empty if all ran to their end."""
-        early = (SearchState.FAILED, SearchState.CANCELLED)
+        """Why a search as a whole did not come to its end; empty if all ran to their end."""
+        early = (SearchState.FAILED, SearchState.CANCELLED, SearchState.INTERRUPTED)
         reasons = [
             str(handle.report["reason"])
             for handle in self._handles

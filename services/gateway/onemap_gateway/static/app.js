@@ -217,6 +217,13 @@ async function beginSearch(request) {
   dismissed = "";
 }
 
+// What an interrupted search has not found, or its place.
+function searchAgain({ kind, place_m: place, objects, order, results }) {
+  if (kind !== "find") return beginSearch({ [`${kind}_m`]: place });
+  const found = results.filter((each) => each.outcome === "found").map((each) => each.name);
+  return beginSearch({ objects: objects.filter((name) => !found.includes(name)), order });
+}
+
 // Send the robot to the place of a popup; key: go_to_m or look_at_m.
 function drive(button, popup, key) {
   return inPopup(button, popup, () => beginSearch({ [key]: popup.place.map(millimetres) }));
@@ -255,6 +262,7 @@ by("find").addEventListener("click", startSearch);
 by("stop").addEventListener("click", () =>
   act(by("stop"), () => send("DELETE", `/v1/searches/${state.search.id}`)),
 );
+by("again").addEventListener("click", () => act(by("again"), () => searchAgain(state.search)));
 by("heat").addEventListener("click", () => {
   if (!queried && !pictured) dismissed = state.search?.target ?? "";
   clearResult();

@@ -78,6 +78,7 @@ export function showSearch(search) {
   by("search-state").className = `state ${search.state}`;
   by("search-reason").textContent = capital(search.reason);
   by("stop").hidden = !search.active;
+  by("again").hidden = search.state !== "interrupted";
   by("search-numbers").textContent =
     `${duration(search.elapsed_s)} · ${search.path_length_m.toFixed(1)} m driven`;
   const rows = search.objects.map((name, index) => describe(search, name, index));

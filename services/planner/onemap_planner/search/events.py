@@ -110,6 +110,13 @@ class Cancelled:
     """The search was cancelled by request."""
 
 
+@dataclass(frozen=True, slots=True)
+class Interrupted:
+    """The planner was stopped, or away while other things changed; reason: which."""
+
+    reason: str
+
+
 Event = (
     MapReady
     | Rotated
@@ -124,4 +131,5 @@ Event = (
     | TargetFailed
     | SearchFailed
     | Cancelled
+    | Interrupted
 )

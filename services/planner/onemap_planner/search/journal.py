@@ -1,6 +1,6 @@
-"""Journal of the active search on disk, from which a restarted planner resumes it.
+"""Journal of the active search on disk, and of one that was interrupted until another begins.
 
-One JSON file, replaced atomically; without a file no search is active.
+One JSON file, replaced atomically. Whether the search goes on says ``resumption``.
 """
 # Touches files: the active search.
 
@@ -10,7 +10,7 @@ import json
 import os
 import re
 from collections.abc import Iterable
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +18,12 @@ from onemap_planner.search.events import EventStamp
 from onemap_planner.search.phases import (
     Budget,
     Destination,
+    Finished,
     PausedTarget,
     Search,
     TargetStart,
 )
+from onemap_planner.search.resumption import Surroundings
 from onemap_planner.search.state_machine import new_search, status
 from onemap_shared.messages import (
     Coverage,
@@ -40,6 +42,7 @@ FILE_NAME = "search.json"
 SET_ASIDE = "search.json.unreadable"
 MAX_FILE_BYTES = 1_000_000  # a search for 20 objects takes 20 kB
 MAX_REASON_CHARS = 200
+MAX_NS = 4_000_000_000 * 10**9  # since 1970: dates up to 2096 can be told
 MAX_NUMBER = 1e12  # of seconds and metres: no sum of them becomes infinite
 SEARCH_ID = re.compile(r"[A-Za-z0-9_-]{1,64}")  # it becomes the name of a file
 # What reading a file of any content raises.
@@ -50,11 +53,35 @@ class JournalError(Exception):
     """A journal that cannot be used; the text says why."""
 
 
-def save(folder: Path, search: Search, *, now_s: float, odometer_m: float) -> None:
-    """Write the active search, or remove the file if the search is over."""
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """A search as it was, active, at ``written_ns`` since 1970.
+
+    loaded_s: until then, in seconds of the monotonic clock, its times count as if it had gone on;
+    around: what it rested on; interrupted: why it has ended, if that was recorded.
+    """
+
+    search: Search
+    around: Surroundings
+    written_ns: int
+    loaded_s: float
+    interrupted: str = ""
+
+
+def save(
+    folder: Path,
+    search: Search,
+    around: Surroundings,
+    *,
+    now_s: float,
+    now_ns: int,
+    odometer_m: float,
+) -> None:
+    """Write the active search, or remove the file if the search is over and not interrupted."""
     path = folder / FILE_NAME
     if not search.active:
-        path.unlink(missing_ok=True)
+        if search.phase != Finished(SearchState.INTERRUPTED):
+            path.unlink(missing_ok=True)
         return
     folder.mkdir(parents=True, exist_ok=True)
     document = {
@@ -74,7 +101,20 @@ def save(folder: Path, search: Search, *, now_s: float, odometer_m: float) -> No
         "elapsed_s": now_s - search.target_start.since_s,
         "path_length_m": odometer_m - search.target_start.odometer_m,
         "start_xy_m": search.target_start.xy,
+        "around": asdict(around),
+        "written_ns": now_ns,
     }
+    _replace_file(path, document)
+
+
+def mark_interrupted(folder: Path, why: str) -> None:
+    """Record that the search of the file has ended: no later planner goes on with it."""
+    path = folder / FILE_NAME
+    document = json.loads(path.read_text(encoding="utf-8"))
+    _replace_file(path, {**document, "interrupted": why})
+
+
+def _replace_file(path: Path, document: dict[str, Any]) -> None:
     draft = path.with_suffix(".draft")
     with draft.open("w", encoding="utf-8") as file:
         json.dump(document, file)
@@ -83,7 +123,7 @@ def save(folder: Path, search: Search, *, now_s: float, odometer_m: float) -> No
     os.replace(draft, path)
 
 
-def load(folder: Path, now_s: float) -> Search | None:
+def load(folder: Path, now_s: float) -> Recorded | None:
     """The search of the journal at its present object, or None if there is none.
 
     The time since it was written is not counted; the odometer begins at zero. Raises
@@ -98,7 +138,9 @@ def load(folder: Path, now_s: float) -> Search | None:
             path.read_text(encoding="utf-8"), parse_float=_finite, parse_constant=_finite
         )
         search = _search(document, now_s)
-        decode(SearchStatus, encode(status(search, odometer_m=0.0, now_ns=0)))  # can be published
+        recorded = _recorded(document, search, now_s)
+        said = replace(search, reason=recorded.interrupted or search.reason)
+        decode(SearchStatus, encode(status(said, odometer_m=0.0, now_ns=0)))  # can be published
     except FileNotFoundError:
         return None
     except OSError as problem:
@@ -106,7 +148,7 @@ def load(folder: Path, now_s: float) -> Search | None:
     except UNUSABLE as problem:
         reason = repr(problem)[:MAX_REASON_CHARS]
         raise JournalError(f"{path} is not a search of schema {SCHEMA}: {reason}") from problem
-    return search
+    return recorded
 
 
 def set_aside(folder: Path) -> str:
@@ -131,7 +173,7 @@ def _search(document: Any, now_s: float) -> Search:
     results = tuple(_result(entry) for entry in document["results"])
     index, done = _progress(document, len(results), max(len(objects), 1))
     search_id, started_ns = str(document["search_id"]), int(document["started_ns"])
-    if not SEARCH_ID.fullmatch(search_id) or not 0 <= started_ns < 2**63:
+    if not SEARCH_ID.fullmatch(search_id) or not 0 <= started_ns < MAX_NS:
         raise ValueError(f"search_id is {search_id[:80]!r}, started_ns is {started_ns}")
     start = new_search(
         search_id,
@@ -156,6 +198,29 @@ def _search(document: Any, now_s: float) -> Search:
         target_start=target_start,
         done=done,
         paused=tuple(_paused(entry, len(objects)) for entry in document.get("paused", ())),
+    )
+
+
+def _recorded(document: Any, search: Search, now_s: float) -> Recorded:
+    """With the surroundings, which journals of earlier releases lack."""
+    around = document.get("around", {})
+    written_ns = int(document.get("written_ns", search.started_ns))
+    if not 0 <= written_ns < MAX_NS:
+        raise ValueError(f"written_ns is {written_ns}")
+    texts = {
+        name: str(around.get(name, "")) for name in ("namespace", "boot_id", "robot", "map_id")
+    }
+    return Recorded(
+        search,
+        Surroundings(
+            **texts,
+            boot_s=_number(around.get("boot_s", 0.0)),
+            odometry=int(around.get("odometry", -1)),
+            xy_m=_pair(around.get("xy_m")),
+        ),
+        written_ns,
+        now_s,
+        str(document.get("interrupted", ""))[:MAX_REASON_CHARS],
     )
 
 

@@ -17,6 +17,7 @@ from onemap_planner.search.events import (
     Event,
     EventStamp,
     Exhausted,
+    Interrupted,
     MapReady,
     MapRestarted,
     Rejected,
@@ -77,6 +78,8 @@ def transition(  # noqa: PLR0911, PLR0912 - a table, one row for each transition
             return search
         case (_, Cancelled()):
             return _end_search(search, Ending(SearchState.CANCELLED, "cancelled"), stamp)
+        case (_, Interrupted(reason)):
+            return _end_search(search, Ending(SearchState.INTERRUPTED, reason), stamp)
         case (_, SearchFailed(reason, code)):
             return _end_search(search, Ending(SearchState.FAILED, reason, code), stamp)
         case (_, TargetFailed(reason, code)):

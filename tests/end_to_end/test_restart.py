@@ -1,0 +1,175 @@
+"""A robot never drives by itself after a restart, unless the planner alone was away for moments."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from math import dist
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+
+from onemap_shared.messages import Odometry
+from onemap_tools.processes.launch import onemap_command
+from tests.end_to_end.conftest import SIMULATED, SIMULATOR
+from tests.end_to_end.system import PATIENCE_S, START_S, System
+from tests.end_to_end.test_faults import absent_object
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(1200)]
+
+WATCHED_S = 6.0
+STILL_M = 0.02
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Iterator[System]:
+    """Every service and a simulated robot, each started by the test."""
+    with System(tmp_path, SIMULATED, {"simulator": SIMULATOR}) as system:
+        yield system
+
+
+def searching(system: System) -> dict[str, Any]:
+    """A search that drives the robot, with a journal of it on disk."""
+    system.until(system.is_ready, "frames go all the way to the map", START_S)
+    search = system.http.post("/v1/searches", json={"objects": [absent_object(system)]})
+    assert search.status_code == 201, search.text
+    system.until(lambda: system.monitor.moves, "the robot moves", START_S)
+    system.until(journal(system).exists, "the search is in the journal")
+    time.sleep(1.5)  # written once more while it drives
+    document: dict[str, Any] = search.json()
+    return document
+
+
+def journal(system: System) -> Path:
+    return system.folder / "planner" / "search.json"
+
+
+def kill_all(system: System) -> None:
+    """As power that goes: no process has time for anything."""
+    for process in system.processes.values():
+        process.kill()
+    for process in system.processes.values():
+        process.wait()
+
+
+def start_all(system: System) -> None:
+    for name in ("router", *system.services):
+        system.start(name)
+    system.until(system.is_ready, "all is ready again", START_S)
+
+
+def newest(system: System) -> Odometry:
+    before = system.monitor.odometry[-1] if system.monitor.odometry else None
+    system.until(
+        lambda: system.monitor.odometry and system.monitor.odometry[-1] is not before, "odometry"
+    )
+    return system.monitor.odometry[-1]
+
+
+def stays_where_it_is(system: System) -> None:
+    """The robot stands for ``WATCHED_S``, and nobody drives it."""
+    first = newest(system).T_map_body
+    until_s = time.monotonic() + WATCHED_S
+    while time.monotonic() < until_s:
+        message = newest(system)
+        assert dist(first[:2, 3], message.T_map_body[:2, 3]) < STILL_M
+        assert not system.monitor.moves
+
+
+def is_interrupted(system: System, search: dict[str, Any], why: str) -> None:
+    """The search is over, with the reason, and can be started again."""
+    now = system.http.get("/v1/searches/current").json()
+    assert (now["id"], now["state"], now["active"]) == (search["id"], "interrupted", False)
+    assert why in now["reason"]
+    assert now["results"][-1]["outcome"] == "interrupted"
+    assert now["updated_at"] >= search["started_at"]
+    said = system.onemap("status", "--url", str(system.http.base_url), config=False)
+    assert shlex.join(["onemap", "search", *search["objects"]]) in said.stdout
+    again = system.http.post("/v1/searches", json={"objects": search["objects"]})
+    assert again.status_code == 201, again.text
+    system.until(lambda: system.monitor.moves, "the robot moves for who asked", START_S)
+
+
+@pytest.mark.parametrize("away_s", [0.0, 3600.0])
+def test_after_power_was_lost_the_robot_stays_where_it_is(robot: System, away_s: float) -> None:
+    search = searching(robot)
+    kill_all(robot)
+    aged(robot, away_s)
+    start_all(robot)
+    stays_where_it_is(robot)
+    is_interrupted(robot, search, "away for" if away_s else "the robot was started anew")
+
+
+def aged(system: System, by_s: float) -> None:
+    """The journal as if it had been written this much earlier."""
+    document = json.loads(journal(system).read_text())
+    document["around"]["boot_s"] -= by_s
+    journal(system).write_text(json.dumps(document))
+
+
+def test_a_planner_that_was_away_alone_goes_on_with_the_same_map_only(robot: System) -> None:
+    search = searching(robot)
+    robot.kill("planner")
+    robot.until(lambda: robot.monitor.stands, "the robot brakes")
+    robot.start("planner")
+    robot.until(robot.is_ready, "the planner is back", START_S)
+    robot.until(lambda: robot.monitor.moves, "the robot drives on", START_S)
+    assert robot.http.get("/v1/searches/current").json()["id"] == search["id"]
+    time.sleep(1.5)
+    robot.kill("planner")
+    robot.until(lambda: robot.monitor.stands, "the robot brakes")
+    assert robot.http.post("/v1/map/clear").status_code == 200
+    robot.start("planner")
+    robot.until(robot.is_ready, "the planner is back", START_S)
+    stays_where_it_is(robot)
+    is_interrupted(robot, search, "the map is another one")
+
+
+def up(system: System, log: str) -> subprocess.Popen[bytes]:
+    """``onemap up`` with the system's configuration; its router is the system's."""
+    with (system.folder / log).open("wb") as file:
+        return subprocess.Popen(
+            onemap_command(
+                *("up", "--config", str(system.configuration)),
+                *("--logs", str(system.folder / "logs")),
+                *("--only", ",".join(SIMULATED)),
+            ),
+            stdout=file,
+            stderr=subprocess.STDOUT,
+            env={k: v for k, v in system.environment.items() if k != "ONEMAP_PARENT_PID"},
+        )
+
+
+def child(launcher: subprocess.Popen[bytes], service: str) -> psutil.Process:
+    children = psutil.Process(launcher.pid).children()
+    return next(each for each in children if service in each.cmdline())
+
+
+def test_a_supervised_planner_goes_on_and_ctrl_c_ends_the_search(tmp_path: Path) -> None:
+    with System(tmp_path, (), {"simulator": SIMULATOR}) as system:
+        first = up(system, "first.txt")
+        try:
+            search = searching(system)
+            child(first, "planner").kill()
+            system.monitor.odometry.clear()
+            system.until(lambda: system.monitor.stands, "the robot brakes")
+            system.until(lambda: system.monitor.moves, "the robot drives on", START_S)
+            assert system.http.get("/v1/searches/current").json()["id"] == search["id"]
+        finally:
+            first.send_signal(signal.SIGINT)
+            assert first.wait(PATIENCE_S) == 0
+        system.monitor.odometry.clear()
+        second = up(system, "second.txt")
+        try:
+            system.until(system.is_ready, "all is ready again", START_S)
+            stays_where_it_is(system)
+            is_interrupted(system, search, "the planner was stopped")
+        finally:
+            second.send_signal(signal.SIGINT)
+            assert second.wait(PATIENCE_S) == 0
