@@ -109,7 +109,7 @@ def test_the_readme_makes_each_key_readable_by_its_service_alone() -> None:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with ``tls`` as the README makes it."""
     pytest.importorskip("cryptography", reason="cryptography is not installed")
-    from onemap_tools.certificate_files import write_certificates
+    from onemap_tools.certificates import write_certificates
 
     folder = tmp_path_factory.mktemp("deploy")
     now = datetime.now(timezone.utc)

@@ -135,7 +135,7 @@ def test_zenoh_reads_it_and_routes() -> None:
 def certificates(folder: Path) -> None:
     """An authority, and certificates for the router and each role, as the README makes them."""
     pytest.importorskip("cryptography", reason="cryptography is not installed")
-    from onemap_tools.certificate_files import write_certificates
+    from onemap_tools.certificates import write_certificates
 
     write_certificates(folder, ["localhost"], now=datetime.now(timezone.utc), days=2)
 

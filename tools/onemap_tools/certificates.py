@@ -5,10 +5,12 @@ Keys are ECDSA on P-256, which every TLS library takes. Times are arguments.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from ipaddress import ip_address
+from pathlib import Path
 
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
@@ -19,6 +21,10 @@ from cryptography.hazmat.primitives.asymmetric.ec import (
 )
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
+from onemap_shared.keys import ROLES
+from onemap_tools.errors import CliError
+
+AUTHORITY, ROUTER = "ca", "router"
 AUTHORITY_DAYS = 3650
 BEFORE = timedelta(days=1)  # the clock of a robot without a network may be behind
 
@@ -111,3 +117,48 @@ def _alternative(host: str) -> x509.GeneralName:
         return x509.IPAddress(ip_address(host))
     except ValueError:
         return x509.DNSName(host)
+
+
+def write_certificates(
+    folder: Path, hosts: Sequence[str], *, now: datetime, days: int
+) -> dict[str, bool]:
+    """Certificates of the authority, the router and every role; whether each is new.
+
+    A private key is readable by its owner alone. Raises CliError.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        kept = _read(folder, AUTHORITY)
+        authority = kept or make_authority(now)
+        made = {AUTHORITY: kept is None}
+        if kept is None:
+            _write(folder, AUTHORITY, authority)
+        for name in (ROUTER, *ROLES):
+            made[name] = _read(folder, name) is None
+            if made[name]:
+                names = hosts if name == ROUTER else ()
+                _write(folder, name, sign(authority, name, names, now=now, days=days))
+    except OSError as problem:
+        raise CliError(f"Cannot write {problem.filename}: {problem.strerror}.") from problem
+    except ValueError as problem:
+        raise CliError(f"Cannot sign with {folder / AUTHORITY}.key: {problem}.") from problem
+    return made
+
+
+def _read(folder: Path, name: str) -> Identity | None:
+    """The identity in the folder; None if there is none."""
+    certificate, key = folder / f"{name}.pem", folder / f"{name}.key"
+    if certificate.exists() != key.exists():
+        missing = key if certificate.exists() else certificate
+        raise CliError(f"{missing} is missing beside its other half: bring it, or remove both.")
+    return Identity(certificate.read_bytes(), key.read_bytes()) if key.exists() else None
+
+
+def _write(folder: Path, name: str, identity: Identity) -> None:
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL
+    for suffix, content, mode in (
+        ("key", identity.key, 0o600),
+        ("pem", identity.certificate, 0o644),
+    ):
+        with os.fdopen(os.open(folder / f"{name}.{suffix}", flags, mode), "wb") as file:
+            file.write(content)

@@ -1,43 +1,76 @@
-"""The command line as a whole: help, version, and how little its start imports."""
+"""The command line as a whole: help, version, exit codes, JSON errors, what its start imports."""
 
 from __future__ import annotations
 
+import json
+import os
+import signal
+import socket
 import subprocess
 import sys
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
 from onemap_shared.services import SERVICES
-from onemap_tools.cli.app import app
-from onemap_tools.errors import EXIT_OK
-from tests.tools.cli.commands import COMMANDS, TREE
+from onemap_tools.cli.app import NEWCOMERS, app
+from onemap_tools.cli.command_group import wants_json
+from onemap_tools.errors import EXIT_INTERRUPTED, EXIT_OK, EXIT_USAGE_ERROR
+from onemap_tools.processes.launch import onemap_command
+from tests.tools.cli.commands import COMMANDS, TREE, error_of
 
 RUNNER = CliRunner()
 
 
-def test_every_service_is_a_command() -> None:
-    assert {(name,) for name in SERVICES} < set(COMMANDS)
+def test_every_service_is_a_command_by_its_name_and_in_the_group() -> None:
+    services = {*SERVICES, "router"}
+    assert {(name,) for name in services} < set(COMMANDS)
+    assert {path[1] for path in COMMANDS if path[0] == "service"} == services
 
 
-@pytest.mark.parametrize("words", [path for path, _ in TREE], ids=" ".join)
-def test_every_command_explains_itself(words: tuple[str, ...]) -> None:
+def test_the_help_begins_with_ten_commands_and_hides_the_services() -> None:
+    """In their order, each in a row that its name begins."""
+    rows = [line.strip("│ ").split("  ")[0] for line in help_of([]).splitlines() if "│" in line]
+    names = [row for row in rows if row and (row,) in {path for path, _ in TREE}]
+    assert names[: len(NEWCOMERS)] == list(NEWCOMERS)
+    assert len(NEWCOMERS) == 10
+    assert not {"mapper", "planner", "router"} & set(names)
+    assert "search replay" in rows
+
+
+def help_of(words: list[str]) -> str:
     result = RUNNER.invoke(app, [*words, "--help"])
     assert result.exit_code == EXIT_OK
     assert "usage: " in result.output.lower()
+    return result.output
+
+
+def test_every_command_explains_itself_without_markup() -> None:
+    """Typer reads its own help as markup: a bracket would vanish."""
+    for path, command in TREE:
+        help_of(list(path))
+        texts = [command.help, getattr(command, "epilog", "")]
+        texts += [getattr(parameter, "help", "") for parameter in command.params]
+        assert [text for text in texts if text and "[" in text] == []
 
 
 def test_the_codes_are_in_the_help() -> None:
-    text = " ".join(RUNNER.invoke(app, ["--help"]).stdout.split())
+    text = " ".join(help_of([]).split())
     for part in ("0 yes or done", "1 no", "2 misused", "130 stopped", "'exit_code'"):
         assert part in text
 
 
-def test_the_version_is_that_of_the_package() -> None:
-    result = RUNNER.invoke(app, ["--version"])
-    assert result.exit_code == EXIT_OK
-    assert result.stdout == f"onemap {version('onemap')}\n"
+def test_the_version_is_that_of_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert RUNNER.invoke(app, ["--version"]).stdout == f"onemap {version('onemap')}\n"
+
+    def missing(_: str) -> str:
+        raise PackageNotFoundError
+
+    monkeypatch.setattr("onemap_tools.cli.options.installed_version", missing)
+    assert "not installed" in RUNNER.invoke(app, ["--version"]).stdout
 
 
 def test_the_command_starts_without_what_it_does_not_need() -> None:
@@ -53,9 +86,148 @@ def test_the_command_starts_without_what_it_does_not_need() -> None:
     assert result.stdout.strip() == "[]"
 
 
-def test_sources_that_are_not_installed_have_no_version(monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing(_: str) -> str:
-        raise PackageNotFoundError
+def test_a_missing_extra_is_reported_with_what_installs_it() -> None:
+    """The mapper without torch, in a process whose imports of torch fail."""
+    code = (
+        "import sys; sys.modules['torch'] = None\n"
+        "from onemap_tools.cli.app import main\n"
+        "sys.argv = ['onemap', 'mapper']\n"
+        "main()\n"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert result.returncode == EXIT_USAGE_ERROR
+    assert "pip install 'onemap[mapper]'" in result.stderr
+    assert "Traceback" not in result.stderr
 
-    monkeypatch.setattr("onemap_tools.cli.app.installed_version", missing)
-    assert "not installed" in RUNNER.invoke(app, ["--version"]).stdout
+
+@pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
+def test_misuse_is_a_usage_error_in_json(command: tuple[str, ...]) -> None:
+    """An unknown option; a configuration that is missing, of those that take one."""
+    result = RUNNER.invoke(app, [*command, "--no-such-option", "--json"])
+    assert result.exit_code == EXIT_USAGE_ERROR
+    assert len(result.stdout.splitlines()) == 1
+    error_of(result)
+    service = ["--service", "mapper"] if command == ("status",) else []  # which alone reads it
+    result = RUNNER.invoke(app, [*command, *service, "--config", "/no/such.yaml", "--json"])
+    assert result.exit_code == EXIT_USAGE_ERROR
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["fly"],
+        ["map", "fly"],
+        ["--fly"],
+        ["demo", "--seed", "-1"],
+        ["demo", "--scene", "/no/such/file.glb"],
+        ["demo", "--time-limit", "soon"],
+        ["demo", "--out", "/proc/nowhere"],
+        ["query"],
+        ["search"],
+        ["go", "1"],
+        ["go", "1", "east"],
+        ["go", "1", "2", "--lok"],
+        ["go", "nan", "1"],
+        ["status", "--url", "robot"],
+        ["status", "--service", "maper"],
+        ["bench", "fusion", "--frames", "many"],
+        ["replay", "/no/such/folder"],
+        ["map", "save"],
+        ["models", "fetch", "no/such"],
+    ],
+    ids=" ".join,
+)
+def test_wrong_usage_is_one_json_object(arguments: list[str]) -> None:
+    result = RUNNER.invoke(app, [*arguments, "--json"])
+    assert result.exit_code == EXIT_USAGE_ERROR
+    error_of(result)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["up", "--only", "maper", "--logs"],
+        ["up", "--config", "/no/such/file.yaml", "--logs"],
+        ["up", "--only", "mapper", "--logs", "/proc/nowhere"],
+        ["router", "--config", "/no/such/file.yaml"],
+        ["service", "router", "--zenoh-config", "/no/such/file.json5"],
+        ["router", "--listen", "nowhere"],
+        ["planner", "--config", "/no/such/file.yaml"],
+        ["service", "planner", "--config", "/no/such/file.yaml"],
+    ],
+    ids=" ".join,
+)
+def test_wrong_usage_of_what_prints_no_json(arguments: list[str], tmp_path: Path) -> None:
+    logs = [str(tmp_path)] if arguments[-1] == "--logs" else []
+    result = RUNNER.invoke(app, [*arguments, *logs])
+    assert result.exit_code == EXIT_USAGE_ERROR
+    assert result.stderr
+    assert "Traceback" not in result.output
+
+
+def test_words_after_two_dashes_are_not_options() -> None:
+    assert wants_json(["search", "--json", "--", "sofa"])
+    assert not wants_json(["search", "--", "--json"])
+
+
+@pytest.mark.slow
+def test_ctrl_c_exits_with_130_and_json() -> None:
+    """Interrupted while it waits for a gateway that takes the request and never answers."""
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        url = f"http://127.0.0.1:{silent.getsockname()[1]}"
+        command = onemap_command("query", "sofa", "--url", url, "--json")
+        # A suite that was started in the background ignores the signal, and so would its child.
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        signal.signal(signal.SIGINT, before)
+        silent.accept()
+        process.send_signal(signal.SIGINT)
+        stdout, stderr = process.communicate(timeout=90)
+    assert process.returncode == EXIT_INTERRUPTED
+    assert json.loads(stdout) == {"error": "Stopped.", "exit_code": EXIT_INTERRUPTED}
+    assert b"Traceback" not in stderr
+
+
+@pytest.fixture
+def started(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Name and configuration of every service that is run; each exits with 7 at once."""
+    started: list[Any] = []
+
+    def run(name: str, config: Path | None) -> int:
+        started.append((name, config))
+        return 7
+
+    monkeypatch.setattr("onemap_tools.processes.services.run", run)
+    return started
+
+
+@pytest.mark.parametrize("group", [[], ["service"]], ids=["old name", "group"])
+def test_a_service_runs_with_its_configuration(started: list[Any], group: list[str]) -> None:
+    assert RUNNER.invoke(app, [*group, "mapper", "--config", "robot.yaml"]).exit_code == 7
+    assert RUNNER.invoke(app, [*group, "planner"]).exit_code == 7
+    assert started == [("mapper", Path("robot.yaml")), ("planner", None)]
+
+
+def test_the_recording_of_replay_is_an_argument(
+    started: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ONEMAP__REPLAY__DIRECTORY", "another")
+    assert RUNNER.invoke(app, ["replay", str(tmp_path)]).exit_code == 7
+    assert json.loads(os.environ["ONEMAP__REPLAY__DIRECTORY"]) == str(tmp_path)
+    assert started == [("replay", None)]
+
+
+def test_a_demo_that_cannot_start_has_a_summary_with_the_error(tmp_path: Path) -> None:
+    scene = tmp_path / "flat.txt"
+    scene.touch()
+    arguments = ["demo", "--scene", str(scene), "--out", str(tmp_path / "runs"), "--json"]
+    result = RUNNER.invoke(app, arguments)
+    assert result.exit_code == EXIT_USAGE_ERROR
+    document = error_of(result)
+    assert document["worked"] is False
+    assert document["trouble"] == document["error"]
+    assert "suffix '.txt'" in document["error"]
+    assert not (tmp_path / "runs").exists()  # nothing was started

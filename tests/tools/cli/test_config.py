@@ -1,19 +1,28 @@
-"""``onemap config``: show, check and schema."""
+"""``onemap config``: show, check and schema; every section has a model, every key a reason."""
 
 from __future__ import annotations
 
 import json
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, get_args
 
 import pytest
 import yaml
+from pydantic import BaseModel, Field
 from typer.testing import CliRunner
 
 from onemap_shared.config import SECTIONS
 from onemap_tools.cli.app import app
+from onemap_tools.cli.config_report import (
+    SchemaText,
+    SectionModels,
+    effective,
+    installed_models,
+    schema,
+)
 from onemap_tools.errors import EXIT_OK, EXIT_USAGE_ERROR
 from tests.structure import ROOT
 
@@ -100,11 +109,11 @@ def test_the_schema_of_one_section() -> None:
 
 
 def test_the_json_schema_describes_the_file() -> None:
-    schema = json.loads(run("schema", "--json").stdout)
-    assert tuple(schema["properties"]) == SECTIONS
-    references = {entry["$ref"].rpartition("/")[2] for entry in schema["properties"].values()}
-    assert references <= set(schema["$defs"])
-    assert "cell_size_m" in schema["$defs"]["MapperConfig"]["properties"]
+    document = json.loads(run("schema", "--json").stdout)
+    assert tuple(document["properties"]) == SECTIONS
+    references = {entry["$ref"].rpartition("/")[2] for entry in document["properties"].values()}
+    assert references <= set(document["$defs"])
+    assert "cell_size_m" in document["$defs"]["MapperConfig"]["properties"]
 
 
 def test_only_sections_of_installed_extras_are_checked(tmp_path: Path) -> None:
@@ -125,12 +134,121 @@ def test_only_sections_of_installed_extras_are_checked(tmp_path: Path) -> None:
     process = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True
     )
-    checked, shown, schema, missing = json.loads(process.stdout)
+    checked, shown, listed, missing = json.loads(process.stdout)
     assert checked[0] == EXIT_OK
     assert "mapper is not checked here" in checked[1]
     assert "pip install 'onemap[mapper]'" in checked[1]
     assert "planner" in yaml.safe_load(shown[1])
     assert "mapper is left out" in shown[1]
-    assert "planner.plan_hz" in schema[1]
+    assert "planner.plan_hz" in listed[1]
     assert missing[0] == EXIT_USAGE_ERROR
     assert "pip install 'onemap[mapper]'" in missing[2]
+
+
+def models_of(annotation: Any) -> Iterator[type[BaseModel]]:
+    """Every model that is named in a field's type."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from models_of(part)
+
+
+def all_models() -> dict[str, type[BaseModel]]:
+    """Every model of the configuration, by name, those below the sections too."""
+    found: dict[str, type[BaseModel]] = {}
+    waiting: list[type[BaseModel]] = list(installed_models().known.values())
+    while waiting:
+        model = waiting.pop()
+        if model.__name__ not in found:
+            # Bases hold fields that others inherit.
+            bases = [b for b in model.__mro__ if issubclass(b, BaseModel) and b.model_fields]
+            found.update({base.__name__: base for base in bases})
+            for field in model.model_fields.values():
+                waiting.extend(models_of(field.annotation))
+    return found
+
+
+def test_every_section_has_a_model() -> None:
+    models = installed_models()
+    assert models.missing == {}
+    assert tuple(models.known) == SECTIONS
+    assert {"CocoParams", "BoxDetectorParams", "RadioParams", "RecoveryParams"} <= set(all_models())
+
+
+@pytest.mark.parametrize("name", sorted(all_models()))
+def test_every_key_has_a_description(name: str) -> None:
+    fields = all_models()[name].model_fields
+    assert [key for key, field in fields.items() if not (field.description or "").strip()] == []
+
+
+def test_only_the_robots_of_the_file_take_effect(tmp_path: Path) -> None:
+    models = installed_models()
+    assert set(effective(None, models)) == set(SECTIONS) - {"replay", "ros2"}
+    config = tmp_path / "robot.yaml"
+    config.write_text("log: {level: debug}\n")
+    assert set(effective(config, models)) == set(SECTIONS) - {"simulator", "replay", "ros2"}
+
+
+class Cat(BaseModel):
+    """A cat."""
+
+    kind: Literal["cat"] = Field(default="cat", description="Which animal.")
+    lives: int = Field(default=9, ge=1, lt=10, description="How many are left.")
+
+
+class Dog(BaseModel):
+    """A ``good``
+    dog."""
+
+    kind: Literal["dog"] = Field(default="dog", description="Which animal.")
+    names: list[str] = Field(default=[], description="What it listens to.")
+
+
+class Home(BaseModel):
+    """Who lives here."""
+
+    pet: Annotated[Cat | Dog, Field(discriminator="kind", description="The animal.")] = Cat()
+    door: Literal["open", "shut"] = Field(description="Of the house.")
+    size_m: tuple[float, float] | None = Field(default=None, description="Width and depth.")
+
+
+LINES = tuple(SchemaText(schema(SectionModels({"home": Home}, {}))).lines())  # type: ignore[dict-item]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "home: Who lives here.",
+        "home.pet: one of these, by kind",
+        "    The animal.",
+        "home.pet with kind cat: A cat.",
+        "home.pet.lives: whole number >= 1 and < 10, default 9",
+        "    How many are left.",
+        "home.pet with kind dog: A good dog.",
+        "home.pet.names: list of text, default []",
+        'home.door: "open" or "shut", required',
+        "home.size_m: [number, number] or none, default none",
+    ],
+)
+def test_a_key_is_a_line(line: str) -> None:
+    assert line in LINES
+
+
+def test_sections_are_separated_by_an_empty_line() -> None:
+    models = SectionModels({"home": Home, "cat": Cat}, {})  # type: ignore[dict-item]
+    lines = list(SchemaText(schema(models)).lines())
+    assert lines[lines.index("cat: A cat.") - 1] == ""
+
+
+def test_every_key_of_the_configuration_is_in_the_text() -> None:
+    text = "\n".join(SchemaText(schema(installed_models())).lines())
+    words = " ".join(text.split())
+    for model in installed_models().known.values():
+        for key, field in model.model_fields.items():
+            assert f".{key}: " in text
+            assert " ".join((field.description or "").split()) in words
+    assert 'log.format: "human" or "json", default "human"' in text
+    assert "mapper.cell_size_m: number > 0 and <= 1, default 0.1" in text
+    assert "perception.encoder.model: text, required" in text
+    assert "planner.drive.max_linear_mps: number > 0, default 0.7" in text
+    assert "perception.detector with backend coco: " in text

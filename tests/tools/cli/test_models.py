@@ -55,10 +55,17 @@ def test_changed_files_of_a_model_are_named(cache: Path) -> None:
     (folder / "model.safetensors").resolve().write_bytes(b"other")
     code, text = run("verify")
     assert code == 1
-    assert "damaged: model.safetensors" in text
+    assert "damaged: model.safetensors; delete " in " ".join(text.split())
     (folder / "config.json").unlink()
     (folder / "config.json").write_text("{}")
     assert model_store.corrupt_files(folder) == ["config.json", "model.safetensors"]
+
+
+def test_models_are_printed_with_their_folder_or_size(cache: Path) -> None:
+    folder = put_in_cache(cache)
+    text = "".join(run("list")[1].split())  # long paths are wrapped
+    assert f"MBin{folder}" in text
+    assert text.count("notfetched") == len(model_store.KNOWN_MODELS) - 1
 
 
 def test_an_absent_model_is_reported_with_the_command(cache: Path) -> None:

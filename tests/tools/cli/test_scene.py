@@ -7,10 +7,13 @@ import sys
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
 from onemap_tools.cli.app import app
+from onemap_tools.cli.floor_plan import REACHABLE, START, THING, draw_floor_plan
+from onemap_tools.cli.scene_report import document, examine
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
 from tests.simulator.test_inspection import room
 
@@ -23,11 +26,11 @@ def test_a_room_is_described_drawn_and_accepted(tmp_path: Path) -> None:
     picture = tmp_path / "new" / "plan.png"
     result = check(room(tmp_path), "--json", "--out", picture)
     assert result.exit_code == EXIT_OK
-    document = json.loads(result.stdout)
-    assert document["searchable"] is True
-    assert document["categories"] == ["coffee table", "floor", "sofa"]
-    assert document["triangles"] == 36
-    assert document["picture"] == str(picture)
+    report = json.loads(result.stdout)
+    assert report["searchable"] is True
+    assert report["categories"] == ["coffee table", "floor", "sofa"]
+    assert report["triangles"] == 36
+    assert report["picture"] == str(picture)
     assert "A robot can search here." in result.stderr
     image = cv2.imread(str(picture))
     assert image is not None
@@ -44,9 +47,9 @@ def test_a_room_without_a_place_for_the_robot_fails(tmp_path: Path) -> None:
 def test_a_scene_that_is_too_large_has_no_picture(tmp_path: Path) -> None:
     result = check(room(tmp_path, scale=100.0), "--json", "--out", tmp_path / "plan.png")
     assert result.exit_code == EXIT_FAILED
-    document = json.loads(result.stdout)
-    assert document["picture"] is None
-    assert document["reachable_m2"] is None
+    report = json.loads(result.stdout)
+    assert report["picture"] is None
+    assert report["reachable_m2"] is None
 
 
 @pytest.mark.parametrize(
@@ -108,9 +111,9 @@ def test_a_sample_passes_the_check(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["scene", "sample", str(file), "--apartment", "loft"])
     assert result.exit_code == EXIT_OK
     assert f"onemap demo --scene {file}" in result.stdout
-    document = json.loads(check(file, "--json").stdout)
-    assert document["searchable"] is True
-    assert {"refrigerator", "sofa", "piano"} <= set(document["categories"])
+    report = json.loads(check(file, "--json").stdout)
+    assert report["searchable"] is True
+    assert {"refrigerator", "sofa", "piano"} <= set(report["categories"])
 
 
 def test_a_sample_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
@@ -118,3 +121,37 @@ def test_a_sample_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
         result = CliRunner().invoke(app, ["scene", "sample", str(tmp_path / name)])
         assert result.exit_code != EXIT_OK
         assert reason in result.stderr
+
+
+def test_the_document_holds_lengths_areas_and_the_start(tmp_path: Path) -> None:
+    report = document(examine(room(tmp_path, yaml="start: [-1, -1, 0.5]")), None)
+    assert report["start"] == [-1.0, -1.0, 0.5]
+    assert report["start_from_yaml"] is True
+    low, high = report["extent_m"]
+    assert high[0] - low[0] == pytest.approx(4.0)
+    assert 0 < report["reachable_m2"] < 16
+    assert report["picture"] is None
+
+
+def test_categories_size_and_verdict_are_printed(tmp_path: Path) -> None:
+    text = check(room(tmp_path, yaml="categories: {Sofa-01: couch}\nstart: [-1, -1, 0]")).stdout
+    for part in ("couch", "YAML", "Size: 4.00 x 4.00", "Start: (-1.00, -1.00) m", "can search"):
+        assert part in text
+
+
+def test_objects_are_drawn_where_they_stand(tmp_path: Path) -> None:
+    """The sofa is at x 0.5 to 1.5, y 0.75 to 1.25, in a room of -2 to 2: right and up."""
+    found = examine(room(tmp_path))
+    assert found.floor is not None
+    image = draw_floor_plan(found.scene, found.floor, start=None)
+
+    def colour(x_m: float, y_m: float) -> tuple[int, ...]:
+        row, column = (2 - y_m) / 4 * image.shape[0], (x_m + 2) / 4 * image.shape[1]
+        return tuple(image[round(row), round(column)].tolist())
+
+    assert colour(0.7, 0.85) == THING
+    assert colour(0.7, -0.85) == REACHABLE
+    assert colour(-0.7, 0.85) == REACHABLE
+    with_start = draw_floor_plan(found.scene, found.floor, start=(-0.7, 0.85, 0.0))
+    assert np.any(np.all(with_start == START, axis=-1))
+    assert not np.any(np.all(image == START, axis=-1))

@@ -44,6 +44,6 @@ def test_a_service_runs_with_its_arguments_and_returns_its_code(
 
     monkeypatch.setattr("runpy.run_module", run_module)
     before = list(sys.argv)
-    assert run("mapper", ["--config", "x.yaml"]) == code
+    assert run("mapper", Path("x.yaml")) == code
     assert seen == [["onemap_mapper", "onemap mapper", "--config", "x.yaml"]]
     assert sys.argv == before

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from importlib.metadata import PackageNotFoundError
-from importlib.metadata import version as installed_version
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from onemap_tools.bench.commands import PANEL as MEASURE_PANEL
 from onemap_tools.bench.commands import app as bench_app
-from onemap_tools.cli import ask, bag, certs, models, run, view
+from onemap_tools.cli import ask, config, map, models, recordings, run, scene
 from onemap_tools.cli.command_group import CommandGroup
-from onemap_tools.cli.config import app as config_app
-from onemap_tools.cli.map import app as map_app
-from onemap_tools.cli.ros2 import app as ros2_app
-from onemap_tools.cli.scene import app as scene_app
-from onemap_tools.cli.search_replay import app as search_replay_app
+from onemap_tools.cli.options import DEEPER, FIRST, OPERATE, RECORDINGS, version
 from onemap_tools.train.commands import app as train_app
 
+NEWCOMERS = (
+    "demo", "up", "query", "search", "go", "objects", "map", "status", "doctor", "record",
+)  # fmt: skip
 EPILOG = (
     "Start with 'onemap demo'.\n\n"
     "Exit codes: 0 yes or done; 1 no: not found, not ready, refused or failed; 2 misused: an "
@@ -26,21 +22,24 @@ EPILOG = (
     "With --json the last line on stdout is one JSON object; for an error it holds 'error', the "
     "sentence that is on stderr too, and 'exit_code'."
 )
+
+
+class RootGroup(CommandGroup):
+    """All commands; the help shows first those that a newcomer needs."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Newcomers' commands in their order, then the others as they were added."""
+        others = [name for name in super().list_commands(ctx) if name not in NEWCOMERS]
+        return [*NEWCOMERS, *others]
+
+
 app = typer.Typer(
-    cls=CommandGroup,
+    cls=RootGroup,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     epilog=EPILOG,
 )
-
-
-def version() -> str:
-    """The version of the installed package, or that it is not installed."""
-    try:
-        return installed_version("onemap")
-    except PackageNotFoundError:
-        return "from sources that are not installed (pip install -e .)"
 
 
 def _print_version(requested: bool) -> None:
@@ -61,22 +60,20 @@ def root(
     """A robot finds things that people name in plain words."""
 
 
-app.add_typer(run.app)
-app.add_typer(bag.app)
-app.add_typer(bag.bag_app, name="bag", rich_help_panel=run.PANEL)
-app.add_typer(view.app)
-app.add_typer(view.export_app, name="export", rich_help_panel=run.PANEL)
-app.add_typer(ask.app)
-app.add_typer(search_replay_app)
-app.add_typer(ros2_app)
-app.add_typer(map_app, name="map", rich_help_panel=ask.PANEL)
-app.add_typer(scene_app, name="scene", rich_help_panel=MEASURE_PANEL)
-app.add_typer(config_app, name="config", rich_help_panel=run.PANEL)
-app.add_typer(certs.app)
-app.add_typer(bench_app, name="bench", rich_help_panel=MEASURE_PANEL)
-app.add_typer(models.app, name="models", rich_help_panel=MEASURE_PANEL)
-app.add_typer(models.export_app)
-app.add_typer(train_app, name="train", rich_help_panel=MEASURE_PANEL)
+for commands in (ask.app, recordings.app, run.app, models.export_app):
+    app.add_typer(commands)
+for name, group, panel in (
+    ("map", map.app, FIRST),
+    ("bag", recordings.bag_app, RECORDINGS),
+    ("export", recordings.export_app, RECORDINGS),
+    ("service", run.service_app, OPERATE),
+    ("config", config.app, OPERATE),
+    ("scene", scene.app, DEEPER),
+    ("models", models.app, DEEPER),
+    ("bench", bench_app, DEEPER),
+    ("train", train_app, DEEPER),
+):
+    app.add_typer(group, name=name, rich_help_panel=panel)
 
 
 def main() -> None:

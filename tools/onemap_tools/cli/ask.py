@@ -3,15 +3,36 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from rich.console import Console
 
-from onemap_tools.cli.options import Config, Json, MaxDistance, MaxTime, Token, Url
+from onemap_tools.cli.options import (
+    FIRST,
+    RECORDINGS,
+    Config,
+    Json,
+    MaxDistance,
+    MaxTime,
+    Token,
+    Url,
+    parse_area,
+)
+from onemap_tools.cli.terminal import (
+    print_json,
+    progress_console,
+    result_console,
+    show,
+    wait_for_enter,
+)
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK
 from onemap_tools.processes.network import DEFAULT_URL
 
-PANEL = "Ask a running robot"
+REPLAY_EPILOG = (
+    "The planner records the last 50 searches in the folder 'decisions' of planner.state_dir, one "
+    "file each. To search for an object called replay: onemap search -- replay"
+)
 Crop = Annotated[
     Path | None, typer.Option(dir_okay=False, help="Instead: a crop of it, PNG or JPEG.")
 ]
@@ -27,7 +48,7 @@ Follow = Annotated[
 app = typer.Typer()
 
 
-@app.command(rich_help_panel=PANEL)
+@app.command(rich_help_panel=FIRST)
 def query(
     text: Annotated[list[str] | None, typer.Argument(help="An object in plain words.")] = None,
     *,
@@ -47,37 +68,31 @@ def query(
     image rank places; they are no probabilities.
     """
     from onemap import QueryOptions
-    from onemap_tools.cli.crop_file import read_crop
-    from onemap_tools.cli.gateway_report import describe_query, follow_query
-    from onemap_tools.cli.options import parse_area
-    from onemap_tools.cli.terminal import print_json, result_console
+    from onemap_tools.cli import remote
     from onemap_tools.gateway import gateway_client
 
     options = QueryOptions(regions, tuple(negative or ()), parse_area(area))
     words = " ".join(text or ())
     if bool(words) == (image is not None) or (image is not None and negative):
         raise typer.BadParameter("name an object, or give --image without --not")
-    crop = None if image is None else read_crop(image)
+    crop = None if image is None else remote.read_crop(image)
     with gateway_client(url, token) as gateway:
         if follow:
             standing = gateway.follow_queries([words], options)  # opened when it is read
             events = gateway.follow_image(crop, options) if crop else standing
-            follow_query(events, as_json=as_json)
+            remote.follow_query(events, as_json=as_json)
         if crop is not None:
             result = gateway.query_image(crop, options)
         else:
             result = gateway.query(
                 words, regions, negatives=options.negatives, area_m=options.area_m
             )
-    reply = dict(result.document)
-    describe_query(reply, result_console(as_json))
-    if as_json:
-        print_json(reply)
+    show(dict(result.document), as_json, remote.describe_query)
     raise typer.Exit(EXIT_OK if result.found else EXIT_FAILED)
 
 
-@app.command(name="search", rich_help_panel=PANEL)
-def search_command(
+@app.command(rich_help_panel=FIRST)
+def search(
     objects: Annotated[
         list[str], typer.Argument(help="Objects, one after the other; quote names of two words.")
     ],
@@ -96,23 +111,49 @@ def search_command(
     'onemap search replay FILE' shows the decisions of a past search.
     """
     from onemap import SearchLimits
-    from onemap_tools.cli.gateway_report import describe_search
-    from onemap_tools.cli.search import all_found, search
-    from onemap_tools.cli.terminal import print_json, progress_console, result_console
+    from onemap_tools.cli import remote
     from onemap_tools.gateway import gateway_client
 
     with gateway_client(url, token) as gateway:
         limits = SearchLimits(max_distance, max_time)
-        followed = search(
+        followed = remote.search(
             gateway, tuple(objects), progress_console(), any_order=any_order, limits=limits
         )
-    describe_search(followed.report, result_console(as_json))
+    show(followed.report, as_json, remote.describe_search)
+    raise typer.Exit(followed.exit_code(done=remote.all_found(followed.report)))
+
+
+@app.command("search replay", rich_help_panel=RECORDINGS, epilog=REPLAY_EPILOG)
+def search_replay(
+    file: Annotated[Path, typer.Argument(help="A file of recorded decisions (*.jsonl).")],
+    *,
+    show_all: Annotated[bool, typer.Option("--all", help="Print all steps without waiting.")] = (
+        False
+    ),
+    as_json: Json = False,
+) -> None:
+    """Why did the robot drive there? Each decision of a past search; Enter shows the next.
+
+    Needs no running robot. Without a terminal all steps are printed.
+    """
+    from onemap_tools.cli.decision_file import decisions_document, describe_step, read_decisions
+
+    decisions = read_decisions(file)
     if as_json:
-        print_json(followed.report)
-    raise typer.Exit(followed.exit_code(done=all_found(followed.report)))
+        print_json(decisions_document(decisions))
+        return
+    console = result_console(as_json)
+    count = len(decisions.steps)
+    for number, step in enumerate(decisions.steps, 1):
+        console.print(*describe_step(step, number, count), sep="\n", soft_wrap=True)
+        last = number == count
+        if not (last or show_all or wait_for_enter("Enter: next step, Ctrl-D: end ")):
+            return
+    if decisions.cut_off:
+        console.print("The last line is not complete: the planner was ended while it wrote.")
 
 
-@app.command(rich_help_panel=PANEL, context_settings={"ignore_unknown_options": True})
+@app.command(rich_help_panel=FIRST, context_settings={"ignore_unknown_options": True})
 def go(
     x: Annotated[float, typer.Argument(help="Metres along the map's x; may be negative.")],
     y: Annotated[float, typer.Argument(help="Metres along the map's y; may be negative.")],
@@ -128,35 +169,28 @@ def go(
 ) -> None:
     """Drive to a place in the map. Ctrl-C cancels. Exit code 0 only if the robot arrived."""
     from onemap import SearchLimits
-    from onemap_tools.cli.gateway_report import describe_drive
-    from onemap_tools.cli.search import arrived, drive
-    from onemap_tools.cli.terminal import print_json, progress_console, result_console
+    from onemap_tools.cli import remote
     from onemap_tools.gateway import gateway_client
 
     with gateway_client(url, token) as gateway:
         limits = SearchLimits(max_distance, max_time)
-        followed = drive(gateway, (x, y), progress_console(), look=look, limits=limits)
-    result_console(as_json).print(describe_drive(followed.report), soft_wrap=True)
-    if as_json:
-        print_json(followed.report)
-    raise typer.Exit(followed.exit_code(done=arrived(followed.report)))
+        followed = remote.drive(gateway, (x, y), progress_console(), look=look, limits=limits)
+    show(followed.report, as_json, remote.describe_drive)
+    raise typer.Exit(followed.exit_code(done=remote.arrived(followed.report)))
 
 
-@app.command(rich_help_panel=PANEL)
+@app.command(rich_help_panel=FIRST)
 def objects(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """What was found on this map, and where, the last first."""
-    from onemap_tools.cli.gateway_report import describe_objects
-    from onemap_tools.cli.terminal import print_json, result_console
+    from onemap_tools.cli import remote
     from onemap_tools.gateway import gateway_client
 
     with gateway_client(url, token) as gateway:
         found = [dict(each.document) for each in gateway.objects()]
-    describe_objects(found, result_console(as_json))
-    if as_json:
-        print_json({"objects": found})
+    show({"objects": found}, as_json, remote.describe_objects)
 
 
-@app.command(rich_help_panel=PANEL)
+@app.command(rich_help_panel=FIRST)
 def status(
     *,
     service: Annotated[
@@ -174,8 +208,6 @@ def status(
 
     With --service: 0 only if that service says that it is ready.
     """
-    from onemap_tools.cli.terminal import print_json, result_console
-
     if service:
         from onemap_tools.processes.heartbeat import check_service
 
@@ -183,24 +215,24 @@ def status(
         if as_json:
             print_json({"service": service, "ready": True})
         return
-    from onemap_tools.cli.gateway_report import describe_status
-    from onemap_tools.cli.search import interrupted
+    from onemap_tools.cli import remote
     from onemap_tools.gateway import gateway_client
 
     with gateway_client(url, token) as gateway:
-        document, offered = dict(gateway.status().document), interrupted(gateway)
-    describe_status(document, result_console(as_json))
-    if offered:
-        result_console(as_json).print(offered, soft_wrap=True)
-    if as_json:
-        print_json(document)
+        document, offered = dict(gateway.status().document), remote.interrupted(gateway)
+
+    def describe(status: dict[str, Any], console: Console) -> None:
+        remote.describe_status(status, console)
+        if offered:
+            console.print(offered, soft_wrap=True)
+
+    show(document, as_json, describe)
     raise typer.Exit(EXIT_OK if document["ready"] else EXIT_FAILED)
 
 
-@app.command(rich_help_panel=PANEL)
+@app.command(rich_help_panel=FIRST)
 def doctor(config: Config = None, as_json: Json = False) -> None:
     """Why is nothing found? Listens on the bus and says so. Exit code 0 unless there are errors."""
-    from onemap_tools.cli.terminal import print_json, progress_console, result_console
     from onemap_tools.doctor import report
 
     findings = report.examine(config, progress_console())

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from onemap_tools.cli.options import Config, Json
+from onemap_tools.cli.terminal import print_json, result_console
 
 app = typer.Typer(no_args_is_help=True, help="Show, check and explain the configuration.")
 
@@ -20,7 +21,6 @@ def show(config: Config = None, as_json: Json = False) -> None:
     import yaml
 
     from onemap_tools.cli.config_report import effective, installed_models
-    from onemap_tools.cli.terminal import print_json
 
     models = installed_models()
     sections = effective(config, models)
@@ -36,7 +36,6 @@ def show(config: Config = None, as_json: Json = False) -> None:
 def check(config: Config = None, as_json: Json = False) -> None:
     """Check every section: OK, or one sentence for each mistake and exit code 2."""
     from onemap_tools.cli import config_report
-    from onemap_tools.cli.terminal import print_json, result_console
 
     models = config_report.installed_models()
     config_report.check(config, models)
@@ -54,18 +53,15 @@ def schema(
     as_json: Json = False,
 ) -> None:
     """Every key with its type, limits, default, unit and reason; with --json as a JSON schema."""
-    from onemap_tools.cli.config_report import installed_models, select
-    from onemap_tools.cli.config_report import schema as schema_of
-    from onemap_tools.cli.schema_text import SchemaText
-    from onemap_tools.cli.terminal import print_json, result_console
+    from onemap_tools.cli import config_report
 
-    models = select(section, installed_models())
-    document = schema_of(models)
+    models = config_report.select(section, config_report.installed_models())
+    document = config_report.schema(models)
     if as_json:
         print_json(document)
         return
     console = result_console(as_json)
     for name, reason in models.missing.items():
         console.print(f"{name} is left out. {reason}", soft_wrap=True)
-    for line in SchemaText(document).lines():
+    for line in config_report.SchemaText(document).lines():
         console.print(line, soft_wrap=True)

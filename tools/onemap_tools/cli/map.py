@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from enum import Enum
+from math import radians
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from onemap_tools.cli.options import Json, Token, Url
-from onemap_tools.map_export.layers import MapLayer
+from onemap_tools.cli.terminal import show
 from onemap_tools.processes.network import DEFAULT_URL
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from onemap import MapContent, MapFiles
 
-    from onemap import MapContent, MapFiles, MapStatistics
+
+class MapLayer(str, Enum):
+    """What a picture of the map shows."""
+
+    OCCUPANCY = "occupancy"
+    OBSERVED = "observed"
+    EXPLORED = "explored"
+    SEARCHED = "searched"
+    SIMILARITY = "similarity"
+
 
 app = typer.Typer(
     no_args_is_help=True, help="Save, load, merge, describe, export or clear the map."
@@ -26,17 +37,13 @@ Name = Annotated[str, typer.Argument(help="Letters, digits, '.', '_' and '-'; no
 @app.command()
 def save(name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """Write the map to a file in the mapper's map folder; an older one is replaced."""
-    from onemap_tools.cli.gateway_report import describe_change
-
-    _request(url, token, as_json, lambda maps: maps.save(name), describe_change("Saved"))
+    _change(url, token, as_json, lambda maps: maps.save(name), "Saved")
 
 
 @app.command()
 def load(name: Name, url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """Replace the map by a saved one; refused if another encoder made it."""
-    from onemap_tools.cli.gateway_report import describe_change
-
-    _request(url, token, as_json, lambda maps: maps.load(name), describe_change("Loaded"))
+    _change(url, token, as_json, lambda maps: maps.load(name), "Loaded")
 
 
 @app.command()
@@ -57,30 +64,28 @@ def merge(
     Features are weighted by the inverse of their variance: it does not matter which
     of both maps came first. Refused if another encoder made it.
     """
-    from math import radians
-
-    from onemap_tools.cli.gateway_report import describe_change
 
     def send(maps: MapFiles) -> MapContent:
         return maps.merge(name, x_m=x, y_m=y, yaw_rad=radians(yaw))
 
-    _request(url, token, as_json, send, describe_change("Merged"))
+    _change(url, token, as_json, send, "Merged")
 
 
 @app.command()
 def clear(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """Forget the map."""
-    from onemap_tools.cli.gateway_report import describe_change
-
-    _request(url, token, as_json, lambda maps: maps.clear(), describe_change("Cleared"))
+    _change(url, token, as_json, lambda maps: maps.clear(), "Cleared")
 
 
 @app.command()
 def info(url: Url = DEFAULT_URL, token: Token = "", as_json: Json = False) -> None:
     """Extent, areas, memory and update rate of the map."""
-    from onemap_tools.cli.gateway_report import describe_info
+    from onemap_tools.cli.remote import describe_info
+    from onemap_tools.gateway import gateway_client
 
-    _request(url, token, as_json, lambda maps: maps.info(), describe_info)
+    with gateway_client(url, token) as gateway:
+        document = dict(gateway.maps.info().document)
+    show(document, as_json, describe_info)
 
 
 @app.command()
@@ -106,35 +111,22 @@ def export(
     with a world file .pgw; .yaml: for nav2's map server, with a .pgm; .geojson: found
     objects, and the regions of each --text; .ply: the known cells as a point cloud.
     """
-    from onemap_tools.cli.gateway_report import describe_export
-    from onemap_tools.cli.map_export import export_map
+    from onemap_tools.cli.remote import describe_export
     from onemap_tools.gateway import gateway_client
+    from onemap_tools.map_export import export_map
 
     with gateway_client(url, token) as gateway:
         written = export_map(gateway, file, texts=text or (), layer=layer)
-    _print(written, as_json, describe_export)
+    show(written, as_json, describe_export)
 
 
-def _request(
-    url: str,
-    token: str,
-    as_json: bool,
-    send: Callable[[MapFiles], MapContent | MapStatistics],
-    describe: Callable[[dict[str, Any], Console], None],
+def _change(
+    url: str, token: str, as_json: bool, send: Callable[[MapFiles], MapContent], done: str
 ) -> None:
-    """Send a request to the gateway and print the reply."""
+    """Send a request to the gateway and print what the map holds then."""
+    from onemap_tools.cli.remote import describe_change
     from onemap_tools.gateway import gateway_client
 
     with gateway_client(url, token) as gateway:
-        reply = dict(send(gateway.maps).document)
-    _print(reply, as_json, describe)
-
-
-def _print(
-    document: dict[str, Any], as_json: bool, describe: Callable[[dict[str, Any], Console], None]
-) -> None:
-    from onemap_tools.cli.terminal import print_json, result_console
-
-    describe(document, result_console(as_json))
-    if as_json:
-        print_json(document)
+        document = dict(send(gateway.maps).document)
+    show(document, as_json, describe_change(done))

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from onemap_tools.bench.commands import PANEL
-from onemap_tools.cli.options import Config, Json
+from onemap_tools.cli.options import DEEPER, Config, Json
+from onemap_tools.cli.terminal import confirmed, print_json, progress_console, result_console
 from onemap_tools.errors import (
     EXIT_FAILED,
     EXIT_OK,
@@ -26,7 +26,6 @@ Repo = Annotated[str, typer.Argument(help="A hub id as 'onemap models list' show
 def list_models(as_json: Json = False) -> None:
     """Known models: licence, size and folder on this machine. Uses no network."""
     from onemap_tools.cli import known_models
-    from onemap_tools.cli.terminal import print_json, result_console
 
     entries = known_models.inventory()
     known_models.describe(entries, result_console(as_json))
@@ -65,8 +64,6 @@ def use(
     little memory. The file is written last, after the models were loaded and saw one image;
     its other settings and its comments stay.
     """
-    from onemap_tools.cli.terminal import print_json, progress_console, result_console
-
     with requires_extra("transformers", "'onemap models use'"):
         from onemap_tools.model_setup.setup import SetupRequest, set_up
 
@@ -85,8 +82,6 @@ def use(
 
 def _agree() -> None:
     """Ask for the licences; CliError unless the user agrees."""
-    from onemap_tools.cli.terminal import confirmed
-
     answer = confirmed("Accept the licences, fetch the models and write the configuration?")
     if answer is None:
         raise CliError(
@@ -101,7 +96,6 @@ def _agree() -> None:
 def fetch(repo: Repo, as_json: Json = False) -> None:
     """Download a model into the hub's cache and verify it; resumes an interrupted download."""
     from onemap_tools.cli import known_models
-    from onemap_tools.cli.terminal import print_json, progress_console, result_console
 
     entry = known_models.fetch(repo, progress_console())
     known_models.describe([entry], result_console(as_json))
@@ -116,7 +110,6 @@ def verify(
 ) -> None:
     """Compare every file with the digest that the hub gave it. Exit code 0 only if all agree."""
     from onemap_tools.cli import known_models
-    from onemap_tools.cli.terminal import print_json, result_console
 
     reports = known_models.verify(repo)
     known_models.describe_reports(reports, result_console(as_json))
@@ -125,7 +118,7 @@ def verify(
     raise typer.Exit(EXIT_FAILED if any(report["damaged"] for report in reports) else EXIT_OK)
 
 
-@export_app.command(rich_help_panel=PANEL)
+@export_app.command(rich_help_panel=DEEPER)
 def export_encoder(
     out: Annotated[Path, typer.Argument(dir_okay=False, help="Where to write the .onnx file.")],
     config: Config = None,
@@ -137,7 +130,6 @@ def export_encoder(
     """
     from onemap_perception.config import PerceptionConfig
     from onemap_shared.config import load
-    from onemap_tools.cli.terminal import print_json, result_console
 
     with requires_extra("openclip", "An export"):
         from onemap_tools.export.tower import export_encoder as export

@@ -1,13 +1,19 @@
-"""Options that several commands share."""
+"""Options that several commands share, and the version that they report."""
 
 from __future__ import annotations
 
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as installed_version
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
+
+# The panels of ``onemap --help``, in this order.
+FIRST, RECORDINGS = "Begin here", "Recordings and viewers"
+OPERATE, DEEPER = "Run it for good", "Look deeper"
 
 Config = Annotated[
     Path | None,
@@ -41,3 +47,11 @@ def parse_area(text: str) -> tuple[float, float, float, float] | None:
             EXIT_USAGE_ERROR,
         ) from problem
     return x_min, y_min, x_max, y_max
+
+
+def version() -> str:
+    """The version of the installed package, or that it is not installed."""
+    try:
+        return installed_version("onemap")
+    except PackageNotFoundError:
+        return "from sources that are not installed (pip install -e .)"

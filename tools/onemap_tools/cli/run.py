@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Callable
-from datetime import datetime
+from dataclasses import asdict
+from datetime import datetime, timezone
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
 
 from onemap_shared.services import SERVICES
-from onemap_tools.cli.options import Config, Json
-from onemap_tools.errors import EXIT_FAILED, EXIT_OK, requires_extra
+from onemap_tools.cli.options import FIRST, OPERATE, Config, Json
+from onemap_tools.cli.terminal import print_json, progress_console, result_console, stays_up
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, CliError, requires_extra
 from onemap_tools.processes.network import DEFAULT_PORT
 
-PANEL = "Run"
 Scene = Annotated[
     Path | None,
     typer.Option(
@@ -67,9 +66,10 @@ Ros2 = Annotated[
     typer.Option("--ros2", help="The robot speaks ROS 2's formats, through the adapter."),
 ]
 app = typer.Typer()
+service_app = typer.Typer(no_args_is_help=True, help="One service or the router, in this process.")
 
 
-@app.command(rich_help_panel=PANEL)
+@app.command(rich_help_panel=FIRST)
 def demo(
     *,
     seed: Annotated[int, typer.Option(min=0, help="Which generated apartment.")] = 1,
@@ -92,7 +92,6 @@ def demo(
     Exit code 0 only if all were found and the simulator confirms it. It cannot confirm objects
     that a scene file does not name: there the robot's claim counts. See 'onemap scene check'.
     """
-    from onemap_tools.cli.terminal import print_json, progress_console, stays_up
     from onemap_tools.demo.run import run_with_report
     from onemap_tools.demo.setup import DemoOptions, choose_port, parse_objects, run_folder
 
@@ -116,7 +115,7 @@ def demo(
     raise typer.Exit(EXIT_OK if document["worked"] else EXIT_FAILED)
 
 
-@app.command(rich_help_panel=PANEL)
+@app.command(rich_help_panel=FIRST)
 def up(
     config: Config = None,
     only: Annotated[
@@ -132,14 +131,82 @@ def up(
     A router is started if the configuration expects one here and none answers. Nothing is
     started if one of the services runs on the bus already, or if the page's port is taken.
     """
-    from onemap_tools.cli.terminal import progress_console
     from onemap_tools.processes import up as command
 
     names = [name for part in only.split(",") if (name := part.strip())]
     command.up(config, names, logs, progress_console())
 
 
-@app.command(rich_help_panel=PANEL)
+@app.command(rich_help_panel=OPERATE)
+def certs(
+    folder: Annotated[Path, typer.Argument(help="Where they are written; existing ones are kept.")],
+    host: Annotated[
+        list[str],
+        typer.Option(help="Name or address under which clients reach the router; repeat it."),
+    ],
+    days: Annotated[
+        int, typer.Option(min=1, max=3650, help="How long they are valid; make new ones in time.")
+    ] = 825,
+    as_json: Json = False,
+) -> None:
+    """Make the authority of a bus, and a certificate for its router and for each role.
+
+    Over TLS the router lets a client do only what the role in its certificate's name does. Give
+    each machine NAME.pem, NAME.key and ca.pem of its roles; keep ca.key away from all of them.
+    """
+    with requires_extra("certs", "This command"):
+        from onemap_tools.certificates import write_certificates
+
+    made = write_certificates(folder, host, now=datetime.now(timezone.utc), days=days)
+    if as_json:
+        print_json({"folder": str(folder), "made": made})
+        return
+    for name, new in made.items():
+        typer.echo(f"{folder / name}.pem, .key: {'made' if new else 'kept'}")
+
+
+@app.command("ros2 topics", rich_help_panel=OPERATE)
+def topics(
+    config: Config = None,
+    seconds: Annotated[
+        float, typer.Option(min=0.1, max=60, help="How long messages are counted.")
+    ] = 3.0,
+    as_json: Json = False,
+) -> None:
+    """Topics of the robot: types, publishers, subscribers, rates.
+
+    Reads section ros2 of the configuration for the robot's router. Exit code 1 if a topic that it
+    names is missing, with the nearest one of the right type.
+    """
+    from onemap_shared.config import load
+
+    with requires_extra("ros2", "This command"):
+        from onemap_ros2.config import Ros2Config
+        from onemap_ros2.discovery import survey
+
+    _, _, robot = load(config, "ros2", Ros2Config)
+    try:
+        reports, missing = survey(robot, seconds)
+    except ConnectionError as problem:
+        raise CliError(f"{problem}.") from problem
+    console = result_console(as_json)
+    for report in reports:
+        rate = "-" if report.rate_hz is None else f"{report.rate_hz:.1f} Hz"
+        mark = f"  <- {report.setting}" if report.setting else ""
+        console.print(
+            f"{report.topic:48} {report.ros_type:34} {report.publishers} publish, "
+            f"{report.subscribers} subscribe {rate:>9}{mark}",
+            soft_wrap=True,
+        )
+    for sentence in missing:
+        console.print(f"missing: {sentence}", soft_wrap=True)
+    if as_json:
+        print_json({"topics": [asdict(each) for each in reports], "missing": missing})
+    raise typer.Exit(EXIT_FAILED if missing else EXIT_OK)
+
+
+@service_app.command()
+@app.command(hidden=True)
 def router(
     config: Config = None,
     listen: Annotated[
@@ -155,78 +222,18 @@ def router(
     command.run(config, listen or (), zenoh_config)
 
 
-def _run_service(name: str, config: Path | None) -> None:
-    from onemap_tools.processes.services import run
-
-    raise typer.Exit(run(name, ("--config", str(config)) if config is not None else ()))
-
-
 def _service_command(name: str) -> Callable[[Path | None], None]:
     def command(config: Config = None) -> None:
-        _run_service(name, config)
+        from onemap_tools.processes.services import run
+
+        raise typer.Exit(run(name, config))
 
     return command
 
 
-def replay(
-    path: Annotated[
-        Path | None,
-        typer.Argument(
-            exists=True,
-            help="A folder with frames.json and PNG files, or an MCAP file: of 'onemap record', "
-            "or a ROS 2 bag.",
-        ),
-    ] = None,
-    config: Config = None,
-    *,
-    reencode: Annotated[
-        bool,
-        typer.Option("--reencode", help="From the images, with the encoder of --config."),
-    ] = False,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            dir_okay=False,
-            help="Write the map here (*.npz); 'onemap map load' takes it from mapper.map_folder.",
-        ),
-    ] = None,
-    as_json: Json = False,
-) -> None:
-    """A recording: a folder in place of a robot, or the map of an MCAP file once more.
-
-    A folder is published like a robot until Ctrl-C. Of an MCAP file the map is computed again, in
-    this process alone, and compared with the digests in it. Exit code 0 if all are the same, 1 if
-    one differs or none could be compared, 2 if the file cannot be read; with --reencode nothing
-    is compared. Of a ROS 2 bag the images are encoded; the section ros2 of --config names its
-    topics and frames.
-    """
-    if path is not None and path.is_file():
-        _rebuild(path, config, reencode=reencode, out=out, as_json=as_json)
-    if path is not None:
-        os.environ["ONEMAP__REPLAY__DIRECTORY"] = json.dumps(str(path))
-    _run_service("replay", config)
-
-
-def _rebuild(
-    path: Path, config: Path | None, *, reencode: bool, out: Path | None, as_json: bool
-) -> NoReturn:
-    with requires_extra("record,mapper,perception,ros2", "The replay of a file"):
-        from onemap_tools.bag import replay as command
-    from onemap_tools.cli.terminal import print_json, result_console
-
-    options = command.ReplayOptions(path, config=config, reencode=reencode, out=out)
-    document = command.replay(options)
-    result_console(as_json).print(*command.describe(document), sep="\n", soft_wrap=True)
-    if as_json:
-        print_json(document)
-    raise typer.Exit(EXIT_OK if document["same"] or document["reencoded"] else EXIT_FAILED)
-
-
 for service in SERVICES.values():
-    app.command(
-        name=service.name,
-        help=None
-        if service.name == "replay"
-        else f"{service.summary[0].upper()}{service.summary[1:]}.",
-        rich_help_panel=PANEL,
-    )(replay if service.name == "replay" else _service_command(service.name))
+    summary = f"{service.summary[0].upper()}{service.summary[1:]}."
+    run_it = _service_command(service.name)
+    service_app.command(name=service.name, help=summary)(run_it)
+    if service.name != "replay":  # which is a command of its own
+        app.command(name=service.name, help=summary, hidden=True)(run_it)

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from onemap_tools.cli.options import Json
+from onemap_tools.cli.terminal import print_json, result_console
 from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError, requires_extra
 
 
@@ -54,7 +55,6 @@ def check(
     """
     with requires_extra("simulator", "This command"):
         from onemap_tools.cli import scene_report
-    from onemap_tools.cli.terminal import print_json, result_console
 
     if out is not None and out.suffix.lower() != ".png":
         raise CliError(f"The picture is a PNG file; {out} does not end in .png.", EXIT_USAGE_ERROR)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable
 from typing import IO, Any
 
 from rich.console import Console
@@ -54,3 +55,12 @@ def confirmed(question: str) -> bool | None:
 def print_json(document: dict[str, Any]) -> None:
     """Print one JSON object as a line of its own."""
     print(json.dumps(document, separators=(", ", ": "), allow_nan=False), flush=True)
+
+
+def show(
+    document: dict[str, Any], as_json: bool, describe: Callable[[dict[str, Any], Console], None]
+) -> None:
+    """Print a result for people, and as JSON if asked."""
+    describe(document, result_console(as_json))
+    if as_json:
+        print_json(document)

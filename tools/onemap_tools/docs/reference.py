@@ -17,8 +17,13 @@ import numpy as np
 from onemap_shared import keys, messages, wire
 from onemap_shared.config import PREFIX
 from onemap_shared.keys import Procedure, Topic
-from onemap_tools.cli.config_report import SectionModels, installed_models, schema
-from onemap_tools.cli.schema_text import SchemaRow, SchemaText
+from onemap_tools.cli.config_report import (
+    SchemaRow,
+    SchemaText,
+    SectionModels,
+    installed_models,
+    schema,
+)
 from onemap_tools.errors import CliError
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import runpy
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from onemap_shared.config import section
@@ -17,11 +18,11 @@ from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
 CORE = (*STAGES, "gateway")  # what every robot needs
 
 
-def run(name: str, arguments: Sequence[str]) -> int:
+def run(name: str, config: Path | None) -> int:
     """Run a service in this process until it is stopped; returns its exit code."""
     service = SERVICES[name]
     before = sys.argv
-    sys.argv = [f"onemap {name}", *arguments]
+    sys.argv = [f"onemap {name}", *(("--config", str(config)) if config is not None else ())]
     try:
         with requires_extra(service.extra, f"The {service.name}"):
             runpy.run_module(service.module, run_name="__main__", alter_sys=True)

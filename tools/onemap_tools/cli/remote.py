@@ -1,20 +1,158 @@
-"""Prints what the gateway replied to a query, a search, or a request for objects, status or map."""
+"""What commands that ask a running robot do with its gateway: follow a search, print a reply."""
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
 from math import degrees
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from onemap import QueryEvent, QueryInterrupted
-from onemap_tools.cli.search import again, all_found
+from onemap import (
+    NO_LIMITS,
+    Client,
+    OneMapError,
+    QueryEvent,
+    QueryInterrupted,
+    RemoteSearch,
+    SearchLimits,
+)
+from onemap_shared.messages import SearchKind, SearchOrder, SearchState, check_image
 from onemap_tools.cli.terminal import print_json, progress_console, result_console
+from onemap_tools.errors import (
+    EXIT_FAILED,
+    EXIT_INTERRUPTED,
+    EXIT_OK,
+    EXIT_USAGE_ERROR,
+    CliError,
+)
+from onemap_tools.gateway import SearchHandle
+from onemap_tools.processes.interrupts import interruptible
+from onemap_tools.progress import MapUpdates, progress_of, progress_view
 
-COLOURS = {"ok": "green", "degraded": "yellow", "down": "red"}
+POLL_S = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """The final report of a search, and whether Ctrl-C cancelled it."""
+
+    report: dict[str, Any]
+    interrupted: bool
+
+    def exit_code(self, *, done: bool) -> int:
+        """That of the command: done, not done, or stopped before either was known."""
+        if done:
+            return EXIT_OK
+        return EXIT_INTERRUPTED if self.interrupted else EXIT_FAILED
+
+
+def map_updates(gateway: Client) -> MapUpdates:
+    """Age and rate of the map's revisions as the gateway reports them; both None without a reply.
+
+    The gateway answers from its cache, without a call to the mapper.
+    """
+    try:
+        streams = gateway.status().streams
+    except OneMapError:
+        return MapUpdates()
+    revisions = [stream for stream in streams if stream.name == "revision"]
+    return MapUpdates(revisions[0].age_s, revisions[0].rate_hz) if revisions else MapUpdates()
+
+
+def search(
+    gateway: Client,
+    objects: tuple[str, ...],
+    console: Console,
+    *,
+    any_order: bool = False,
+    limits: SearchLimits = NO_LIMITS,
+) -> Followed:
+    """Search for the objects one after the other; Ctrl-C cancels."""
+    start = partial(gateway.search, objects, any_order=any_order, limits=limits)
+    return _follow(gateway, start, console)
+
+
+def drive(
+    gateway: Client,
+    place_m: tuple[float, float],
+    console: Console,
+    *,
+    look: bool,
+    limits: SearchLimits = NO_LIMITS,
+) -> Followed:
+    """Drive to a place, or to where it can be seen; Ctrl-C cancels."""
+    start = gateway.look_at if look else gateway.go_to
+    return _follow(gateway, lambda: start(*place_m, limits=limits), console)
+
+
+def _follow(gateway: Client, start: Callable[[], RemoteSearch], console: Console) -> Followed:
+    interrupted = False
+    with interruptible() as stop, progress_view(console) as view:
+        handle = SearchHandle(start())
+        while handle.active:
+            view.show(progress_of(handle.report, map_updates(gateway)))
+            if stop.wait(POLL_S):
+                handle.cancel()
+                interrupted = True
+                break
+            if problem := handle.poll():
+                view.wait(handle.report["elapsed_s"], problem)
+    return Followed(handle.report, interrupted)
+
+
+def all_found(report: dict[str, Any]) -> bool:
+    """Whether every object of the search was found."""
+    found = [r["name"] for r in report["results"] if r["outcome"] == SearchState.FOUND.value]
+    return len(found) == len(report["objects"])
+
+
+def arrived(report: dict[str, Any]) -> bool:
+    """Whether a drive has reached its place, or a view of it."""
+    return bool(report["state"] == SearchState.ARRIVED.value)
+
+
+def again(report: dict[str, Any]) -> str:
+    """How to start an interrupted search again, in a sentence; empty for any other."""
+    if report.get("state") != SearchState.INTERRUPTED.value:
+        return ""
+    if report["place_m"]:
+        look = ["--look"] if report["kind"] == SearchKind.LOOK_AT.value else []
+        words = ["go", *look, *map(str, report["place_m"])]
+    else:
+        found = {r["name"] for r in report["results"] if r["outcome"] == SearchState.FOUND.value}
+        any_order = ["--any-order"] if report["order"] == SearchOrder.ANY.value else []
+        words = ["search", *any_order, *(n for n in report["objects"] if n not in found)]
+    return f"The last search was {report['reason']}. Search again: {shlex.join(['onemap', *words])}"
+
+
+def interrupted(gateway: Client) -> str:
+    """``again`` for the newest search; empty if there is none, or the planner does not answer."""
+    try:
+        return again(dict(gateway.searches.get().latest.document))
+    except OneMapError:
+        return ""
+
+
+def read_crop(path: Path) -> bytes:
+    """A PNG or JPEG that may be asked for; CliError says what is wrong with another file."""
+    try:
+        data = path.read_bytes()
+        check_image(data)
+    except OSError as problem:
+        raise CliError(f"cannot read {path}: {problem.strerror}", EXIT_USAGE_ERROR) from problem
+    except ValueError as problem:
+        raise CliError(f"{path}: {problem}", EXIT_USAGE_ERROR) from problem
+    return data
+
+
+CONDITION_COLOURS = {"ok": "green", "degraded": "yellow", "down": "red"}
 
 
 def describe_search(report: dict[str, Any], console: Console) -> None:
@@ -35,11 +173,11 @@ def describe_search(report: dict[str, Any], console: Console) -> None:
         console.print(again(report) or report["reason"], soft_wrap=True)
 
 
-def describe_drive(report: dict[str, Any]) -> Text:
-    """How a drive to a place ended, in a line."""
+def describe_drive(report: dict[str, Any], console: Console) -> None:
+    """Print how a drive to a place ended, in a line."""
     driven = f"{report['elapsed_s']:.0f} s, {report['path_length_m']:.1f} m"
     ended = f"{report['state'].capitalize()}: {report['reason']} ({driven})."
-    return Text(again(report) or ended)
+    console.print(Text(again(report) or ended), soft_wrap=True)
 
 
 def describe_query(reply: dict[str, Any], console: Console) -> None:
@@ -91,13 +229,13 @@ def _view(view: dict[str, float] | None) -> str:
     return f"({view['x_m']:.2f}, {view['y_m']:.2f}) m, {degrees(view['yaw_rad']):.0f}°"
 
 
-def describe_objects(objects: list[dict[str, Any]], console: Console) -> None:
+def describe_objects(reply: dict[str, Any], console: Console) -> None:
     """Print one row per found object: name, place, score, times, id."""
-    if not objects:
+    if not reply["objects"]:
         console.print("Nothing was found on this map yet: 'onemap search' goes and looks.")
         return
     table = Table("object", "position", "score", "found", "last seen (UTC)", "id")
-    for known in objects:
+    for known in reply["objects"]:
         place = ", ".join(f"{value:.2f}" for value in known["position_m"])
         table.add_row(
             Text(known["name"]),
@@ -114,7 +252,9 @@ def describe_status(status: dict[str, Any], console: Console) -> None:
     """Print services and streams as the gateway reports them."""
     services = Table("service", "condition", "what is wrong")
     for service in status["services"]:
-        condition = Text(service["condition"], style=COLOURS.get(service["condition"], ""))
+        condition = Text(
+            service["condition"], style=CONDITION_COLOURS.get(service["condition"], "")
+        )
         services.add_row(service["name"], condition, Text(service["problem"]))
     streams = Table("stream", "age", "rate", "received", "missed", "refused")
     for stream in status["streams"]:

@@ -7,14 +7,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from onemap_planner.search.decision_log import FOLDER, file_name, record
 from onemap_shared.messages import NO_CHOICE, SearchState, SearchStatus
+from onemap_tools.cli.app import app
 from onemap_tools.cli.decision_file import decisions_document, describe_step, read_decisions
-from onemap_tools.errors import CliError
+from onemap_tools.errors import EXIT_OK, CliError
 from tests.shared.messages.broken import sample
 
 STATUS = sample(SearchStatus)
+RUNNER = CliRunner()
 
 
 @pytest.fixture
@@ -42,12 +45,6 @@ def test_the_document_holds_every_step(path: Path) -> None:
     document = decisions_document(read_decisions(path))
     assert (document["id"], document["state"], document["cut_off"]) == ("s1", "cancelled", False)
     assert [step["state"] for step in document["steps"]] == ["exploring", "cancelled"]
-
-
-def test_a_last_line_that_was_cut_off_is_left_out(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:-5])
-    decisions = read_decisions(path)
-    assert (len(decisions.steps), decisions.cut_off) == (1, True)
 
 
 @pytest.mark.parametrize(
@@ -87,3 +84,55 @@ def test_a_damaged_line_is_named(path: Path) -> None:
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(CliError, match=r"Cannot read .*none.jsonl: No such file"):
         read_decisions(tmp_path / "none.jsonl")
+
+
+@pytest.fixture
+def three(tmp_path: Path) -> Path:
+    for number in range(3):
+        record(tmp_path, replace(STATUS, reason=f"reason {number}"), (1.0, 2.0))
+    return tmp_path / FOLDER / file_name(STATUS)
+
+
+@pytest.mark.parametrize("options", [[], ["--all"]])
+def test_without_a_terminal_all_steps_are_printed(three: Path, options: list[str]) -> None:
+    result = RUNNER.invoke(app, ["search", "replay", str(three), *options])
+    assert result.exit_code == EXIT_OK
+    for text in ("Step 1 of 3", "Step 3 of 3", "reason 2", "the only goal", "frontier"):
+        assert text in result.stdout
+
+
+def test_on_a_terminal_enter_shows_the_next(three: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    answers = iter([""])
+
+    def answer(prompt: str) -> str:
+        assert prompt.startswith("Enter: next step")
+        try:
+            return next(answers)
+        except StopIteration:
+            raise EOFError from None
+
+    monkeypatch.setattr("builtins.input", answer)
+    monkeypatch.setattr("onemap_tools.cli.terminal.sys", _Terminal())
+    result = RUNNER.invoke(app, ["search", "replay", str(three)])
+    assert result.exit_code == EXIT_OK
+    assert "Step 2 of 3" in result.stdout
+    assert "Step 3 of 3" not in result.stdout
+
+
+class _Terminal:
+    class stdin:  # noqa: N801 - stands for the attribute of ``sys``
+        @staticmethod
+        def isatty() -> bool:
+            return True
+
+
+def test_a_step_that_was_cut_off_is_said(three: Path) -> None:
+    three.write_bytes(three.read_bytes()[:-5])
+    result = RUNNER.invoke(app, ["search", "replay", str(three)])
+    assert "Step 2 of 2" in result.stdout
+    assert "The last line is not complete" in result.stdout
+
+
+def test_as_json_it_is_one_object(three: Path) -> None:
+    result = RUNNER.invoke(app, ["search", "replay", str(three), "--json"])
+    assert len(json.loads(result.stdout)["steps"]) == 3

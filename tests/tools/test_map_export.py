@@ -1,0 +1,284 @@
+"""``onemap map export``: a file in each format, read as other programs read it."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+import yaml
+from matplotlib.path import Path as Polygon
+from PIL import Image
+from typer.testing import CliRunner
+
+from onemap import MapObject, QueryResult
+from onemap_gateway.config import GatewayConfig
+from onemap_gateway.present.objects import MapObjectReport
+from onemap_gateway.present.queries import QueryReply
+from onemap_gateway.present.views import map_archive
+from onemap_gateway.service import build
+from onemap_shared.memory_bus import MemoryRouter
+from onemap_shared.messages import Layer, Occupancy
+from onemap_tools.cli.app import app
+from onemap_tools.cli.map import MapLayer
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR
+from onemap_tools.map_export import (
+    MapArrays,
+    feature_collection,
+    layer_image,
+    nav2_pgm,
+    nav2_yaml,
+    point_cloud,
+    read_archive,
+    world_file,
+)
+from tests.gateway.fakes import GRID, FakeMapper, kept_object, search_view
+from tests.tools.cli.commands import error_of
+
+RUNNER = CliRunner()
+
+
+@pytest.fixture
+def url() -> Iterator[str]:
+    router = MemoryRouter()
+    mapper = FakeMapper(router, objects=[kept_object()])
+    worker = build(router.bus("gateway"), GatewayConfig(port=0))
+    yield f"http://127.0.0.1:{worker.port}"
+    worker.close()
+    mapper.bus.close()
+
+
+def exported(url: str, file: Path, *options: str) -> dict[str, object]:
+    result = RUNNER.invoke(app, ["map", "export", str(file), "--url", url, "--json", *options])
+    assert result.exit_code == EXIT_OK, result.output
+    written: dict[str, object] = json.loads(result.stdout.splitlines()[-1])
+    assert written["path"] == str(file)
+    return written
+
+
+def test_an_archive_is_for_numpy(url: str, tmp_path: Path) -> None:
+    exported(url, tmp_path / "flat.npz", "--text", "sofa")
+    with np.load(io.BytesIO((tmp_path / "flat.npz").read_bytes())) as archive:
+        assert np.nanmax(archive["similarity"]) == pytest.approx(0.9)
+
+
+def test_a_picture_has_a_pixel_per_cell_and_a_world_file(url: str, tmp_path: Path) -> None:
+    written = exported(url, tmp_path / "flat.png", "--text", "sofa", "--layer", "similarity")
+    assert written["beside"] == [str(tmp_path / "flat.pgw")]
+    image = Image.open(tmp_path / "flat.png")
+    assert (image.size, image.mode) == (GRID.shape, "RGBA")
+    assert len((tmp_path / "flat.pgw").read_text().splitlines()) == 6
+
+
+def test_nav2_gets_two_files(url: str, tmp_path: Path) -> None:
+    written = exported(url, tmp_path / "flat.yaml")
+    assert written["beside"] == [str(tmp_path / "flat.pgm")]
+    assert "image: flat.pgm" in (tmp_path / "flat.yaml").read_text()
+    assert Image.open(tmp_path / "flat.pgm").size == GRID.shape
+
+
+def test_regions_and_objects_are_features(url: str, tmp_path: Path) -> None:
+    exported(url, tmp_path / "flat.geojson", "--text", "sofa", "--text", "kettle")
+    features = json.loads((tmp_path / "flat.geojson").read_text())["features"]
+    kinds = [each["properties"]["kind"] for each in features]
+    assert kinds == ["region"] * 4 + ["object"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "code", "reason"),
+    [
+        ("flat.txt", EXIT_USAGE_ERROR, "ends in .npz"),
+        ("flat", EXIT_USAGE_ERROR, "ends in .npz"),
+        ("flat.ply --text sofa --text bed", EXIT_USAGE_ERROR, "one --text"),
+        ("flat.png --layer similarity", EXIT_USAGE_ERROR, "give one with --text"),
+        ("no/folder.npz", EXIT_FAILED, "Cannot write"),
+        ("flat.geojson --text flurb", EXIT_USAGE_ERROR, "flurb"),
+    ],
+)
+def test_what_cannot_be_written_is_refused(
+    url: str, tmp_path: Path, asked: str, code: int, reason: str
+) -> None:
+    name, *options = asked.split()
+    command = ["map", "export", str(tmp_path / name), "--url", url, "--json", *options]
+    result = RUNNER.invoke(app, command)
+    assert result.exit_code == code
+    assert reason in str(error_of(result)["error"])
+    assert list(tmp_path.iterdir()) == []
+
+
+UNKNOWN, FREE, OCCUPIED = Occupancy.UNKNOWN, Occupancy.FREE, Occupancy.OCCUPIED
+
+
+def small_map(*, text: bool = True) -> MapArrays:
+    """The occupancy as one sees it from above, y up: # . ? over . . #."""
+    occupancy = np.array([[FREE, OCCUPIED], [FREE, FREE], [OCCUPIED, UNKNOWN]], np.uint8)
+    layers = np.where(occupancy != UNKNOWN, Layer.OBSERVED, 0).astype(np.uint8)
+    layers[0, 0] |= Layer.EXPLORED
+    similarity = np.full((3, 2), np.nan, np.float32)
+    similarity[0, 0], similarity[2, 0] = 0.2, 1.0
+    none = np.zeros((0, 0), np.float32)
+    return MapArrays(occupancy, layers, similarity if text else none, (-1.0, 2.0), 0.5)
+
+
+def nav2_states(folder: Path) -> dict[tuple[float, float], int]:
+    """The state at the centre of each pixel, x and y in metres, by the rules of nav2_map_server."""
+    document = yaml.safe_load((folder / "map.yaml").read_text())
+    assert document["mode"] == "trinary"
+    assert document["negate"] == 0
+    image = np.asarray(Image.open(folder / document["image"]), np.float64)
+    assert image.ndim == 2
+    states: dict[tuple[float, float], int] = {}
+    for row, column in np.ndindex(*image.shape):
+        probability = (255 - image[row, column]) / 255
+        state = UNKNOWN
+        if probability > document["occupied_thresh"]:
+            state = OCCUPIED
+        elif probability < document["free_thresh"]:
+            state = FREE
+        x_m = document["origin"][0] + (column + 0.5) * document["resolution"]
+        y_m = document["origin"][1] + (image.shape[0] - row - 0.5) * document["resolution"]
+        states[x_m, y_m] = state
+    return states
+
+
+def test_nav2_reads_every_cell_at_its_place(tmp_path: Path) -> None:
+    arrays = small_map()
+    (tmp_path / "map.pgm").write_bytes(nav2_pgm(arrays))
+    (tmp_path / "map.yaml").write_text(nav2_yaml(arrays, "map.pgm"))
+    assert nav2_states(tmp_path) == {
+        (-0.75, 2.25): FREE,
+        (-0.25, 2.25): FREE,
+        (0.25, 2.25): OCCUPIED,
+        (-0.75, 2.75): OCCUPIED,
+        (-0.25, 2.75): FREE,
+        (0.25, 2.75): UNKNOWN,
+    }
+
+
+def test_a_layer_is_white_where_it_is_set() -> None:
+    explored = layer_image(small_map(), MapLayer.EXPLORED)
+    assert explored.tolist() == [[0, 0, 0], [255, 0, 0]]  # the lower left cell
+    observed = layer_image(small_map(), MapLayer.OBSERVED)
+    assert observed.tolist() == [[255, 255, 0], [255, 255, 255]]
+    assert not layer_image(small_map(), MapLayer.SEARCHED).any()
+
+
+def test_the_similarity_is_grey_and_opaque_where_it_is_known() -> None:
+    image = layer_image(small_map(), MapLayer.SIMILARITY)
+    assert image[1, 0].tolist() == [51, 51, 51, 255]
+    assert image[1, 2].tolist() == [255, 255, 255, 255]
+    assert image[0, 0].tolist() == [0, 0, 0, 0]
+    with pytest.raises(ValueError, match="--text"):
+        layer_image(small_map(text=False), MapLayer.SIMILARITY)
+
+
+def test_the_world_file_places_the_upper_left_pixel() -> None:
+    size_x, _, _, size_y, x_m, y_m = map(float, world_file(small_map()).splitlines())
+    assert (size_x, size_y) == (0.5, -0.5)
+    assert (x_m, y_m) == (-0.75, 2.75)
+
+
+def test_trimesh_reads_places_and_colours() -> None:
+    cloud = trimesh.load(io.BytesIO(point_cloud(small_map())), file_type="ply")
+    vertices = np.asarray(cloud.vertices)
+    assert len(vertices) == 5  # the unknown cell is left out
+    np.testing.assert_allclose(vertices[0], [-0.75, 2.25, 0.0])
+    np.testing.assert_allclose(vertices[-1], [0.25, 2.25, 0.0])
+    colours = np.asarray(cloud.colors)[:, :3]
+    assert colours[-1].tolist() == [255, 60, 0]  # the best match
+    assert colours[2].tolist() == [230, 230, 230]  # free
+
+
+def test_occupancy_and_similarity_are_properties() -> None:
+    content = point_cloud(small_map())
+    raw = trimesh.load(io.BytesIO(content), file_type="ply").metadata["_ply_raw"]["vertex"]["data"]
+    assert raw["occupancy"].ravel().tolist() == [1, 2, 1, 1, 2]
+    np.testing.assert_allclose(raw["similarity"].ravel()[[0, 4]], [0.2, 1.0])
+    assert np.isnan(raw["similarity"].ravel()[1:4]).all()
+    none = point_cloud(small_map(text=False))
+    assert none.count(b"property") == content.count(b"property")
+
+
+def test_an_archive_of_the_gateway_is_read() -> None:
+    view = search_view("sofa")
+    arrays = read_archive(map_archive(view))
+    np.testing.assert_array_equal(arrays.occupancy, view.occupancy)
+    np.testing.assert_array_equal(arrays.similarity, view.similarity)
+    assert arrays.origin_m == pytest.approx(GRID.bounds_m[:2])
+    assert arrays.cell_size_m == GRID.cell_size_m
+    assert arrays.known.sum() == (view.occupancy > 0).sum()
+
+
+def archive(**arrays: np.ndarray) -> bytes:
+    buffer = io.BytesIO()
+    np.savez(buffer, **arrays)  # type: ignore[arg-type]
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"", "no map"),
+        (b"<html>", "no map"),
+        (archive(occupancy=np.zeros((2, 2), np.uint8)), "no map"),
+        (
+            archive(
+                occupancy=np.zeros((2, 2), np.uint8),
+                layers=np.zeros((3, 2), np.uint8),
+                similarity=np.zeros((0, 0), np.float32),
+                origin_m=np.zeros(2),
+                cell_size_m=np.array(0.1),
+            ),
+            "shapes that differ",
+        ),
+    ],
+)
+def test_what_is_no_map_is_refused(content: bytes, reason: str) -> None:
+    with pytest.raises(ValueError, match=reason):
+        read_archive(content)
+
+
+(FOUND, _) = QueryReply.model_json_schema()["examples"]
+(OBJECT,) = MapObjectReport.model_json_schema()["examples"]
+
+
+@pytest.fixture
+def features() -> list[dict[str, Any]]:
+    document = feature_collection([QueryResult.of(FOUND)], [MapObject.of(OBJECT)])
+    read: dict[str, Any] = json.loads(json.dumps(document, allow_nan=False))
+    assert read["type"] == "FeatureCollection"
+    assert all(feature["type"] == "Feature" for feature in read["features"])
+    return list(read["features"])
+
+
+def test_a_region_is_a_closed_polygon_around_its_centre(features: list[dict[str, Any]]) -> None:
+    geometry = features[0]["geometry"]
+    (ring,) = geometry["coordinates"]
+    assert geometry["type"] == "Polygon"
+    assert ring[0] == ring[-1]
+    x, y = np.array(ring).T
+    assert (x[:-1] * y[1:] - x[1:] * y[:-1]).sum() > 0  # counter-clockwise, as the RFC wants it
+    assert Polygon(ring).contains_point(FOUND["regions"][0]["centre_m"])
+    assert features[0]["properties"]["text"] == "sofa"
+    assert features[0]["properties"]["verdict"] == "found"
+    assert features[0]["properties"]["height_m"] == [0.1, 0.9]
+
+
+def test_an_object_is_a_point(features: list[dict[str, Any]]) -> None:
+    point = features[1]
+    assert point["geometry"] == {"type": "Point", "coordinates": [3.42, -1.15, 0.41]}
+    assert (point["id"], point["properties"]["name"]) == ("3f9a12c4", "bed")
+    assert point["properties"]["height_m"] == [0.1, 0.7]
+    assert point["properties"]["last_seen_at"].startswith("2026-01-01T00:09:51")
+
+
+def test_a_region_of_an_older_gateway_is_its_box() -> None:
+    old = {"rank": 1, "centre_m": [1, 2], "extent_m": [0, 1, 2, 3], "score": 0.5}
+    result = QueryResult.of({"text": "bed", "regions": [old]})
+    (feature,) = feature_collection([result], [])["features"]
+    assert feature["geometry"]["coordinates"] == [[[0, 1], [2, 1], [2, 3], [0, 3], [0, 1]]]

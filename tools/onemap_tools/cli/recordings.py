@@ -1,0 +1,205 @@
+"""Commands for recordings and viewers: record, look at a file, play it, show it elsewhere."""
+
+from __future__ import annotations
+
+import json
+import os
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+import typer
+
+from onemap_tools.cli.options import FIRST, RECORDINGS, Config, Json
+from onemap_tools.cli.terminal import print_json, progress_console, result_console
+from onemap_tools.errors import EXIT_FAILED, EXIT_OK, EXIT_USAGE_ERROR, CliError, requires_extra
+
+app = typer.Typer()
+bag_app = typer.Typer(no_args_is_help=True, help="Look at a recording.")
+export_app = typer.Typer(no_args_is_help=True, help="Write a recording for another tool.")
+
+
+@app.command(rich_help_panel=FIRST)
+def record(
+    out: Annotated[
+        Path | None,
+        typer.Argument(dir_okay=False, help="A new MCAP file; by default in runs/recordings."),
+    ] = None,
+    *,
+    config: Config = None,
+    clear_map: Annotated[
+        bool,
+        typer.Option(
+            "--clear-map", help="Clear the map first, so that a replay begins where it begins."
+        ),
+    ] = False,
+    images: Annotated[
+        bool, typer.Option(help="Also the images; a map is rebuilt from the features alone.")
+    ] = True,
+    seconds: Annotated[
+        float | None, typer.Option(min=1, help="End after so long; by default at Ctrl-C.")
+    ] = None,
+    keep_free: Annotated[
+        int, typer.Option(min=0, help="MB; end before the disk has less, so that others can write.")
+    ] = 1000,
+    as_json: Json = False,
+) -> None:
+    """Record a running robot: images, poses, features, detections, commands, searches, map.
+
+    A recorder that is killed leaves a file that can be read, without its last second. It ends by
+    itself, with exit code 1, when the disk is full; the robot goes on.
+    """
+    with requires_extra("record", "This command"):
+        from onemap_tools.bag.record import RecordOptions
+        from onemap_tools.bag.record import record as run
+    from onemap_tools.cli.options import version
+
+    folder = Path("runs/recordings")
+    options = RecordOptions(
+        path=out or folder / f"{datetime.now():%Y%m%d-%H%M%S}.mcap",
+        config=config,
+        images=images,
+        clear_map=clear_map,
+        seconds=seconds,
+        keep_free_mb=keep_free,
+        version=version(),
+    )
+    document = run(options, progress_console())
+    result_console(as_json).print(
+        f"Recorded {document['seconds']:.0f} s, {document['bytes'] / 1e6:.1f} MB.", soft_wrap=True
+    )
+    for key, count in document["missed"].items():
+        progress_console().print(f"{count} messages on {key} are missing in it.")
+    if as_json:
+        print_json(document)
+
+
+@bag_app.callback()
+def _bag() -> None:
+    """Look at a recording."""
+
+
+@bag_app.command(name="info")
+def bag_info(
+    file: Annotated[
+        Path, typer.Argument(exists=True, dir_okay=False, help="An MCAP file, also of ROS 2.")
+    ],
+    as_json: Json = False,
+) -> None:
+    """What a recording holds; reads all of it and checks its checksums.
+
+    Exit code 0 if it is complete, 1 if it was cut off, 2 if it is damaged or no MCAP file.
+    """
+    with requires_extra("record", "This command"):
+        from onemap_tools.bag.bag_file import BagError
+        from onemap_tools.bag.bag_info import describe, info
+    try:
+        document = info(file)
+    except BagError as problem:
+        sentence = str(problem)
+        raise CliError(f"{sentence[0].upper()}{sentence[1:]}.", EXIT_USAGE_ERROR) from problem
+    result_console(as_json).print(*describe(document), sep="\n", soft_wrap=True)
+    if as_json:
+        print_json(document)
+    raise typer.Exit(EXIT_FAILED if document["cut_off"] else EXIT_OK)
+
+
+@app.command(rich_help_panel=RECORDINGS)
+def replay(
+    path: Annotated[
+        Path | None,
+        typer.Argument(
+            exists=True,
+            help="A folder with frames.json and PNG files, or an MCAP file: of 'onemap record', "
+            "or a ROS 2 bag.",
+        ),
+    ] = None,
+    config: Config = None,
+    *,
+    reencode: Annotated[
+        bool,
+        typer.Option("--reencode", help="From the images, with the encoder of --config."),
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            dir_okay=False,
+            help="Write the map here (*.npz); 'onemap map load' takes it from mapper.map_folder.",
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """A recording: a folder in place of a robot, or the map of an MCAP file once more.
+
+    A folder is published like a robot until Ctrl-C. Of an MCAP file the map is computed again, in
+    this process alone, and compared with the digests in it. Exit code 0 if all are the same, 1 if
+    one differs or none could be compared, 2 if the file cannot be read; with --reencode nothing
+    is compared. Of a ROS 2 bag the images are encoded; the section ros2 of --config names its
+    topics and frames.
+    """
+    if path is not None and path.is_file():
+        _rebuild(path, config, reencode=reencode, out=out, as_json=as_json)
+    if path is not None:
+        os.environ["ONEMAP__REPLAY__DIRECTORY"] = json.dumps(str(path))
+    from onemap_tools.processes.services import run
+
+    raise typer.Exit(run("replay", config))
+
+
+def _rebuild(
+    path: Path, config: Path | None, *, reencode: bool, out: Path | None, as_json: bool
+) -> NoReturn:
+    with requires_extra("record,mapper,perception,ros2", "The replay of a file"):
+        from onemap_tools.bag import replay as command
+
+    options = command.ReplayOptions(path, config=config, reencode=reencode, out=out)
+    document = command.replay(options)
+    result_console(as_json).print(*command.describe(document), sep="\n", soft_wrap=True)
+    if as_json:
+        print_json(document)
+    raise typer.Exit(EXIT_OK if document["same"] or document["reencoded"] else EXIT_FAILED)
+
+
+@app.command(rich_help_panel=RECORDINGS)
+def live(
+    config: Config = None,
+    *,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="On 127.0.0.1; 0: any that is free.")
+    ] = 8765,
+    query: Annotated[
+        str, typer.Option(help="Show the similarity to this; by default what a search looks for.")
+    ] = "",
+) -> None:
+    """Serve map, camera, plans and numbers to Foxglove or Lichtblick, until Ctrl-C.
+
+    Connect the viewer to ws://127.0.0.1:8765 and import the layout deploy/foxglove/onemap.json.
+    Viewers look and change nothing but the query, a parameter. Costs nothing until one connects.
+    """
+    with requires_extra("live", "This command"):
+        from onemap_tools.viewers.live import LiveOptions
+        from onemap_tools.viewers.live import live as run
+    run(LiveOptions(config=config, port=port, query=query), progress_console())
+
+
+@export_app.callback()
+def _export() -> None:
+    """Write a recording for another tool."""
+
+
+@export_app.command()
+def rerun(
+    file: Annotated[
+        Path, typer.Argument(exists=True, dir_okay=False, help="A file of 'onemap record'.")
+    ],
+    out: Annotated[Path, typer.Argument(dir_okay=False, help="A new file, *.rrd.")],
+    as_json: Json = False,
+) -> None:
+    """A recording as a file for Rerun: map, camera, plans, plots and log on a time line."""
+    with requires_extra("rerun,record", "This command"):
+        from onemap_tools.viewers.rerun_export import describe
+        from onemap_tools.viewers.rerun_export import export as run
+    document = run(file, out)
+    result_console(as_json).print(*describe(document), sep="\n", soft_wrap=True)
+    if as_json:
+        print_json(document)

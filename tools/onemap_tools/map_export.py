@@ -1,0 +1,289 @@
+"""Writes the map of a running robot to a file, in the format that its ending names."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+import yaml
+
+from onemap import Client, MapObject, QueryOptions, QueryResult
+from onemap_shared.geometry import F32, U8, Bool
+from onemap_shared.messages import Layer, Occupancy
+from onemap_tools.cli.map import MapLayer
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError, requires_extra
+
+ENDINGS = (".npz", ".png", ".yaml", ".geojson", ".ply")
+ONE_TEXT = (".npz", ".png", ".ply")
+MAX_REGIONS = 100
+# Of nav2's map server in trinary mode: p = (255 - pixel) / 255, compared with the thresholds.
+FREE_PIXEL, OCCUPIED_PIXEL, UNKNOWN_PIXEL = 254, 0, 205
+FREE_THRESHOLD, OCCUPIED_THRESHOLD = 0.196, 0.65  # unknown, 0.196078, is not below
+OCCUPANCY_COLOURS = np.array(
+    [[90, 90, 90], [230, 230, 230], [30, 30, 30]], np.uint8
+)  # by occupancy
+VERTEX = np.dtype(
+    [
+        ("x", "<f4"),
+        ("y", "<f4"),
+        ("z", "<f4"),
+        ("red", "u1"),
+        ("green", "u1"),
+        ("blue", "u1"),
+        ("occupancy", "u1"),
+        ("similarity", "<f4"),
+    ]
+)
+TYPES = {"<f4": "float", "|u1": "uchar"}
+
+
+def export_map(
+    gateway: Client, file: Path, *, texts: Sequence[str], layer: MapLayer
+) -> dict[str, Any]:
+    """Write the map; returns path and size of what was written, one file or two."""
+    ending = file.suffix.lower()
+    check(ending, texts)
+    files = _contents(gateway, file, texts, layer)
+    for path, content in files.items():
+        try:
+            path.write_bytes(content)
+        except OSError as problem:
+            raise CliError(f"Cannot write {path}: {problem.strerror}.") from problem
+    others = [str(path) for path in files if path != file]
+    size = sum(map(len, files.values()))
+    return {"path": str(file), "file_bytes": size, **({"beside": others} if others else {})}
+
+
+def check(ending: str, texts: Sequence[str]) -> None:
+    """Raise CliError unless a file with this ending can hold the similarity to these texts."""
+    if ending not in ENDINGS:
+        raise CliError(
+            f"A map is written to a file that ends in {', '.join(ENDINGS)}, not {ending!r}.",
+            EXIT_USAGE_ERROR,
+        )
+    if ending in ONE_TEXT and len(texts) > 1:
+        raise CliError(f"A {ending} file holds the similarity to one --text.", EXIT_USAGE_ERROR)
+
+
+def _contents(
+    gateway: Client, file: Path, texts: Sequence[str], layer: MapLayer
+) -> Mapping[Path, bytes]:
+    """What to write where."""
+    ending = file.suffix.lower()
+    if ending == ".geojson":
+        answers = gateway.query_all(texts, QueryOptions(MAX_REGIONS)) if texts else ()
+        document = feature_collection(answers, gateway.objects())
+        return {file: json.dumps(document, indent=1).encode()}
+    content = gateway.maps.archive(texts[0] if texts else "")
+    if ending == ".npz":
+        return {file: content}
+    arrays = read_archive(content)
+    if ending == ".ply":
+        return {file: point_cloud(arrays)}
+    if ending == ".yaml":
+        image = file.with_suffix(".pgm")
+        return {file: nav2_yaml(arrays, image.name).encode(), image: nav2_pgm(arrays)}
+    return {file: _png(arrays, layer), file.with_suffix(".pgw"): world_file(arrays).encode()}
+
+
+def _png(arrays: MapArrays, layer: MapLayer) -> bytes:
+    with requires_extra("gateway", "A PNG file"):
+        import cv2
+    try:
+        image = layer_image(arrays, layer)
+    except ValueError as problem:
+        raise CliError(f"{str(problem).capitalize()}.", EXIT_USAGE_ERROR) from problem
+    _, encoded = cv2.imencode(".png", image)
+    content: bytes = encoded.tobytes()
+    return content
+
+
+@dataclass(frozen=True, slots=True)
+class MapArrays:
+    """occupancy and layers (nx, ny) uint8, similarity (nx, ny) float32 or (0, 0) without a text.
+
+    Indexed [ix, iy]; origin_m: x, y in metres of the lower left corner of cell [0, 0].
+    """
+
+    occupancy: U8
+    layers: U8
+    similarity: F32
+    origin_m: tuple[float, float]
+    cell_size_m: float
+
+    def mask(self, layer: Layer) -> Bool:
+        """Cells (nx, ny) with this bit."""
+        found: Bool = (self.layers & layer) > 0
+        return found
+
+    @property
+    def known(self) -> Bool:
+        """Cells (nx, ny) of which anything is known."""
+        found: Bool = (self.occupancy != Occupancy.UNKNOWN) | self.mask(Layer.OBSERVED)
+        return found
+
+
+def read_archive(content: bytes) -> MapArrays:
+    """The arrays of an archive; raises ValueError if it is none."""
+    try:
+        archive = np.lib.npyio.NpzFile(io.BytesIO(content), allow_pickle=False)
+        x_m, y_m = archive["origin_m"].tolist()
+        arrays = MapArrays(
+            archive["occupancy"],
+            archive["layers"],
+            archive["similarity"],
+            (x_m, y_m),
+            float(archive["cell_size_m"]),
+        )
+    except (KeyError, OSError, ValueError, TypeError, BadZipFile) as problem:
+        raise ValueError(f"what the gateway sent is no map: {problem}") from problem
+    if arrays.occupancy.shape != arrays.layers.shape or arrays.occupancy.ndim != 2:
+        raise ValueError(f"the map's layers have shapes that differ: {arrays.layers.shape}")
+    return arrays
+
+
+def layer_image(arrays: MapArrays, layer: MapLayer) -> U8:
+    """The image (ny, nx) uint8 of a layer; of the similarity (ny, nx, 4), opaque where observed.
+
+    Occupancy as in ``nav2_pgm``; the other masks 255 where set; the score 0 to 1 as grey 0 to 255.
+    ValueError for the similarity of a map without a text.
+    """
+    if layer is MapLayer.OCCUPANCY:
+        return _upright(_occupancy_pixels(arrays))
+    if layer is not MapLayer.SIMILARITY:
+        return _upright(arrays.mask(Layer[layer.name]).astype(np.uint8) * np.uint8(255))
+    if arrays.similarity.size == 0:
+        raise ValueError("the similarity is to a text: give one with --text")
+    seen = np.isfinite(arrays.similarity)
+    grey = np.rint(np.where(seen, arrays.similarity, 0.0) * 255).astype(np.uint8)
+    return _upright(np.stack([grey, grey, grey, seen * np.uint8(255)], axis=-1))
+
+
+def world_file(arrays: MapArrays) -> str:
+    """The six lines of a world file: where the centre of the upper left pixel lies, in metres."""
+    size, (x_m, y_m) = arrays.cell_size_m, arrays.origin_m
+    top_m = y_m + arrays.occupancy.shape[1] * size
+    values = (size, 0.0, 0.0, -size, x_m + size / 2, top_m - size / 2)
+    return "".join(f"{value:.10g}\n" for value in values)
+
+
+def nav2_pgm(arrays: MapArrays) -> bytes:
+    """The occupancy as nav2's map server reads it: a binary PGM."""
+    image = _upright(_occupancy_pixels(arrays))
+    return b"P5\n%d %d\n255\n" % (image.shape[1], image.shape[0]) + image.tobytes()
+
+
+def nav2_yaml(arrays: MapArrays, image_name: str) -> str:
+    """The description beside the PGM."""
+    document = {
+        "image": image_name,
+        "mode": "trinary",
+        "resolution": arrays.cell_size_m,
+        "origin": [arrays.origin_m[0], arrays.origin_m[1], 0.0],
+        "negate": 0,
+        "occupied_thresh": OCCUPIED_THRESHOLD,
+        "free_thresh": FREE_THRESHOLD,
+    }
+    text: str = yaml.safe_dump(document, sort_keys=False)
+    return text
+
+
+def _occupancy_pixels(arrays: MapArrays) -> U8:
+    pixels = np.full(arrays.occupancy.shape, UNKNOWN_PIXEL, np.uint8)
+    pixels[arrays.occupancy == Occupancy.FREE] = FREE_PIXEL
+    pixels[arrays.occupancy == Occupancy.OCCUPIED] = OCCUPIED_PIXEL
+    return pixels
+
+
+def _upright(values: U8) -> U8:
+    """Grid values (nx, ny, ...) as an image (ny, nx, ...): its first row has the largest y."""
+    image: U8 = np.ascontiguousarray(np.swapaxes(values, 0, 1)[::-1])
+    return image
+
+
+def point_cloud(arrays: MapArrays) -> bytes:
+    """A vertex for each known cell, at its centre, z = 0, grey by its occupancy.
+
+    ``occupancy``: 0 unknown, 1 free, 2 occupied; ``similarity``: to the text, NaN without one or
+    where nothing was observed; red grows with it.
+    """
+    cells = np.argwhere(arrays.known)
+    x, y = cells.T
+    vertices = np.zeros(len(cells), VERTEX)
+    for axis, name in enumerate(("x", "y")):
+        vertices[name] = arrays.origin_m[axis] + (cells[:, axis] + 0.5) * arrays.cell_size_m
+    occupancy = arrays.occupancy[x, y]
+    vertices["occupancy"] = occupancy
+    colours = OCCUPANCY_COLOURS[np.minimum(occupancy, Occupancy.OCCUPIED)]
+    similarity = np.full(len(cells), np.nan, np.float32)
+    if arrays.similarity.size:
+        similarity = arrays.similarity[x, y]
+    share = np.nan_to_num(similarity)[:, None]
+    colours = np.rint(colours * (1 - share) + np.array([255, 60, 0]) * share).astype(np.uint8)
+    for index, name in enumerate(("red", "green", "blue")):
+        vertices[name] = colours[:, index]
+    vertices["similarity"] = similarity
+    return _ply_header(len(cells)) + vertices.tobytes()
+
+
+def _ply_header(count: int) -> bytes:
+    lines = ["ply", "format binary_little_endian 1.0", f"element vertex {count}"]
+    for name in VERTEX.names or ():
+        lines.append(f"property {TYPES[VERTEX[name].str]} {name}")
+    return "\n".join([*lines, "end_header", ""]).encode()
+
+
+def feature_collection(
+    queries: Sequence[QueryResult], objects: Sequence[MapObject]
+) -> dict[str, Any]:
+    """GeoJSON: a Polygon for each region of each answer, and a Point for each found object.
+
+    RFC 7946 knows degrees only; the coordinates here are metres of the map frame, which programs
+    take as they are where no other reference system is set.
+    """
+    regions = [_region(query, index) for query in queries for index in range(len(query.regions))]
+    return {"type": "FeatureCollection", "features": [*regions, *map(_object, objects)]}
+
+
+def _region(query: QueryResult, index: int) -> dict[str, Any]:
+    region = query.regions[index]
+    x_min, y_min, x_max, y_max = region.extent_m
+    box = ((x_min, y_min), (x_max, y_min), (x_max, y_max), (x_min, y_max))
+    corners = [list(corner) for corner in region.outline_m or box]
+    return {
+        "type": "Feature",
+        "geometry": {"type": "Polygon", "coordinates": [[*corners, corners[0]]]},
+        "properties": {
+            "kind": "region",
+            "text": query.text,
+            "verdict": query.verdict,
+            "rank": region.rank,
+            "score": region.score,
+            "variance": region.variance,
+            "height_m": list(region.height_m) if region.height_m else None,
+            "last_seen_at": region.last_seen_at or None,
+        },
+    }
+
+
+def _object(found: MapObject) -> dict[str, Any]:
+    return {
+        "type": "Feature",
+        "id": found.id,
+        "geometry": {"type": "Point", "coordinates": list(found.position_m)},
+        "properties": {
+            "kind": "object",
+            "name": found.name,
+            "score": found.score,
+            "times_found": found.times_found,
+            "last_seen_at": found.last_seen_at.isoformat(),
+            "extent_m": list(found.extent_m),
+            "height_m": list(found.height_m) if found.height_m else None,
+        },
+    }
