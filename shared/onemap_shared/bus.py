@@ -34,6 +34,7 @@ from onemap_shared.keys import (
     router_probe,
 )
 from onemap_shared.services import role_of
+from onemap_shared.tls_files import refuse_unreadable
 from onemap_shared.transport import (
     CALL_TIMEOUT_S,
     Inbox,
@@ -102,14 +103,24 @@ def zenoh_config(
 
 
 def open_bus(
-    config: BusConfig, service: str, instance: str, stop: threading.Event, *, announce: bool = True
+    config: BusConfig,
+    service: str,
+    instance: str,
+    stop: threading.Event,
+    *,
+    announce: bool = True,
+    waiting: Callable[[str], None] = lambda _: None,
 ) -> ZenohBus | None:
     """Connect to the router, retrying until it answers; None if ``stop`` was set before.
 
-    Without ``announce`` no other process sees this one until ``claim`` succeeds.
+    Without ``announce`` no other process sees this one until ``claim`` succeeds. ``waiting`` is
+    called before each attempt, with what is waited for. Raises UnreadableFile for a certificate
+    or key that this user cannot read.
     """
+    refuse_unreadable(config.connect)
     pause_s, warned = RETRY_MS[0] / 1000, False
     while not stop.is_set():
+        waiting(f"waiting for a router at {', '.join(config.connect)}")
         try:
             bus = ZenohBus(config, service, instance)
             if announce:

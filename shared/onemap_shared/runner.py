@@ -10,6 +10,7 @@ dies, or the loop hangs, the process ends: the supervisor's restart is the recov
 from __future__ import annotations
 
 import argparse
+import faulthandler
 import json
 import logging
 import os
@@ -26,7 +27,6 @@ from pathlib import Path
 from types import FrameType
 from typing import TypeVar
 
-import sdnotify
 from pydantic import BaseModel
 
 from onemap_shared import tracing
@@ -36,6 +36,8 @@ from onemap_shared.config import BusConfig, ConfigError, LogConfig, load
 from onemap_shared.keys import heartbeat
 from onemap_shared.messages import Heartbeat
 from onemap_shared.services import SOLE, role_of
+from onemap_shared.supervisor import Supervisor, with_priorities
+from onemap_shared.tls_files import UnreadableFile
 from onemap_shared.transport import Bus, Health, Worker
 from onemap_shared.watchdog import LoopProgress, watch
 
@@ -89,10 +91,11 @@ def set_up_logging(config: LogConfig, service: str) -> None:
     handler = logging.StreamHandler()
     handler.addFilter(LogLimit())
     if config.format == "json":
-        handler.setFormatter(JsonFormatter())
+        formatter: logging.Formatter = JsonFormatter()
     else:
         layout = f"%(asctime)s %(levelname)-7s {service}: %(message)s"
-        handler.setFormatter(logging.Formatter(layout, datefmt="%H:%M:%S"))
+        formatter = logging.Formatter(layout, datefmt="%H:%M:%S")
+    handler.setFormatter(with_priorities(formatter))
     logging.basicConfig(level=config.level.upper(), handlers=[handler], force=True)
 
 
@@ -122,6 +125,7 @@ def run_service(
         print(f"{service}: {problem}", file=sys.stderr)
         return EXIT_MISUSED
     set_up_logging(log_config, service)
+    faulthandler.enable()  # systemd's watchdog sends SIGABRT: say where each thread stands
     sys.setswitchinterval(SWITCH_S)
     try:
         check(config)
@@ -141,7 +145,11 @@ def _join_and_work(
     progress = LoopProgress()
     watch(service, progress, stop)  # to the end of the process: what follows may hang too
     instance = uuid.uuid4().hex[:12]
-    bus = open_bus(config, service, instance, stop, announce=False)
+    try:
+        waiting = Supervisor().starting  # a robot's router may come hours later
+        bus = open_bus(config, service, instance, stop, announce=False, waiting=waiting)
+    except UnreadableFile as problem:
+        return _refuse_start(StartError(str(problem)))
     if bus is None:
         return EXIT_OK
     heartbeats = HeartbeatPublisher(service, instance, bus, progress)
@@ -237,8 +245,7 @@ class HeartbeatPublisher:
         at once: what ends later than that was cut off.
         """
         publisher = self.bus.publish(heartbeat(self.service))
-        systemd = sdnotify.SystemdNotifier()
-        systemd.notify("READY=1")
+        supervisor = Supervisor()
         seen, advanced_at = -1, time.monotonic()
         while True:
             now = time.monotonic()
@@ -250,12 +257,12 @@ class HeartbeatPublisher:
                 health = Health(
                     ready=False, problem=f"the main loop stands still for {hung_s:.0f} s"
                 )
+                supervisor.hanging(health.problem)
             else:
-                systemd.notify("WATCHDOG=1")
-            systemd.notify(f"STATUS={health.problem or 'working'}")
+                supervisor.alive(ready=health.ready, status=health.problem)
             publisher.put(self._heartbeat(health))
             if stop.wait(HEARTBEAT_S):
-                systemd.notify("STOPPING=1")
+                supervisor.stopping()
                 publisher.put(self._heartbeat(Health(ready=False, problem="it is stopping")))
                 return
 
@@ -315,7 +322,6 @@ def _stop_on_dead_threads(stop: threading.Event) -> threading.Event:
 
 
 START_S = "start_s"  # metric: seconds that the start has taken so far; absent once it is over
-MORE_TIME_US = 30_000_000  # asked of systemd with every heartbeat, beyond TimeoutStartSec
 
 
 @contextmanager
@@ -327,11 +333,11 @@ def long_start(bus: Bus, service: str, what: str) -> Iterator[None]:
     """
     done = threading.Event()
     publisher = bus.publish(heartbeat(service))
-    systemd = sdnotify.SystemdNotifier()
+    supervisor = Supervisor()
     began_s = time.monotonic()
 
     def beat(count: int) -> None:
-        systemd.notify(f"EXTEND_TIMEOUT_USEC={MORE_TIME_US}\nSTATUS={what}")
+        supervisor.starting(what)
         publisher.put(
             Heartbeat(
                 service=service,

@@ -236,17 +236,61 @@ def test_a_service_stops_when_its_launcher_is_gone_even_while_it_waits() -> None
     assert "launcher is gone" in stderr
 
 
-def test_systemd_is_told_ready_and_fed(router: Router, tmp_path: Path) -> None:
+def notices(listener: socket.socket) -> list[str]:
+    """The next message to systemd, by line."""
+    return listener.recv(1000).decode().splitlines()
+
+
+def test_systemd_and_a_container_are_told_while_the_loop_goes_on(
+    router: Router, tmp_path: Path
+) -> None:
+    path, ready = tmp_path / "notify", tmp_path / "ready"
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+        listener.bind(str(path))
+        listener.settimeout(PATIENCE_S)
+        process = start(
+            router.endpoint,
+            NOTIFY_SOCKET=str(path),
+            ONEMAP_READY_FILE=str(ready),
+            ONEMAP__LOG__FORMAT="json",
+            JOURNAL_STREAM="8:1",
+        )
+        assert notices(listener)[0].startswith("EXTEND_TIMEOUT_USEC=")  # before it is connected
+        while (told := notices(listener))[0] != "READY=1":
+            pass
+        assert told[:2] == ["READY=1", "WATCHDOG=1"]
+        eventually(ready.exists)
+        process.terminate()
+        _, stderr = process.communicate(timeout=PATIENCE_S)
+    assert all(line.startswith("<6>{") for line in stderr.splitlines())
+    assert json.loads(stderr.splitlines()[-1][3:])["message"] == "mapper is down"
+
+
+def test_systemd_is_asked_for_more_time_until_there_is_a_router(tmp_path: Path) -> None:
     path = tmp_path / "notify"
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
         listener.bind(str(path))
         listener.settimeout(PATIENCE_S)
-        process = start(router.endpoint, NOTIFY_SOCKET=str(path), ONEMAP__LOG__FORMAT="json")
-        told: list[str] = []
-        while told.count("WATCHDOG=1") < 2:
-            told.append(listener.recv(1000).decode())
-        assert told[0] == "READY=1"
+        process = start("tcp/127.0.0.1:1", NOTIFY_SOCKET=str(path))
+        for _ in range(2):
+            assert "STATUS=waiting for a router at tcp/127.0.0.1:1" in notices(listener)
         process.terminate()
-        _, stderr = process.communicate(timeout=PATIENCE_S)
-    lines = [json.loads(line) for line in stderr.splitlines()]
-    assert lines[-1]["message"] == "mapper is down"
+        process.communicate(timeout=PATIENCE_S)
+
+
+def test_a_watchdog_that_aborts_leaves_where_each_thread_stands(router: Router) -> None:
+    process = start(router.endpoint)
+    assert process.stderr is not None
+    eventually(lambda: "is up" in process.stderr.readline() or None)  # type: ignore[union-attr]
+    process.send_signal(signal.SIGABRT)
+    _, stderr = process.communicate(timeout=PATIENCE_S)
+    assert "Fatal Python error: Aborted" in stderr
+    assert 'File "' in stderr
+
+
+def test_a_key_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    key = tmp_path / "role.key"
+    process = start(f"tls/127.0.0.1:1#connect_private_key_file={key}")
+    _, stderr = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 2
+    assert f"cannot read {key}: No such file or directory" in stderr

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import sdnotify
-
 from onemap_shared.bus import run_router
 from onemap_shared.config import BusConfig, ConfigError, LogConfig, read, section
 from onemap_shared.runner import set_up_logging, watch_parent
+from onemap_shared.supervisor import Supervisor
+from onemap_shared.tls_files import UnreadableFile, refuse_unreadable
 from onemap_shared.watchdog import LoopProgress, watch
-from onemap_tools.errors import CliError
+from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.processes.interrupts import interruptible
 
 CANNOT_LISTEN = "The router cannot listen"
@@ -39,8 +39,12 @@ def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -
         progress.begin()
         watched = watch("router", progress, stop)
         try:
+            text = zenoh_config.read_text(encoding="utf-8") if zenoh_config else ""
+            refuse_unreadable(endpoints, text)
             namespace = section(sections, "bus", BusConfig).namespace
             run_router(endpoints, stop, zenoh_config, _notifier(progress), namespace=namespace)
+        except UnreadableFile as problem:
+            raise CliError(f"{CANNOT_LISTEN}: {problem}.", EXIT_USAGE_ERROR) from problem
         except Exception as problem:  # zenoh's exception type is confined to bus.py
             reason = str(problem).split(" at /")[0]
             where = ", ".join(endpoints) or str(zenoh_config)
@@ -53,10 +57,10 @@ def run(config: Path | None, listen: Sequence[str], zenoh_config: Path | None) -
 
 def _notifier(progress: LoopProgress) -> Callable[[], None]:
     """What to do whenever the router has routed: tell the watchdog, ours and systemd's."""
-    systemd = sdnotify.SystemdNotifier()
+    supervisor = Supervisor()
 
     def routed() -> None:
         progress.advance()
-        systemd.notify("READY=1\nWATCHDOG=1")
+        supervisor.alive(ready=True)
 
     return routed
