@@ -62,8 +62,7 @@ unit:
 
 # Once, before workers and the services that they start would each compile them for half a minute.
 kernels:
-	$(BIN)/python -c 'from onemap_mapper.params import MapParams; \
-	  from onemap_mapper.warm_up import warm_up; warm_up(MapParams())'
+	$(BIN)/python -m onemap_mapper.warm_up
 
 coverage: kernels
 	$(BIN)/pytest $(PARALLEL) --cov --cov-report=

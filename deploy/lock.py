@@ -1,6 +1,7 @@
 """Write the hashes of every package in each image, so that pip takes no other file.
 
     python deploy/lock.py [role ...] [--extra-index-url URL]
+    python deploy/lock.py python3.10      # pins for JetPack 6; needs uv on the PATH
 
 pip resolves the packages of a role within constraints.txt, as it would in the image, and its
 report holds the hash of each file. The files are those for the machine and the Python that run
@@ -33,6 +34,15 @@ EXTRAS = {
     "gateway": ("gateway",),
 }
 WITHOUT_WHEEL = "sdnotify"  # one file of Python, built in the image
+# Python 3.10 has no releases of some pins of constraints.txt, so it has pins of its own, without
+# hashes: its torch comes from NVIDIA. What belongs to a torch with a server's CUDA is left out.
+OLD_PYTHON = "python3.10"
+OLD_PYTHON_EXTRAS = ("perception", "minilm", "mapper", "planner", "gateway", "ros2", "mcp", "certs")
+OLD_PYTHON_HEAD = """\
+# Written by deploy/lock.py python3.10; do not edit. Pins for Python 3.10 on aarch64, as JetPack 6
+# has it: NumPy 1.26, which NVIDIA's builds of torch want. Newer Pythons take constraints.txt.
+"""
+OTHERS = re.compile(r"(nvidia|cuda)-|triton==")
 OWN = re.compile(r"onemap\[([\w,-]+)\]")
 HEAD = """\
 # Written by deploy/lock.py from pyproject.toml and constraints.txt; do not edit.
@@ -56,6 +66,13 @@ def requirements(project: dict[str, Any], extras: Iterable[str]) -> Iterator[str
                 yield requirement
 
 
+def project_document() -> dict[str, Any]:
+    """``pyproject.toml``."""
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    document: dict[str, Any] = import_module("tomllib").loads(text)
+    return document
+
+
 def report(wanted: Sequence[str], arguments: Sequence[str]) -> dict[str, Any]:
     """pip's report of what it would install into an empty environment."""
     command = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
@@ -67,6 +84,23 @@ def report(wanted: Sequence[str], arguments: Sequence[str]) -> dict[str, Any]:
         raise SystemExit("lock: pip found no set of packages; its reason stands above")
     document: dict[str, Any] = json.loads(ended.stdout)
     return document
+
+
+def resolved_for_old_python() -> list[str]:
+    """A line for each package, resolved for aarch64 without installing anything."""
+    command = ["uv", "pip", "compile", str(ROOT / "pyproject.toml"), "--quiet", "--no-annotate"]
+    command += ["--no-header", "--python-version", "3.10", "--constraint", "-"]
+    command += ["--python-platform", "aarch64-unknown-linux-gnu"]
+    command += ["--only-binary", ":all:", "--no-binary", WITHOUT_WHEEL]
+    command += [part for extra in OLD_PYTHON_EXTRAS for part in ("--extra", extra)]
+    pins = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    torch = next(line for line in pins if line.startswith("torch=="))
+    ended = subprocess.run(
+        command, input=f"{torch}\nnumpy<2\n", stdout=subprocess.PIPE, text=True, check=False
+    )
+    if ended.returncode:
+        raise SystemExit("lock: uv found no set of packages; its reason stands above")
+    return [line for line in ended.stdout.splitlines() if not OTHERS.match(line)]
 
 
 def locked(document: dict[str, Any]) -> list[str]:
@@ -91,13 +125,22 @@ def main() -> None:
         default=CPU_INDEX,
         help="where torch without CUDA is (default: %(default)s)",
     )
+    parser.add_argument(
+        "--requirements", metavar="EXTRAS", help="print what these extras ask for, and end"
+    )
     chosen = parser.parse_args()
+    if chosen.requirements is not None:
+        extras = [extra for extra in chosen.requirements.split(",") if extra]
+        print("\n".join(requirements(project_document(), extras)))
+        return
     for role in chosen.roles or EXTRAS:
+        if role == OLD_PYTHON:
+            text = OLD_PYTHON_HEAD + "\n".join(resolved_for_old_python()) + "\n"
+            (FOLDER / f"{role}.txt").write_text(text, encoding="utf-8")
+            continue
         if role not in EXTRAS:
             raise SystemExit(f"lock: there is no role {role!r}; there are {', '.join(EXTRAS)}")
-        project = import_module("tomllib").loads(
-            (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-        )
+        project = project_document()
         arguments = ("--extra-index-url", chosen.extra_index_url) if chosen.extra_index_url else ()
         wanted = list(requirements(project, EXTRAS[role]))
         if role == "build":  # what builds OneMap, and a package without a wheel

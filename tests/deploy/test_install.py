@@ -1,10 +1,14 @@
-"""install.sh prints what it would do, and the files it would install exist."""
+"""install.sh in a root directory of its own, with stubs for what needs systemd or a network.
+
+Everything else is real: versions, links, configuration, units.
+"""
 
 from __future__ import annotations
 
-import shlex
-import shutil
+import os
 import subprocess
+from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
@@ -12,84 +16,228 @@ from tests.deploy.deployment import DEPLOY
 from tests.structure import ROOT
 
 SCRIPT = DEPLOY / "systemd" / "install.sh"
+STUBS = {
+    # Logs its call; active when the file says so; a unit has failed when its name is in a file.
+    "systemctl": """
+        [ "$1" = is-active ] && exec test -e "$STATE/active"
+        [ "$1" = is-failed ] && exec grep -qsx "$3" "$STATE/failed"
+        exit 0""",
+    "systemd-sysusers": "exit 0",
+    "systemd-tmpfiles": "exit 0",
+    "runuser": 'while [ "$1" != -- ]; do shift; done; shift; exec "$@"',
+    "sleep": "exit 0",
+    # python3 -m venv FOLDER makes one with stubs of pip, onemap and python.
+    "python3": """
+        case "$1" in
+          -c) echo "${PYTHON_VERSION:-3.11}" ;;
+          -m) mkdir -p "$3/bin"; cp "$STUBS/pip" "$STUBS/onemap" "$3/bin/"
+              cp "$STUBS/python" "$3/bin/" ;;
+          *) echo ;;
+        esac""",
+    "pip": '[ ! -e "$STATE/no-network" ] || exit 1',
+    "onemap": "exit 0",
+    "python": "exit 0",
+}
 
 
-def dry_run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [str(SCRIPT), "--dry-run", *arguments], capture_output=True, text=True, check=False
-    )
+@dataclass(frozen=True)
+class Machine:
+    """A root directory, and what the stubs log and read."""
+
+    root: Path
+    state: Path
+    stubs: Path
+
+    def install(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+        variables = {
+            **os.environ,
+            "PATH": f"{self.stubs}{os.pathsep}{os.environ['PATH']}",
+            "ONEMAP_INSTALL_ROOT": str(self.root),
+            "STATE": str(self.state),
+            "STUBS": str(self.stubs),
+            "SETTLE_S": "1",
+            **environment,
+        }
+        command = ["bash", str(SCRIPT), *arguments]
+        return subprocess.run(command, env=variables, capture_output=True, text=True, check=False)
+
+    def installed(self, *arguments: str, **environment: str) -> str:
+        result = self.install(*arguments, **environment)
+        assert result.returncode == 0, result.stderr
+        return result.stdout
+
+    @property
+    def log(self) -> list[str]:
+        return (self.state / "log").read_text(encoding="utf-8").splitlines()
+
+    @property
+    def versions(self) -> set[str]:
+        return {path.name for path in (self.root / "opt/onemap/versions").iterdir()}
+
+    @property
+    def current(self) -> str:
+        return (self.root / "opt/onemap/current").resolve().name
+
+    @property
+    def units(self) -> set[str]:
+        return {path.name for path in (self.root / "usr/local/lib/systemd/system").iterdir()}
 
 
-def commands(*arguments: str) -> list[list[str]]:
-    result = dry_run(*arguments)
-    assert result.returncode == 0, result.stderr
-    return [shlex.split(line, comments=True) for line in result.stdout.splitlines()]
+@pytest.fixture
+def machine(tmp_path: Path) -> Machine:
+    made = Machine(tmp_path / "root", tmp_path / "state", tmp_path / "stubs")
+    made.state.mkdir()
+    made.stubs.mkdir()
+    for name, body in STUBS.items():
+        stub = made.stubs / name
+        log = 'echo "${0##*/} $*" >> "$STATE/log"'
+        # A version is named by the second: the stub of date counts instead.
+        stub.write_text(f"#!/bin/sh\n{log}\n{body}\n", encoding="utf-8")
+        stub.chmod(0o755)
+    date = made.stubs / "date"
+    date.write_text('#!/bin/sh\necho x >> "$STATE/dates"; wc -l < "$STATE/dates" | tr -d " "\n')
+    date.chmod(0o755)
+    return made
 
 
-def test_it_installs_every_unit_and_file() -> None:
-    done = commands()
-    sources = {part for command in done if command[:1] == ["install"] for part in command}
-    expected = [
-        *(DEPLOY / "systemd").glob("onemap*.service"),
-        *(DEPLOY / "systemd").glob("onemap.target"),
-        *(DEPLOY / "systemd").glob("*.d/*.conf"),
-        *(DEPLOY / "config").glob("*.yaml"),
-        *DEPLOY.glob("*.json5"),
-    ]
-    assert len(expected) > 10
-    assert {str(path) for path in expected} <= sources
-    enable = next(command for command in done if command[:2] == ["systemctl", "enable"])
-    assert {"onemap.target", "onemap-mapper.service"} <= set(enable)
+def test_a_first_installation_has_units_configuration_and_says_how_to_start(
+    machine: Machine,
+) -> None:
+    out = machine.installed()
+    assert "Start with: systemctl start onemap.target" in out
+    assert machine.units >= {"onemap.target", "onemap-mapper.service", "onemap-.service.d"}
+    assert "onemap-ros2.service" not in machine.units
+    configuration = machine.root / "etc/onemap"
+    shipped = {path.name for path in (DEPLOY / "config").rglob("*.yaml")}
+    assert shipped <= {path.name for path in configuration.rglob("*.yaml")}
+    assert (configuration / "router.json5").stat().st_mode & 0o777 == 0o644
+    assert any(line.startswith("onemap --version") for line in machine.log)
+    assert any("onemap_mapper.warm_up" in line for line in machine.log)
+    page = machine.root / "opt/onemap/current/share/doc/onemap/jetson.md"
+    assert page.exists()  # named by Documentation= of every unit
 
 
-def test_what_it_reads_exists() -> None:
-    for command in commands("--torch", "torch==2.13.0"):
-        for part in command:
-            if part.startswith(str(ROOT)):
-                assert (ROOT / part.partition("[")[0]).exists(), part
+def test_an_update_switches_restarts_and_keeps_two_versions(machine: Machine) -> None:
+    machine.installed()
+    first = machine.current
+    (machine.state / "active").touch()
+    assert "were restarted" in machine.installed()
+    second = machine.current
+    assert machine.versions == {first, second}
+    assert "systemctl restart --no-block onemap.target" in machine.log
+    machine.installed()
+    assert machine.versions == {second, machine.current}
+    machine.installed("--rollback")
+    assert machine.current == second
+    assert len(machine.versions) == 2
 
 
-def test_a_machine_that_only_perceives_installs_perception_alone() -> None:
-    done = commands("--services", "perception")
-    packages = [command[-1] for command in done if command[1:2] == ["install"]]
-    assert f"{ROOT}[perception,minilm]" in packages
-    units = [part for command in done for part in command if part.endswith(".service")]
-    assert {unit.rpartition("/")[2] for unit in units} == {
+def test_a_failed_installation_leaves_the_old_one(machine: Machine) -> None:
+    machine.installed()
+    first = machine.current
+    (machine.state / "active").touch()
+    (machine.state / "no-network").touch()
+    result = machine.install()
+    assert result.returncode != 0
+    assert f"{first} still runs" in result.stderr
+    assert (machine.current, machine.versions) == (first, {first})
+    assert not any("restart" in line for line in machine.log)
+
+
+def test_a_version_that_does_not_start_is_rolled_back(machine: Machine) -> None:
+    machine.installed()
+    first = machine.current
+    (machine.state / "active").touch()
+    (machine.state / "failed").write_text("onemap-mapper.service\n", encoding="utf-8")
+    result = machine.install()
+    assert result.returncode == 1
+    assert "does not start" in result.stderr
+    assert machine.current == first
+
+
+def test_an_edited_configuration_stays_and_the_new_one_lies_beside_it(machine: Machine) -> None:
+    machine.installed()
+    edited = machine.root / "etc/onemap/router-tls.json5"
+    edited.write_text("mine", encoding="utf-8")
+    assert "router-tls.json5.new" in machine.installed()
+    assert edited.read_text(encoding="utf-8") == "mine"
+    beside = edited.with_name("router-tls.json5.new")
+    assert beside.read_bytes() == (DEPLOY / "router-tls.json5").read_bytes()
+    assert not list((machine.root / "etc/onemap").glob("*.yaml.new"))
+
+
+def test_what_a_narrower_call_leaves_out_is_disabled(machine: Machine) -> None:
+    machine.installed("--robots", "r2")
+    enable = [line for line in machine.log if line.startswith("systemctl enable")][-1]
+    assert {"onemap-planner@r2.service", "onemap-perception@r2.service"} <= set(enable.split())
+    machine.installed("--services", "router,planner")
+    disabled = {line.split()[-1] for line in machine.log if line.startswith("systemctl disable")}
+    assert disabled == {
         "onemap-perception.service",
-        "onemap-perception@.service",  # of further robots; nothing starts it
+        "onemap-perception@r2.service",
+        "onemap-mapper.service",
+        "onemap-planner@r2.service",
+        "onemap-gateway.service",
     }
+    assert "onemap-mapper.service" not in machine.units
+    assert "onemap-planner.service" in machine.units
 
 
-def test_each_further_robot_gets_a_perception_and_a_planner() -> None:
-    def enabled(*arguments: str) -> set[str]:
-        (command,) = (each for each in commands(*arguments) if each[:2] == ["systemctl", "enable"])
-        return set(command[2:])
+@pytest.mark.parametrize("purge", [False, True])
+def test_removing_keeps_configuration_and_maps_unless_asked(machine: Machine, purge: bool) -> None:
+    machine.installed()
+    maps = machine.root / "var/lib/onemap/maps"
+    maps.mkdir(parents=True)
+    machine.installed("--uninstall", *(["--purge"] if purge else []))
+    assert any(line.startswith("systemctl disable --now onemap.target") for line in machine.log)
+    assert not (machine.root / "opt/onemap").exists()
+    assert machine.units == set()
+    assert maps.exists() is not purge
+    assert (machine.root / "etc/onemap/jetson.yaml").exists() is not purge
 
-    assert enabled("--robots", "r2,r3") - enabled() == {
-        f"onemap-{service}@{robot}.service"
-        for service in ("perception", "planner")
-        for robot in ("r2", "r3")
-    }
+
+def test_python_3_10_gets_pins_of_its_own(machine: Machine) -> None:
+    machine.installed(PYTHON_VERSION="3.10")
+    pins = (machine.root / "opt/onemap/current/pins.txt").read_text(encoding="utf-8")
+    assert "numpy==1.26" in pins
+    result = machine.install(PYTHON_VERSION="3.9")
+    assert result.returncode == 2
+    assert "Python 3.10, 3.11 or 3.12 is needed" in result.stderr
 
 
-def test_each_service_gets_a_user_of_its_own() -> None:
-    users = {
-        command[-1] for command in commands("--services", "router,mapper") if "useradd" in command
-    }
-    assert users == {"onemap-router", "onemap-mapper"}
+def test_a_wheel_of_torch_replaces_the_pinned_one(machine: Machine) -> None:
+    machine.installed("--torch", "torch-2.8.whl")
+    pins = (machine.root / "opt/onemap/current/pins.txt").read_text(encoding="utf-8")
+    assert "torch==" not in pins
+    assert any(line.startswith("pip install") and "torch-2.8.whl" in line for line in machine.log)
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--services", "toaster"], ["--colour"], ["--robots", "R 2"]]
+    ("arguments", "reason"),
+    [
+        (["--robots", "R 2"], "no name for a robot"),
+        (["--services", "mapper,camera"], "unknown service: camera"),
+        (["--services", "gateway", "--torch", "x.whl"], "--torch is for the mapper"),
+        (["--nothing"], "usage"),
+    ],
 )
-def test_wrong_usage_is_reported(arguments: list[str]) -> None:
-    result = dry_run(*arguments)
+def test_what_it_does_not_know_is_refused_before_anything_changes(
+    machine: Machine, arguments: list[str], reason: str
+) -> None:
+    result = machine.install(*arguments)
     assert result.returncode == 2
-    assert "usage:" in result.stderr
-    assert result.stdout == ""
+    assert reason in result.stderr
+    assert not machine.root.exists()
 
 
-def test_shellcheck_finds_nothing() -> None:
-    if shutil.which("shellcheck") is None:
-        pytest.skip("shellcheck is not installed")
-    subprocess.run(["shellcheck", str(SCRIPT)], check=True)
+def test_a_rollback_needs_a_version_before(machine: Machine) -> None:
+    machine.installed()
+    result = machine.install("--rollback")
+    assert result.returncode == 1
+    assert "no version before" in result.stderr
+
+
+def test_a_dry_run_changes_nothing(machine: Machine) -> None:
+    out = machine.installed("--dry-run", "--robots", "r2")
+    assert f"{ROOT}\\[perception" in out
+    assert not machine.root.exists()

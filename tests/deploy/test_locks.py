@@ -50,7 +50,8 @@ def packages(role: str) -> dict[str, str]:
 
 def test_there_is_a_lock_for_every_image() -> None:
     assert {"build", "router", *ROLES} == set(lock.EXTRAS)
-    assert {path.stem for path in (DEPLOY / "locks").iterdir()} == set(lock.EXTRAS)
+    files = {path.name.removesuffix(".txt") for path in (DEPLOY / "locks").iterdir()}
+    assert files == {*lock.EXTRAS, lock.OLD_PYTHON}
 
 
 @pytest.mark.parametrize("role", LOCKED)
@@ -69,6 +70,19 @@ def test_a_lock_holds_what_the_role_asks_for(role: str) -> None:
         for requirement in lock.requirements(project_document(), lock.EXTRAS[role])
     }
     assert wanted <= set(packages(role)), "run deploy/lock.py"
+
+
+def test_python_3_10_has_a_pin_for_everything_the_services_ask_for() -> None:
+    text = (DEPLOY / "locks" / f"{lock.OLD_PYTHON}.txt").read_text(encoding="utf-8")
+    pinned = dict(line.split("==") for line in text.splitlines() if "==" in line)
+    wanted = {
+        normal(re.split(r"[\[<>=!~; ]", requirement)[0])
+        for requirement in lock.requirements(project_document(), lock.OLD_PYTHON_EXTRAS)
+    }
+    assert wanted <= {normal(name) for name in pinned}, "run deploy/lock.py python3.10"
+    assert pinned["numpy"].startswith("1.26.")
+    assert pinned["torch"] == pins()["torch"]
+    assert not any(name.startswith(("nvidia-", "cuda-")) for name in pinned)
 
 
 def project_document() -> dict[str, Any]:

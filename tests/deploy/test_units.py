@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from onemap_shared.runner import HANG_S, HEARTBEAT_S
+from onemap_shared.watchdog import STOP_LIMIT_S
 from onemap_tools.processes.services import CORE
 from tests.deploy.deployment import DEPLOY, compose
 
@@ -46,7 +47,7 @@ def root(tmp_path: Path) -> Path:
     shutil.copytree(FOLDER, units)
     for stub in STUBS:
         (units / stub).write_text("[Unit]\nDescription=stub\n", encoding="utf-8")
-    command = tmp_path / "opt/onemap/venv/bin/onemap"
+    command = tmp_path / "opt/onemap/current/bin/onemap"
     command.parent.mkdir(parents=True)
     command.write_text("#!/bin/sh\n", encoding="utf-8")
     command.chmod(0o755)
@@ -107,6 +108,14 @@ def test_each_has_limits_and_a_filter_of_system_calls(name: str) -> None:
     assert compose()[name]["mem_limit"] == limit.lower()
 
 
+@pytest.mark.parametrize("name", [*NAMES, "ros2"])
+def test_each_may_end_by_itself_and_names_a_page_that_is_installed(name: str) -> None:
+    service = unit(name)
+    assert float(service["TimeoutStopSec"][0]) > STOP_LIMIT_S
+    page = service["Documentation"][0].removeprefix("file:/opt/onemap/current/share/doc/onemap/")
+    assert (DEPLOY / page).exists()
+
+
 def test_no_two_services_write_the_same_folder() -> None:
     folders = {name: unit(name).get("StateDirectory") for name in NAMES}
     assert {name: folder for name, folder in folders.items() if folder} == {
@@ -131,7 +140,7 @@ def test_all_notify_and_are_watched(name: str) -> None:
 def test_each_starts_its_service_with_files_that_are_installed(name: str) -> None:
     service = unit(name)
     executable, command, *arguments = shlex.split(service["ExecStart"][0])
-    assert executable == "/opt/onemap/venv/bin/onemap"
+    assert executable == "/opt/onemap/current/bin/onemap"
     assert command == name
     variables = dict(
         assignment.split("=", 1)

@@ -42,3 +42,16 @@ def _floor() -> FeatureField:
         intrinsics=intrinsics,
         T_map_camera=pose_2d(0.0, 0.0, 0.0) @ camera_mount(0.0, 1.0, np.deg2rad(20)),
     )
+
+
+def main() -> None:
+    """Compile before the first start, and check that the GPU's results reach NumPy."""
+    devices = ["cpu"] + (["cuda"] if torch.cuda.is_available() else [])
+    for device in devices:
+        warm_up(MapParams(device=device))
+        torch.ones(1, device=device).cpu().numpy()
+    print(f"torch {torch.__version__}: a frame was fused on {' and '.join(devices)}")
+
+
+if __name__ == "__main__":  # make, deploy/systemd/install.sh and the image's build call it
+    main()
