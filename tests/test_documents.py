@@ -17,7 +17,7 @@ from tests.structure import ROOT
 
 DOCUMENTS = sorted(
     [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
-    + [*(ROOT / "docs").glob("*.md"), ROOT / "deploy" / "README.md"]
+    + [*(ROOT / "docs").glob("*.md"), *(ROOT / "deploy").glob("*.md")]
     + [*(ROOT / "services").rglob("MODEL_CARD.md")]
 )
 FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from importlib import import_module
 from typing import Any
 
 import pytest
@@ -11,6 +12,7 @@ import typer.main
 from onemap_tools.cli.app import app
 from tests.deploy.deployment import DEPLOY, ROLES, compose
 from tests.deploy.test_units import FOLDER, NAMES, settings
+from tests.structure import ROOT
 
 COMMANDS: dict[str, Any] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 
@@ -37,9 +39,9 @@ def test_systemd_starts_commands_that_exist(name: str) -> None:
 
 
 def test_the_certificates_of_the_document_are_made_with_a_command_that_exists() -> None:
-    text = (DEPLOY / "README.md").read_text(encoding="utf-8")
+    text = (DEPLOY / "security.md").read_text(encoding="utf-8")
     lines = [line for line in text.splitlines() if line.startswith("onemap certs")]
-    assert len(lines) == 2  # for a second machine, and for compose
+    assert lines
     for line in lines:
         check(shlex.split(line.partition("#")[0])[1:])
 
@@ -47,3 +49,10 @@ def test_the_certificates_of_the_document_are_made_with_a_command_that_exists() 
 def test_an_option_that_does_not_exist_is_seen() -> None:
     with pytest.raises(Exception, match="--configuration"):
         check(["mapper", "--configuration", "x.yaml"])
+
+
+def test_what_compiles_the_mapper_exists() -> None:
+    """Named by the installer, the image's build and make."""
+    for file in (DEPLOY / "systemd/install.sh", DEPLOY / "service.Dockerfile", ROOT / "Makefile"):
+        assert "-m onemap_mapper.warm_up" in file.read_text(encoding="utf-8")
+    assert callable(import_module("onemap_mapper.warm_up").main)

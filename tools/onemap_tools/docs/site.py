@@ -17,6 +17,9 @@ SETTINGS, MESSAGES = "settings.md", "messages.md"  # written from the code; the 
 CARD = "services/perception/onemap_perception/mini"
 INCLUDED = {  # file of the checkout: file of the site
     "deploy/README.md": "deployment.md",
+    "deploy/workstation.md": "workstation.md",
+    "deploy/jetson.md": "jetson.md",
+    "deploy/security.md": "security.md",
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
     f"{CARD}/MODEL_CARD.md": "model_card.md",
