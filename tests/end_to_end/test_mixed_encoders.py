@@ -38,7 +38,7 @@ class Pipeline:
 
     def perception(self, clip: Path) -> tuple[Worker, Bus]:
         """A running perception with this encoder, and its bus to close."""
-        encoder = {"backend": "openclip_convnext", "model": str(clip), "warm_up_px": [64, 32]}
+        encoder = {"backend": "openclip_convnext", "model": str(clip)}
         detector = {"backend": "open_vocabulary", "model": str(self._owl)}
         config = PerceptionConfig.model_validate({"encoder": encoder, "detector": detector})
         bus = join(self._router, "perception")

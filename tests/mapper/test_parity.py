@@ -13,7 +13,7 @@ from onemap_mapper.frame.blur import blur_kernel, blurred
 from onemap_mapper.frame.cloud import DeviceCloud
 from onemap_mapper.frame.projection import cell_features, project, project_compiled
 from onemap_mapper.params import BlurParams, ProjectionParams
-from onemap_perception.variance import VarianceParams, observation_variance
+from onemap_perception.feature_field import VarianceParams, observation_variance
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64, R_BODY_CAMERA_LEVEL
 

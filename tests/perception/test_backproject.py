@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from onemap_perception.backproject import MAX_POINTS, backproject_detections
 from onemap_perception.detectors.protocol import Detection
+from onemap_perception.target_detection import MAX_POINTS, backproject_detections
 from onemap_shared.geometry import U16, Bool, inverse, pose_2d, transform
 from onemap_shared.messages import RgbdFrame
 from tests.perception.toy import CAMERA, frame

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from onemap_perception.config import PerceptionConfig
+from onemap_perception.detectors.params import CocoParams, OpenVocabularyParams, RoutedParams
 from onemap_shared.config import ConfigError, section
 
 
@@ -18,11 +19,18 @@ def test_the_default_is_what_ships() -> None:
     config = configured({})
     assert config.encoder.backend == "mini"
     assert config.detector.backend == "patches"
-    assert configured({"mini": {"threads": 2}, "patches": {"peak_threshold": 0.7}}) == configured(
-        {
-            "encoder": {"backend": "mini", "threads": 2},
-            "detector": {"backend": "patches", "peak_threshold": 0.7},
-        }
+    assert configured({"mini": {"channels": 9}, "patches": {}}) == configured(
+        {"encoder": {"backend": "mini", "channels": 9}, "detector": {"backend": "patches"}}
+    )
+
+
+def test_a_routed_detector_is_two() -> None:
+    document = {"backend": "routed", "model": "a/b", "device": "cuda", "score_threshold": 0.3}
+    detector = configured({"detector": document}).detector
+    assert isinstance(detector, RoutedParams)
+    assert detector.coco == CocoParams(device="cuda")
+    assert detector.open_vocabulary == OpenVocabularyParams(
+        model="a/b", device="cuda", score_threshold=0.3
     )
 
 
@@ -37,21 +45,12 @@ def test_the_default_is_what_ships() -> None:
         ({"encoder": {"backend": "clip"}}, "perception.encoder: Input tag 'clip'"),
         ({"encoder": {"backend": "tipsv2"}}, "perception.encoder.model: Field required"),
         (
-            {"detector": {"backend": "routed", "coco": {"score_treshold": 0.5}}},
-            "perception.detector.coco.score_treshold is unknown; did you mean 'score_threshold'?",
+            {"detector": {"backend": "routed", "score_treshold": 0.5}},
+            "perception.detector.score_treshold is unknown; did you mean 'score_threshold'?",
         ),
-        (
-            {"detector": {"backend": "routed", "coco": {"score": 0.5}}},
-            "perception.detector.coco.score is now called 'score_threshold'",
-        ),
-        ({"silent_after_s": 3}, "perception.silent_after_s is now called 'frame_timeout_s'"),
-        ({"patches": {"core": 0.8}}, "perception.detector.core is now called 'peak_threshold'"),
-        (
-            {"encoder": {"backend": "tipsv2", "model": "x", "kept_texts": 9}},
-            "perception.encoder.kept_texts is now called 'text_cache_size'",
-        ),
+        ({"frame_timeout_s": 3}, "perception.frame_timeout_s is unknown; there are encoder, "),
+        ({"patches": {"min_patches": 2}}, "most keys of 0.1 are constants since 0.2.0"),
         ({"encoder": {"backend": "tipsv2", "model": "x", "device": "gpu"}}, "should match pattern"),
-        ({"encoder": {"backend": "tipsv2", "model": "x", "prompt": "a"}}, "should match pattern"),
         ({"mini": {"colour": 1}}, "perception.encoder.colour is unknown"),
     ],
 )

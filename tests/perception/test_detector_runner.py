@@ -8,7 +8,7 @@ from itertools import count
 import pytest
 
 from onemap_perception.detector_runner import DetectionResult, DetectorRunner
-from onemap_perception.detectors.patches import PatchDetector, PatchesParams
+from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.detectors.protocol import DetectorError
 from onemap_perception.target_detection import make_target
 from tests.perception.slow_detector import SlowDetector
@@ -31,7 +31,7 @@ def finished(runner: DetectorRunner) -> DetectionResult:
 
 def test_a_detector_that_reads_features_runs_after_the_encoder() -> None:
     clock = count(1.0, 0.25)
-    runner = DetectorRunner(PatchDetector(PatchesParams(), "toy"), lambda: next(clock))
+    runner = DetectorRunner(PatchDetector("toy"), lambda: next(clock))
     runner.before_encoding(FRAME, RED)
     assert runner.collect() is None
     result = runner.after_encoding(FRAME, FEATURES, RED)

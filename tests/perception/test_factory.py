@@ -37,12 +37,11 @@ def test_a_service_of_other_peoples_parts_sees_and_answers(tmp_path: Path) -> No
                 "backend": "openclip_convnext",
                 "model": str(open_clip_folder(tmp_path / "clip")),
                 "long_side_px": 64,
-                "warm_up_px": [64, 32],
             },
             "detector": {
                 "backend": "routed",
-                "coco": {"model": str(rtdetr_folder(tmp_path / "coco"))},
-                "open_vocabulary": {"model": str(owl_folder(tmp_path / "owl"))},
+                "coco_model": str(rtdetr_folder(tmp_path / "coco")),
+                "model": str(owl_folder(tmp_path / "owl")),
             },
         }
     )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from onemap_perception.feature_field import feature_field
-from onemap_perception.variance import VarianceParams, observation_variance
+from onemap_perception.feature_field import VarianceParams, feature_field, observation_variance
 from tests.perception.toy import CAMERA, ColourEncoder, frame
 
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from onemap_perception.detectors.patches import PatchDetector, PatchesParams
+from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.frame_picture import MAX_SIDE_PX, encode_picture, with_picture
 from onemap_perception.target_detection import detect_in_frame, make_target
 from onemap_shared.geometry import U8
@@ -26,7 +26,7 @@ def decoded(picture: bytes) -> np.ndarray:
 
 
 def detections() -> Detections:
-    detector = PatchDetector(PatchesParams(), "toy")
+    detector = PatchDetector("toy")
     return detect_in_frame(
         detector, make_target(ENCODER, "red", ()), SHOWN, ENCODER.encode(SHOWN.rgb)
     )

@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from onemap_perception.errors import ModelError
-from onemap_perception.hub import (
+from onemap_perception.model_store import (
     count_parameters,
     count_parameters_here,
-    first_line,
     list_files,
     list_snapshot,
 )
@@ -97,8 +96,3 @@ def test_without_the_hubs_client_the_error_says_what_to_install(
     monkeypatch.setitem(sys.modules, "huggingface_hub", None)
     with pytest.raises(ModelError, match=r"pip install 'onemap\[openclip\]'"):
         list_files(REPO, ("*",))
-
-
-def test_the_first_line_of_an_error_without_text_is_its_name() -> None:
-    assert first_line(ValueError("one\ntwo")) == "one"
-    assert first_line(ValueError()) == "ValueError()"

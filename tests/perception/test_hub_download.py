@@ -10,8 +10,14 @@ from pathlib import Path
 import pytest
 
 from onemap_perception.errors import ModelError
-from onemap_perception.hub import HubFile, HubListing, list_files
-from onemap_perception.hub_download import PART, blobs_folder, download
+from onemap_perception.model_store import (
+    PART,
+    HubFile,
+    HubListing,
+    blobs_folder,
+    download,
+    list_files,
+)
 from tests.perception.local_hub import LocalHub, ServedFile, serve_hub, use_hub
 
 pytest.importorskip("huggingface_hub", reason="needs huggingface_hub (extra openclip)")

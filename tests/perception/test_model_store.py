@@ -10,8 +10,7 @@ import pytest
 
 from onemap_perception import model_store
 from onemap_perception.errors import ModelError
-from onemap_perception.hub import HubListing
-from onemap_perception.hub_download import OnBytes
+from onemap_perception.model_store import OnBytes
 from tests.perception.hub_cache import REPO, put_in_cache, use_cache
 from tests.perception.local_hub import LocalHub, serve_hub, use_hub
 
@@ -30,24 +29,6 @@ def test_a_model_in_the_cache_is_located(cache: Path) -> None:
     folder = put_in_cache(cache)
     assert model_store.locate(REPO) == folder
     assert model_store.size_bytes(folder) == 702
-
-
-def test_a_missing_model_is_fetched_only_if_allowed(
-    cache: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    fetched: list[str] = []
-
-    def fetch(listing: HubListing, files: tuple[str, ...]) -> Path:
-        fetched.append(listing.repo)
-        return cache
-
-    monkeypatch.setattr(model_store, "look_up", lambda repo, _: HubListing(repo, "", "", ()))
-    monkeypatch.setattr(model_store, "fetch", fetch)
-    with pytest.raises(ModelError):
-        model_store.locate(REPO)
-    assert fetched == []
-    assert model_store.locate(REPO, allow_fetch=True) == cache
-    assert fetched == [REPO]
 
 
 def test_a_path_is_a_path(tmp_path: Path) -> None:

@@ -11,8 +11,7 @@ from types import ModuleType
 import pytest
 import torch
 
-from onemap_perception.detectors.coco import CocoNetwork
-from onemap_perception.detectors.open_vocabulary import GroundingNetwork
+from onemap_perception.detectors.networks import CocoNetwork, GroundingNetwork
 from onemap_perception.encoders.params import OpenClipConvNextParams, Tipsv2Params
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder

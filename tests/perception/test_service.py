@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from onemap_perception.config import PerceptionConfig
-from onemap_perception.detectors.patches import PatchDetector, PatchesParams
+from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import OutOfDeviceMemoryError
+from onemap_perception.feature_field import VarianceParams
 from onemap_perception.service import Perception, PerceptionComponents, build
-from onemap_perception.variance import VarianceParams
 from onemap_shared import keys
 from onemap_shared.geometry import F16, U8
 from onemap_shared.memory_bus import MemoryBus, MemoryRouter
@@ -52,9 +52,8 @@ class World:
         self.outside: MemoryBus = self.router.bus()
         parts = PerceptionComponents(
             encoder or ColourEncoder(),
-            PatchDetector(PatchesParams(), "toy"),
+            PatchDetector("toy"),
             VarianceParams(),
-            frame_timeout_s=5.0,
         )
         self.service = Perception(self.router.bus("perception"), parts)
         self.camera = self.outside.publish(keys.ROBOT_RGBD)
@@ -129,9 +128,7 @@ def test_a_search_that_began_before_perception_is_followed() -> None:
     router.bus().publish(keys.SEARCH_STATE).put(SEARCH)
     world = World.__new__(World)
     world.router = router
-    parts = PerceptionComponents(
-        ColourEncoder(), PatchDetector(PatchesParams(), "toy"), VarianceParams(), 5.0
-    )
+    parts = PerceptionComponents(ColourEncoder(), PatchDetector("toy"), VarianceParams())
     service = Perception(router.bus("perception"), parts)
     detections = router.bus().subscribe(keys.DETECTIONS)
     router.bus().publish(keys.ROBOT_RGBD).put(frame())
@@ -262,9 +259,7 @@ class SlowWorld:
         router = MemoryRouter()
         outside = router.bus()
         self.detector = SlowDetector()
-        components = PerceptionComponents(
-            ColourEncoder(), self.detector, VarianceParams(), frame_timeout_s=5.0
-        )
+        components = PerceptionComponents(ColourEncoder(), self.detector, VarianceParams())
         self.service = Perception(router.bus("perception"), components)
         self.camera = outside.publish(keys.ROBOT_RGBD)
         self.planner = outside.publish(keys.SEARCH_STATE)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from onemap_perception.detectors.patches import PatchDetector, PatchesParams
+from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.detectors.protocol import Detection, Image
 from onemap_perception.errors import UnknownWordError
 from onemap_perception.target_detection import Target, detect_in_frame, make_target
@@ -13,7 +13,7 @@ from onemap_shared.messages import TextEmbeddings
 from tests.perception.toy import ColourEncoder, frame
 
 ENCODER = ColourEncoder()
-DETECTOR = PatchDetector(PatchesParams(), "toy")
+DETECTOR = PatchDetector("toy")
 
 
 def test_the_target_comes_first_and_the_other_names_compete() -> None:

@@ -6,7 +6,7 @@ from onemap_perception.telemetry import PerceptionTelemetry
 
 
 def problem(telemetry: PerceptionTelemetry, now_s: float) -> str:
-    return telemetry.problem(now_s, frame_timeout_s=5.0, camera_key="robot/rgbd/v1")
+    return telemetry.problem(now_s, "robot/rgbd/v1")
 
 
 def test_the_time_without_frames_is_stated() -> None:
@@ -20,10 +20,10 @@ def test_the_time_without_frames_is_stated() -> None:
 
 def test_ready_as_long_as_frames_come() -> None:
     telemetry = PerceptionTelemetry(started_s=0.0)
-    assert not telemetry.is_ready(0.1, 5.0)
+    assert not telemetry.is_ready(0.1)
     telemetry.frame_done(1.0, encode_ms=1.0, frame_age_ms=2.0)
-    assert telemetry.is_ready(5.9, 5.0)
-    assert not telemetry.is_ready(6.1, 5.0)
+    assert telemetry.is_ready(5.9)
+    assert not telemetry.is_ready(6.1)
 
 
 def test_a_failure_is_a_problem_until_a_frame_succeeds() -> None:
@@ -43,7 +43,7 @@ def test_a_failing_detector_is_a_problem_but_not_of_readiness() -> None:
     telemetry.frame_done(0.0, encode_ms=1.0, frame_age_ms=2.0)
     telemetry.detection_failed("no memory", out_of_memory=True)
     assert problem(telemetry, 0.1) == "nothing can be detected: no memory"
-    assert telemetry.is_ready(0.1, 5.0)
+    assert telemetry.is_ready(0.1)
     assert (telemetry.detections_failed, telemetry.out_of_memory) == (1, 1)
     telemetry.detection_done(3.0)
     assert problem(telemetry, 0.2) == ""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 import torch
 
+from onemap_perception.encoders.checkpoint import inference, open_device
 from onemap_perception.errors import BackendError, OutOfDeviceMemoryError
-from onemap_perception.torch_device import inference, open_device
 
 CPU = torch.device("cpu")
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onemap_perception.variance import VarianceFormula, VarianceParams, observation_variance
+from onemap_perception.feature_field import VarianceFormula, VarianceParams, observation_variance
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32
 from tests.reference import variance as slow
@@ -102,10 +102,3 @@ def test_the_argument_is_left_alone() -> None:
 def test_a_wrong_shape_is_refused() -> None:
     with pytest.raises(ValueError, match="depth_m has shape"):
         observation_variance(np.zeros((4, 4, 1), np.float32), CAMERA, VarianceParams())
-
-
-@pytest.mark.parametrize("name", ["gradient_factor", "distance_factor_m", "epsilon"])
-@pytest.mark.parametrize("value", [0.0, -1.0, float("nan")])
-def test_factors_must_be_positive(name: str, value: float) -> None:
-    with pytest.raises(ValueError, match=name):
-        VarianceParams.model_validate({name: value})

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from onemap_perception.encoders.crops import mean_feature
+from onemap_perception.encoders.images import mean_feature
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.errors import UnknownWordError
 from onemap_shared.camera import Intrinsics

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from onemap_perception.variance import VarianceFormula, VarianceParams
+from onemap_perception.feature_field import VarianceFormula, VarianceParams
 from onemap_shared.camera import Intrinsics
 from onemap_shared.geometry import F32, F64
 

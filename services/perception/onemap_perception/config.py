@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any
 
 from pydantic import Field, model_validator
 
-from onemap_perception.detectors.params import DetectorParams
-from onemap_perception.detectors.patches import PatchesParams
+from onemap_perception.detectors.params import DetectorParams, PatchesParams
 from onemap_perception.encoders.mini import MiniParams
 from onemap_perception.encoders.params import EncoderParams
-from onemap_perception.variance import VarianceParams
+from onemap_perception.feature_field import VarianceFormula
 from onemap_shared.params import Params
 
 
@@ -19,22 +17,16 @@ class PerceptionConfig(Params):
     """The section ``perception``. ``mini: {...}`` is short for an encoder of that backend,
     ``patches: {...}`` for a detector of that one."""
 
-    former_keys: ClassVar[Mapping[str, str]] = {"silent_after_s": "frame_timeout_s"}
-
     encoder: EncoderParams = Field(
         default=MiniParams(), description="Images and words to one space; backend chooses."
     )
     detector: DetectorParams = Field(
         default=PatchesParams(), description="Finds the objects of a search; backend chooses."
     )
-    observation: VarianceParams = Field(
-        default=VarianceParams(), description="How uncertain the feature of each pixel is."
-    )
-    frame_timeout_s: float = Field(
-        default=5.0,
-        gt=0,
-        le=60,
-        description="Seconds without a camera frame after which perception is not ready.",
+    variance: VarianceFormula = Field(
+        default=VarianceFormula.RELEASED,
+        description="How uncertain the feature of each pixel is: by the authors' code, or as the "
+        "paper prints it.",
     )
 
     @model_validator(mode="before")

@@ -28,5 +28,10 @@ class UnknownWordError(Exception):
         self.words = dict(words)
 
 
+def first_line(problem: Exception) -> str:
+    """The first line of the text of a library's exception."""
+    return (str(problem).strip() or repr(problem)).splitlines()[0]
+
+
 class ImageError(Exception):
     """A picture that cannot be a query; one sentence for the user, with what to do."""

@@ -8,17 +8,18 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from onemap_perception.detectors.boxes import RoutedDetector
 from onemap_perception.detectors.params import (
     BoxParams,
     CocoParams,
     DetectorParams,
     OpenVocabularyParams,
+    PatchesParams,
     PluginParams,
     RoutedParams,
 )
-from onemap_perception.detectors.patches import PatchDetector, PatchesParams
+from onemap_perception.detectors.patches import PatchDetector
 from onemap_perception.detectors.protocol import Detector, DetectorError
-from onemap_perception.detectors.router import RoutedDetector
 from onemap_perception.encoders.mini import SHIPPED, MiniEncoder, MiniParams
 from onemap_perception.encoders.params import (
     EncoderParams,
@@ -35,7 +36,7 @@ from onemap_perception.text.vocabulary import load_vocabulary
 if TYPE_CHECKING:
     import torch
 
-    from onemap_perception.detectors.box_detector import BoxDetector, BoxNetwork
+    from onemap_perception.detectors.boxes import BoxDetector, BoxNetwork
     from onemap_perception.encoders.torch_encoder import VisionLanguageModel
 
 PLUGIN_GROUP = "onemap.detectors"  # of entry points
@@ -61,9 +62,9 @@ def with_channels(encoder: Encoder, channels: int) -> Encoder:
 def _make_encoder(params: EncoderParams) -> Encoder:
     if isinstance(params, MiniParams):
         return MiniEncoder(params)
-    path = _model_path(params)
+    path = locate(params.model)
+    from onemap_perception.encoders.checkpoint import open_device
     from onemap_perception.encoders.torch_encoder import TorchEncoder
-    from onemap_perception.torch_device import open_device
 
     return TorchEncoder(_load_model(params, path, open_device(params.device)), params)
 
@@ -73,7 +74,7 @@ def _load_model(params: TorchParams, path: Path, device: torch.device) -> Vision
         case OpenClipConvNextParams():
             from onemap_perception.encoders.openclip_convnext import load_openclip_convnext
 
-            return load_openclip_convnext(params, path, device)
+            return load_openclip_convnext(path, device)
         case Tipsv2Params():
             from onemap_perception.encoders.tipsv2 import load_tipsv2
 
@@ -88,7 +89,7 @@ def make_detector(params: DetectorParams, encoder: Encoder) -> Detector:
     """The configured detector; raises BackendError."""
     match params:
         case PatchesParams():
-            return _patch_detector(params, encoder)
+            return _patch_detector(encoder)
         case CocoParams() | OpenVocabularyParams():
             return _box_detector(params)
         case RoutedParams():
@@ -97,19 +98,19 @@ def make_detector(params: DetectorParams, encoder: Encoder) -> Detector:
             return load_plugin(params.name, params.options)
 
 
-def _patch_detector(params: PatchesParams, encoder: Encoder) -> Detector:
+def _patch_detector(encoder: Encoder) -> Detector:
     if len(encoder.embed_text(("chair",)).neutral) == 0:
         raise DetectorError(
             "the detector patches needs an encoder with calibrated scores (mini); choose "
             "perception.detector.backend: routed, coco, open_vocabulary or plugin"
         )
-    return PatchDetector(params, encoder.encoder_id)
+    return PatchDetector(encoder.encoder_id)
 
 
 def _box_detector(params: BoxParams) -> BoxDetector:
-    path = _model_path(params)
-    from onemap_perception.detectors.box_detector import BoxDetector
-    from onemap_perception.torch_device import open_device
+    path = locate(params.model)
+    from onemap_perception.detectors.boxes import BoxDetector
+    from onemap_perception.encoders.checkpoint import open_device
 
     return BoxDetector(_load_network(params, path, open_device(params.device)), params)
 
@@ -117,11 +118,11 @@ def _box_detector(params: BoxParams) -> BoxDetector:
 def _load_network(params: BoxParams, path: Path, device: torch.device) -> BoxNetwork:
     match params:
         case CocoParams():
-            from onemap_perception.detectors.coco import CocoNetwork
+            from onemap_perception.detectors.networks import CocoNetwork
 
             return CocoNetwork(path, device)
         case OpenVocabularyParams():
-            from onemap_perception.detectors.open_vocabulary import GroundingNetwork
+            from onemap_perception.detectors.networks import GroundingNetwork
 
             return GroundingNetwork(path, device)
 
@@ -140,7 +141,3 @@ def load_plugin(name: str, options: Mapping[str, Any]) -> Detector:
     if missing:
         raise DetectorError(f"the detector {name!r} lacks {', '.join(missing)}")
     return detector
-
-
-def _model_path(params: TorchParams | BoxParams) -> Path:
-    return locate(params.model, allow_fetch=params.allow_fetch)

@@ -1,20 +1,268 @@
-"""Models of the hub: which ones OneMap has settings for, and where they are on this machine.
+"""Models of the hub: which ones OneMap has settings for, what they hold, where they are here.
 
-The layout is Hugging Face's cache (``HF_HOME``), shared with every other program that uses it.
-Only ``fetch`` uses the network.
+The hub is the one that ``HF_ENDPOINT`` names; ``HF_TOKEN`` opens models that need an account. The
+layout is Hugging Face's cache (``HF_HOME``), shared with every other program that uses it. A
+download that broke off is continued: the hub's own client begins a file anew in every process,
+here the part that arrived stays beside the whole files.
 """
 # Talks: asks the model hub and its cache.
 # Touches files: weights.
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass
+from fnmatch import fnmatch
+from math import prod
 from pathlib import Path
+from types import ModuleType
+from typing import Any, BinaryIO
 
-from onemap_perception.errors import ModelError
-from onemap_perception.hub import HubListing, client, first_line, list_files, list_snapshot
-from onemap_perception.hub_download import OnBytes, download
+import httpx
+
+from onemap_perception.errors import ModelError, first_line
+
+INSTALL = "pip install 'onemap[openclip]'"
+SHA256_DIGITS = 64  # git's SHA-1 has 40
+WEIGHTS = ".safetensors"
+
+
+@dataclass(frozen=True, slots=True)
+class HubFile:
+    """A file of a model. digest: SHA-256 of a large file, git's SHA-1 of a small one."""
+
+    path: str
+    size_bytes: int
+    digest: str
+
+    @property
+    def large(self) -> bool:
+        return len(self.digest) == SHA256_DIGITS
+
+
+@dataclass(frozen=True, slots=True)
+class HubListing:
+    """The files of one version of a model. licence: as its page states it, empty if it does not.
+
+    offline: the hub did not answer, and the files are those on this machine.
+    """
+
+    repo: str
+    commit: str
+    licence: str
+    files: tuple[HubFile, ...]
+    offline: bool = False
+
+    @property
+    def size_bytes(self) -> int:
+        return sum(file.size_bytes for file in self.files)
+
+    @property
+    def weights(self) -> tuple[HubFile, ...]:
+        return tuple(file for file in self.files if file.path.endswith(WEIGHTS))
+
+
+def client() -> ModuleType:
+    """The hub's client; raises ModelError with the command that installs it."""
+    try:
+        import huggingface_hub
+    except ImportError as missing:
+        raise ModelError(f"models of the hub need huggingface_hub: {INSTALL}") from missing
+    module: ModuleType = huggingface_hub
+    return module
+
+
+def list_files(repo: str, patterns: tuple[str, ...]) -> HubListing:
+    """The model's files that match; asks the hub. Raises ModelError."""
+    info = ask_hub(repo, lambda api: api.model_info(repo, files_metadata=True))
+    card = getattr(info, "card_data", None) or {}
+    files = tuple(
+        HubFile(
+            each.rfilename,
+            int(each.lfs.size if each.lfs else each.size or 0),
+            str(each.lfs.sha256 if each.lfs else each.blob_id),
+        )
+        for each in info.siblings or ()
+        if any(fnmatch(each.rfilename, pattern) for pattern in patterns)
+    )
+    if not files:
+        raise ModelError(f"{repo} holds none of {', '.join(patterns)}")
+    return HubListing(repo, str(info.sha), str(card.get("license") or ""), files)
+
+
+def list_snapshot(repo: str, folder: Path) -> HubListing:
+    """The files of a model that lies in the hub's cache; asks nobody."""
+    files = tuple(
+        HubFile(str(path.relative_to(folder)), path.stat().st_size, path.resolve().name)
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    )
+    return HubListing(repo, folder.name, "", files, offline=True)
+
+
+def count_parameters(listing: HubListing) -> int:
+    """Numbers in all of the model's weights, by the files' headers; asks the hub for those only.
+
+    Raises ModelError.
+    """
+    if not listing.weights:
+        raise ModelError(f"{listing.repo} has no weights as {WEIGHTS}, the only kind that is read")
+    return sum(
+        sum(headers.parameter_count.values())
+        for file in listing.weights
+        for headers in [_header(listing, file.path)]
+    )
+
+
+def count_parameters_here(folder: Path) -> int:
+    """Numbers in all weights of a folder."""
+    from safetensors import safe_open
+
+    total = 0
+    for path in folder.rglob(f"*{WEIGHTS}"):
+        with safe_open(path, framework="np") as tensors:
+            total += sum(prod(tensors.get_slice(name).get_shape()) for name in tensors.keys())  # noqa: SIM118
+    return total
+
+
+def _header(listing: HubListing, path: str) -> Any:
+    return ask_hub(
+        listing.repo,
+        lambda api: api.parse_safetensors_file_metadata(
+            listing.repo, path, revision=listing.commit
+        ),
+    )
+
+
+def ask_hub(repo: str, question: Callable[[Any], Any]) -> Any:
+    """The hub's answer; ModelError in one sentence for whatever its client raises."""
+    hub = client()
+    from huggingface_hub.errors import GatedRepoError
+
+    try:
+        return question(hub.HfApi())
+    except GatedRepoError as refused:
+        raise ModelError(
+            f"{repo} is given only to accounts that accepted its licence: accept it at "
+            f"{hub.constants.ENDPOINT}/{repo}, then run: hf auth login"
+        ) from refused
+    except Exception as problem:  # of the hub's client and of HTTP
+        raise ModelError(f"{repo} cannot be fetched: {first_line(problem)}") from problem
+
+
+CHUNK_BYTES = 1 << 20
+TIMEOUT_S = 30.0  # without a byte: the connection is dead
+PART = ".onemap-part"  # beside the whole files; the hub's client never reads it
+
+OnBytes = Callable[[int], None]
+
+
+def download(listing: HubListing, file: HubFile, on_bytes: OnBytes) -> None:
+    """Put a large file into the hub's cache, where the hub's client links it; ModelError if not.
+
+    on_bytes: called with the number of bytes that arrived, those of earlier downloads first.
+    """
+    whole = blobs_folder(listing.repo) / file.digest
+    if whole.exists():
+        on_bytes(file.size_bytes)
+        return
+    part = whole.with_name(whole.name + PART)
+    try:
+        part.parent.mkdir(parents=True, exist_ok=True)
+        with part.open("ab") as out:
+            _lock(out, listing.repo)
+            if out.tell() > file.size_bytes:
+                _restart(out)
+            on_bytes(out.tell())
+            _append(_url(listing, file), out, file.size_bytes, on_bytes)
+        _keep(part, whole, file, listing.repo)
+    except httpx.HTTPStatusError as refused:
+        answer = f"{refused.response.status_code} {refused.response.reason_phrase}"
+        raise ModelError(f"{listing.repo} cannot be fetched: {file.path}: {answer}") from refused
+    except (httpx.HTTPError, OSError) as problem:
+        raise ModelError(_broken_off(listing, file, part, problem)) from problem
+
+
+def blobs_folder(repo: str) -> Path:
+    """Where the hub's cache keeps the contents of a model's files, named by their digests."""
+    client()
+    from huggingface_hub import constants
+    from huggingface_hub.file_download import repo_folder_name
+
+    folder: str = repo_folder_name(repo_id=repo, repo_type="model")
+    return Path(constants.HF_HUB_CACHE) / folder / "blobs"
+
+
+def _url(listing: HubListing, file: HubFile) -> str:
+    url: str = client().hf_hub_url(listing.repo, file.path, revision=listing.commit)
+    return url
+
+
+def _lock(out: BinaryIO, repo: str) -> None:
+    try:
+        fcntl.flock(out, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as taken:
+        raise ModelError(f"{repo} is being fetched by another process: wait for it") from taken
+
+
+def _append(url: str, out: BinaryIO, size_bytes: int, on_bytes: OnBytes) -> None:
+    """Fetch what is missing; a connection that breaks is made anew as long as bytes arrive."""
+    from huggingface_hub.utils import build_hf_headers
+
+    headers = {**build_hf_headers(), "accept-encoding": "identity"}
+    with httpx.Client(headers=headers, follow_redirects=True, timeout=TIMEOUT_S) as http:
+        while (begin := out.tell()) < size_bytes:
+            try:
+                _receive(http, url, out, on_bytes)
+            except httpx.TransportError:
+                if out.tell() <= begin:
+                    raise
+            if out.tell() <= begin:
+                raise httpx.ReadError("the server sent nothing more")
+
+
+def _receive(http: httpx.Client, url: str, out: BinaryIO, on_bytes: OnBytes) -> None:
+    begin = out.tell()
+    with http.stream("GET", url, headers={"range": f"bytes={begin}-"}) as response:
+        response.raise_for_status()
+        if response.status_code != httpx.codes.PARTIAL_CONTENT:  # it sends the file from its start
+            _restart(out)
+            on_bytes(-begin)
+        for chunk in response.iter_bytes():  # as it comes: a larger chunk is lost if it breaks off
+            out.write(chunk)
+            out.flush()
+            on_bytes(len(chunk))
+
+
+def _restart(out: BinaryIO) -> None:
+    out.truncate(0)
+    out.seek(0)
+
+
+def _keep(part: Path, whole: Path, file: HubFile, repo: str) -> None:
+    """Give the part its place if its content is what the hub announced; else remove it."""
+    with part.open("rb") as content:
+        arrived = hashlib.sha256()
+        while chunk := content.read(CHUNK_BYTES):
+            arrived.update(chunk)
+    if arrived.hexdigest() != file.digest:
+        part.unlink()
+        raise ModelError(
+            f"{repo} arrived damaged: {file.path} has the SHA-256 {arrived.hexdigest()[:12]}..., "
+            f"the hub announced {file.digest[:12]}...; it was removed: fetch again"
+        )
+    part.replace(whole)
+
+
+def _broken_off(listing: HubListing, file: HubFile, part: Path, problem: Exception) -> str:
+    here = part.stat().st_size if part.exists() else 0
+    return (
+        f"{listing.repo} cannot be fetched: {file.path} broke off at {here / 1e6:.1f} of "
+        f"{file.size_bytes / 1e6:.1f} MB ({first_line(problem)}); the same command continues there"
+    )
+
 
 CHUNK_BYTES = 1 << 22
 
@@ -67,7 +315,7 @@ def known_model(repo: str) -> KnownModel:
     raise ModelError(f"{repo!r} is not among the known models; 'onemap models list' names them")
 
 
-def locate(model: str, *, allow_fetch: bool = False) -> Path:
+def locate(model: str) -> Path:
     """The folder or file of a path or a hub id; raises ModelError with the command to run."""
     place = Path(model).expanduser()
     if place.exists():
@@ -78,8 +326,6 @@ def locate(model: str, *, allow_fetch: bool = False) -> Path:
     folder = cached(model, files)
     if folder is not None:
         return folder
-    if allow_fetch:
-        return fetch(look_up(model, files), files)
     raise ModelError(f"the model {model} is not on this machine: onemap models fetch {model}")
 
 

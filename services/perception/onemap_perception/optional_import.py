@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from onemap_perception.errors import BackendError
+from onemap_perception.errors import BackendError, first_line
 
 NO_DEPS = "pip install --no-deps -r requirements-encoders.txt"
 OPEN_CLIP = f"pip install 'onemap[openclip]' && {NO_DEPS}"
@@ -25,8 +25,7 @@ def optional_import(
     except ImportError as missing:
         raise kind(f"{backend} needs {library}, and {missing}: {install}") from missing
     except RuntimeError as problem:
-        reason = str(problem).splitlines()[0]
         raise kind(
-            f"{backend} needs {library}, and importing it failed ({reason}): "
+            f"{backend} needs {library}, and importing it failed ({first_line(problem)}): "
             "install the torchvision that was built for the installed torch"
         ) from problem

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detector_runner import DetectorRunner
 from onemap_perception.detectors.protocol import Detector
-from onemap_perception.encoders.crops import decoded
+from onemap_perception.encoders.images import decoded
 from onemap_perception.encoders.protocol import Encoder, ImageEncoder
 from onemap_perception.errors import (
     BackendError,
@@ -18,11 +18,10 @@ from onemap_perception.errors import (
     UnknownWordError,
 )
 from onemap_perception.factory import make_detector, make_encoder
-from onemap_perception.feature_field import feature_field
+from onemap_perception.feature_field import VarianceParams, feature_field
 from onemap_perception.frame_picture import with_picture
 from onemap_perception.target_detection import Target, make_target
 from onemap_perception.telemetry import PerceptionTelemetry
-from onemap_perception.variance import VarianceParams
 from onemap_shared import keys, tracing
 from onemap_shared.geometry import F16
 from onemap_shared.messages import (
@@ -45,8 +44,7 @@ class PerceptionComponents:
 
     encoder: Encoder
     detector: Detector
-    observation: VarianceParams
-    frame_timeout_s: float
+    variance: VarianceParams
 
 
 class Perception:
@@ -85,12 +83,8 @@ class Perception:
         """Readiness, timings and counters, and the most serious problem."""
         now_s, telemetry, counters = time.monotonic(), self._telemetry, self._frames.counters
         return Health(
-            ready=telemetry.is_ready(now_s, self._components.frame_timeout_s),
-            problem=telemetry.problem(
-                now_s,
-                frame_timeout_s=self._components.frame_timeout_s,
-                camera_key=keys.ROBOT_RGBD.key,
-            ),
+            ready=telemetry.is_ready(now_s),
+            problem=telemetry.problem(now_s, keys.ROBOT_RGBD.key),
             metrics={
                 **telemetry.timings,
                 "frames_per_s": telemetry.encoded.rate_hz(now_s),
@@ -142,9 +136,7 @@ class Perception:
             return None
         encoded_s = time.perf_counter()
         tracing.stage("encode", frame.stamp_ns, encoded_s - begun_s)
-        field = feature_field(
-            frame, features, self._components.encoder, self._components.observation
-        )
+        field = feature_field(frame, features, self._components.encoder, self._components.variance)
         self._fields.put(field)
         self._telemetry.frame_done(
             time.monotonic(),
@@ -219,6 +211,4 @@ def build(bus: Bus, config: PerceptionConfig) -> Worker:
         raise StartError(str(problem)) from problem
     LOG.info("encoder %s, text space %s", encoder.encoder_id, encoder.text_space)
     LOG.info("detector %s", detector.detector_id)
-    return Perception(
-        bus, PerceptionComponents(encoder, detector, config.observation, config.frame_timeout_s)
-    )
+    return Perception(bus, PerceptionComponents(encoder, detector, VarianceParams(config.variance)))

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from onemap_perception.backproject import backproject_detections
 from onemap_perception.detectors.protocol import Detection, Detector, Image
-from onemap_perception.detectors.suppression import distinct_queries, suppress_overlaps
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import UnknownWordError
-from onemap_shared.geometry import F16
+from onemap_shared.geometry import F16, F32, I32, Bool, transform
 from onemap_shared.messages import Detections, RgbdFrame, TextEmbeddings
 
 
@@ -65,3 +63,82 @@ def detect_in_frame(
         point_owner=point_owner,
         independent=not detector.reads_features,
     )
+
+
+# From this intersection over union on, two detections are of one object. A pillow lies within the
+# bed's box and covers little of it: both are kept.
+SUPPRESSION_IOU = 0.5
+
+
+def distinct_queries(queries: TextEmbeddings) -> TextEmbeddings:
+    """The query of the first text, and those of all texts that do not mean the same."""
+    chosen = ~queries.same_meaning()[0]
+    chosen[0] = True
+    return queries.only(np.flatnonzero(chosen))
+
+
+def suppress_overlaps(found: Sequence[Detection]) -> tuple[Detection, ...]:
+    """The detections without a better one of another name on the same object, order kept.
+
+    Masks are compared; detections of one name do not suppress each other.
+    """
+    return tuple(
+        detection
+        for detection in found
+        if not any(_suppresses(rival, detection) for rival in found)
+    )
+
+
+def _suppresses(rival: Detection, detection: Detection) -> bool:
+    return (
+        rival.name != detection.name
+        and rival.scale == detection.scale
+        and rival.score > detection.score
+        and rival.mask.shape == detection.mask.shape
+        and iou(rival.mask, detection.mask) >= SUPPRESSION_IOU
+    )
+
+
+def iou(one: Bool, other: Bool) -> float:
+    """Intersection over union of two masks (h, w); 0 where both are empty."""
+    union = int((one | other).sum())
+    return int((one & other).sum()) / union if union else 0.0
+
+
+MILLIMETRE_M = np.float32(1e-3)
+MAX_POINTS = 64  # per detection: enough for the planner's consensus, small on the wire
+MAX_DEPTH_SPREAD_M = 0.6  # half the depth of a sofa; what lies deeper is behind the object
+
+
+def backproject_detections(detections: Sequence[Detection], frame: RgbdFrame) -> tuple[F32, I32]:
+    """Surface points (P, 3) float32 of all detections in the map frame and their owners (P,).
+
+    Per detection at most ``MAX_POINTS``, evenly spread over its mask, without those whose depth
+    is more than ``MAX_DEPTH_SPREAD_M`` from the detection's median.
+    """
+    points = [np.zeros((0, 3), np.float32)]
+    owners = [np.zeros(0, np.int32)]
+    for index, detection in enumerate(detections):
+        own = _backproject_mask(detection.mask, frame)
+        points.append(own)
+        owners.append(np.full(len(own), index, np.int32))
+    return np.concatenate(points), np.concatenate(owners)
+
+
+def _backproject_mask(mask: Bool, frame: RgbdFrame) -> F32:
+    """Points (N, 3) float32 under one mask (h, w) that is laid over the whole image."""
+    height, width = frame.depth_mm.shape
+    row_of = np.arange(height) * mask.shape[0] // height
+    column_of = np.arange(width) * mask.shape[1] // width
+    covered = mask[row_of[:, None], column_of[None, :]] & (frame.depth_mm > 0)
+    v, u = np.nonzero(covered)
+    if len(v) == 0:
+        return np.zeros((0, 3), np.float32)
+    depth_m = frame.depth_mm[v, u] * MILLIMETRE_M
+    near = np.flatnonzero(np.abs(depth_m - np.median(depth_m)) <= MAX_DEPTH_SPREAD_M)
+    kept = near[np.linspace(0, len(near) - 1, min(MAX_POINTS, len(near))).round().astype(int)]
+    x, y = frame.intrinsics.x_at(u[kept]), frame.intrinsics.y_at(v[kept])
+    points_camera = np.stack([x, y, np.ones(len(kept))], axis=1)
+    points_camera *= depth_m[kept, None]
+    points_map: F32 = transform(frame.T_map_camera, points_camera).astype(np.float32)
+    return points_map

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from onemap_shared.rates import RateMeter
 
+FRAME_TIMEOUT_S = 5.0  # without a camera frame, after which perception is not ready
 SHORT_SILENCE_S = 2.0  # a shorter pause between frames is no problem
 
 
@@ -60,16 +61,16 @@ class PerceptionTelemetry:
             "frame_age_ms": self.frame_age_ms,
         }
 
-    def is_ready(self, now_s: float, frame_timeout_s: float) -> bool:
-        """Whether a frame was encoded in the last ``frame_timeout_s``."""
-        return bool(self.encoded.times_s) and self._silent_s(now_s) < frame_timeout_s
+    def is_ready(self, now_s: float) -> bool:
+        """Whether a frame was encoded in the last ``FRAME_TIMEOUT_S``."""
+        return bool(self.encoded.times_s) and self._silent_s(now_s) < FRAME_TIMEOUT_S
 
-    def problem(self, now_s: float, *, frame_timeout_s: float, camera_key: str) -> str:
+    def problem(self, now_s: float, camera_key: str) -> str:
         """One sentence about the most serious problem; empty if there is none."""
         silent_s = self._silent_s(now_s)
         if self.failure:
             return f"frames cannot be encoded: {self.failure}"
-        if silent_s >= min(frame_timeout_s, SHORT_SILENCE_S):
+        if silent_s >= SHORT_SILENCE_S:
             return f"no camera frames on {camera_key} for {silent_s:.1f} s"
         if not self.encoded.times_s:
             return f"waiting for the first camera frame on {camera_key}"

@@ -15,7 +15,7 @@ from onemap_gateway.http.schemas import (
     RequestModel,
     SearchStart,
 )
-from onemap_perception.encoders.crops import decoded
+from onemap_perception.encoders.images import decoded
 from onemap_shared.messages import (
     MAX_OBJECTS,
     MAX_TEXT_CHARS,

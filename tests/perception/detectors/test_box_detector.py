@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from onemap_perception.detectors.box_detector import BoxDetector, load_pretrained
-from onemap_perception.detectors.boxes import Box
+from onemap_perception.detectors.boxes import Box, BoxDetector
 from onemap_perception.detectors.params import CocoParams
 from onemap_perception.detectors.protocol import DetectorError
+from onemap_perception.encoders.checkpoint import load_pretrained
 from onemap_shared.geometry import U8
 from tests.perception.detectors.samples import names, noise
 
@@ -50,11 +50,6 @@ def test_without_a_supported_name_the_network_does_not_run() -> None:
     assert network.asked == []
 
 
-def test_at_most_so_many_detections_of_a_name() -> None:
-    detector = BoxDetector(FixedBoxes(), CocoParams(score_threshold=0.1, max_detections=1))
-    assert [each.name for each in detector.detect(noise(), names("a", "b"))] == ["a", "b"]
-
-
 class Unwhole:
     """A model class of transformers whose checkpoint lacks two tensors."""
 
@@ -71,9 +66,9 @@ class Unreadable:
 
 def test_a_checkpoint_that_lacks_a_tensor_is_refused_by_its_name(tmp_path: Path) -> None:
     with pytest.raises(DetectorError, match=r"another architecture: it lacks body\.bias"):
-        load_pretrained(Unwhole, tmp_path, "model")
+        load_pretrained(Unwhole, tmp_path, what="model", error=DetectorError)
 
 
 def test_a_folder_that_cannot_be_read_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(DetectorError, match=r"holds no model: no file named config\.json$"):
-        load_pretrained(Unreadable, tmp_path, "model")
+        load_pretrained(Unreadable, tmp_path, what="model", error=DetectorError)

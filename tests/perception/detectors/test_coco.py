@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 import torch
 
-from onemap_perception.detectors.box_detector import BoxDetector
-from onemap_perception.detectors.coco import CocoNetwork, coco_name
+from onemap_perception.detectors.boxes import BoxDetector
+from onemap_perception.detectors.networks import CocoNetwork, coco_name
 from onemap_perception.detectors.params import CocoParams
 from onemap_perception.detectors.protocol import DetectorError
 from tests.perception.detectors.samples import inside, names, noise
@@ -20,7 +20,7 @@ CPU = torch.device("cpu")
 @pytest.fixture(scope="module")
 def detector(tmp_path_factory: pytest.TempPathFactory) -> BoxDetector:
     network = CocoNetwork(rtdetr_folder(tmp_path_factory.mktemp("rtdetr")), CPU)
-    return BoxDetector(network, CocoParams(score_threshold=1e-6, max_detections=6))
+    return BoxDetector(network, CocoParams(score_threshold=1e-6))
 
 
 @pytest.mark.parametrize(
@@ -39,7 +39,7 @@ def test_synonyms_become_the_names_of_coco(said: str, coco: str) -> None:
 
 def test_detections_have_the_name_that_was_searched(detector: BoxDetector) -> None:
     found = detector.detect(noise(), names("sofa", "unicorn"))
-    assert [each.name for each in found] == ["sofa"] * 6
+    assert [each.name for each in found] == ["sofa"] * 16
     assert inside(found, (64, 48))
     assert detector.detect(noise(), names("unicorn")) == ()
 

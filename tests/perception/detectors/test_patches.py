@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from onemap_perception.detectors.patches import PatchDetector, PatchesParams
+from onemap_perception.detectors.patches import PatchDetector, PatchLimits
 from onemap_perception.detectors.protocol import Image
 from onemap_shared.geometry import Bool
 from tests.perception.toy import COLOURS, ColourEncoder, frame
@@ -21,7 +21,7 @@ def sample_image() -> Image:
 
 
 def detector(**params: float) -> PatchDetector:
-    return PatchDetector(PatchesParams(**params), "toy")  # type: ignore[arg-type]
+    return PatchDetector("toy", PatchLimits(**params))  # type: ignore[arg-type]
 
 
 def test_a_red_square_is_the_one_detection() -> None:

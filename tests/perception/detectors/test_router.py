@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from onemap_perception.detectors.boxes import RoutedDetector
 from onemap_perception.detectors.protocol import Detection, Image
-from onemap_perception.detectors.router import RoutedDetector
 from onemap_shared.messages import TextEmbeddings
 from tests.perception.detectors.samples import names, noise
 

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onemap_perception.detectors.protocol import Detection
-from onemap_perception.detectors.suppression import distinct_queries, iou, suppress_overlaps
 from onemap_perception.encoders.mini import MiniEncoder, MiniParams
+from onemap_perception.target_detection import distinct_queries, iou, suppress_overlaps
 
 
 def detection(name: str, score: float, x: int, y: int, side: int = 4) -> Detection:

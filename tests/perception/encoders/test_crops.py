@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from onemap_perception.encoders.crops import decoded, framed, mean_feature, patch_shares
+from onemap_perception.encoders.images import decoded, framed, mean_feature, patch_shares
 from onemap_perception.errors import ImageError
 from onemap_shared.geometry import U8
 

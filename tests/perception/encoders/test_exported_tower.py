@@ -9,8 +9,8 @@ import onnx
 import pytest
 from onnx import TensorProto, helper
 
-from onemap_perception.encoders.exported_tower import ENCODER_KEY, INPUT, OUTPUT, ExportedTower
 from onemap_perception.encoders.protocol import EncoderError
+from onemap_perception.encoders.torch_encoder import ENCODER_KEY, INPUT, OUTPUT, ExportedTower
 
 PIXELS = np.random.default_rng(0).random((1, 3, 4, 5)).astype(np.float32) + 0.1
 
@@ -44,7 +44,7 @@ def test_features_that_are_not_finite_are_an_error(tmp_path: Path) -> None:
 
 def test_an_image_of_another_size_is_refused_with_both_sizes(tmp_path: Path) -> None:
     tower = ExportedTower(exported(tmp_path / "tower.onnx"), "cpu", "toy-1")
-    with pytest.raises(EncoderError, match=r"exported for 5 x 4, this image needs 3 x 4: set"):
+    with pytest.raises(EncoderError, match=r"exported for 5 x 4, this image needs 3 x 4"):
         tower(PIXELS[..., :3])
 
 

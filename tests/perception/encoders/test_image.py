@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onemap_perception.encoders.image import fitted_size, pixel_values, resized
+from onemap_perception.encoders.images import fitted_size, pixel_values, resized
 
 SIDE = st.integers(1, 4000)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_perception.encoders.openclip_convnext import DenseConvNext
+from onemap_perception.encoders.openclip_convnext import STEM, DenseConvNext, read_architecture
 from onemap_perception.encoders.params import OpenClipConvNextParams
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_encoder import TorchEncoder
@@ -31,9 +31,7 @@ pytestmark = needs_open_clip
 
 
 def load(path: Path, **values: Any) -> TorchEncoder:
-    params = OpenClipConvNextParams(
-        **{"model": str(path), "warm_up_px": (64, 32), "long_side_px": 128, **values}
-    )
+    params = OpenClipConvNextParams(**{"model": str(path), "long_side_px": 128, **values})
     encoder = make_encoder(params)
     assert isinstance(encoder, TorchEncoder)
     return encoder
@@ -70,12 +68,6 @@ def test_the_shape_of_the_image_is_kept(encoder: TorchEncoder) -> None:
     np.testing.assert_allclose(np.linalg.norm(features.astype(np.float32), axis=-1), 1, atol=2e-3)
 
 
-def test_sed_compat_is_the_fixed_square(folder: Path) -> None:
-    encoder = load(folder, sed_compat=True)
-    assert encoder.prepare(image(48, 64)).shape == (1, 3, 768, 768)
-    assert encoder.encode(image(48, 64)).shape == (24, 24, EMBED_DIM)
-
-
 @pytest.mark.parametrize("size", [(1, 1), (33, 7), (100, 3), (8, 500), (37, 53)])
 def test_images_of_any_size_have_features(encoder: TorchEncoder, size: tuple[int, int]) -> None:
     features = encoder.encode(image(*size))
@@ -108,7 +100,7 @@ def test_every_layout_loads_to_the_same_encoder(
 
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_a_missing_visual_key_is_refused_by_name(layout: str, tmp_path: Path) -> None:
-    missing = "visual.trunk.stem.0.weight"
+    missing = STEM
     path = open_clip_file(tmp_path, layout, without=missing)
     with pytest.raises(EncoderError, match=rf"another architecture: it lacks {missing}$"):
         load(path)
@@ -117,7 +109,7 @@ def test_a_missing_visual_key_is_refused_by_name(layout: str, tmp_path: Path) ->
 def test_fine_tuned_images_keep_the_text_space(tmp_path: Path, encoder: TorchEncoder) -> None:
     path = open_clip_file(tmp_path, "bare")
     weights = torch.load(path, weights_only=True)
-    weights["visual.trunk.stem.0.weight"] += 0.1
+    weights[STEM] += 0.1
     torch.save(weights, path)
     tuned = load(path)
     assert tuned.text_space == encoder.text_space
@@ -158,19 +150,23 @@ def test_a_device_that_is_not_there_is_one_sentence(folder: Path) -> None:
         load(folder, device="cuda")
 
 
-def test_an_architecture_that_is_no_convnext_is_refused(folder: Path) -> None:
-    with pytest.raises(EncoderError, match="takes ConvNeXt towers"):
-        load(folder, architecture="ViT-B-32")
-    with pytest.raises(EncoderError, match="knows no architecture 'ConvNeXxt'"):
-        load(folder, architecture="ConvNeXxt")
+@pytest.mark.parametrize(
+    ("tower", "sentence"),
+    [("vit_base_patch16", "takes ConvNeXt towers"), ("test_convnext2", "another architecture")],
+)
+def test_another_architecture_is_refused(tower: str, sentence: str, tmp_path: Path) -> None:
+    path = open_clip_file(tmp_path, "bare")
+    vision = {**OPEN_CLIP_CONFIG["vision_cfg"], "timm_model_name": tower}
+    config = {**OPEN_CLIP_CONFIG, "vision_cfg": vision}
+    path.with_name("open_clip_config.json").write_text(json.dumps(config), encoding="utf-8")
+    with pytest.raises(EncoderError, match=sentence):
+        load(path)
 
 
-def test_weights_of_another_architecture_are_refused(folder: Path, tmp_path: Path) -> None:
-    other = tmp_path / "other.json"
-    vision = {**OPEN_CLIP_CONFIG["vision_cfg"], "timm_model_name": "test_convnext2"}
-    other.write_text(json.dumps({**OPEN_CLIP_CONFIG, "vision_cfg": vision}), encoding="utf-8")
-    with pytest.raises(EncoderError, match="another architecture"):
-        load(folder, architecture=str(other))
+@pytest.mark.parametrize(("width", "name"), [(128, "base"), (192, "large")])
+def test_the_architecture_follows_from_the_tower(width: int, name: str, tmp_path: Path) -> None:
+    config = read_architecture(tmp_path / "sed.pth", {STEM: torch.zeros(width, 3, 4, 4)})
+    assert config["vision_cfg"]["timm_model_name"] == f"convnext_{name}"
 
 
 def test_a_folder_without_weights_or_configuration_is_refused(tmp_path: Path) -> None:
@@ -178,7 +174,7 @@ def test_a_folder_without_weights_or_configuration_is_refused(tmp_path: Path) ->
         load(tmp_path)
     lone = tmp_path / "weights.pth"
     torch.save({}, lone)
-    with pytest.raises(EncoderError, match="name the architecture"):
+    with pytest.raises(EncoderError, match="beside it"):
         load(lone)
     (tmp_path / "open_clip_config.json").write_text("[]", encoding="utf-8")
     with pytest.raises(EncoderError, match="describes no OpenCLIP model"):

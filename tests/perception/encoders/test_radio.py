@@ -58,9 +58,7 @@ def test_features_are_laid_out_as_the_image(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(radio, "read_model", lambda folder: StandIn())
-    params = RadioParams(
-        model=str(tmp_path), allow_remote_code=True, long_side_px=64, warm_up_px=(64, 48)
-    )
+    params = RadioParams(model=str(tmp_path), allow_remote_code=True, long_side_px=64)
     encoder = make_encoder(params)
     rgb = np.full((48, 64, 3), (255, 0, 0), np.uint8)
     rgb[:, 32:] = (0, 255, 0)

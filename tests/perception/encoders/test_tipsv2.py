@@ -24,7 +24,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def encoder(folder: Path) -> TorchEncoder:
-    encoder = make_encoder(Tipsv2Params(model=str(folder), long_side_px=56, warm_up_px=(56, 42)))
+    encoder = make_encoder(Tipsv2Params(model=str(folder), long_side_px=56))
     assert isinstance(encoder, TorchEncoder)
     return encoder
 

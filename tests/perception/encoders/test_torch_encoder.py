@@ -30,7 +30,6 @@ class MeanColour(torch.nn.Module):
 def encoder(
     asked: list[str] | None = None,
     *,
-    fixed_size_px: tuple[int, int] | None = None,
     floor: float = 0.0,
 ) -> TorchEncoder:
     def embed(prompts: Sequence[str]) -> F32:
@@ -45,9 +44,8 @@ def encoder(
         stride_px=STRIDE_PX,
         mean=NO_MEAN,
         std=NO_STD,
-        fixed_size_px=fixed_size_px,
     )
-    params = Tipsv2Params(model="none", long_side_px=32, warm_up_px=(32, 24), floor=floor)
+    params = Tipsv2Params(model="none", long_side_px=32, floor=floor)
     return TorchEncoder(model, params)
 
 
@@ -58,11 +56,6 @@ def test_the_shape_of_the_image_is_kept(height: int, width: int, rows: int, colu
     features = encoder().encode(np.full((height, width, 3), 9, np.uint8))
     assert features.shape == (rows, columns, 3)
     assert features.dtype == np.float16
-
-
-def test_a_fixed_size_does_not_keep_it() -> None:
-    square = encoder(fixed_size_px=(16, 16))
-    assert square.prepare(np.zeros((24, 32, 3), np.uint8)).shape == (1, 3, 16, 16)
 
 
 def test_features_are_unit_vectors_in_the_layout_of_the_image() -> None:

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from onemap_perception.encoders.params import TowerParams
 from onemap_perception.encoders.protocol import EncoderError
-from onemap_perception.encoders.torch_tower import TorchTower
+from onemap_perception.encoders.torch_encoder import TorchTower
 from onemap_perception.errors import OutOfDeviceMemoryError
 
 
@@ -27,7 +26,7 @@ PIXELS = np.random.default_rng(0).random((1, 3, 4, 5)).astype(np.float32) + 0.1
 
 
 def test_features_are_normalised_in_half_precision() -> None:
-    features = TorchTower(Channels(7.0), TowerParams())(PIXELS)
+    features = TorchTower(Channels(7.0), "cpu")(PIXELS)
     assert features.dtype == np.float16
     expected = PIXELS[0].transpose(1, 2, 0)
     expected = expected / np.linalg.norm(expected, axis=-1, keepdims=True)
@@ -36,7 +35,7 @@ def test_features_are_normalised_in_half_precision() -> None:
 
 def test_features_that_are_not_finite_are_an_error() -> None:
     with pytest.raises(EncoderError, match=r"not finite in torch\.float32"):
-        TorchTower(Channels(float("nan")), TowerParams())(PIXELS)
+        TorchTower(Channels(float("nan")), "cpu")(PIXELS)
 
 
 def test_a_full_device_is_an_error_of_one_image() -> None:
@@ -44,7 +43,7 @@ def test_a_full_device_is_an_error_of_one_image() -> None:
         def forward(self, image: torch.Tensor) -> torch.Tensor:
             raise torch.OutOfMemoryError("Tried to allocate 2.00 GiB")
 
-    tower = TorchTower(Full(), TowerParams())
+    tower = TorchTower(Full(), "cpu")
     with pytest.raises(OutOfDeviceMemoryError, match="out of memory for an image of 5 x 4"):
         tower(PIXELS)
 
@@ -52,7 +51,7 @@ def test_a_full_device_is_an_error_of_one_image() -> None:
 @pytest.mark.gpu
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
 def test_on_cuda_the_tower_runs_in_half_precision() -> None:
-    tower = TorchTower(Channels(), TowerParams(device="cuda"))
+    tower = TorchTower(Channels(), "cuda")
     assert tower.dtype == torch.float16
-    on_cpu = TorchTower(Channels(), TowerParams())
+    on_cpu = TorchTower(Channels(), "cpu")
     np.testing.assert_allclose(tower(PIXELS), on_cpu(PIXELS), atol=2e-3)

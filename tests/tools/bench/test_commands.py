@@ -46,7 +46,7 @@ def test_perception_measures_what_is_asked_for(monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr(perception, "run", run)
     options = ("--random-weights", "--backend", "mini", "--backend", "tipsv2", "--device", "cpu")
-    code, text = bench("perception", *options, "--size", "320x240", "--frames", "3", "--compiled")
+    code, text = bench("perception", *options, "--size", "320x240", "--frames", "3")
     assert code == 1  # one could not be measured
     assert "problem no such file" in text
     ((backends, params),) = asked
@@ -55,7 +55,6 @@ def test_perception_measures_what_is_asked_for(monkeypatch: pytest.MonkeyPatch) 
         frames=3,
         size_px=(320, 240),
         architecture="convnext_large_d_320",
-        compiled=True,
         devices=("cpu",),
     )
 

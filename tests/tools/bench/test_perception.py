@@ -31,7 +31,6 @@ def bench_params(**changes: Any) -> PerceptionBenchParams:
         "frames": 1,
         "size_px": (64, 48),
         "architecture": "",
-        "compiled": False,
         "devices": ("cpu",),
     }
     return PerceptionBenchParams(**(values | changes))
@@ -66,7 +65,7 @@ def test_the_configured_encoder_is_measured() -> None:
 def test_what_cannot_run_says_why(tmp_path: Path) -> None:
     params = bench_params(architecture=str(tmp_path / "no.json"))
     (result,) = run(("openclip_convnext",), params)["results"]
-    assert "cannot be read" in result["problem"]
+    assert "describes no OpenCLIP model" in result["problem"]
 
 
 def test_sizes_are_read_as_width_and_height() -> None:

@@ -22,11 +22,7 @@ from onemap_tools.model_setup.choice import (
 
 TIPS = "google/tipsv2-b14"
 COCO, OPEN = "PekingU/rtdetr_v2_r18vd", "iSEE-Laboratory/llmdet_tiny"
-ROUTED = {
-    "backend": "routed",
-    "coco": {"model": COCO, "device": "cpu"},
-    "open_vocabulary": {"model": OPEN, "device": "cpu"},
-}
+ROUTED = {"backend": "routed", "model": OPEN, "device": "cpu"}
 
 
 def section(before: dict[str, Any], *names: str, device: str = "cpu") -> dict[str, Any]:
@@ -81,16 +77,16 @@ def test_other_names_are_refused(names: list[str], sentence: str) -> None:
 def test_an_encoder_without_calibration_gets_a_detector_that_needs_none() -> None:
     encoder = {"backend": "tipsv2", "model": TIPS, "device": "cpu"}
     assert section({}, "tipsv2") == {"encoder": encoder, "detector": ROUTED}
-    assert section({"patches": {"min_patches": 3}}, "tipsv2")["detector"] == ROUTED
+    assert section({"patches": {}}, "tipsv2")["detector"] == ROUTED
     plugin = {"backend": "plugin", "name": "mine"}
     assert section({"detector": plugin}, "tipsv2")["detector"] == plugin
 
 
 def test_a_detector_beside_the_shipped_encoder() -> None:
-    after = section({"mini": {"threads": 2}, "frame_timeout_s": 9}, "coco")
+    after = section({"mini": {"channels": 9}, "variance": "paper"}, "coco")
     assert after == {
-        "frame_timeout_s": 9,
-        "encoder": {"backend": "mini", "threads": 2},
+        "variance": "paper",
+        "encoder": {"backend": "mini", "channels": 9},
         "detector": {"backend": "coco", "model": COCO, "device": "cpu"},
     }
 
@@ -98,11 +94,11 @@ def test_a_detector_beside_the_shipped_encoder() -> None:
 def test_settings_of_the_same_network_stay() -> None:
     before = {
         "encoder": {"backend": "tipsv2", "model": TIPS, "floor": 0.6, "long_side_px": 224},
-        "detector": {"backend": "coco", "score_threshold": 0.7},
+        "detector": {"backend": "routed", "score_threshold": 0.7},
     }
     after = section(before, "tipsv2", "routed", device="cuda")
     assert after["encoder"] == {**before["encoder"], "device": "cuda"}
-    assert after["detector"]["coco"] == {"model": COCO, "score_threshold": 0.7, "device": "cuda"}
+    assert after["detector"] == {**before["detector"], "model": OPEN, "device": "cuda"}
 
 
 def test_settings_of_another_network_go_but_for_those_that_last() -> None:
@@ -113,24 +109,21 @@ def test_settings_of_another_network_go_but_for_those_that_last() -> None:
             "floor": 0.6,
             "exported": "tower.onnx",
             "long_side_px": 224,
-            "warm_up_px": [320, 240],
-            "prompt": "a photo of a {}",
+            "channels": 128,
         },
-        "detector": {"backend": "coco", "score_threshold": 0.7, "max_detections": 4},
+        "detector": {"backend": "coco", "score_threshold": 0.7},
     }
     after = section(before, "openclip_convnext", "open_vocabulary")
     assert after["encoder"] == {
         "backend": "openclip_convnext",
         "model": KNOWN_MODELS[0].repo,
         "device": "cpu",
-        "warm_up_px": [320, 240],
-        "prompt": "a photo of a {}",
+        "channels": 128,
     }
     assert after["detector"] == {
         "backend": "open_vocabulary",
         "model": OPEN,
         "device": "cpu",
-        "max_detections": 4,
     }
 
 
@@ -147,7 +140,7 @@ def test_code_of_the_weights_runs_only_if_that_was_said() -> None:
 
 
 def test_the_short_sections_are_spelled_out() -> None:
-    assert spelled_out({"mini": {"threads": 2}}) == {"encoder": {"backend": "mini", "threads": 2}}
+    assert spelled_out({"mini": {"channels": 9}}) == {"encoder": {"backend": "mini", "channels": 9}}
     assert merged({"backend": "a", "x": 1}, {"backend": "a"}, ()) == {"backend": "a", "x": 1}
 
 

@@ -76,7 +76,7 @@ def test_a_file_that_is_read_only_is_refused(tmp_path: Path) -> None:
     [
         ("perception: {encoder: [\n", "is not valid YAML"),
         ("preception: {}\n", "did you mean 'perception'"),
-        ("perception: {frame_timeout: 5}\n", "perception.frame_timeout is unknown"),
+        ("perception: {varianc: paper}\n", "perception.varianc is unknown"),
         ("- a list\n", "must be a mapping of sections"),
     ],
 )
@@ -108,4 +108,4 @@ def test_the_environment_does_not_reach_the_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("ONEMAP__PERCEPTION__FRAME_TIMEOUT_S", "7")
-    assert "frame_timeout_s" not in drafted(tmp_path / "robot.yaml").after
+    assert "variance" not in drafted(tmp_path / "robot.yaml").after

@@ -16,8 +16,8 @@ bus:
     connect: [tcp/10.0.0.1:7447]  # the router
 perception:
     # the camera is slow
-    frame_timeout_s: 9
-    encoder: {backend: mini, threads: 2} # small
+    variance: paper
+    encoder: {backend: mini, channels: 9} # small
 gateway:
     token: "0123"
     hosts:
@@ -25,7 +25,7 @@ gateway:
         - b
 log: {level: info}
 """
-SECTION = {"frame_timeout_s": 9, "encoder": {"backend": "tipsv2", "model": "google/tipsv2-b14"}}
+SECTION = {"variance": "paper", "encoder": {"backend": "tipsv2", "model": "google/tipsv2-b14"}}
 
 
 def rewritten(text: str, section: dict[str, Any] | None = None) -> str:
@@ -35,7 +35,7 @@ def rewritten(text: str, section: dict[str, Any] | None = None) -> str:
 def test_only_the_lines_that_differ_change() -> None:
     after = rewritten(TEXT)
     assert changed_lines(TEXT, after) == [
-        "-     encoder: {backend: mini, threads: 2} # small",
+        "-     encoder: {backend: mini, channels: 9} # small",
         "+     encoder: {backend: tipsv2, model: google/tipsv2-b14} # small",
     ]
     assert yaml.safe_load(after) == {**yaml.safe_load(TEXT), "perception": SECTION}
@@ -66,7 +66,7 @@ def test_words_that_two_versions_of_yaml_read_differently_stay() -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "mapper: &same {frame_timeout_s: 5}\nperception: *same\n",  # both would change
+        "mapper: &same {variance: paper}\nperception: *same\n",  # both would change
         "log: {level: info}\nlog: {level: debug}\n",
     ],
 )

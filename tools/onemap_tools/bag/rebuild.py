@@ -11,8 +11,7 @@ from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
 from onemap_mapper.storage.snapshot import sha256_of, take, versions
 from onemap_perception.encoders.protocol import Encoder
-from onemap_perception.feature_field import feature_field
-from onemap_perception.variance import VarianceParams
+from onemap_perception.feature_field import VarianceParams, feature_field
 from onemap_shared.grid import GridTooLarge
 from onemap_shared.messages import (
     AnsweredQuery,

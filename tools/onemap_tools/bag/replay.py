@@ -16,6 +16,7 @@ from onemap_mapper.storage.snapshot import sha256_of, take
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
+from onemap_perception.feature_field import VarianceParams
 from onemap_shared.config import read, section
 from onemap_shared.messages import RgbdFrame
 from onemap_tools.bag.bag_file import BagError, is_ros2
@@ -101,7 +102,7 @@ def _encoded(
 ) -> MapRebuild:
     perception = section(read(options.config), "perception", PerceptionConfig)
     encoder = make_encoder(perception.encoder)
-    return encoded_again(frames, encoder, perception.observation, params)
+    return encoded_again(frames, encoder, VarianceParams(perception.variance), params)
 
 
 def _write(made: MapRebuild, out: Path) -> None:

@@ -114,7 +114,6 @@ def perception(
     threads: Annotated[
         int | None, typer.Option(min=1, help="CPU threads of torch; default: its own choice.")
     ] = None,
-    compiled: Annotated[bool, typer.Option("--compiled", help="Use torch.compile.")] = False,
     as_json: Json = False,
 ) -> None:
     """How long an encoder takes for one frame, on CPU and GPU.
@@ -135,7 +134,6 @@ def perception(
             frames=frames,
             size_px=bench.parse_size(size),
             architecture=architecture,
-            compiled=compiled,
             devices=tuple(device or bench.available_devices()),
         )
         if random_weights:

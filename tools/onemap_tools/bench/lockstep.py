@@ -22,7 +22,7 @@ from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors.protocol import Detector
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.factory import make_detector, make_encoder
-from onemap_perception.feature_field import feature_field
+from onemap_perception.feature_field import VarianceParams, feature_field
 from onemap_perception.target_detection import detect_in_frame, make_target
 from onemap_planner.config import PlannerConfig
 from onemap_planner.motion.motions import Pose2d
@@ -91,7 +91,7 @@ class PerceptionPipeline:
     ) -> None:
         self.encoder: Encoder = encoder or make_encoder(config.encoder)
         self.detector: Detector = detector or make_detector(config.detector, self.encoder)
-        self._variance = config.observation
+        self._variance = VarianceParams(config.variance)
 
     def field(self, frame: RgbdFrame) -> FeatureField:
         """The frame's features and variances, as perception publishes them."""

@@ -13,8 +13,7 @@ from onemap_mapper.belief.map import BeliefMap
 from onemap_mapper.config import MapperConfig
 from onemap_mapper.frame.update import compute_update
 from onemap_perception.encoders.protocol import Encoder
-from onemap_perception.feature_field import feature_field
-from onemap_perception.variance import VarianceParams
+from onemap_perception.feature_field import VarianceParams, feature_field
 from onemap_shared.geometry import F64
 from onemap_shared.messages import FeatureField, RgbdFrame
 from onemap_simulator.rendering.camera_poses import sample_camera_poses

@@ -16,19 +16,19 @@ from typing import Any
 import numpy as np
 import torch
 
-from onemap_perception.encoders.image import fitted_size, pixel_values, resized
+from onemap_perception.encoders.images import fitted_size, pixel_values, resized
 from onemap_perception.encoders.mini import MiniParams
 from onemap_perception.encoders.openclip_convnext import (
     CLIP_MEAN,
     CLIP_STD,
     STRIDE,
     DenseConvNext,
-    read_architecture,
+    named_architecture,
+    read_config,
 )
-from onemap_perception.encoders.params import EncoderParams, TowerParams
+from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.encoders.tipsv2 import DenseTips
-from onemap_perception.encoders.torch_encoder import NO_MEAN, NO_STD, TorchEncoder
-from onemap_perception.encoders.torch_tower import TorchTower
+from onemap_perception.encoders.torch_encoder import NO_MEAN, NO_STD, TorchEncoder, TorchTower
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_perception.optional_import import OPEN_CLIP, TRANSFORMERS, optional_import
@@ -51,13 +51,12 @@ class PerceptionBenchParams:
     """What to measure.
 
     frames: per backend and device; size_px: width and height of the camera's image; architecture:
-    of openclip_convnext with random weights; compiled: with torch.compile.
+    of openclip_convnext with random weights.
     """
 
     frames: int
     size_px: tuple[int, int]
     architecture: str
-    compiled: bool
     devices: tuple[str, ...]
 
 
@@ -90,7 +89,6 @@ def configured_encoder(config: EncoderParams) -> MeasuredEncoder:
 
 def random_encoder(backend: str, device: str, params: PerceptionBenchParams) -> MeasuredEncoder:
     """A backend with random weights; raises BackendError."""
-    tower_params = TowerParams(device=device, compiled=params.compiled, warm_up_px=params.size_px)
     match backend:
         case "mini":
             return configured_encoder(MiniParams())
@@ -98,7 +96,9 @@ def random_encoder(backend: str, device: str, params: PerceptionBenchParams) -> 
             with optional_import("open_clip", OPEN_CLIP, backend=backend, kind=BackendError):
                 from open_clip.model import CLIP
 
-            config = read_architecture(params.architecture, Path())
+            named = not params.architecture.endswith(".json")
+            read = named_architecture if named else lambda file: read_config(Path(file))
+            config = read(params.architecture)
             vision = {**config["vision_cfg"], "timm_model_pretrained": False}
             # Only the image tower runs: the text tower is as small as possible.
             text = {"width": 8, "heads": 1, "layers": 1}
@@ -112,7 +112,7 @@ def random_encoder(backend: str, device: str, params: PerceptionBenchParams) -> 
 
             module = DenseTips(Tipsv2VisionModel(Tipsv2Config().vision_config))
             stride, side, mean, std = 14, 448, NO_MEAN, NO_STD
-    tower = TorchTower(module.requires_grad_(False), tower_params)
+    tower = TorchTower(module.requires_grad_(False), device)
 
     def prepare(rgb: U8) -> F32:
         size = fitted_size(rgb.shape[1], rgb.shape[0], long_side_px=side, stride=stride)

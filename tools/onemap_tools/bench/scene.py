@@ -23,7 +23,7 @@ from onemap_perception.encoders.mini import SHIPPED
 from onemap_perception.encoders.protocol import Encoder
 from onemap_perception.errors import BackendError, UnknownWordError
 from onemap_perception.factory import make_encoder
-from onemap_perception.feature_field import feature_field
+from onemap_perception.feature_field import VarianceParams, feature_field
 from onemap_perception.text.vocabulary import load_vocabulary
 from onemap_shared.config import section
 from onemap_shared.messages import RgbdFrame, SimilarityReply, SimilarityRequest
@@ -172,7 +172,7 @@ def map_frames(
     belief = BeliefMap(params.mapper)
     for frame in frames:
         features = encoder.encode(frame.rgb)
-        fields = feature_field(frame, features, encoder, params.perception.observation)
+        fields = feature_field(frame, features, encoder, VarianceParams(params.perception.variance))
         belief.fuse(compute_update(fields, belief.params))
     return belief
 

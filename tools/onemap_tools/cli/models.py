@@ -122,6 +122,9 @@ def verify(
 def export_encoder(
     out: Annotated[Path, typer.Argument(dir_okay=False, help="Where to write the .onnx file.")],
     config: Config = None,
+    size: Annotated[
+        tuple[int, int], typer.Option(help="Width and height of the camera's image.")
+    ] = (640, 480),
     as_json: Json = False,
 ) -> None:
     """The configured encoder's vision tower as ONNX, checked against torch.
@@ -134,7 +137,7 @@ def export_encoder(
     with requires_extra("openclip", "An export"):
         from onemap_tools.export.tower import export_encoder as export
     _, _, perception = load(config, "perception", PerceptionConfig)
-    exported = export(perception.encoder, out)
+    exported = export(perception.encoder, out, size)
     width, height = exported.input_px
     console = result_console(as_json)
     console.print(

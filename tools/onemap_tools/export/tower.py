@@ -10,12 +10,18 @@ import numpy as np
 import onnx
 import torch
 
-from onemap_perception.encoders.exported_tower import ENCODER_KEY, INPUT, OUTPUT, ExportedTower
 from onemap_perception.encoders.mini import MiniParams
 from onemap_perception.encoders.params import EncoderParams, RadioParams, TorchParams
 from onemap_perception.encoders.tipsv2 import DenseTips
-from onemap_perception.encoders.torch_encoder import TorchEncoder
-from onemap_perception.encoders.torch_tower import TorchTower
+from onemap_perception.encoders.torch_encoder import (
+    CAMERA_PX,
+    ENCODER_KEY,
+    INPUT,
+    OUTPUT,
+    ExportedTower,
+    TorchEncoder,
+    TorchTower,
+)
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
 from onemap_shared.geometry import F32
@@ -41,7 +47,9 @@ class ExportResult:
         return asdict(self)
 
 
-def export_encoder(config: EncoderParams, path: Path) -> ExportResult:
+def export_encoder(
+    config: EncoderParams, path: Path, camera_px: tuple[int, int] = CAMERA_PX
+) -> ExportResult:
     """Write the tower for the camera's image size and compare it with torch.
 
     Single precision, on the CPU: the target machine chooses its own. Raises CliError if the
@@ -56,7 +64,7 @@ def export_encoder(config: EncoderParams, path: Path) -> ExportResult:
     encoder = _make_cpu_encoder(config)
     tower = encoder.tower
     assert isinstance(tower, TorchTower)
-    width, height = config.warm_up_px
+    width, height = camera_px
     noise = np.random.default_rng(0).integers(0, 256, (COMPARED_IMAGES, height, width, 3))
     images = [encoder.prepare(rgb) for rgb in noise.astype(np.uint8)]
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -79,7 +87,7 @@ def export_encoder(config: EncoderParams, path: Path) -> ExportResult:
 
 
 def _make_cpu_encoder(config: TorchParams) -> TorchEncoder:
-    of_tower = {"device": "cpu", "compiled": False, "exported": None, "channels": 0}
+    of_tower = {"device": "cpu", "exported": None, "channels": 0}
     plain = config.model_copy(update=of_tower)
     try:
         encoder = make_encoder(plain)

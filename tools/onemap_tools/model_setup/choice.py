@@ -36,16 +36,8 @@ ROUTED = "routed"  # COCO's names to one detector, all others to the other
 RUNS_ITS_OWN_CODE = "radio"
 NAMES = (*ENCODERS, *DETECTORS, ROUTED)
 # Settings of an encoder that stay when another network takes its place; all others were chosen
-# for the former one: its exported file, floor, architecture, image size.
-LASTING_ENCODER_KEYS = (
-    "allow_fetch",
-    "channels",
-    "compiled",
-    "prompt",
-    "text_cache_size",
-    "warm_up_px",
-)
-LASTING_DETECTOR_KEYS = ("allow_fetch", "max_detections")  # thresholds are one network's own
+# for the former one: its exported file, floor, image size.
+LASTING_ENCODER_KEYS = ("channels",)
 SHORT = {"mini": "encoder", "patches": "detector"}  # sections that stand for a backend
 
 Section = Mapping[str, Any]
@@ -102,7 +94,8 @@ def _models_of(name: str) -> dict[str, str]:
 
 
 def _default_model(backend: str) -> str:
-    return next(model.repo for model in KNOWN_MODELS if model.backend == backend)
+    backend = "open_vocabulary" if backend == ROUTED else backend
+    return next((model.repo for model in KNOWN_MODELS if model.backend == backend), "")
 
 
 def _both(models: Mapping[str, str]) -> str:
@@ -145,27 +138,10 @@ def spelled_out(section: Section) -> dict[str, Any]:
 
 
 def _detector_section(before: Section, models: Mapping[str, str], device: str) -> dict[str, Any]:
-    parts = {
-        backend: merged(
-            _part_of(before, backend), {"model": model, "device": device}, LASTING_DETECTOR_KEYS
-        )
-        for backend, model in models.items()
-    }
-    if len(parts) > 1:
-        return {"backend": ROUTED, **parts}
-    ((backend, part),) = parts.items()
-    return {"backend": backend, **part}
-
-
-def _part_of(section: Section, backend: str) -> dict[str, Any]:
-    """What the detector's section says of one network; its ``model`` is always named."""
-    if section.get("backend") == ROUTED:
-        part = dict(section.get(backend) or {})
-    elif section.get("backend") == backend:
-        part = {key: value for key, value in section.items() if key != "backend"}
-    else:
-        return {key: section[key] for key in LASTING_DETECTOR_KEYS if key in section}
-    return {"model": DETECTORS[backend].model_fields["model"].default, **part}
+    backend = ROUTED if len(models) > 1 else next(iter(models))
+    chosen = {"backend": backend, "model": models.get("open_vocabulary") or models["coco"]}
+    defaults = {"model": _default_model(before.get("backend", "patches"))}
+    return merged({**defaults, **before}, {**chosen, "device": device}, ())
 
 
 def merged(before: Section, chosen: Section, lasting: Sequence[str]) -> dict[str, Any]:

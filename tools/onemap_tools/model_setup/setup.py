@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from onemap_perception import hub, hub_download, model_store
+from onemap_perception import model_store
 from onemap_perception.config import PerceptionConfig
 from onemap_perception.detectors.params import PluginParams
 from onemap_perception.detectors.protocol import Image
+from onemap_perception.encoders.checkpoint import open_device
 from onemap_perception.encoders.mini import MiniParams
 from onemap_perception.encoders.params import RadioParams
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_detector, make_encoder
-from onemap_perception.torch_device import open_device
 from onemap_tools.cli.known_models import download
 from onemap_tools.errors import EXIT_USAGE_ERROR, CliError
 from onemap_tools.model_setup.choice import NetworkParams, choose, networks_of
@@ -69,14 +69,14 @@ class WantedModel:
     params: NetworkParams
     parameters: int
     model: model_store.KnownModel | None = None
-    listing: hub.HubListing | None = None
+    listing: model_store.HubListing | None = None
 
     @property
     def missing_bytes(self) -> int:
         """What is to be downloaded, of its large files."""
         if self.listing is None or self.listing.offline:
             return 0
-        blobs = hub_download.blobs_folder(self.listing.repo)
+        blobs = model_store.blobs_folder(self.listing.repo)
         large = [file for file in self.listing.files if file.large]
         return sum(file.size_bytes for file in large if not (blobs / file.digest).exists())
 
@@ -132,18 +132,18 @@ def _look_up(params: NetworkParams) -> WantedModel:
     known = {model.repo: model for model in model_store.KNOWN_MODELS}
     model = known.get(params.model)
     if model is None:
-        place = model_store.locate(params.model, allow_fetch=params.allow_fetch)
+        place = model_store.locate(params.model)
         return WantedModel(params, _parameters_here(place))
     listing = model_store.look_up(model.repo, model.files)
     folder = model_store.cached(model.repo, model.files)
-    parameters = _parameters_here(folder) if folder else hub.count_parameters(listing)
+    parameters = _parameters_here(folder) if folder else model_store.count_parameters(listing)
     return WantedModel(params, parameters, model, listing)
 
 
 def _parameters_here(place: Path) -> int:
     if place.is_file():
         return place.stat().st_size // NUMBER_BYTES
-    return hub.count_parameters_here(place)
+    return model_store.count_parameters_here(place)
 
 
 def _check_memory(wanted: Sequence[WantedModel]) -> dict[str, tuple[int, DeviceMemory]]:
@@ -160,7 +160,7 @@ def _check_disk(wanted: Sequence[WantedModel]) -> None:
     repos = [each.listing.repo for each in wanted if each.listing is not None]
     if not missing:
         return
-    folder = hub_download.blobs_folder(repos[0])
+    folder = model_store.blobs_folder(repos[0])
     there = next(parent for parent in folder.parents if parent.exists())
     free = shutil.disk_usage(there).free
     if missing > free:

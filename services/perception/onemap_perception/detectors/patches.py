@@ -2,49 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import ClassVar, Literal
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from pydantic import Field
 
 from onemap_perception.detectors.protocol import Detection, Image
 from onemap_perception.text.scores import scores
 from onemap_shared.geometry import F32
 from onemap_shared.messages import TextEmbeddings
-from onemap_shared.params import Params
 
 
-class PatchesParams(Params):
-    """The detector that reads the encoder's patch scores."""
+@dataclass(frozen=True, slots=True)
+class PatchLimits:
+    """What counts as a detection.
 
-    former_keys: ClassVar[Mapping[str, str]] = {
-        "score": "score_threshold",
-        "core": "peak_threshold",
-        "patches": "min_patches",
-        "detections": "max_detections",
-    }
+    score_threshold: from which a patch belongs to the object. peak_threshold: that one of them
+    must reach: a wrong detection costs more than a late one. min_patches: fewer connected ones are
+    taken for noise. max_detections: per image and name.
+    """
 
-    backend: Literal["patches"] = Field(
-        default="patches", description="Chooses this detector: it costs no second network."
-    )
-    score_threshold: float = Field(
-        default=0.4, gt=0, lt=1, description="Score from which a patch belongs to the object."
-    )
-    peak_threshold: float = Field(
-        default=0.8,
-        gt=0,
-        lt=1,
-        description="Score that one of its patches must reach: a wrong detection costs more than "
-        "a late one.",
-    )
-    min_patches: int = Field(
-        default=3, ge=1, description="Fewer connected patches are taken for noise."
-    )
-    max_detections: int = Field(
-        default=8, ge=1, le=256, description="Most detections per image and name."
-    )
+    score_threshold: float = 0.4
+    peak_threshold: float = 0.8
+    min_patches: int = 3
+    max_detections: int = 8
+
+
+LIMITS = PatchLimits()
 
 
 class PatchDetector:
@@ -52,8 +36,8 @@ class PatchDetector:
 
     reads_features = True
 
-    def __init__(self, params: PatchesParams, encoder_id: str) -> None:
-        self._params = params
+    def __init__(self, encoder_id: str, limits: PatchLimits = LIMITS) -> None:
+        self._limits = limits
         self.detector_id = f"patches/{encoder_id}"
 
     def detect(self, image: Image, names: TextEmbeddings) -> tuple[Detection, ...]:
@@ -73,22 +57,22 @@ class PatchDetector:
 
     def _detect_name(self, score: F32, name: str, *, image_px: tuple[int, int]) -> list[Detection]:
         """Detections of one name in its score map (h, w); groups connect across diagonals."""
-        above = (score >= self._params.score_threshold).astype(np.uint8)
+        above = (score >= self._limits.score_threshold).astype(np.uint8)
         count, labels, stats, _ = cv2.connectedComponentsWithStats(above, connectivity=8)
         detections = []
         for label in range(1, count):
-            if stats[label, cv2.CC_STAT_AREA] < self._params.min_patches:
+            if stats[label, cv2.CC_STAT_AREA] < self._limits.min_patches:
                 continue
             mask = labels == label
             own = np.sort(score[mask])
-            if own[-1] < self._params.peak_threshold:
+            if own[-1] < self._limits.peak_threshold:
                 continue
             # Patches on the rim are mixed: the score is the mean of the better half.
             mean = float(own[len(own) // 2 :].mean())
             detections.append(
                 Detection(name, mean, box_px(stats[label], score.shape, image_px), mask)
             )
-        return sorted(detections, key=lambda each: -each.score)[: self._params.max_detections]
+        return sorted(detections, key=lambda each: -each.score)[: self._limits.max_detections]
 
 
 def box_px(

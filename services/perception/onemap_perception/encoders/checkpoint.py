@@ -8,13 +8,15 @@ anything that would run code while loading.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import torch
 
 from onemap_perception.encoders.protocol import EncoderError
+from onemap_perception.errors import BackendError, OutOfDeviceMemoryError, first_line
 
 SED_PREFIX = "sem_seg_head.predictor.clip_model."
 UNUSED = "logit_scale"  # of the training loss; some files do not have it
@@ -28,8 +30,9 @@ def read_weights(path: Path) -> dict[str, torch.Tensor]:
     try:
         document = _read(path)
     except Exception as problem:  # torch, zipfile and safetensors share no other base class
-        reason = str(problem).strip().splitlines()[0] if str(problem).strip() else repr(problem)
-        raise EncoderError(f"{path} is not a checkpoint of tensors alone: {reason}") from problem
+        raise EncoderError(
+            f"{path} is not a checkpoint of tensors alone: {first_line(problem)}"
+        ) from problem
     return unwrap(document, path)
 
 
@@ -68,6 +71,22 @@ def load_weights(model: torch.nn.Module, weights: Mapping[str, torch.Tensor], pa
     model.load_state_dict(used, strict=False)
 
 
+def load_pretrained(
+    kind: Any, folder: Path, *, what: str, error: type[BackendError], **options: Any
+) -> Any:
+    """transformers' model of this class, for inference; ``error`` unless every tensor was there."""
+    try:
+        model, report = kind.from_pretrained(
+            folder, local_files_only=True, output_loading_info=True, **options
+        )
+    except Exception as problem:  # of transformers, safetensors, the disk and the model's own code
+        raise error(f"{folder} holds no {what}: {first_line(problem)}") from problem
+    missing = sorted(report["missing_keys"])
+    if missing:
+        raise error(f"{folder} is of another architecture: it lacks {missing[0]}")
+    return model.float().eval().requires_grad_(False)
+
+
 def fingerprint(weights: Iterable[tuple[str, torch.Tensor]]) -> str:
     """Eight hexadecimal digits of the SHA-256 over names and values, in the order of names."""
     digest = hashlib.sha256()
@@ -95,3 +114,34 @@ def _listed(names: list[str]) -> str:
     shown = ", ".join(names[:MAX_NAMED])
     more = len(names) - MAX_NAMED
     return f"{shown} and {more} more" if more > 0 else shown
+
+
+def open_device(name: str) -> torch.device:
+    """The device; raises BackendError if this machine or this torch has none of the name."""
+    try:
+        device = torch.device(name)
+        torch.empty(1, device=device)
+    except (RuntimeError, AssertionError) as problem:
+        raise BackendError(f"device {name!r} cannot be used: {first_line(problem)}") from problem
+    return device
+
+
+@contextmanager
+def inference(device: torch.device, image_px: tuple[int, int]) -> Iterator[None]:
+    """Inference on an image of (width, height); errors of torch become BackendError.
+
+    If the device is full its cached blocks are freed, so that the next image may fit.
+    """
+    width, height = image_px
+    try:
+        with torch.inference_mode():
+            yield
+    except torch.OutOfMemoryError as problem:
+        if device.type == "cuda":
+            torch.cuda.empty_cache()
+        raise OutOfDeviceMemoryError(
+            f"{device} is out of memory for an image of {width} x {height}: "
+            "feed smaller images or free the device"
+        ) from problem
+    except (RuntimeError, ValueError, IndexError) as problem:  # of torch and transformers
+        raise BackendError(f"the network failed on {device}: {first_line(problem)}") from problem

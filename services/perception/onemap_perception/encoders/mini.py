@@ -15,8 +15,7 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from onemap_perception.encoders.crops import mean_feature
-from onemap_perception.encoders.image import fitted_size, resized
+from onemap_perception.encoders.images import fitted_size, mean_feature, resized
 from onemap_perception.encoders.projected import ChannelParams
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.onnx import open_session
@@ -33,6 +32,7 @@ STRIDE = 8
 # Of a crop as it is fed in, the longer side: things in a frame of 320 pixels are about as large.
 # Chosen on even seeds (docs/benchmarks.md).
 CROP_SIDE_PX = 160
+INPUT_WIDTH_PX = 320  # wider images are reduced to this: what the network was trained on
 SHIPPED = Path(__file__).parents[1] / "mini"
 NETWORK_FILE = "mini.onnx"
 TEXT_SPACE = "all-MiniLM-L6-v2"
@@ -47,15 +47,6 @@ class MiniParams(ChannelParams):
     )
     folder: Path = Field(
         default=SHIPPED, description="Weights and words; another folder holds one's own training."
-    )
-    threads: int = Field(
-        default=1, ge=1, le=64, description="Of onnxruntime; the other cores run other services."
-    )
-    input_width_px: int = Field(
-        default=320,
-        ge=8,
-        le=4096,
-        description="Wider images are reduced to this: what the network was trained on.",
     )
     second_view: float | None = Field(
         default=None,
@@ -75,8 +66,7 @@ class MiniEncoder:
 
     def __init__(self, params: MiniParams, *, aliases: bool = True) -> None:
         path = params.folder / NETWORK_FILE
-        self._session = _open(path, params.threads)
-        self._input_width_px = params.input_width_px
+        self._session = _open(path)
         self._second_view = params.second_view
         self._id = f"mini-{hashlib.sha256(path.read_bytes()).hexdigest()[:8]}"
         if params.second_view is not None:
@@ -96,7 +86,7 @@ class MiniEncoder:
     def encode(self, rgb: U8) -> F16:
         """See ``Encoder``; one patch per 8 x 8 pixels of the image as it is fed in."""
         expect(rgb, "rgb", np.uint8, (None, None, 3))
-        size = input_size(rgb.shape[1], rgb.shape[0], self._input_width_px)
+        size = input_size(rgb.shape[1], rgb.shape[0], INPUT_WIDTH_PX)
         if size != (rgb.shape[1], rgb.shape[0]):
             rgb = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
         features = self._run(rgb)
@@ -163,7 +153,7 @@ def _interpolation(count: int, given: int) -> F32:
     return result
 
 
-def _open(path: Path, threads: int) -> Any:
+def _open(path: Path) -> Any:
     if not path.is_file():
         remedy = (
             "reinstall OneMap"
@@ -172,7 +162,7 @@ def _open(path: Path, threads: int) -> Any:
         )
         raise EncoderError(f"the encoder's weights {path} are missing: {remedy}")
     try:
-        return open_session(path, threads=threads)
+        return open_session(path, threads=1)  # the other cores run other services
     except ValueError as problem:
         raise EncoderError(f"the encoder's weights {path} are damaged: {problem}") from problem
 

@@ -2,14 +2,14 @@
 
 Weights come from a folder as the hub lays it out, from a file, or from one of SED's
 checkpoints (the same tower fine-tuned, the text side frozen); the architecture is
-``open_clip_config.json`` beside them or one that open_clip has under that name.
+``open_clip_config.json`` beside them, or follows from the width of the tower.
 """
 # Touches files: weights.
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +17,15 @@ import numpy as np
 import torch
 
 from onemap_perception.encoders.checkpoint import fingerprint, load_weights, read_weights
-from onemap_perception.encoders.params import OpenClipConvNextParams
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_encoder import VisionLanguageModel
 from onemap_perception.optional_import import OPEN_CLIP, optional_import
 from onemap_shared.geometry import F32
 
 STRIDE = 32  # of every ConvNeXt
-SED_SIZE_PX = (768, 768)
 CONFIG_FILE = "open_clip_config.json"
+STEM = "visual.trunk.stem.0.weight"
+ARCHITECTURES = {128: "convnext_base_w_320", 192: "convnext_large_d_320"}  # SED's, by width
 WEIGHT_FILES = ("open_clip_model.safetensors", "open_clip_pytorch_model.bin")
 CLIP_MEAN: F32 = np.array([0.48145466, 0.4578275, 0.40821073], np.float32)
 CLIP_STD: F32 = np.array([0.26862954, 0.26130258, 0.27577711], np.float32)
@@ -49,15 +49,13 @@ class DenseConvNext(torch.nn.Module):
         return projected
 
 
-def load_openclip_convnext(
-    params: OpenClipConvNextParams, path: Path, device: torch.device
-) -> VisionLanguageModel:
+def load_openclip_convnext(path: Path, device: torch.device) -> VisionLanguageModel:
     """The model of a folder as the hub lays it out, or of a file; raises EncoderError.
 
     The text side runs on ``device`` in single precision. The text space is a digest of the text
     tower: SED's is that of the model it was fine-tuned from.
     """
-    model, tokenizer = read_model(path, params.architecture)
+    model, tokenizer = read_model(path)
     weights = model.state_dict()
     text_weights = ((name, w) for name, w in weights.items() if not name.startswith("visual."))
     vision = DenseConvNext(model.visual)
@@ -78,17 +76,17 @@ def load_openclip_convnext(
         stride_px=STRIDE,
         mean=CLIP_MEAN,
         std=CLIP_STD,
-        fixed_size_px=SED_SIZE_PX if params.sed_compat else None,
     )
 
 
-def read_model(path: Path, architecture: str) -> tuple[Any, Any]:
+def read_model(path: Path) -> tuple[Any, Any]:
     """open_clip's model with the weights in it, and its tokenizer; EncoderError if either fails."""
     with optional_import("open_clip", OPEN_CLIP, backend="openclip_convnext", kind=EncoderError):
         from open_clip.model import CLIP
         from open_clip.tokenizer import SimpleTokenizer
     file = weight_file(path)
-    config = read_architecture(architecture, path)
+    weights = read_weights(file)
+    config = read_architecture(file, weights)
     vision, text = config.get("vision_cfg", {}), config.get("text_cfg", {})
     if "convnext" not in str(vision.get("timm_model_name")) or "hf_model_name" in text:
         raise EncoderError(
@@ -98,36 +96,41 @@ def read_model(path: Path, architecture: str) -> tuple[Any, Any]:
     # The checkpoint holds every weight: nothing must be downloaded to start from.
     vision = {**vision, "timm_model_pretrained": False}
     model = CLIP(embed_dim=config["embed_dim"], vision_cfg=vision, text_cfg=text)
-    load_weights(model, read_weights(file), file)
+    load_weights(model, weights, file)
     tokenizer = SimpleTokenizer(context_length=text.get("context_length", 77))
     return model.eval().requires_grad_(False), tokenizer
 
 
-def read_architecture(architecture: str, path: Path) -> dict[str, Any]:
-    """embed_dim, vision_cfg and text_cfg.
+def read_architecture(file: Path, weights: Mapping[str, torch.Tensor]) -> dict[str, Any]:
+    """embed_dim, vision_cfg, text_cfg: of ``CONFIG_FILE`` beside the weights, or by the tower."""
+    beside = file.with_name(CONFIG_FILE)
+    if not beside.exists():
+        stem = weights.get(STEM)
+        name = ARCHITECTURES.get(len(stem)) if stem is not None else None
+        if name is None:
+            raise EncoderError(f"{file} does not say its architecture: put {CONFIG_FILE} beside it")
+        return named_architecture(name)
+    return read_config(beside)
 
-    architecture: open_clip's name or a JSON file; empty: the file beside the weights at ``path``.
-    """
-    if architecture and not architecture.endswith(".json"):
-        import open_clip
 
-        named: dict[str, Any] | None = open_clip.get_model_config(architecture)
-        if named is None:
-            raise EncoderError(f"open_clip knows no architecture {architecture!r}")
-        return named
-    folder = path if path.is_dir() else path.parent
-    file = Path(architecture) if architecture else folder / CONFIG_FILE
+def read_config(file: Path) -> dict[str, Any]:
+    """The architecture in a JSON file as the hub has it; raises EncoderError."""
     try:
         document = json.loads(file.read_text(encoding="utf-8"))
         config: dict[str, Any] = document.get("model_cfg", document)
         return {name: config[name] for name in ("embed_dim", "vision_cfg", "text_cfg")}
-    except OSError as problem:
-        raise EncoderError(
-            f"{file} cannot be read ({problem.strerror}): "
-            "name the architecture, for example convnext_large_d_320"
-        ) from problem
-    except (ValueError, KeyError, AttributeError) as problem:
+    except (OSError, ValueError, KeyError, AttributeError) as problem:
         raise EncoderError(f"{file} describes no OpenCLIP model: {problem!r}") from problem
+
+
+def named_architecture(name: str) -> dict[str, Any]:
+    """open_clip's architecture of this name; raises EncoderError."""
+    import open_clip
+
+    config: dict[str, Any] | None = open_clip.get_model_config(name)
+    if config is None:
+        raise EncoderError(f"open_clip knows no architecture {name!r}")
+    return config
 
 
 def weight_file(path: Path) -> Path:

@@ -16,6 +16,7 @@ from onemap_perception.encoders.checkpoint import fingerprint
 from onemap_perception.encoders.params import RadioParams
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_encoder import NO_MEAN, NO_STD, VisionLanguageModel
+from onemap_perception.errors import first_line
 from onemap_perception.optional_import import TRANSFORMERS, optional_import
 from onemap_shared.geometry import F32
 
@@ -84,5 +85,4 @@ def read_model(folder: Path) -> Any:
             .eval()
         )
     except Exception as problem:  # of the model's own code
-        reason = (str(problem).strip() or repr(problem)).splitlines()[0]
-        raise EncoderError(f"{folder} holds no RADIO model: {reason}") from problem
+        raise EncoderError(f"{folder} holds no RADIO model: {first_line(problem)}") from problem

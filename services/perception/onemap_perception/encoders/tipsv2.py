@@ -13,9 +13,10 @@ from typing import Any
 
 import torch
 
-from onemap_perception.encoders.checkpoint import fingerprint
+from onemap_perception.encoders.checkpoint import fingerprint, load_pretrained
 from onemap_perception.encoders.protocol import EncoderError
 from onemap_perception.encoders.torch_encoder import NO_MEAN, NO_STD, VisionLanguageModel
+from onemap_perception.errors import first_line
 from onemap_perception.optional_import import TRANSFORMERS, optional_import
 from onemap_shared.geometry import F32
 
@@ -107,15 +108,10 @@ def read_model(folder: Path) -> tuple[Any, Any]:
     """Model and tokenizer from files of this machine; EncoderError if either fails."""
     with optional_import(LIBRARY, TRANSFORMERS, backend="tipsv2", kind=EncoderError):
         from transformers import AutoTokenizer, Tipsv2Model
+    model = load_pretrained(
+        Tipsv2Model, folder, what="TIPSv2 model", error=EncoderError, use_safetensors=True
+    )
     try:
-        model, report = Tipsv2Model.from_pretrained(
-            folder, local_files_only=True, use_safetensors=True, output_loading_info=True
-        )
-        tokenizer = AutoTokenizer.from_pretrained(folder, local_files_only=True)
-    except Exception as problem:  # of transformers, tokenizers, safetensors and the disk
-        reason = str(problem).strip().splitlines()[0]
-        raise EncoderError(f"{folder} holds no TIPSv2 model: {reason}") from problem
-    missing_keys = sorted(report["missing_keys"])
-    if missing_keys:
-        raise EncoderError(f"{folder} is of another architecture: it lacks {missing_keys[0]}")
-    return model.float().eval().requires_grad_(False), tokenizer
+        return model, AutoTokenizer.from_pretrained(folder, local_files_only=True)
+    except Exception as problem:  # of transformers, tokenizers and the disk
+        raise EncoderError(f"{folder} holds no TIPSv2 model: {first_line(problem)}") from problem

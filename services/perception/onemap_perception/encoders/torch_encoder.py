@@ -1,22 +1,129 @@
-"""Encoders of a vision tower and a text tower in torch."""
+"""Encoders of two towers in torch; that of images may be exported to ONNX."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 import torch
 
-from onemap_perception.encoders.crops import framed, mean_feature, patch_shares
-from onemap_perception.encoders.image import fitted_size, pixel_values, resized
+from onemap_perception.encoders.checkpoint import inference, open_device
+from onemap_perception.encoders.images import (
+    fitted_size,
+    framed,
+    mean_feature,
+    patch_shares,
+    pixel_values,
+    resized,
+)
 from onemap_perception.encoders.params import TorchParams
-from onemap_perception.encoders.torch_tower import open_tower
+from onemap_perception.encoders.protocol import EncoderError
+from onemap_perception.errors import first_line
+from onemap_perception.onnx import open_session
 from onemap_perception.text.queries import IMAGE_NAME
 from onemap_perception.text.scores import uncalibrated_queries
 from onemap_perception.text.text_encoder import CachedTextEncoder, EmbedTexts
 from onemap_shared.geometry import F16, F32, U8
 from onemap_shared.messages import TextEmbeddings
+
+CAMERA_PX = (640, 480)  # width and height of the image encoded at start: the first frame is as fast
+PROMPT = "a {}"  # the paper's; {} stands for the text of the query
+TEXT_CACHE_SIZE = 1024  # embeddings of texts kept: 3 MB at 768 numbers
+
+Dense = Callable[[torch.Tensor], torch.Tensor]
+
+
+class Tower(Protocol):
+    """Runs the vision side of an encoder."""
+
+    def __call__(self, pixel_values: F32) -> F16:
+        """Unit features (h, w, D) float16 of an image (1, 3, H, W) float32."""
+
+
+class TorchTower:
+    """Implements ``Tower``: a module (1, 3, H, W) to (1, h, w, D), in half
+    precision and channels-last on CUDA only."""
+
+    def __init__(self, module: torch.nn.Module, device: str) -> None:
+        self.device = open_device(device)
+        on_gpu = self.device.type == "cuda"
+        self.dtype = torch.float16 if on_gpu else torch.float32
+        self._layout = torch.channels_last if on_gpu else torch.contiguous_format
+        self.module = module.eval()
+        placed: Any = self.module.to(self.device, self.dtype)
+        self._run: Dense = placed.to(memory_format=self._layout)
+
+    def __call__(self, pixel_values: F32) -> F16:
+        """See ``Tower``."""
+        with inference(self.device, (pixel_values.shape[3], pixel_values.shape[2])):
+            features = self.dense(torch.from_numpy(pixel_values))[0]
+            unit = torch.nn.functional.normalize(features.float(), dim=-1)
+            result: F16 = unit.half().cpu().numpy()
+        if not np.isfinite(result).all():
+            raise EncoderError(f"the encoder's features are not finite in {self.dtype}")
+        return result
+
+    def dense(self, pixel_values: torch.Tensor) -> torch.Tensor:
+        """Features (1, h, w, D) as the module gives them, on the device."""
+        image = pixel_values.to(self.device, self.dtype, non_blocking=True)
+        return self._run(image.contiguous(memory_format=self._layout))
+
+
+def open_tower(module: torch.nn.Module, params: TorchParams, encoder_id: str) -> Tower:
+    """The module where it is to run, or its exported file; raises BackendError."""
+    if params.exported is None:
+        return TorchTower(module, params.device)
+    return ExportedTower(params.exported, params.provider, encoder_id)
+
+
+ENCODER_KEY = "onemap_encoder_id"  # in the file's metadata: the encoder of the tower
+INPUT, OUTPUT = "picture", "features"  # names in files that users have exported
+
+
+class ExportedTower:
+    """Implements ``Tower``: images of the one size that the file was exported for."""
+
+    def __init__(self, path: Path, provider: str, encoder_id: str) -> None:
+        self._path = path
+        if not path.is_file():
+            raise EncoderError(f"{path} does not exist: onemap export-encoder {path}")
+        try:
+            self._session = open_session(path, threads=1, provider=provider)
+        except ValueError as problem:
+            raise EncoderError(f"the exported tower {path} cannot be run: {problem}") from problem
+        source_id = self._session.get_modelmeta().custom_metadata_map.get(ENCODER_KEY)
+        if source_id != encoder_id:
+            raise EncoderError(
+                f"{path} was exported from {source_id or 'another program'}, "
+                f"not from {encoder_id}: export it again"
+            )
+        self._shape = tuple(self._session.get_inputs()[0].shape)
+        self.size_px = self._shape[3], self._shape[2]
+
+    def __call__(self, pixel_values: F32) -> F16:
+        """See ``Tower``."""
+        if pixel_values.shape != self._shape:
+            have, want = self._shape, pixel_values.shape
+            raise EncoderError(
+                f"{self._path} was exported for {have[3]} x {have[2]}, this image needs "
+                f"{want[3]} x {want[2]}: export it again, for the camera's size"
+            )
+        try:
+            features: F32 = self._session.run([OUTPUT], {INPUT: pixel_values})[0][0]
+        except Exception as problem:  # onnxruntime's errors share no other base class
+            raise EncoderError(
+                f"onnxruntime failed on {self._path}: {first_line(problem)}"
+            ) from problem
+        norms = np.linalg.norm(features, axis=-1, keepdims=True)
+        with np.errstate(invalid="ignore"):  # zero and infinite features are refused below
+            unit: F16 = (features / norms).astype(np.float16)
+        if not np.isfinite(unit).all():
+            raise EncoderError(f"the features of {self._path} are not finite")
+        return unit
+
 
 NO_MEAN: F32 = np.zeros(3, np.float32)
 NO_STD: F32 = np.ones(3, np.float32)
@@ -28,7 +135,6 @@ class VisionLanguageModel:
 
     vision: images (1, 3, H, W) to features (1, H / stride_px, W / stride_px, D), not normalised;
     embed: prompts to rows (N, D), not normalised. mean, std (3,): of the channels in [0, 1].
-    fixed_size_px: (width, height) of the input if it is not fitted to the image's shape.
     """
 
     encoder_id: str
@@ -38,7 +144,6 @@ class VisionLanguageModel:
     stride_px: int
     mean: F32
     std: F32
-    fixed_size_px: tuple[int, int] | None = None
 
 
 class TorchEncoder:
@@ -48,18 +153,18 @@ class TorchEncoder:
         self.encoder_id = model.encoder_id
         self.text_space = model.text_space
         self.tower = open_tower(model.vision, params, model.encoder_id)
-        self._stride_px, self._fixed_size_px = model.stride_px, model.fixed_size_px
+        self._stride_px = model.stride_px
         self._mean, self._std = model.mean, model.std
         self._params = params
-        self._texts = CachedTextEncoder(
-            model.embed, prompt=params.prompt, capacity=params.text_cache_size
-        )
-        width, height = params.warm_up_px
+        self._texts = CachedTextEncoder(model.embed, prompt=PROMPT, capacity=TEXT_CACHE_SIZE)
+        exported = self.tower.size_px if isinstance(self.tower, ExportedTower) else None
+        self._frame_px = exported or CAMERA_PX
+        width, height = self._frame_px
         self.encode(np.zeros((height, width, 3), np.uint8))
 
     def prepare(self, rgb: U8) -> F32:
         """The tower's input (1, 3, H, W) float32 for an image."""
-        size = self._fixed_size_px or fitted_size(
+        size = fitted_size(
             rgb.shape[1],
             rgb.shape[0],
             long_side_px=self._params.long_side_px,
@@ -83,7 +188,7 @@ class TorchEncoder:
 
     def embed_image(self, rgb: U8) -> TextEmbeddings:
         """See ``ImageEncoder``: the mean of the patches that show the crop."""
-        image, mask = framed(rgb, self._params.warm_up_px)
+        image, mask = framed(rgb, self._frame_px)
         features = self.encode(image)
         vector = mean_feature(features, patch_shares(mask, *features.shape[:2]))
         return uncalibrated_queries(

@@ -11,8 +11,7 @@ import numpy as np
 from onemap_perception.encoders.params import EncoderParams
 from onemap_perception.errors import BackendError
 from onemap_perception.factory import make_encoder
-from onemap_perception.feature_field import feature_field
-from onemap_perception.variance import VarianceParams
+from onemap_perception.feature_field import VarianceParams, feature_field
 from onemap_shared.config import LinkParams
 from onemap_shared.frame_sender import compressions
 from onemap_shared.geometry import F16, F32, U8, U16

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from onemap_perception.detectors.patches import PatchDetector, PatchesParams
+from onemap_perception.detectors.patches import PatchDetector, PatchLimits
 from onemap_perception.detectors.protocol import Image
 from onemap_shared.geometry import F32, Bool
 from onemap_shared.messages import TextEmbeddings
@@ -21,7 +21,7 @@ class DetectorMetrics:
     """
 
     names: tuple[str, ...]
-    params: PatchesParams = field(default_factory=PatchesParams)
+    params: PatchLimits = field(default_factory=PatchLimits)
     correct: int = 0
     wrong: int = 0
     instances: int = 0
@@ -34,7 +34,7 @@ class DetectorMetrics:
         maps = shares.reshape(*image.features.shape[:2], -1)
         present: Bool = (maps > 0.5).sum(axis=(0, 1)) >= self.params.min_patches
         hit = np.zeros_like(present)
-        for detection in PatchDetector(self.params, "").detect(image, queries):
+        for detection in PatchDetector("", self.params).detect(image, queries):
             index = self.names.index(detection.name)
             if maps[..., index][detection.mask].mean() > 0.5:
                 self.correct += 1

@@ -1,20 +1,21 @@
-"""RT-DETRv2 for the eighty names of COCO."""
+"""Networks of boxes: RT-DETRv2 for the eighty names of COCO, any grounding one for any name.
+
+LLMDet, GroundingDINO and OWLv2 are such grounding networks of transformers.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import torch
 
-from onemap_perception.detectors.box_detector import load_pretrained
 from onemap_perception.detectors.boxes import Box
 from onemap_perception.detectors.protocol import DetectorError
-from onemap_perception.encoders.checkpoint import fingerprint
-from onemap_perception.encoders.image import resized
+from onemap_perception.encoders.checkpoint import fingerprint, inference, load_pretrained
+from onemap_perception.encoders.images import resized
+from onemap_perception.errors import first_line
 from onemap_perception.optional_import import TRANSFORMERS, optional_import
-from onemap_perception.torch_device import inference
 from onemap_shared.geometry import U8
 from onemap_shared.names import normalised
 
@@ -50,7 +51,15 @@ class CocoNetwork:
     """Implements ``BoxNetwork``. Raises DetectorError when it cannot be loaded."""
 
     def __init__(self, folder: Path, device: torch.device) -> None:
-        model = load_model(folder)
+        with optional_import("transformers", TRANSFORMERS, backend="coco", kind=DetectorError):
+            from transformers import RTDetrV2ForObjectDetection
+        model = load_pretrained(
+            RTDetrV2ForObjectDetection,
+            folder,
+            what="RT-DETRv2 model",
+            error=DetectorError,
+            use_safetensors=True,
+        )
         self.network_id = "coco-" + fingerprint(model.state_dict().items())
         self._labels = {name: int(label) for label, name in model.config.id2label.items()}
         self._device = device
@@ -89,8 +98,51 @@ def coco_name(name: str) -> str:
     return SYNONYMS.get(word, word)
 
 
-def load_model(folder: Path) -> Any:
-    """The network from files of this machine; DetectorError if it is not whole."""
-    with optional_import("transformers", TRANSFORMERS, backend="coco", kind=DetectorError):
-        from transformers import RTDetrV2ForObjectDetection
-    return load_pretrained(RTDetrV2ForObjectDetection, folder, "RT-DETRv2 model")
+class GroundingNetwork:
+    """Implements ``BoxNetwork``. Raises DetectorError when it cannot be loaded."""
+
+    def __init__(self, folder: Path, device: torch.device) -> None:
+        with optional_import(
+            "transformers", TRANSFORMERS, backend="open_vocabulary", kind=DetectorError
+        ):
+            from transformers import AutoModelForZeroShotObjectDetection, AutoProcessor
+        model = load_pretrained(
+            AutoModelForZeroShotObjectDetection,
+            folder,
+            what="grounding detector",
+            error=DetectorError,
+            use_safetensors=True,
+        )
+        try:
+            self._processor = AutoProcessor.from_pretrained(folder, local_files_only=True)
+        except Exception as problem:  # of transformers, tokenizers and the disk
+            raise DetectorError(f"{folder} holds no processor: {first_line(problem)}") from problem
+        self.network_id = "open_vocabulary-" + fingerprint(model.state_dict().items())
+        self._device = device
+        self._model = model.to(device)
+
+    def supports(self, _: str, /) -> bool:
+        """Every name is supported."""
+        return True
+
+    def boxes(self, rgb: U8, names: Sequence[str], score_threshold: float) -> list[Box]:
+        """See ``BoxNetwork``. One run per name: given two, these networks confuse them."""
+        return [box for name in names for box in self._boxes_of(name, rgb, score_threshold)]
+
+    def _boxes_of(self, name: str, rgb: U8, score_threshold: float) -> list[Box]:
+        import PIL.Image
+
+        height, width = rgb.shape[:2]
+        prompt = [[name.lower()]]
+        with inference(self._device, (width, height)):
+            inputs = self._processor(
+                images=PIL.Image.fromarray(rgb), text=prompt, return_tensors="pt"
+            ).to(self._device)
+            (answer,) = self._processor.post_process_grounded_object_detection(
+                self._model(**inputs),
+                threshold=score_threshold,
+                target_sizes=[(height, width)],
+                text_labels=prompt,
+            )
+        scores, corners = answer["scores"].tolist(), answer["boxes"].tolist()
+        return [Box(name, score, tuple(box)) for score, box in zip(scores, corners, strict=True)]
